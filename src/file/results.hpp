@@ -1,0 +1,71 @@
+// Results: everything solution.json holds.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "certificate/certificate.hpp"
+#include "maneuver/problem.hpp"
+#include "maneuver/solution.hpp"
+
+namespace lamprey::file {
+
+struct Provenance {
+  std::string version;
+  std::string build_type;
+  std::string compiler;
+  std::string machine;          // processor model and number of cores
+  std::string command;
+  std::string problem_sha256;   // of the problem file's bytes
+  std::uint64_t seed = 0;
+};
+
+/// A body and a joint as solved: defaults filled in, names resolved to indices.
+struct ResolvedBody {
+  std::string name;
+  Eigen::Vector3d semi_axes;         // m
+  double mass = 0.0;                 // kg, body alone
+  Eigen::Matrix3d body_inertia;      // kg m², body alone
+  Eigen::Matrix3d mass_matrix;       // kg, body + fluid
+  Eigen::Matrix3d inertia_matrix;    // kg m², body + fluid
+};
+
+struct ResolvedJoint {
+  std::string name;
+  model::JointKind kind = model::JointKind::ball;
+  int parent = 0;
+  int child = 0;
+  Eigen::Vector3d parent_offset;                  // m, parent's frame
+  Eigen::Vector3d child_offset;                   // m, child's frame
+  std::vector<Eigen::Vector3d> control_axes;      // parent's frame; empty: not actuated
+};
+
+struct ResolvedProblem {
+  std::vector<ResolvedBody> bodies;
+  std::vector<ResolvedJoint> joints;
+  maneuver::Scheme scheme = maneuver::Scheme::trapezoid;
+  double time_step = 0.0;  // s
+  double duration = 0.0;   // s
+  int steps = 0;
+  maneuver::CostRule cost_rule = maneuver::CostRule::trapezoid;
+  std::optional<maneuver::Goal> goal;
+  // how controls run between nodes, for replay
+  maneuver::ControlKind control = maneuver::ControlKind::steps;
+  int points = 0;
+};
+
+struct Results {
+  std::string name;
+  std::string source;
+  ResolvedProblem problem;
+  maneuver::Solution solution;
+  std::optional<certificate::Certificate> certificate;
+  Provenance provenance;
+};
+
+}  // namespace lamprey::file

@@ -1,0 +1,86 @@
+// Problem: the numbers of a problem file, one field for each key. Angles in rad, SI units, body order as in `swimmer.bodies`.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "model/description.hpp"
+
+namespace lamprey::maneuver {
+
+enum class Scheme { paper, trapezoid, midpoint, order4, order6 };
+enum class CostRule { trapezoid, rectangle };
+enum class ControlKind { steps, spline };
+enum class SearchMethod { simultaneous, shooting };
+
+struct Start {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();         // m, root's mass centre, world
+  std::vector<Eigen::Vector3d> rotation;                      // [bodies] rad, rotation vector body → world
+  std::vector<Eigen::Vector3d> angular_velocity;              // [bodies] rad/s, body frame
+  Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();  // m/s, of the root's mass centre, world
+  bool free_shape = false;
+};
+
+struct Goal {
+  std::array<std::optional<double>, 3> move;                       // m, world; nothing: free
+  std::optional<Eigen::Vector3d> turn;                             // rad, world-frame rotation vector
+  std::map<std::string, std::optional<Eigen::Vector3d>> rotation;  // rad by body, absolute; nothing: "free"
+  bool rest = true;
+  bool periodic = false;
+};
+
+struct Duration {
+  bool free = false;
+  double value = 1.0;                                       // s
+  double min = std::numeric_limits<double>::quiet_NaN();    // s, with free
+  double max = std::numeric_limits<double>::quiet_NaN();    // s, with free
+};
+
+struct Limits {
+  std::optional<double> torque;                             // N m, every joint
+  std::map<std::string, double> joint_torque;               // N m by joint
+  std::map<std::string, double> swing;                      // rad by joint
+  std::map<std::string, double> twist;                      // rad by joint
+  std::map<std::string, std::array<double, 2>> angle;       // rad by hinge
+  std::optional<double> clearance;                          // m
+  bool any() const {
+    return torque || clearance || !joint_torque.empty() || !swing.empty() || !twist.empty() || !angle.empty();
+  }
+};
+
+struct Search {
+  int starts = 1;
+  std::uint64_t seed = 1;
+  SearchMethod method = SearchMethod::simultaneous;
+  double tolerance = 1e-8;             // on certificate.kkt
+  std::optional<double> time_limit;    // s, wall clock
+};
+
+struct Problem {
+  std::string name;
+  std::string source;
+  model::SwimmerDescription swimmer;
+  Start start;
+  std::optional<Goal> goal;
+  Duration duration;
+  int steps = 1000;
+  double effort = 1.0;                        // weight of ∫ ½ Σ_j |u_j|² dt
+  std::optional<CostRule> rule;               // absent: trapezoid
+  ControlKind control = ControlKind::steps;
+  int points = 0;                             // with spline control
+  Scheme scheme = Scheme::trapezoid;
+  Limits limits;
+  Search search;
+
+  CostRule cost_rule() const { return rule.value_or(CostRule::trapezoid); }
+  double time_step() const { return duration.value / steps; }
+};
+
+}  // namespace lamprey::maneuver

@@ -1,0 +1,65 @@
+// Solution: a motion and how it was found, in the words and shapes of solution.json.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace lamprey::maneuver {
+
+enum class Status { optimal, simulated, feasible, infeasible, stalled, time_limit, interrupted };
+
+using Vectors = std::vector<Eigen::Vector3d>;
+
+/// Momentum at the nodes, world frame; angular about the world origin.
+struct MomentumHistory {
+  Vectors bodies;  // [N+1] with mass and body_inertia alone; kg m/s or kg m²/s
+  Vectors fluid;   // [N+1] the rest
+  Vectors total;   // [N+1] the conserved discrete momentum at the node
+};
+
+struct SolverIteration {
+  int iteration = 0;
+  double cost = 0.0;
+  double goal_error = 0.0;
+  double kkt = 0.0;
+  double step = 0.0;
+};
+
+struct SolverRecord {
+  std::string name;
+  int iterations = 0;
+  int evaluations = 0;
+  double wall_seconds = 0.0;
+  std::vector<SolverIteration> history;
+};
+
+struct Minimum {
+  double cost = 0.0;
+  int count = 0;
+};
+
+struct SearchRecord {
+  int starts = 0;
+  int solved = 0;
+  std::vector<Minimum> minima;  // by rising cost
+};
+
+struct Solution {
+  Status status = Status::stalled;
+  std::string message;
+  double cost = 0.0;                                     // by the file's rule, (N m)² s; NaN where it has no meaning
+  std::vector<double> time;                              // [N+1] s
+  Vectors position;                                      // [N+1] m, root's mass centre, world
+  std::vector<std::vector<Eigen::Matrix3d>> rotation;    // [N+1][bodies] body → world
+  std::vector<Vectors> control;                          // [N+1][joints] N m, on the parent, parent's frame
+  Vectors linear_velocity;                               // [N+1] m/s of the root, root frame
+  std::vector<Vectors> angular_velocity;                 // [N+1][bodies] rad/s, body frames
+  MomentumHistory linear_momentum;                       // kg m/s
+  MomentumHistory angular_momentum;                      // kg m²/s
+  SearchRecord search;                                   // starts = 0: no search was made
+  SolverRecord solver;
+};
+
+}  // namespace lamprey::maneuver

@@ -1,0 +1,142 @@
+#include "model/system.hpp"
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+#include "fluid/ellipsoid.hpp"
+#include "model/input_error.hpp"
+
+namespace lamprey::model {
+
+namespace {
+
+bool symmetric_positive_definite(const Matrix3d& m) {
+  if (!m.allFinite() || !m.isApprox(m.transpose(), 1e-12)) return false;
+  return m.llt().info() == Eigen::Success;
+}
+
+int index_of(const std::vector<Body>& bodies, const std::string& name, const std::string& key) {
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    if (bodies[i].name == name) return static_cast<int>(i);
+  throw InputError(key, "found \"" + name + "\", which is no body's name; name a [[body]] of this file");
+}
+
+Body resolve_body(const BodyDescription& described, double density) {
+  const fluid::EllipsoidInertia shape = fluid::ellipsoid_inertia(described.semi_axes, density);
+  if (!described.mass && density <= 0.0)
+    throw InputError("body.mass", "missing for \"" + described.name + "\"; a vacuum gives no buoyancy: state the mass in kg");
+  Body body;
+  body.name = described.name;
+  body.semi_axes = described.semi_axes;
+  body.volume = shape.volume;
+  body.mass = described.mass.value_or(shape.mass);
+  const Vector3d s = described.semi_axes.cwiseAbs2();
+  const Vector3d homogeneous = body.mass / 5.0 * Vector3d(s[1] + s[2], s[2] + s[0], s[0] + s[1]);
+  body.body_inertia = described.body_inertia.value_or(Matrix3d(homogeneous.asDiagonal()));
+  const Matrix3d added_mass = shape.added_mass.asDiagonal();
+  const Matrix3d added_inertia = shape.added_inertia.asDiagonal();
+  body.mass_matrix = described.mass_matrix.value_or(body.mass * Matrix3d::Identity() + added_mass);
+  body.inertia_matrix = described.inertia_matrix.value_or(body.body_inertia + added_inertia);
+  if (!symmetric_positive_definite(body.mass_matrix))
+    throw InputError("body.mass_matrix", "of \"" + body.name + "\" is not symmetric positive definite; mend its entries");
+  if (!symmetric_positive_definite(body.inertia_matrix))
+    throw InputError("body.inertia_matrix", "of \"" + body.name + "\" is not symmetric positive definite; mend its entries");
+  body.parent = -1;
+  body.joint = -1;
+  return body;
+}
+
+// Orthonormal basis of the span of the control axes, in the order given.
+Eigen::Matrix<double, 3, -1> actuation_basis(const JointDescription& described) {
+  if (!described.actuated) return Eigen::Matrix<double, 3, -1>(3, 0);
+  if (!described.control_axes) return Matrix3d::Identity();
+  Eigen::Matrix<double, 3, -1> basis(3, 0);
+  for (Vector3d axis : *described.control_axes) {
+    const double length = axis.norm();
+    for (int pass = 0; pass < 2; ++pass) axis -= basis * (basis.transpose() * axis);
+    if (!(axis.norm() > 1e-9 * length))
+      throw InputError("joint.control_axes", "of \"" + described.name + "\" are not linearly independent; remove one");
+    basis.conservativeResize(Eigen::NoChange, basis.cols() + 1);
+    basis.rightCols<1>() = axis.normalized();
+  }
+  return basis;
+}
+
+}  // namespace
+
+System::System(const SwimmerDescription& description) : density_(description.density) {
+  resolve_bodies(description);
+  resolve_joints(description);
+  order_tree();
+  lay_paths();
+}
+
+void System::resolve_bodies(const SwimmerDescription& description) {
+  if (description.bodies.empty()) throw InputError("body", "found none; describe at least one [[body]]");
+  for (const BodyDescription& described : description.bodies) bodies_.push_back(resolve_body(described, density_));
+}
+
+void System::resolve_joints(const SwimmerDescription& description) {
+  for (const JointDescription& described : description.joints) {
+    if (described.kind != JointKind::ball)
+      throw InputError("joint.kind", "of \"" + described.name + "\" is not handled by this version yet; use \"ball\"");
+    if (described.stiffness != 0.0 || described.damping != 0.0)
+      throw InputError("joint.stiffness", "springs and dampers (\"" + described.name + "\") are not handled by this version yet; remove stiffness and damping");
+    Joint joint;
+    joint.name = described.name;
+    joint.kind = described.kind;
+    joint.parent = index_of(bodies_, described.parent, "joint.parent");
+    joint.child = index_of(bodies_, described.child, "joint.child");
+    joint.parent_offset = described.parent_offset;
+    joint.child_offset = described.child_offset;
+    joint.actuation = actuation_basis(described);
+    control_count_ += static_cast<int>(joint.actuation.cols());
+
+    Body& child = bodies_[static_cast<std::size_t>(joint.child)];
+    if (joint.child == 0) throw InputError("joint.child", "found the root \"" + described.child + "\"; the first body has no parent");
+    if (child.parent >= 0) throw InputError("joint.child", "\"" + described.child + "\" has two parents; remove one joint");
+    child.parent = joint.parent;
+    child.joint = joint_count();
+    bodies_[static_cast<std::size_t>(joint.parent)].children.push_back(joint.child);
+    joints_.push_back(joint);
+  }
+}
+
+void System::order_tree() {
+  order_ = {0};
+  for (std::size_t next = 0; next < order_.size(); ++next)
+    for (int child : body(order_[next]).children) order_.push_back(child);
+  if (static_cast<int>(order_.size()) != body_count())
+    throw InputError("joint", "some bodies are not joined to the root; every body needs a chain of joints to the first one");
+}
+
+void System::lay_paths() {
+  for (int i : order_) {
+    Body& body_i = bodies_[static_cast<std::size_t>(i)];
+    if (body_i.parent >= 0) {
+      const Joint& up = joint(body_i.joint);
+      body_i.path = body(body_i.parent).path;
+      body_i.path.back().offset += up.parent_offset;
+      body_i.path.push_back({i, -up.child_offset});
+    } else {
+      body_i.path = {{i, Vector3d::Zero()}};
+    }
+  }
+}
+
+std::vector<Vector3d> System::mass_centres(const std::vector<Matrix3d>& rotation, const Vector3d& position) const {
+  std::vector<Vector3d> centres(bodies_.size(), position);
+  for (int i : order_) {
+    const Body& body_i = body(i);
+    if (body_i.parent < 0) continue;
+    const Joint& up = joint(body_i.joint);
+    centres[static_cast<std::size_t>(i)] = centres[static_cast<std::size_t>(up.parent)] +
+                                           rotation[static_cast<std::size_t>(up.parent)] * up.parent_offset -
+                                           rotation[static_cast<std::size_t>(i)] * up.child_offset;
+  }
+  return centres;
+}
+
+}  // namespace lamprey::model

@@ -1,0 +1,83 @@
+// System: a validated swimmer, a tree of rigid bodies. Never changes after construction; algorithms keep their own workspaces.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "model/description.hpp"
+
+namespace lamprey::model {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// Where a body's mass centre lies: x_i = x + Σ_a R_a c_ia over the bodies a from the root to i (equation 1.2).
+struct PathPoint {
+  int body;         // a
+  Vector3d offset;  // c_ia, m, frame of body a
+};
+
+struct Body {
+  std::string name;
+  Vector3d semi_axes;           // m
+  double volume;                // m³
+  double mass;                  // kg, without fluid
+  Matrix3d body_inertia;        // kg m², without fluid, body frame
+  Matrix3d mass_matrix;         // kg, M_i: body + fluid, body frame
+  Matrix3d inertia_matrix;      // kg m², J_i: body + fluid, body frame
+  int parent;                   // body index; −1 for the root
+  int joint;                    // joint to the parent; −1 for the root
+  std::vector<int> children;    // body indices
+  std::vector<PathPoint> path;  // root first, the body itself last
+};
+
+struct Joint {
+  std::string name;
+  JointKind kind;
+  int parent;                               // body index
+  int child;                                // body index
+  Vector3d parent_offset;                   // m, parent's mass centre → joint, parent's frame
+  Vector3d child_offset;                    // m, child's mass centre → joint, child's frame
+  Eigen::Matrix<double, 3, -1> actuation;   // orthonormal columns spanning the moments, parent's frame; [3][0]: none
+};
+
+class System {
+ public:
+  /// Resolves defaults and checks the tree.
+  /// Throws InputError naming the key when the description is not a tree of bodies with positive definite inertia.
+  explicit System(const SwimmerDescription& description);
+
+  int body_count() const { return static_cast<int>(bodies_.size()); }
+  int joint_count() const { return static_cast<int>(joints_.size()); }
+  /// Number of scalar controls: Σ columns of Joint::actuation.
+  int control_count() const { return control_count_; }
+  /// Dimension of velocities: 3 for each body's rotation, then 3 for the root's position.
+  int velocity_count() const { return 3 * body_count() + 3; }
+
+  const std::vector<Body>& bodies() const { return bodies_; }
+  const std::vector<Joint>& joints() const { return joints_; }
+  const Body& body(int i) const { return bodies_[static_cast<std::size_t>(i)]; }
+  const Joint& joint(int j) const { return joints_[static_cast<std::size_t>(j)]; }
+  /// Bodies from the root to the leaves: parents come before their children.
+  const std::vector<int>& root_to_leaves() const { return order_; }
+  double density() const { return density_; }
+
+  /// World positions of all mass centres, m.
+  std::vector<Vector3d> mass_centres(const std::vector<Matrix3d>& rotation, const Vector3d& position) const;
+
+ private:
+  void resolve_bodies(const SwimmerDescription& description);
+  void resolve_joints(const SwimmerDescription& description);
+  void order_tree();
+  void lay_paths();
+
+  double density_ = 0.0;
+  int control_count_ = 0;
+  std::vector<Body> bodies_;
+  std::vector<Joint> joints_;
+  std::vector<int> order_;
+};
+
+}  // namespace lamprey::model

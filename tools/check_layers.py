@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""Proves that includes between the rooms of src/ follow the one-way arrows of the table below.
+
+usage: check_layers.py [repository]
+Exit 0 when clean; otherwise one line for each include that breaks the rule, and exit 1.
+The first thing it does is to check itself: a forbidden include must be found in a made-up source.
+"""
+import pathlib
+import re
+import sys
+
+LEFT_OF_MECHANICS = ["lie", "fluid", "model"]
+MAY_USE = {
+    "lie": [],
+    "fluid": ["lie"],
+    "model": ["lie", "fluid"],
+    "mechanics": ["lie", "model"],
+    "integrator": ["mechanics", *LEFT_OF_MECHANICS],
+    "optimizer": [],
+    "maneuver": ["integrator", "mechanics", *LEFT_OF_MECHANICS, "optimizer"],
+    "certificate": ["maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS],
+    "study": ["certificate", "maneuver", "optimizer", "integrator", "mechanics", *LEFT_OF_MECHANICS],
+    "file": ["study", "certificate", "maneuver", "optimizer", "integrator", "mechanics", *LEFT_OF_MECHANICS],
+    "report": ["file", "study", "certificate", "maneuver", "optimizer", "integrator", "mechanics", *LEFT_OF_MECHANICS],
+}
+# certificate/ shares no solver code: of maneuver/ it may see only the plain structs that describe question and answer.
+ALLOWED_HEADERS = {("certificate", "maneuver"): {"maneuver/problem.hpp", "maneuver/solution.hpp", "maneuver/control_path.hpp"}}
+INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
+
+
+def violations(room, name, text):
+    for header in INCLUDE.findall(text):
+        target = header.split("/")[0]
+        if target == room:
+            continue
+        allowed = ALLOWED_HEADERS.get((room, target))
+        if target not in MAY_USE or "/" not in header:
+            yield f"{name}: includes \"{header}\": not ROOM/HEADER of a known room"
+        elif target not in MAY_USE[room]:
+            yield f"{name}: {room} may not use {target} (\"{header}\")"
+        elif allowed is not None and header not in allowed:
+            yield f"{name}: {room} may use only {', '.join(sorted(allowed))} of {target}, not \"{header}\""
+
+
+def main():
+    assert list(violations("lie", "made-up", '#include "model/tree.hpp"\n')), "the check itself is broken"
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".") / "src"
+    found, files = [], 0
+    for path in sorted(root.rglob("*.[ch]pp")):
+        room = path.relative_to(root).parts[0]
+        if room not in MAY_USE or len(path.relative_to(root).parts) != 2:
+            found.append(f"{path}: not in a room of the table, or more than one level deep")
+            continue
+        files += 1
+        found.extend(violations(room, str(path), path.read_text(encoding="utf-8")))
+    print("\n".join(found) if found else f"layers clean: {files} files in {len(MAY_USE)} rooms")
+    sys.exit(1 if found or files == 0 else 0)
+
+
+if __name__ == "__main__":
+    main()
