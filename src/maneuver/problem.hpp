@@ -11,11 +11,12 @@
 
 #include <Eigen/Core>
 
+#include "integrator/scheme.hpp"
 #include "model/description.hpp"
 
 namespace lamprey::maneuver {
 
-enum class Scheme { paper, trapezoid, midpoint, order4, order6 };
+using integrator::Scheme;
 enum class CostRule { trapezoid, rectangle };
 enum class ControlKind { steps, spline };
 enum class SearchMethod { simultaneous, shooting };

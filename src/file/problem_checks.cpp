@@ -1,0 +1,316 @@
+#include "file/problem_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+#include "file/toml_reader.hpp"
+#include "file/words.hpp"
+#include "lie/so3.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using maneuver::Problem;
+using model::JointDescription;
+using model::SwimmerDescription;
+
+constexpr double angle_tolerance = 1e-9;    // rad, for rotations and axes that people write with 16 digits
+constexpr double symmetry_tolerance = 1e-9;  // relative
+
+std::string joint_key(std::size_t j, std::string_view name) { return key_path(fmt::format("joint[{}]", j), name); }
+std::string body_key(std::size_t i, std::string_view name) { return key_path(fmt::format("body[{}]", i), name); }
+
+using Index = std::map<std::string, std::size_t>;
+
+Index index_bodies(const SwimmerDescription& swimmer) {
+  Index index;
+  for (std::size_t i = 0; i < swimmer.bodies.size(); ++i) {
+    const std::string& name = swimmer.bodies[i].name;
+    if (!index.emplace(name, i).second)
+      refuse(body_key(i, "name"), quoted(name) + " a second time", "names that differ", "rename one of the two bodies");
+  }
+  return index;
+}
+
+std::size_t body_named(const Index& index, const std::string& name, const std::string& key) {
+  const auto found = index.find(name);
+  if (found != index.end()) return found->second;
+  std::vector<std::string> names;
+  for (const auto& entry : index) names.push_back(entry.first);
+  refuse(key, quoted(name) + ", which names no body", "the name of a [[body]]", fmt::format("the nearest is {}", quoted(nearest(name, names))));
+}
+
+constexpr std::size_t nobody = static_cast<std::size_t>(-1);
+
+struct Parent {
+  std::size_t body = nobody;
+  std::size_t joint = nobody;
+};
+
+std::vector<Parent> find_parents(const SwimmerDescription& swimmer, const Index& index) {
+  std::vector<Parent> parents(swimmer.bodies.size());
+  for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
+    const JointDescription& joint = swimmer.joints[j];
+    const std::size_t parent = body_named(index, joint.parent, joint_key(j, "parent"));
+    const std::size_t child = body_named(index, joint.child, joint_key(j, "child"));
+    const std::string child_key = joint_key(j, "child");
+    if (parent == child) refuse(child_key, quoted(joint.child) + ", the joint's own parent", "another body than the parent", "name the other body");
+    if (child == 0)
+      refuse(child_key, quoted(joint.child) + ", the root", "any body but the first", "exchange parent and child, or list another body first");
+    if (parents[child].joint != nobody)
+      refuse(child_key, fmt::format("{} with a second parent, {}", quoted(joint.child), quoted(joint.parent)), "one parent for each body",
+             fmt::format("remove this joint or the one with {}", quoted(swimmer.joints[parents[child].joint].parent)));
+    parents[child] = {parent, j};
+  }
+  return parents;
+}
+
+void check_names_of_joints(const SwimmerDescription& swimmer) {
+  std::set<std::string> names;
+  for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
+    const std::string& name = swimmer.joints[j].name;
+    if (!names.insert(name).second)
+      refuse(joint_key(j, "name"), quoted(name) + " a second time", "names that differ (default: the child's name)", "give one of the two joints another name");
+  }
+}
+
+// Walks from every body towards the root; each body is visited at most twice in all.
+void check_reach(const SwimmerDescription& swimmer, const std::vector<Parent>& parents) {
+  enum class Mark { unknown, walking, reaches_root };
+  std::vector<Mark> marks(parents.size(), Mark::unknown);
+  marks[0] = Mark::reaches_root;
+  for (std::size_t start = 0; start < parents.size(); ++start) {
+    std::vector<std::size_t> walked;
+    std::size_t i = start;
+    while (marks[i] == Mark::unknown) {
+      marks[i] = Mark::walking;
+      walked.push_back(i);
+      if (parents[i].body == nobody)
+        refuse(body_key(i, "name"), fmt::format("{}, which no joint leads to from the root", quoted(swimmer.bodies[i].name)), "one tree with the first body as root",
+               fmt::format("add a [[joint]] with child = {}", quoted(swimmer.bodies[i].name)));
+      i = parents[i].body;
+    }
+    if (marks[i] == Mark::walking)
+      refuse(joint_key(parents[i].joint, "child"), fmt::format("a cycle of joints through {}", quoted(swimmer.bodies[i].name)),
+             "a tree with the first body as root", "remove one of the cycle's joints and join it to the root");
+    for (std::size_t body : walked) marks[body] = Mark::reaches_root;
+  }
+}
+
+std::string shown_matrix(const Matrix3d& m) {
+  return fmt::format("[{}, {}, {}]", shown(Vector3d(m.row(0))), shown(Vector3d(m.row(1))), shown(Vector3d(m.row(2))));
+}
+
+void check_matrix(const std::optional<Matrix3d>& matrix, const std::string& key) {
+  if (!matrix) return;
+  const double asymmetry = (*matrix - matrix->transpose()).cwiseAbs().maxCoeff();
+  const bool symmetric = asymmetry <= symmetry_tolerance * matrix->cwiseAbs().maxCoeff();
+  if (!symmetric || matrix->llt().info() != Eigen::Success)
+    refuse(key, shown_matrix(*matrix), "a symmetric positive definite matrix", symmetric ? "all its eigenvalues must be > 0: mend its entries" : "make each entry equal to its mirror image");
+}
+
+// Of any mass distribution the largest principal moment is at most the sum of the others; the margin forgives rounded digits.
+void check_triangle(const Matrix3d& inertia, const std::string& key) {
+  constexpr double margin = 1e-3;
+  const Vector3d moments = Eigen::SelfAdjointEigenSolver<Matrix3d>(inertia, Eigen::EigenvaluesOnly).eigenvalues();
+  if (moments[2] > (1.0 + margin) * (moments[0] + moments[1]))
+    refuse(key, "principal moments " + shown(moments), "the largest at most the sum of the other two (kg m²), as for every solid body",
+           "mend an entry; added fluid belongs into inertia_matrix");
+}
+
+bool independent(const std::vector<Vector3d>& axes) {
+  if (axes.size() > 3) return false;
+  Eigen::Matrix<double, 3, -1> columns(3, static_cast<Eigen::Index>(axes.size()));
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const double length = axes[a].stableNorm();
+    if (!(length > 0.0) || !std::isfinite(length)) return false;
+    columns.col(static_cast<Eigen::Index>(a)) = axes[a] / length;
+  }
+  Eigen::FullPivLU<Eigen::Matrix<double, 3, -1>> lu(columns);
+  lu.setThreshold(1e-9);
+  return lu.rank() == columns.cols();
+}
+
+std::string shown_axes(const std::vector<Vector3d>& axes) {
+  std::string text;
+  for (std::size_t a = 0; a < std::min<std::size_t>(axes.size(), 5); ++a) text += (a > 0 ? ", " : "") + shown(axes[a]);
+  return fmt::format("[{}{}]", text, axes.size() > 5 ? ", …" : "");
+}
+
+void check_control_axes(const JointDescription& joint, std::size_t j) {
+  if (!joint.control_axes) return;
+  const std::string key = joint_key(j, "control_axes");
+  if (!joint.actuated) refuse(key, "axes on a joint with actuated = false", "only on actuated joints", "remove one of the two keys");
+  if (!independent(*joint.control_axes))
+    refuse(key, shown_axes(*joint.control_axes), "one to three non-zero, linearly independent vectors", "remove the axis that repeats others");
+}
+
+void check_joint_axes(const JointDescription& joint, std::size_t j) {
+  if (joint.kind == JointKind::hinge) {
+    const std::string key = joint_key(j, "axis");
+    if (!joint.axis) refuse(key, "nothing on a hinge", "three numbers: the free axis, child's frame", "add this key");
+    if (!independent({*joint.axis})) refuse(key, shown(*joint.axis), "a vector that is not zero", "as in [0.0, 0.0, 1.0]");
+  }
+  if (joint.kind != JointKind::universal) return;
+  const std::string key = joint_key(j, "axes");
+  if (!joint.axes) refuse(key, "nothing on a universal joint", "two vectors: first in the parent's frame, second in the child's", "add this key");
+  for (const Vector3d& axis : *joint.axes)
+    if (!independent({axis})) refuse(key, shown(axis), "vectors that are not zero", "as in [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]");
+  const double cosine = (*joint.axes)[0].stableNormalized().dot(lie::exp(joint.reference_rotation) * (*joint.axes)[1].stableNormalized());
+  if (std::abs(cosine) > angle_tolerance)
+    refuse(key, fmt::format("axes at {} rad to each other at zero angle", std::acos(std::clamp(cosine, -1.0, 1.0))),
+           "axes orthogonal at zero angle (second turned by reference_rotation)", "turn one of them");
+}
+
+// rad: how far the rotation child → parent is from those the joint can take.
+double misfit(const JointDescription& joint, const Matrix3d& child_to_parent) {
+  const Matrix3d from_zero = lie::exp(joint.reference_rotation).transpose() * child_to_parent;
+  switch (joint.kind) {
+    case JointKind::ball: return 0.0;
+    case JointKind::fixed: return lie::rotation_angle(from_zero);
+    case JointKind::hinge: {
+      const Vector3d axis = joint.axis->stableNormalized();
+      return (from_zero * axis - axis).norm();
+    }
+    case JointKind::universal:
+      return std::abs((*joint.axes)[0].stableNormalized().dot(child_to_parent * (*joint.axes)[1].stableNormalized()));
+  }
+  return 0.0;
+}
+
+Matrix3d start_rotation(const Problem& problem, const Index& index, const std::string& body) {
+  return lie::exp(problem.start.rotation[index.at(body)]);
+}
+
+// The end rotation that the goal fixes, if it does.
+std::optional<Matrix3d> end_rotation(const Problem& problem, const Index& index, const std::string& body) {
+  const auto own = problem.goal->rotation.find(body);
+  if (own != problem.goal->rotation.end()) return own->second ? std::optional(lie::exp(*own->second)) : std::nullopt;
+  if (!problem.goal->turn) return std::nullopt;
+  return Matrix3d(lie::exp(*problem.goal->turn) * start_rotation(problem, index, body));
+}
+
+std::string end_key(const Problem& problem, const std::string& body) {
+  return problem.goal->rotation.contains(body) ? key_path("goal.rotation", body) : "goal.turn";
+}
+
+void check_goal_against_joints(const Problem& problem, const Index& index) {
+  for (const JointDescription& joint : problem.swimmer.joints) {
+    const std::optional<Matrix3d> parent = end_rotation(problem, index, joint.parent);
+    const std::optional<Matrix3d> child = end_rotation(problem, index, joint.child);
+    if (!parent || !child) continue;
+    const std::string key = problem.goal->rotation.contains(joint.child) ? end_key(problem, joint.child) : end_key(problem, joint.parent);
+    const Matrix3d end = parent->transpose() * *child;
+    const double off = misfit(joint, end);
+    if (off > angle_tolerance)
+      refuse(key, fmt::format("end rotations that are {} rad outside what the {} joint {} allows", off, word(joint.kind), quoted(joint.name)),
+             "end rotations that fit the joints", "change this rotation or set one of the two bodies \"free\"");
+    const Matrix3d start = start_rotation(problem, index, joint.parent).transpose() * start_rotation(problem, index, joint.child);
+    const double change = lie::rotation_angle(start.transpose() * end);
+    if (problem.goal->periodic && !problem.start.free_shape && change > angle_tolerance)
+      refuse(key, fmt::format("end rotations that change joint {} by {} rad in a periodic goal", quoted(joint.name), change),
+             "the start's shape at the end", "remove periodic, free one rotation, or set start.free_shape = true");
+  }
+}
+
+}  // namespace
+
+void check_tree(const SwimmerDescription& swimmer) {
+  const std::vector<Parent> parents = find_parents(swimmer, index_bodies(swimmer));
+  check_reach(swimmer, parents);
+  check_names_of_joints(swimmer);
+}
+
+void check_bodies(const SwimmerDescription& swimmer) {
+  for (std::size_t i = 0; i < swimmer.bodies.size(); ++i) {
+    const model::BodyDescription& body = swimmer.bodies[i];
+    const double volume = 4.0 / 3.0 * 3.14159265358979323846 * body.semi_axes.prod();
+    const double mass = body.mass.value_or(swimmer.density * volume);
+    const double inertia = mass * body.semi_axes.squaredNorm();
+    if (swimmer.density == 0.0 && !body.mass)
+      refuse(body_key(i, "mass"), "nothing in a vacuum (fluid.density = 0)", "a number > 0 (kg)", "add this key: nothing buoys the body");
+    if (!std::isnormal(volume) || !std::isnormal(mass) || !std::isnormal(inertia))
+      refuse(body_key(i, "semi_axes"), fmt::format("{}, volume {} m³, mass {} kg", shown(body.semi_axes), volume, mass),
+             "sizes whose volume, mass and inertia are ordinary numbers", "check the units: metres, kg/m³");
+    check_matrix(body.body_inertia, body_key(i, "body_inertia"));
+    check_matrix(body.mass_matrix, body_key(i, "mass_matrix"));
+    check_matrix(body.inertia_matrix, body_key(i, "inertia_matrix"));
+    if (body.body_inertia) check_triangle(*body.body_inertia, body_key(i, "body_inertia"));
+  }
+}
+
+void check_joints(const SwimmerDescription& swimmer) {
+  for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
+    check_joint_axes(swimmer.joints[j], j);
+    check_control_axes(swimmer.joints[j], j);
+  }
+}
+
+void check_start(const Problem& problem) {
+  const Index index = index_bodies(problem.swimmer);
+  for (const JointDescription& joint : problem.swimmer.joints) {
+    const Matrix3d shape = start_rotation(problem, index, joint.parent).transpose() * start_rotation(problem, index, joint.child);
+    const double off = misfit(joint, shape);
+    if (off > angle_tolerance)
+      refuse(key_path("start.rotation", joint.child),
+             fmt::format("start rotations that are {} rad outside what the {} joint {} allows", off, word(joint.kind), quoted(joint.name)),
+             "start rotations that fit the joints", "turn this body or its parent, or set the joint's reference_rotation");
+  }
+  if (problem.start.free_shape && !(problem.goal && problem.goal->periodic))
+    refuse("start.free_shape", "true without a periodic goal", "only with goal.periodic = true", "remove it or add periodic = true to [goal]");
+}
+
+void check_goal(const Problem& problem) {
+  if (!problem.goal) return;
+  const maneuver::Goal& goal = *problem.goal;
+  const bool moves = std::any_of(goal.move.begin(), goal.move.end(), [](const auto& entry) { return entry.has_value(); });
+  const bool rotates = std::any_of(goal.rotation.begin(), goal.rotation.end(), [](const auto& entry) { return entry.second.has_value(); });
+  if (!moves && !rotates && !goal.turn && !goal.rest && !goal.periodic)
+    refuse("goal", "nothing asked for", "at least one of move, turn, rotation.NAME, rest or periodic", "add one, or remove [goal] to simulate");
+  check_goal_against_joints(problem, index_bodies(problem.swimmer));
+}
+
+void check_limits(const Problem& problem) {
+  for (const JointDescription& joint : problem.swimmer.joints) {
+    const bool no_arms = joint.parent_offset.isZero(0.0) || joint.child_offset.isZero(0.0);
+    for (const auto& [quantity, limits] : {std::pair("swing", &problem.limits.swing), std::pair("twist", &problem.limits.twist)}) {
+      if (!limits->contains(joint.name)) continue;
+      const std::string key = key_path(fmt::format("limits.{}", quantity), joint.name);
+      if (joint.kind == JointKind::fixed) refuse(key, "a limit on a fixed joint", "on joints that move", "remove it");
+      if (no_arms)
+        refuse(key, "a joint at a mass centre", "only with parent_offset and child_offset that are not zero", "remove it: the angle has no meaning there");
+    }
+    if (problem.limits.angle.contains(joint.name) && joint.kind != JointKind::hinge)
+      refuse(key_path("limits.angle", joint.name), fmt::format("a {} joint", word(joint.kind)), "on hinges only", "use limits.swing and limits.twist instead");
+  }
+}
+
+void check_transcription(const Problem& problem) {
+  const bool high_order = problem.scheme == Scheme::order4 || problem.scheme == Scheme::order6;
+  if (high_order && problem.rule)
+    refuse("cost.rule", fmt::format("{} with scheme {}", quoted(word(*problem.rule)), quoted(word(problem.scheme))),
+           "no rule above order 2: the scheme's own quadrature is used", "remove this key");
+  const bool spline = problem.control == ControlKind::spline;
+  if (spline && problem.points == 0)
+    refuse("control.points", "nothing with kind = \"spline\"", "a whole number from 2 to steps + 1", "add this key, as in points = 21");
+  if (!spline && problem.points != 0)
+    refuse("control.points", fmt::format("{} with kind = \"steps\"", problem.points), "only with kind = \"spline\"", "remove it or set kind = \"spline\"");
+  if (spline && problem.points > problem.steps + 1)
+    refuse("control.points", fmt::format("{} with {} steps", problem.points, problem.steps),
+           fmt::format("a whole number from 2 to steps + 1 = {}", problem.steps + 1), "use fewer points or more steps");
+  if (problem.search.method == SearchMethod::shooting && !spline)
+    refuse("search.method", "\"shooting\" with control.kind = \"steps\"", "\"simultaneous\", or \"shooting\" with kind = \"spline\"",
+           "set control.kind = \"spline\" with points, or use \"simultaneous\"");
+}
+
+}  // namespace lamprey::file

@@ -1,0 +1,29 @@
+// Rules of a problem file that reach beyond one key. Each throws model::InputError with the key alone.
+#pragma once
+
+#include "maneuver/problem.hpp"
+
+namespace lamprey::file {
+
+/// Names are unique; every joint joins two known bodies; the joints make one tree whose root is the first body.
+void check_tree(const model::SwimmerDescription& swimmer);
+
+/// Masses and inertias are symmetric positive definite and possible; volumes are finite; a vacuum states every mass.
+void check_bodies(const model::SwimmerDescription& swimmer);
+
+/// Axes are what the joint's kind needs: present, non-zero, independent, orthogonal at zero angle.
+void check_joints(const model::SwimmerDescription& swimmer);
+
+/// Start rotations fit the joints; free_shape goes with a periodic goal.
+void check_start(const maneuver::Problem& problem);
+
+/// The goal asks for something, names bodies that exist and does not contradict itself, the joints or the start.
+void check_goal(const maneuver::Problem& problem);
+
+/// Limits name joints that exist and quantities that these joints have.
+void check_limits(const maneuver::Problem& problem);
+
+/// Cost rule, spline points and search method go with scheme, steps and control kind.
+void check_transcription(const maneuver::Problem& problem);
+
+}  // namespace lamprey::file

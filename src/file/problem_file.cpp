@@ -1,0 +1,314 @@
+#include "file/problem_file.hpp"
+
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "file/problem_checks.hpp"
+#include "file/text_file.hpp"
+#include "file/toml_reader.hpp"
+#include "file/words.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+using Eigen::Vector3d;
+using maneuver::Problem;
+
+constexpr std::size_t byte_limit = std::size_t{16} << 20;
+constexpr std::size_t body_limit = 1000;
+constexpr std::int64_t step_limit = 10'000'000;
+constexpr double pi = 3.14159265358979323846;
+
+const std::vector<std::string> sections = {"schema",     "name",   "source", "fluid", "body", "joint", "start", "goal", "time", "cost",
+                                           "control", "integrator", "limits", "search"};
+
+std::string name_of(const TableReader& table) {
+  table.require("name", "a text, unique in the file");
+  const std::string name = *table.text("name");
+  const bool printable = std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x20U && c != 0x7F; });
+  if (name.empty() || !printable) refuse(table.key("name"), quoted(name), "a text that is not empty, without control characters", "name it");
+  return name;
+}
+
+Vector3d required_vector(const TableReader& table, std::string_view name, const Range& range, const std::string& meaning) {
+  table.require(name, "three numbers" + range.in_words() + ": " + meaning);
+  return *table.vector(name, range);
+}
+
+void read_head(const TableReader& document, const std::string& path, Problem& problem) {
+  document.require("schema", "schema = 1, the version of this format");
+  document.integer("schema", 1, 1);
+  document.allow_only(sections);
+  problem.name = document.text("name").value_or(std::filesystem::path(path).stem().string());
+  problem.source = document.text("source").value_or("");
+}
+
+model::BodyDescription read_body(const TableReader& table) {
+  table.allow_only({"name", "semi_axes", "mass", "body_inertia", "mass_matrix", "inertia_matrix"});
+  model::BodyDescription body;
+  body.name = name_of(table);
+  body.semi_axes = required_vector(table, "semi_axes", positive("m"), "half lengths of the ellipsoid");
+  body.mass = table.number("mass", positive("kg"));
+  body.body_inertia = table.matrix("body_inertia", "kg m²");
+  body.mass_matrix = table.matrix("mass_matrix", "kg");
+  body.inertia_matrix = table.matrix("inertia_matrix", "kg m²");
+  return body;
+}
+
+// Keys that only some kinds of joint have, so that a misplaced one is not silently without effect.
+void refuse_keys_of_other_kinds(const TableReader& table, JointKind kind) {
+  const auto belongs = [&](std::string_view name, bool allowed, const std::string& kinds) {
+    if (table.find(name) && !allowed)
+      refuse(table.key(name), fmt::format("this key on a {} joint", word(kind)), kinds, "remove it or change the joint's kind");
+  };
+  belongs("axis", kind == JointKind::hinge, "on a hinge only");
+  belongs("axes", kind == JointKind::universal, "on a universal joint only");
+  for (const char* name : {"control_axes", "stiffness", "damping"})
+    belongs(name, kind != JointKind::fixed, "on ball, universal and hinge joints");
+}
+
+std::optional<std::array<Vector3d, 2>> read_axes(const TableReader& table) {
+  const std::optional<std::vector<Vector3d>> axes = table.vectors("axes", any_number(""));
+  if (!axes) return std::nullopt;
+  if (axes->size() != 2) refuse(table.key("axes"), shown(*table.find("axes")), "two vectors: parent's frame, child's frame", "give two");
+  return std::array<Vector3d, 2>{(*axes)[0], (*axes)[1]};
+}
+
+model::JointDescription read_joint(const TableReader& table) {
+  table.allow_only({"kind", "name", "parent", "child", "parent_offset", "child_offset", "reference_rotation", "axis", "axes", "actuated",
+                    "control_axes", "stiffness", "damping"});
+  model::JointDescription joint;
+  joint.kind = table.word("kind", joint_kinds).value_or(JointKind::ball);
+  refuse_keys_of_other_kinds(table, joint.kind);
+  for (const char* end : {"parent", "child"}) table.require(end, "the name of a body");
+  joint.parent = *table.text("parent");
+  joint.child = *table.text("child");
+  joint.name = table.find("name") ? name_of(table) : joint.child;
+  joint.parent_offset = required_vector(table, "parent_offset", any_number("m"), "mass centre → joint, parent's frame");
+  joint.child_offset = required_vector(table, "child_offset", any_number("m"), "mass centre → joint, child's frame");
+  joint.reference_rotation = table.vector("reference_rotation", any_number("rad")).value_or(Vector3d::Zero());
+  joint.axis = table.vector("axis", any_number(""));
+  joint.axes = read_axes(table);
+  joint.actuated = table.boolean("actuated").value_or(true);
+  joint.control_axes = table.vectors("control_axes", any_number(""));
+  joint.stiffness = table.number("stiffness", not_negative("N m/rad")).value_or(0.0);
+  joint.damping = table.number("damping", not_negative("N m s/rad")).value_or(0.0);
+  return joint;
+}
+
+void read_swimmer(const TableReader& document, model::SwimmerDescription& swimmer) {
+  const TableReader fluid = document.table("fluid");
+  fluid.allow_only({"density"});
+  fluid.require("density", "a number ≥ 0 (kg/m³), 0 for a vacuum");
+  swimmer.density = *fluid.number("density", not_negative("kg/m³"));
+  document.require("body", "from 1 to 1000 tables [[body]]");
+  const std::vector<TableReader> bodies = document.tables("body");
+  if (bodies.empty() || bodies.size() > body_limit)
+    refuse("body", fmt::format("{} bodies", bodies.size()), fmt::format("from 1 to {}", body_limit), "change the number of [[body]] tables");
+  for (const TableReader& body : bodies) swimmer.bodies.push_back(read_body(body));
+  for (const TableReader& joint : document.tables("joint")) swimmer.joints.push_back(read_joint(joint));
+}
+
+std::vector<std::string> body_names(const Problem& problem) {
+  std::vector<std::string> names;
+  for (const model::BodyDescription& body : problem.swimmer.bodies) names.push_back(body.name);
+  return names;
+}
+
+std::vector<Vector3d> read_by_body(const TableReader& table, const std::vector<std::string>& names, std::string_view unit) {
+  table.allow_only(names);
+  std::vector<Vector3d> values;
+  for (const std::string& name : names) values.push_back(table.vector(name, any_number(unit)).value_or(Vector3d::Zero()));
+  return values;
+}
+
+void read_start(const TableReader& table, Problem& problem) {
+  table.allow_only({"position", "rotation", "angular_velocity", "linear_velocity", "free_shape"});
+  const std::vector<std::string> names = body_names(problem);
+  maneuver::Start& start = problem.start;
+  start.position = table.vector("position", any_number("m")).value_or(Vector3d::Zero());
+  start.rotation = read_by_body(table.table("rotation"), names, "rad");
+  start.angular_velocity = read_by_body(table.table("angular_velocity"), names, "rad/s");
+  start.linear_velocity = table.vector("linear_velocity", any_number("m/s")).value_or(Vector3d::Zero());
+  start.free_shape = table.boolean("free_shape").value_or(false);
+}
+
+bool says_free(const TomlValue& value) { return value.kind == TomlValue::Kind::string && value.text == "free"; }
+
+std::array<std::optional<double>, 3> read_move(const TableReader& table) {
+  std::array<std::optional<double>, 3> move;
+  const TomlValue* value = table.find("move");
+  if (!value) return move;
+  const std::string allowed = "three entries, each a number (m) or \"free\"";
+  if (value->kind != TomlValue::Kind::array || value->items.size() != 3)
+    refuse(table.key("move"), shown(*value), allowed, "as in [2.0, \"free\", \"free\"]");
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (!says_free(value->items[axis])) move[axis] = table.number_in(value->items[axis], "move", any_number("m"), *value, allowed);
+  return move;
+}
+
+void read_goal(const TableReader& table, Problem& problem) {
+  if (!table.present()) return;
+  table.allow_only({"move", "turn", "rotation", "rest", "periodic"});
+  maneuver::Goal goal;
+  goal.move = read_move(table);
+  goal.turn = table.vector("turn", any_number("rad"));
+  const TableReader rotation = table.table("rotation");
+  rotation.allow_only(body_names(problem));
+  for (const TomlValue& member : rotation.members()) {
+    if (member.kind == TomlValue::Kind::string && !says_free(member))
+      refuse(rotation.key(member.key), shown(member), "three numbers (rad) or \"free\"", "write a rotation vector or \"free\"");
+    goal.rotation[member.key] = says_free(member) ? std::nullopt : rotation.vector(member.key, any_number("rad"));
+  }
+  goal.periodic = table.boolean("periodic").value_or(false);
+  goal.rest = table.boolean("rest").value_or(!goal.periodic);
+  problem.goal = goal;
+}
+
+void read_free_duration(const TableReader& table, maneuver::Duration& duration) {
+  for (const char* bound : {"min", "max"}) table.require(bound, "a number > 0 (s), with duration = \"free\"");
+  duration.free = true;
+  duration.min = *table.number("min", positive("s"));
+  duration.max = *table.number("max", positive("s"));
+  if (duration.min > duration.max)
+    refuse(table.key("min"), fmt::format("{} above max = {}", duration.min, duration.max), "min ≤ max (s)", "exchange them");
+  duration.value = duration.min + 0.5 * (duration.max - duration.min);
+}
+
+void read_time(const TableReader& table, Problem& problem) {
+  table.allow_only({"duration", "min", "max", "steps"});
+  table.require("duration", "a number > 0 (s) or \"free\"");
+  table.require("steps", fmt::format("a whole number from 1 to {}", step_limit));
+  const TomlValue& duration = *table.find("duration");
+  if (says_free(duration)) {
+    read_free_duration(table, problem.duration);
+  } else {
+    if (duration.kind == TomlValue::Kind::string)
+      refuse(table.key("duration"), shown(duration), "a number > 0 (s) or \"free\"", "write seconds without quotes, or \"free\"");
+    problem.duration.value = *table.number("duration", positive("s"));
+    for (const char* bound : {"min", "max"})
+      if (const TomlValue* value = table.find(bound))
+        refuse(table.key(bound), shown(*value), "only with duration = \"free\"", "remove it or free the duration");
+  }
+  problem.steps = static_cast<int>(*table.integer("steps", 1, step_limit));
+}
+
+void read_transcription(const TableReader& document, Problem& problem) {
+  const TableReader cost = document.table("cost");
+  cost.allow_only({"effort", "rule"});
+  problem.effort = cost.number("effort", positive("weight")).value_or(1.0);
+  problem.rule = cost.word("rule", cost_rules);
+  const TableReader control = document.table("control");
+  control.allow_only({"kind", "points"});
+  problem.control = control.word("kind", control_kinds).value_or(ControlKind::steps);
+  problem.points = static_cast<int>(control.integer("points", 2, step_limit + 1).value_or(0));
+  const TableReader integrator = document.table("integrator");
+  integrator.allow_only({"scheme"});
+  problem.scheme = integrator.word("scheme", schemes).value_or(Scheme::trapezoid);
+}
+
+std::map<std::string, double> read_by_joint(const TableReader& table, const std::vector<std::string>& names, const Range& range) {
+  table.allow_only(names);
+  std::map<std::string, double> values;
+  for (const TomlValue& member : table.members()) values[member.key] = *table.number(member.key, range);
+  return values;
+}
+
+void read_limits(const TableReader& table, Problem& problem) {
+  table.allow_only({"torque", "swing", "twist", "angle", "clearance"});
+  std::vector<std::string> names;
+  for (const model::JointDescription& joint : problem.swimmer.joints) names.push_back(joint.name);
+  maneuver::Limits& limits = problem.limits;
+  const TomlValue* torque = table.find("torque");
+  if (torque && torque->kind == TomlValue::Kind::table)
+    limits.joint_torque = read_by_joint(table.table("torque"), names, positive("N m"));
+  else
+    limits.torque = table.number("torque", positive("N m"));
+  const Range angles{.low = 0.0, .high = pi, .unit = "rad"};
+  limits.swing = read_by_joint(table.table("swing"), names, angles);
+  limits.twist = read_by_joint(table.table("twist"), names, angles);
+  const TableReader angle = table.table("angle");
+  angle.allow_only(names);
+  for (const TomlValue& member : angle.members()) {
+    const std::string allowed = "[min, max] with min < max (rad)";
+    if (member.kind != TomlValue::Kind::array || member.items.size() != 2)
+      refuse(angle.key(member.key), shown(member), allowed, "as in [-0.5, 0.5]");
+    std::array<double, 2> bounds{};
+    for (std::size_t i = 0; i < 2; ++i) bounds[i] = angle.number_in(member.items[i], member.key, any_number("rad"), member, allowed);
+    if (!(bounds[0] < bounds[1])) refuse(angle.key(member.key), shown(member), allowed, "exchange or widen the bounds");
+    limits.angle[member.key] = bounds;
+  }
+  limits.clearance = table.number("clearance", not_negative("m"));
+}
+
+void read_search(const TableReader& table, Problem& problem) {
+  table.allow_only({"starts", "seed", "method", "tolerance", "time_limit"});
+  maneuver::Search& search = problem.search;
+  search.starts = static_cast<int>(table.integer("starts", 1, 1'000'000).value_or(search.starts));
+  constexpr std::int64_t largest_seed = std::numeric_limits<std::int64_t>::max();
+  search.seed = static_cast<std::uint64_t>(table.integer("seed", 0, largest_seed).value_or(1));
+  search.method = table.word("method", search_methods).value_or(SearchMethod::simultaneous);
+  const Range tolerances{.low = 1e-15, .high = 0.1, .low_included = true, .unit = "on certificate.kkt"};
+  search.tolerance = table.number("tolerance", tolerances).value_or(search.tolerance);
+  search.time_limit = table.number("time_limit", positive("s"));
+}
+
+Problem read_document(const TableReader& document, const std::string& path) {
+  Problem problem;
+  read_head(document, path, problem);
+  read_swimmer(document, problem.swimmer);
+  check_tree(problem.swimmer);
+  check_bodies(problem.swimmer);
+  check_joints(problem.swimmer);
+  read_start(document.table("start"), problem);
+  read_goal(document.table("goal"), problem);
+  read_time(document.table("time"), problem);
+  read_transcription(document, problem);
+  read_limits(document.table("limits"), problem);
+  read_search(document.table("search"), problem);
+  check_start(problem);
+  check_goal(problem);
+  check_limits(problem);
+  check_transcription(problem);
+  return problem;
+}
+
+}  // namespace
+
+ProblemFile parse_problem(const std::string& bytes, const std::string& path) {
+  if (bytes.size() > byte_limit)
+    throw model::InputError(path, 1, 1, "file",
+                            fmt::format("found {} bytes; allowed: at most 16 MiB; shorten the file", bytes.size()));
+  ProblemFile file;
+  file.path = path;
+  file.sha256 = sha256(bytes);
+  const TomlValue document = parse_toml(bytes, path);
+  file.positions = key_positions(document);
+  try {
+    file.problem = read_document(TableReader(&document, ""), path);
+  } catch (const model::InputError& error) {
+    throw located(error, file);
+  }
+  return file;
+}
+
+ProblemFile read_problem_file(const std::string& path) { return parse_problem(read_bytes(path, byte_limit), path); }
+
+maneuver::Problem read_problem(const std::string& path) { return read_problem_file(path).problem; }
+
+model::InputError located(const model::InputError& error, const ProblemFile& file) {
+  if (error.line > 0) return error;
+  std::string key = error.key;
+  auto place = file.positions.find(key);
+  while (place == file.positions.end() && !key.empty()) {
+    const std::size_t cut = key.find_last_of(".[");
+    key.resize(cut == std::string::npos ? 0 : cut);
+    place = file.positions.find(key);
+  }
+  const Position position = place == file.positions.end() ? Position{} : place->second;
+  return {file.path, position.line, position.column, error.key, error.message};
+}
+
+}  // namespace lamprey::file

@@ -1,0 +1,70 @@
+// What the interface describes and this version cannot do yet: said plainly, at the key's place, with what to use instead.
+#include <fmt/format.h>
+
+#include "file/problem_file.hpp"
+#include "file/toml_reader.hpp"
+#include "file/words.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+[[noreturn]] void refuse_unsupported(const std::string& key, const std::string& found, const std::string& allowed, const std::string& cure) {
+  throw model::InputError(key, fmt::format("found {}, which this version does not handle yet; allowed for now: {}; {}", found, allowed, cure));
+}
+
+void require_supported_joints(const model::SwimmerDescription& swimmer) {
+  for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
+    const model::JointDescription& joint = swimmer.joints[j];
+    const std::string path = fmt::format("joint[{}]", j);
+    if (joint.kind != JointKind::ball)
+      refuse_unsupported(path + ".kind", quoted(word(joint.kind)), "\"ball\"",
+                         "use a ball joint; control_axes confines its moment to the directions you name");
+    if (joint.stiffness > 0.0) refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)", "remove this key");
+    if (joint.damping > 0.0) refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)", "remove this key");
+  }
+}
+
+void require_supported_scheme(Scheme scheme) {
+  if (scheme != Scheme::paper && scheme != Scheme::trapezoid)
+    refuse_unsupported("integrator.scheme", quoted(word(scheme)), "\"trapezoid\" (order 2) or \"paper\" (order 1)",
+                       "use \"trapezoid\" with more steps");
+}
+
+std::string first_limit(const maneuver::Limits& limits) {
+  const auto first = [](const std::string& path, const auto& by_joint) { return key_path(path, by_joint.begin()->first); };
+  if (limits.torque) return "limits.torque";
+  if (!limits.joint_torque.empty()) return first("limits.torque", limits.joint_torque);
+  if (!limits.swing.empty()) return first("limits.swing", limits.swing);
+  if (!limits.twist.empty()) return first("limits.twist", limits.twist);
+  if (!limits.angle.empty()) return first("limits.angle", limits.angle);
+  return "limits.clearance";
+}
+
+void require_supported_maneuver(const maneuver::Problem& problem) {
+  if (!problem.goal)
+    refuse("goal", "no [goal]", "a [goal] with move, turn, rotation.NAME or rest", "add one; `lamprey simulate` needs none");
+  if (problem.duration.free)
+    refuse_unsupported("time.duration", "\"free\"", "a number > 0 (s)",
+                       fmt::format("fix it, for instance at {}, and compare the costs of several", problem.duration.value));
+  if (problem.goal->periodic)
+    refuse_unsupported("goal.periodic", "true", "false", "remove it and give the end by turn or rotation.NAME, and rest");
+  if (problem.start.free_shape) refuse_unsupported("start.free_shape", "true", "false", "remove it; the start rotations are then kept");
+  if (problem.limits.any())
+    refuse_unsupported(first_limit(problem.limits), "a limit", "no [limits]",
+                       "remove it, solve, and look for the largest value in the result");
+}
+
+}  // namespace
+
+void require_supported(const ProblemFile& file, Purpose purpose) {
+  try {
+    require_supported_joints(file.problem.swimmer);
+    require_supported_scheme(file.problem.scheme);
+    if (purpose == Purpose::solve) require_supported_maneuver(file.problem);
+  } catch (const model::InputError& error) {
+    throw located(error, file);
+  }
+}
+
+}  // namespace lamprey::file

@@ -1,0 +1,67 @@
+#include "file/text_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include "file/io_error.hpp"
+#include "model/input_error.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+class Descriptor {
+ public:
+  explicit Descriptor(const std::string& path) : value_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+  ~Descriptor() {
+    if (value_ >= 0) ::close(value_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int value() const { return value_; }
+
+ private:
+  int value_;
+};
+
+}  // namespace
+
+std::string read_bytes(const std::string& path, std::size_t limit) {
+  const Descriptor descriptor(path);
+  if (descriptor.value() < 0) throw IoError(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
+  struct stat status {};
+  if (::fstat(descriptor.value(), &status) != 0) throw IoError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
+  if (S_ISDIR(status.st_mode)) throw IoError(path, "is a folder; name a file in it");
+  std::string bytes;
+  std::array<char, 65536> chunk;
+  while (true) {
+    const ssize_t count = ::read(descriptor.value(), chunk.data(), chunk.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) throw IoError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
+    if (count == 0) return bytes;
+    bytes.append(chunk.data(), static_cast<std::size_t>(count));
+    if (bytes.size() > limit)
+      throw model::InputError(path, 1, 1, "file",
+                              fmt::format("found more than {} bytes; allowed: at most {} MiB; shorten the file", limit, limit >> 20));
+  }
+}
+
+std::string sha256(const std::string& bytes) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
+  unsigned int length = 0;
+  if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &length, EVP_sha256(), nullptr) != 1)
+    throw std::runtime_error("the cryptographic library refused SHA-256");
+  std::string text;
+  for (unsigned int i = 0; i < length; ++i) text += fmt::format("{:02x}", digest[i]);
+  return text;
+}
+
+}  // namespace lamprey::file

@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""Checks that what the documents name exists.
+
+usage: check_docs.py [repository]
+ - relative links of README, CHANGELOG, CONTRIBUTING and docs/ lead to files, and their #anchors to headings;
+ - problem files named in them (examples/NAME.toml) exist, and so do the commands of ./dev;
+ - equations of docs/theory have one number each, in order, and every number cited in docs or sources is one of them;
+ - README's table of rooms states the arrows that tools/check_layers.py enforces.
+Exit 0 when clean; otherwise one line for each fault, and exit 1.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import check_layers  # noqa: E402
+
+LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)|src=\"([^\"]+)\"")
+PROBLEM = re.compile(r"\bexamples/[\w/-]+\.toml\b")
+DEV_COMMAND = re.compile(r"\./dev ([a-z-]+)")
+DEFINED = re.compile(r"\*\*\((\d+)\.(\d+)\)\*\*")
+CITED = re.compile(r"(?:equations?|Equations?|eq\.)\s+\(?(\d+\.\d+)\)?(?:(?:\s*(?:,|and|–|to)\s*)\(?(\d+\.\d+)\)?)?(?:(?:\s*(?:,|and|–|to)\s*)\(?(\d+\.\d+)\)?)?")
+CITED_IN_DOCS = re.compile(r"(?<!\*\*)(?<![\w`])\((\d\.\d+)\)(?!\*\*)")
+ROOM_ROW = re.compile(r"^\| `(\w+)/` \|(?:[^|]*\|)*?([^|]*)\|\s*$")
+
+
+def documents(root):
+    named = [root / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")]
+    return [path for path in named + sorted((root / "docs").rglob("*.md")) if path.exists()]
+
+
+def without_code(text):
+    return re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+
+
+def anchors(text):
+    for heading in re.findall(r"^#+ (.+)$", without_code(text), re.MULTILINE):
+        yield re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+
+
+def broken_links(path, text):
+    for target in (a or b for a, b in LINK.findall(without_code(text))):
+        if re.match(r"[a-z]+:", target):
+            continue
+        name, _, anchor = target.partition("#")
+        file = path.parent / name if name else path
+        if not file.exists():
+            yield f"{path}: link to {target}: no such file"
+        elif anchor and anchor not in anchors(file.read_text(encoding="utf-8")):
+            yield f"{path}: link to {target}: no such heading"
+
+
+def missing_problems(root, path, text):
+    return (f"{path}: names {name}, which does not exist" for name in sorted(set(PROBLEM.findall(text)))
+            if not (root / name).exists())
+
+
+def unknown_commands(path, text, menu):
+    return (f"{path}: names ./dev {name}, which the menu lacks" for name in sorted(set(DEV_COMMAND.findall(text)))
+            if name not in menu)
+
+
+def equation_faults(root):
+    """Numbers defined twice, out of order, or cited and not defined."""
+    defined, faults = [], []
+    for path in sorted((root / "docs" / "theory").glob("[0-9]*.md")):
+        numbers = [(int(a), int(b)) for a, b in DEFINED.findall(path.read_text(encoding="utf-8"))]
+        chapter = int(path.name.split("-")[0])
+        if numbers != [(chapter, k + 1) for k in range(len(numbers))]:
+            faults.append(f"{path}: equations are not numbered ({chapter}.1), ({chapter}.2), … without gap: {numbers}")
+        defined += [f"{a}.{b}" for a, b in numbers]
+    cites = {path: CITED_IN_DOCS for path in (root / "docs").rglob("*.md")}
+    for folder in ("src", "apps", "tests", "bench"):
+        cites.update({path: CITED for path in (root / folder).rglob("*.[ch]pp")})
+    for path, pattern in sorted(cites.items()):
+        for found in pattern.findall(path.read_text(encoding="utf-8")):
+            for number in (found,) if isinstance(found, str) else filter(None, found):
+                if number not in defined:
+                    faults.append(f"{path}: cites equation {number}, which docs/theory does not define")
+    return faults
+
+
+def room_faults(root):
+    """README's rows `room/` | what | may use, against the table that check_layers.py enforces."""
+    rows = dict(match.groups() for line in (root / "README.md").read_text(encoding="utf-8").splitlines()
+                if (match := ROOM_ROW.match(line)))
+    stated = {room: sorted(re.findall(r"\w+", uses)) for room, uses in rows.items()}
+    enforced = {room: sorted(uses) for room, uses in check_layers.MAY_USE.items()}
+    return [f"README.md: {room}/ states {stated.get(room)}, tools/check_layers.py enforces {enforced.get(room)}"
+            for room in sorted(set(stated) | set(enforced)) if stated.get(room) != enforced.get(room)]
+
+
+def main():
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+    made_up = "[a](no/such/file.md) and `examples/no_such.toml`"
+    assert list(broken_links(root / "made-up.md", made_up)) and list(missing_problems(root, "made-up", made_up))
+    menu = re.findall(r"^  ([a-z-]+) ", subprocess.run([root / "dev"], capture_output=True, text=True, check=True).stdout, re.MULTILINE)
+    found = equation_faults(root) + room_faults(root)
+    paths = documents(root)
+    for path in paths:
+        text = path.read_text(encoding="utf-8")
+        found += [*broken_links(path, text), *missing_problems(root, path, text), *unknown_commands(path, text, menu)]
+    print("\n".join(found) if found else f"documents clean: {len(paths)} files")
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()

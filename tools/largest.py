@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""Lists the 10 largest source files and the 10 longest functions: information, not a gate.
+
+usage: largest.py [repository]
+A file beyond 500 lines or a function beyond 60 usually mixes two rooms or two steps.
+Functions are found by their closing brace at the start of a line, as the layout of .clang-format leaves them.
+"""
+import pathlib
+import re
+import sys
+
+FOLDERS = ["src", "apps", "tests", "bench"]
+HEAD = re.compile(r"^[A-Za-z].*\(|^TEST")
+NOT_FUNCTIONS = re.compile(r"^(namespace|struct|class|enum|union|extern|using|constexpr|const|static const|inline constexpr)\b[^(]*[{=]")
+
+
+def functions(lines):
+    """(length, first line number, first line) of each function that starts and ends in column 0."""
+    start = None
+    for number, line in enumerate(lines, 1):
+        if start is None and HEAD.match(line) and not NOT_FUNCTIONS.match(line):
+            start = number
+        elif start is not None and line.startswith("}"):
+            yield number - start + 1, start, lines[start - 1]
+            start = None
+        if start is not None and line.rstrip().endswith(";") and not line.startswith(" ") and number >= start:
+            start = None
+
+
+def main():
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+    files, found = [], []
+    for folder in FOLDERS:
+        for path in sorted((root / folder).rglob("*.[ch]pp")):
+            lines = path.read_text(encoding="utf-8").splitlines()
+            name = path.relative_to(root)
+            files.append((len(lines), str(name)))
+            found += [(length, f"{name}:{start}", head.strip()[:70]) for length, start, head in functions(lines)]
+    print("largest files (lines)")
+    for length, name in sorted(files, reverse=True)[:10]:
+        print(f"{length:6d}  {name}")
+    print("longest functions (lines)")
+    for length, where, head in sorted(found, reverse=True)[:10]:
+        print(f"{length:6d}  {where}  {head}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,141 @@
+// Line charts that share one cursor; each shows the time of the animation and seeks to where it is clicked.
+import uPlot from "uplot";
+import { element } from "./dom.js";
+import { color, on_theme_change } from "./theme.js";
+
+const HEIGHT = 210;
+const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+const made = [];
+
+const superscript = (power) => String(power).replace("-", "⁻").replace(/\d/g, (digit) => SUPERSCRIPTS[digit]);
+
+export function number_text(value, digits = 4) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size < 1e6 && size >= 1e-3) return String(Number(value.toPrecision(Math.max(digits, Math.ceil(Math.log10(size)))))).replace("-", "−");
+  const [mantissa, power] = value.toExponential(digits - 1).split("e");
+  const front = String(Number(mantissa)).replace("-", "−");
+  return `${front === "1" ? "" : front === "−1" ? "−" : `${front}×`}10${superscript(Number(power))}`;
+}
+
+function axis(scale, label, options = {}) {
+  return { scale, label, labelSize: 20, labelGap: 2, labelFont: "12px system-ui, sans-serif", font: "11px system-ui, sans-serif",
+    stroke: color("muted"), grid: { stroke: color("rule"), width: 1 }, ticks: { stroke: color("rule"), width: 1, size: 5 },
+    values: (chart, splits) => splits.map((split) => (split === null ? "" : number_text(split, 6))), ...options };
+}
+
+// A range with some air, never narrower than what is round-off beside `floor`, the largest value of its kind.
+function padded_range(floor) {
+  return (chart, low, high) => {
+    if (low === null) return [0, 1];
+    const middle = 0.5 * (low + high), half = Math.max(0.54 * (high - low), 1e-6 * floor || 1e-12);
+    return [middle - half, middle + half];
+  };
+}
+
+function add_time_mark(chart, clock) {
+  const mark = element("div", { class: "time-mark" });
+  chart.over.append(mark);
+  const follow = () => {
+    const left = chart.valToPos(clock.time, "x");
+    mark.hidden = !(left >= 0 && left <= chart.over.clientWidth);
+    mark.style.transform = `translateX(${left.toFixed(1)}px)`;
+    if (!(chart.cursor.left >= 0)) chart.setLegend({ idx: uPlot.closestIdx?.(clock.time, chart.data[0]) ?? nearest(chart.data[0], clock.time) }, false);
+  };
+  chart.hooks.setCursor = [...(chart.hooks.setCursor ?? []), () => { if (!(chart.cursor.left >= 0)) follow(); }];
+  chart.hooks.draw = [...(chart.hooks.draw ?? []), follow];
+  chart.over.addEventListener("click", () => clock.set(chart.posToVal(chart.cursor.left, "x")));
+  return follow;
+}
+
+function nearest(sorted, value) {
+  let low = 0, high = sorted.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (sorted[middle] <= value) low = middle;
+    else high = middle;
+  }
+  return value - sorted[low] <= sorted[high] - value ? low : high;
+}
+
+function draw(entry) {
+  entry.chart?.destroy();
+  entry.canvas_home.replaceChildren();
+  const { options, data } = entry.make();
+  const width = () => Math.max(entry.canvas_home.clientWidth, 240);
+  entry.chart = new uPlot({ width: width(), height: HEIGHT, ...options }, data, entry.canvas_home);
+  entry.follow = entry.clock ? add_time_mark(entry.chart, entry.clock) : () => {};
+  entry.follow();
+  entry.width = width;
+}
+
+// make() → {options, data} in today's colours; clock: none where the abscissa is not time.
+function figure(title, make, clock) {
+  const canvas_home = element("div", { class: "chart", role: "img", "aria-label": `Chart: ${title}` });
+  const entry = { make, clock, canvas_home };
+  made.push(entry);
+  const node = element("figure", {}, element("figcaption", {}, title), canvas_home);
+  new ResizeObserver(() => {
+    if (!canvas_home.clientWidth) return;
+    if (!entry.chart) draw(entry);
+    else if (entry.chart.width !== entry.width()) entry.chart.setSize({ width: entry.width(), height: HEIGHT });
+  }).observe(canvas_home);
+  return node;
+}
+
+on_theme_change(() => made.filter((entry) => entry.chart).forEach(draw));
+
+export function follow_clock(clock) {
+  clock.listen(() => made.forEach((entry) => entry.chart && entry.follow()));
+}
+
+// curves: for each run {time, columns: [values, …]}; lines: [{label, color: () => colour, width}] for the columns of a run.
+export function time_chart(title, unit, floor, lines, curves, clock) {
+  const make = () => {
+    const tables = curves.map(({ time, columns }) => [time, ...columns]);
+    const series = curves.flatMap((curve, run) => lines.map((line) => ({
+      label: curves.length > 1 ? `${line.label} ${"AB"[run]}` : line.label, stroke: line.color(), width: line.width ?? 1.75,
+      dash: run ? [6, 4] : undefined, spanGaps: true, points: { show: false }, value: (chart, value) => number_text(value),
+    })));
+    return {
+      data: tables.length > 1 ? uPlot.join(tables) : tables[0],
+      options: {
+        scales: { x: { time: false, range: (chart, low, high) => [low, high] }, y: { range: padded_range(floor) } },
+        axes: [axis("x", "time [s]", { size: 34 }), axis("y", unit, { size: 58 })],
+        series: [{ label: "t [s]", value: (chart, value) => number_text(value) }, ...series],
+        cursor: { sync: { key: "time" }, y: false, points: { size: 6 } }, legend: { live: true },
+      },
+    };
+  };
+  return figure(title, make, clock);
+}
+
+const positive = (values) => values.map((value) => (value > 0 ? value : null));
+
+// history: {iteration, cost, goal_error, kkt}, cost on the right.
+export function history_chart(title, history) {
+  const make = () => {
+    const columns = [positive(history.goal_error), positive(history.kkt), history.cost];
+    const costs = history.cost.filter((cost) => cost !== null), least = Math.min(...costs), most = Math.max(...costs);
+    const log_cost = least > 0 && most > 20 * least;
+    const shows = (values) => values.some((value) => value !== null);
+    const powers = (chart, splits) => splits.map((split) => (split !== null && Number.isInteger(Math.round(Math.log10(split) * 1e6) / 1e6)
+      ? `10${superscript(Math.round(Math.log10(split)))}` : ""));
+    const line = (label, scale, name, dash, visible) => ({ label, scale, stroke: color(name), width: 1.75, dash, show: visible,
+      spanGaps: true, points: { show: history.iteration.length < 120, size: 5 }, value: (chart, value) => number_text(value) });
+    return {
+      data: [history.iteration, ...columns],
+      options: {
+        scales: { x: { time: false }, y: { distr: 3 }, cost: log_cost ? { distr: 3 } : { range: padded_range(most) } },
+        axes: [axis("x", "iteration", { size: 34, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000] }),
+               axis("y", "goal error [rad, m], KKT", { size: 58, values: powers }),
+               axis("cost", "cost [(N m)² s]", { side: 1, size: 66, grid: { show: false }, ...(log_cost ? { values: powers } : {}) })],
+        series: [{ label: "iteration" }, line("goal error", "y", "second", [], shows(columns[0])),
+                 line("KKT", "y", "third", [8, 4], shows(columns[1])), line("cost", "cost", "first", [2, 3], shows(columns[2]))],
+        cursor: { y: false, points: { size: 6 } },
+      },
+    };
+  };
+  return figure(title, make, null);
+}
