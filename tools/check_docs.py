@@ -3,7 +3,7 @@
 
 usage: check_docs.py [repository]
  - relative links of README, CHANGELOG, CONTRIBUTING and docs/ lead to files, and their #anchors to headings;
- - problem files named in them (examples/NAME.toml) exist, and so do the commands of ./dev;
+ - problem files named in them (examples/NAME.toml) exist, and so do tests and the commands of ./dev;
  - equations of docs/theory have one number each, in order, and every number cited in docs or sources is one of them;
  - README's table of rooms states the arrows that tools/check_layers.py enforces.
 Exit 0 when clean; otherwise one line for each fault, and exit 1.
@@ -22,6 +22,8 @@ DEV_COMMAND = re.compile(r"\./dev ([a-z-]+)")
 DEFINED = re.compile(r"\*\*\((\d+)\.(\d+)\)\*\*")
 CITED = re.compile(r"(?:equations?|Equations?|eq\.)\s+\(?(\d+\.\d+)\)?(?:(?:\s*(?:,|and|–|to)\s*)\(?(\d+\.\d+)\)?)?(?:(?:\s*(?:,|and|–|to)\s*)\(?(\d+\.\d+)\)?)?")
 CITED_IN_DOCS = re.compile(r"(?<!\*\*)(?<![\w`])\((\d\.\d+)\)(?!\*\*)")
+TEST_NAME = re.compile(r"`([A-Z]\w+)\.(\w+_\w+)`")
+TEST_DEFINED = re.compile(r"^TEST(?:_[FP])?\((\w+), (\w+)\)", re.MULTILINE)
 ROOM_ROW = re.compile(r"^\| `(\w+)/` \|(?:[^|]*\|)*?([^|]*)\|\s*$")
 
 
@@ -61,6 +63,11 @@ def unknown_commands(path, text, menu):
             if name not in menu)
 
 
+def unknown_tests(path, text, tests):
+    return (f"{path}: names the test {suite}.{name}, which does not exist"
+            for suite, name in sorted(set(TEST_NAME.findall(text))) if (suite, name) not in tests)
+
+
 def equation_faults(root):
     """Numbers defined twice, out of order, or cited and not defined."""
     defined, faults = [], []
@@ -92,15 +99,17 @@ def room_faults(root):
 
 
 def main():
-    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
     made_up = "[a](no/such/file.md) and `examples/no_such.toml`"
     assert list(broken_links(root / "made-up.md", made_up)) and list(missing_problems(root, "made-up", made_up))
     menu = re.findall(r"^  ([a-z-]+) ", subprocess.run([root / "dev"], capture_output=True, text=True, check=True).stdout, re.MULTILINE)
+    tests = {pair for file in (root / "tests").rglob("*.cpp") for pair in TEST_DEFINED.findall(file.read_text(encoding="utf-8"))}
     found = equation_faults(root) + room_faults(root)
     paths = documents(root)
     for path in paths:
         text = path.read_text(encoding="utf-8")
-        found += [*broken_links(path, text), *missing_problems(root, path, text), *unknown_commands(path, text, menu)]
+        found += [*broken_links(path, text), *missing_problems(root, path, text), *unknown_commands(path, text, menu),
+                  *unknown_tests(path, text, tests)]
     print("\n".join(found) if found else f"documents clean: {len(paths)} files")
     sys.exit(1 if found else 0)
 

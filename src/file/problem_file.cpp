@@ -1,6 +1,8 @@
 #include "file/problem_file.hpp"
 
+#include <algorithm>
 #include <filesystem>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -28,7 +30,7 @@ std::string name_of(const TableReader& table) {
   table.require("name", "a text, unique in the file");
   const std::string name = *table.text("name");
   const bool printable = std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x20U && c != 0x7F; });
-  if (name.empty() || !printable) refuse(table.key("name"), quoted(name), "a text that is not empty, without control characters", "name it");
+  if (name.empty() || !printable) refuse(table.key("name"), in_quotes(name), "a text that is not empty, without control characters", "name it");
   return name;
 }
 

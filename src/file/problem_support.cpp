@@ -18,7 +18,7 @@ void require_supported_joints(const model::SwimmerDescription& swimmer) {
     const model::JointDescription& joint = swimmer.joints[j];
     const std::string path = fmt::format("joint[{}]", j);
     if (joint.kind != JointKind::ball)
-      refuse_unsupported(path + ".kind", quoted(word(joint.kind)), "\"ball\"",
+      refuse_unsupported(path + ".kind", in_quotes(word(joint.kind)), "\"ball\"",
                          "use a ball joint; control_axes confines its moment to the directions you name");
     if (joint.stiffness > 0.0) refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)", "remove this key");
     if (joint.damping > 0.0) refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)", "remove this key");
@@ -27,7 +27,7 @@ void require_supported_joints(const model::SwimmerDescription& swimmer) {
 
 void require_supported_scheme(Scheme scheme) {
   if (scheme != Scheme::paper && scheme != Scheme::trapezoid)
-    refuse_unsupported("integrator.scheme", quoted(word(scheme)), "\"trapezoid\" (order 2) or \"paper\" (order 1)",
+    refuse_unsupported("integrator.scheme", in_quotes(word(scheme)), "\"trapezoid\" (order 2) or \"paper\" (order 1)",
                        "use \"trapezoid\" with more steps");
 }
 

@@ -168,7 +168,7 @@ std::string guessed_key(std::string_view text, int line) {
 [[noreturn]] void refuse_syntax(const toml::parse_error& error, const std::string& text, const std::string& path) {
   const Position place = position_of(error.source());
   const std::string key = guessed_key(text, place.line);
-  const std::string description = quoted(error.description());
+  const std::string description = in_quotes(error.description());
   const bool redefined = description.find("redefine") != std::string::npos;
   const std::string message =
       redefined ? "found this key a second time; allowed: once in a table; remove one of the two (" + description + ")"
@@ -215,11 +215,11 @@ std::map<std::string, Position> key_positions(const TomlValue& document) {
 
 std::string key_path(const std::string& path, std::string_view name) {
   const bool bare = !name.empty() && name.size() <= 100 && std::all_of(name.begin(), name.end(), bare_key_character);
-  const std::string last = bare ? std::string(name) : quoted(name);
+  const std::string last = bare ? std::string(name) : in_quotes(name);
   return path.empty() ? last : path + "." + last;
 }
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 100;
   std::string result = "\"";
   for (std::size_t i = 0; i < text.size(); ++i) {

@@ -40,6 +40,6 @@ std::map<std::string, Position> key_positions(const TomlValue& document);
 std::string key_path(const std::string& path, std::string_view name);
 
 /// The text in double quotes, shortened and with control characters escaped: safe inside a one-line message.
-std::string quoted(std::string_view text);
+std::string in_quotes(std::string_view text);
 
 }  // namespace lamprey::file

@@ -91,7 +91,7 @@ std::string shown(const TomlValue& value) {
     case Kind::boolean: return value.boolean ? "true" : "false";
     case Kind::integer: return fmt::format("{}", value.integer);
     case Kind::number: return shown(value.number);
-    case Kind::string: return quoted(value.text);
+    case Kind::string: return in_quotes(value.text);
     case Kind::date: return "a date or time";
     case Kind::table: return "a table";
     case Kind::array: break;
@@ -123,7 +123,7 @@ void TableReader::allow_only(const std::vector<std::string>& known) const {
   for (const TomlValue& member : members()) {
     if (std::find(known.begin(), known.end(), member.key) != known.end()) continue;
     refuse(key(member.key), "an unknown key", fmt::format("{}", fmt::join(known, ", ")),
-           fmt::format("the nearest known key is {}", quoted(nearest(member.key, known))));
+           fmt::format("the nearest known key is {}", in_quotes(nearest(member.key, known))));
   }
 }
 
@@ -234,7 +234,7 @@ std::optional<std::size_t> TableReader::choice(std::string_view name, const std:
   if (value->kind != Kind::string) refuse(key(name), shown(*value), allowed, std::string(kind_cure(Kind::string)));
   const auto found = std::find(words.begin(), words.end(), value->text);
   if (found == words.end())
-    refuse(key(name), shown(*value), allowed, fmt::format("the nearest is {}", quoted(nearest(value->text, words))));
+    refuse(key(name), shown(*value), allowed, fmt::format("the nearest is {}", in_quotes(nearest(value->text, words))));
   return static_cast<std::size_t>(found - words.begin());
 }
 

@@ -7,11 +7,11 @@ namespace lamprey::fluid {
 
 /// Inertia of a homogeneous, neutrally buoyant ellipsoid: diagonals in the frame of its own axes, about its centre.
 struct EllipsoidInertia {
-  double volume;                   // m³
-  double mass;                     // kg, of the displaced fluid, hence of the body itself
-  Eigen::Vector3d body_inertia;    // kg m², homogeneous body without fluid
-  Eigen::Vector3d added_mass;      // kg
-  Eigen::Vector3d added_inertia;   // kg m², exactly 0 about an axis of revolution
+  double volume;                  // m³
+  double mass;                    // kg, of the displaced fluid, hence of the body itself
+  Eigen::Vector3d body_inertia;   // kg m², homogeneous body without fluid
+  Eigen::Vector3d added_mass;     // kg
+  Eigen::Vector3d added_inertia;  // kg m², exactly 0 about an axis of revolution
 };
 
 /// Inertia of the ellipsoid with the given semi-axes (half lengths, m) in fluid of the given density (kg/m³, 0 is a vacuum).

@@ -33,7 +33,8 @@ const std::vector<Reference> references = {
 };
 
 void expect_same(const Vector3d& value, const Vector3d& expected, double relative) {
-  for (int i = 0; i < 3; ++i) EXPECT_LE(std::abs(value[i] - expected[i]), relative * std::abs(expected[i])) << "entry " << i;
+  for (int i = 0; i < 3; ++i)
+    EXPECT_LE(std::abs(value[i] - expected[i]), relative * std::abs(expected[i])) << "entry " << i;
 }
 
 }  // namespace

@@ -18,7 +18,8 @@ namespace {
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-const std::vector<Vector3d> shapes = {{8.0, 1.5, 2.0}, {5.0, 0.8, 1.5}, {1.0, 2.0, 2.5}, {300.0, 1.0, 7.0}, {1.0, 1.0, 0.5}};
+const std::vector<Vector3d> shapes = {
+    {8.0, 1.5, 2.0}, {5.0, 0.8, 1.5}, {1.0, 2.0, 2.5}, {300.0, 1.0, 7.0}, {1.0, 1.0, 0.5}};
 
 double relative_difference(const Vector3d& a, const Vector3d& b) { return (a - b).norm() / b.norm(); }
 
@@ -53,8 +54,10 @@ TEST(Ellipsoid, mass_grows_with_the_third_and_inertia_with_the_fifth_power_of_si
       const auto unit = ellipsoid_inertia(shape, 1.0);
       const auto scaled = ellipsoid_inertia(size * shape, 1.0);
       EXPECT_LT(relative_difference(scaled.added_mass, std::pow(size, 3) * unit.added_mass), tests::tolerance(1e-14));
-      EXPECT_LT(relative_difference(scaled.added_inertia, std::pow(size, 5) * unit.added_inertia), tests::tolerance(1e-14));
-      EXPECT_LT(relative_difference(scaled.body_inertia, std::pow(size, 5) * unit.body_inertia), tests::tolerance(1e-14));
+      EXPECT_LT(relative_difference(scaled.added_inertia, std::pow(size, 5) * unit.added_inertia),
+                tests::tolerance(1e-14));
+      EXPECT_LT(relative_difference(scaled.body_inertia, std::pow(size, 5) * unit.body_inertia),
+                tests::tolerance(1e-14));
     }
   }
 }
@@ -90,7 +93,8 @@ TEST(Ellipsoid, added_inertia_vanishes_with_the_square_of_the_axes_difference) {
   const double limit = ellipsoid_inertia({2.0, 1.0 + 1e-7, 1.0}, 1.0).added_inertia[0] / 1e-14;
   for (const double gap : {1e-3, 1e-4, 1e-5, 1e-6}) {
     const double exact_gap = (1.0 + gap) - 1.0;
-    const double ratio = ellipsoid_inertia({2.0, 1.0 + gap, 1.0}, 1.0).added_inertia[0] / (exact_gap * exact_gap * limit);
+    const double ratio =
+        ellipsoid_inertia({2.0, 1.0 + gap, 1.0}, 1.0).added_inertia[0] / (exact_gap * exact_gap * limit);
     EXPECT_NEAR(ratio, 1.0, tests::tolerance(4.0 * gap));
     EXPECT_NE(ratio, 1.0);
   }

@@ -126,7 +126,8 @@ TEST(Contact, a_point_in_both_bodies_is_found_exactly_when_the_value_is_below_on
       for (int k = 0; k < 160; ++k) {
         const double polar = std::numbers::pi * (i + 0.5) / 80.0;
         const double azimuth = 2.0 * std::numbers::pi * k / 160.0;
-        const Vector3d direction(std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar));
+        const Vector3d direction(std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth),
+                                 std::cos(polar));
         const Vector3d surface = a.centre + a.rotation * a.semi_axes.cwiseProduct(direction);
         least = std::min(least, level(b, surface));
       }

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Golden data for the inertia of solid ellipsoids: hard shapes, evaluated with mpmath at 60 digits by tanh-sinh quadrature
-of Lamb's integrals and his cancelling formula for the moment, rounded to doubles.
+"""Golden data for the inertia of solid ellipsoids: hard shapes, evaluated with mpmath at 60 digits by tanh-sinh
+quadrature of Lamb's integrals and his cancelling formula for the moment, rounded to doubles.
 
 usage:  make_ellipsoids.py [ellipsoids.json]        (needs mpmath; ten seconds)
 """
@@ -15,8 +15,8 @@ SHAPES = [
     [8.0, 1.5, 2.0], [5.0, 0.8, 1.5], [2.0, 1.0, 1.0], [10.0, 1.0, 1.0], [1.0, 1.0, 0.5], [1.0, 1.0, 1.0],
     [1.0, 2.0, 3.0], [3.0, 1.0, 2.0], [1.0, 1.0, 1.0 + 1e-3], [1.0, 1.0 - 1e-6, 1.0 + 1e-6], [2.0, 1.0, 1.0 + 1e-8],
     [1.0, 2.0, 2.0 - 1e-10], [1.0, 1.0, 1.0 + 2.0**-52], [1e-3, 1.0, 1.0], [1e-3, 1.0, 1.0 + 1e-7], [1.0, 1e-3, 1e-3],
-    [1000.0, 1.0, 31.0], [1e3, 1.0, 1.0 + 1e-9], [1e6, 1.0, 1e3], [1.0, 1e-6, 1e-3], [1e6, 1e6, 1.0], [1e6, 1e6 + 1e-3, 1.0],
-    [1e-50, 2e-50, 3e-50], [1e60, 2e60, 3e60],
+    [1000.0, 1.0, 31.0], [1e3, 1.0, 1.0 + 1e-9], [1e6, 1.0, 1e3], [1.0, 1e-6, 1e-3], [1e6, 1e6, 1.0],
+    [1e6, 1e6 + 1e-3, 1.0], [1e-50, 2e-50, 3e-50], [1e60, 2e60, 3e60],
 ]
 
 
@@ -45,14 +45,15 @@ def ellipsoid(axes):
         added_mass.append(lamb[i] / (2 - lamb[i]))
         moment = 0 if b == c else (b - c)**2 * (lamb[k] - lamb[j]) / (5 * (2 * (b - c) + (b + c) * (lamb[j] - lamb[k])))
         added_inertia.append(moment)
-    return {"semi_axes": axes, "added_mass": [float(x) for x in added_mass], "added_inertia": [float(x) for x in added_inertia]}
+    return {"semi_axes": axes, "added_mass": [float(x) for x in added_mass],
+            "added_inertia": [float(x) for x in added_inertia]}
 
 
 def main():
     path = sys.argv[1] if len(sys.argv) > 1 else "ellipsoids.json"
     cases = [json.dumps(ellipsoid(shape)) for shape in SHAPES]
     with open(path, "w") as file:
-        file.write('{"description": "added mass over rho V and added inertia over rho V m^2 (so m^2), correct to a double",\n')
+        file.write('{"description": "added mass over rho V, added inertia (m^2) over rho V, correct to a double",\n')
         file.write(' "cases": [\n  ' + ",\n  ".join(cases) + "\n ]}\n")
 
 

@@ -49,7 +49,8 @@ inline LongMatrix3 tangent_series(const Eigen::Vector3d& v) {
 inline std::vector<Eigen::Vector3d> vectors_of_length(const std::vector<double>& lengths) {
   std::mt19937_64 generator(7);
   std::normal_distribution<double> normal;
-  std::vector<Eigen::Vector3d> directions = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}, {-1, 1, 0}, {0, -1, -1}, {1e-9, 1, 1}};
+  std::vector<Eigen::Vector3d> directions = {{1, 0, 0},  {0, 1, 0},   {0, 0, 1},   {1, 1, 1},
+                                             {-1, 1, 0}, {0, -1, -1}, {1e-9, 1, 1}};
   for (int n = 0; n < 20; ++n) directions.emplace_back(normal(generator), normal(generator), normal(generator));
   std::vector<Eigen::Vector3d> vectors;
   for (const double length : lengths) {

@@ -49,12 +49,13 @@ TEST(ExpTangent, matches_central_differences_of_the_power_series_at_second_order
     const Curve series = [&](double t) {
       return Matrix3(tests::exponential_series(tests::long_hat(v + t * direction)).cast<double>());
     };
-    expect_second_order(series, exp_tangent(v) * direction, 0.08);
+    expect_second_order(series, exp_tangent(v) * direction, 0.04);
   }
 }
 
 TEST(ExpTangent, equals_its_power_series_on_both_sides_of_each_branch) {
-  for (const Vector3& v : vectors_of_length({1e-200, 1e-12, 0.99e-4, 1.01e-4, 1e-2, 0.499999, 0.500001, 1.0, pi, 6.0})) {
+  for (const Vector3& v :
+       vectors_of_length({1e-100, 1e-12, 0.99e-4, 1.01e-4, 1e-2, 0.499999, 0.500001, 1.0, pi, 6.0})) {
     EXPECT_LT((exp_tangent(v) - tests::tangent_series(v).cast<double>()).cwiseAbs().maxCoeff(), tolerance(1e-15))
         << v.transpose();
   }
@@ -79,7 +80,7 @@ TEST(CayleyTangent, matches_central_differences_at_second_order) {
       const Vector3 v = z.norm() > 0.0 ? Vector3(2.0 * std::atan(z.norm()) / z.norm() * z) : z;
       return Matrix3(tests::exponential_series(tests::long_hat(v)).cast<double>());
     };
-    expect_second_order(quotient, cayley_tangent(zeta) * direction, 0.04);
+    expect_second_order(quotient, cayley_tangent(zeta) * direction, 0.02);
   }
   EXPECT_EQ(cayley_tangent(Vector3::Zero()), 2.0 * Matrix3::Identity());
 }
@@ -97,7 +98,7 @@ TEST(QuaternionTangent, matches_central_differences_at_second_order_for_any_leng
     for (const double length : {0.2, 1.0, 5.0}) {
       const Vector4 q = length * quaternion_of_rotation(exp(v));
       const Curve curve = [&](double t) { return rotation_of_quaternion(q + length * t * change); };
-      expect_second_order(curve, quaternion_tangent(q) * (length * change), 0.04);
+      expect_second_order(curve, quaternion_tangent(q) * (length * change), 0.02);
     }
   }
 }

@@ -3,7 +3,7 @@ import uPlot from "uplot";
 import { element } from "./dom.js";
 import { color, on_theme_change } from "./theme.js";
 
-const HEIGHT = 210;
+const HEIGHT = 250;
 const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 const made = [];
 
@@ -41,7 +41,7 @@ function add_time_mark(chart, clock) {
     const left = chart.valToPos(clock.time, "x");
     mark.hidden = !(left >= 0 && left <= chart.over.clientWidth);
     mark.style.transform = `translateX(${left.toFixed(1)}px)`;
-    if (!(chart.cursor.left >= 0)) chart.setLegend({ idx: uPlot.closestIdx?.(clock.time, chart.data[0]) ?? nearest(chart.data[0], clock.time) }, false);
+    if (!(chart.cursor.left >= 0)) chart.setLegend({ idx: nearest(chart.data[0], clock.time) }, false);
   };
   chart.hooks.setCursor = [...(chart.hooks.setCursor ?? []), () => { if (!(chart.cursor.left >= 0)) follow(); }];
   chart.hooks.draw = [...(chart.hooks.draw ?? []), follow];
@@ -111,6 +111,12 @@ export function time_chart(title, unit, floor, lines, curves, clock) {
   return figure(title, make, clock);
 }
 
+// Powers of ten from low to high, at most about eight of them.
+function decades(chart, index, low, high) {
+  const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9), step = Math.ceil((last - first + 1) / 8);
+  return Array.from({ length: Math.max(Math.floor((last - first) / step) + 1, 0) }, (unused, k) => 10 ** (first + k * step));
+}
+
 const positive = (values) => values.map((value) => (value > 0 ? value : null));
 
 // history: {iteration, cost, goal_error, kkt}, cost on the right.
@@ -120,8 +126,7 @@ export function history_chart(title, history) {
     const costs = history.cost.filter((cost) => cost !== null), least = Math.min(...costs), most = Math.max(...costs);
     const log_cost = least > 0 && most > 20 * least;
     const shows = (values) => values.some((value) => value !== null);
-    const powers = (chart, splits) => splits.map((split) => (split !== null && Number.isInteger(Math.round(Math.log10(split) * 1e6) / 1e6)
-      ? `10${superscript(Math.round(Math.log10(split)))}` : ""));
+    const powers = { splits: decades, filter: (chart, splits) => splits, values: (chart, splits) => splits.map((split) => `10${superscript(Math.round(Math.log10(split)))}`) };
     const line = (label, scale, name, dash, visible) => ({ label, scale, stroke: color(name), width: 1.75, dash, show: visible,
       spanGaps: true, points: { show: history.iteration.length < 120, size: 5 }, value: (chart, value) => number_text(value) });
     return {
@@ -129,8 +134,8 @@ export function history_chart(title, history) {
       options: {
         scales: { x: { time: false }, y: { distr: 3 }, cost: log_cost ? { distr: 3 } : { range: padded_range(most) } },
         axes: [axis("x", "iteration", { size: 34, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000] }),
-               axis("y", "goal error [rad, m], KKT", { size: 58, values: powers }),
-               axis("cost", "cost [(N m)² s]", { side: 1, size: 66, grid: { show: false }, ...(log_cost ? { values: powers } : {}) })],
+               axis("y", "goal error [rad, m], KKT", { size: 52, ...powers }),
+               axis("cost", "cost [(N m)² s]", { side: 1, size: 54, grid: { show: false }, ...(log_cost ? powers : {}) })],
         series: [{ label: "iteration" }, line("goal error", "y", "second", [], shows(columns[0])),
                  line("KKT", "y", "third", [8, 4], shows(columns[1])), line("cost", "cost", "first", [2, 3], shows(columns[2]))],
         cursor: { y: false, points: { size: 6 } },

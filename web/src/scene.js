@@ -93,22 +93,19 @@ class Swimmer {
   }
 }
 
-// The box that holds every body at some 60 times of the motion.
-function reach(run) {
-  const motion = new Motion(run), box = new Box3(), duration = motion.time[motion.time.length - 1];
-  const corner = new Vector3();
-  for (let k = 0; k <= 60; ++k) {
-    motion.pose(duration * k / 60);
-    run.bodies.forEach((body, i) => {
-      body.semi_axes.forEach((length, axis) => {
-        for (const side of [-1, 1]) {
-          corner.set(0, 0, 0).setComponent(axis, side * length).applyQuaternion(motion.turns[i]);
-          box.expandByPoint(corner.add(motion.centres[i]));
-        }
-      });
-    });
+// The tips of every body at some 40 times of the motion.
+function tips(run) {
+  const motion = new Motion(run), duration = motion.time[motion.time.length - 1], points = [];
+  for (let k = 0; k <= 40; ++k) {
+    motion.pose(duration * k / 40);
+    run.bodies.forEach((body, i) => body.semi_axes.forEach((length, axis) => {
+      for (const side of [-1, 1]) {
+        const tip = new Vector3().setComponent(axis, side * length).applyQuaternion(motion.turns[i]);
+        points.push(tip.add(motion.centres[i]));
+      }
+    }));
   }
-  return box;
+  return points;
 }
 
 function round_step(length) {
@@ -148,7 +145,8 @@ export class Picture {
     const ghost = new Swimmer(runs[0], "ghost");
     ghost.place(0);
     this.colored = [...this.swimmers, ghost];
-    this.box = runs.map(reach).reduce((all, box) => all.union(box));
+    this.tips = runs.flatMap(tips);
+    this.box = new Box3().setFromPoints(this.tips);
     this.centre = this.box.getCenter(new Vector3());
     this.radius = 0.5 * this.box.getSize(new Vector3()).length();
     this.grid_step = round_step(this.radius / 5);
@@ -187,25 +185,26 @@ export class Picture {
     else this.draw();
   }
 
-  // The distance at which the box fills the picture, seen along the direction.
-  distance(direction) {
+  // Target and distance at which all tips fill the picture, seen along the direction.
+  fit(direction) {
     const z = direction.clone().normalize(), x = new Vector3(0, 0, 1).cross(z).normalize(), y = z.clone().cross(x);
-    const tangent = Math.tan(FIELD_OF_VIEW * Math.PI / 360);
-    let distance = 0;
-    for (let corner = 0; corner < 8; ++corner) {
-      const p = new Vector3(...["x", "y", "z"].map((axis, k) => (corner >> k & 1 ? this.box.max : this.box.min)[axis]));
-      p.sub(this.centre);
-      const needed = Math.max(Math.abs(p.dot(x)) / (tangent * this.camera.aspect), Math.abs(p.dot(y)) / tangent);
-      distance = Math.max(distance, needed + p.dot(z));
-    }
-    return 1.06 * distance;
+    const up = Math.tan(FIELD_OF_VIEW * Math.PI / 360), right = up * this.camera.aspect;
+    // p is seen when |p·x − x₀| ≤ right (d − p·z) and likewise for y: each bound is linear in centre and distance
+    const most = (value) => this.tips.reduce((best, p) => Math.max(best, value(p)), -Infinity);
+    const bound = (axis, slope) => {
+      const high = most((p) => p.dot(axis) + slope * p.dot(z)), low = most((p) => -p.dot(axis) + slope * p.dot(z));
+      return { centre: 0.5 * (high - low), distance: 0.5 * (high + low) / slope };
+    };
+    const across = bound(x, right), along = bound(y, up), depth = this.centre.dot(z);
+    const target = x.multiplyScalar(across.centre).addScaledVector(y, along.centre).addScaledVector(z, depth);
+    return { target, distance: 1.08 * (Math.max(across.distance, along.distance) - depth) };
   }
 
   look(view) {
     this.view = view;
-    const direction = new Vector3(...VIEWS[view]);
-    this.controls.target.copy(this.centre);
-    this.camera.position.copy(this.centre).addScaledVector(direction.normalize(), this.distance(direction));
+    const direction = new Vector3(...VIEWS[view]).normalize(), { target, distance } = this.fit(direction);
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(direction, distance);
     this.controls.update();
     this.draw();
   }

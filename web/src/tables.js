@@ -23,7 +23,7 @@ export function show_verdict(runs) {
 }
 
 function certificate_cells({ value, mark, holds }) {
-  return element("span", { class: "cell" }, value, holds === null ? null
+  return element("span", { class: value === "not computed" ? "lacks" : "cell" }, value, holds === null ? null
     : element("span", { class: holds ? "holds" : "fails", "aria-label": READINGS[holds] }, ` ${MARKS[holds]}`));
 }
 
@@ -43,17 +43,15 @@ function minima(run) {
   const rest = run.minima.length - rows.length;
   return [element("p", {}, `${run.search.solved} of ${run.search.starts} starts reached a solution; distinct minima found, by rising cost:`),
     table(["", "Cost [(N m)² s]", "Times found"], rows, "numbers"),
-    rest > 0 ? element("p", {}, `and ${rest} more`) : null];
+    rest > 0 ? element("p", {}, `and ${rest} more`) : ""];
 }
 
 export function show_search(runs) {
   runs.forEach((run, index) => {
-    const nodes = [];
-    if (run.search) nodes.push(...minima(run));
-    if (run.history) nodes.push(element("div", { class: "figures" }, history_chart("Progress of the solver", run.history)));
-    if (!nodes.length) return;
-    if (runs.length > 1) nodes.unshift(element("h3", {}, label(runs, index) + run.name));
-    show("search", ...nodes.filter((node) => node !== null));
+    if (!run.search && !run.history) return;
+    if (runs.length > 1) show("search", element("h3", {}, label(runs, index) + run.name));
+    show("search", element("div", { class: "figures" }, run.search ? element("div", {}, ...minima(run)) : null,
+      run.history ? history_chart("Progress of the solver", run.history) : null));
   });
 }
 

@@ -1,0 +1,284 @@
+#include "file/model_table.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "file/text_table.hpp"
+#include "file/words.hpp"
+#include "fluid/ellipsoid.hpp"
+#include "fluid/overlap.hpp"
+#include "lie/so3.hpp"
+#include "model/input_error.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using maneuver::Problem;
+using model::Body;
+using model::Joint;
+using model::System;
+
+std::string vector_text(const Vector3d& v) {
+  return fmt::format("({}, {}, {})", short_number(v[0]), short_number(v[1]), short_number(v[2]));
+}
+
+std::vector<std::string> triple(std::string label, const Vector3d& v, const std::string& unit) {
+  return {std::move(label), short_number(v[0]), short_number(v[1]), short_number(v[2]), unit};
+}
+
+std::string heading(const Problem& problem, const System& system) {
+  std::string text = printable(problem.name) + "\n";
+  if (!problem.source.empty()) text += printable(problem.source) + "\n";
+  text += system.density() > 0.0 ? fmt::format("Fluid of density {} kg/m³\n", short_number(system.density()))
+                                 : std::string("Vacuum: no fluid, nothing added\n");
+  return text;
+}
+
+std::string bodies_section(const System& system) {
+  TextTable table("lr");
+  table.add_row({"", "a", "b", "c (m)", "volume (m³)", "mass (kg)", "displaced (kg)"});
+  double volume = 0.0;
+  double mass = 0.0;
+  for (const Body& body : system.bodies()) {
+    const double displaced = system.density() * body.volume;
+    table.add_row({printable(body.name), short_number(body.semi_axes[0]), short_number(body.semi_axes[1]),
+                   short_number(body.semi_axes[2]), short_number(body.volume), short_number(body.mass),
+                   short_number(displaced)});
+    volume += body.volume;
+    mass += body.mass;
+  }
+  table.add_row({"all", "", "", "", short_number(volume), short_number(mass), short_number(system.density() * volume)});
+  return "\nBodies, solid ellipsoids with these semi-axes; the first is the root\n" + table.text();
+}
+
+// A diagonal as one row; other matrices also show their upper off-diagonal entries.
+void add_matrix(TextTable& table, const std::string& label, const Matrix3d& m, const std::string& unit) {
+  table.add_row(triple(label, m.diagonal(), unit));
+  const Vector3d off_diagonal(m(0, 1), m(0, 2), m(1, 2));
+  if (off_diagonal.cwiseAbs().maxCoeff() > 1e-14 * m.cwiseAbs().maxCoeff()) {
+    table.add_row(triple("    entries 12, 13, 23", off_diagonal, unit));
+  }
+}
+
+std::string inertia_section(const Problem& problem, const System& system) {
+  TextTable table("lrrrl");
+  table.add_row({"", "1", "2", "3"});
+  for (int i = 0; i < system.body_count(); ++i) {
+    const Body& body = system.body(i);
+    const auto& described = problem.swimmer.bodies[static_cast<std::size_t>(i)];
+    table.add_row({printable(body.name)});
+    add_matrix(table, "  added mass", body.mass_matrix - body.mass * Matrix3d::Identity(), "kg");
+    add_matrix(table, described.mass_matrix ? "  M, as given" : "  M = mass + added", body.mass_matrix, "kg");
+    add_matrix(table, described.body_inertia ? "  body inertia, as given" : "  body inertia, homogeneous",
+               body.body_inertia, "kg m²");
+    add_matrix(table, "  added inertia", body.inertia_matrix - body.body_inertia, "kg m²");
+    add_matrix(table, described.inertia_matrix ? "  J, as given" : "  J = body + added", body.inertia_matrix, "kg m²");
+  }
+  return "\nInertia about each body's own axes\n" + table.text();
+}
+
+std::string control_text(const Joint& joint) {
+  if (joint.actuation.cols() == 0) return "none";
+  if (joint.actuation.cols() == 3) return "all directions";
+  std::vector<std::string> axes;
+  for (int k = 0; k < joint.actuation.cols(); ++k) axes.push_back(vector_text(joint.actuation.col(k)));
+  return fmt::format("{}", fmt::join(axes, " "));
+}
+
+std::string joints_section(const System& system) {
+  if (system.joint_count() == 0) return "\nNo joints: one free body\n";
+  TextTable table("l");
+  table.add_row({"", "kind", "parent", "offset (m)", "child", "offset (m)", "moments"});
+  for (const Joint& joint : system.joints()) {
+    table.add_row({printable(joint.name), std::string(word(joint.kind)), printable(system.body(joint.parent).name),
+                   vector_text(joint.parent_offset), printable(system.body(joint.child).name),
+                   vector_text(joint.child_offset), control_text(joint)});
+  }
+  return "\nJoints; offsets run from the mass centre to the joint, each in its body's frame\n" + table.text();
+}
+
+std::vector<fluid::PlacedEllipsoid> placed_at_start(const Problem& problem, const System& system) {
+  std::vector<Matrix3d> rotation;
+  for (const Vector3d& v : problem.start.rotation) rotation.push_back(lie::exp(v));
+  const std::vector<Vector3d> centres = system.mass_centres(rotation, problem.start.position);
+  std::vector<fluid::PlacedEllipsoid> placed;
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    placed.push_back({system.bodies()[i].semi_axes, rotation[i], centres[i]});
+  }
+  return placed;
+}
+
+bool far_apart(const fluid::PlacedEllipsoid& a, const fluid::PlacedEllipsoid& b) {
+  return (a.centre - b.centre).norm() > a.semi_axes.maxCoeff() + b.semi_axes.maxCoeff();
+}
+
+std::string neighbours_section(const Problem& problem, const System& system) {
+  if (system.body_count() < 2) return "";
+  const auto placed = placed_at_start(problem, system);
+  TextTable table("llrrl");
+  table.add_row({"", "", "contact function", "gap (m)", ""});
+  const auto joined = [&](int a, int b) { return system.body(a).parent == b || system.body(b).parent == a; };
+  for (int a = 0; a < system.body_count(); ++a) {
+    for (int b = a + 1; b < system.body_count(); ++b) {
+      const auto& first = placed[static_cast<std::size_t>(a)];
+      const auto& second = placed[static_cast<std::size_t>(b)];
+      if (!joined(a, b) && far_apart(first, second)) continue;
+      const fluid::Contact contact = fluid::contact(first, second);
+      table.add_row({printable(system.body(a).name), printable(system.body(b).name), short_number(contact.value),
+                     short_number(contact.centre_line_gap), contact.value > 1.0 ? "apart" : "OVERLAP"});
+    }
+  }
+  return "\nNeighbours at the start: above 1 the bodies are apart; gap along the line of their centres\n" +
+         table.text();
+}
+
+std::string move_text(const maneuver::Goal& goal) {
+  if (!goal.move[0] && !goal.move[1] && !goal.move[2]) return "root's mass centre may end anywhere";
+  std::vector<std::string> parts;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto& move = goal.move[k];
+    parts.push_back(move ? fmt::format("{} m along {}", short_number(*move), "xyz"[k])
+                         : fmt::format("free along {}", "xyz"[k]));
+  }
+  return fmt::format("root's mass centre moves {}", fmt::join(parts, ", "));
+}
+
+void add_goal(TextTable& table, const Problem& problem) {
+  if (!problem.goal) {
+    table.add_row({"goal", "none"});
+    return;
+  }
+  const maneuver::Goal& goal = *problem.goal;
+  table.add_row({"goal", move_text(goal)});
+  if (!goal.turn) {
+    table.add_row({"", "end rotations are free"});
+  } else if (goal.turn->norm() == 0.0) {
+    table.add_row({"", "every body ends with its start rotation"});
+  } else {
+    table.add_row({"", fmt::format("every body turns by {} rad", vector_text(*goal.turn))});
+  }
+  for (const auto& [name, rotation] : goal.rotation) {
+    table.add_row({"", printable(name) + (rotation ? fmt::format(" ends at {} rad", vector_text(*rotation))
+                                                   : " ends freely turned")});
+  }
+  if (goal.periodic) table.add_row({"", "shape and shape velocity return to those of the start"});
+  table.add_row({"", goal.rest ? "ends at rest" : "velocities at the end are free"});
+}
+
+void add_limits(TextTable& table, const maneuver::Limits& limits) {
+  std::vector<std::string> lines;
+  if (limits.torque) lines.push_back(fmt::format("moment at each joint up to {} N m", short_number(*limits.torque)));
+  for (const auto& [name, value] : limits.joint_torque)
+    lines.push_back(fmt::format("moment at {} up to {} N m", printable(name), short_number(value)));
+  for (const auto& [name, value] : limits.swing)
+    lines.push_back(fmt::format("swing of {} up to {} rad", printable(name), short_number(value)));
+  for (const auto& [name, value] : limits.twist)
+    lines.push_back(fmt::format("twist of {} up to {} rad", printable(name), short_number(value)));
+  for (const auto& [name, range] : limits.angle)
+    lines.push_back(
+        fmt::format("angle of {} in [{}, {}] rad", printable(name), short_number(range[0]), short_number(range[1])));
+  if (limits.clearance) lines.push_back(fmt::format("bodies stay {} m apart", short_number(*limits.clearance)));
+  if (lines.empty()) lines.push_back("none");
+  for (std::size_t n = 0; n < lines.size(); ++n) table.add_row({n == 0 ? "limits" : "", lines[n]});
+}
+
+std::string time_text(const Problem& problem) {
+  const maneuver::Duration& duration = problem.duration;
+  if (duration.free) {
+    return fmt::format("free between {} and {} s, {} steps", short_number(duration.min), short_number(duration.max),
+                       problem.steps);
+  }
+  return fmt::format("{} s in {} steps of {} s", short_number(duration.value), problem.steps,
+                     short_number(problem.time_step()));
+}
+
+std::string start_text(const Problem& problem) {
+  bool moving = problem.start.linear_velocity.norm() > 0.0;
+  for (const Vector3d& velocity : problem.start.angular_velocity) moving = moving || velocity.norm() > 0.0;
+  return fmt::format("root's mass centre at {} m, {}", vector_text(problem.start.position),
+                     moving ? "in motion" : "at rest");
+}
+
+std::string control_kind_text(const Problem& problem) {
+  if (problem.control == ControlKind::steps) return "one value at each node";
+  return fmt::format("natural cubic spline through {} points", problem.points);
+}
+
+std::string search_text(const maneuver::Search& search) {
+  std::string text = fmt::format("{}, {} start{}, seed {}, tolerance {}", word(search.method), search.starts,
+                                 search.starts == 1 ? "" : "s", search.seed, short_number(search.tolerance));
+  if (search.time_limit) text += fmt::format(", at most {} s", short_number(*search.time_limit));
+  return text;
+}
+
+std::string task_section(const Problem& problem) {
+  TextTable table("l");
+  table.add_row({"start", start_text(problem)});
+  add_goal(table, problem);
+  table.add_row({"time", time_text(problem)});
+  table.add_row({"scheme", std::string(word(problem.scheme))});
+  table.add_row(
+      {"cost", fmt::format("{} × ∫ ½ Σ|u|² dt, {} rule", short_number(problem.effort), word(problem.cost_rule()))});
+  table.add_row({"control", control_kind_text(problem)});
+  add_limits(table, problem.limits);
+  table.add_row({"search", search_text(problem.search)});
+  return "\nTask\n" + table.text();
+}
+
+fluid::EllipsoidInertia checked_inertia(const Vector3d& semi_axes, double density) {
+  fluid::EllipsoidInertia inertia;
+  try {
+    inertia = fluid::ellipsoid_inertia(semi_axes, density);
+  } catch (const std::invalid_argument& error) {
+    throw model::InputError("inertia", error.what());
+  }
+  if (!inertia.body_inertia.allFinite() || !inertia.added_mass.allFinite() || !inertia.added_inertia.allFinite()) {
+    throw model::InputError("inertia", "the numbers overflow; choose smaller lengths or another unit");
+  }
+  return inertia;
+}
+
+}  // namespace
+
+std::string model_table(const Problem& problem, const System& system) {
+  return heading(problem, system) + bodies_section(system) + inertia_section(problem, system) + joints_section(system) +
+         neighbours_section(problem, system) + task_section(problem);
+}
+
+std::string inertia_table(const Vector3d& semi_axes, double density) {
+  const fluid::EllipsoidInertia inertia = checked_inertia(semi_axes, density);
+  TextTable table("lrrrl");
+  table.add_row({"", "1", "2", "3"});
+  table.add_row(triple("semi-axes", semi_axes, "m"));
+  table.add_row(triple("added mass", inertia.added_mass, "kg"));
+  table.add_row(triple("total mass", inertia.added_mass + Vector3d::Constant(inertia.mass), "kg"));
+  table.add_row(triple("body inertia", inertia.body_inertia, "kg m²"));
+  table.add_row(triple("added inertia", inertia.added_inertia, "kg m²"));
+  table.add_row(triple("total inertia", inertia.body_inertia + inertia.added_inertia, "kg m²"));
+  return fmt::format(
+      "Homogeneous, neutrally buoyant ellipsoid in fluid of density {} kg/m³\n  volume {} m³, mass {} kg\n{}",
+      short_number(density), short_number(inertia.volume), short_number(inertia.mass), table.text());
+}
+
+std::string inertia_json(const Vector3d& semi_axes, double density) {
+  const fluid::EllipsoidInertia inertia = checked_inertia(semi_axes, density);
+  const auto list = [](const Vector3d& v) { return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v[0], v[1], v[2]); };
+  const auto diagonal = [&](const Vector3d& v) {
+    return fmt::format("[{}, {}, {}]", list({v[0], 0.0, 0.0}), list({0.0, v[1], 0.0}), list({0.0, 0.0, v[2]}));
+  };
+  return fmt::format(
+      "{{\"volume\": {:.17g}, \"mass\": {:.17g}, \"body_inertia\": {}, \"added_mass\": {}, \"added_inertia\": {}, "
+      "\"mass_matrix\": {}, \"inertia_matrix\": {}}}\n",
+      inertia.volume, inertia.mass, list(inertia.body_inertia), list(inertia.added_mass), list(inertia.added_inertia),
+      diagonal(inertia.added_mass + Vector3d::Constant(inertia.mass)),
+      diagonal(inertia.body_inertia + inertia.added_inertia));
+}
+
+}  // namespace lamprey::file

@@ -1,0 +1,24 @@
+// What `lamprey check` and `lamprey inertia` print.
+#pragma once
+
+#include <string>
+
+#include <Eigen/Core>
+
+#include "maneuver/problem.hpp"
+#include "model/system.hpp"
+
+namespace lamprey::file {
+
+/// The resolved model and the task in words: bodies, inertia, joints, neighbours' gaps at the start, goal, time, scheme, search.
+/// Needs start rotations for every body; the system must be that of the problem.
+std::string model_table(const maneuver::Problem& problem, const model::System& system);
+
+/// Inertia of one neutrally buoyant ellipsoid, semi-axes in m, density in kg/m³, for people to read.
+/// Throws model::InputError for lengths or densities that make no body.
+std::string inertia_table(const Eigen::Vector3d& semi_axes, double density);
+
+/// The same as one JSON document: volume, mass, body_inertia, added_mass, added_inertia, mass_matrix, inertia_matrix.
+std::string inertia_json(const Eigen::Vector3d& semi_axes, double density);
+
+}  // namespace lamprey::file

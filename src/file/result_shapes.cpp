@@ -1,0 +1,99 @@
+#include "file/result_shapes.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace lamprey::file {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+void append(double value, std::vector<double>& values) { values.push_back(value); }
+
+void append(const Vector3d& value, std::vector<double>& values) { values.insert(values.end(), value.data(), value.data() + 3); }
+
+void append(const Matrix3d& value, std::vector<double>& values) {
+  for (Eigen::Index row = 0; row < 3; ++row)
+    for (Eigen::Index column = 0; column < 3; ++column) values.push_back(value(row, column));
+}
+
+void require_length(const ShapedArray& array, std::size_t length, std::size_t expected) {
+  if (length != expected) throw std::domain_error(fmt::format("{}: found {} entries, needs {}", array.path(), length, expected));
+}
+
+std::string place(const ShapedArray& array, std::size_t flat) {
+  std::string indices;
+  for (std::size_t axis = array.shape.size(); axis-- > 0;) {
+    indices = fmt::format("[{}]", flat % array.shape[axis]) + indices;
+    flat /= array.shape[axis];
+  }
+  return array.path() + indices;
+}
+
+void require_finite(const ShapedArray& array) {
+  for (std::size_t i = 0; i < array.values.size(); ++i)
+    if (!std::isfinite(array.values[i]))
+      throw std::domain_error(fmt::format("{}: found {}, which no result may hold", place(array, i), array.values[i]));
+}
+
+// One value at each node; `tail` is the value's own shape.
+template <class Value>
+ShapedArray by_node(ShapedArray array, const std::vector<Value>& values, std::size_t nodes, const std::vector<std::size_t>& tail) {
+  require_length(array, values.size(), nodes);
+  array.shape = {nodes};
+  array.shape.insert(array.shape.end(), tail.begin(), tail.end());
+  for (const Value& value : values) append(value, array.values);
+  require_finite(array);
+  return array;
+}
+
+// `count` values (bodies, joints) at each node.
+template <class Value>
+ShapedArray by_node_and_part(ShapedArray array, const std::vector<std::vector<Value>>& values, std::size_t nodes, std::size_t count,
+                             const std::vector<std::size_t>& tail) {
+  require_length(array, values.size(), nodes);
+  array.shape = {nodes, count};
+  array.shape.insert(array.shape.end(), tail.begin(), tail.end());
+  for (const std::vector<Value>& parts : values) {
+    require_length(array, parts.size(), count);
+    for (const Value& value : parts) append(value, array.values);
+  }
+  require_finite(array);
+  return array;
+}
+
+}  // namespace
+
+std::vector<ShapedArray> shaped_arrays(const Results& results) {
+  const maneuver::Solution& s = results.solution;
+  const std::size_t nodes = s.time.size();
+  const std::size_t bodies = results.problem.bodies.size();
+  const std::size_t joints = results.problem.joints.size();
+  if (nodes != 0 && nodes != static_cast<std::size_t>(results.problem.steps) + 1)
+    throw std::domain_error(fmt::format("time: found {} nodes, needs problem.steps + 1 = {}", nodes, results.problem.steps + 1));
+  const auto named = [](std::string group, std::string name, std::string unit) {
+    return ShapedArray{std::move(group), std::move(name), std::move(unit), {}, {}};
+  };
+  const std::string linear = "momentum/linear";
+  const std::string angular = "momentum/angular";
+  std::vector<ShapedArray> arrays;
+  arrays.push_back(by_node(named("", "time", "s"), s.time, nodes, {}));
+  arrays.push_back(by_node(named("", "position", "m"), s.position, nodes, {3}));
+  arrays.push_back(by_node_and_part(named("", "rotation", "1"), s.rotation, nodes, bodies, {3, 3}));
+  arrays.push_back(by_node_and_part(named("", "control", "N m"), s.control, nodes, joints, {3}));
+  arrays.push_back(by_node(named("velocity", "linear", "m/s"), s.linear_velocity, nodes, {3}));
+  arrays.push_back(by_node_and_part(named("velocity", "angular", "rad/s"), s.angular_velocity, nodes, bodies, {3}));
+  arrays.push_back(by_node(named(linear, "bodies", "kg m/s"), s.linear_momentum.bodies, nodes, {3}));
+  arrays.push_back(by_node(named(linear, "fluid", "kg m/s"), s.linear_momentum.fluid, nodes, {3}));
+  arrays.push_back(by_node(named(linear, "total", "kg m/s"), s.linear_momentum.total, nodes, {3}));
+  arrays.push_back(by_node(named(angular, "bodies", "kg m²/s"), s.angular_momentum.bodies, nodes, {3}));
+  arrays.push_back(by_node(named(angular, "fluid", "kg m²/s"), s.angular_momentum.fluid, nodes, {3}));
+  arrays.push_back(by_node(named(angular, "total", "kg m²/s"), s.angular_momentum.total, nodes, {3}));
+  return arrays;
+}
+
+}  // namespace lamprey::file

@@ -1,0 +1,27 @@
+// The arrays of Results, each once: name, unit, values. solution.json and trajectory.h5 are written from this list.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "file/results.hpp"
+
+namespace lamprey::file {
+
+/// One array as numbers in row-major order.
+struct ShapedArray {
+  std::string group;               // "velocity", "momentum/linear"; empty at the top level
+  std::string name;
+  std::string unit;
+  std::vector<std::size_t> shape;  // first entry: nodes
+  std::vector<double> values;
+
+  std::string path() const { return group.empty() ? name : group + "/" + name; }
+};
+
+/// All arrays in the interface's order. std::domain_error names an array of the wrong length or an entry that is not finite.
+std::vector<ShapedArray> shaped_arrays(const Results& results);
+
+}  // namespace lamprey::file

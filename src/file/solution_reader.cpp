@@ -1,0 +1,241 @@
+#include <filesystem>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "file/json_document.hpp"
+#include "file/solution_file.hpp"
+#include "file/text_file.hpp"
+#include "file/words.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr std::size_t byte_limit = std::size_t{1} << 30;
+constexpr int largest = std::numeric_limits<int>::max();
+
+template <class Entries>
+auto read_word(const JsonReader& reader, const Entries& entries) {
+  const std::string text = reader.text();
+  std::string allowed;
+  for (const auto& entry : entries) {
+    if (entry.text == text) return entry.value;
+    allowed += fmt::format("{}\"{}\"", allowed.empty() ? "" : ", ", entry.text);
+  }
+  reader.refuse(allowed);
+}
+
+void read(const JsonReader& reader, double& value) { value = reader.number(); }
+
+void read(const JsonReader& reader, Vector3d& value) {
+  reader.require_array(3);
+  for (std::size_t i = 0; i < 3; ++i) value[static_cast<Eigen::Index>(i)] = reader.at(i).number();
+}
+
+void read(const JsonReader& reader, Matrix3d& value) {
+  reader.require_array(3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    Vector3d row;
+    read(reader.at(i), row);
+    value.row(static_cast<Eigen::Index>(i)) = row.transpose();
+  }
+}
+
+template <class Value>
+Value value_at(const JsonReader& reader) {
+  Value value;
+  read(reader, value);
+  return value;
+}
+
+template <class Value>
+void read_nodes(const JsonReader& reader, std::size_t nodes, std::vector<Value>& values) {
+  reader.require_array(nodes);
+  values.resize(nodes);
+  for (std::size_t k = 0; k < nodes; ++k) read(reader.at(k), values[k]);
+}
+
+template <class Value>
+void read_nodes(const JsonReader& reader, std::size_t nodes, std::size_t count, std::vector<std::vector<Value>>& values) {
+  reader.require_array(nodes);
+  values.resize(nodes);
+  for (std::size_t k = 0; k < nodes; ++k) read_nodes(reader.at(k), count, values[k]);
+}
+
+ResolvedBody read_body(const JsonReader& reader) {
+  ResolvedBody body;
+  body.name = reader.at("name").text();
+  body.mass = reader.at("mass").number();
+  read(reader.at("semi_axes"), body.semi_axes);
+  read(reader.at("mass_matrix"), body.mass_matrix);
+  read(reader.at("inertia_matrix"), body.inertia_matrix);
+  read(reader.at("body_inertia"), body.body_inertia);
+  return body;
+}
+
+ResolvedJoint read_joint(const JsonReader& reader, int bodies) {
+  ResolvedJoint joint;
+  joint.name = reader.at("name").text();
+  joint.kind = read_word(reader.at("kind"), joint_kinds);
+  joint.parent = reader.at("parent").integer(0, bodies - 1);
+  joint.child = reader.at("child").integer(0, bodies - 1);
+  read(reader.at("parent_offset"), joint.parent_offset);
+  read(reader.at("child_offset"), joint.child_offset);
+  const JsonReader axes = reader.at("control_axes");
+  axes.require_array();
+  for (std::size_t i = 0; i < axes.size(); ++i) joint.control_axes.push_back(value_at<Vector3d>(axes.at(i)));
+  return joint;
+}
+
+maneuver::Goal read_goal(const JsonReader& reader) {
+  maneuver::Goal goal;
+  const JsonReader move = reader.at("move");
+  move.require_array(3);
+  for (std::size_t i = 0; i < 3; ++i)
+    if (!move.at(i).is_text("free")) goal.move[i] = move.at(i).number();
+  if (!reader.at("turn").is_null()) goal.turn = value_at<Vector3d>(reader.at("turn"));
+  const JsonReader rotation = reader.at("rotation");
+  for (const std::string& name : rotation.keys()) {
+    const JsonReader own = rotation.at(name.c_str());
+    goal.rotation[name] = own.is_text("free") ? std::nullopt : std::optional(value_at<Vector3d>(own));
+  }
+  goal.rest = reader.at("rest").boolean();
+  goal.periodic = reader.at("periodic").boolean();
+  return goal;
+}
+
+ResolvedProblem read_resolved(const JsonReader& reader) {
+  ResolvedProblem problem;
+  const JsonReader bodies = reader.at("bodies");
+  bodies.require_array();
+  for (std::size_t i = 0; i < bodies.size(); ++i) problem.bodies.push_back(read_body(bodies.at(i)));
+  const JsonReader joints = reader.at("joints");
+  joints.require_array();
+  for (std::size_t j = 0; j < joints.size(); ++j) problem.joints.push_back(read_joint(joints.at(j), static_cast<int>(problem.bodies.size())));
+  problem.scheme = read_word(reader.at("scheme"), schemes);
+  problem.time_step = reader.at("time_step").number();
+  problem.duration = reader.at("duration").number();
+  problem.steps = reader.at("steps").integer(1, largest - 1);
+  problem.cost_rule = read_word(reader.at("cost_rule"), cost_rules);
+  if (!reader.at("goal").is_null()) problem.goal = read_goal(reader.at("goal"));
+  if (reader.has("control")) {
+    problem.control = read_word(reader.at("control").at("kind"), control_kinds);
+    problem.points = reader.at("control").at("points").integer(0, largest);
+  }
+  return problem;
+}
+
+void read_momentum(const JsonReader& reader, std::size_t nodes, maneuver::MomentumHistory& momentum) {
+  read_nodes(reader.at("bodies"), nodes, momentum.bodies);
+  read_nodes(reader.at("fluid"), nodes, momentum.fluid);
+  read_nodes(reader.at("total"), nodes, momentum.total);
+}
+
+void read_motion(const JsonReader& reader, const ResolvedProblem& problem, maneuver::Solution& solution) {
+  const JsonReader time = reader.at("time");
+  time.require_array();
+  const std::size_t nodes = time.size();
+  if (nodes != 0) time.require_array(static_cast<std::size_t>(problem.steps) + 1);
+  read_nodes(time, nodes, solution.time);
+  read_nodes(reader.at("position"), nodes, solution.position);
+  read_nodes(reader.at("rotation"), nodes, problem.bodies.size(), solution.rotation);
+  read_nodes(reader.at("control"), nodes, problem.joints.size(), solution.control);
+  const JsonReader velocity = reader.at("velocity");
+  read_nodes(velocity.at("linear"), nodes, solution.linear_velocity);
+  read_nodes(velocity.at("angular"), nodes, problem.bodies.size(), solution.angular_velocity);
+  read_momentum(reader.at("momentum").at("linear"), nodes, solution.linear_momentum);
+  read_momentum(reader.at("momentum").at("angular"), nodes, solution.angular_momentum);
+}
+
+certificate::Certificate read_certificate(const JsonReader& reader) {
+  certificate::Certificate result;
+  result.goal_error = reader.at("goal_error").number_or_nan();
+  result.rest_error = reader.at("rest_error").number_or_nan();
+  result.momentum_drift = reader.at("momentum_drift").number_or_nan();
+  result.rotation_drift = reader.at("rotation_drift").number_or_nan();
+  result.kkt = reader.at("kkt").number_or_nan();
+  if (const JsonReader second = reader.at("second_order"); !second.is_null())
+    result.second_order = {second.at("smallest_eigenvalue").number_or_nan(), second.at("positive").boolean()};
+  if (const JsonReader replay = reader.at("replay"); !replay.is_null())
+    result.replay = {replay.at("scheme").text(),
+                     replay.at("window").number_or_nan(),
+                     replay.at("rotation_error").number_or_nan(),
+                     replay.at("position_error").number_or_nan(),
+                     replay.at("whole_rotation_error").number_or_nan(),
+                     replay.at("whole_position_error").number_or_nan(),
+                     replay.at("growth_rate").number_or_nan()};
+  if (const JsonReader refinement = reader.at("refinement"); !refinement.is_null())
+    result.refinement = {refinement.at("cost_half_step").number_or_nan(), refinement.at("observed_order").number_or_nan()};
+  return result;
+}
+
+maneuver::SearchRecord read_search(const JsonReader& reader) {
+  maneuver::SearchRecord search;
+  search.starts = reader.at("starts").integer(0, largest);
+  search.solved = reader.at("solved").integer(0, largest);
+  const JsonReader minima = reader.at("minima");
+  minima.require_array();
+  for (std::size_t i = 0; i < minima.size(); ++i)
+    search.minima.push_back({minima.at(i).at("cost").number_or_nan(), minima.at(i).at("count").integer(0, largest)});
+  return search;
+}
+
+maneuver::SolverRecord read_solver(const JsonReader& reader) {
+  maneuver::SolverRecord solver;
+  solver.name = reader.at("name").text();
+  solver.iterations = reader.at("iterations").integer(0, largest);
+  solver.evaluations = reader.at("evaluations").integer(0, largest);
+  solver.wall_seconds = reader.at("wall_seconds").number_or_nan();
+  const JsonReader history = reader.at("history");
+  history.require_array();
+  for (std::size_t i = 0; i < history.size(); ++i) {
+    const JsonReader entry = history.at(i);
+    solver.history.push_back({entry.at("iteration").integer(0, largest), entry.at("cost").number_or_nan(), entry.at("goal_error").number_or_nan(),
+                              entry.at("kkt").number_or_nan(), entry.at("step").number_or_nan()});
+  }
+  return solver;
+}
+
+Provenance read_provenance(const JsonReader& reader) {
+  Provenance provenance;
+  provenance.version = reader.at("version").text();
+  provenance.build_type = reader.at("build_type").text();
+  provenance.compiler = reader.at("compiler").text();
+  provenance.machine = reader.at("machine").text();
+  provenance.command = reader.at("command").text();
+  provenance.problem_sha256 = reader.at("problem_sha256").text();
+  provenance.seed = reader.at("seed").unsigned_integer();
+  return provenance;
+}
+
+}  // namespace
+
+Results parse_solution(const std::string& bytes, const std::string& path) {
+  const JsonDocument document(bytes, path);
+  const JsonReader reader = document.root();
+  Results results;
+  reader.at("schema").integer(1, 1);
+  results.name = reader.at("name").text();
+  if (reader.has("source")) results.source = reader.at("source").text();
+  results.solution.status = read_word(reader.at("status"), statuses);
+  results.solution.message = reader.at("message").text();
+  results.solution.cost = reader.at("cost").number_or_nan();
+  results.problem = read_resolved(reader.at("problem"));
+  read_motion(reader, results.problem, results.solution);
+  if (!reader.at("certificate").is_null()) results.certificate = read_certificate(reader.at("certificate"));
+  if (!reader.at("search").is_null()) results.solution.search = read_search(reader.at("search"));
+  if (!reader.at("solver").is_null()) results.solution.solver = read_solver(reader.at("solver"));
+  results.provenance = read_provenance(reader.at("provenance"));
+  return results;
+}
+
+Results read_solution(const std::string& folder) {
+  const std::string path = (std::filesystem::path(folder) / "solution.json").string();
+  return parse_solution(read_bytes(path, byte_limit), path);
+}
+
+}  // namespace lamprey::file

@@ -1,0 +1,258 @@
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "file/result_shapes.hpp"
+#include "file/solution_file.hpp"
+#include "file/words.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// Names and messages come from people: whatever is not UTF-8 is replaced rather than refused.
+std::string json(std::string_view text) {
+  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+std::string json(bool value) { return value ? "true" : "false"; }
+std::string json(int value) { return fmt::format("{}", value); }
+std::string json(double value) { return std::isfinite(value) ? fmt::format("{:.17g}", value) : "null"; }
+std::string json(const Vector3d& v) { return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v[0], v[1], v[2]); }
+std::string json(const Matrix3d& m) {
+  return fmt::format("[{}, {}, {}]", json(Vector3d(m.row(0))), json(Vector3d(m.row(1))), json(Vector3d(m.row(2))));
+}
+
+template <class Values, class Writer>
+std::string json_list(const Values& values, const Writer& writer) {
+  std::string text = "[";
+  for (const auto& value : values) {
+    if (text.size() > 1) text += ", ";
+    text += writer(value);
+  }
+  return text + "]";
+}
+
+// Members of one object in the order given, each on its own line.
+class ObjectText {
+ public:
+  explicit ObjectText(int depth) : indent_(static_cast<std::size_t>(2 * (depth + 1)), ' ') {}
+  void add(std::string_view name, const std::string& value) {
+    text_ += fmt::format("{}\n{}\"{}\": {}", text_.empty() ? "{" : ",", indent_, name, value);
+  }
+  std::string finished() const { return text_ + "\n" + indent_.substr(2) + "}"; }
+
+ private:
+  std::string indent_;
+  std::string text_;
+};
+
+void require_finite(bool finite, const std::string& field) {
+  if (!finite) throw std::domain_error(field + ": found a number that is not finite, which no result may hold");
+}
+
+// Entries of one node in nested brackets, the node on one line.
+void append_entries(const ShapedArray& array, std::size_t axis, std::size_t& at, fmt::memory_buffer& out) {
+  if (axis == array.shape.size()) {
+    fmt::format_to(std::back_inserter(out), "{:.17g}", array.values[at++]);
+    return;
+  }
+  out.push_back('[');
+  for (std::size_t i = 0; i < array.shape[axis]; ++i) {
+    if (i > 0) out.append(std::string_view(", "));
+    append_entries(array, axis + 1, at, out);
+  }
+  out.push_back(']');
+}
+
+std::string array_text(const ShapedArray& array, int depth) {
+  const std::string indent(static_cast<std::size_t>(2 * (depth + 1)), ' ');
+  fmt::memory_buffer out;
+  out.push_back('[');
+  std::size_t at = 0;
+  for (std::size_t node = 0; node < array.shape[0]; ++node) {
+    fmt::format_to(std::back_inserter(out), "{}\n{}", node == 0 ? "" : ",", indent);
+    append_entries(array, 1, at, out);
+  }
+  if (array.shape[0] > 0) fmt::format_to(std::back_inserter(out), "\n{}", indent.substr(2));
+  out.push_back(']');
+  return fmt::to_string(out);
+}
+
+std::string body_text(const ResolvedBody& body) {
+  require_finite(body.semi_axes.allFinite() && body.mass_matrix.allFinite() && body.inertia_matrix.allFinite() &&
+                     std::isfinite(body.mass) && body.body_inertia.allFinite(),
+                 "problem.bodies");
+  ObjectText text(3);
+  text.add("name", json(body.name));
+  text.add("semi_axes", json(body.semi_axes));
+  text.add("mass_matrix", json(body.mass_matrix));
+  text.add("inertia_matrix", json(body.inertia_matrix));
+  text.add("mass", json(body.mass));
+  text.add("body_inertia", json(body.body_inertia));
+  return text.finished();
+}
+
+std::string joint_text(const ResolvedJoint& joint) {
+  require_finite(joint.parent_offset.allFinite() && joint.child_offset.allFinite(), "problem.joints");
+  for (const Vector3d& axis : joint.control_axes) require_finite(axis.allFinite(), "problem.joints.control_axes");
+  ObjectText text(3);
+  text.add("name", json(joint.name));
+  text.add("kind", json(word(joint.kind)));
+  text.add("parent", json(joint.parent));
+  text.add("child", json(joint.child));
+  text.add("parent_offset", json(joint.parent_offset));
+  text.add("child_offset", json(joint.child_offset));
+  text.add("control_axes", json_list(joint.control_axes, [](const Vector3d& axis) { return json(axis); }));
+  return text.finished();
+}
+
+std::string goal_text(const maneuver::Goal& goal) {
+  const auto free_or = [](const auto& value) { return value ? json(*value) : std::string("\"free\""); };
+  for (const auto& entry : goal.move) require_finite(!entry || std::isfinite(*entry), "problem.goal.move");
+  require_finite(!goal.turn || goal.turn->allFinite(), "problem.goal.turn");
+  std::string rotation;
+  for (const auto& [name, value] : goal.rotation) {
+    require_finite(!value || value->allFinite(), "problem.goal.rotation");
+    rotation += fmt::format("{}{}: {}", rotation.empty() ? "" : ", ", json(name), free_or(value));
+  }
+  ObjectText text(2);
+  text.add("move", json_list(goal.move, free_or));
+  text.add("turn", goal.turn ? json(*goal.turn) : "null");
+  text.add("rotation", "{" + rotation + "}");
+  text.add("rest", json(goal.rest));
+  text.add("periodic", json(goal.periodic));
+  return text.finished();
+}
+
+std::string problem_text(const ResolvedProblem& problem) {
+  require_finite(std::isfinite(problem.time_step) && std::isfinite(problem.duration), "problem.time_step, problem.duration");
+  ObjectText text(1);
+  text.add("bodies", json_list(problem.bodies, body_text));
+  text.add("joints", json_list(problem.joints, joint_text));
+  text.add("scheme", json(word(problem.scheme)));
+  text.add("time_step", json(problem.time_step));
+  text.add("duration", json(problem.duration));
+  text.add("steps", json(problem.steps));
+  text.add("cost_rule", json(word(problem.cost_rule)));
+  text.add("goal", problem.goal ? goal_text(*problem.goal) : "null");
+  text.add("control", fmt::format("{{\"kind\": {}, \"points\": {}}}", json(word(problem.control)), problem.points));
+  return text.finished();
+}
+
+std::string certificate_text(const std::optional<certificate::Certificate>& certificate) {
+  if (!certificate) return "null";
+  ObjectText text(1);
+  text.add("goal_error", json(certificate->goal_error));
+  text.add("rest_error", json(certificate->rest_error));
+  text.add("momentum_drift", json(certificate->momentum_drift));
+  text.add("rotation_drift", json(certificate->rotation_drift));
+  text.add("kkt", json(certificate->kkt));
+  const auto& second = certificate->second_order;
+  text.add("second_order", second ? fmt::format("{{\"smallest_eigenvalue\": {}, \"positive\": {}}}", json(second->smallest_eigenvalue),
+                                                json(second->positive))
+                                  : "null");
+  if (const auto& replay = certificate->replay) {
+    ObjectText inner(2);
+    inner.add("scheme", json(replay->scheme));
+    inner.add("window", json(replay->window));
+    inner.add("rotation_error", json(replay->rotation_error));
+    inner.add("position_error", json(replay->position_error));
+    inner.add("whole_rotation_error", json(replay->whole_rotation_error));
+    inner.add("whole_position_error", json(replay->whole_position_error));
+    inner.add("growth_rate", json(replay->growth_rate));
+    text.add("replay", inner.finished());
+  } else {
+    text.add("replay", "null");
+  }
+  const auto& refinement = certificate->refinement;
+  text.add("refinement", refinement ? fmt::format("{{\"cost_half_step\": {}, \"observed_order\": {}}}", json(refinement->cost_half_step),
+                                                  json(refinement->observed_order))
+                                    : "null");
+  return text.finished();
+}
+
+std::string search_text(const maneuver::SearchRecord& search) {
+  if (search.starts == 0) return "null";
+  const auto minimum = [](const maneuver::Minimum& m) { return fmt::format("{{\"cost\": {}, \"count\": {}}}", json(m.cost), m.count); };
+  ObjectText text(1);
+  text.add("starts", json(search.starts));
+  text.add("solved", json(search.solved));
+  text.add("minima", json_list(search.minima, minimum));
+  return text.finished();
+}
+
+std::string solver_text(const maneuver::SolverRecord& solver) {
+  if (solver.name.empty()) return "null";
+  const auto entry = [](const maneuver::SolverIteration& i) {
+    return fmt::format("\n      {{\"iteration\": {}, \"cost\": {}, \"goal_error\": {}, \"kkt\": {}, \"step\": {}}}", i.iteration, json(i.cost),
+                       json(i.goal_error), json(i.kkt), json(i.step));
+  };
+  ObjectText text(1);
+  text.add("name", json(solver.name));
+  text.add("iterations", json(solver.iterations));
+  text.add("evaluations", json(solver.evaluations));
+  text.add("wall_seconds", json(solver.wall_seconds));
+  text.add("history", json_list(solver.history, entry));
+  return text.finished();
+}
+
+std::string provenance_text(const Provenance& provenance) {
+  ObjectText text(1);
+  text.add("version", json(provenance.version));
+  text.add("build_type", json(provenance.build_type));
+  text.add("compiler", json(provenance.compiler));
+  text.add("machine", json(provenance.machine));
+  text.add("command", json(provenance.command));
+  text.add("problem_sha256", json(provenance.problem_sha256));
+  text.add("seed", fmt::format("{}", provenance.seed));
+  return text.finished();
+}
+
+// The arrays in order, those of one group gathered into one object (groups nest: momentum/linear).
+void add_arrays(const std::vector<ShapedArray>& arrays, ObjectText& text) {
+  ObjectText velocity(1);
+  ObjectText momentum(1);
+  ObjectText linear(2);
+  ObjectText angular(2);
+  for (const ShapedArray& array : arrays) {
+    if (array.group.empty()) text.add(array.name, array_text(array, 1));
+    if (array.group == "velocity") velocity.add(array.name, array_text(array, 2));
+    if (array.group == "momentum/linear") linear.add(array.name, array_text(array, 3));
+    if (array.group == "momentum/angular") angular.add(array.name, array_text(array, 3));
+  }
+  momentum.add("linear", linear.finished());
+  momentum.add("angular", angular.finished());
+  text.add("velocity", velocity.finished());
+  text.add("momentum", momentum.finished());
+}
+
+}  // namespace
+
+std::string solution_text(const Results& results) {
+  const maneuver::Solution& solution = results.solution;
+  ObjectText text(0);
+  text.add("schema", "1");
+  text.add("name", json(results.name));
+  text.add("source", json(results.source));
+  text.add("status", json(word(solution.status)));
+  text.add("message", json(solution.message));
+  text.add("cost", json(solution.cost));
+  text.add("problem", problem_text(results.problem));
+  add_arrays(shaped_arrays(results), text);
+  text.add("certificate", certificate_text(results.certificate));
+  text.add("search", search_text(solution.search));
+  text.add("solver", solver_text(solution.solver));
+  text.add("provenance", provenance_text(results.provenance));
+  return text.finished() + "\n";
+}
+
+PendingFile solution_file(const Results& results) { return text_file("solution.json", solution_text(results)); }
+
+void write_solution(const std::string& folder, const Results& results) { write_files(folder, {solution_file(results)}); }
+
+}  // namespace lamprey::file

@@ -1,0 +1,104 @@
+#include "file/trajectory_file.hpp"
+
+#include <memory>
+
+#include <hdf5.h>
+
+#include "file/io_error.hpp"
+#include "file/result_shapes.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+// An HDF5 identifier closed by its own kind's function.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close)(hid_t), const std::string& path) : id_(id), close_(close) {
+    if (id < 0) throw IoError(path, "cannot be written as HDF5");
+  }
+  ~Handle() { close_(id_); }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  operator hid_t() const { return id_; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+// The library prints its own error stack unless told not to; we report through exceptions.
+class QuietErrors {
+ public:
+  QuietErrors() {
+    H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  ~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
+  QuietErrors(const QuietErrors&) = delete;
+  QuietErrors& operator=(const QuietErrors&) = delete;
+
+ private:
+  H5E_auto2_t function_ = nullptr;
+  void* data_ = nullptr;
+};
+
+void require(herr_t status, const std::string& path) {
+  if (status < 0) throw IoError(path, "cannot be written as HDF5");
+}
+
+void write_unit(hid_t dataset, const std::string& unit, const std::string& path) {
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, path);
+  require(H5Tset_size(type, unit.size()), path);
+  require(H5Tset_strpad(type, H5T_STR_NULLPAD), path);
+  require(H5Tset_cset(type, H5T_CSET_UTF8), path);
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose, path);
+  const Handle attribute(H5Acreate2(dataset, "unit", type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, path);
+  require(H5Awrite(attribute, type, unit.data()), path);
+}
+
+void write_groups(hid_t file, const std::string& path) {
+  for (const char* group : {"velocity", "momentum", "momentum/linear", "momentum/angular"}) {
+    const Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, path);
+    require(H5Pset_obj_track_times(properties, false), path);
+    const Handle created(H5Gcreate2(file, group, H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose, path);
+  }
+}
+
+void write_array(hid_t file, const ShapedArray& array, const std::string& path) {
+  const std::vector<hsize_t> shape(array.shape.begin(), array.shape.end());
+  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose, path);
+  const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, path);
+  require(H5Pset_obj_track_times(properties, false), path);
+  const Handle dataset(H5Dcreate2(file, array.path().c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT), H5Dclose, path);
+  if (!array.values.empty()) require(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()), path);
+  write_unit(dataset, array.unit, path);
+}
+
+void write_arrays(const std::vector<ShapedArray>& arrays, const std::string& path) {
+  const QuietErrors quiet;
+  const Handle properties(H5Pcreate(H5P_FILE_CREATE), H5Pclose, path);
+  require(H5Pset_obj_track_times(properties, false), path);
+  hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, properties, H5P_DEFAULT);
+  if (file < 0) throw IoError(path, "cannot be created as HDF5");
+  try {
+    write_groups(file, path);
+    for (const ShapedArray& array : arrays) write_array(file, array, path);
+    require(H5Fflush(file, H5F_SCOPE_GLOBAL), path);
+  } catch (...) {
+    H5Fclose(file);
+    throw;
+  }
+  require(H5Fclose(file), path);
+}
+
+}  // namespace
+
+PendingFile trajectory_file(const Results& results) {
+  auto arrays = std::make_shared<const std::vector<ShapedArray>>(shaped_arrays(results));
+  return {"trajectory.h5", [arrays](const std::string& temporary) { write_arrays(*arrays, temporary); }};
+}
+
+void write_trajectory(const std::string& folder, const Results& results) { write_files(folder, {trajectory_file(results)}); }
+
+}  // namespace lamprey::file

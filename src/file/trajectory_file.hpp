@@ -1,0 +1,18 @@
+// trajectory.h5: the arrays of solution.json under the same names and shapes, each with a `unit` attribute.
+#pragma once
+
+#include <string>
+
+#include "file/atomic_write.hpp"
+#include "file/results.hpp"
+
+namespace lamprey::file {
+
+/// trajectory.h5 for write_files: groups velocity and momentum/{linear, angular}, 64-bit floats, no times of writing, so that the
+/// same Results give the same bytes. std::domain_error as solution_text; IoError when the HDF5 library fails.
+PendingFile trajectory_file(const Results& results);
+
+/// Writes FOLDER/trajectory.h5 alone.
+void write_trajectory(const std::string& folder, const Results& results);
+
+}  // namespace lamprey::file

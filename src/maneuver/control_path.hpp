@@ -1,0 +1,30 @@
+// Controls as functions of time: samples at given times and how they run between them.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace lamprey::maneuver {
+
+enum class Interpolation { linear, natural_cubic, not_a_knot_cubic };
+
+/// Piecewise cubic (or linear) path through samples; components are rows.
+class ControlPath {
+ public:
+  /// times rise strictly, [S]; samples [components][S]. Not-a-knot needs four samples; with fewer, the polynomial through them.
+  ControlPath(Interpolation interpolation, const Eigen::VectorXd& times, const Eigen::MatrixXd& samples);
+  /// Value at time t; beyond the ends the end pieces go on.
+  Eigen::VectorXd value(double t) const;
+
+ private:
+  Eigen::VectorXd times_;
+  Eigen::MatrixXd samples_;
+  Eigen::MatrixXd second_;  // second derivatives at the samples, [components][S]
+};
+
+/// Values at `times` of the natural cubic splines through unit samples at `points` uniform times over [0, duration]:
+/// [times][points]. Column p is the path that is 1 at point p.
+Eigen::MatrixXd natural_spline_basis(int points, double duration, const Eigen::VectorXd& times);
+
+}  // namespace lamprey::maneuver

@@ -1,0 +1,86 @@
+#include "maneuver/maneuver.hpp"
+
+#include "lie/so3.hpp"
+#include "model/input_error.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using model::InputError;
+using model::System;
+
+std::vector<std::optional<Matrix3d>> end_rotations(const System& system, const Goal& goal,
+                                                   const mechanics::Rotations& start) {
+  std::vector<std::optional<Matrix3d>> ends(start.size());
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (goal.turn) ends[i] = lie::exp(*goal.turn) * start[i];
+    const auto named = goal.rotation.find(system.bodies()[i].name);
+    if (named == goal.rotation.end()) continue;
+    ends[i] = std::nullopt;
+    if (named->second) ends[i] = lie::exp(*named->second);
+  }
+  return ends;
+}
+
+// At zero total momentum in a vacuum the mass centre of the whole stays where it is.
+void refuse_contradictions(const System& system, const Problem& problem, const Maneuver& maneuver) {
+  const double scale = maneuver.start.momentum.lpNorm<Eigen::Infinity>();
+  const bool moving = maneuver.total.linear.norm() + maneuver.total.angular.norm() > 1e-12 * std::max(scale, 1e-300);
+  if (maneuver.rest && scale > 0.0 && moving)
+    throw InputError("goal.rest", "found true, but the start carries momentum, which joint moments cannot change; "
+                                  "set rest = false or start with zero total momentum");
+  bool moves = false;
+  for (const auto& coordinate : maneuver.end_position) moves = moves || coordinate;
+  if (problem.swimmer.density == 0.0 && moves && !moving)
+    throw InputError("goal.move", "found a displacement, but in a vacuum the mass centre of the whole stays put at zero "
+                                  "momentum; give the end shape by turn or rotation and leave move free");
+  if (system.control_count() == 0)
+    throw InputError("joint.actuated", "found no actuated joint; a maneuver needs at least one joint with actuated = true");
+}
+
+}  // namespace
+
+integrator::State start_state(const System& system, const Start& start) {
+  mechanics::Rotations rotation;
+  VectorXd velocity = VectorXd::Zero(system.velocity_count());
+  for (int i = 0; i < system.body_count(); ++i) {
+    rotation.push_back(lie::exp(start.rotation[static_cast<std::size_t>(i)]));
+    velocity.segment<3>(3 * i) = start.angular_velocity[static_cast<std::size_t>(i)];
+  }
+  velocity.tail<3>() = start.linear_velocity;
+  return integrator::state_of_velocity(system, rotation, start.position, velocity);
+}
+
+Maneuver make_maneuver(const System& system, const Problem& problem, int steps) {
+  if (!problem.goal) throw InputError("goal", "missing; a maneuver needs a [goal] (simulate and check do not)");
+  const Goal& goal = *problem.goal;
+  Maneuver maneuver;
+  maneuver.start = start_state(system, problem.start);
+  maneuver.total =
+      mechanics::spatial_momentum(maneuver.start.rotation, maneuver.start.position, maneuver.start.momentum);
+  maneuver.end_rotation = end_rotations(system, goal, maneuver.start.rotation);
+  for (int c = 0; c < 3; ++c)
+    if (goal.move[static_cast<std::size_t>(c)])
+      maneuver.end_position[static_cast<std::size_t>(c)] =
+          maneuver.start.position[c] + *goal.move[static_cast<std::size_t>(c)];
+  maneuver.rest = goal.rest;
+  maneuver.lagrangian = integrator::lagrangian_of(problem.scheme);
+  maneuver.duration = problem.duration.value;
+  maneuver.steps = steps;
+  maneuver.node_weight = node_weights(problem.cost_rule(), problem.effort, maneuver.time_step(), steps);
+  maneuver.spline_points = problem.control == ControlKind::spline ? problem.points : 0;
+  refuse_contradictions(system, problem, maneuver);
+  return maneuver;
+}
+
+VectorXd node_weights(CostRule rule, double effort, double time_step, int steps) {
+  VectorXd weights = VectorXd::Constant(steps + 1, effort * time_step);
+  if (rule == CostRule::trapezoid) {
+    weights[0] *= 0.5;
+    weights[steps] *= 0.5;
+  }
+  return weights;
+}
+
+}  // namespace lamprey::maneuver

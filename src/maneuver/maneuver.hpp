@@ -1,0 +1,41 @@
+// Maneuver: a problem's question in the terms of mechanics, all angles turned into rotations, names into indices.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "integrator/step.hpp"
+#include "maneuver/problem.hpp"
+
+namespace lamprey::maneuver {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+struct Maneuver {
+  integrator::State start;                              // configuration and momentum at t = 0
+  mechanics::SpatialMomentum total;                     // conserved, world, about the origin
+  std::vector<std::optional<Matrix3d>> end_rotation;    // [bodies] body → world; nothing: free
+  std::array<std::optional<double>, 3> end_position;    // m, root's mass centre; nothing: free
+  bool rest = true;
+  mechanics::DiscreteLagrangian lagrangian = mechanics::DiscreteLagrangian::trapezoid;
+  double duration = 1.0;                                // s
+  int steps = 0;
+  VectorXd node_weight;                                 // [N+1] s, the cost is ½ Σ_k weight_k Σ_j |u_jk|²
+  int spline_points = 0;                                // 0: one free value at each node
+
+  double time_step() const { return duration / steps; }
+};
+
+/// Start state of a problem.
+integrator::State start_state(const model::System& system, const Start& start);
+
+/// The maneuver of a problem marched with `steps` steps. Throws InputError where the goal contradicts mechanics.
+Maneuver make_maneuver(const model::System& system, const Problem& problem, int steps);
+
+/// Weights of the cost rule, [N+1] in s, times the effort weight.
+VectorXd node_weights(CostRule rule, double effort, double time_step, int steps);
+
+}  // namespace lamprey::maneuver

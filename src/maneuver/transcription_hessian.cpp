@@ -1,0 +1,202 @@
+// Second derivatives of the transcription: multiplier · constraints, step by step.
+#include "maneuver/step_chart.hpp"
+#include "maneuver/transcription.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using Eigen::Vector4d;
+using lie::hat;
+using mechanics::StepDirection;
+using mechanics::StepLayout;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+// Matrix of the quadratic form η ↦ uᵀ η̂ η̂ w.
+Matrix3d double_cross(const Vector3d& u, const Vector3d& w) {
+  return 0.5 * (u * w.transpose() + w * u.transpose()) - u.dot(w) * Matrix3d::Identity();
+}
+
+// Layout of the local Hessian of a step: quaternions, turns, displacement.
+struct LocalLayout {
+  int bodies;
+  int quaternion(int body) const { return 4 * body; }
+  int turn(int body) const { return 4 * bodies + 3 * body; }
+  int displacement() const { return 7 * bodies; }
+  int size() const { return 7 * bodies + 3; }
+};
+
+}  // namespace
+
+// Multiplier of the balance p⁻ − p⁺ − weight U of a non-root body at a node; the rest rows stand for it at the end.
+Vector3d Transcription::balance_multiplier(int node, int body, const VectorXd& multiplier) const {
+  if (body == 0) return Vector3d::Zero();
+  if (node < steps_) return multiplier.segment<3>(balance_row(node, body));
+  Vector3d lambda = Vector3d::Zero();
+  for (std::size_t r = 0; r < goal_rows_.size(); ++r)
+    if (goal_rows_[r].kind == GoalRow::Kind::rest && goal_rows_[r].body == body)
+      lambda[goal_rows_[r].component] = -multiplier[goal_row() + static_cast<int>(r)];
+  return lambda;
+}
+
+StepDirection Transcription::direction_of(int k, const VectorXd& multiplier) const {
+  StepDirection direction(bodies_);
+  const Vector3d angular = multiplier.segment<3>(momentum_row(k) + 3);
+  direction.displacement = multiplier.segment<3>(momentum_row(k));
+  for (int i = 0; i < bodies_; ++i) {
+    direction.left[at(i)] = -balance_multiplier(k, i, multiplier) -
+                            intervals_[at(k)].rotation[at(i)].transpose() * angular;
+    direction.right[at(i)] = -balance_multiplier(k + 1, i, multiplier);
+  }
+  return direction;
+}
+
+void Transcription::hessian(const VectorXd& x, double factor, const VectorXd& multiplier, VectorXd& values) {
+  move_to(x);
+  BlockSink sink(hessian_pattern_, values);
+  for (int k = 0; k <= steps_; ++k) {
+    const double weight = factor * control_unit * maneuver_.node_weight[k];
+    for (int m = 0; m < controls_; ++m)
+      sink.add(control_variable(k) + m, control_variable(k) + m, Eigen::Matrix<double, 1, 1>::Constant(weight));
+    if (k < steps_) emit_step_hessian(k, multiplier, sink);
+    if (k > 0 && balance_at(k)) emit_force_hessian(k, multiplier, sink);
+  }
+}
+
+// The Hessian by body-side perturbations of the step, momentum rows' turning direction included (equation 5.8).
+void Transcription::expand_step(int k, const VectorXd& multiplier) {
+  const mechanics::Interval& step = intervals_[at(k)];
+  const StepLayout layout{bodies_};
+  const Vector3d angular = multiplier.segment<3>(momentum_row(k) + 3);
+  mechanics::directional_quadratic(system_, maneuver_.lagrangian, h_, step, direction_of(k, multiplier), work_,
+                                   directional_);
+  mechanics::lagrangian_quadratic(system_, maneuver_.lagrangian, h_, step, work_, lagrangian_);
+  mechanics::momentum_jacobian(lagrangian_, jacobian_);
+  for (int i = 0; i < bodies_; ++i) {
+    const int left = layout.left(i);
+    const Vector3d v = step.rotation[at(i)].transpose() * angular;
+    const Vector3d& p = momenta_[at(k)].minus[at(i)];
+    const auto dp = jacobian_.minus.middleRows<3>(3 * i);
+    directional_.gradient.segment<3>(left) += p.cross(v);
+    directional_.hessian.block<3, 3>(left, left) += double_cross(p, v);
+    directional_.hessian.middleRows<3>(left) -= hat(v) * dp;
+    directional_.hessian.middleCols<3>(left) += dp.transpose() * hat(v);
+  }
+}
+
+void Transcription::emit_step_hessian(int k, const VectorXd& multiplier, BlockSink& sink) {
+  expand_step(k, multiplier);
+  const mechanics::Interval& step = intervals_[at(k)];
+  const StepLayout layout{bodies_};
+  const LocalLayout local_at{bodies_};
+  const MatrixXd& H = directional_.hessian;
+  MatrixXd half(layout.size(), local_at.size());  // H · d(perturbations)/d(local coordinates)
+  MatrixXd local(local_at.size(), local_at.size());
+  half.rightCols<3>() = H.rightCols<3>();
+  std::vector<StepChart> charts;
+  for (int i = 0; i < bodies_; ++i) {
+    charts.emplace_back(quaternion(k, i), step.cayley[at(i)], step.relative_rotation[at(i)], h_);
+    half.middleCols<4>(local_at.quaternion(i)).noalias() =
+        H.middleCols<3>(layout.left(i)) * charts.back().left_by_quaternion +
+        H.middleCols<3>(layout.right(i)) * charts.back().right_by_quaternion;
+    half.middleCols<3>(local_at.turn(i)).noalias() = H.middleCols<3>(layout.right(i)) * charts.back().right_by_turn;
+  }
+  local.bottomRows<3>() = half.bottomRows<3>();
+  for (int i = 0; i < bodies_; ++i) {
+    local.middleRows<4>(local_at.quaternion(i)).noalias() =
+        charts[at(i)].left_by_quaternion.transpose() * half.middleRows<3>(layout.left(i)) +
+        charts[at(i)].right_by_quaternion.transpose() * half.middleRows<3>(layout.right(i));
+    local.middleRows<3>(local_at.turn(i)).noalias() =
+        charts[at(i)].right_by_turn.transpose() * half.middleRows<3>(layout.right(i));
+    const ChartCurvature curvature(charts[at(i)], quaternion(k, i), step.cayley[at(i)], h_,
+                                   directional_.gradient.segment<3>(layout.left(i)),
+                                   directional_.gradient.segment<3>(layout.right(i)));
+    const int q = local_at.quaternion(i);
+    const int w = local_at.turn(i);
+    local.block<4, 4>(q, q) += curvature.quaternion_quaternion;
+    local.block<4, 3>(q, w) += curvature.quaternion_turn;
+    local.block<3, 4>(w, q) += curvature.quaternion_turn.transpose();
+    local.block<3, 3>(w, w) += curvature.turn_turn;
+  }
+  add_kinematic_curvature(k, multiplier, local);
+  scatter_step_hessian(k, local, sink);
+}
+
+void Transcription::add_kinematic_curvature(int k, const VectorXd& multiplier, MatrixXd& local) const {
+  const LocalLayout local_at{bodies_};
+  for (int i = 0; i < bodies_; ++i) {
+    const AdvancedQuaternionCurvature curvature(-multiplier.segment<4>(kinematic_row(k, i)), quaternion(k, i),
+                                                intervals_[at(k)].cayley[at(i)]);
+    const int q = local_at.quaternion(i);
+    const int w = local_at.turn(i);
+    local.block<4, 3>(q, w) += 0.5 * h_ * curvature.quaternion_cayley;
+    local.block<3, 4>(w, q) += 0.5 * h_ * curvature.quaternion_cayley.transpose();
+    local.block<3, 3>(w, w) += 0.25 * h_ * h_ * curvature.cayley_cayley;
+  }
+}
+
+void Transcription::scatter_step_hessian(int k, const MatrixXd& local, BlockSink& sink) const {
+  const LocalLayout local_at{bodies_};
+  const int shift = local_at.displacement();
+  for (int a = 0; a < bodies_; ++a) {
+    const int q = local_at.quaternion(a);
+    const int w = local_at.turn(a);
+    for (int b = 0; b <= a; ++b) {
+      if (!related_[at(a)][at(b)]) continue;
+      const int qb = local_at.quaternion(b);
+      const int wb = local_at.turn(b);
+      sink.add_symmetric(turn_variable(k, a), turn_variable(k, b), local.block<3, 3>(w, wb));
+      if (k == 0) continue;
+      sink.add_symmetric(quaternion_variable(k, a), quaternion_variable(k, b), local.block<4, 4>(q, qb));
+      sink.add_symmetric(turn_variable(k, a), quaternion_variable(k, b), local.block<3, 4>(w, qb));
+      if (a != b) sink.add_symmetric(quaternion_variable(k, a), turn_variable(k, b), local.block<4, 3>(q, wb));
+    }
+    const auto by_shift_turn = local.block<3, 3>(w, shift);
+    sink.add_symmetric(turn_variable(k, a), position_variable(k + 1), by_shift_turn);
+    if (k == 0) continue;
+    const auto by_shift_quaternion = local.block<4, 3>(q, shift);
+    sink.add_symmetric(turn_variable(k, a), position_variable(k), -by_shift_turn);
+    sink.add_symmetric(quaternion_variable(k, a), position_variable(k + 1), by_shift_quaternion);
+    sink.add_symmetric(quaternion_variable(k, a), position_variable(k), -by_shift_quaternion);
+  }
+  const auto shift_shift = local.block<3, 3>(shift, shift);
+  sink.add_symmetric(position_variable(k + 1), position_variable(k + 1), shift_shift);
+  if (k == 0) return;
+  sink.add_symmetric(position_variable(k), position_variable(k), shift_shift);
+  sink.add_symmetric(position_variable(k + 1), position_variable(k), -shift_shift);
+}
+
+// −weight · λ·U at a node: bilinear in the moments and the relative rotation of the joint (equation 5.9).
+void Transcription::emit_force_hessian(int node, const VectorXd& multiplier, BlockSink& sink) const {
+  const mechanics::Moments u = moments(node);
+  const double weight = force_weight(node);
+  int column = control_variable(node);
+  for (int j = 0; j < system_.joint_count(); ++j) {
+    const model::Joint& joint = system_.joint(j);
+    const Vector4d q_child = quaternion(node, joint.child);
+    const Vector4d q_parent = quaternion(node, joint.parent);
+    const Matrix3d Q = lie::rotation_of_quaternion(q_child).transpose() * lie::rotation_of_quaternion(q_parent);
+    const Vector3d lambda = weight * balance_multiplier(node, joint.child, multiplier);  // of +λ · Q u
+    const Vector3d y = Q * u[at(j)];
+    const Vector3d z = Q.transpose() * lambda;
+    const auto T_child = lie::quaternion_tangent(q_child);
+    const auto T_parent = lie::quaternion_tangent(q_parent);
+    const int child = quaternion_variable(node, joint.child);
+    const int parent = quaternion_variable(node, joint.parent);
+    sink.add_symmetric(child, child,
+                       T_child.transpose() * double_cross(lambda, y) * T_child +
+                           quaternion_curvature(q_child, lambda.cross(y)));
+    sink.add_symmetric(parent, parent,
+                       T_parent.transpose() * double_cross(z, u[at(j)]) * T_parent +
+                           quaternion_curvature(q_parent, u[at(j)].cross(z)));
+    sink.add_symmetric(child, parent, -T_child.transpose() * hat(lambda) * Q * hat(u[at(j)]) * T_parent);
+    if (joint.actuation.cols() > 0) {
+      sink.add_symmetric(child, column, control_unit * T_child.transpose() * hat(lambda) * Q * joint.actuation);
+      sink.add_symmetric(parent, column, -control_unit * T_parent.transpose() * hat(z) * joint.actuation);
+    }
+    column += static_cast<int>(joint.actuation.cols());
+  }
+}
+
+}  // namespace lamprey::maneuver

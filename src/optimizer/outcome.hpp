@@ -1,0 +1,44 @@
+// Options of a solve and its Outcome, the same for every solver.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace lamprey::optimizer {
+
+struct Options {
+  double tolerance = 1e-10;              // scaled KKT error
+  int max_iterations = 500;
+  double time_limit = std::numeric_limits<double>::infinity();  // s, wall clock
+  double first_regularization = 1e-4;    // first shift of the Hessian where its inertia is wrong
+  std::function<bool()> interrupted;     // asked once an iteration; may be empty
+};
+
+enum class Termination { converged, feasible, infeasible, stalled, time_limit, interrupted };
+
+struct Iteration {
+  int iteration;
+  double objective;
+  double infeasibility;       // largest violation
+  double dual_infeasibility;  // largest entry of the Lagrangian's gradient
+  double goal_error;
+  double step;                // length along the search direction, in [0, 1]
+};
+
+struct Outcome {
+  Termination termination = Termination::stalled;
+  std::string reason;                 // one clause for a person
+  Eigen::VectorXd point;              // [variables]
+  Eigen::VectorXd multipliers;        // [constraints]
+  double objective = std::numeric_limits<double>::quiet_NaN();
+  double infeasibility = std::numeric_limits<double>::infinity();
+  int iterations = 0;
+  int evaluations = 0;
+  std::vector<Iteration> history;
+};
+
+}  // namespace lamprey::optimizer

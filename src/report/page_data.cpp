@@ -1,0 +1,184 @@
+#include "report/page_data.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "lie/so3.hpp"
+#include "report/poses.hpp"
+#include "report/summary.hpp"
+#include "report/wording.hpp"
+
+namespace lamprey::report {
+namespace {
+
+using nlohmann::json;
+using Nodes = std::vector<std::size_t>;
+
+constexpr std::size_t most_frames = 2001;
+constexpr std::size_t most_numbers = 150000;
+constexpr std::size_t least_frames = 21;
+constexpr std::size_t most_iterations = 2000;  // rows of the solver's history
+
+json triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+json pairs(const std::vector<std::pair<std::string, std::string>>& rows) {
+  json list = json::array();
+  for (const auto& [name, value] : rows) list.push_back({name, value});
+  return list;
+}
+
+/// A flat JSON array of 7 significant digits, written here because it is most of the document.
+class Column {
+ public:
+  void add(double value) {
+    if (!text_.empty()) text_ += ',';
+    if (std::isfinite(value)) fmt::format_to(std::back_inserter(text_), "{:.7g}", value == 0.0 ? 0.0 : value);
+    else text_ += "null";
+  }
+  void add(const Eigen::Vector3d& v) {
+    for (Eigen::Index k = 0; k < 3; ++k) add(v[k]);
+  }
+  void add(const std::vector<Eigen::Vector3d>& vectors) {
+    for (const Eigen::Vector3d& v : vectors) add(v);
+  }
+  std::string array() const { return "[" + text_ + "]"; }
+
+ private:
+  std::string text_;
+};
+
+template <class Rows>
+std::string column(const Rows& rows, const Nodes& nodes) {
+  Column column;
+  for (const std::size_t k : nodes) column.add(rows[k]);
+  return column.array();
+}
+
+/// Quaternions (x, y, z, w) of [frames][bodies], each with the sign nearest to the frame before.
+std::string quaternion_column(const std::vector<std::vector<Eigen::Matrix3d>>& rotation, const Nodes& nodes) {
+  Column column;
+  std::vector<lie::Vector4> last(rotation.front().size(), lie::Vector4(1.0, 0.0, 0.0, 0.0));
+  for (const std::size_t k : nodes) {
+    for (std::size_t i = 0; i < last.size(); ++i) {
+      lie::Vector4 q = lie::quaternion_of_rotation(rotation[k][i]);
+      if (q.dot(last[i]) < 0.0) q = -q;
+      last[i] = q;
+      for (const Eigen::Index part : {1, 2, 3, 0}) column.add(q[part]);
+    }
+  }
+  return column.array();
+}
+
+std::string momentum_columns(const maneuver::MomentumHistory& momentum, const Nodes& nodes) {
+  return fmt::format(R"({{"bodies":{},"fluid":{},"total":{}}})", column(momentum.bodies, nodes),
+                     column(momentum.fluid, nodes), column(momentum.total, nodes));
+}
+
+std::string frames_text(const file::Results& results) {
+  const maneuver::Solution& s = results.solution;
+  const std::size_t numbers = 25 + 7 * results.problem.bodies.size() + 3 * results.problem.joints.size();
+  const Nodes nodes = drawn_nodes(s.time.size(), numbers);
+  return fmt::format(
+      R"({{"time":{},"position":{},"rotation":{},"control":{},"linear_velocity":{},"angular_velocity":{},)"
+      R"("linear_momentum":{},"angular_momentum":{}}})",
+      column(s.time, nodes), column(s.position, nodes), quaternion_column(s.rotation, nodes), column(s.control, nodes),
+      column(s.linear_velocity, nodes), column(s.angular_velocity, nodes), momentum_columns(s.linear_momentum, nodes),
+      momentum_columns(s.angular_momentum, nodes));
+}
+
+json history_of(const maneuver::SolverRecord& solver) {
+  json history = {{"iteration", json::array()}, {"cost", json::array()}, {"goal_error", json::array()}, {"kkt", json::array()}};
+  const auto value = [](double x) { return std::isfinite(x) ? json(x) : json(nullptr); };
+  const std::size_t count = solver.history.size(), stride = count / most_iterations + 1;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k % stride != 0 && k + 1 != count) continue;
+    const maneuver::SolverIteration& row = solver.history[k];
+    history["iteration"].push_back(row.iteration);
+    history["cost"].push_back(value(row.cost));
+    history["goal_error"].push_back(value(row.goal_error));
+    history["kkt"].push_back(value(row.kkt));
+  }
+  return history;
+}
+
+json problem_of(const file::ResolvedProblem& problem) {
+  json bodies = json::array(), joints = json::array();
+  for (const file::ResolvedBody& body : problem.bodies) {
+    bodies.push_back({body.name, vector(body.semi_axes), number(body.mass), matrix(body.body_inertia),
+                      matrix(body.mass_matrix), matrix(body.inertia_matrix)});
+  }
+  for (const file::ResolvedJoint& joint : problem.joints) {
+    std::vector<std::string> axes;
+    for (const Eigen::Vector3d& axis : joint.control_axes) axes.push_back(vector(axis, 4));
+    joints.push_back({joint.name, joint_kind_name(joint.kind), problem.bodies[static_cast<std::size_t>(joint.parent)].name,
+                      problem.bodies[static_cast<std::size_t>(joint.child)].name, vector(joint.parent_offset),
+                      vector(joint.child_offset), axes.empty() ? std::string("none") : fmt::format("{}", fmt::join(axes, ", "))});
+  }
+  return {{"settings", pairs(problem_settings(problem))},
+          {"body_heads", {"Body", "Semi-axes [m]", "Mass [kg]", "Inertia [kg m²]", "Mass with fluid [kg]", "Inertia with fluid [kg m²]"}},
+          {"body_rows", bodies},
+          {"joint_heads", {"Joint", "Kind", "Parent", "Child", "Offset in the parent [m]", "Offset in the child [m]", "Control axes"}},
+          {"joint_rows", joints}};
+}
+
+json words_of(const file::Results& results) {
+  const maneuver::Solution& solution = results.solution;
+  const bool sought = solution.status != maneuver::Status::simulated;
+  json run = {{"name", results.name}, {"source", results.source}, {"good", succeeded(results)}, {"verdict", verdict(results)},
+              {"message", solution.message}, {"facts", pairs(facts(results))}, {"problem", problem_of(results.problem)},
+              {"provenance", pairs(provenance_rows(results.provenance))}, {"joint_order", joint_order(results.problem)}};
+  if (results.certificate) {
+    for (const CertificateRow& row : certificate_rows(*results.certificate, results.problem)) {
+      run["certificate"].push_back({{"name", row.name}, {"value", row.value}, {"mark", row.mark}, {"meaning", row.meaning},
+                                    {"holds", row.holds ? json(*row.holds) : json(nullptr)}});
+    }
+  }
+  if (sought && solution.search.starts > 0) {
+    run["search"] = {{"starts", solution.search.starts}, {"solved", solution.search.solved}};
+    run["minima"] = json::array();
+    for (const maneuver::Minimum& minimum : solution.search.minima) run["minima"].push_back({minimum.cost, minimum.count});
+  }
+  if (sought && !solution.solver.history.empty()) run["history"] = history_of(solution.solver);
+  run["bodies"] = run["joints"] = json::array();
+  for (const file::ResolvedBody& body : results.problem.bodies) {
+    run["bodies"].push_back({{"name", body.name}, {"semi_axes", triple(body.semi_axes)}});
+  }
+  for (const file::ResolvedJoint& joint : results.problem.joints) {
+    run["joints"].push_back({{"name", joint.name}, {"parent", joint.parent}, {"child", joint.child},
+                             {"parent_offset", triple(joint.parent_offset)}, {"child_offset", triple(joint.child_offset)}});
+  }
+  return run;
+}
+
+void escape_less_than(std::string& text) {
+  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) text.replace(at, 1, "\\u003c");
+}
+
+}  // namespace
+
+std::vector<std::size_t> drawn_nodes(std::size_t nodes, std::size_t numbers_per_frame) {
+  const std::size_t frames = std::clamp(most_numbers / std::max<std::size_t>(numbers_per_frame, 1), least_frames, most_frames);
+  const std::size_t count = std::min(nodes, frames);
+  Nodes chosen(count, 0);
+  for (std::size_t k = 1; k < count; ++k) chosen[k] = k * (nodes - 1) / (count - 1);
+  return chosen;
+}
+
+std::string page_data(const std::vector<const file::Results*>& runs) {
+  std::string text = "{\"runs\":[";
+  for (const file::Results* run : runs) {
+    ensure_shapes(*run);
+    std::string words = words_of(*run).dump(-1, ' ', false, json::error_handler_t::replace);
+    escape_less_than(words);
+    if (run != runs.front()) text += ',';
+    words.back() = ',';
+    text += words + "\"frames\":" + frames_text(*run) + "}";
+  }
+  return text + "]}";
+}
+
+}  // namespace lamprey::report

@@ -1,0 +1,22 @@
+// The report page and its pictures, made from stored results alone.
+#pragma once
+
+#include <string>
+
+#include "file/results.hpp"
+
+namespace lamprey::report {
+
+/// One self-contained HTML page: verdict, animation, snapshots, curves, certificate, search, problem, provenance. It runs
+/// from a file, asks for nothing from anywhere, and keeps at most 2001 frames. Throws std::invalid_argument where the
+/// arrays of the solution do not have the shapes of solution.json.
+std::string report_html(const file::Results& results);
+
+/// The same page for two results: both swimmers in one picture (b translucent), curves of b dashed. Bodies and joints are
+/// paired by index, so both swimmers must have the same numbers of them, or std::invalid_argument is thrown.
+std::string comparison_html(const file::Results& a, const file::Results& b);
+
+/// Stand-alone SVG: the swimmer seen from above (e₁ right, e₂ up) each 0.07 of the duration and at the end.
+std::string snapshot_svg(const file::Results& results);
+
+}  // namespace lamprey::report

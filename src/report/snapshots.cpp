@@ -1,0 +1,184 @@
+#include "report/snapshots.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "report/poses.hpp"
+#include "report/report.hpp"
+#include "report/wording.hpp"
+
+namespace lamprey::report {
+namespace {
+
+constexpr double interval = 0.07;     // of the duration, between two snapshots
+constexpr double label_height = 17.0; // px above the drawing of a cell
+
+/// One body of a drawing, in the order to be painted.
+struct Shape {
+  std::size_t body = 0;
+  Ellipse outline;
+};
+
+struct Snapshot {
+  double time = 0.0;  // s
+  std::vector<Shape> shapes;
+  std::vector<Eigen::Vector2d> joints;
+};
+
+/// The snapshots of one view and the box, in m on paper, that holds them all.
+struct Strip {
+  std::vector<Snapshot> snapshots;
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector2d high = -low;
+  Eigen::Vector2d start = Eigen::Vector2d::Zero();  // the root's mass centre at the start
+};
+
+std::vector<std::size_t> chosen_nodes(const std::vector<double>& time) {
+  std::vector<std::size_t> nodes;
+  const double duration = time.back() - time.front();
+  for (int k = 0; k * interval <= 1.0; ++k) {
+    const auto after = std::lower_bound(time.begin(), time.end(), time.front() + k * interval * duration - 1e-9 * duration);
+    const auto node = static_cast<std::size_t>(std::min(after, time.end() - 1) - time.begin());
+    if (nodes.empty() || nodes.back() != node) nodes.push_back(node);
+  }
+  if (nodes.back() + 1 != time.size()) nodes.push_back(time.size() - 1);
+  return nodes;
+}
+
+Snapshot draw_node(const file::Results& results, const std::vector<int>& order, std::size_t node, const View& view) {
+  const auto& bodies = results.problem.bodies;
+  const auto& rotation = results.solution.rotation[node];
+  const auto centres = body_centres(results.problem, order, results.solution.position[node], rotation);
+  const Eigen::Vector3d towards_eye = Eigen::Vector3d(view.row(0)).cross(Eigen::Vector3d(view.row(1)));
+  std::vector<std::size_t> depth(bodies.size());
+  std::iota(depth.begin(), depth.end(), std::size_t{0});
+  std::stable_sort(depth.begin(), depth.end(), [&](std::size_t a, std::size_t b) {
+    return towards_eye.dot(centres[a]) < towards_eye.dot(centres[b]);
+  });
+  Snapshot snapshot;
+  snapshot.time = results.solution.time[node];
+  for (const std::size_t i : depth) {
+    snapshot.shapes.push_back({i, projected_outline(bodies[i].semi_axes, rotation[i], centres[i], view)});
+  }
+  for (const file::ResolvedJoint& joint : results.problem.joints) {
+    const auto parent = static_cast<std::size_t>(joint.parent);
+    snapshot.joints.push_back(view * (centres[parent] + rotation[parent] * joint.parent_offset));
+  }
+  return snapshot;
+}
+
+Strip make_strip(const file::Results& results, const View& view) {
+  Strip strip;
+  const std::vector<int> order = joint_order(results.problem);
+  strip.start = view * results.solution.position.front();
+  for (const std::size_t node : chosen_nodes(results.solution.time)) {
+    strip.snapshots.push_back(draw_node(results, order, node, view));
+    for (const Shape& shape : strip.snapshots.back().shapes) {
+      strip.low = strip.low.cwiseMin(shape.outline.centre - shape.outline.half_extent());
+      strip.high = strip.high.cwiseMax(shape.outline.centre + shape.outline.half_extent());
+    }
+  }
+  const double margin = 0.04 * (strip.high - strip.low).maxCoeff();
+  strip.low.array() -= margin;
+  strip.high.array() += margin;
+  return strip;
+}
+
+double round_length(double length) {
+  const double power = std::pow(10.0, std::floor(std::log10(length)));
+  for (const double digit : {5.0, 2.0}) {
+    if (digit * power <= length) return digit * power;
+  }
+  return power;
+}
+
+/// The inside of one cell, `width` px wide; the drawing lies below its label.
+std::string cell_content(const Strip& strip, const Snapshot& snapshot, double width) {
+  const double scale = width / (strip.high.x() - strip.low.x());
+  const double height = label_height + scale * (strip.high.y() - strip.low.y());
+  const auto px = [&](double x) { return scale * (x - strip.low.x()); };
+  const auto py = [&](double y) { return label_height + scale * (strip.high.y() - y); };
+  std::string svg = fmt::format(R"(<text x="6" y="13" font-size="11">{:.4g} s</text>)", snapshot.time);
+  svg += fmt::format(R"(<path class="start" d="M{0:.2f} {1:.2f}h8m-4 -4v8" fill="none" stroke-width="0.8"/>)",
+                     px(strip.start.x()) - 4.0, py(strip.start.y()));
+  for (const Shape& shape : snapshot.shapes) {
+    const Ellipse& e = shape.outline;
+    svg += fmt::format(R"(<ellipse class="body{}" rx="{:.2f}" ry="{:.2f}" fill-opacity="0.5" stroke-width="1" )"
+                       R"svg(transform="translate({:.2f} {:.2f}) rotate({:.2f})"/>)svg",
+                       shape.body % 6, scale * e.major, scale * e.minor, px(e.centre.x()), py(e.centre.y()),
+                       -e.angle * 180.0 / std::numbers::pi);
+  }
+  for (const Eigen::Vector2d& joint : snapshot.joints) {
+    svg += fmt::format(R"(<circle class="joint" cx="{:.2f}" cy="{:.2f}" r="1.6"/>)", px(joint.x()), py(joint.y()));
+  }
+  if (&snapshot == &strip.snapshots.front()) {
+    const double bar = round_length(0.35 * (strip.high.x() - strip.low.x()));
+    svg += fmt::format(R"(<path class="scale" d="M{0:.2f} {1:.2f}h{2:.2f}" fill="none" stroke-width="1.4"/>)"
+                       R"(<text x="{3:.2f}" y="13" font-size="11" text-anchor="end">{4:g} m</text>)",
+                       width - 6.0 - scale * bar, std::min(17.0, height - 2.0), scale * bar, width - 6.0, bar);
+  }
+  return svg;
+}
+
+double cell_height(const Strip& strip, double width) {
+  return label_height + width * (strip.high.y() - strip.low.y()) / (strip.high.x() - strip.low.x());
+}
+
+bool is_narrow(const Strip& strip) { return strip.high.x() - strip.low.x() < 1.25 * (strip.high.y() - strip.low.y()); }
+
+std::string figure(const file::Results& results, const View& view, const char* title, const char* axes) {
+  const Strip strip = make_strip(results, view);
+  const double width = is_narrow(strip) ? 124.0 : 240.0;
+  std::string html = fmt::format(
+      "<figure class=\"snapshots\"><figcaption>{} <span>{}; + marks where the root’s mass centre started</span></figcaption>"
+      "<div class=\"cells{}\">\n",
+      title, axes, is_narrow(strip) ? " narrow" : "");
+  for (const Snapshot& snapshot : strip.snapshots) {
+    html += fmt::format(R"(<svg viewBox="0 0 {0:g} {1:.1f}" role="img" aria-label="{2} at {3:.4g} s">)", width,
+                        cell_height(strip, width), title, snapshot.time);
+    html += cell_content(strip, snapshot, width) + "</svg>\n";
+  }
+  return html + "</div></figure>\n";
+}
+
+}  // namespace
+
+std::string snapshot_figures(const file::Results& results) {
+  ensure_shapes(results);
+  return figure(results, top_view(), "From above", "e₁ to the right, e₂ up") +
+         figure(results, back_view(), "From behind", "looking along e₁: e₂ to the left, e₃ up");
+}
+
+std::string snapshot_svg(const file::Results& results) {
+  ensure_shapes(results);
+  const Strip strip = make_strip(results, top_view());
+  const int columns = is_narrow(strip) ? 8 : 4;
+  const double gap = 8.0, width = (980.0 - gap) / columns - gap, height = cell_height(strip, width);
+  const auto rows = (strip.snapshots.size() + static_cast<std::size_t>(columns) - 1) / static_cast<std::size_t>(columns);
+  const double total = gap + static_cast<double>(rows) * (height + gap);
+  std::string svg = fmt::format(
+      R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 980 {0:.1f}" width="980" height="{0:.1f}" role="img" )"
+      R"(font-family="system-ui, 'DejaVu Sans', sans-serif"><title>{1}: seen from above, e₁ to the right</title><style>)"
+      "text{{fill:#5a6472}}.start,.scale{{stroke:#5a6472}}.joint{{fill:#1c2430}}"
+      ".body0{{fill:#3b7fb5;stroke:#2f6590}}.body1{{fill:#e39a2e;stroke:#b57a22}}.body2{{fill:#2a9d7c;stroke:#217d63}}"
+      ".body3{{fill:#b8689a;stroke:#93537b}}.body4{{fill:#6fb1d8;stroke:#588dac}}.body5{{fill:#a8a03a;stroke:#86802e}}"
+      "</style><rect width=\"980\" height=\"{0:.1f}\" rx=\"10\" fill=\"#ffffff\"/>\n",
+      total, escaped(results.name));
+  for (std::size_t k = 0; k < strip.snapshots.size(); ++k) {
+    const double x = gap + static_cast<double>(k % static_cast<std::size_t>(columns)) * (width + gap);
+    const double y = gap + static_cast<double>(k / static_cast<std::size_t>(columns)) * (height + gap);
+    svg += fmt::format("<g transform=\"translate({:.1f} {:.1f})\"><rect width=\"{:.1f}\" height=\"{:.1f}\" rx=\"5\" "
+                       "fill=\"none\" stroke=\"#dfe2e4\"/>", x, y, width, height);
+    svg += cell_content(strip, strip.snapshots[k], width) + "</g>\n";
+  }
+  return svg + "</svg>\n";
+}
+
+}  // namespace lamprey::report

@@ -1,0 +1,150 @@
+#include "report/summary.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "report/wording.hpp"
+
+namespace lamprey::report {
+namespace {
+
+using certificate::Certificate;
+using maneuver::Status;
+
+const char* scheme_name(maneuver::Scheme scheme) {
+  switch (scheme) {
+    case maneuver::Scheme::paper: return "paper (order 1)";
+    case maneuver::Scheme::trapezoid: return "trapezoid (order 2)";
+    case maneuver::Scheme::midpoint: return "midpoint (order 2)";
+    case maneuver::Scheme::order4: return "order4 (order 4)";
+    case maneuver::Scheme::order6: return "order6 (order 6)";
+  }
+  return "unknown";
+}
+
+const char* status_words(Status status) {
+  switch (status) {
+    case Status::optimal: return "Optimal";
+    case Status::simulated: return "Simulated";
+    case Status::feasible: return "Feasible, not proven optimal";
+    case Status::infeasible: return "Infeasible";
+    case Status::stalled: return "Stalled before it was optimal";
+    case Status::time_limit: return "Stopped by the time limit";
+    case Status::interrupted: return "Interrupted: the best point so far";
+  }
+  return "Unknown status";
+}
+
+const char* goal_unit(const file::ResolvedProblem& problem) {
+  if (!problem.goal) return "(rad, m)";
+  bool moves = false;
+  for (const auto& component : problem.goal->move) moves = moves || component.has_value();
+  const bool turns = problem.goal->turn.has_value() || !problem.goal->rotation.empty();
+  if (moves && turns) return "(rad, m)";
+  return moves ? "m" : "rad";
+}
+
+std::string grouped(double cost) {
+  if (!(std::abs(cost) >= 1e5 && std::abs(cost) < 1e12)) return number(cost, 8);
+  std::string text = fmt::format("{:.1f}", cost);
+  for (std::size_t place = text.find('.'); place > 3; place -= 3) text.insert(place - 3, "\u202f");
+  return text;
+}
+
+std::string goal_words(const maneuver::Goal& goal) {
+  std::vector<std::string> parts;
+  const char* names[] = {"e₁", "e₂", "e₃"};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (goal.move[axis]) parts.push_back(fmt::format("move {} m along {}", number(*goal.move[axis]), names[axis]));
+  }
+  if (goal.turn) parts.push_back(fmt::format("turn every body by {} rad", vector(*goal.turn)));
+  for (const auto& [body, rotation] : goal.rotation) {
+    parts.push_back(rotation ? fmt::format("{} ends at {} rad", body, vector(*rotation)) : body + " turns freely");
+  }
+  if (goal.periodic) parts.emplace_back("shape and its velocity repeat");
+  parts.emplace_back(goal.rest ? "end at rest" : "end velocities free");
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+}  // namespace
+
+bool succeeded(const file::Results& results) {
+  return results.solution.status == Status::optimal || results.solution.status == Status::simulated;
+}
+
+std::string verdict(const file::Results& results) {
+  std::string words = status_words(results.solution.status);
+  if (results.solution.status == Status::simulated || !results.certificate) return words;
+  const Certificate& proof = *results.certificate;
+  std::vector<std::string> parts;
+  const bool missed = proof.goal_error > 1e-9;
+  if (!std::isnan(proof.goal_error)) {
+    parts.push_back(fmt::format("goal {} {} {}", missed ? "missed by" : "reached within", number(proof.goal_error, 2),
+                                goal_unit(results.problem)));
+  }
+  if (!std::isnan(proof.rest_error)) parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));
+  if (!std::isnan(proof.kkt)) parts.push_back(fmt::format("optimality conditions within {}", number(proof.kkt, 2)));
+  if (proof.second_order && proof.second_order->positive) parts.emplace_back("a strict local minimum");
+  return parts.empty() ? words : fmt::format("{}: {}", words, fmt::join(parts, ", "));
+}
+
+std::vector<std::pair<std::string, std::string>> facts(const file::Results& results) {
+  const file::ResolvedProblem& problem = results.problem;
+  const maneuver::Solution& solution = results.solution;
+  const bool sought = solution.status != Status::simulated;
+  std::vector<std::pair<std::string, std::string>> rows;
+  if (sought && !std::isnan(solution.cost)) rows.emplace_back("Cost", grouped(solution.cost) + " (N m)² s");
+  rows.emplace_back("Duration", number(problem.duration) + " s");
+  rows.emplace_back("Steps", fmt::format("{} of {} s", problem.steps, number(problem.time_step)));
+  rows.emplace_back("Scheme", scheme_name(problem.scheme));
+  if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solution.solver.name);
+  if (sought && solution.solver.iterations > 0) {
+    rows.emplace_back("Iterations", fmt::format("{}, {} evaluations", solution.solver.iterations, solution.solver.evaluations));
+  }
+  if (sought && solution.solver.wall_seconds > 0.0) {
+    rows.emplace_back("Time taken", fmt::format("{} s, {} build", number(solution.solver.wall_seconds, 3),
+                                                results.provenance.build_type));
+  }
+  if (!results.provenance.machine.empty()) rows.emplace_back("Machine", results.provenance.machine);
+  return rows;
+}
+
+std::vector<std::pair<std::string, std::string>> problem_settings(const file::ResolvedProblem& problem) {
+  std::vector<std::pair<std::string, std::string>> rows;
+  if (problem.goal) rows.emplace_back("Goal", goal_words(*problem.goal));
+  rows.emplace_back("Duration", number(problem.duration) + " s");
+  rows.emplace_back("Time step", fmt::format("{} s, {} steps", number(problem.time_step), problem.steps));
+  rows.emplace_back("Scheme", scheme_name(problem.scheme));
+  rows.emplace_back("Control", problem.control == maneuver::ControlKind::spline
+                                   ? fmt::format("natural cubic spline through {} points", problem.points)
+                                   : std::string("one value at each node"));
+  if (problem.goal) {
+    rows.emplace_back("Cost", problem.cost_rule == maneuver::CostRule::trapezoid
+                                  ? "∫ ½ Σ |u|² dt by the trapezoid rule"
+                                  : "∫ ½ Σ |u|² dt by the rectangle rule, every node of weight h");
+  }
+  return rows;
+}
+
+std::vector<std::pair<std::string, std::string>> provenance_rows(const file::Provenance& provenance) {
+  return {{"Version", provenance.version},
+          {"Build type", provenance.build_type},
+          {"Compiler", provenance.compiler},
+          {"Machine", provenance.machine},
+          {"Command", provenance.command},
+          {"SHA-256 of the problem file", provenance.problem_sha256},
+          {"Seed", std::to_string(provenance.seed)}};
+}
+
+const char* joint_kind_name(model::JointKind kind) {
+  switch (kind) {
+    case model::JointKind::ball: return "ball";
+    case model::JointKind::universal: return "universal";
+    case model::JointKind::hinge: return "hinge";
+    case model::JointKind::fixed: return "fixed";
+  }
+  return "unknown";
+}
+
+}  // namespace lamprey::report

@@ -1,0 +1,40 @@
+// What results say, in sentences and rows: the verdict, the facts beneath it, the certificate against its marks.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "file/results.hpp"
+
+namespace lamprey::report {
+
+/// Whether the run did what was asked: optimal, or simulated.
+bool succeeded(const file::Results& results);
+
+/// One line, as "Optimal: goal reached within 3.1×10⁻¹² rad, at rest within …".
+std::string verdict(const file::Results& results);
+
+/// Name and value with its unit, in the order to be read; entries without meaning for the status are left out.
+std::vector<std::pair<std::string, std::string>> facts(const file::Results& results);
+
+struct CertificateRow {
+  std::string name;
+  std::string value;          // with unit; "not computed" where it is
+  std::string mark;           // what it is held to; empty: for information
+  std::optional<bool> holds;  // nothing: no mark, or not computed
+  std::string meaning;
+};
+
+/// Every number of the certificate; always the same rows in the same order. Goal and rest are held to marks only where the
+/// problem asks for them.
+std::vector<CertificateRow> certificate_rows(const certificate::Certificate& certificate, const file::ResolvedProblem& problem);
+
+/// Problem settings and provenance as name and value.
+std::vector<std::pair<std::string, std::string>> problem_settings(const file::ResolvedProblem& problem);
+std::vector<std::pair<std::string, std::string>> provenance_rows(const file::Provenance& provenance);
+
+const char* joint_kind_name(model::JointKind kind);
+
+}  // namespace lamprey::report

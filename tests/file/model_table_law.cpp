@@ -1,0 +1,121 @@
+#include "file/model_table.hpp"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "fluid/ellipsoid.hpp"
+#include "model/input_error.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+using Eigen::Vector3d;
+
+maneuver::Problem two_bodies() {
+  maneuver::Problem problem;
+  problem.name = "Two bodies";
+  problem.swimmer.density = 1000.0;
+  problem.swimmer.bodies.resize(2);
+  problem.swimmer.bodies[0].name = "head";
+  problem.swimmer.bodies[0].semi_axes = {1.0, 0.2, 0.3};
+  problem.swimmer.bodies[1].name = "tail";
+  problem.swimmer.bodies[1].semi_axes = {0.5, 0.2, 0.2};
+  model::JointDescription joint;
+  joint.name = "hip";
+  joint.parent = "head";
+  joint.child = "tail";
+  joint.parent_offset = {-1.1, 0.0, 0.0};
+  joint.child_offset = {0.65, 0.0, 0.0};
+  problem.swimmer.joints = {joint};
+  problem.start.rotation.assign(2, Vector3d::Zero());
+  problem.start.angular_velocity.assign(2, Vector3d::Zero());
+  problem.goal.emplace();
+  problem.goal->move[0] = 2.5;
+  return problem;
+}
+
+std::string table_of(const maneuver::Problem& problem) { return model_table(problem, model::System(problem.swimmer)); }
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST(ModelTable, names_every_body_and_joint_and_tells_the_task_in_words) {
+  const std::string text = table_of(two_bodies());
+  for (const char* part : {"Two bodies", "head", "tail", "hip", "ball", "2.5 m along x, free along y", "ends at rest",
+                           "1 s in 1000 steps of 0.001 s", "trapezoid", "one value at each node"}) {
+    EXPECT_TRUE(contains(text, part)) << part << " is missing from\n" << text;
+  }
+}
+
+TEST(ModelTable, tells_bodies_that_overlap_from_bodies_that_do_not) {
+  maneuver::Problem problem = two_bodies();
+  EXPECT_TRUE(contains(table_of(problem), "0.25  apart")) << table_of(problem);
+  EXPECT_FALSE(contains(table_of(problem), "OVERLAP"));
+  problem.swimmer.joints[0].parent_offset.x() = -0.7;
+  EXPECT_TRUE(contains(table_of(problem), "-0.15  OVERLAP")) << table_of(problem);
+}
+
+TEST(ModelTable, says_which_matrices_the_file_gave_and_shows_their_off_diagonal_entries) {
+  maneuver::Problem problem = two_bodies();
+  EXPECT_FALSE(contains(table_of(problem), "as given"));
+  EXPECT_FALSE(contains(table_of(problem), "entries 12, 13, 23"));
+  Eigen::Matrix3d J = Vector3d(100.0, 200.0, 300.0).asDiagonal();
+  J(0, 1) = J(1, 0) = 7.25;
+  problem.swimmer.bodies[0].inertia_matrix = J;
+  EXPECT_TRUE(contains(table_of(problem), "J, as given"));
+  EXPECT_TRUE(contains(table_of(problem), "7.25"));
+}
+
+TEST(ModelTable, fits_into_a_hundred_columns) {
+  const std::string text = table_of(two_bodies());
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = text.find('\n', begin);
+    ASSERT_NE(end, std::string::npos);
+    EXPECT_LE(end - begin, 100U) << text.substr(begin, end - begin);
+    begin = end + 1;
+  }
+}
+
+TEST(ModelTable, lets_no_control_character_of_a_name_through) {
+  maneuver::Problem problem = two_bodies();
+  problem.name = "red\x1b[31m\r\n";
+  problem.swimmer.bodies[1].name = problem.swimmer.joints[0].child = "ta\x7fil\x07";
+  const std::string text = table_of(problem);
+  EXPECT_TRUE(contains(text, "red?[31m??\n"));
+  for (const char c : text) EXPECT_TRUE(c == '\n' || (static_cast<unsigned char>(c) >= 0x20 && c != 0x7F));
+}
+
+TEST(InertiaJson, holds_the_seven_fields_with_all_digits) {
+  const auto document = nlohmann::json::parse(inertia_json({8.0, 1.5, 2.0}, 3.0));
+  const auto inertia = fluid::ellipsoid_inertia({8.0, 1.5, 2.0}, 3.0);
+  EXPECT_EQ(document.size(), 7U);
+  EXPECT_EQ(document.at("volume").get<double>(), inertia.volume);
+  EXPECT_EQ(document.at("mass").get<double>(), inertia.mass);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    EXPECT_EQ(document.at("body_inertia").at(i).get<double>(), inertia.body_inertia[k]);
+    EXPECT_EQ(document.at("added_mass").at(i).get<double>(), inertia.added_mass[k]);
+    EXPECT_EQ(document.at("added_inertia").at(i).get<double>(), inertia.added_inertia[k]);
+    for (std::size_t j = 0; j < 3; ++j) {
+      EXPECT_EQ(document.at("mass_matrix").at(i).at(j).get<double>(),
+                i == j ? inertia.mass + inertia.added_mass[k] : 0.0);
+      EXPECT_EQ(document.at("inertia_matrix").at(i).at(j).get<double>(),
+                i == j ? inertia.body_inertia[k] + inertia.added_inertia[k] : 0.0);
+    }
+  }
+}
+
+TEST(InertiaTable, refuses_what_is_no_body) {
+  EXPECT_THROW(inertia_table({1.0, 0.0, 1.0}, 1.0), model::InputError);
+  EXPECT_THROW(inertia_table({1.0, 1.0, 1.0}, -1.0), model::InputError);
+  EXPECT_THROW(inertia_json({1e120, 1e120, 1e120}, 1.0), model::InputError);
+  EXPECT_NE(inertia_table({1.0, 1.0, 1.0}, 1.0).find("4.18879"), std::string::npos);
+}
+
+}  // namespace lamprey::file
