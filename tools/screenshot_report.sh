@@ -13,8 +13,8 @@ browser=$(command -v chromium || command -v chromium-browser || command -v googl
 }
 profile=$(mktemp -d)
 trap 'rm -rf "$profile"' EXIT
-[ "$(id -u)" -ne 0 ] || set -- "$@" --no-sandbox
-case " $* " in *" --no-sandbox "*) sandbox=--no-sandbox ;; *) sandbox= ;; esac
+sandbox=
+[ "$(id -u)" -ne 0 ] || sandbox=--no-sandbox # Chromium refuses to run as root otherwise
 # shellcheck disable=SC2086 # an empty $sandbox must vanish
 "$browser" --headless $sandbox --user-data-dir="$profile" --disable-background-networking --no-first-run \
   --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --hide-scrollbars \

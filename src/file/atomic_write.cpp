@@ -68,7 +68,7 @@ class Undo {
 };
 
 void create_folder(const std::filesystem::path& folder, Undo& undo) {
-  struct stat status {};
+  struct stat status = {};
   if (::stat(folder.c_str(), &status) == 0) {
     if (!S_ISDIR(status.st_mode)) throw IoError(folder.string(), "is a file; name a folder for the results");
     return;
@@ -106,7 +106,8 @@ void write_files(const std::string& folder, const std::vector<PendingFile>& file
   std::vector<std::string> temporaries;
   for (const PendingFile& file : files) temporaries.push_back(write_temporary(target, file, undo));
   for (std::size_t i = 0; i < files.size(); ++i)
-    if (const std::string final_path = (target / files[i].name).string(); ::rename(temporaries[i].c_str(), final_path.c_str()) != 0)
+    if (const std::string final_path = (target / files[i].name).string();
+        ::rename(temporaries[i].c_str(), final_path.c_str()) != 0)
       refuse_io(final_path, "cannot be put in place");
   undo.keep();
   Descriptor(target.string(), O_RDONLY | O_DIRECTORY).flush();

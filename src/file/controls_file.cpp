@@ -66,13 +66,16 @@ class TableParser {
       const std::string_view content = trimmed(line);
       if (!content.empty() && content.front() != '#') read_row(cells_of(line));
     }
-    if (samples_.time.size() < 2) refuse(1, "t", fmt::format("{} rows", samples_.time.size()), "at least two", "add rows");
+    if (samples_.time.size() < 2)
+      refuse(1, "t", fmt::format("{} rows", samples_.time.size()), "at least two", "add rows");
     return samples_;
   }
 
  private:
-  [[noreturn]] void refuse(int column, const std::string& key, const std::string& found, const std::string& allowed, const std::string& cure) const {
-    throw InputError(path_, std::max(line_, 1), column, key, fmt::format("found {}; allowed: {}; {}", found, allowed, cure));
+  [[noreturn]] void refuse(int column, const std::string& key, const std::string& found, const std::string& allowed,
+                           const std::string& cure) const {
+    throw InputError(path_, std::max(line_, 1), column, key,
+                     fmt::format("found {}; allowed: {}; {}", found, allowed, cure));
   }
 
   static std::string column_name(std::size_t column) {
@@ -90,19 +93,23 @@ class TableParser {
 
   void read_numbers(const std::vector<Cell>& cells) {
     if (cells.size() != columns_)
-      refuse(1, "row", fmt::format("{} columns", cells.size()), fmt::format("{}: t, then 3 for each joint", columns_), "add or remove columns");
+      refuse(1, "row", fmt::format("{} columns", cells.size()), fmt::format("{}: t, then 3 for each joint", columns_),
+             "add or remove columns");
     std::vector<double> numbers;
     for (const Cell& cell : cells) {
       const std::optional<double> value = parsed(cell.text);
       if (!value || !std::isfinite(*value))
-        refuse(cell.column, column_name(numbers.size()), in_quotes(cell.text), "a finite number", "write it with a decimal point, as in -1.5e3");
+        refuse(cell.column, column_name(numbers.size()), in_quotes(cell.text), "a finite number",
+               "write it with a decimal point, as in -1.5e3");
       numbers.push_back(*value);
     }
     if (!samples_.time.empty() && !(numbers[0] > samples_.time.back()))
-      refuse(cells[0].column, "t", fmt::format("{} after {}", numbers[0], samples_.time.back()), "times that rise (s)", "sort the rows and remove repeated times");
+      refuse(cells[0].column, "t", fmt::format("{} after {}", numbers[0], samples_.time.back()), "times that rise (s)",
+             "sort the rows and remove repeated times");
     samples_.time.push_back(numbers[0]);
     samples_.control.emplace_back();
-    for (std::size_t i = 1; i < numbers.size(); i += 3) samples_.control.back().emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+    for (std::size_t i = 1; i < numbers.size(); i += 3)
+      samples_.control.back().emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
   }
 
   const std::string& path_;
@@ -115,12 +122,16 @@ class TableParser {
 ControlSamples controls_of_solution(const std::string& bytes, const std::string& path, int joints) {
   const Results results = parse_solution(bytes, path);
   if (results.problem.joints.size() != static_cast<std::size_t>(joints))
-    throw InputError(path, "/problem/joints", fmt::format("found {} joints; allowed: the problem's {}; choose the controls of the same swimmer", results.problem.joints.size(), joints));
+    throw InputError(path, "/problem/joints",
+                     fmt::format("found {} joints; allowed: the problem's {}; choose the controls of the same swimmer",
+                                 results.problem.joints.size(), joints));
   if (results.solution.time.size() < 2)
     throw InputError(path, "/time", "found no motion; allowed: at least two nodes; choose a file with a trajectory");
   for (std::size_t k = 1; k < results.solution.time.size(); ++k)
     if (!(results.solution.time[k] > results.solution.time[k - 1]))
-      throw InputError(path, fmt::format("/time/{}", k), fmt::format("found {} after {}; allowed: times that rise (s); mend this field", results.solution.time[k], results.solution.time[k - 1]));
+      throw InputError(path, fmt::format("/time/{}", k),
+                       fmt::format("found {} after {}; allowed: times that rise (s); mend this field",
+                                   results.solution.time[k], results.solution.time[k - 1]));
   ControlSamples samples;
   const bool spline = results.problem.control == maneuver::ControlKind::spline;
   samples.source = spline ? ControlSource::spline : ControlSource::steps;
@@ -139,6 +150,8 @@ ControlSamples parse_controls(const std::string& bytes, const std::string& path,
   return TableParser(path, joints).parse(bytes);
 }
 
-ControlSamples read_controls(const std::string& path, int joints) { return parse_controls(read_bytes(path, byte_limit), path, joints); }
+ControlSamples read_controls(const std::string& path, int joints) {
+  return parse_controls(read_bytes(path, byte_limit), path, joints);
+}
 
 }  // namespace lamprey::file

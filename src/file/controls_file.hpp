@@ -19,9 +19,9 @@ enum class ControlSource {
 
 struct ControlSamples {
   ControlSource source = ControlSource::table;
-  std::vector<double> time;                            // s, strictly rising, at least two
-  std::vector<std::vector<Eigen::Vector3d>> control;   // [time][joints] N m, on the parent, parent's frame
-  int points = 0;                                      // with spline
+  std::vector<double> time;                               // s, strictly rising, at least two
+  std::vector<std::vector<Eigen::Vector3d>> control;      // [time][joints] N m, on the parent, parent's frame
+  int points = 0;                                         // with spline
   maneuver::Scheme scheme = maneuver::Scheme::trapezoid;  // of the solution
 };
 

@@ -77,8 +77,10 @@ class GuardedBuilder : public nlohmann::json_sax<json> {
   void enter() {
     keys_.emplace_back();
     if (keys_.size() > nesting_limit)
-      throw model::InputError(path_, "file",
-                              fmt::format("found nesting deeper than {0} levels; allowed: at most {0}; write the file again with lamprey", nesting_limit));
+      throw model::InputError(
+          path_, "file",
+          fmt::format("found nesting deeper than {0} levels; allowed: at most {0}; write the file again with lamprey",
+                      nesting_limit));
   }
 
   nlohmann::detail::json_sax_dom_parser<json> builder_;
@@ -97,12 +99,15 @@ void JsonReader::refuse(const std::string& allowed) const {
   const bool large = value_->is_structured() && value_->size() > 8;
   std::string found = large ? "" : value_->dump(-1, ' ', true, json::error_handler_t::replace);
   if (found.empty() || found.size() > 80) found = fmt::format("{} of {} entries", value_->type_name(), value_->size());
-  throw model::InputError(*path_, pointer_.empty() ? "/" : pointer_,
-                          fmt::format("found {}; allowed: {}; write the file again with lamprey or mend this field", found, allowed));
+  throw model::InputError(
+      *path_, pointer_.empty() ? "/" : pointer_,
+      fmt::format("found {}; allowed: {}; write the file again with lamprey or mend this field", found, allowed));
 }
 
 bool JsonReader::is_null() const { return value_->is_null(); }
-bool JsonReader::is_text(std::string_view text) const { return value_->is_string() && value_->get_ref<const std::string&>() == text; }
+bool JsonReader::is_text(std::string_view text) const {
+  return value_->is_string() && value_->get_ref<const std::string&>() == text;
+}
 bool JsonReader::has(const char* name) const { return value_->is_object() && value_->contains(name); }
 std::size_t JsonReader::size() const { return value_->size(); }
 
@@ -110,12 +115,15 @@ JsonReader JsonReader::at(const char* name) const {
   if (!value_->is_object()) refuse("an object");
   const auto found = value_->find(name);
   if (found == value_->end())
-    throw model::InputError(*path_, pointer_ + "/" + name,
-                            "found nothing; allowed: this field is required; add it or write the file again with lamprey");
+    throw model::InputError(
+        *path_, pointer_ + "/" + name,
+        "found nothing; allowed: this field is required; add it or write the file again with lamprey");
   return {*found, pointer_ + "/" + name, *path_};
 }
 
-JsonReader JsonReader::at(std::size_t index) const { return {(*value_)[index], fmt::format("{}/{}", pointer_, index), *path_}; }
+JsonReader JsonReader::at(std::size_t index) const {
+  return {(*value_)[index], fmt::format("{}/{}", pointer_, index), *path_};
+}
 
 std::vector<std::string> JsonReader::keys() const {
   if (!value_->is_object()) refuse("an object");
@@ -160,14 +168,17 @@ std::uint64_t JsonReader::unsigned_integer() const {
   return value_->get<std::uint64_t>();
 }
 
-JsonDocument::JsonDocument(const std::string& text, std::string path) : path_(std::move(path)), value_(std::make_unique<json>()) {
+JsonDocument::JsonDocument(const std::string& text, std::string path)
+    : path_(std::move(path)), value_(std::make_unique<json>()) {
   GuardedBuilder builder(*value_, path_);
   if (json::sax_parse(text, &builder)) return;
   const Place place = place_of(text, builder.position() > 0 ? builder.position() - 1 : 0);
   std::string message = builder.message();
-  std::replace_if(message.begin(), message.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20U; }, ' ');
-  throw model::InputError(path_, place.line, place.column, "syntax",
-                          fmt::format("found what JSON cannot read ({}); allowed: JSON; write the file again with lamprey", message));
+  std::replace_if(
+      message.begin(), message.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20U; }, ' ');
+  throw model::InputError(
+      path_, place.line, place.column, "syntax",
+      fmt::format("found what JSON cannot read ({}); allowed: JSON; write the file again with lamprey", message));
 }
 
 JsonDocument::~JsonDocument() = default;

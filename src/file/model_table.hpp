@@ -10,8 +10,8 @@
 
 namespace lamprey::file {
 
-/// The resolved model and the task in words: bodies, inertia, joints, neighbours' gaps at the start, goal, time, scheme, search.
-/// Needs start rotations for every body; the system must be that of the problem.
+/// The resolved model and the task in words: bodies, inertia, joints, neighbours' gaps at the start, goal, time, scheme,
+/// search. Needs start rotations for every body; the system must be that of the problem.
 std::string model_table(const maneuver::Problem& problem, const model::System& system);
 
 /// Inertia of one neutrally buoyant ellipsoid, semi-axes in m, density in kg/m³, for people to read.

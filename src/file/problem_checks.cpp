@@ -5,8 +5,8 @@
 #include <map>
 #include <set>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
+#include <Eigen/Cholesky>
 
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
@@ -22,7 +22,7 @@ using maneuver::Problem;
 using model::JointDescription;
 using model::SwimmerDescription;
 
-constexpr double angle_tolerance = 1e-9;    // rad, for rotations and axes that people write with 16 digits
+constexpr double angle_tolerance = 1e-9;     // rad, for rotations and axes that people write with 16 digits
 constexpr double symmetry_tolerance = 1e-9;  // relative
 
 std::string joint_key(std::size_t j, std::string_view name) { return key_path(fmt::format("joint[{}]", j), name); }
@@ -35,7 +35,8 @@ Index index_bodies(const SwimmerDescription& swimmer) {
   for (std::size_t i = 0; i < swimmer.bodies.size(); ++i) {
     const std::string& name = swimmer.bodies[i].name;
     if (!index.emplace(name, i).second)
-      refuse(body_key(i, "name"), in_quotes(name) + " a second time", "names that differ", "rename one of the two bodies");
+      refuse(body_key(i, "name"), in_quotes(name) + " a second time", "names that differ",
+             "rename one of the two bodies");
   }
   return index;
 }
@@ -45,7 +46,8 @@ std::size_t body_named(const Index& index, const std::string& name, const std::s
   if (found != index.end()) return found->second;
   std::vector<std::string> names;
   for (const auto& entry : index) names.push_back(entry.first);
-  refuse(key, in_quotes(name) + ", which names no body", "the name of a [[body]]", fmt::format("the nearest is {}", in_quotes(nearest(name, names))));
+  refuse(key, in_quotes(name) + ", which names no body", "the name of a [[body]]",
+         fmt::format("the nearest is {}", in_quotes(nearest(name, names))));
 }
 
 constexpr std::size_t nobody = static_cast<std::size_t>(-1);
@@ -62,12 +64,17 @@ std::vector<Parent> find_parents(const SwimmerDescription& swimmer, const Index&
     const std::size_t parent = body_named(index, joint.parent, joint_key(j, "parent"));
     const std::size_t child = body_named(index, joint.child, joint_key(j, "child"));
     const std::string child_key = joint_key(j, "child");
-    if (parent == child) refuse(child_key, in_quotes(joint.child) + ", the joint's own parent", "another body than the parent", "name the other body");
+    if (parent == child)
+      refuse(child_key, in_quotes(joint.child) + ", the joint's own parent", "another body than the parent",
+             "name the other body");
     if (child == 0)
-      refuse(child_key, in_quotes(joint.child) + ", the root", "any body but the first", "exchange parent and child, or list another body first");
+      refuse(child_key, in_quotes(joint.child) + ", the root", "any body but the first",
+             "exchange parent and child, or list another body first");
     if (parents[child].joint != nobody)
-      refuse(child_key, fmt::format("{} with a second parent, {}", in_quotes(joint.child), in_quotes(joint.parent)), "one parent for each body",
-             fmt::format("remove this joint or the one with {}", in_quotes(swimmer.joints[parents[child].joint].parent)));
+      refuse(
+          child_key, fmt::format("{} with a second parent, {}", in_quotes(joint.child), in_quotes(joint.parent)),
+          "one parent for each body",
+          fmt::format("remove this joint or the one with {}", in_quotes(swimmer.joints[parents[child].joint].parent)));
     parents[child] = {parent, j};
   }
   return parents;
@@ -78,7 +85,8 @@ void check_names_of_joints(const SwimmerDescription& swimmer) {
   for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
     const std::string& name = swimmer.joints[j].name;
     if (!names.insert(name).second)
-      refuse(joint_key(j, "name"), in_quotes(name) + " a second time", "names that differ (default: the child's name)", "give one of the two joints another name");
+      refuse(joint_key(j, "name"), in_quotes(name) + " a second time", "names that differ (default: the child's name)",
+             "give one of the two joints another name");
   }
 }
 
@@ -94,12 +102,15 @@ void check_reach(const SwimmerDescription& swimmer, const std::vector<Parent>& p
       marks[i] = Mark::walking;
       walked.push_back(i);
       if (parents[i].body == nobody)
-        refuse(body_key(i, "name"), fmt::format("{}, which no joint leads to from the root", in_quotes(swimmer.bodies[i].name)), "one tree with the first body as root",
+        refuse(body_key(i, "name"),
+               fmt::format("{}, which no joint leads to from the root", in_quotes(swimmer.bodies[i].name)),
+               "one tree with the first body as root",
                fmt::format("add a [[joint]] with child = {}", in_quotes(swimmer.bodies[i].name)));
       i = parents[i].body;
     }
     if (marks[i] == Mark::walking)
-      refuse(joint_key(parents[i].joint, "child"), fmt::format("a cycle of joints through {}", in_quotes(swimmer.bodies[i].name)),
+      refuse(joint_key(parents[i].joint, "child"),
+             fmt::format("a cycle of joints through {}", in_quotes(swimmer.bodies[i].name)),
              "a tree with the first body as root", "remove one of the cycle's joints and join it to the root");
     for (std::size_t body : walked) marks[body] = Mark::reaches_root;
   }
@@ -116,7 +127,9 @@ void check_matrix(const std::optional<Matrix3d>& matrix, const std::string& key)
   const double asymmetry = (*matrix - matrix->transpose()).cwiseAbs().maxCoeff();
   const bool symmetric = asymmetry <= symmetry_tolerance * matrix->cwiseAbs().maxCoeff();
   if (!symmetric || !positive_definite(*matrix))
-    refuse(key, shown_matrix(*matrix), "a symmetric positive definite matrix", symmetric ? "all its eigenvalues must be > 0: mend its entries" : "make each entry equal to its mirror image");
+    refuse(
+        key, shown_matrix(*matrix), "a symmetric positive definite matrix",
+        symmetric ? "all its eigenvalues must be > 0: mend its entries" : "make each entry equal to its mirror image");
 }
 
 // Of any mass distribution the largest principal moment is at most the sum of the others: ½ tr(J) I − J ⪰ 0.
@@ -124,7 +137,8 @@ void check_matrix(const std::optional<Matrix3d>& matrix, const std::string& key)
 void check_triangle(const Matrix3d& inertia, const std::string& key) {
   constexpr double margin = 1e-3;
   if (!positive_definite((0.5 + 0.25 * margin) * inertia.trace() * Matrix3d::Identity() - inertia))
-    refuse(key, shown_matrix(inertia), "a largest principal moment up to the sum of the other two (kg m²), as of every solid body",
+    refuse(key, shown_matrix(inertia),
+           "a largest principal moment up to the sum of the other two (kg m²), as of every solid body",
            "mend an entry; added fluid belongs into inertia_matrix");
 }
 
@@ -150,23 +164,30 @@ std::string shown_axes(const std::vector<Vector3d>& axes) {
 void check_control_axes(const JointDescription& joint, std::size_t j) {
   if (!joint.control_axes) return;
   const std::string key = joint_key(j, "control_axes");
-  if (!joint.actuated) refuse(key, "axes on a joint with actuated = false", "only on actuated joints", "remove one of the two keys");
+  if (!joint.actuated)
+    refuse(key, "axes on a joint with actuated = false", "only on actuated joints", "remove one of the two keys");
   if (!independent(*joint.control_axes))
-    refuse(key, shown_axes(*joint.control_axes), "one to three non-zero, linearly independent vectors", "remove the axis that repeats others");
+    refuse(key, shown_axes(*joint.control_axes), "one to three non-zero, linearly independent vectors",
+           "remove the axis that repeats others");
 }
 
 void check_joint_axes(const JointDescription& joint, std::size_t j) {
   if (joint.kind == JointKind::hinge) {
     const std::string key = joint_key(j, "axis");
     if (!joint.axis) refuse(key, "nothing on a hinge", "three numbers: the free axis, child's frame", "add this key");
-    if (!independent({*joint.axis})) refuse(key, shown(*joint.axis), "a vector that is not zero", "as in [0.0, 0.0, 1.0]");
+    if (!independent({*joint.axis}))
+      refuse(key, shown(*joint.axis), "a vector that is not zero", "as in [0.0, 0.0, 1.0]");
   }
   if (joint.kind != JointKind::universal) return;
   const std::string key = joint_key(j, "axes");
-  if (!joint.axes) refuse(key, "nothing on a universal joint", "two vectors: first in the parent's frame, second in the child's", "add this key");
+  if (!joint.axes)
+    refuse(key, "nothing on a universal joint", "two vectors: first in the parent's frame, second in the child's",
+           "add this key");
   for (const Vector3d& axis : *joint.axes)
-    if (!independent({axis})) refuse(key, shown(axis), "vectors that are not zero", "as in [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]");
-  const double cosine = (*joint.axes)[0].stableNormalized().dot(lie::exp(joint.reference_rotation) * (*joint.axes)[1].stableNormalized());
+    if (!independent({axis}))
+      refuse(key, shown(axis), "vectors that are not zero", "as in [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]");
+  const double cosine =
+      (*joint.axes)[0].stableNormalized().dot(lie::exp(joint.reference_rotation) * (*joint.axes)[1].stableNormalized());
   if (std::abs(cosine) > angle_tolerance)
     refuse(key, fmt::format("axes at {} rad to each other at zero angle", std::acos(std::clamp(cosine, -1.0, 1.0))),
            "axes orthogonal at zero angle (second turned by reference_rotation)", "turn one of them");
@@ -176,8 +197,10 @@ void check_joint_axes(const JointDescription& joint, std::size_t j) {
 double misfit(const JointDescription& joint, const Matrix3d& child_to_parent) {
   const Matrix3d from_zero = lie::exp(joint.reference_rotation).transpose() * child_to_parent;
   switch (joint.kind) {
-    case JointKind::ball: return 0.0;
-    case JointKind::fixed: return lie::rotation_angle(from_zero);
+    case JointKind::ball:
+      return 0.0;
+    case JointKind::fixed:
+      return lie::rotation_angle(from_zero);
     case JointKind::hinge: {
       const Vector3d axis = joint.axis->stableNormalized();
       return (from_zero * axis - axis).norm();
@@ -209,17 +232,23 @@ void check_goal_against_joints(const Problem& problem, const Index& index) {
     const std::optional<Matrix3d> parent = end_rotation(problem, index, joint.parent);
     const std::optional<Matrix3d> child = end_rotation(problem, index, joint.child);
     if (!parent || !child) continue;
-    const std::string key = problem.goal->rotation.contains(joint.child) ? end_key(problem, joint.child) : end_key(problem, joint.parent);
+    const std::string key =
+        problem.goal->rotation.contains(joint.child) ? end_key(problem, joint.child) : end_key(problem, joint.parent);
     const Matrix3d end = parent->transpose() * *child;
     const double off = misfit(joint, end);
     if (off > angle_tolerance)
-      refuse(key, fmt::format("end rotations that are {} rad outside what the {} joint {} allows", off, word(joint.kind), in_quotes(joint.name)),
+      refuse(key,
+             fmt::format("end rotations that are {} rad outside what the {} joint {} allows", off, word(joint.kind),
+                         in_quotes(joint.name)),
              "end rotations that fit the joints", "change this rotation or set one of the two bodies \"free\"");
-    const Matrix3d start = start_rotation(problem, index, joint.parent).transpose() * start_rotation(problem, index, joint.child);
+    const Matrix3d start =
+        start_rotation(problem, index, joint.parent).transpose() * start_rotation(problem, index, joint.child);
     const double change = lie::rotation_angle(start.transpose() * end);
     if (problem.goal->periodic && !problem.start.free_shape && change > angle_tolerance)
-      refuse(key, fmt::format("end rotations that change joint {} by {} rad in a periodic goal", in_quotes(joint.name), change),
-             "the start's shape at the end", "remove periodic, free one rotation, or set start.free_shape = true");
+      refuse(
+          key,
+          fmt::format("end rotations that change joint {} by {} rad in a periodic goal", in_quotes(joint.name), change),
+          "the start's shape at the end", "remove periodic, free one rotation, or set start.free_shape = true");
   }
 }
 
@@ -238,7 +267,8 @@ void check_bodies(const SwimmerDescription& swimmer) {
     const double mass = body.mass.value_or(swimmer.density * volume);
     const double inertia = mass * body.semi_axes.squaredNorm();
     if (swimmer.density == 0.0 && !body.mass)
-      refuse(body_key(i, "mass"), "nothing in a vacuum (fluid.density = 0)", "a number > 0 (kg)", "add this key: nothing buoys the body");
+      refuse(body_key(i, "mass"), "nothing in a vacuum (fluid.density = 0)", "a number > 0 (kg)",
+             "add this key: nothing buoys the body");
     if (!std::isnormal(volume) || !std::isnormal(mass) || !std::isnormal(inertia))
       refuse(body_key(i, "semi_axes"), fmt::format("{}, volume {} m³, mass {} kg", shown(body.semi_axes), volume, mass),
              "sizes whose volume, mass and inertia are ordinary numbers", "check the units: metres, kg/m³");
@@ -259,57 +289,71 @@ void check_joints(const SwimmerDescription& swimmer) {
 void check_start(const Problem& problem) {
   const Index index = index_bodies(problem.swimmer);
   for (const JointDescription& joint : problem.swimmer.joints) {
-    const Matrix3d shape = start_rotation(problem, index, joint.parent).transpose() * start_rotation(problem, index, joint.child);
+    const Matrix3d shape =
+        start_rotation(problem, index, joint.parent).transpose() * start_rotation(problem, index, joint.child);
     const double off = misfit(joint, shape);
     if (off > angle_tolerance)
       refuse(key_path("start.rotation", joint.child),
-             fmt::format("start rotations that are {} rad outside what the {} joint {} allows", off, word(joint.kind), in_quotes(joint.name)),
-             "start rotations that fit the joints", "turn this body or its parent, or set the joint's reference_rotation");
+             fmt::format("start rotations that are {} rad outside what the {} joint {} allows", off, word(joint.kind),
+                         in_quotes(joint.name)),
+             "start rotations that fit the joints",
+             "turn this body or its parent, or set the joint's reference_rotation");
   }
   if (problem.start.free_shape && !(problem.goal && problem.goal->periodic))
-    refuse("start.free_shape", "true without a periodic goal", "only with goal.periodic = true", "remove it or add periodic = true to [goal]");
+    refuse("start.free_shape", "true without a periodic goal", "only with goal.periodic = true",
+           "remove it or add periodic = true to [goal]");
 }
 
 void check_goal(const Problem& problem) {
   if (!problem.goal) return;
   const maneuver::Goal& goal = *problem.goal;
-  const bool moves = std::any_of(goal.move.begin(), goal.move.end(), [](const auto& entry) { return entry.has_value(); });
-  const bool rotates = std::any_of(goal.rotation.begin(), goal.rotation.end(), [](const auto& entry) { return entry.second.has_value(); });
+  const bool moves =
+      std::any_of(goal.move.begin(), goal.move.end(), [](const auto& entry) { return entry.has_value(); });
+  const bool rotates = std::any_of(goal.rotation.begin(), goal.rotation.end(),
+                                   [](const auto& entry) { return entry.second.has_value(); });
   if (!moves && !rotates && !goal.turn && !goal.rest && !goal.periodic)
-    refuse("goal", "nothing asked for", "at least one of move, turn, rotation.NAME, rest or periodic", "add one, or remove [goal] to simulate");
+    refuse("goal", "nothing asked for", "at least one of move, turn, rotation.NAME, rest or periodic",
+           "add one, or remove [goal] to simulate");
   check_goal_against_joints(problem, index_bodies(problem.swimmer));
 }
 
 void check_limits(const Problem& problem) {
   for (const JointDescription& joint : problem.swimmer.joints) {
     const bool no_arms = joint.parent_offset.isZero(0.0) || joint.child_offset.isZero(0.0);
-    for (const auto& [quantity, limits] : {std::pair("swing", &problem.limits.swing), std::pair("twist", &problem.limits.twist)}) {
+    for (const auto& [quantity, limits] :
+         {std::pair("swing", &problem.limits.swing), std::pair("twist", &problem.limits.twist)}) {
       if (!limits->contains(joint.name)) continue;
       const std::string key = key_path(fmt::format("limits.{}", quantity), joint.name);
       if (joint.kind == JointKind::fixed) refuse(key, "a limit on a fixed joint", "on joints that move", "remove it");
       if (no_arms)
-        refuse(key, "a joint at a mass centre", "only with parent_offset and child_offset that are not zero", "remove it: the angle has no meaning there");
+        refuse(key, "a joint at a mass centre", "only with parent_offset and child_offset that are not zero",
+               "remove it: the angle has no meaning there");
     }
     if (problem.limits.angle.contains(joint.name) && joint.kind != JointKind::hinge)
-      refuse(key_path("limits.angle", joint.name), fmt::format("a {} joint", word(joint.kind)), "on hinges only", "use limits.swing and limits.twist instead");
+      refuse(key_path("limits.angle", joint.name), fmt::format("a {} joint", word(joint.kind)), "on hinges only",
+             "use limits.swing and limits.twist instead");
   }
 }
 
 void check_transcription(const Problem& problem) {
   const bool high_order = problem.scheme == Scheme::order4 || problem.scheme == Scheme::order6;
   if (high_order && problem.rule)
-    refuse("cost.rule", fmt::format("{} with scheme {}", in_quotes(word(*problem.rule)), in_quotes(word(problem.scheme))),
+    refuse("cost.rule",
+           fmt::format("{} with scheme {}", in_quotes(word(*problem.rule)), in_quotes(word(problem.scheme))),
            "no rule above order 2: the scheme's own quadrature is used", "remove this key");
   const bool spline = problem.control == ControlKind::spline;
   if (spline && problem.points == 0)
-    refuse("control.points", "nothing with kind = \"spline\"", "a whole number from 2 to steps + 1", "add this key, as in points = 21");
+    refuse("control.points", "nothing with kind = \"spline\"", "a whole number from 2 to steps + 1",
+           "add this key, as in points = 21");
   if (!spline && problem.points != 0)
-    refuse("control.points", fmt::format("{} with kind = \"steps\"", problem.points), "only with kind = \"spline\"", "remove it or set kind = \"spline\"");
+    refuse("control.points", fmt::format("{} with kind = \"steps\"", problem.points), "only with kind = \"spline\"",
+           "remove it or set kind = \"spline\"");
   if (spline && problem.points > problem.steps + 1)
     refuse("control.points", fmt::format("{} with {} steps", problem.points, problem.steps),
            fmt::format("a whole number from 2 to steps + 1 = {}", problem.steps + 1), "use fewer points or more steps");
   if (problem.search.method == SearchMethod::shooting && !spline)
-    refuse("search.method", "\"shooting\" with control.kind = \"steps\"", "\"simultaneous\", or \"shooting\" with kind = \"spline\"",
+    refuse("search.method", "\"shooting\" with control.kind = \"steps\"",
+           "\"simultaneous\", or \"shooting\" with kind = \"spline\"",
            "set control.kind = \"spline\" with points, or use \"simultaneous\"");
 }
 

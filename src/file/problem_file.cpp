@@ -23,18 +23,21 @@ constexpr std::size_t body_limit = 1000;
 constexpr std::int64_t step_limit = 10'000'000;
 constexpr double pi = 3.14159265358979323846;
 
-const std::vector<std::string> sections = {"schema",     "name",   "source", "fluid", "body", "joint", "start", "goal", "time", "cost",
-                                           "control", "integrator", "limits", "search"};
+const std::vector<std::string> sections = {"schema", "name", "source", "fluid",   "body",       "joint",  "start",
+                                           "goal",   "time", "cost",   "control", "integrator", "limits", "search"};
 
 std::string name_of(const TableReader& table) {
   table.require("name", "a text, unique in the file");
   const std::string name = *table.text("name");
-  const bool printable = std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x20U && c != 0x7F; });
-  if (name.empty() || !printable) refuse(table.key("name"), in_quotes(name), "a text that is not empty, without control characters", "name it");
+  const bool printable =
+      std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x20U && c != 0x7F; });
+  if (name.empty() || !printable)
+    refuse(table.key("name"), in_quotes(name), "a text that is not empty, without control characters", "name it");
   return name;
 }
 
-Vector3d required_vector(const TableReader& table, std::string_view name, const Range& range, const std::string& meaning) {
+Vector3d required_vector(const TableReader& table, std::string_view name, const Range& range,
+                         const std::string& meaning) {
   table.require(name, "three numbers" + range.in_words() + ": " + meaning);
   return *table.vector(name, range);
 }
@@ -63,7 +66,8 @@ model::BodyDescription read_body(const TableReader& table) {
 void refuse_keys_of_other_kinds(const TableReader& table, JointKind kind) {
   const auto belongs = [&](std::string_view name, bool allowed, const std::string& kinds) {
     if (table.find(name) && !allowed)
-      refuse(table.key(name), fmt::format("this key on a {} joint", word(kind)), kinds, "remove it or change the joint's kind");
+      refuse(table.key(name), fmt::format("this key on a {} joint", word(kind)), kinds,
+             "remove it or change the joint's kind");
   };
   belongs("axis", kind == JointKind::hinge, "on a hinge only");
   belongs("axes", kind == JointKind::universal, "on a universal joint only");
@@ -74,13 +78,14 @@ void refuse_keys_of_other_kinds(const TableReader& table, JointKind kind) {
 std::optional<std::array<Vector3d, 2>> read_axes(const TableReader& table) {
   const std::optional<std::vector<Vector3d>> axes = table.vectors("axes", any_number(""));
   if (!axes) return std::nullopt;
-  if (axes->size() != 2) refuse(table.key("axes"), shown(*table.find("axes")), "two vectors: parent's frame, child's frame", "give two");
+  if (axes->size() != 2)
+    refuse(table.key("axes"), shown(*table.find("axes")), "two vectors: parent's frame, child's frame", "give two");
   return std::array<Vector3d, 2>{(*axes)[0], (*axes)[1]};
 }
 
 model::JointDescription read_joint(const TableReader& table) {
-  table.allow_only({"kind", "name", "parent", "child", "parent_offset", "child_offset", "reference_rotation", "axis", "axes", "actuated",
-                    "control_axes", "stiffness", "damping"});
+  table.allow_only({"kind", "name", "parent", "child", "parent_offset", "child_offset", "reference_rotation", "axis",
+                    "axes", "actuated", "control_axes", "stiffness", "damping"});
   model::JointDescription joint;
   joint.kind = table.word("kind", joint_kinds).value_or(JointKind::ball);
   refuse_keys_of_other_kinds(table, joint.kind);
@@ -108,7 +113,8 @@ void read_swimmer(const TableReader& document, model::SwimmerDescription& swimme
   document.require("body", "from 1 to 1000 tables [[body]]");
   const std::vector<TableReader> bodies = document.tables("body");
   if (bodies.empty() || bodies.size() > body_limit)
-    refuse("body", fmt::format("{} bodies", bodies.size()), fmt::format("from 1 to {}", body_limit), "change the number of [[body]] tables");
+    refuse("body", fmt::format("{} bodies", bodies.size()), fmt::format("from 1 to {}", body_limit),
+           "change the number of [[body]] tables");
   for (const TableReader& body : bodies) swimmer.bodies.push_back(read_body(body));
   for (const TableReader& joint : document.tables("joint")) swimmer.joints.push_back(read_joint(joint));
 }
@@ -119,10 +125,12 @@ std::vector<std::string> body_names(const Problem& problem) {
   return names;
 }
 
-std::vector<Vector3d> read_by_body(const TableReader& table, const std::vector<std::string>& names, std::string_view unit) {
+std::vector<Vector3d> read_by_body(const TableReader& table, const std::vector<std::string>& names,
+                                   std::string_view unit) {
   table.allow_only(names);
   std::vector<Vector3d> values;
-  for (const std::string& name : names) values.push_back(table.vector(name, any_number(unit)).value_or(Vector3d::Zero()));
+  for (const std::string& name : names)
+    values.push_back(table.vector(name, any_number(unit)).value_or(Vector3d::Zero()));
   return values;
 }
 
@@ -147,7 +155,8 @@ std::array<std::optional<double>, 3> read_move(const TableReader& table) {
   if (value->kind != TomlValue::Kind::array || value->items.size() != 3)
     refuse(table.key("move"), shown(*value), allowed, "as in [2.0, \"free\", \"free\"]");
   for (std::size_t axis = 0; axis < 3; ++axis)
-    if (!says_free(value->items[axis])) move[axis] = table.number_in(value->items[axis], "move", any_number("m"), *value, allowed);
+    if (!says_free(value->items[axis]))
+      move[axis] = table.number_in(value->items[axis], "move", any_number("m"), *value, allowed);
   return move;
 }
 
@@ -161,7 +170,8 @@ void read_goal(const TableReader& table, Problem& problem) {
   rotation.allow_only(body_names(problem));
   for (const TomlValue& member : rotation.members()) {
     if (member.kind == TomlValue::Kind::string && !says_free(member))
-      refuse(rotation.key(member.key), shown(member), "three numbers (rad) or \"free\"", "write a rotation vector or \"free\"");
+      refuse(rotation.key(member.key), shown(member), "three numbers (rad) or \"free\"",
+             "write a rotation vector or \"free\"");
     goal.rotation[member.key] = says_free(member) ? std::nullopt : rotation.vector(member.key, any_number("rad"));
   }
   goal.periodic = table.boolean("periodic").value_or(false);
@@ -175,7 +185,8 @@ void read_free_duration(const TableReader& table, maneuver::Duration& duration) 
   duration.min = *table.number("min", positive("s"));
   duration.max = *table.number("max", positive("s"));
   if (duration.min > duration.max)
-    refuse(table.key("min"), fmt::format("{} above max = {}", duration.min, duration.max), "min ≤ max (s)", "exchange them");
+    refuse(table.key("min"), fmt::format("{} above max = {}", duration.min, duration.max), "min ≤ max (s)",
+           "exchange them");
   duration.value = duration.min + 0.5 * (duration.max - duration.min);
 }
 
@@ -188,7 +199,8 @@ void read_time(const TableReader& table, Problem& problem) {
     read_free_duration(table, problem.duration);
   } else {
     if (duration.kind == TomlValue::Kind::string)
-      refuse(table.key("duration"), shown(duration), "a number > 0 (s) or \"free\"", "write seconds without quotes, or \"free\"");
+      refuse(table.key("duration"), shown(duration), "a number > 0 (s) or \"free\"",
+             "write seconds without quotes, or \"free\"");
     problem.duration.value = *table.number("duration", positive("s"));
     for (const char* bound : {"min", "max"})
       if (const TomlValue* value = table.find(bound))
@@ -211,7 +223,8 @@ void read_transcription(const TableReader& document, Problem& problem) {
   problem.scheme = integrator.word("scheme", schemes).value_or(Scheme::trapezoid);
 }
 
-std::map<std::string, double> read_by_joint(const TableReader& table, const std::vector<std::string>& names, const Range& range) {
+std::map<std::string, double> read_by_joint(const TableReader& table, const std::vector<std::string>& names,
+                                            const Range& range) {
   table.allow_only(names);
   std::map<std::string, double> values;
   for (const TomlValue& member : table.members()) values[member.key] = *table.number(member.key, range);
@@ -238,7 +251,8 @@ void read_limits(const TableReader& table, Problem& problem) {
     if (member.kind != TomlValue::Kind::array || member.items.size() != 2)
       refuse(angle.key(member.key), shown(member), allowed, "as in [-0.5, 0.5]");
     std::array<double, 2> bounds{};
-    for (std::size_t i = 0; i < 2; ++i) bounds[i] = angle.number_in(member.items[i], member.key, any_number("rad"), member, allowed);
+    for (std::size_t i = 0; i < 2; ++i)
+      bounds[i] = angle.number_in(member.items[i], member.key, any_number("rad"), member, allowed);
     if (!(bounds[0] < bounds[1])) refuse(angle.key(member.key), shown(member), allowed, "exchange or widen the bounds");
     limits.angle[member.key] = bounds;
   }

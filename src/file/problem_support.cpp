@@ -9,8 +9,10 @@ namespace lamprey::file {
 
 namespace {
 
-[[noreturn]] void refuse_unsupported(const std::string& key, const std::string& found, const std::string& allowed, const std::string& cure) {
-  throw model::InputError(key, fmt::format("found {}, which this version does not handle yet; allowed for now: {}; {}", found, allowed, cure));
+[[noreturn]] void refuse_unsupported(const std::string& key, const std::string& found, const std::string& allowed,
+                                     const std::string& cure) {
+  throw model::InputError(key, fmt::format("found {}, which this version does not handle yet; allowed for now: {}; {}",
+                                           found, allowed, cure));
 }
 
 void require_supported_joints(const model::SwimmerDescription& swimmer) {
@@ -20,8 +22,10 @@ void require_supported_joints(const model::SwimmerDescription& swimmer) {
     if (joint.kind != JointKind::ball)
       refuse_unsupported(path + ".kind", in_quotes(word(joint.kind)), "\"ball\"",
                          "use a ball joint; control_axes confines its moment to the directions you name");
-    if (joint.stiffness > 0.0) refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)", "remove this key");
-    if (joint.damping > 0.0) refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)", "remove this key");
+    if (joint.stiffness > 0.0)
+      refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)", "remove this key");
+    if (joint.damping > 0.0)
+      refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)", "remove this key");
   }
 }
 
@@ -32,7 +36,9 @@ void require_supported_scheme(Scheme scheme) {
 }
 
 std::string first_limit(const maneuver::Limits& limits) {
-  const auto first = [](const std::string& path, const auto& by_joint) { return key_path(path, by_joint.begin()->first); };
+  const auto first = [](const std::string& path, const auto& by_joint) {
+    return key_path(path, by_joint.begin()->first);
+  };
   if (limits.torque) return "limits.torque";
   if (!limits.joint_torque.empty()) return first("limits.torque", limits.joint_torque);
   if (!limits.swing.empty()) return first("limits.swing", limits.swing);
@@ -43,13 +49,17 @@ std::string first_limit(const maneuver::Limits& limits) {
 
 void require_supported_maneuver(const maneuver::Problem& problem) {
   if (!problem.goal)
-    refuse("goal", "no [goal]", "a [goal] with move, turn, rotation.NAME or rest", "add one; `lamprey simulate` needs none");
+    refuse("goal", "no [goal]", "a [goal] with move, turn, rotation.NAME or rest",
+           "add one; `lamprey simulate` needs none");
   if (problem.duration.free)
-    refuse_unsupported("time.duration", "\"free\"", "a number > 0 (s)",
-                       fmt::format("fix it, for instance at {}, and compare the costs of several", problem.duration.value));
+    refuse_unsupported(
+        "time.duration", "\"free\"", "a number > 0 (s)",
+        fmt::format("fix it, for instance at {}, and compare the costs of several", problem.duration.value));
   if (problem.goal->periodic)
-    refuse_unsupported("goal.periodic", "true", "false", "remove it and give the end by turn or rotation.NAME, and rest");
-  if (problem.start.free_shape) refuse_unsupported("start.free_shape", "true", "false", "remove it; the start rotations are then kept");
+    refuse_unsupported("goal.periodic", "true", "false",
+                       "remove it and give the end by turn or rotation.NAME, and rest");
+  if (problem.start.free_shape)
+    refuse_unsupported("start.free_shape", "true", "false", "remove it; the start rotations are then kept");
   if (problem.limits.any())
     refuse_unsupported(first_limit(problem.limits), "a limit", "no [limits]",
                        "remove it, solve, and look for the largest value in the result");

@@ -14,7 +14,9 @@ using Eigen::Vector3d;
 
 void append(double value, std::vector<double>& values) { values.push_back(value); }
 
-void append(const Vector3d& value, std::vector<double>& values) { values.insert(values.end(), value.data(), value.data() + 3); }
+void append(const Vector3d& value, std::vector<double>& values) {
+  values.insert(values.end(), value.data(), value.data() + 3);
+}
 
 void append(const Matrix3d& value, std::vector<double>& values) {
   for (Eigen::Index row = 0; row < 3; ++row)
@@ -22,7 +24,8 @@ void append(const Matrix3d& value, std::vector<double>& values) {
 }
 
 void require_length(const ShapedArray& array, std::size_t length, std::size_t expected) {
-  if (length != expected) throw std::domain_error(fmt::format("{}: found {} entries, needs {}", array.path(), length, expected));
+  if (length != expected)
+    throw std::domain_error(fmt::format("{}: found {} entries, needs {}", array.path(), length, expected));
 }
 
 std::string place(const ShapedArray& array, std::size_t flat) {
@@ -42,7 +45,8 @@ void require_finite(const ShapedArray& array) {
 
 // One value at each node; `tail` is the value's own shape.
 template <class Value>
-ShapedArray by_node(ShapedArray array, const std::vector<Value>& values, std::size_t nodes, const std::vector<std::size_t>& tail) {
+ShapedArray by_node(ShapedArray array, const std::vector<Value>& values, std::size_t nodes,
+                    const std::vector<std::size_t>& tail) {
   require_length(array, values.size(), nodes);
   array.shape = {nodes};
   array.shape.insert(array.shape.end(), tail.begin(), tail.end());
@@ -53,8 +57,8 @@ ShapedArray by_node(ShapedArray array, const std::vector<Value>& values, std::si
 
 // `count` values (bodies, joints) at each node.
 template <class Value>
-ShapedArray by_node_and_part(ShapedArray array, const std::vector<std::vector<Value>>& values, std::size_t nodes, std::size_t count,
-                             const std::vector<std::size_t>& tail) {
+ShapedArray by_node_and_part(ShapedArray array, const std::vector<std::vector<Value>>& values, std::size_t nodes,
+                             std::size_t count, const std::vector<std::size_t>& tail) {
   require_length(array, values.size(), nodes);
   array.shape = {nodes, count};
   array.shape.insert(array.shape.end(), tail.begin(), tail.end());
@@ -74,7 +78,8 @@ std::vector<ShapedArray> shaped_arrays(const Results& results) {
   const std::size_t bodies = results.problem.bodies.size();
   const std::size_t joints = results.problem.joints.size();
   if (nodes != 0 && nodes != static_cast<std::size_t>(results.problem.steps) + 1)
-    throw std::domain_error(fmt::format("time: found {} nodes, needs problem.steps + 1 = {}", nodes, results.problem.steps + 1));
+    throw std::domain_error(
+        fmt::format("time: found {} nodes, needs problem.steps + 1 = {}", nodes, results.problem.steps + 1));
   const auto named = [](std::string group, std::string name, std::string unit) {
     return ShapedArray{std::move(group), std::move(name), std::move(unit), {}, {}};
   };

@@ -12,7 +12,7 @@ namespace lamprey::file {
 
 /// One array as numbers in row-major order.
 struct ShapedArray {
-  std::string group;               // "velocity", "momentum/linear"; empty at the top level
+  std::string group;  // "velocity", "momentum/linear"; empty at the top level
   std::string name;
   std::string unit;
   std::vector<std::size_t> shape;  // first entry: nodes

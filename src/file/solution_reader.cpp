@@ -60,7 +60,8 @@ void read_nodes(const JsonReader& reader, std::size_t nodes, std::vector<Value>&
 }
 
 template <class Value>
-void read_nodes(const JsonReader& reader, std::size_t nodes, std::size_t count, std::vector<std::vector<Value>>& values) {
+void read_nodes(const JsonReader& reader, std::size_t nodes, std::size_t count,
+                std::vector<std::vector<Value>>& values) {
   reader.require_array(nodes);
   values.resize(nodes);
   for (std::size_t k = 0; k < nodes; ++k) read_nodes(reader.at(k), count, values[k]);
@@ -115,7 +116,8 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   for (std::size_t i = 0; i < bodies.size(); ++i) problem.bodies.push_back(read_body(bodies.at(i)));
   const JsonReader joints = reader.at("joints");
   joints.require_array();
-  for (std::size_t j = 0; j < joints.size(); ++j) problem.joints.push_back(read_joint(joints.at(j), static_cast<int>(problem.bodies.size())));
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    problem.joints.push_back(read_joint(joints.at(j), static_cast<int>(problem.bodies.size())));
   problem.scheme = read_word(reader.at("scheme"), schemes);
   problem.time_step = reader.at("time_step").number();
   problem.duration = reader.at("duration").number();
@@ -169,7 +171,8 @@ certificate::Certificate read_certificate(const JsonReader& reader) {
                      replay.at("whole_position_error").number_or_nan(),
                      replay.at("growth_rate").number_or_nan()};
   if (const JsonReader refinement = reader.at("refinement"); !refinement.is_null())
-    result.refinement = {refinement.at("cost_half_step").number_or_nan(), refinement.at("observed_order").number_or_nan()};
+    result.refinement = {refinement.at("cost_half_step").number_or_nan(),
+                         refinement.at("observed_order").number_or_nan()};
   return result;
 }
 
@@ -194,8 +197,9 @@ maneuver::SolverRecord read_solver(const JsonReader& reader) {
   history.require_array();
   for (std::size_t i = 0; i < history.size(); ++i) {
     const JsonReader entry = history.at(i);
-    solver.history.push_back({entry.at("iteration").integer(0, largest), entry.at("cost").number_or_nan(), entry.at("goal_error").number_or_nan(),
-                              entry.at("kkt").number_or_nan(), entry.at("step").number_or_nan()});
+    solver.history.push_back({entry.at("iteration").integer(0, largest), entry.at("cost").number_or_nan(),
+                              entry.at("goal_error").number_or_nan(), entry.at("kkt").number_or_nan(),
+                              entry.at("step").number_or_nan()});
   }
   return solver;
 }

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <iterator>
+#include <stdexcept>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -19,10 +20,25 @@ using Eigen::Vector3d;
 std::string json(std::string_view text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
+// 17 digits; the sign of a negative zero survives only with a decimal point, since readers take "-0" for a whole number.
+template <class Output>
+void append_number(double value, Output out) {
+  if (value == 0.0)
+    fmt::format_to(out, "{}", std::signbit(value) ? "-0.0" : "0");
+  else
+    fmt::format_to(out, "{:.17g}", value);
+}
+
+std::string number(double value) {
+  std::string text;
+  append_number(value, std::back_inserter(text));
+  return text;
+}
+
 std::string json(bool value) { return value ? "true" : "false"; }
 std::string json(int value) { return fmt::format("{}", value); }
-std::string json(double value) { return std::isfinite(value) ? fmt::format("{:.17g}", value) : "null"; }
-std::string json(const Vector3d& v) { return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v[0], v[1], v[2]); }
+std::string json(double value) { return std::isfinite(value) ? number(value) : "null"; }
+std::string json(const Vector3d& v) { return fmt::format("[{}, {}, {}]", number(v[0]), number(v[1]), number(v[2])); }
 std::string json(const Matrix3d& m) {
   return fmt::format("[{}, {}, {}]", json(Vector3d(m.row(0))), json(Vector3d(m.row(1))), json(Vector3d(m.row(2))));
 }
@@ -58,7 +74,7 @@ void require_finite(bool finite, const std::string& field) {
 // Entries of one node in nested brackets, the node on one line.
 void append_entries(const ShapedArray& array, std::size_t axis, std::size_t& at, fmt::memory_buffer& out) {
   if (axis == array.shape.size()) {
-    fmt::format_to(std::back_inserter(out), "{:.17g}", array.values[at++]);
+    append_number(array.values[at++], std::back_inserter(out));
     return;
   }
   out.push_back('[');
@@ -130,7 +146,8 @@ std::string goal_text(const maneuver::Goal& goal) {
 }
 
 std::string problem_text(const ResolvedProblem& problem) {
-  require_finite(std::isfinite(problem.time_step) && std::isfinite(problem.duration), "problem.time_step, problem.duration");
+  require_finite(std::isfinite(problem.time_step) && std::isfinite(problem.duration),
+                 "problem.time_step, problem.duration");
   ObjectText text(1);
   text.add("bodies", json_list(problem.bodies, body_text));
   text.add("joints", json_list(problem.joints, joint_text));
@@ -153,8 +170,8 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   text.add("rotation_drift", json(certificate->rotation_drift));
   text.add("kkt", json(certificate->kkt));
   const auto& second = certificate->second_order;
-  text.add("second_order", second ? fmt::format("{{\"smallest_eigenvalue\": {}, \"positive\": {}}}", json(second->smallest_eigenvalue),
-                                                json(second->positive))
+  text.add("second_order", second ? fmt::format("{{\"smallest_eigenvalue\": {}, \"positive\": {}}}",
+                                                json(second->smallest_eigenvalue), json(second->positive))
                                   : "null");
   if (const auto& replay = certificate->replay) {
     ObjectText inner(2);
@@ -170,15 +187,17 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
     text.add("replay", "null");
   }
   const auto& refinement = certificate->refinement;
-  text.add("refinement", refinement ? fmt::format("{{\"cost_half_step\": {}, \"observed_order\": {}}}", json(refinement->cost_half_step),
-                                                  json(refinement->observed_order))
+  text.add("refinement", refinement ? fmt::format("{{\"cost_half_step\": {}, \"observed_order\": {}}}",
+                                                  json(refinement->cost_half_step), json(refinement->observed_order))
                                     : "null");
   return text.finished();
 }
 
 std::string search_text(const maneuver::SearchRecord& search) {
   if (search.starts == 0) return "null";
-  const auto minimum = [](const maneuver::Minimum& m) { return fmt::format("{{\"cost\": {}, \"count\": {}}}", json(m.cost), m.count); };
+  const auto minimum = [](const maneuver::Minimum& m) {
+    return fmt::format("{{\"cost\": {}, \"count\": {}}}", json(m.cost), m.count);
+  };
   ObjectText text(1);
   text.add("starts", json(search.starts));
   text.add("solved", json(search.solved));
@@ -189,8 +208,8 @@ std::string search_text(const maneuver::SearchRecord& search) {
 std::string solver_text(const maneuver::SolverRecord& solver) {
   if (solver.name.empty()) return "null";
   const auto entry = [](const maneuver::SolverIteration& i) {
-    return fmt::format("\n      {{\"iteration\": {}, \"cost\": {}, \"goal_error\": {}, \"kkt\": {}, \"step\": {}}}", i.iteration, json(i.cost),
-                       json(i.goal_error), json(i.kkt), json(i.step));
+    return fmt::format("\n      {{\"iteration\": {}, \"cost\": {}, \"goal_error\": {}, \"kkt\": {}, \"step\": {}}}",
+                       i.iteration, json(i.cost), json(i.goal_error), json(i.kkt), json(i.step));
   };
   ObjectText text(1);
   text.add("name", json(solver.name));
@@ -253,6 +272,8 @@ std::string solution_text(const Results& results) {
 
 PendingFile solution_file(const Results& results) { return text_file("solution.json", solution_text(results)); }
 
-void write_solution(const std::string& folder, const Results& results) { write_files(folder, {solution_file(results)}); }
+void write_solution(const std::string& folder, const Results& results) {
+  write_files(folder, {solution_file(results)});
+}
 
 }  // namespace lamprey::file

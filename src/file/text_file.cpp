@@ -37,8 +37,9 @@ class Descriptor {
 std::string read_bytes(const std::string& path, std::size_t limit) {
   const Descriptor descriptor(path);
   if (descriptor.value() < 0) throw IoError(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
-  struct stat status {};
-  if (::fstat(descriptor.value(), &status) != 0) throw IoError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
+  struct stat status = {};
+  if (::fstat(descriptor.value(), &status) != 0)
+    throw IoError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
   if (S_ISDIR(status.st_mode)) throw IoError(path, "is a folder; name a file in it");
   std::string bytes;
   std::array<char, 65536> chunk;
@@ -49,8 +50,9 @@ std::string read_bytes(const std::string& path, std::size_t limit) {
     if (count == 0) return bytes;
     bytes.append(chunk.data(), static_cast<std::size_t>(count));
     if (bytes.size() > limit)
-      throw model::InputError(path, 1, 1, "file",
-                              fmt::format("found more than {} bytes; allowed: at most {} MiB; shorten the file", limit, limit >> 20));
+      throw model::InputError(
+          path, 1, 1, "file",
+          fmt::format("found more than {} bytes; allowed: at most {} MiB; shorten the file", limit, limit >> 20));
   }
 }
 

@@ -5,13 +5,29 @@
 
 #include <fmt/format.h>
 
-#define TOML_HEADER_ONLY 1
-#define TOML_ENABLE_FORMATTERS 0
-#include <toml++/toml.h>
-
 #include "model/input_error.hpp"
 
 namespace lamprey::file {
+
+/// Thrown where the TOML parser assumes something of its input that does not hold (as for "[=" in 3.3): its own assertion would
+/// abort, and without assertions it would run into undefined behaviour.
+struct BrokenAssumption {};
+
+[[noreturn]] void break_assumption();
+
+}  // namespace lamprey::file
+
+#pragma push_macro("NDEBUG")
+#undef NDEBUG
+#define TOML_ASSERT(condition) ((condition) ? static_cast<void>(0) : ::lamprey::file::break_assumption())
+#define TOML_HEADER_ONLY 1
+#define TOML_ENABLE_FORMATTERS 0
+#include <toml++/toml.h>
+#pragma pop_macro("NDEBUG")
+
+namespace lamprey::file {
+
+void break_assumption() { throw BrokenAssumption(); }
 
 namespace {
 
@@ -55,8 +71,9 @@ class NestingGuard {
     else if (!bare_key_character(c) && c != ' ' && c != '\t')
       dots_ = 0;
     if (depth_ > nesting_limit || dots_ > nesting_limit)
-      throw InputError(path_, line_, static_cast<int>(at_ - line_start_) + 1, "file",
-                       fmt::format("found nesting deeper than {0} levels; allowed: at most {0}; flatten the file", nesting_limit));
+      throw InputError(
+          path_, line_, static_cast<int>(at_ - line_start_) + 1, "file",
+          fmt::format("found nesting deeper than {0} levels; allowed: at most {0}; flatten the file", nesting_limit));
   }
 
   bool triple(char quote) const { return text_.substr(at_, 3) == std::string(3, quote); }
@@ -140,7 +157,8 @@ std::string_view trimmed(std::string_view text) {
 }
 
 bool plain_key(std::string_view key) {
-  return !key.empty() && key.size() <= 100 && std::all_of(key.begin(), key.end(), [](char c) { return bare_key_character(c) || c == '.'; });
+  return !key.empty() && key.size() <= 100 &&
+         std::all_of(key.begin(), key.end(), [](char c) { return bare_key_character(c) || c == '.'; });
 }
 
 // The key that line `line` of a text that is not TOML seems to set, with its table; "syntax" when there is none.
@@ -165,6 +183,8 @@ std::string guessed_key(std::string_view text, int line) {
   return section.empty() ? std::string(key) : section + "." + std::string(key);
 }
 
+constexpr const char* syntax_allowed = "allowed: TOML, as in key = 1.0, \"text\" or [1, 2, 3]; mend this line";
+
 [[noreturn]] void refuse_syntax(const toml::parse_error& error, const std::string& text, const std::string& path) {
   const Position place = position_of(error.source());
   const std::string key = guessed_key(text, place.line);
@@ -172,9 +192,37 @@ std::string guessed_key(std::string_view text, int line) {
   const bool redefined = description.find("redefine") != std::string::npos;
   const std::string message =
       redefined ? "found this key a second time; allowed: once in a table; remove one of the two (" + description + ")"
-                : "found what TOML cannot read (" + description +
-                      "); allowed: TOML, as in key = 1.0, \"text\" or [1, 2, 3]; mend this line";
+                : "found what TOML cannot read (" + description + "); " + syntax_allowed;
   throw InputError(path, place.line, place.column, key, message);
+}
+
+bool breaks_assumption(std::string_view text) {
+  try {
+    static_cast<void>(toml::parse(text));
+  } catch (const BrokenAssumption&) {
+    return true;
+  } catch (const toml::parse_error&) {
+  }
+  return false;
+}
+
+// The parser stopped without a place: the first line whose presence stops it, by bisection over the lines.
+[[noreturn]] void refuse_broken_assumption(const std::string& text, const std::string& path) {
+  std::vector<std::size_t> ends;
+  for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 1)) ends.push_back(at + 1);
+  ends.push_back(text.size());
+  std::size_t low = 0;
+  std::size_t high = ends.size() - 1;
+  while (low < high) {
+    const std::size_t middle = low + (high - low) / 2;
+    if (breaks_assumption(std::string_view(text).substr(0, ends[middle])))
+      high = middle;
+    else
+      low = middle + 1;
+  }
+  const int line = static_cast<int>(low) + 1;
+  throw InputError(path, line, 1, guessed_key(text, line),
+                   std::string("found what TOML cannot read; ") + syntax_allowed);
 }
 
 void collect(const TomlValue& value, const std::string& path, std::map<std::string, Position>& positions) {
@@ -204,6 +252,8 @@ TomlValue parse_toml(const std::string& text, const std::string& path) {
     return document;
   } catch (const toml::parse_error& error) {
     refuse_syntax(error, text, path);
+  } catch (const BrokenAssumption&) {
+    refuse_broken_assumption(text, path);
   }
 }
 

@@ -62,11 +62,16 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string_view kind_cure(Kind kind) {
   switch (kind) {
-    case Kind::boolean: return "write true or false without quotes";
-    case Kind::integer: return "write a whole number without quotes or decimal point";
-    case Kind::number: return "write a number without quotes";
-    case Kind::string: return "write a text in double quotes";
-    default: return "write a table";
+    case Kind::boolean:
+      return "write true or false without quotes";
+    case Kind::integer:
+      return "write a whole number without quotes or decimal point";
+    case Kind::number:
+      return "write a number without quotes";
+    case Kind::string:
+      return "write a text in double quotes";
+    default:
+      return "write a table";
   }
 }
 
@@ -77,7 +82,9 @@ void refuse(const std::string& key, const std::string& found, const std::string&
 }
 
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
-  const auto closer = [&](const std::string& a, const std::string& b) { return edit_distance(word, a) < edit_distance(word, b); };
+  const auto closer = [&](const std::string& a, const std::string& b) {
+    return edit_distance(word, a) < edit_distance(word, b);
+  };
   const auto best = std::min_element(candidates.begin(), candidates.end(), closer);
   return best == candidates.end() ? std::string() : *best;
 }
@@ -88,22 +95,31 @@ std::string shown(const Vector3d& value) { return fmt::format("[{}, {}, {}]", va
 
 std::string shown(const TomlValue& value) {
   switch (value.kind) {
-    case Kind::boolean: return value.boolean ? "true" : "false";
-    case Kind::integer: return fmt::format("{}", value.integer);
-    case Kind::number: return shown(value.number);
-    case Kind::string: return in_quotes(value.text);
-    case Kind::date: return "a date or time";
-    case Kind::table: return "a table";
-    case Kind::array: break;
+    case Kind::boolean:
+      return value.boolean ? "true" : "false";
+    case Kind::integer:
+      return fmt::format("{}", value.integer);
+    case Kind::number:
+      return shown(value.number);
+    case Kind::string:
+      return in_quotes(value.text);
+    case Kind::date:
+      return "a date or time";
+    case Kind::table:
+      return "a table";
+    case Kind::array:
+      break;
   }
-  if (!value.items.empty() && value.items.front().kind == Kind::table) return fmt::format("{} tables", value.items.size());
+  if (!value.items.empty() && value.items.front().kind == Kind::table)
+    return fmt::format("{} tables", value.items.size());
   std::string text;
   append_shown(value, text);
   return text;
 }
 
 bool Range::contains(double value) const {
-  return std::isfinite(value) && (low_included ? value >= low : value > low) && (high_included ? value <= high : value < high);
+  return std::isfinite(value) && (low_included ? value >= low : value > low) &&
+         (high_included ? value <= high : value < high);
 }
 
 std::string Range::in_words() const {
@@ -142,11 +158,14 @@ std::vector<TableReader> TableReader::tables(std::string_view name) const {
   std::vector<TableReader> readers;
   const TomlValue* value = find(name);
   if (!value) return readers;
-  const bool all_tables = value->kind == Kind::array && std::all_of(value->items.begin(), value->items.end(), [](const TomlValue& item) {
-                            return item.kind == Kind::table;
-                          });
-  if (!all_tables) refuse(key(name), shown(*value), "a list of tables", fmt::format("begin each with [[{}]] in double brackets", key(name)));
-  for (std::size_t i = 0; i < value->items.size(); ++i) readers.emplace_back(&value->items[i], fmt::format("{}[{}]", key(name), i));
+  const bool all_tables =
+      value->kind == Kind::array && std::all_of(value->items.begin(), value->items.end(),
+                                                [](const TomlValue& item) { return item.kind == Kind::table; });
+  if (!all_tables)
+    refuse(key(name), shown(*value), "a list of tables",
+           fmt::format("begin each with [[{}]] in double brackets", key(name)));
+  for (std::size_t i = 0; i < value->items.size(); ++i)
+    readers.emplace_back(&value->items[i], fmt::format("{}[{}]", key(name), i));
   return readers;
 }
 
@@ -160,23 +179,27 @@ std::optional<std::string> TableReader::text(std::string_view name) const {
 std::optional<bool> TableReader::boolean(std::string_view name) const {
   const TomlValue* value = find(name);
   if (!value) return std::nullopt;
-  if (value->kind != Kind::boolean) refuse(key(name), shown(*value), "true or false", std::string(kind_cure(Kind::boolean)));
+  if (value->kind != Kind::boolean)
+    refuse(key(name), shown(*value), "true or false", std::string(kind_cure(Kind::boolean)));
   return value->boolean;
 }
 
 std::optional<std::int64_t> TableReader::integer(std::string_view name, std::int64_t low, std::int64_t high) const {
   const TomlValue* value = find(name);
   if (!value) return std::nullopt;
-  const std::string allowed = fmt::format("a whole number from {} to {}", low, high);
+  const std::string allowed =
+      low == high ? fmt::format("the whole number {}", low) : fmt::format("a whole number from {} to {}", low, high);
   if (value->kind != Kind::integer) refuse(key(name), shown(*value), allowed, std::string(kind_cure(Kind::integer)));
-  if (value->integer < low || value->integer > high) refuse(key(name), shown(*value), allowed, "choose one in that range");
+  if (value->integer < low || value->integer > high)
+    refuse(key(name), shown(*value), allowed, "choose one in that range");
   return value->integer;
 }
 
 double TableReader::number_in(const TomlValue& value, std::string_view name, const Range& range, const TomlValue& whole,
                               const std::string& allowed) const {
   if (!is_number(value)) refuse(key(name), shown(whole), allowed, std::string(kind_cure(Kind::number)));
-  if (!range.contains(as_double(value))) refuse(key(name), shown(whole), allowed, "choose a finite value in that range");
+  if (!range.contains(as_double(value)))
+    refuse(key(name), shown(whole), allowed, "choose a finite value in that range");
   return as_double(value);
 }
 
@@ -205,11 +228,12 @@ std::optional<Vector3d> TableReader::vector(std::string_view name, const Range& 
 std::optional<std::vector<Vector3d>> TableReader::vectors(std::string_view name, const Range& range) const {
   const TomlValue* value = find(name);
   if (!value) return std::nullopt;
-  const bool of_arrays = value->kind == Kind::array && std::all_of(value->items.begin(), value->items.end(), [](const TomlValue& item) {
-                           return item.kind == Kind::array;
-                         });
+  const bool of_arrays =
+      value->kind == Kind::array && std::all_of(value->items.begin(), value->items.end(),
+                                                [](const TomlValue& item) { return item.kind == Kind::array; });
   if (!of_arrays || value->items.empty())
-    refuse(key(name), shown(*value), "a list of vectors of three numbers", "write double brackets, as in [[0.0, 0.0, 1.0]]");
+    refuse(key(name), shown(*value), "a list of vectors of three numbers",
+           "write double brackets, as in [[0.0, 0.0, 1.0]]");
   std::vector<Vector3d> vectors;
   for (const TomlValue& item : value->items) vectors.push_back(vector_in(item, name, range));
   return vectors;

@@ -16,7 +16,8 @@
 namespace lamprey::file {
 
 /// Throws model::InputError(key, "found F; allowed: A; C").
-[[noreturn]] void refuse(const std::string& key, const std::string& found, const std::string& allowed, const std::string& cure);
+[[noreturn]] void refuse(const std::string& key, const std::string& found, const std::string& allowed,
+                         const std::string& cure);
 
 /// The candidate with the smallest edit distance to `word`; empty when there is none.
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates);

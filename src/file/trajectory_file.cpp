@@ -70,8 +70,11 @@ void write_array(hid_t file, const ShapedArray& array, const std::string& path) 
   const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose, path);
   const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, path);
   require(H5Pset_obj_track_times(properties, false), path);
-  const Handle dataset(H5Dcreate2(file, array.path().c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT), H5Dclose, path);
-  if (!array.values.empty()) require(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()), path);
+  const Handle dataset(
+      H5Dcreate2(file, array.path().c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT), H5Dclose,
+      path);
+  if (!array.values.empty())
+    require(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()), path);
   write_unit(dataset, array.unit, path);
 }
 
@@ -99,6 +102,8 @@ PendingFile trajectory_file(const Results& results) {
   return {"trajectory.h5", [arrays](const std::string& temporary) { write_arrays(*arrays, temporary); }};
 }
 
-void write_trajectory(const std::string& folder, const Results& results) { write_files(folder, {trajectory_file(results)}); }
+void write_trajectory(const std::string& folder, const Results& results) {
+  write_files(folder, {trajectory_file(results)});
+}
 
 }  // namespace lamprey::file

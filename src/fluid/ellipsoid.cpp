@@ -19,13 +19,16 @@ void require_valid(const Vector3d& semi_axes, double density) {
       throw std::invalid_argument("semi-axes must be positive and finite lengths in m");
     }
   }
+  if (semi_axes.minCoeff() < 1e-50 * semi_axes.maxCoeff()) {
+    throw std::invalid_argument("semi-axes must not differ by more than a factor of 1e50");
+  }
   if (!(density >= 0.0) || !std::isfinite(density)) {
     throw std::invalid_argument("density must be finite and not negative, in kg/m³");
   }
 }
 
-// ∫ ds / ((y+s)(z+s)Δ), Δ² = (x+s)(y+s)(z+s), s from 0 to ∞. In Carlson's R_D this is ⅔ (R_D(x,y,z) − R_D(x,z,y))/(y−z);
-// his duplication theorem, with y − z divided out by hand, leaves a sum of positive terms that needs no y ≠ z.
+// ∫ ds / ((y+s)(z+s)Δ), Δ² = (x+s)(y+s)(z+s), s from 0 to ∞: ⅔ (R_D(x,y,z) − R_D(x,z,y))/(y−z) in Carlson's terms. His
+// duplication theorem, with y − z divided out by hand, leaves a sum of positive terms that needs no y ≠ z.
 double shared_integral(double x, double y, double z) {
   double sum = 0.0;
   double weight = 1.0;

@@ -14,9 +14,10 @@ struct EllipsoidInertia {
   Eigen::Vector3d added_inertia;  // kg m², exactly 0 about an axis of revolution
 };
 
-/// Inertia of the ellipsoid with the given semi-axes (half lengths, m) in fluid of the given density (kg/m³, 0 is a vacuum).
-/// Free of cancellation: relative error below 1e-14 for axis ratios up to 1e6. Throws std::invalid_argument unless every
-/// semi-axis is positive and finite and the density is non-negative and finite. Source: Lamb, Hydrodynamics, §114–115.
+/// Inertia of the ellipsoid with the given semi-axes (half lengths, m) in fluid of the given density (kg/m³).
+/// Free of cancellation: relative error below 1e-14, tested for axis ratios up to 1e6. Throws std::invalid_argument
+/// unless every semi-axis is positive and finite, their ratios at most 1e50, and the density finite and not negative
+/// (0 is a vacuum). Source: Lamb, Hydrodynamics, §114–115.
 EllipsoidInertia ellipsoid_inertia(const Eigen::Vector3d& semi_axes, double density);
 
 }  // namespace lamprey::fluid

@@ -37,7 +37,7 @@ struct Maximisation {
   }
 };
 
-// Newton's method on the slope inside a shrinking bracket; the value is flat there, so that λ need not be sharper than 1e-10.
+// Newton's method on the slope inside a shrinking bracket; the value is flat there, so that 1e-10 in λ is enough.
 double maximising_fraction(Maximisation& problem) {
   double lower = 0.0;
   double upper = 1.0;

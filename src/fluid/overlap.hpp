@@ -24,12 +24,13 @@ struct Contact {
   /// Where the grown bodies touch, m, world.
   Eigen::Vector3d point;
   /// How far b can move along the line of centres towards a before they touch, m; negative when they overlap (then how
-  /// far it must move away). Not smaller than the least distance between the two surfaces.
+  /// far it must move away). Not smaller than the least distance between the two surfaces. For equal centres: minus the
+  /// sum of the shortest semi-axes.
   double centre_line_gap;
 };
 
-/// Contact of two ellipsoids. Not checked: positive semi-axes, orthogonal rotations. Relative error of the value about
-/// 1e-13 for axis ratios up to 10, growing with the square of the ratio.
+/// Contact of two ellipsoids. Not checked: positive semi-axes, orthogonal rotations. Relative error of the value
+/// below 1e-12 for axis ratios up to 10, growing with the square of the ratio.
 Contact contact(const PlacedEllipsoid& a, const PlacedEllipsoid& b);
 
 }  // namespace lamprey::fluid

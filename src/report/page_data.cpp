@@ -36,8 +36,10 @@ class Column {
  public:
   void add(double value) {
     if (!text_.empty()) text_ += ',';
-    if (std::isfinite(value)) fmt::format_to(std::back_inserter(text_), "{:.7g}", value == 0.0 ? 0.0 : value);
-    else text_ += "null";
+    if (std::isfinite(value))
+      fmt::format_to(std::back_inserter(text_), "{:.7g}", value == 0.0 ? 0.0 : value);
+    else
+      text_ += "null";
   }
   void add(const Eigen::Vector3d& v) {
     for (Eigen::Index k = 0; k < 3; ++k) add(v[k]);
@@ -91,7 +93,8 @@ std::string frames_text(const file::Results& results) {
 }
 
 json history_of(const maneuver::SolverRecord& solver) {
-  json history = {{"iteration", json::array()}, {"cost", json::array()}, {"goal_error", json::array()}, {"kkt", json::array()}};
+  json history = {
+      {"iteration", json::array()}, {"cost", json::array()}, {"goal_error", json::array()}, {"kkt", json::array()}};
   const auto value = [](double x) { return std::isfinite(x) ? json(x) : json(nullptr); };
   const std::size_t count = solver.history.size(), stride = count / most_iterations + 1;
   for (std::size_t k = 0; k < count; ++k) {
@@ -114,33 +117,47 @@ json problem_of(const file::ResolvedProblem& problem) {
   for (const file::ResolvedJoint& joint : problem.joints) {
     std::vector<std::string> axes;
     for (const Eigen::Vector3d& axis : joint.control_axes) axes.push_back(vector(axis, 4));
-    joints.push_back({joint.name, joint_kind_name(joint.kind), problem.bodies[static_cast<std::size_t>(joint.parent)].name,
-                      problem.bodies[static_cast<std::size_t>(joint.child)].name, vector(joint.parent_offset),
-                      vector(joint.child_offset), axes.empty() ? std::string("none") : fmt::format("{}", fmt::join(axes, ", "))});
+    joints.push_back(
+        {joint.name, joint_kind_name(joint.kind), problem.bodies[static_cast<std::size_t>(joint.parent)].name,
+         problem.bodies[static_cast<std::size_t>(joint.child)].name, vector(joint.parent_offset),
+         vector(joint.child_offset), axes.empty() ? std::string("none") : fmt::format("{}", fmt::join(axes, ", "))});
   }
-  return {{"settings", pairs(problem_settings(problem))},
-          {"body_heads", {"Body", "Semi-axes [m]", "Mass [kg]", "Inertia [kg m²]", "Mass with fluid [kg]", "Inertia with fluid [kg m²]"}},
-          {"body_rows", bodies},
-          {"joint_heads", {"Joint", "Kind", "Parent", "Child", "Offset in the parent [m]", "Offset in the child [m]", "Control axes"}},
-          {"joint_rows", joints}};
+  return {
+      {"settings", pairs(problem_settings(problem))},
+      {"body_heads",
+       {"Body", "Semi-axes [m]", "Mass [kg]", "Inertia [kg m²]", "Mass with fluid [kg]", "Inertia with fluid [kg m²]"}},
+      {"body_rows", bodies},
+      {"joint_heads",
+       {"Joint", "Kind", "Parent", "Child", "Offset in the parent [m]", "Offset in the child [m]", "Control axes"}},
+      {"joint_rows", joints}};
 }
 
 json words_of(const file::Results& results) {
   const maneuver::Solution& solution = results.solution;
   const bool sought = solution.status != maneuver::Status::simulated;
-  json run = {{"name", results.name}, {"source", results.source}, {"good", succeeded(results)}, {"verdict", verdict(results)},
-              {"message", solution.message}, {"facts", pairs(facts(results))}, {"problem", problem_of(results.problem)},
-              {"provenance", pairs(provenance_rows(results.provenance))}, {"joint_order", joint_order(results.problem)}};
+  json run = {{"name", results.name},
+              {"source", results.source},
+              {"good", succeeded(results)},
+              {"verdict", verdict(results)},
+              {"message", solution.message},
+              {"facts", pairs(facts(results))},
+              {"problem", problem_of(results.problem)},
+              {"provenance", pairs(provenance_rows(results.provenance))},
+              {"joint_order", joint_order(results.problem)}};
   if (results.certificate) {
     for (const CertificateRow& row : certificate_rows(*results.certificate, results.problem)) {
-      run["certificate"].push_back({{"name", row.name}, {"value", row.value}, {"mark", row.mark}, {"meaning", row.meaning},
+      run["certificate"].push_back({{"name", row.name},
+                                    {"value", row.value},
+                                    {"mark", row.mark},
+                                    {"meaning", row.meaning},
                                     {"holds", row.holds ? json(*row.holds) : json(nullptr)}});
     }
   }
   if (sought && solution.search.starts > 0) {
     run["search"] = {{"starts", solution.search.starts}, {"solved", solution.search.solved}};
     run["minima"] = json::array();
-    for (const maneuver::Minimum& minimum : solution.search.minima) run["minima"].push_back({minimum.cost, minimum.count});
+    for (const maneuver::Minimum& minimum : solution.search.minima)
+      run["minima"].push_back({minimum.cost, minimum.count});
   }
   if (sought && !solution.solver.history.empty()) run["history"] = history_of(solution.solver);
   run["bodies"] = run["joints"] = json::array();
@@ -148,20 +165,25 @@ json words_of(const file::Results& results) {
     run["bodies"].push_back({{"name", body.name}, {"semi_axes", triple(body.semi_axes)}});
   }
   for (const file::ResolvedJoint& joint : results.problem.joints) {
-    run["joints"].push_back({{"name", joint.name}, {"parent", joint.parent}, {"child", joint.child},
-                             {"parent_offset", triple(joint.parent_offset)}, {"child_offset", triple(joint.child_offset)}});
+    run["joints"].push_back({{"name", joint.name},
+                             {"parent", joint.parent},
+                             {"child", joint.child},
+                             {"parent_offset", triple(joint.parent_offset)},
+                             {"child_offset", triple(joint.child_offset)}});
   }
   return run;
 }
 
 void escape_less_than(std::string& text) {
-  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) text.replace(at, 1, "\\u003c");
+  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at))
+    text.replace(at, 1, "\\u003c");
 }
 
 }  // namespace
 
 std::vector<std::size_t> drawn_nodes(std::size_t nodes, std::size_t numbers_per_frame) {
-  const std::size_t frames = std::clamp(most_numbers / std::max<std::size_t>(numbers_per_frame, 1), least_frames, most_frames);
+  const std::size_t frames =
+      std::clamp(most_numbers / std::max<std::size_t>(numbers_per_frame, 1), least_frames, most_frames);
   const std::size_t count = std::min(nodes, frames);
   Nodes chosen(count, 0);
   for (std::size_t k = 1; k < count; ++k) chosen[k] = k * (nodes - 1) / (count - 1);

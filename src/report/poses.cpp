@@ -56,7 +56,8 @@ std::vector<Eigen::Vector3d> body_centres(const file::ResolvedProblem& problem, 
 
 void ensure_shapes(const file::Results& results) {
   const maneuver::Solution& s = results.solution;
-  const std::size_t count = s.time.size(), bodies = results.problem.bodies.size(), joints = results.problem.joints.size();
+  const std::size_t count = s.time.size(), bodies = results.problem.bodies.size(),
+                    joints = results.problem.joints.size();
   if (count == 0 || bodies == 0) throw std::invalid_argument("report: there is no motion to show");
   ensure_size("position", s.position.size(), count);
   ensure_rows("rotation", s.rotation, count, bodies);

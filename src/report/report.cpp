@@ -30,7 +30,9 @@ std::string filled(const std::vector<std::pair<std::string_view, std::string>>& 
 }  // namespace
 
 std::string report_html(const file::Results& results) {
-  return filled({{"%TITLE%", escaped(results.name)}, {"%SNAPSHOTS%", snapshot_figures(results)}, {"%DATA%", page_data({&results})}});
+  return filled({{"%TITLE%", escaped(results.name)},
+                 {"%SNAPSHOTS%", snapshot_figures(results)},
+                 {"%DATA%", page_data({&results})}});
 }
 
 std::string comparison_html(const file::Results& a, const file::Results& b) {

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <vector>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include "report/poses.hpp"
 #include "report/report.hpp"
@@ -17,8 +17,8 @@
 namespace lamprey::report {
 namespace {
 
-constexpr double interval = 0.07;     // of the duration, between two snapshots
-constexpr double label_height = 17.0; // px above the drawing of a cell
+constexpr double interval = 0.07;      // of the duration, between two snapshots
+constexpr double label_height = 17.0;  // px above the drawing of a cell
 
 /// One body of a drawing, in the order to be painted.
 struct Shape {
@@ -44,7 +44,8 @@ std::vector<std::size_t> chosen_nodes(const std::vector<double>& time) {
   std::vector<std::size_t> nodes;
   const double duration = time.back() - time.front();
   for (int k = 0; k * interval <= 1.0; ++k) {
-    const auto after = std::lower_bound(time.begin(), time.end(), time.front() + k * interval * duration - 1e-9 * duration);
+    const auto after =
+        std::lower_bound(time.begin(), time.end(), time.front() + k * interval * duration - 1e-9 * duration);
     const auto node = static_cast<std::size_t>(std::min(after, time.end() - 1) - time.begin());
     if (nodes.empty() || nodes.back() != node) nodes.push_back(node);
   }
@@ -137,7 +138,8 @@ std::string figure(const file::Results& results, const View& view, const char* t
   const Strip strip = make_strip(results, view);
   const double width = is_narrow(strip) ? 124.0 : 240.0;
   std::string html = fmt::format(
-      "<figure class=\"snapshots\"><figcaption>{} <span>{}; + marks where the root’s mass centre started</span></figcaption>"
+      "<figure class=\"snapshots\"><figcaption>{} <span>{}; + marks where the root’s mass centre "
+      "started</span></figcaption>"
       "<div class=\"cells{}\">\n",
       title, axes, is_narrow(strip) ? " narrow" : "");
   for (const Snapshot& snapshot : strip.snapshots) {
@@ -161,7 +163,8 @@ std::string snapshot_svg(const file::Results& results) {
   const Strip strip = make_strip(results, top_view());
   const int columns = is_narrow(strip) ? 8 : 4;
   const double gap = 8.0, width = (980.0 - gap) / columns - gap, height = cell_height(strip, width);
-  const auto rows = (strip.snapshots.size() + static_cast<std::size_t>(columns) - 1) / static_cast<std::size_t>(columns);
+  const auto rows =
+      (strip.snapshots.size() + static_cast<std::size_t>(columns) - 1) / static_cast<std::size_t>(columns);
   const double total = gap + static_cast<double>(rows) * (height + gap);
   std::string svg = fmt::format(
       R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 980 {0:.1f}" width="980" height="{0:.1f}" role="img" )"
@@ -174,8 +177,10 @@ std::string snapshot_svg(const file::Results& results) {
   for (std::size_t k = 0; k < strip.snapshots.size(); ++k) {
     const double x = gap + static_cast<double>(k % static_cast<std::size_t>(columns)) * (width + gap);
     const double y = gap + static_cast<double>(k / static_cast<std::size_t>(columns)) * (height + gap);
-    svg += fmt::format("<g transform=\"translate({:.1f} {:.1f})\"><rect width=\"{:.1f}\" height=\"{:.1f}\" rx=\"5\" "
-                       "fill=\"none\" stroke=\"#dfe2e4\"/>", x, y, width, height);
+    svg += fmt::format(
+        "<g transform=\"translate({:.1f} {:.1f})\"><rect width=\"{:.1f}\" height=\"{:.1f}\" rx=\"5\" "
+        "fill=\"none\" stroke=\"#dfe2e4\"/>",
+        x, y, width, height);
     svg += cell_content(strip, strip.snapshots[k], width) + "</g>\n";
   }
   return svg + "</svg>\n";

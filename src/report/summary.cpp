@@ -14,24 +14,36 @@ using maneuver::Status;
 
 const char* scheme_name(maneuver::Scheme scheme) {
   switch (scheme) {
-    case maneuver::Scheme::paper: return "paper (order 1)";
-    case maneuver::Scheme::trapezoid: return "trapezoid (order 2)";
-    case maneuver::Scheme::midpoint: return "midpoint (order 2)";
-    case maneuver::Scheme::order4: return "order4 (order 4)";
-    case maneuver::Scheme::order6: return "order6 (order 6)";
+    case maneuver::Scheme::paper:
+      return "paper (order 1)";
+    case maneuver::Scheme::trapezoid:
+      return "trapezoid (order 2)";
+    case maneuver::Scheme::midpoint:
+      return "midpoint (order 2)";
+    case maneuver::Scheme::order4:
+      return "order4 (order 4)";
+    case maneuver::Scheme::order6:
+      return "order6 (order 6)";
   }
   return "unknown";
 }
 
 const char* status_words(Status status) {
   switch (status) {
-    case Status::optimal: return "Optimal";
-    case Status::simulated: return "Simulated";
-    case Status::feasible: return "Feasible, not proven optimal";
-    case Status::infeasible: return "Infeasible";
-    case Status::stalled: return "Stalled before it was optimal";
-    case Status::time_limit: return "Stopped by the time limit";
-    case Status::interrupted: return "Interrupted: the best point so far";
+    case Status::optimal:
+      return "Optimal";
+    case Status::simulated:
+      return "Simulated";
+    case Status::feasible:
+      return "Feasible, not proven optimal";
+    case Status::infeasible:
+      return "Infeasible";
+    case Status::stalled:
+      return "Stalled before it was optimal";
+    case Status::time_limit:
+      return "Stopped by the time limit";
+    case Status::interrupted:
+      return "Interrupted: the best point so far";
   }
   return "Unknown status";
 }
@@ -85,7 +97,8 @@ std::string verdict(const file::Results& results) {
   }
   if (!std::isnan(proof.rest_error)) parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));
   if (!std::isnan(proof.kkt)) parts.push_back(fmt::format("optimality conditions within {}", number(proof.kkt, 2)));
-  if (proof.second_order && proof.second_order->positive) parts.emplace_back("a strict local minimum");
+  if (results.solution.status == Status::optimal && proof.second_order && proof.second_order->positive)
+    parts.emplace_back("a strict local minimum");
   return parts.empty() ? words : fmt::format("{}: {}", words, fmt::join(parts, ", "));
 }
 
@@ -100,7 +113,8 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   rows.emplace_back("Scheme", scheme_name(problem.scheme));
   if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solution.solver.name);
   if (sought && solution.solver.iterations > 0) {
-    rows.emplace_back("Iterations", fmt::format("{}, {} evaluations", solution.solver.iterations, solution.solver.evaluations));
+    rows.emplace_back("Iterations",
+                      fmt::format("{}, {} evaluations", solution.solver.iterations, solution.solver.evaluations));
   }
   if (sought && solution.solver.wall_seconds > 0.0) {
     rows.emplace_back("Time taken", fmt::format("{} s, {} build", number(solution.solver.wall_seconds, 3),
@@ -128,21 +142,22 @@ std::vector<std::pair<std::string, std::string>> problem_settings(const file::Re
 }
 
 std::vector<std::pair<std::string, std::string>> provenance_rows(const file::Provenance& provenance) {
-  return {{"Version", provenance.version},
-          {"Build type", provenance.build_type},
-          {"Compiler", provenance.compiler},
-          {"Machine", provenance.machine},
-          {"Command", provenance.command},
-          {"SHA-256 of the problem file", provenance.problem_sha256},
+  return {{"Version", provenance.version},          {"Build type", provenance.build_type},
+          {"Compiler", provenance.compiler},        {"Machine", provenance.machine},
+          {"Command", provenance.command},          {"SHA-256 of the problem file", provenance.problem_sha256},
           {"Seed", std::to_string(provenance.seed)}};
 }
 
 const char* joint_kind_name(model::JointKind kind) {
   switch (kind) {
-    case model::JointKind::ball: return "ball";
-    case model::JointKind::universal: return "universal";
-    case model::JointKind::hinge: return "hinge";
-    case model::JointKind::fixed: return "fixed";
+    case model::JointKind::ball:
+      return "ball";
+    case model::JointKind::universal:
+      return "universal";
+    case model::JointKind::hinge:
+      return "hinge";
+    case model::JointKind::fixed:
+      return "fixed";
   }
   return "unknown";
 }

@@ -29,7 +29,8 @@ struct CertificateRow {
 
 /// Every number of the certificate; always the same rows in the same order. Goal and rest are held to marks only where the
 /// problem asks for them.
-std::vector<CertificateRow> certificate_rows(const certificate::Certificate& certificate, const file::ResolvedProblem& problem);
+std::vector<CertificateRow> certificate_rows(const certificate::Certificate& certificate,
+                                             const file::ResolvedProblem& problem);
 
 /// Problem settings and provenance as name and value.
 std::vector<std::pair<std::string, std::string>> problem_settings(const file::ResolvedProblem& problem);

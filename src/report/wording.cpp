@@ -33,8 +33,9 @@ std::string number(double value, int digits) {
   std::string front = text.substr(0, split);
   if (front.find('.') != std::string::npos) front.erase(front.find_last_not_of("0.") + 1);
   const std::string power = "10" + superscript(std::stoi(text.substr(split + 1)));
-  if (front == "1") return power;
-  return with_true_minus(front) + "×" + power;
+  const std::string sign = value < 0.0 ? "−" : "";
+  if (value < 0.0) front.erase(0, 1);
+  return sign + (front == "1" ? "" : front + "×") + power;
 }
 
 std::string vector(const Eigen::Vector3d& value, int digits) {
@@ -45,7 +46,8 @@ std::string matrix(const Eigen::Matrix3d& value, int digits) {
   const Eigen::Vector3d diagonal = value.diagonal();
   if (value == Eigen::Matrix3d(diagonal.asDiagonal())) return "diag" + vector(diagonal, digits);
   const auto row = [&](Eigen::Index r) {
-    return fmt::format("{}, {}, {}", number(value(r, 0), digits), number(value(r, 1), digits), number(value(r, 2), digits));
+    return fmt::format("{}, {}, {}", number(value(r, 0), digits), number(value(r, 1), digits),
+                       number(value(r, 2), digits));
   };
   return fmt::format("[{}; {}; {}]", row(0), row(1), row(2));
 }
@@ -54,14 +56,26 @@ std::string escaped(std::string_view text) {
   std::string safe;
   for (const char c : text) {
     switch (c) {
-      case '<': safe += "&lt;"; break;
-      case '>': safe += "&gt;"; break;
-      case '&': safe += "&amp;"; break;
-      case '"': safe += "&quot;"; break;
-      case '\'': safe += "&#39;"; break;
+      case '<':
+        safe += "&lt;";
+        break;
+      case '>':
+        safe += "&gt;";
+        break;
+      case '&':
+        safe += "&amp;";
+        break;
+      case '"':
+        safe += "&quot;";
+        break;
+      case '\'':
+        safe += "&#39;";
+        break;
       default:
-        if (static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n') safe += "\xEF\xBF\xBD";
-        else safe += c;
+        if (static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n')
+          safe += "\xEF\xBF\xBD";
+        else
+          safe += c;
     }
   }
   return safe;

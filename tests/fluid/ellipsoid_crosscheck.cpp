@@ -1,5 +1,5 @@
-// Ellipsoids drawn at random against Lamb's integrals by the trapezoidal rule in log s, in 31-digit arithmetic: no Carlson
-// function, no rearrangement, the cancelling textbook form of the moment.
+// Ellipsoids drawn at random against Lamb's integrals by the trapezoidal rule in log s, in 31-digit arithmetic: no
+// Carlson function, no rearrangement, the cancelling textbook form of the moment.
 #include "fluid/ellipsoid.hpp"
 
 #include <algorithm>
@@ -20,8 +20,8 @@ using tests::DoubleDouble;
 using tests::two_product;
 using Axes = std::array<double, 3>;
 
-// Lamb's α, β, γ = abc ∫ ds / ((a²+s)Δ) …. With s = e^x the integrand is analytic for |Im x| < π, so that the trapezoidal
-// rule of step log(2)/3 is wrong by exp(−2π²/step), 1e-37. The nodes 2^{k/3} span both tails down to 1e-31.
+// Lamb's α, β, γ = abc ∫ ds / ((a²+s)Δ) …. With s = e^x the integrand is analytic for |Im x| < π, so that the
+// trapezoidal rule of step log(2)/3 is wrong by exp(−2π²/step), 1e-37. The nodes 2^{k/3} span both tails down to 1e-31.
 std::array<DoubleDouble, 3> lamb_integrals(const Axes& axes) {
   const DoubleDouble step = DoubleDouble{0.6931471805599453, 2.3190468138462996e-17} / DoubleDouble{3.0};
   const std::array<DoubleDouble, 3> roots = {DoubleDouble{1.0},

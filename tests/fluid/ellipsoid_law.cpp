@@ -158,6 +158,9 @@ TEST(Ellipsoid, impossible_shapes_and_densities_are_refused) {
   for (const double wrong : {0.0, -1.0, nan, infinity}) {
     EXPECT_THROW(ellipsoid_inertia({1.0, wrong, 1.0}, 1.0), std::invalid_argument) << wrong;
   }
+  EXPECT_THROW(ellipsoid_inertia({1.0, 1.0, 1e-60}, 1.0), std::invalid_argument);
+  EXPECT_TRUE(ellipsoid_inertia({1.0, 1e-49, 1e-49}, 1.0).added_inertia.allFinite());
+  EXPECT_NEAR(ellipsoid_inertia({1.0, 1.0, 1e-49}, 1.0).added_mass[2], 8.0 / 3.0, tests::tolerance(1e-14));
   for (const double wrong : {-1.0, nan, infinity}) {
     EXPECT_THROW(ellipsoid_inertia({1.0, 1.0, 1.0}, wrong), std::invalid_argument) << wrong;
   }

@@ -2,12 +2,12 @@
 """Golden trajectories of the three-body chain: the continuous equations (docs/theory, section 2) in Lie-Poisson form,
 written from the kinetic energy alone, marched by scipy's DOP853 at rtol = atol = 1e-13.
 
-State: rotations (body -> world), x (root's mass centre), mu = (pi_0, p, pi_1, pi_2), the derivative of T with respect to
-(Omega_0, xdot, Omega_1, Omega_2).
+State: rotations (body -> world), x (root's mass centre), mu = (pi_0, p, pi_1, pi_2), the derivative of T with respect
+to (Omega_0, xdot, Omega_1, Omega_2).
   d pi_i/dt = pi_i x Omega_i + (derivative of T along dR_i = R_i hat(eta)) + U_i,   dp/dt = 0
 u_j acts on the root in the root's frame, its opposite on the child. Each case is marched a second time with small
-steps; `estimated_error` is the largest difference of any stored number. The right-hand side is compared with the 80-digit
-accelerations of reference.json first.
+steps; `estimated_error` is the largest difference of any stored number. The right-hand side is compared with the
+80-digit accelerations of reference.json first.
 
 usage:  make_dop853.py [dop853.json]        (needs numpy and scipy; fifteen seconds)
 """

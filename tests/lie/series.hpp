@@ -1,4 +1,4 @@
-// Power series of the rotation group's functions in extended precision: the slow road that shares no formula with lie/so3.
+// Power series of the rotation group's functions in extended precision: a slow road that shares no formula with lie/so3.
 #pragma once
 
 #include <cmath>

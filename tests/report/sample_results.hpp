@@ -22,7 +22,8 @@ inline file::ResolvedProblem sample_problem(int steps) {
   file::ResolvedProblem problem;
   problem.bodies = {sample_body("middle", {8.0, 1.5, 2.0}, 1.0), sample_body("front", {5.0, 0.8, 1.5}, 0.25),
                     sample_body("rear", {5.0, 0.8, 1.5}, 0.25)};
-  const std::vector<Eigen::Vector3d> all = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()};
+  const std::vector<Eigen::Vector3d> all = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(),
+                                            Eigen::Vector3d::UnitZ()};
   problem.joints = {{"front", model::JointKind::ball, 0, 1, {8.8, 0.0, 0.0}, {-5.5, 0.0, 0.0}, all},
                     {"rear", model::JointKind::ball, 0, 2, {-8.8, 0.0, 0.0}, {5.5, 0.0, 0.0}, all}};
   problem.duration = 1.0;
@@ -36,18 +37,22 @@ inline file::ResolvedProblem sample_problem(int steps) {
 
 inline void add_sample_node(maneuver::Solution& solution, double t) {
   constexpr double pi = std::numbers::pi;
-  const double ramp = t - std::sin(2.0 * pi * t) / (2.0 * pi), bump = 1.0 - std::cos(2.0 * pi * t), wave = std::sin(2.0 * pi * t);
+  const double ramp = t - std::sin(2.0 * pi * t) / (2.0 * pi), bump = 1.0 - std::cos(2.0 * pi * t),
+               wave = std::sin(2.0 * pi * t);
   const Eigen::Matrix3d root = lie::exp({pi * ramp, 0.0, 0.0}) * lie::exp({0.0, 0.12 * bump, 0.2 * wave});
   solution.time.push_back(t);
   solution.position.emplace_back(2.0 * ramp, 0.9 * wave, 0.4 * bump);
   solution.rotation.push_back({root, root * lie::exp({0.4 * wave, -0.35 * bump, 0.55 * bump + 0.2 * wave}),
                                root * lie::exp({-0.4 * wave, 0.3 * bump, 0.6 * bump - 0.3 * wave})});
-  const Eigen::Vector3d moment(40.0 * std::cos(3.0 * pi * t), -120.0 * std::sin(4.0 * pi * t), 267.0 * std::cos(2.0 * pi * t));
+  const Eigen::Vector3d moment(40.0 * std::cos(3.0 * pi * t), -120.0 * std::sin(4.0 * pi * t),
+                               267.0 * std::cos(2.0 * pi * t));
   solution.control.push_back({moment, Eigen::Vector3d(0.3 * moment.y(), moment.z(), -0.8 * moment.x())});
   solution.linear_velocity.emplace_back(2.0 * bump, 4.0 * wave, -1.5 * wave * bump);
   const Eigen::Vector3d spin(pi * bump, 1.2 * wave, -2.0 * wave * bump);
-  solution.angular_velocity.push_back({spin, spin + Eigen::Vector3d(2.0 * wave, 1.0, 3.0 * wave), spin - Eigen::Vector3d(wave, 2.0 * bump, 0.0)});
-  const Eigen::Vector3d linear(3.0 * bump, 2.0 * wave, 0.5 * wave * bump), angular(1.25 * bump, -6.0 * wave, 9.0 * wave * bump);
+  solution.angular_velocity.push_back(
+      {spin, spin + Eigen::Vector3d(2.0 * wave, 1.0, 3.0 * wave), spin - Eigen::Vector3d(wave, 2.0 * bump, 0.0)});
+  const Eigen::Vector3d linear(3.0 * bump, 2.0 * wave, 0.5 * wave * bump),
+      angular(1.25 * bump, -6.0 * wave, 9.0 * wave * bump);
   const Eigen::Vector3d noise = 1e-14 * Eigen::Vector3d(std::sin(900.0 * t), std::cos(700.0 * t), std::sin(500.0 * t));
   solution.linear_momentum.bodies.push_back(linear);
   solution.linear_momentum.fluid.push_back(noise - linear);
@@ -89,8 +94,13 @@ inline file::Results sample_results(int steps = 1000) {
   for (int k = 0; k <= steps; ++k) add_sample_node(results.solution, static_cast<double>(k) / steps);
   add_sample_search(results.solution);
   results.certificate = sample_certificate();
-  results.provenance = {"0.1.0", "Release", "GCC 12.2.0", "a processor, 2 cores", "lamprey solve rotation.toml --out runs/rotation",
-                        "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08", 1};
+  results.provenance = {"0.1.0",
+                        "Release",
+                        "GCC 12.2.0",
+                        "a processor, 2 cores",
+                        "lamprey solve rotation.toml --out runs/rotation",
+                        "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08",
+                        1};
   return results;
 }
 

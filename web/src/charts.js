@@ -104,7 +104,7 @@ export function time_chart(title, unit, floor, lines, curves, clock) {
         scales: { x: { time: false, range: (chart, low, high) => [low, high] }, y: { range: padded_range(floor) } },
         axes: [axis("x", "time [s]", { size: 34 }), axis("y", unit, { size: 58 })],
         series: [{ label: "t [s]", value: (chart, value) => number_text(value) }, ...series],
-        cursor: { sync: { key: "time" }, y: false, points: { size: 6 } }, legend: { live: true },
+        cursor: { sync: { key: "time" }, y: false, points: { size: 6 } }, legend: { markers: { width: 3, dash: (chart, index) => (chart.series[index].dash ? "dashed" : "solid") } },
       },
     };
   };

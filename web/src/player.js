@@ -56,8 +56,21 @@ function stage(runs, clock) {
     event.preventDefault();
   });
   clock.listen(() => picture.place(clock.time));
+  copy_for_paper(canvas);
   on_theme_change(() => picture.recolor());
   return { frame, picture };
+}
+
+// A picture drawn by WebGL reaches paper a frame too late: print a copy of it.
+function copy_for_paper(canvas) {
+  const paper = element("canvas", { class: "paper" });
+  addEventListener("beforeprint", () => {
+    paper.width = canvas.width;
+    paper.height = canvas.height;
+    paper.getContext("2d").drawImage(canvas, 0, 0);
+    canvas.after(paper);
+  });
+  addEventListener("afterprint", () => paper.remove());
 }
 
 function speed_menu(clock) {

@@ -14,7 +14,7 @@ function verdict_card(run, prefix) {
       element("span", { class: "badge", "aria-hidden": "true" }, run.good ? "✓" : "!"), run.verdict),
     run.message ? element("p", { class: "message" }, run.message) : null,
     element("dl", { class: "facts" }, ...run.facts.map(([name, value]) => element("div", {},
-      element("dt", {}, name), element("dd", {}, value)))));
+      element("dt", {}, name), element("dd", { class: name === "Cost" ? "cost" : "" }, value)))));
 }
 
 export function show_verdict(runs) {

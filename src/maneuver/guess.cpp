@@ -1,0 +1,187 @@
+#include "maneuver/guess.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/LU>
+
+#include "lie/so3.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using mechanics::Rotations;
+using model::System;
+
+constexpr int harmonics = 4;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+// Deterministic on every machine and library: SplitMix64, and normal numbers by Box and Muller.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+
+  double uniform() {  // in (0, 1)
+    state_ += 0x9E3779B97F4A7C15ULL;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
+    z ^= z >> 31;
+    return (static_cast<double>(z >> 11) + 0.5) * 0x1.0p-53;
+  }
+
+  double normal() { return std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * std::numbers::pi * uniform()); }
+
+ private:
+  std::uint64_t state_;
+};
+
+// Rises from 0 to 1 at rest at both ends.
+double blend(double s) { return s * s * s * (10.0 + s * (6.0 * s - 15.0)); }
+
+Matrix3d between(const Matrix3d& start, const Matrix3d& end, double s) {
+  return start * lie::exp(blend(s) * lie::log(start.transpose() * end));
+}
+
+// Relative rotation of each joint, child → parent, along the guess.
+class JointPaths {
+ public:
+  JointPaths(const System& system, const Maneuver& maneuver, Random& random, double amplitude) : system_(system) {
+    for (int j = 0; j < system.joint_count(); ++j) {
+      const model::Joint& joint = system.joint(j);
+      const Matrix3d start =
+          maneuver.start.rotation[at(joint.parent)].transpose() * maneuver.start.rotation[at(joint.child)];
+      const auto& parent_end = maneuver.end_rotation[at(joint.parent)];
+      const auto& child_end = maneuver.end_rotation[at(joint.child)];
+      start_.push_back(start);
+      end_.push_back(parent_end && child_end ? Matrix3d(parent_end->transpose() * *child_end) : start);
+      MatrixXd coefficients(joint.actuation.cols(), harmonics);
+      for (int m = 0; m < harmonics; ++m)
+        for (Eigen::Index c = 0; c < coefficients.rows(); ++c) coefficients(c, m) = amplitude * random.normal() / (m + 1);
+      coefficients_.push_back(coefficients);
+    }
+  }
+
+  Matrix3d relative(int j, double s) const {
+    VectorXd wave(harmonics);
+    for (int m = 0; m < harmonics; ++m)
+      wave[m] = std::sin((m + 1) * std::numbers::pi * s) * std::sin(std::numbers::pi * s);
+    const Vector3d swing = system_.joint(j).actuation * (coefficients_[at(j)] * wave);
+    return lie::exp(swing) * between(start_[at(j)], end_[at(j)], s);
+  }
+
+ private:
+  const System& system_;
+  std::vector<Matrix3d> start_, end_;
+  std::vector<MatrixXd> coefficients_;
+};
+
+// Rotations of all bodies from the root's and the joints'.
+Rotations compose(const System& system, const Matrix3d& root, const JointPaths& joints, double s) {
+  Rotations R(at(system.body_count()), root);
+  for (int i : system.root_to_leaves())
+    if (system.body(i).parent >= 0)
+      R[at(i)] = R[at(system.body(i).parent)] * joints.relative(system.body(i).joint, s);
+  return R;
+}
+
+// Turns the next node as a whole and shifts it until total momentum is as conserved (equation 5.3): shapes stay as given.
+void float_root(const System& system, const Maneuver& maneuver, const Vector3d& position, mechanics::Interval& step) {
+  const mechanics::StepLayout layout{system.body_count()};
+  mechanics::DerivativeWorkspace work(system.body_count());
+  mechanics::StepQuadratic quadratic(system.body_count());
+  mechanics::MomentumJacobian jacobian(system.body_count());
+  mechanics::DiscreteMomenta momenta(system.body_count());
+  for (int iteration = 0; iteration < 20; ++iteration) {
+    mechanics::discrete_momenta(system, maneuver.lagrangian, maneuver.time_step(), step, momenta);
+    mechanics::lagrangian_quadratic(system, maneuver.lagrangian, maneuver.time_step(), step, work, quadratic);
+    mechanics::momentum_jacobian(quadratic, jacobian);
+    Eigen::Matrix<double, 6, 6> system_matrix = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 1> missing;
+    missing << maneuver.total.linear - momenta.linear, maneuver.total.angular - position.cross(maneuver.total.linear);
+    MatrixXd angular = MatrixXd::Zero(3, layout.size());
+    for (int i = 0; i < system.body_count(); ++i) {
+      missing.tail<3>() -= step.rotation[at(i)] * momenta.minus[at(i)];
+      angular += step.rotation[at(i)] * jacobian.minus.middleRows<3>(3 * i);
+    }
+    for (int i = 0; i < system.body_count(); ++i) {  // a turn of the whole by θ (world) turns body i by R'ᵀθ
+      const Matrix3d turn = step.next_rotation[at(i)].transpose();
+      system_matrix.topLeftCorner<3, 3>() += jacobian.linear.middleCols<3>(layout.right(i)) * turn;
+      system_matrix.bottomLeftCorner<3, 3>() += angular.middleCols<3>(layout.right(i)) * turn;
+    }
+    system_matrix.topRightCorner<3, 3>() = jacobian.linear.rightCols<3>();
+    system_matrix.bottomRightCorner<3, 3>() = angular.rightCols<3>();
+    const Eigen::Matrix<double, 6, 1> correction = system_matrix.partialPivLu().solve(missing);
+    if (!correction.allFinite()) return;
+    const Matrix3d turn = lie::exp(correction.head<3>());
+    for (int i = 0; i < system.body_count(); ++i)
+      step.cayley[at(i)] = lie::inverse_cayley(step.rotation[at(i)].transpose() * turn * step.next_rotation[at(i)]);
+    step.displacement += correction.tail<3>();
+    mechanics::update_interval(system, step);
+    if (correction.norm() < 1e-13) return;
+  }
+}
+
+}  // namespace
+
+NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint64_t seed, const GuessOptions& options) {
+  Random random(seed);
+  const JointPaths joints(system, maneuver, random, options.amplitude);
+  const Matrix3d root_start = maneuver.start.rotation[0];
+  Vector3d root_turn = Vector3d::Zero();
+  if (maneuver.end_rotation[0]) root_turn = lie::log(root_start.transpose() * *maneuver.end_rotation[0]);
+  Vector3d shift = Vector3d::Zero();
+  for (int c = 0; c < 3; ++c)
+    if (maneuver.end_position[at(c)]) shift[c] = *maneuver.end_position[at(c)] - maneuver.start.position[c];
+
+  NodePath path;
+  mechanics::Interval step(system.body_count());
+  path.rotation.push_back(maneuver.start.rotation);
+  path.position.push_back(maneuver.start.position);
+  for (int k = 0; k < maneuver.steps; ++k) {
+    const double s = static_cast<double>(k + 1) / maneuver.steps;
+    const Matrix3d root = options.root_floats ? path.rotation.back()[0] : Matrix3d(root_start * lie::exp(blend(s) * root_turn));
+    const Rotations next = compose(system, root, joints, s);
+    step.rotation = path.rotation.back();
+    for (int i = 0; i < system.body_count(); ++i)
+      step.cayley[at(i)] = lie::inverse_cayley(step.rotation[at(i)].transpose() * next[at(i)]);
+    step.displacement = maneuver.start.position + blend(s) * shift - path.position.back();
+    mechanics::update_interval(system, step);
+    if (options.root_floats) float_root(system, maneuver, path.position.back(), step);
+    path.cayley.push_back(step.cayley);
+    path.rotation.push_back(step.next_rotation);
+    path.position.push_back(path.position.back() + step.displacement);
+  }
+  path.control.assign(at(maneuver.steps + 1), VectorXd::Zero(system.control_count()));
+  return path;
+}
+
+NodePath refined(const System& system, const NodePath& coarse, int steps) {
+  const int from = static_cast<int>(coarse.cayley.size());
+  NodePath fine;
+  // position of fine node k on the coarse grid
+  for (int k = 0; k <= steps; ++k) {
+    const double place = static_cast<double>(k) * from / steps;
+    const int cell = std::min(static_cast<int>(place), from - 1);
+    const double s = place - cell;
+    Rotations R(at(system.body_count()));
+    for (int i = 0; i < system.body_count(); ++i) {
+      const Vector3d& zeta = coarse.cayley[at(cell)][at(i)];
+      const Vector3d turn = lie::log(lie::cayley(zeta));
+      R[at(i)] = coarse.rotation[at(cell)][at(i)] * lie::exp(s * turn);
+    }
+    fine.rotation.push_back(R);
+    fine.position.push_back((1.0 - s) * coarse.position[at(cell)] + s * coarse.position[at(cell + 1)]);
+    fine.control.push_back((1.0 - s) * coarse.control[at(cell)] + s * coarse.control[at(cell + 1)]);
+    if (k == 0) continue;
+    std::vector<Vector3d> cayley(at(system.body_count()));
+    for (int i = 0; i < system.body_count(); ++i)
+      cayley[at(i)] = lie::inverse_cayley(fine.rotation[at(k - 1)][at(i)].transpose() * R[at(i)]);
+    fine.cayley.push_back(cayley);
+  }
+  return fine;
+}
+
+}  // namespace lamprey::maneuver

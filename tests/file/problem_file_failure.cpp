@@ -1,0 +1,220 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <random>
+
+#include "file/io_error.hpp"
+#include "file/problem_file.hpp"
+#include "samples.hpp"
+
+namespace lamprey {
+namespace {
+
+using file::parse_problem;
+using model::InputError;
+
+struct Expectation {
+  int line = 0;
+  std::string key;
+  std::vector<std::string> fragments;
+};
+
+std::vector<std::string> split(const std::string& text, const std::string& separator) {
+  std::vector<std::string> parts;
+  std::size_t start = 0;
+  while (true) {
+    const std::size_t end = std::min(text.find(separator, start), text.size());
+    parts.push_back(text.substr(start, end - start));
+    if (end == text.size()) return parts;
+    start = end + separator.size();
+  }
+}
+
+Expectation expectation_of(const std::string& bytes) {
+  const std::string mark = "# expect: ";
+  EXPECT_EQ(bytes.substr(0, mark.size()), mark);
+  const std::string head = bytes.substr(mark.size(), bytes.find('\n') - mark.size());
+  const std::size_t line_end = head.find(": ");
+  const std::size_t key_end = head.find(": ", line_end + 2);
+  return {std::stoi(head.substr(0, line_end)), head.substr(line_end + 2, key_end - line_end - 2),
+          split(head.substr(key_end + 2), " | ")};
+}
+
+std::vector<std::filesystem::path> malformed_files() {
+  std::vector<std::filesystem::path> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(tests::folder_of_tests() + "malformed"))
+    paths.push_back(entry.path());
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+void expect_refused(const std::string& path) {
+  const Expectation expected = expectation_of(tests::bytes_of(path));
+  ASSERT_EQ(expected.fragments.size(), 3U) << "found, allowed, cure";
+  try {
+    file::read_problem(path);
+    FAIL() << path << " was accepted";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.line, expected.line) << error.what();
+    EXPECT_EQ(error.key, expected.key) << error.what();
+    EXPECT_GE(error.column, 1);
+    for (const std::string& fragment : expected.fragments)
+      EXPECT_NE(error.message.find(fragment), std::string::npos) << fragment << "\n" << error.what();
+    const std::string start =
+        path + ":" + std::to_string(error.line) + ":" + std::to_string(error.column) + ": " + error.key + ": ";
+    EXPECT_EQ(std::string(error.what()), start + error.message);
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+  }
+}
+
+// Reads or refuses; anything else (a crash, another exception) fails. True when the text was accepted.
+bool survives(const std::string& text) {
+  try {
+    parse_problem(text, "mutant.toml");
+    return true;
+  } catch (const InputError& error) {
+    EXPECT_GE(error.line, 1);
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    return false;
+  }
+}
+
+TEST(MalformedProblem, every_rule_is_told_with_its_line_and_key_what_was_found_what_is_allowed_and_the_cure) {
+  const auto paths = malformed_files();
+  EXPECT_GE(paths.size(), 40U);
+  for (const auto& path : paths) {
+    SCOPED_TRACE(path.filename().string());
+    expect_refused(path.string());
+  }
+}
+
+TEST(MalformedProblem, the_file_they_were_made_from_is_accepted) {
+  EXPECT_NO_THROW(file::read_problem(tests::folder_of_tests() + "valid.toml"));
+}
+
+TEST(MalformedProblem, a_missing_file_and_a_folder_are_failures_of_reading_not_of_content) {
+  EXPECT_THROW(file::read_problem(tests::folder_of_tests() + "no_such_file.toml"), file::IoError);
+  EXPECT_THROW(file::read_problem(tests::folder_of_tests()), file::IoError);
+}
+
+TEST(MalformedProblem, more_than_16_mebibytes_are_refused_and_exactly_16_are_read) {
+  std::string text = tests::bytes_of(tests::folder_of_tests() + "valid.toml");
+  text += "#" + std::string((std::size_t{16} << 20) - text.size() - 1, 'x');
+  EXPECT_TRUE(survives(text));
+  EXPECT_FALSE(survives(text + "x"));
+}
+
+TEST(MalformedProblem, nesting_of_any_depth_is_refused_without_harm) {
+  for (const std::string opening : {"[", "{a=", "[{a=", "a.", "\"a\"."}) {
+    std::string text = "x = ";
+    if (opening.back() == '.') text = "";
+    while (text.size() < 8'000'000) text += opening;
+    EXPECT_FALSE(survives(text)) << opening;
+    EXPECT_FALSE(survives("[" + text)) << opening;
+  }
+}
+
+TEST(MalformedProblem, brackets_and_dots_inside_texts_and_comments_do_not_nest) {
+  const std::string deep = std::string(100, '[') + std::string(100, '.');
+  const std::string valid = tests::bytes_of(tests::folder_of_tests() + "valid.toml");
+  for (const std::string& text : {"\"" + deep + "\"", "'" + deep + "'", "\"\"\"\n" + deep + "\n\"\"\"\"\"",
+                                  "'''" + deep + "'''", "\"\\\"" + deep + "\" #" + deep}) {
+    std::string edited = valid;
+    edited.replace(edited.find("\"made up\""), 9, text);
+    EXPECT_TRUE(survives(edited)) << text;
+  }
+}
+
+TEST(MalformedProblem, input_that_stops_the_parser_short_is_refused_at_its_line) {
+  const std::string valid = tests::bytes_of(tests::folder_of_tests() + "valid.toml");
+  for (const std::string line : {"[=", "[=]", "[[=]]", "[ ", "[", "[[", "[]", "= 1", "a.", "a. = 1", "a = ", "a = +",
+                                 "a = [1,,2]", "a = {b = }"}) {
+    try {
+      parse_problem("schema = 1\n" + line + "\n" + valid, "x");
+      FAIL() << line;
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.line, 2) << error.what();
+    }
+  }
+}
+
+TEST(MalformedProblem, truncation_at_every_byte_reads_or_is_refused) {
+  const std::string valid = tests::bytes_of(tests::folder_of_tests() + "valid.toml");
+  int refused = 0;
+  for (std::size_t length = 0; length < valid.size(); ++length) refused += survives(valid.substr(0, length)) ? 0 : 1;
+  EXPECT_GT(refused, static_cast<int>(valid.size() / 2));
+}
+
+TEST(MalformedProblem, one_changed_byte_reads_or_is_refused) {
+  const std::string valid = tests::bytes_of(tests::folder_of_tests() + "valid.toml");
+  std::mt19937 random(20240);
+  int accepted = 0;
+  int refused = 0;
+  for (int trial = 0; trial < 4000; ++trial) {
+    std::string mutant = valid;
+    const char* likely = "[]{}.,=\"'#\n-0123456789einf\\";
+    const char byte = trial % 2 == 0 ? static_cast<char>(random() % 256) : likely[random() % 27];
+    mutant[random() % mutant.size()] = byte;
+    (survives(mutant) ? accepted : refused) += 1;
+  }
+  EXPECT_GT(accepted, 100);
+  EXPECT_GT(refused, 1000);
+}
+
+TEST(UnsupportedProblem, each_feature_is_refused_at_its_place_until_none_is_left) {
+  const std::string path = "all.toml";
+  std::string text = tests::bytes_of(tests::folder_of_tests() + "valid.toml");
+  const auto replace = [&](const std::string& old, const std::string& with) {
+    text.replace(text.find(old), old.size(), with);
+  };
+  const auto expect_key = [&](const std::string& key, const std::string& mark) {
+    try {
+      file::require_supported(parse_problem(text, path), file::Purpose::solve);
+      FAIL() << key << " was taken as supported";
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.key, key) << error.what();
+      const auto before = text.substr(0, text.find(mark));
+      EXPECT_EQ(error.line, 1 + std::count(before.begin(), before.end(), '\n')) << error.what();
+      EXPECT_NE(error.message.find("this version does not handle"), std::string::npos) << error.what();
+    }
+  };
+  expect_key("joint[0].stiffness", "stiffness");
+  replace("stiffness = 2.0\n", "");
+  expect_key("joint[0].damping", "damping");
+  replace("damping = 0.5\n", "");
+  expect_key("joint[1].kind", "kind = \"hinge\"");
+  replace("\"hinge\"", "\"ball\"");
+  replace("axis = [0.0, 0.0, 2.0]\n", "");
+  replace("angle.back = [-0.5, 1.5]\n", "");
+  expect_key("joint[2].kind", "kind = \"universal\"");
+  replace("\"universal\"", "\"ball\"");
+  replace("axes = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]\n", "");
+  expect_key("integrator.scheme", "scheme");
+  replace("\"midpoint\"", "\"trapezoid\"");
+  EXPECT_NO_THROW(file::require_supported(parse_problem(text, path), file::Purpose::simulate));
+  expect_key("time.duration", "duration");
+  replace("duration = \"free\"\nmin = 0.5\nmax = 2.5", "duration = 1.0");
+  expect_key("goal.periodic", "periodic");
+  replace("periodic = true\n", "");
+  replace("free_shape = true\n", "");
+  expect_key("limits.torque.neck", "torque.neck");
+  replace("torque.neck = 1500.0\n", "");
+  expect_key("limits.swing.neck", "swing.neck");
+  replace("swing.neck = 1.0\n", "");
+  expect_key("limits.twist.neck", "twist.neck");
+  replace("twist.neck = 0.5\n", "");
+  expect_key("limits.clearance", "clearance");
+  replace("clearance = 0.1\n", "");
+  EXPECT_NO_THROW(file::require_supported(parse_problem(text, path), file::Purpose::solve));
+}
+
+TEST(UnsupportedProblem, an_error_that_knows_only_a_key_gets_the_place_of_the_nearest_enclosing_key) {
+  const auto file = file::read_problem_file(tests::folder_of_tests() + "valid.toml");
+  EXPECT_EQ(file::located(InputError("time.steps", "x"), file).line, file.positions.at("time.steps").line);
+  EXPECT_EQ(file::located(InputError("body[1].mass", "x"), file).line, file.positions.at("body[1]").line);
+  EXPECT_EQ(file::located(InputError("nowhere.at.all", "x"), file).line, 1);
+}
+
+}  // namespace
+}  // namespace lamprey

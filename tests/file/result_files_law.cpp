@@ -1,0 +1,197 @@
+#include <gtest/gtest.h>
+#include <hdf5.h>
+
+#include <chrono>
+
+#include <nlohmann/json.hpp>
+
+#include "file/solution_file.hpp"
+#include "file/trajectory_file.hpp"
+#include "samples.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey {
+namespace {
+
+using nlohmann::json;
+
+TEST(SolutionFile, written_read_and_written_again_gives_the_same_bytes) {
+  const tests::TemporaryFolder folder;
+  const file::Results results = tests::sample_results(6);
+  file::write_solution(folder / "first", results);
+  file::write_solution(folder / "second", file::read_solution(folder / "first"));
+  const std::string first = tests::bytes_of(folder / "first/solution.json");
+  EXPECT_GT(first.size(), 1000U);
+  EXPECT_EQ(first, tests::bytes_of(folder / "second/solution.json"));
+}
+
+TEST(SolutionFile, every_double_comes_back_bit_for_bit) {
+  file::Results results = tests::sample_results(6);
+  results.solution.position[3] = {-0.0, 4.9406564584124654e-324, -1.7976931348623157e308};
+  const file::Results back = file::parse_solution(file::solution_text(results), "x");
+  EXPECT_EQ(back.solution.time, results.solution.time);
+  EXPECT_EQ(back.solution.position, results.solution.position);
+  EXPECT_TRUE(std::signbit(back.solution.position[3][0]));
+  EXPECT_EQ(back.solution.rotation, results.solution.rotation);
+  EXPECT_EQ(back.solution.control, results.solution.control);
+  EXPECT_EQ(back.solution.angular_velocity, results.solution.angular_velocity);
+  EXPECT_EQ(back.solution.angular_momentum.fluid, results.solution.angular_momentum.fluid);
+  EXPECT_EQ(back.problem.bodies[2].body_inertia, results.problem.bodies[2].body_inertia);
+  EXPECT_EQ(back.problem.joints[0].control_axes, results.problem.joints[0].control_axes);
+  EXPECT_TRUE(back.problem.joints[1].control_axes.empty());
+  EXPECT_EQ(back.problem.goal->turn, results.problem.goal->turn);
+  EXPECT_EQ(back.problem.goal->rotation, results.problem.goal->rotation);
+  EXPECT_EQ(back.problem.points, 5);
+  EXPECT_EQ(back.name, results.name);
+  EXPECT_EQ(back.certificate->kkt, 1e-300);
+  EXPECT_TRUE(std::isnan(back.certificate->rest_error));
+  EXPECT_EQ(back.provenance.seed, 18446744073709551615U);
+}
+
+std::vector<std::string> keys_in_order(const nlohmann::ordered_json& object) {
+  std::vector<std::string> keys;
+  for (const auto& entry : object.items()) keys.push_back(entry.key());
+  return keys;
+}
+
+TEST(SolutionFile, fields_have_the_names_and_the_order_of_the_interface) {
+  const auto document = nlohmann::ordered_json::parse(file::solution_text(tests::sample_results(2)));
+  using Keys = std::vector<std::string>;
+  EXPECT_EQ(keys_in_order(document),
+            (Keys{"schema", "name", "source", "status", "message", "cost", "problem", "time", "position", "rotation",
+                  "control", "velocity", "momentum", "certificate", "search", "solver", "provenance"}));
+  EXPECT_EQ(keys_in_order(document["problem"]),
+            (Keys{"bodies", "joints", "scheme", "time_step", "duration", "steps", "cost_rule", "goal", "control"}));
+  EXPECT_EQ(keys_in_order(document["momentum"]["angular"]), (Keys{"bodies", "fluid", "total"}));
+  EXPECT_EQ(keys_in_order(document["certificate"]),
+            (Keys{"goal_error", "rest_error", "momentum_drift", "rotation_drift", "kkt", "second_order", "replay",
+                  "refinement"}));
+  EXPECT_EQ(document["status"], "optimal");
+  EXPECT_EQ(document["problem"]["scheme"], "paper");
+  EXPECT_EQ(document["problem"]["goal"]["move"], json::parse(R"([2, "free", "free"])"));
+  EXPECT_EQ(document["problem"]["goal"]["rotation"]["back"], "free");
+  EXPECT_TRUE(document["certificate"]["refinement"].is_null());
+  EXPECT_TRUE(document["certificate"]["rest_error"].is_null());
+  EXPECT_TRUE(document["solver"]["history"][1]["step"].is_null());
+}
+
+TEST(SolutionFile, rotations_are_written_row_by_row) {
+  const file::Results results = tests::sample_results(2);
+  const json document = json::parse(file::solution_text(results));
+  const Eigen::Matrix3d& rotation = results.solution.rotation[1][2];
+  EXPECT_NE(rotation(0, 1), 0.0);
+  EXPECT_EQ(document["rotation"][1][2][0][1].get<double>(), rotation(0, 1));
+  EXPECT_EQ(document["rotation"][1][2][2][0].get<double>(), rotation(2, 0));
+}
+
+TEST(SolutionFile, a_simulation_has_null_where_a_number_would_mean_nothing) {
+  file::Results results = tests::sample_results(2);
+  results.solution.status = maneuver::Status::simulated;
+  results.solution.cost = std::nan("");
+  results.certificate.reset();
+  results.solution.search = {};
+  results.solution.solver = {};
+  results.problem.goal.reset();
+  const std::string text = file::solution_text(results);
+  const json document = json::parse(text);
+  for (const char* field : {"cost", "certificate", "search", "solver"}) EXPECT_TRUE(document[field].is_null()) << field;
+  EXPECT_TRUE(document["problem"]["goal"].is_null());
+  EXPECT_EQ(file::solution_text(file::parse_solution(text, "x")), text);
+}
+
+TEST(SolutionFile, no_motion_at_all_is_written_as_empty_arrays) {
+  file::Results results = tests::sample_results(2);
+  const maneuver::Solution full = results.solution;
+  results.solution = {};
+  results.solution.status = maneuver::Status::infeasible;
+  const std::string text = file::solution_text(results);
+  EXPECT_TRUE(json::parse(text)["rotation"].empty());
+  EXPECT_EQ(file::solution_text(file::parse_solution(text, "x")), text);
+}
+
+TEST(SolutionFile, a_thousand_steps_of_three_bodies_are_written_within_a_tenth_of_a_second) {
+  const file::Results results = tests::sample_results(1000);
+  double best = 1.0;
+  for (int trial = 0; trial < 5; ++trial) {
+    const auto begin = std::chrono::steady_clock::now();
+    const std::string text = file::solution_text(results);
+    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    EXPECT_GT(text.size(), 1'000'000U);
+  }
+  RecordProperty("milliseconds", static_cast<int>(1e3 * best));
+  EXPECT_LT(best, tests::tolerance(0.1));
+}
+
+struct Dataset {
+  std::vector<hsize_t> shape;
+  std::vector<double> values;
+  std::string unit;
+};
+
+Dataset read_dataset(const std::string& path, const std::string& name) {
+  Dataset result;
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const hid_t dataset = H5Dopen2(file, name.c_str(), H5P_DEFAULT);
+  const hid_t space = H5Dget_space(dataset);
+  result.shape.resize(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
+  H5Sget_simple_extent_dims(space, result.shape.data(), nullptr);
+  result.values.resize(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+  H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, result.values.data());
+  const hid_t attribute = H5Aopen(dataset, "unit", H5P_DEFAULT);
+  const hid_t type = H5Aget_type(attribute);
+  result.unit.resize(H5Tget_size(type));
+  H5Aread(attribute, type, result.unit.data());
+  H5Tclose(type);
+  H5Aclose(attribute);
+  H5Sclose(space);
+  H5Dclose(dataset);
+  H5Fclose(file);
+  return result;
+}
+
+TEST(TrajectoryFile, datasets_have_the_names_shapes_units_and_numbers_of_the_solution) {
+  const tests::TemporaryFolder folder;
+  const file::Results results = tests::sample_results(6);
+  file::write_trajectory(folder.path(), results);
+  const std::string path = folder / "trajectory.h5";
+  using Shape = std::vector<hsize_t>;
+  const std::vector<std::tuple<std::string, Shape, std::string>> expected = {
+      {"time", {7}, "s"},
+      {"position", {7, 3}, "m"},
+      {"rotation", {7, 3, 3, 3}, "1"},
+      {"control", {7, 2, 3}, "N m"},
+      {"velocity/linear", {7, 3}, "m/s"},
+      {"velocity/angular", {7, 3, 3}, "rad/s"},
+      {"momentum/linear/bodies", {7, 3}, "kg m/s"},
+      {"momentum/linear/fluid", {7, 3}, "kg m/s"},
+      {"momentum/linear/total", {7, 3}, "kg m/s"},
+      {"momentum/angular/bodies", {7, 3}, "kg m²/s"},
+      {"momentum/angular/fluid", {7, 3}, "kg m²/s"},
+      {"momentum/angular/total", {7, 3}, "kg m²/s"}};
+  for (const auto& [name, shape, unit] : expected) {
+    SCOPED_TRACE(name);
+    const Dataset dataset = read_dataset(path, name);
+    EXPECT_EQ(dataset.shape, shape);
+    EXPECT_EQ(dataset.unit, unit);
+  }
+  const Dataset rotation = read_dataset(path, "rotation");
+  EXPECT_EQ(rotation.values[(4 * 3 + 1) * 9 + 5], results.solution.rotation[4][1](1, 2));
+  const Dataset total = read_dataset(path, "momentum/angular/total");
+  EXPECT_EQ(total.values[3 * 5 + 2], results.solution.angular_momentum.total[5][2]);
+}
+
+TEST(TrajectoryFile, a_second_writing_gives_the_same_bytes) {
+  const tests::TemporaryFolder folder;
+  const file::Results results = tests::sample_results(6);
+  file::write_trajectory(folder / "first", results);
+  const auto begin = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(1100))
+    continue;  // HDF5 would stamp whole seconds
+  file::write_trajectory(folder / "second", results);
+  const std::string first = tests::bytes_of(folder / "first/trajectory.h5");
+  EXPECT_GT(first.size(), 1000U);
+  EXPECT_EQ(first, tests::bytes_of(folder / "second/trajectory.h5"));
+}
+
+}  // namespace
+}  // namespace lamprey

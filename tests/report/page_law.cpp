@@ -1,0 +1,160 @@
+// The page as a stranger's parser reads it: it loads nothing, carries what its policy allows, and keeps names as text.
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <set>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "report/page_data.hpp"
+#include "report/report.hpp"
+#include "report/sample_results.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey {
+namespace {
+
+using nlohmann::json;
+
+json read_page(const std::string& html) {
+  const auto path = std::filesystem::temp_directory_path() / ("lamprey_page_" + std::to_string(getpid()) + ".html");
+  std::ofstream(path, std::ios::binary) << html;
+  const std::string python = std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
+  const std::string command = python + " " LAMPREY_SOURCE_DIR "/tests/report/check_page.py " + path.string();
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  std::string text;
+  char buffer[4096];
+  while (std::size_t count = fread(buffer, 1, sizeof buffer, pipe.get())) text.append(buffer, count);
+  std::filesystem::remove(path);
+  return json::parse(text);
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  if (at == std::string::npos) throw std::logic_error("nothing to replace: " + from);
+  return text.replace(at, from.size(), to);
+}
+
+std::set<std::string> names(const json& pairs) {
+  std::set<std::string> found;
+  for (const json& pair : pairs) found.insert(pair.at(0).get<std::string>());
+  return found;
+}
+
+TEST(Page, loads_nothing_and_its_policy_names_exactly_its_own_script_and_style) {
+  const std::string one = report::report_html(tests::sample_results(50));
+  const std::string two = report::comparison_html(tests::sample_results(50), tests::sample_results(20));
+  for (const std::string& html : {one, two}) {
+    const json page = read_page(html);
+    EXPECT_EQ(page["problems"], json::array());
+    for (const char* forbidden :
+         {"src=\"http", "src=http", "href=\"http", "href=http", "url(http", "url(\"http", "@import"}) {
+      EXPECT_EQ(html.find(forbidden), std::string::npos) << forbidden;
+    }
+  }
+}
+
+TEST(Page, that_was_tampered_with_is_found_out) {
+  const std::string html = report::report_html(tests::sample_results(20));
+  EXPECT_NE(read_page(replaced(html, "</main>", "<img src=\"x\"></main>"))["problems"], json::array());
+  EXPECT_NE(read_page(replaced(html, "</script>\n</body>", " </script>\n</body>"))["problems"], json::array());
+  EXPECT_NE(read_page(replaced(html, "</style>", " </style>"))["problems"], json::array());
+  EXPECT_NE(read_page(replaced(html, "default-src 'none'", "default-src *"))["problems"], json::array());
+}
+
+TEST(Page, keeps_hostile_names_as_text) {
+  const std::string hostile = "</script><script>alert(1)</script><!-- %DATA% %SNAPSHOTS% </title> & \"'\\ é";
+  file::Results results = tests::sample_results(20);
+  results.name = results.source = results.solution.message = results.problem.bodies[1].name = hostile;
+  results.problem.joints[0].name = results.provenance.command = results.solution.solver.name = hostile;
+  const json page = read_page(report::report_html(results));
+  EXPECT_EQ(page["problems"], json::array());
+  EXPECT_EQ(page["title"], hostile);
+  const json& run = page["data"]["runs"][0];
+  EXPECT_EQ(run["name"], hostile);
+  EXPECT_EQ(run["message"], hostile);
+  EXPECT_EQ(run["bodies"][1]["name"], hostile);
+  EXPECT_EQ(run["joints"][0]["name"], hostile);
+  EXPECT_EQ(report::snapshot_svg(results).find("<script"), std::string::npos);
+}
+
+TEST(Page, replaces_bytes_that_are_not_utf8_instead_of_failing) {
+  file::Results results = tests::sample_results(20);
+  results.solution.message = "broken \xC3( byte";
+  EXPECT_EQ(read_page(report::report_html(results))["data"]["runs"][0]["message"], "broken \uFFFD( byte");
+}
+
+TEST(Page, of_a_simulation_leaves_out_what_has_no_meaning) {
+  const json solved = read_page(report::report_html(tests::sample_results(20)))["data"]["runs"][0];
+  const json simulated = read_page(report::report_html(tests::simulated_results(20)))["data"]["runs"][0];
+  for (const char* key : {"certificate", "search", "minima", "history"}) {
+    EXPECT_TRUE(solved.contains(key)) << key;
+    EXPECT_FALSE(simulated.contains(key)) << key;
+  }
+  for (const char* fact : {"Cost", "Solver", "Time taken"}) {
+    EXPECT_TRUE(names(solved["facts"]).contains(fact)) << fact;
+    EXPECT_FALSE(names(simulated["facts"]).contains(fact)) << fact;
+  }
+}
+
+TEST(Page, is_the_same_bytes_on_a_second_run) {
+  EXPECT_EQ(report::report_html(tests::sample_results(30)), report::report_html(tests::sample_results(30)));
+}
+
+TEST(Page, stays_small_for_a_thousand_and_for_a_hundred_thousand_steps) {
+  for (const int steps : {1000, 100000}) {
+    EXPECT_LT(report::report_html(tests::sample_results(steps)).size(), 2'500'000u) << steps;
+  }
+}
+
+TEST(PageData, holds_the_stored_motion_to_seven_digits) {
+  const file::Results results = tests::sample_results(60);
+  const json frames = json::parse(report::page_data({&results}))["runs"][0]["frames"];
+  const double tolerance = tests::tolerance(1e-6);
+  for (std::size_t k = 0; k <= 60; ++k) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto row = static_cast<Eigen::Index>(axis);
+      const double moment = results.solution.control[k][1][row];
+      EXPECT_NEAR(frames["position"][3 * k + axis].get<double>(), results.solution.position[k][row], tolerance);
+      EXPECT_NEAR(frames["control"][6 * k + 3 + axis].get<double>(), moment, tolerance * (1.0 + std::abs(moment)));
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto q = [&](std::size_t part) { return frames["rotation"][4 * (3 * k + i) + part].get<double>(); };
+      const Eigen::Matrix3d R = lie::rotation_of_quaternion({q(3), q(0), q(1), q(2)});
+      EXPECT_LE((R - results.solution.rotation[k][i]).norm(), tolerance) << "node " << k << " body " << i;
+    }
+  }
+}
+
+TEST(PageData, draws_first_and_last_node_in_order_and_within_the_budget) {
+  for (const std::size_t nodes : {1u, 2u, 50u, 1001u, 2001u, 2002u, 100001u}) {
+    for (const std::size_t numbers : {10u, 60u, 3000u}) {
+      const auto drawn = report::drawn_nodes(nodes, numbers);
+      ASSERT_FALSE(drawn.empty());
+      EXPECT_EQ(drawn.front(), 0u);
+      EXPECT_EQ(drawn.back(), nodes - 1);
+      EXPECT_LE(drawn.size(), 2001u);
+      EXPECT_LE(drawn.size() * numbers, std::max<std::size_t>(150000, 21 * numbers));
+      for (std::size_t k = 1; k < drawn.size(); ++k) EXPECT_LT(drawn[k - 1], drawn[k]);
+    }
+  }
+}
+
+TEST(Report, refuses_results_whose_arrays_do_not_fit) {
+  file::Results short_control = tests::sample_results(10), two_parents = tests::sample_results(10);
+  short_control.solution.control.pop_back();
+  EXPECT_THROW(report::report_html(short_control), std::invalid_argument);
+  two_parents.problem.joints[1].child = 1;
+  EXPECT_THROW(report::report_html(two_parents), std::invalid_argument);
+  file::Results lonely = tests::sample_results(10);
+  lonely.problem.joints.clear();
+  EXPECT_THROW(report::comparison_html(tests::sample_results(10), lonely), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace lamprey

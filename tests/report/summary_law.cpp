@@ -1,0 +1,109 @@
+#include <gtest/gtest.h>
+
+#include "report/sample_results.hpp"
+#include "report/summary.hpp"
+#include "report/wording.hpp"
+
+namespace lamprey {
+namespace {
+
+report::CertificateRow row(const file::Results& results, const std::string& name) {
+  for (const auto& row : report::certificate_rows(*results.certificate, results.problem)) {
+    if (row.name == name) return row;
+  }
+  throw std::out_of_range(name);
+}
+
+using Fault = void (*)(certificate::Certificate&);
+
+struct MarkedRow {
+  const char* name;
+  Fault beyond, within;
+};
+
+TEST(CertificateRows, hold_within_their_marks_and_not_beyond) {
+  using certificate::Certificate;
+  const MarkedRow rows[] = {
+      {"Goal error", [](Certificate& c) { c.goal_error = 1.1e-9; }, [](Certificate& c) { c.goal_error = 0.9e-9; }},
+      {"Rest error", [](Certificate& c) { c.rest_error = 1.1e-9; }, [](Certificate& c) { c.rest_error = 0.9e-9; }},
+      {"Momentum drift", [](Certificate& c) { c.momentum_drift = 1.1e-11; },
+       [](Certificate& c) { c.momentum_drift = 0.9e-11; }},
+      {"First-order optimality (KKT)", [](Certificate& c) { c.kkt = 1.1e-8; }, [](Certificate& c) { c.kkt = 0.9e-8; }},
+      {"Smallest curvature", [](Certificate& c) { c.second_order->positive = false; },
+       [](Certificate& c) { c.second_order->positive = true; }},
+      {"Replay, rotation", [](Certificate& c) { c.replay->rotation_error = 1.1e-3; },
+       [](Certificate& c) { c.replay->rotation_error = 0.9e-3; }},
+  };
+  for (const MarkedRow& marked : rows) {
+    file::Results results = tests::sample_results(5);
+    marked.beyond(*results.certificate);
+    EXPECT_EQ(row(results, marked.name).holds, std::optional(false)) << marked.name;
+    marked.within(*results.certificate);
+    EXPECT_EQ(row(results, marked.name).holds, std::optional(true)) << marked.name;
+  }
+}
+
+TEST(CertificateRows, hold_kkt_to_the_tolerance_of_the_problem) {
+  file::Results results = tests::sample_results(5);
+  results.certificate->kkt = 5e-7;
+  EXPECT_EQ(row(results, "First-order optimality (KKT)").holds, std::optional(false));
+  results.problem.tolerance = 1e-6;
+  EXPECT_EQ(row(results, "First-order optimality (KKT)").holds, std::optional(true));
+}
+
+TEST(CertificateRows, give_no_mark_to_what_was_not_computed_or_not_asked_for) {
+  file::Results results = tests::sample_results(5);
+  results.certificate = certificate::Certificate{};
+  for (const auto& empty : report::certificate_rows(*results.certificate, results.problem)) {
+    EXPECT_EQ(empty.value, "not computed") << empty.name;
+    EXPECT_FALSE(empty.holds.has_value()) << empty.name;
+    EXPECT_FALSE(empty.meaning.empty()) << empty.name;
+  }
+  results = tests::sample_results(5);
+  results.certificate->rest_error = 0.4;
+  results.problem.goal->rest = false;
+  EXPECT_FALSE(row(results, "Rest error").holds.has_value());
+  EXPECT_EQ(row(results, "Rest error").mark, "");
+}
+
+TEST(Verdict, calls_optimal_only_what_is) {
+  using maneuver::Status;
+  file::Results results = tests::sample_results(5);
+  EXPECT_EQ(report::verdict(results).substr(0, 8), "Optimal:");
+  EXPECT_NE(report::verdict(results).find("a strict local minimum"), std::string::npos);
+  for (const Status status :
+       {Status::feasible, Status::infeasible, Status::stalled, Status::time_limit, Status::interrupted}) {
+    results.solution.status = status;
+    EXPECT_FALSE(report::succeeded(results));
+    EXPECT_NE(report::verdict(results).substr(0, 7), "Optimal");
+    EXPECT_EQ(report::verdict(results).find("strict local minimum"), std::string::npos);
+  }
+}
+
+TEST(Verdict, says_missed_when_the_goal_is_missed_and_in_which_unit) {
+  file::Results results = tests::sample_results(5);
+  results.problem.goal->move = {};
+  EXPECT_NE(report::verdict(results).find("goal reached within 3.1×10⁻¹² rad"), std::string::npos)
+      << report::verdict(results);
+  results.problem.goal->turn.reset();
+  results.problem.goal->move[0] = 2.0;
+  results.solution.status = maneuver::Status::infeasible;
+  results.certificate->goal_error = 0.25;
+  EXPECT_NE(report::verdict(results).find("goal missed by 0.25 m"), std::string::npos) << report::verdict(results);
+}
+
+TEST(Wording, writes_numbers_for_people) {
+  EXPECT_EQ(report::number(0.0), "0");
+  EXPECT_EQ(report::number(3.14159265, 3), "3.14");
+  EXPECT_EQ(report::number(243152.7), "243152.7");
+  EXPECT_EQ(report::number(-2.5), "−2.5");
+  EXPECT_EQ(report::number(3.1e-12, 2), "3.1×10⁻¹²");
+  EXPECT_EQ(report::number(-1e-9), "−10⁻⁹");
+  EXPECT_EQ(report::number(1e-9), "10⁻⁹");
+  EXPECT_EQ(report::number(1.2e10, 3), "1.2×10¹⁰");
+  EXPECT_EQ(report::number(std::nan("")), "not computed");
+  EXPECT_EQ(report::escaped("<a href=\"x\">&'\x01"), "&lt;a href=&quot;x&quot;&gt;&amp;&#39;\xEF\xBF\xBD");
+}
+
+}  // namespace
+}  // namespace lamprey
