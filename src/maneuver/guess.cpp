@@ -3,8 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/LU>
-
 #include "lie/so3.hpp"
 
 namespace lamprey::maneuver {
@@ -15,6 +13,7 @@ using mechanics::Rotations;
 using model::System;
 
 constexpr int harmonics = 4;
+constexpr double amplitude = 0.8;  // rad, of the first harmonic; 0.3 to 0.8 serve alike
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -48,7 +47,7 @@ Matrix3d between(const Matrix3d& start, const Matrix3d& end, double s) {
 // Relative rotation of each joint, child → parent, along the guess.
 class JointPaths {
  public:
-  JointPaths(const System& system, const Maneuver& maneuver, Random& random, double amplitude) : system_(system) {
+  JointPaths(const System& system, const Maneuver& maneuver, Random& random) : system_(system) {
     for (int j = 0; j < system.joint_count(); ++j) {
       const model::Joint& joint = system.joint(j);
       const Matrix3d start =
@@ -87,48 +86,17 @@ Rotations compose(const System& system, const Matrix3d& root, const JointPaths& 
   return R;
 }
 
-// Turns the next node as a whole and shifts it until total momentum is as conserved (equation 5.3): shapes stay as given.
-void float_root(const System& system, const Maneuver& maneuver, const Vector3d& position, mechanics::Interval& step) {
-  const mechanics::StepLayout layout{system.body_count()};
-  mechanics::DerivativeWorkspace work(system.body_count());
-  mechanics::StepQuadratic quadratic(system.body_count());
-  mechanics::MomentumJacobian jacobian(system.body_count());
-  mechanics::DiscreteMomenta momenta(system.body_count());
-  for (int iteration = 0; iteration < 20; ++iteration) {
-    mechanics::discrete_momenta(system, maneuver.lagrangian, maneuver.time_step(), step, momenta);
-    mechanics::lagrangian_quadratic(system, maneuver.lagrangian, maneuver.time_step(), step, work, quadratic);
-    mechanics::momentum_jacobian(quadratic, jacobian);
-    Eigen::Matrix<double, 6, 6> system_matrix = Eigen::Matrix<double, 6, 6>::Zero();
-    Eigen::Matrix<double, 6, 1> missing;
-    missing << maneuver.total.linear - momenta.linear, maneuver.total.angular - position.cross(maneuver.total.linear);
-    MatrixXd angular = MatrixXd::Zero(3, layout.size());
-    for (int i = 0; i < system.body_count(); ++i) {
-      missing.tail<3>() -= step.rotation[at(i)] * momenta.minus[at(i)];
-      angular += step.rotation[at(i)] * jacobian.minus.middleRows<3>(3 * i);
-    }
-    for (int i = 0; i < system.body_count(); ++i) {  // a turn of the whole by θ (world) turns body i by R'ᵀθ
-      const Matrix3d turn = step.next_rotation[at(i)].transpose();
-      system_matrix.topLeftCorner<3, 3>() += jacobian.linear.middleCols<3>(layout.right(i)) * turn;
-      system_matrix.bottomLeftCorner<3, 3>() += angular.middleCols<3>(layout.right(i)) * turn;
-    }
-    system_matrix.topRightCorner<3, 3>() = jacobian.linear.rightCols<3>();
-    system_matrix.bottomRightCorner<3, 3>() = angular.rightCols<3>();
-    const Eigen::Matrix<double, 6, 1> correction = system_matrix.partialPivLu().solve(missing);
-    if (!correction.allFinite()) return;
-    const Matrix3d turn = lie::exp(correction.head<3>());
-    for (int i = 0; i < system.body_count(); ++i)
-      step.cayley[at(i)] = lie::inverse_cayley(step.rotation[at(i)].transpose() * turn * step.next_rotation[at(i)]);
-    step.displacement += correction.tail<3>();
-    mechanics::update_interval(system, step);
-    if (correction.norm() < 1e-13) return;
-  }
+std::vector<Vector3d> cayley_between(const Rotations& from, const Rotations& to) {
+  std::vector<Vector3d> cayley;
+  for (std::size_t i = 0; i < from.size(); ++i) cayley.push_back(lie::inverse_cayley(from[i].transpose() * to[i]));
+  return cayley;
 }
 
 }  // namespace
 
-NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint64_t seed, const GuessOptions& options) {
+NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint64_t seed) {
   Random random(seed);
-  const JointPaths joints(system, maneuver, random, options.amplitude);
+  const JointPaths joints(system, maneuver, random);
   const Matrix3d root_start = maneuver.start.rotation[0];
   Vector3d root_turn = Vector3d::Zero();
   if (maneuver.end_rotation[0]) root_turn = lie::log(root_start.transpose() * *maneuver.end_rotation[0]);
@@ -137,22 +105,14 @@ NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint6
     if (maneuver.end_position[at(c)]) shift[c] = *maneuver.end_position[at(c)] - maneuver.start.position[c];
 
   NodePath path;
-  mechanics::Interval step(system.body_count());
   path.rotation.push_back(maneuver.start.rotation);
   path.position.push_back(maneuver.start.position);
   for (int k = 0; k < maneuver.steps; ++k) {
     const double s = static_cast<double>(k + 1) / maneuver.steps;
-    const Matrix3d root = options.root_floats ? path.rotation.back()[0] : Matrix3d(root_start * lie::exp(blend(s) * root_turn));
-    const Rotations next = compose(system, root, joints, s);
-    step.rotation = path.rotation.back();
-    for (int i = 0; i < system.body_count(); ++i)
-      step.cayley[at(i)] = lie::inverse_cayley(step.rotation[at(i)].transpose() * next[at(i)]);
-    step.displacement = maneuver.start.position + blend(s) * shift - path.position.back();
-    mechanics::update_interval(system, step);
-    if (options.root_floats) float_root(system, maneuver, path.position.back(), step);
-    path.cayley.push_back(step.cayley);
-    path.rotation.push_back(step.next_rotation);
-    path.position.push_back(path.position.back() + step.displacement);
+    const Rotations next = compose(system, root_start * lie::exp(blend(s) * root_turn), joints, s);
+    path.cayley.push_back(cayley_between(path.rotation.back(), next));
+    path.rotation.push_back(next);
+    path.position.push_back(maneuver.start.position + blend(s) * shift);
   }
   path.control.assign(at(maneuver.steps + 1), VectorXd::Zero(system.control_count()));
   return path;
@@ -175,11 +135,7 @@ NodePath refined(const System& system, const NodePath& coarse, int steps) {
     fine.rotation.push_back(R);
     fine.position.push_back((1.0 - s) * coarse.position[at(cell)] + s * coarse.position[at(cell + 1)]);
     fine.control.push_back((1.0 - s) * coarse.control[at(cell)] + s * coarse.control[at(cell + 1)]);
-    if (k == 0) continue;
-    std::vector<Vector3d> cayley(at(system.body_count()));
-    for (int i = 0; i < system.body_count(); ++i)
-      cayley[at(i)] = lie::inverse_cayley(fine.rotation[at(k - 1)][at(i)].transpose() * R[at(i)]);
-    fine.cayley.push_back(cayley);
+    if (k > 0) fine.cayley.push_back(cayley_between(fine.rotation[at(k - 1)], R));
   }
   return fine;
 }

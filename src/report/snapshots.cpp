@@ -175,8 +175,9 @@ std::string snapshot_svg(const file::Results& results) {
       "</style><rect width=\"980\" height=\"{0:.1f}\" rx=\"10\" fill=\"#ffffff\"/>\n",
       total, escaped(results.name));
   for (std::size_t k = 0; k < strip.snapshots.size(); ++k) {
-    const double x = gap + static_cast<double>(k % static_cast<std::size_t>(columns)) * (width + gap);
-    const double y = gap + static_cast<double>(k / static_cast<std::size_t>(columns)) * (height + gap);
+    const std::size_t row = k / static_cast<std::size_t>(columns), column = k % static_cast<std::size_t>(columns);
+    const double x = gap + static_cast<double>(column) * (width + gap);
+    const double y = gap + static_cast<double>(row) * (height + gap);
     svg += fmt::format(
         "<g transform=\"translate({:.1f} {:.1f})\"><rect width=\"{:.1f}\" height=\"{:.1f}\" rx=\"5\" "
         "fill=\"none\" stroke=\"#dfe2e4\"/>",

@@ -31,6 +31,7 @@ std::vector<Case> cases() {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> spread(-3.0, 3.0), length(0.05, 9.0);
   std::vector<Case> list;
+  list.reserve(40);
   for (int k = 0; k < 40; ++k) {
     list.push_back({{length(random), length(random), length(random)},
                     lie::exp({spread(random), spread(random), spread(random)}),

@@ -1,0 +1,12 @@
+// Which end conditions are independent: momentum conservation and symmetry make some of them follow from the others.
+#pragma once
+
+#include "maneuver/transcription.hpp"
+
+namespace lamprey::maneuver {
+
+/// The stated goal rows that controls can move independently of each other, by the rank of their sensitivity to all controls
+/// along the linearised motion at `path` (equation 5.10). The path must not be still: there the rank is too small.
+std::vector<GoalRow> independent_goal_rows(const model::System& system, const Maneuver& maneuver, const NodePath& path);
+
+}  // namespace lamprey::maneuver

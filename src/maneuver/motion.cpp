@@ -1,0 +1,83 @@
+#include "maneuver/motion.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using model::System;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+// Generalised momentum of body-frame momenta and p_x.
+VectorXd stacked(const std::vector<Vector3d>& momenta, const Vector3d& linear) {
+  VectorXd momentum(3 * static_cast<int>(momenta.size()) + 3);
+  for (std::size_t i = 0; i < momenta.size(); ++i) momentum.segment<3>(3 * static_cast<int>(i)) = momenta[i];
+  momentum.tail<3>() = linear;
+  return momentum;
+}
+
+}  // namespace
+
+mechanics::Moments joint_moments(const System& system, const VectorXd& control) {
+  mechanics::Moments u(at(system.joint_count()));
+  Eigen::Index column = 0;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const auto& actuation = system.joint(j).actuation;
+    u[at(j)] = actuation * control.segment(column, actuation.cols());
+    column += actuation.cols();
+  }
+  return u;
+}
+
+void append_node(const System& system, double time, const integrator::State& state, const mechanics::Moments& control,
+                 Solution& solution) {
+  const VectorXd velocity = integrator::velocity_of_state(system, state);
+  const auto total = mechanics::spatial_momentum(state.rotation, state.position, state.momentum);
+  const auto bodies = mechanics::momentum_of_bodies(system, state.rotation, state.position, velocity);
+  Vectors angular(at(system.body_count()));
+  for (int i = 0; i < system.body_count(); ++i) angular[at(i)] = velocity.segment<3>(3 * i);
+  solution.time.push_back(time);
+  solution.position.push_back(state.position);
+  solution.rotation.push_back(state.rotation);
+  solution.control.push_back(control);
+  solution.linear_velocity.push_back(state.rotation[0].transpose() * velocity.tail<3>());
+  solution.angular_velocity.push_back(angular);
+  solution.linear_momentum.bodies.push_back(bodies.linear);
+  solution.linear_momentum.fluid.push_back(total.linear - bodies.linear);
+  solution.linear_momentum.total.push_back(total.linear);
+  solution.angular_momentum.bodies.push_back(bodies.angular);
+  solution.angular_momentum.fluid.push_back(total.angular - bodies.angular);
+  solution.angular_momentum.total.push_back(total.angular);
+}
+
+void describe_motion(const System& system, mechanics::DiscreteLagrangian lagrangian, double time_step,
+                     const NodePath& path, Solution& solution) {
+  const int steps = static_cast<int>(path.cayley.size());
+  mechanics::Interval step(system.body_count());
+  mechanics::DiscreteMomenta momenta(system.body_count());
+  for (int k = 0; k <= steps; ++k) {
+    const mechanics::Moments u = joint_moments(system, path.control[at(k)]);
+    integrator::State state{path.rotation[at(k)], path.position[at(k)], VectorXd()};
+    const VectorXd half_impulse = 0.5 * time_step * mechanics::generalized_force(system, state.rotation, u);
+    if (k < steps) {
+      step.rotation = path.rotation[at(k)];
+      step.cayley = path.cayley[at(k)];
+      step.displacement = path.position[at(k + 1)] - path.position[at(k)];
+      mechanics::update_interval(system, step);
+      mechanics::discrete_momenta(system, lagrangian, time_step, step, momenta);
+      state.momentum = stacked(momenta.minus, momenta.linear) - half_impulse;
+    } else {
+      state.momentum = stacked(momenta.plus, momenta.linear) + half_impulse;
+    }
+    append_node(system, k * time_step, state, u, solution);
+  }
+}
+
+double cost_of(const VectorXd& node_weight, const std::vector<Vectors>& control) {
+  double cost = 0.0;
+  for (std::size_t k = 0; k < control.size(); ++k)
+    for (const Vector3d& u : control[k]) cost += 0.5 * node_weight[static_cast<Eigen::Index>(k)] * u.squaredNorm();
+  return cost;
+}
+
+}  // namespace lamprey::maneuver

@@ -1,0 +1,25 @@
+// From the nodes of a motion to the arrays of a Solution.
+#pragma once
+
+#include "maneuver/maneuver.hpp"
+#include "maneuver/solution.hpp"
+#include "maneuver/transcription.hpp"
+
+namespace lamprey::maneuver {
+
+/// Joint moments [joints][3] of control values along the actuation columns.
+mechanics::Moments joint_moments(const model::System& system, const VectorXd& control);
+
+/// Fills time, position, rotation, control, velocity and momentum of a solution from a motion's nodes.
+/// μ_k = p⁻_k − (h/2) U_k at all nodes but the last, μ_N = p⁺_N + (h/2) U_N; velocities are 𝕀⁻¹ μ.
+void describe_motion(const model::System& system, mechanics::DiscreteLagrangian lagrangian, double time_step,
+                     const NodePath& path, Solution& solution);
+
+/// Appends one node of known state and moments (marching: simulate).
+void append_node(const model::System& system, double time, const integrator::State& state, const mechanics::Moments& control,
+                 Solution& solution);
+
+/// ½ Σ_k weight_k Σ_j |u_jk|², in (N m)² s.
+double cost_of(const VectorXd& node_weight, const std::vector<Vectors>& control);
+
+}  // namespace lamprey::maneuver
