@@ -3,7 +3,7 @@
 # Silent when nothing is missing. Root is asked for, by sudo, only when something is.
 set -eu
 
-build="g++ cmake ninja-build pkg-config python3 libeigen3-dev libboost-math-dev coinor-libipopt-dev libtomlplusplus-dev
+build="g++ cmake ninja-build pkg-config python3 libeigen3-dev libboost-math-dev coinor-libipopt-dev liblapack-dev libblas-dev libtomlplusplus-dev
   nlohmann-json3-dev libcli11-dev libfmt-dev libhdf5-dev libssl-dev libgtest-dev libbenchmark-dev"
 checks="clang-format clang-tidy shellcheck"
 browser="chromium"

@@ -39,6 +39,9 @@ struct Certificate {
   std::optional<SecondOrder> second_order;
   std::optional<Replay> replay;
   std::optional<Refinement> refinement;
+  double equation_residual = unset;  // largest residual of the discrete equations, both ends included, / scale
+  double start_error = unset;        // largest difference of node 0 from the problem's start, rad or m
+  double control_error = unset;      // largest part of a moment outside what joints and control kind allow / largest moment
 };
 
 }  // namespace lamprey::certificate

@@ -92,7 +92,7 @@ std::string write_temporary(const std::filesystem::path& folder, const PendingFi
 
 }  // namespace
 
-PendingFile text_file(std::string name, std::string content) {
+PendingFile finished_file(std::string name, std::string content) {
   return {std::move(name), [content = std::move(content)](const std::string& temporary) {
             Descriptor(temporary, O_WRONLY | O_TRUNC).write(content);
           }};

@@ -13,8 +13,8 @@ struct PendingFile {
   std::function<void(const std::string& temporary)> write;
 };
 
-/// A pending file of known content.
-PendingFile text_file(std::string name, std::string content);
+/// A pending file whose bytes are known.
+PendingFile finished_file(std::string name, std::string content);
 
 /// Writes all files into the folder: each to a temporary name, flushed to the disk, and renamed once all are complete.
 /// Creates the folder (and those above it) where missing. On failure nothing half-written stays, nor a folder that was not there

@@ -57,6 +57,7 @@ struct ResolvedProblem {
   // how controls run between nodes, for replay
   maneuver::ControlKind control = maneuver::ControlKind::steps;
   int points = 0;
+  double effort = 1.0;      // weight of the cost
   double tolerance = 1e-8;  // on certificate.kkt
 };
 

@@ -128,6 +128,8 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
     problem.control = read_word(reader.at("control").at("kind"), control_kinds);
     problem.points = reader.at("control").at("points").integer(0, largest);
   }
+  if (reader.has("effort")) problem.effort = reader.at("effort").number();
+  if (reader.has("tolerance")) problem.tolerance = reader.at("tolerance").number();
   return problem;
 }
 

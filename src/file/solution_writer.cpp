@@ -158,6 +158,8 @@ std::string problem_text(const ResolvedProblem& problem) {
   text.add("cost_rule", json(word(problem.cost_rule)));
   text.add("goal", problem.goal ? goal_text(*problem.goal) : "null");
   text.add("control", fmt::format("{{\"kind\": {}, \"points\": {}}}", json(word(problem.control)), problem.points));
+  text.add("effort", json(problem.effort));
+  text.add("tolerance", json(problem.tolerance));
   return text.finished();
 }
 
@@ -270,7 +272,7 @@ std::string solution_text(const Results& results) {
   return text.finished() + "\n";
 }
 
-PendingFile solution_file(const Results& results) { return text_file("solution.json", solution_text(results)); }
+PendingFile solution_file(const Results& results) { return finished_file("solution.json", solution_text(results)); }
 
 void write_solution(const std::string& folder, const Results& results) {
   write_files(folder, {solution_file(results)});

@@ -1,7 +1,5 @@
 #include "file/trajectory_file.hpp"
 
-#include <memory>
-
 #include <hdf5.h>
 
 #include "file/io_error.hpp"
@@ -78,28 +76,30 @@ void write_array(hid_t file, const ShapedArray& array, const std::string& path) 
   write_unit(dataset, array.unit, path);
 }
 
-void write_arrays(const std::vector<ShapedArray>& arrays, const std::string& path) {
+// Built in memory: a full disk then meets our own writing, not the library, which cannot close a file that it failed to write.
+std::string file_image(const std::vector<ShapedArray>& arrays) {
   const QuietErrors quiet;
-  const Handle properties(H5Pcreate(H5P_FILE_CREATE), H5Pclose, path);
-  require(H5Pset_obj_track_times(properties, false), path);
-  hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, properties, H5P_DEFAULT);
-  if (file < 0) throw IoError(path, "cannot be created as HDF5");
-  try {
-    write_groups(file, path);
-    for (const ShapedArray& array : arrays) write_array(file, array, path);
-    require(H5Fflush(file, H5F_SCOPE_GLOBAL), path);
-  } catch (...) {
-    H5Fclose(file);
-    throw;
-  }
-  require(H5Fclose(file), path);
+  const std::string name = "trajectory.h5";
+  constexpr std::size_t growth = std::size_t{1} << 20;
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, name);
+  require(H5Pset_fapl_core(access, growth, false), name);
+  const Handle properties(H5Pcreate(H5P_FILE_CREATE), H5Pclose, name);
+  require(H5Pset_obj_track_times(properties, false), name);
+  const Handle file(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, properties, access), H5Fclose, name);
+  write_groups(file, name);
+  for (const ShapedArray& array : arrays) write_array(file, array, name);
+  require(H5Fflush(file, H5F_SCOPE_GLOBAL), name);
+  const ssize_t size = H5Fget_file_image(file, nullptr, 0);
+  if (size < 0) throw IoError(name, "cannot be written as HDF5");
+  std::string image(static_cast<std::size_t>(size), '\0');
+  if (H5Fget_file_image(file, image.data(), image.size()) != size) throw IoError(name, "cannot be written as HDF5");
+  return image;
 }
 
 }  // namespace
 
 PendingFile trajectory_file(const Results& results) {
-  auto arrays = std::make_shared<const std::vector<ShapedArray>>(shaped_arrays(results));
-  return {"trajectory.h5", [arrays](const std::string& temporary) { write_arrays(*arrays, temporary); }};
+  return finished_file("trajectory.h5", file_image(shaped_arrays(results)));
 }
 
 void write_trajectory(const std::string& folder, const Results& results) {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include <Eigen/LU>
+#include <Eigen/QR>
 #include <Eigen/SparseLU>
 
 namespace lamprey::maneuver {
@@ -86,6 +86,13 @@ MatrixXd natural_spline_basis(int points, double duration, const VectorXd& times
   MatrixXd basis(times.size(), points);
   for (Eigen::Index k = 0; k < times.size(); ++k) basis.row(k) = unit.value(times[k]).transpose();
   return basis;
+}
+
+ControlPath natural_spline_through_nodes(int points, const VectorXd& times, const MatrixXd& samples) {
+  const double duration = times[times.size() - 1];
+  const MatrixXd basis = natural_spline_basis(points, duration, times);
+  const MatrixXd values = basis.colPivHouseholderQr().solve(samples.transpose()).transpose();
+  return ControlPath(Interpolation::natural_cubic, VectorXd::LinSpaced(points, 0.0, duration), values);
 }
 
 }  // namespace lamprey::maneuver

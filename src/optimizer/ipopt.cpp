@@ -17,6 +17,9 @@
 #include <IpTNLP.hpp>
 #pragma GCC diagnostic pop
 
+// Where the BLAS beneath MUMPS is OpenBLAS, its threads cost more than they bring on blocks of this size.
+extern "C" __attribute__((weak)) void openblas_set_num_threads(int);
+
 namespace lamprey::optimizer {
 
 namespace {
@@ -187,6 +190,7 @@ void explain(Ipopt::ApplicationReturnStatus status, const Adapter& adapter, Outc
 }  // namespace
 
 Outcome solve_with_ipopt(Program& program, const Options& options, const VectorXd& start, const VectorXd& multipliers) {
+  if (openblas_set_num_threads) openblas_set_num_threads(1);
   Outcome outcome;
   const bool warm = multipliers.size() == program.constraint_count();
   Ipopt::SmartPtr<Adapter> adapter = new Adapter(program, options, start, multipliers, outcome);

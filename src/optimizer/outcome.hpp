@@ -31,7 +31,7 @@ struct Iteration {
 
 struct Outcome {
   Termination termination = Termination::stalled;
-  std::string reason;                 // one clause for a person
+  std::string reason = "its process died";  // one clause for a person
   Eigen::VectorXd point;              // [variables]
   Eigen::VectorXd multipliers;        // [constraints]
   double objective = std::numeric_limits<double>::quiet_NaN();

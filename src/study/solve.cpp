@@ -12,6 +12,7 @@
 #include "maneuver/transcription.hpp"
 #include "optimizer/feasibility.hpp"
 #include "optimizer/ipopt.hpp"
+#include "study/outcome_numbers.hpp"
 #include "study/workers.hpp"
 
 namespace lamprey::study {
@@ -32,35 +33,11 @@ using optimizer::Termination;
 
 constexpr int coarse_steps = 100;        // enough to tell minima apart, few enough to be quick
 constexpr int rank_steps = 20;           // rank does not depend on the resolution
-constexpr int refined_candidates = 4;    // coarse grids lie about cost: the best few are compared at full resolution
+constexpr int start_iterations = 400;
+constexpr int refine_iterations = 200;
+constexpr std::size_t refined_candidates = 4;    // coarse grids lie about cost: the best few are compared at full resolution
 constexpr int retries = 4;               // further guesses where a single start fails
 constexpr double same_minimum = 1e-6;    // relative difference of cost
-
-// What a worker sends back of one start.
-struct StartResult {
-  bool converged = false;
-  double cost = 0.0;
-  int iterations = 0;
-  int evaluations = 0;
-  VectorXd point;
-};
-
-std::vector<double> encode(const StartResult& result) {
-  std::vector<double> numbers = {result.converged ? 1.0 : 0.0, result.cost, static_cast<double>(result.iterations),
-                                 static_cast<double>(result.evaluations)};
-  numbers.insert(numbers.end(), result.point.begin(), result.point.end());
-  return numbers;
-}
-
-StartResult decode(const std::vector<double>& numbers) {
-  StartResult result;
-  result.converged = numbers[0] != 0.0;
-  result.cost = numbers[1];
-  result.iterations = static_cast<int>(numbers[2]);
-  result.evaluations = static_cast<int>(numbers[3]);
-  result.point = Eigen::Map<const VectorXd>(numbers.data() + 4, static_cast<Eigen::Index>(numbers.size()) - 4);
-  return result;
-}
 
 class Search {
  public:
@@ -107,81 +84,81 @@ class Search {
     return options;
   }
 
-  StartResult solve_start(int start) const {
-    StartResult result;
-    if (stopped()) return result;
+  Outcome solve_start(int start) const {
+    if (stopped()) return Outcome();
     Transcription program(system_, coarse_, rows_);
-    const Outcome outcome = optimizer::solve_with_ipopt(
-        program, optimizer_options(400), program.pack(maneuver::random_guess(system_, coarse_, seed_of(start))));
-    result.converged = outcome.termination == Termination::converged;
-    result.cost = outcome.objective * Transcription::control_unit;
-    result.iterations = outcome.iterations;
-    result.evaluations = outcome.evaluations;
-    result.point = outcome.point;
-    return result;
+    return optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
+                                       program.pack(maneuver::random_guess(system_, coarse_, seed_of(start))));
+  }
+
+  // Tasks 0 … count − 1 in worker processes; a task whose process died counts as stalled.
+  std::vector<Outcome> in_workers(int count, const char* what, const std::function<Outcome(int)>& task) {
+    const auto told = [&](int done) { say(std::string(what) + " " + std::to_string(done) + " of " + std::to_string(count)); };
+    const auto all = run_in_workers(count, options_.workers, [&](int t) { return numbers_of(task(t)); }, told);
+    std::vector<Outcome> outcomes;
+    for (const auto& numbers : all) outcomes.push_back(numbers ? outcome_of(*numbers) : Outcome());
+    for (const Outcome& outcome : outcomes) count_effort(outcome);
+    return outcomes;
+  }
+
+  void count_effort(const Outcome& outcome) {
+    solver_.iterations += outcome.iterations;
+    solver_.evaluations += outcome.evaluations;
   }
 
   // Every start on the coarse grid; a single start that fails is followed by others.
   void search_starts() {
-    const int starts = problem_.search.starts;
-    const auto told = [&](int done) { say("start " + std::to_string(done) + " of " + std::to_string(starts)); };
-    const auto encoded = run_in_workers(starts, options_.workers, [this](int s) { return encode(solve_start(s)); }, told);
-    for (const auto& numbers : encoded) results_.push_back(numbers ? decode(*numbers) : StartResult());
-    for (int more = 0; more < retries && starts == 1 && !results_.back().converged && !stopped(); ++more)
-      results_.push_back(solve_start(static_cast<int>(results_.size())));
-    for (const StartResult& result : results_) {
-      solver_.iterations += result.iterations;
-      solver_.evaluations += result.evaluations;
+    starts_ = in_workers(problem_.search.starts, "start", [this](int s) { return solve_start(s); });
+    for (int more = 0; more < retries && problem_.search.starts == 1 && !converged(starts_.back()) && !stopped(); ++more) {
+      starts_.push_back(solve_start(static_cast<int>(starts_.size())));
+      count_effort(starts_.back());
     }
   }
 
+  static bool converged(const Outcome& outcome) { return outcome.termination == Termination::converged; }
+
   void count_minima() {
-    order_.resize(results_.size());
-    std::iota(order_.begin(), order_.end(), 0);
-    std::stable_sort(order_.begin(), order_.end(), [this](int a, int b) {
-      const StartResult& first = results_[static_cast<std::size_t>(a)];
-      const StartResult& second = results_[static_cast<std::size_t>(b)];
-      return std::pair(!first.converged, first.cost) < std::pair(!second.converged, second.cost);
+    std::vector<std::size_t> order(starts_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
+      return std::pair(!converged(starts_[a]), starts_[a].objective) < std::pair(!converged(starts_[b]), starts_[b].objective);
     });
-    record_.starts = static_cast<int>(results_.size());
-    for (int s : order_) {
-      const StartResult& result = results_[static_cast<std::size_t>(s)];
-      if (!result.converged) continue;
+    record_.starts = static_cast<int>(starts_.size());
+    for (std::size_t s : order) {
+      if (!converged(starts_[s])) continue;
+      const double cost = starts_[s].objective * Transcription::control_unit;
       ++record_.solved;
-      if (!record_.minima.empty() && result.cost - record_.minima.back().cost < same_minimum * result.cost) {
+      if (!record_.minima.empty() && cost - record_.minima.back().cost < same_minimum * cost) {
         ++record_.minima.back().count;
       } else {
-        record_.minima.push_back({result.cost, 1});
+        record_.minima.push_back({cost, 1});
         candidates_.push_back(s);
       }
     }
-    if (candidates_.empty()) candidates_.push_back(order_.front());
+    if (candidates_.empty()) candidates_.push_back(order.front());
+    if (candidates_.size() > refined_candidates) candidates_.resize(refined_candidates);
+  }
+
+  Outcome refine(const Outcome& start) const {
+    Transcription coarse(system_, coarse_, rows_);
+    Transcription full(system_, full_, rows_);
+    const NodePath path =
+        start.point.size() > 0 ? coarse.unpack(start.point) : maneuver::random_guess(system_, coarse_, seed_of(0));
+    Outcome outcome = optimizer::solve_with_ipopt(full, optimizer_options(refine_iterations),
+                                                  full.pack(maneuver::refined(system_, path, full_.steps)));
+    outcome.infeasibility = optimizer::polish_feasibility(full, outcome.point);
+    outcome.objective = full.objective(outcome.point);
+    return outcome;
   }
 
   // The best few at full resolution; the cheapest there becomes the answer.
   void refine_candidates() {
-    Transcription coarse(system_, coarse_, rows_);
-    Transcription full(system_, full_, rows_);
-    const int count = std::min<int>(refined_candidates, static_cast<int>(candidates_.size()));
-    for (int c = 0; c < count; ++c) {
-      const StartResult& start = results_[static_cast<std::size_t>(candidates_[static_cast<std::size_t>(c)])];
-      if (c > 0 && stopped()) break;
-      const NodePath path = start.point.size() > 0 ? coarse.unpack(start.point)
-                                                   : maneuver::random_guess(system_, coarse_, seed_of(0));
-      say("refining cost " + std::to_string(start.cost) + " to " + std::to_string(problem_.steps) + " steps");
-      Outcome outcome = optimizer::solve_with_ipopt(full, optimizer_options(200),
-                                                    full.pack(maneuver::refined(system_, path, full_.steps)));
-      const double residual = optimizer::polish_feasibility(full, outcome.point);
-      solver_.iterations += outcome.iterations;
-      solver_.evaluations += outcome.evaluations;
-      outcome.infeasibility = residual;
-      outcome.objective = full.objective(outcome.point);
-      if (c == 0 || better(outcome, best_)) {
-        best_ = outcome;
-        answer_ = full.unpack(outcome.point);
-        goal_error_ = full.goal_error(outcome.point);
-      }
-    }
+    const std::vector<Outcome> outcomes = in_workers(static_cast<int>(candidates_.size()), "refined", [this](int c) {
+      return refine(starts_[candidates_[static_cast<std::size_t>(c)]]);
+    });
+    best_ = *std::min_element(outcomes.begin(), outcomes.end(), better);
+    if (best_.point.size() == 0) best_ = refine(Outcome());  // every worker died: once more, in this process
+    answer_ = Transcription(system_, full_, rows_).unpack(best_.point);
   }
 
   static bool met(const Outcome& outcome) { return outcome.infeasibility < 1e-8; }
@@ -193,12 +170,9 @@ class Search {
   // The paper's single shooting, from the answer of the simultaneous method.
   void shoot() {
     maneuver::Shooting program(system_, full_, rows_);
-    const Outcome outcome = optimizer::solve_with_ipopt(program, optimizer_options(200), program.pack(answer_));
-    solver_.iterations += outcome.iterations;
-    solver_.evaluations += outcome.evaluations;
-    best_ = outcome;
-    answer_ = program.unpack(outcome.point);
-    goal_error_ = program.goal_error(outcome.point);
+    best_ = optimizer::solve_with_ipopt(program, optimizer_options(refine_iterations), program.pack(answer_));
+    count_effort(best_);
+    answer_ = program.unpack(best_.point);
   }
 
   Solution finish() {
@@ -234,13 +208,12 @@ class Search {
   const SolveOptions& options_;
   Maneuver coarse_, full_;
   std::vector<GoalRow> rows_;
-  std::vector<StartResult> results_;
-  std::vector<int> order_, candidates_;
+  std::vector<Outcome> starts_;
+  std::vector<std::size_t> candidates_;  // starts to refine, by rising cost
   maneuver::SearchRecord record_;
   maneuver::SolverRecord solver_;
   Outcome best_;
   NodePath answer_;
-  double goal_error_ = 0.0;
   Clock::time_point begin_ = Clock::now();
 };
 

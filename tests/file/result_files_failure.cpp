@@ -82,7 +82,7 @@ TEST(ResultFiles, a_place_where_nothing_can_be_created_is_told) {
 
 TEST(ResultFiles, a_writer_that_fails_leaves_no_file_and_no_new_folder) {
   const tests::TemporaryFolder folder;
-  const file::PendingFile good = file::text_file("good.txt", "whole");
+  const file::PendingFile good = file::finished_file("good.txt", "whole");
   const file::PendingFile bad = {"bad.txt", [](const std::string& temporary) {
                                    std::ofstream(temporary) << "half";
                                    throw std::runtime_error("stopped");

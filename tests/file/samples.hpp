@@ -37,76 +37,91 @@ class TemporaryFolder {
   std::string path_;
 };
 
-/// Results of every field, three bodies and two joints; each number differs from the others and has no short decimal form.
+/// Numbers that all differ and have no short decimal form.
+class SampleNumbers {
+ public:
+  double number() { return std::sin(next_ += 1.0) / 3.0; }
+  Eigen::Vector3d vector() {
+    Eigen::Vector3d v;
+    for (double& entry : v) entry = number();
+    return v;
+  }
+  Eigen::Matrix3d matrix() { return vector() * vector().transpose(); }
+
+ private:
+  double next_ = 0.0;
+};
+
+inline file::ResolvedProblem sample_problem(int steps, SampleNumbers& sample) {
+  file::ResolvedProblem problem;
+  for (const char* name : {"middle", "front", "back"})
+    problem.bodies.push_back(
+        {name, sample.vector(), sample.number(), sample.matrix(), sample.matrix(), sample.matrix()});
+  for (int child : {1, 2})
+    problem.joints.push_back({problem.bodies[static_cast<std::size_t>(child)].name,
+                              model::JointKind::ball,
+                              0,
+                              child,
+                              sample.vector(),
+                              sample.vector(),
+                              {sample.vector(), sample.vector()}});
+  problem.joints.back().control_axes.clear();
+  problem.scheme = maneuver::Scheme::paper;
+  problem.cost_rule = maneuver::CostRule::rectangle;
+  problem.control = maneuver::ControlKind::spline;
+  problem.points = 5;
+  problem.steps = steps;
+  problem.duration = sample.number();
+  problem.time_step = problem.duration / steps;
+  problem.effort = sample.number();
+  problem.tolerance = sample.number();
+  problem.goal.emplace();
+  problem.goal->move[0] = 2.0;
+  problem.goal->turn = sample.vector();
+  problem.goal->rotation["front"] = sample.vector();
+  problem.goal->rotation["back"] = std::nullopt;
+  return problem;
+}
+
+inline void sample_motion(int steps, double time_step, SampleNumbers& sample, maneuver::Solution& solution) {
+  const auto vectors = [&](int count) {
+    maneuver::Vectors result;
+    for (int i = 0; i < count; ++i) result.push_back(sample.vector());
+    return result;
+  };
+  for (int k = 0; k <= steps; ++k) {
+    solution.time.push_back(k * time_step);
+    solution.rotation.push_back({sample.matrix(), sample.matrix(), sample.matrix()});
+    solution.control.push_back(vectors(2));
+    solution.angular_velocity.push_back(vectors(3));
+  }
+  solution.position = vectors(steps + 1);
+  solution.linear_velocity = vectors(steps + 1);
+  for (maneuver::MomentumHistory* momentum : {&solution.linear_momentum, &solution.angular_momentum})
+    *momentum = {vectors(steps + 1), vectors(steps + 1), vectors(steps + 1)};
+}
+
+/// Results of every field, three bodies and two joints.
 inline file::Results sample_results(int steps) {
-  double next = 0.0;
-  const auto number = [&next] { return std::sin(next += 1.0) / 3.0; };
-  const auto vector = [&] { return Eigen::Vector3d(number(), number(), number()); };
-  const auto matrix = [&] { return Eigen::Matrix3d(vector() * vector().transpose()); };
+  SampleNumbers sample;
   file::Results results;
   results.name = "a \"name\" with\ttricks <é>";
   results.source = "made up";
-  for (const char* name : {"middle", "front", "back"}) {
-    file::ResolvedBody body;
-    body.name = name;
-    body.semi_axes = vector();
-    body.mass = number();
-    body.body_inertia = matrix();
-    body.mass_matrix = matrix();
-    body.inertia_matrix = matrix();
-    results.problem.bodies.push_back(body);
-  }
-  for (int child : {1, 2}) {
-    file::ResolvedJoint joint;
-    joint.name = child == 1 ? "front" : "back";
-    joint.child = child;
-    joint.parent_offset = vector();
-    joint.child_offset = vector();
-    joint.control_axes = {vector(), vector()};
-    results.problem.joints.push_back(joint);
-  }
-  results.problem.joints.back().control_axes.clear();
-  results.problem.scheme = maneuver::Scheme::paper;
-  results.problem.cost_rule = maneuver::CostRule::rectangle;
-  results.problem.control = maneuver::ControlKind::spline;
-  results.problem.points = 5;
-  results.problem.steps = steps;
-  results.problem.duration = number();
-  results.problem.time_step = results.problem.duration / steps;
-  maneuver::Goal goal;
-  goal.move[0] = 2.0;
-  goal.turn = vector();
-  goal.rotation["front"] = vector();
-  goal.rotation["back"] = std::nullopt;
-  results.problem.goal = goal;
+  results.problem = sample_problem(steps, sample);
   maneuver::Solution& solution = results.solution;
   solution.status = maneuver::Status::optimal;
   solution.message = "Found.";
-  solution.cost = number();
-  for (int k = 0; k <= steps; ++k) {
-    solution.time.push_back(k * results.problem.time_step);
-    solution.position.push_back(vector());
-    solution.rotation.push_back({matrix(), matrix(), matrix()});
-    solution.control.push_back({vector(), vector()});
-    solution.linear_velocity.push_back(vector());
-    solution.angular_velocity.push_back({vector(), vector(), vector()});
-    for (maneuver::MomentumHistory* momentum : {&solution.linear_momentum, &solution.angular_momentum}) {
-      momentum->bodies.push_back(vector());
-      momentum->fluid.push_back(vector());
-      momentum->total.push_back(vector());
-    }
-  }
-  solution.search = {4, 3, {{number(), 2}, {number(), 1}}};
-  solution.solver = {"structured",
-                     7,
-                     21,
-                     number(),
-                     {{0, number(), number(), number(), number()}, {1, number(), number(), number(), std::nan("")}}};
+  solution.cost = sample.number();
+  sample_motion(steps, results.problem.time_step, sample, solution);
+  solution.search = {4, 3, {{sample.number(), 2}, {sample.number(), 1}}};
+  solution.solver = {
+      "structured", 7, 21, sample.number(), {{0, sample.number(), 0.5, 0.25, 0.125}, {1, 2.0, 3.0, 4.0, std::nan("")}}};
   certificate::Certificate certificate;
-  certificate.goal_error = number();
+  certificate.goal_error = sample.number();
   certificate.kkt = 1e-300;
-  certificate.second_order = {number(), true};
-  certificate.replay = {"dopri", number(), number(), number(), number(), number(), number()};
+  certificate.second_order = {sample.number(), true};
+  certificate.replay = {"dopri",         0.05,           sample.number(), sample.number(), sample.number(),
+                        sample.number(), sample.number()};
   results.certificate = certificate;
   results.provenance = {
       "0.1.0", "Release", "g++", "a machine", "lamprey solve", std::string(64, 'a'), 18446744073709551615U};

@@ -1,0 +1,56 @@
+// The commands of the program; each returns the exit code of the interface.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace lamprey::app {
+
+enum ExitCode {
+  done = 0,
+  internal_error = 1,
+  usage = 2,
+  invalid_input = 3,
+  no_optimal_solution = 4,
+  numerical_failure = 5,
+  input_output = 6,
+  program_missing = 7,
+  was_interrupted = 130
+};
+
+struct SolveArguments {
+  std::string problem, out, command;
+  bool json = false;
+  int workers = 0;  // 0: one for each core
+};
+
+struct SimulateArguments {
+  std::string problem, out, command, controls, scheme;
+  int steps = 0;          // 0: the file's
+  double duration = 0.0;  // 0: the file's
+};
+
+int solve(const SolveArguments& arguments);
+int simulate(const SimulateArguments& arguments);
+int check(const std::string& problem);
+int verify(const std::string& folder);
+int report(const std::vector<std::string>& folders);
+int inertia(const std::vector<double>& semi_axes, double density, bool json);
+std::string version_line();
+
+/// Runs a command, turning exceptions into one line on standard error and the exit code.
+template <typename Command>
+int guarded(const Command& command);
+
+int explain_failure() noexcept;
+
+template <typename Command>
+int guarded(const Command& command) {
+  try {
+    return command();
+  } catch (...) {
+    return explain_failure();
+  }
+}
+
+}  // namespace lamprey::app

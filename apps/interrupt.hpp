@@ -1,0 +1,9 @@
+// Ctrl-C: the first asks long work to stop with its best point, the second ends the program.
+#pragma once
+
+namespace lamprey::app {
+
+void watch_for_interrupt();
+bool interrupted();
+
+}  // namespace lamprey::app

@@ -1,0 +1,117 @@
+// The command line of Lamprey: arguments in, exit code out; the work is in commands.cpp.
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "commands.hpp"
+#include "interrupt.hpp"
+
+namespace {
+
+using namespace lamprey::app;
+
+// The command as typed, for provenance.
+std::string typed(int count, char** words) {
+  std::string line = "lamprey";
+  for (int i = 1; i < count; ++i) line += std::string(" ") + words[i];
+  return line;
+}
+
+struct Arguments {
+  SolveArguments solve;
+  SimulateArguments simulate;
+  std::string problem, folder;
+  std::vector<std::string> folders, bench;
+  std::vector<double> semi_axes;
+  double density = 0.0;
+  bool json = false;
+  bool peers = false;
+};
+
+int run_bench(const std::string& program, bool peers) {
+  const std::string beside = program.substr(0, program.rfind('/') + 1) + "lamprey_bench";
+  if (access(beside.c_str(), X_OK) != 0) {
+    fmt::print(stderr, "lamprey: {} is missing; build it with ./dev build\n", beside);
+    return program_missing;
+  }
+  if (peers) {
+    fmt::print(stderr, "lamprey: --peers is not in this version; the benchmarks without it run\n");
+    return program_missing;
+  }
+  execl(beside.c_str(), beside.c_str(), "--benchmark_repetitions=5", "--benchmark_report_aggregates_only=true",
+        static_cast<char*>(nullptr));
+  return program_missing;
+}
+
+void describe_solve(CLI::App& app, Arguments& arguments) {
+  CLI::App* solve = app.add_subcommand("solve", "Find the maneuver of a problem file and prove it");
+  solve->add_option("problem", arguments.solve.problem, "problem file (TOML)")->required();
+  solve->add_option("--out", arguments.solve.out, "folder for solution.json, trajectory.h5, report.html")->required();
+  solve->add_option("--workers", arguments.solve.workers, "processes for multi-start (default: one for each core)")
+      ->check(CLI::Range(1, 1024));
+  solve->add_flag("--json", arguments.solve.json, "print solution.json on standard output");
+}
+
+void describe_simulate(CLI::App& app, Arguments& arguments) {
+  CLI::App* simulate = app.add_subcommand("simulate", "March from the start under given moments, or none");
+  simulate->add_option("problem", arguments.simulate.problem, "problem file (TOML)")->required();
+  simulate->add_option("--out", arguments.simulate.out, "folder for solution.json, trajectory.h5, report.html")->required();
+  simulate->add_option("--controls", arguments.simulate.controls, "solution.json, or CSV: t, then 3 columns for each joint");
+  simulate->add_option("--scheme", arguments.simulate.scheme, "paper | trapezoid instead of the file's");
+  simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
+      ->check(CLI::Range(1, 10'000'000));
+  simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")->check(CLI::PositiveNumber);
+}
+
+void describe_others(CLI::App& app, Arguments& arguments) {
+  CLI::App* check = app.add_subcommand("check", "Validate a problem file and print the resolved model");
+  check->add_option("problem", arguments.problem, "problem file (TOML)")->required();
+  CLI::App* verify = app.add_subcommand("verify", "Recompute the certificate from the files alone");
+  verify->add_option("folder", arguments.folder, "folder of a solution.json")->required();
+  CLI::App* report = app.add_subcommand("report", "Write the report again; with two folders, compare them");
+  report->add_option("folders", arguments.folders, "one folder, or two to compare")->required()->expected(1, 2);
+  CLI::App* inertia = app.add_subcommand("inertia", "Added inertia of an ellipsoid");
+  inertia->add_option("--semi-axes", arguments.semi_axes, "m, half lengths")->required()->expected(3);
+  inertia->add_option("--density", arguments.density, "kg/m³ of the fluid")->required();
+  inertia->add_flag("--json", arguments.json, "print one JSON document");
+  CLI::App* bench = app.add_subcommand("bench", "Time steps, derivatives and solves on this machine");
+  bench->add_flag("--peers", arguments.peers, "measure peers in the same run (not in this version)");
+}
+
+int dispatch(const CLI::App& app, const Arguments& arguments, const std::string& program) {
+  return guarded([&] {
+    if (app.got_subcommand("solve")) return solve(arguments.solve);
+    if (app.got_subcommand("simulate")) return simulate(arguments.simulate);
+    if (app.got_subcommand("check")) return check(arguments.problem);
+    if (app.got_subcommand("verify")) return verify(arguments.folder);
+    if (app.got_subcommand("report")) return report(arguments.folders);
+    if (app.got_subcommand("inertia")) return inertia(arguments.semi_axes, arguments.density, arguments.json);
+    return run_bench(program, arguments.peers);
+  });
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  CLI::App app("Lamprey: maneuvers of jointed rigid bodies in a perfect fluid");
+  app.set_version_flag("--version", version_line());
+  app.require_subcommand(1);
+  app.footer(
+      "Exit codes: 0 done, 2 usage, 3 invalid input file, 4 no optimal solution, 5 numerical failure,\n"
+      "6 input/output, 7 an optional program is missing, 130 interrupted.");
+  Arguments arguments;
+  describe_solve(app, arguments);
+  describe_simulate(app, arguments);
+  describe_others(app, arguments);
+  try {
+    app.parse(count, words);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? done : usage;
+  }
+  arguments.solve.command = arguments.simulate.command = typed(count, words);
+  watch_for_interrupt();
+  return dispatch(app, arguments, words[0]);
+}

@@ -1,0 +1,25 @@
+// Certificate of an answer from its plain data alone: rotations, positions and controls at the nodes, and the problem.
+#pragma once
+
+#include "certificate/certificate.hpp"
+#include "maneuver/problem.hpp"
+#include "maneuver/solution.hpp"
+#include "model/system.hpp"
+
+namespace lamprey::certificate {
+
+struct Options {
+  bool optimality = true;          // compute kkt
+  bool replay = true;
+  double replay_window = 0.05;     // s between restarts
+  double replay_tolerance = 1e-12; // of a step of the reference integrator
+};
+
+/// Everything that can be checked of the answer. `system` is that of the problem's swimmer; `solution` has its shapes.
+/// Without a goal, or for a motion that was only simulated, the laws alone: drifts, equation residual, start. Left NaN: all but
+/// goal_error, start_error and rotation_drift for schemes this version cannot march with; goal_error and kkt of periodic goals;
+/// kkt with limits or a free duration. Judges nothing.
+Certificate certify(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                    const Options& options = {});
+
+}  // namespace lamprey::certificate

@@ -1,0 +1,86 @@
+#include "certificate/goal_check.hpp"
+
+#include <Eigen/LU>
+
+#include "integrator/step_derivatives.hpp"
+
+namespace lamprey::certificate {
+
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+// Largest number of rows a goal can state for a swimmer.
+int row_bound(const model::System& system) { return 6 * system.body_count() + 3; }
+
+}  // namespace
+
+std::vector<std::optional<Matrix3d>> asked_rotations(const model::System& system, const maneuver::Problem& problem) {
+  std::vector<std::optional<Matrix3d>> asked(at(system.body_count()));
+  if (!problem.goal) return asked;
+  for (int i = 0; i < system.body_count(); ++i) {
+    const auto named = problem.goal->rotation.find(system.body(i).name);
+    if (named != problem.goal->rotation.end()) {
+      if (named->second) asked[at(i)] = lie::exp(*named->second);
+    } else if (problem.goal->turn) {
+      asked[at(i)] = lie::exp(*problem.goal->turn) * lie::exp(problem.start.rotation[at(i)]);
+    }
+  }
+  return asked;
+}
+
+double goal_error(const StoredMotion& motion) {
+  Largest error;
+  const auto asked = asked_rotations(motion.system, motion.problem);
+  const auto& end = motion.solution.rotation.back();
+  for (std::size_t i = 0; i < asked.size(); ++i)
+    if (asked[i]) error.add(lie::rotation_angle(asked[i]->transpose() * end[i]));
+  for (int c = 0; c < 3; ++c)
+    if (const auto& move = motion.problem.goal->move[at(c)])
+      error.add(std::abs(motion.solution.position.back()[c] - motion.problem.start.position[c] - *move));
+  return error.value();
+}
+
+double start_error(const StoredMotion& motion) {
+  Largest error;
+  const integrator::State start = start_of(motion.system, motion.problem.start);
+  for (std::size_t i = 0; i < start.rotation.size(); ++i)
+    error.add(lie::rotation_angle(start.rotation[i].transpose() * motion.solution.rotation.front()[i]));
+  error.add((start.position - motion.solution.position.front()).norm());
+  return error.value();
+}
+
+GoalRows goal_rows(const model::System& system, const maneuver::Problem& problem, const integrator::State& end,
+                   double momentum_scale) {
+  const integrator::StateLayout layout{system.body_count()};
+  const maneuver::Goal& goal = *problem.goal;
+  GoalRows rows{VectorXd::Zero(row_bound(system)), MatrixXd::Zero(row_bound(system), layout.size()),
+                VectorXd::Ones(row_bound(system))};
+  int count = 0;
+  const auto asked = asked_rotations(system, problem);
+  for (int i = 0; i < system.body_count(); ++i) {
+    if (!asked[at(i)]) continue;
+    const Vector3d error = lie::log(asked[at(i)]->transpose() * end.rotation[at(i)]);
+    rows.value.segment<3>(count) = error;
+    rows.by_end_state.block<3, 3>(count, layout.rotation(i)) = lie::exp_tangent(error).inverse();
+    count += 3;
+  }
+  for (int c = 0; c < 3; ++c) {
+    if (!goal.move[at(c)]) continue;
+    rows.value[count] = end.position[c] - problem.start.position[c] - *goal.move[at(c)];
+    rows.by_end_state(count, layout.position() + c) = 1.0;
+    ++count;
+  }
+  for (int i = 1; i < system.body_count() && goal.rest; ++i) {
+    rows.value.segment<3>(count) = end.momentum.segment<3>(3 * i);
+    rows.by_end_state.block<3, 3>(count, layout.momentum(i)).setIdentity();
+    rows.unit.segment<3>(count).setConstant(momentum_scale);
+    count += 3;
+  }
+  rows.value.conservativeResize(count);
+  rows.by_end_state.conservativeResize(count, Eigen::NoChange);
+  rows.unit.conservativeResize(count);
+  return rows;
+}
+
+}  // namespace lamprey::certificate

@@ -1,0 +1,30 @@
+// What the goal asks of the end state, worked out from the problem alone: the error, and independent rows with derivatives.
+#pragma once
+
+#include <optional>
+
+#include "certificate/stored_motion.hpp"
+
+namespace lamprey::certificate {
+
+/// Rotations asked for at the end, [bodies] body → world; nothing: free.
+std::vector<std::optional<Matrix3d>> asked_rotations(const model::System& system, const maneuver::Problem& problem);
+
+/// Largest miss over all goal rows: full rotation angle, rad, or displacement along an axis, m. Not of rest.
+double goal_error(const StoredMotion& motion);
+
+/// Largest difference of node 0 from the problem's start: full rotation angle, rad, or distance, m.
+double start_error(const StoredMotion& motion);
+
+/// Independent goal rows at an end state: log(R_askedᵀ R_N) by body, positions asked for, and, for rest, μ of each body but
+/// the root (whose rest follows from zero total momentum).
+struct GoalRows {
+  VectorXd value;         // [rows] rad, m, kg m²/s: 0 at the goal
+  MatrixXd by_end_state;  // [rows][6n+6] columns as integrator::StateLayout
+  VectorXd unit;          // [rows] 1 rad, 1 m, or the given momentum scale: makes rows comparable
+};
+
+GoalRows goal_rows(const model::System& system, const maneuver::Problem& problem, const integrator::State& end,
+                   double momentum_scale);
+
+}  // namespace lamprey::certificate

@@ -1,0 +1,52 @@
+// The plain data that a certificate starts from: rotations, positions and moments at the nodes, and the problem.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "integrator/step.hpp"
+#include "maneuver/problem.hpp"
+#include "maneuver/solution.hpp"
+
+namespace lamprey::certificate {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+/// An answer read as a discrete motion. Refers to its three sources, which must outlive it.
+struct StoredMotion {
+  const model::System& system;
+  const maneuver::Problem& problem;
+  const maneuver::Solution& solution;
+  int steps;
+  double time_step;  // s
+  mechanics::DiscreteLagrangian lagrangian;
+
+  StoredMotion(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution);
+};
+
+/// Step k as the nodes k and k + 1 have it, updated: F_i = R_{i,k}ᵀ R_{i,k+1}.
+void read_interval(const StoredMotion& motion, int k, mechanics::Interval& interval);
+
+/// Start of the problem, not of the answer.
+integrator::State start_of(const model::System& system, const maneuver::Start& start);
+
+/// States at the nodes, [N+1]: μ_k = p⁻_k − (h/2) U_k, at the end p⁺_N + (h/2) U_N (equation 4.5).
+std::vector<integrator::State> node_states(const StoredMotion& motion);
+
+/// Keeps the largest of numbers; anything not finite counts as infinite.
+class Largest {
+ public:
+  void add(double value) { value_ = std::isfinite(value) ? std::max(value_, value) : infinite; }
+  double value() const { return value_; }
+  /// value / scale, and 0 where both vanish.
+  double relative_to(double scale) const { return value_ == 0.0 ? 0.0 : value_ / scale; }
+
+ private:
+  static constexpr double infinite = std::numeric_limits<double>::infinity();
+  double value_ = 0.0;
+};
+
+}  // namespace lamprey::certificate

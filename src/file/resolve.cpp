@@ -1,0 +1,95 @@
+#include "file/resolve.hpp"
+
+#include <fstream>
+#include <thread>
+
+#include "lie/so3.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+std::string processor() {
+  std::ifstream info("/proc/cpuinfo");
+  std::string line;
+  while (std::getline(info, line))
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "unknown processor";
+}
+
+}  // namespace
+
+ResolvedProblem resolve(const model::System& system, const maneuver::Problem& problem) {
+  ResolvedProblem resolved;
+  for (const model::Body& body : system.bodies())
+    resolved.bodies.push_back(
+        {body.name, body.semi_axes, body.mass, body.body_inertia, body.mass_matrix, body.inertia_matrix});
+  for (const model::Joint& joint : system.joints()) {
+    ResolvedJoint entry{joint.name, joint.kind, joint.parent, joint.child, joint.parent_offset, joint.child_offset, {}};
+    for (Eigen::Index c = 0; c < joint.actuation.cols(); ++c) entry.control_axes.emplace_back(joint.actuation.col(c));
+    resolved.joints.push_back(entry);
+  }
+  resolved.scheme = problem.scheme;
+  resolved.time_step = problem.time_step();
+  resolved.duration = problem.duration.value;
+  resolved.steps = problem.steps;
+  resolved.cost_rule = problem.cost_rule();
+  resolved.goal = problem.goal;
+  resolved.control = problem.control;
+  resolved.points = problem.points;
+  resolved.effort = problem.effort;
+  resolved.tolerance = problem.search.tolerance;
+  return resolved;
+}
+
+model::SwimmerDescription swimmer_of(const ResolvedProblem& resolved) {
+  model::SwimmerDescription swimmer;
+  for (const ResolvedBody& body : resolved.bodies)
+    swimmer.bodies.push_back(
+        {body.name, body.semi_axes, body.mass, body.body_inertia, body.mass_matrix, body.inertia_matrix});
+  for (const ResolvedJoint& joint : resolved.joints) {
+    model::JointDescription described;
+    described.name = joint.name;
+    described.kind = joint.kind;
+    described.parent = resolved.bodies[static_cast<std::size_t>(joint.parent)].name;
+    described.child = resolved.bodies[static_cast<std::size_t>(joint.child)].name;
+    described.parent_offset = joint.parent_offset;
+    described.child_offset = joint.child_offset;
+    described.actuated = !joint.control_axes.empty();
+    if (described.actuated) described.control_axes = joint.control_axes;
+    swimmer.joints.push_back(described);
+  }
+  return swimmer;
+}
+
+maneuver::Problem problem_of(const Results& results) {
+  maneuver::Problem problem;
+  problem.name = results.name;
+  problem.source = results.source;
+  problem.swimmer = swimmer_of(results.problem);
+  problem.start.position = results.solution.position.front();
+  for (const Eigen::Matrix3d& R : results.solution.rotation.front()) problem.start.rotation.push_back(lie::log(R));
+  problem.start.angular_velocity = results.solution.angular_velocity.front();
+  problem.start.linear_velocity = results.solution.rotation.front()[0] * results.solution.linear_velocity.front();
+  problem.goal = results.problem.goal;
+  problem.duration.value = results.problem.duration;
+  problem.steps = results.problem.steps;
+  problem.rule = results.problem.cost_rule;
+  problem.control = results.problem.control;
+  problem.points = results.problem.points;
+  problem.scheme = results.problem.scheme;
+  problem.effort = results.problem.effort;
+  problem.search.tolerance = results.problem.tolerance;
+  return problem;
+}
+
+Provenance provenance_here() {
+  Provenance here;
+  here.version = LAMPREY_VERSION;
+  here.build_type = LAMPREY_BUILD_TYPE;
+  here.compiler = LAMPREY_COMPILER;
+  here.machine = processor() + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores";
+  return here;
+}
+
+}  // namespace lamprey::file

@@ -1,0 +1,95 @@
+#include "integrator/reference_integrator.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
+
+#include "lie/so3.hpp"
+
+namespace lamprey::integrator {
+
+namespace {
+
+namespace odeint = boost::numeric::odeint;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using lie::Vector4;
+using model::System;
+using Flat = std::vector<double>;  // quaternions [4n], position [3], velocity [3n+3]
+
+constexpr long max_trials = 20'000;
+constexpr double first_step = 1e-3;  // s
+
+Eigen::Map<const VectorXd> part(const Flat& y, int from, int size) { return {y.data() + from, size}; }
+
+void put(Flat& y, int from, const VectorXd& v) { Eigen::Map<VectorXd>(y.data() + from, v.size()) = v; }
+
+mechanics::Rotations rotations(const Flat& y, int bodies) {
+  mechanics::Rotations R;
+  R.reserve(static_cast<std::size_t>(bodies));
+  for (int i = 0; i < bodies; ++i) R.push_back(lie::rotation_of_quaternion(part(y, 4 * i, 4)));
+  return R;
+}
+
+Flat flatten(const ReferenceState& state) {
+  const int bodies = static_cast<int>(state.rotation.size());
+  Flat y(static_cast<std::size_t>(7 * bodies + 6));
+  for (int i = 0; i < bodies; ++i)
+    put(y, 4 * i, lie::quaternion_of_rotation(state.rotation[static_cast<std::size_t>(i)]));
+  put(y, 4 * bodies, state.position);
+  put(y, 4 * bodies + 3, state.velocity);
+  return y;
+}
+
+// q̇ = ½ q ∘ (0, Ω), ẋ, ξ̇
+void rate(const System& system, const ControlFunction& control, const Flat& y, Flat& dydt, double t) {
+  const int bodies = system.body_count();
+  const VectorXd velocity = part(y, 4 * bodies + 3, system.velocity_count());
+  for (int i = 0; i < bodies; ++i) {
+    const Vector4 spin(0.0, velocity[3 * i], velocity[3 * i + 1], velocity[3 * i + 2]);
+    put(dydt, 4 * i, 0.5 * lie::quaternion_product(part(y, 4 * i, 4), spin));
+  }
+  put(dydt, 4 * bodies, velocity.tail<3>());
+  put(dydt, 4 * bodies + 3, mechanics::acceleration(system, rotations(y, bodies), velocity, control(t)));
+}
+
+}  // namespace
+
+std::string reference_scheme(double tolerance) {
+  char text[80];
+  std::snprintf(text, sizeof text, "runge_kutta_fehlberg78, tolerance %.0e", tolerance);
+  return text;
+}
+
+ReferenceIntegrator::ReferenceIntegrator(const System& system, ControlFunction control, double tolerance)
+    : system_(system), control_(std::move(control)), tolerance_(tolerance) {}
+
+bool ReferenceIntegrator::advance(double begin, double end, ReferenceState& state) {
+  using Stepper = odeint::runge_kutta_fehlberg78<Flat>;
+  using Checker = odeint::default_error_checker<double, odeint::range_algebra, odeint::default_operations>;
+  odeint::controlled_runge_kutta<Stepper> stepper(Checker(tolerance_, tolerance_));
+  const auto system_rate = [this](const Flat& y, Flat& dydt, double t) { rate(system_, control_, y, dydt, t); };
+  Flat y = flatten(state);
+  double time = begin;
+  double step = step_ > 0.0 ? step_ : first_step;
+  for (long trial = 0; time < end; ++trial) {
+    const double left = end - time;
+    const bool last = step >= left * (1.0 - 1e-12);
+    double tried = last ? left : step;
+    const bool held = stepper.try_step(system_rate, y, time, tried) == odeint::success;
+    if (held && last) time = end;  // not the sum of steps, which rounds
+    if (!held || !last) step = tried;
+    if (held) step_ = std::max(step, tried);
+    const bool finite = std::isfinite(part(y, 0, static_cast<int>(y.size())).sum());
+    if (!finite || trial >= max_trials || !(step > 1e-14 * std::max(1.0, std::abs(end)))) return false;
+  }
+  const int bodies = system_.body_count();
+  state.rotation = rotations(y, bodies);
+  state.position = part(y, 4 * bodies, 3);
+  state.velocity = part(y, 4 * bodies + 3, system_.velocity_count());
+  return true;
+}
+
+}  // namespace lamprey::integrator

@@ -1,0 +1,41 @@
+// The continuous equations of motion by a Runge–Kutta–Fehlberg 7(8) method with step control: a second opinion on every scheme.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "mechanics/continuous.hpp"
+
+namespace lamprey::integrator {
+
+/// Configuration and velocity ξ = (Ω_0, …, Ω_{n−1}, ẋ).
+struct ReferenceState {
+  mechanics::Rotations rotation;  // [bodies] body → world
+  Eigen::Vector3d position;       // m, root's mass centre, world
+  Eigen::VectorXd velocity;       // [3n+3] rad/s in body frames, m/s in the world
+};
+
+/// Joint moments at a time in s.
+using ControlFunction = std::function<mechanics::Moments(double time)>;
+
+/// What the method is called in result files.
+std::string reference_scheme(double tolerance);
+
+class ReferenceIntegrator {
+ public:
+  /// `tolerance`: error of a step, relative and absolute, in each component (quaternions, m, rad/s, m/s).
+  ReferenceIntegrator(const model::System& system, ControlFunction control, double tolerance);
+
+  /// Carries the state from `begin` to `end`, s; moments must be smooth in between, so stop at each kink.
+  /// Returns false, with the state as it was, when the step size falls to nothing or numbers leave the finite.
+  bool advance(double begin, double end, ReferenceState& state);
+
+ private:
+  const model::System& system_;
+  ControlFunction control_;
+  double tolerance_;
+  double step_ = 0.0;  // s, the last one that held its tolerance
+};
+
+}  // namespace lamprey::integrator

@@ -1,0 +1,57 @@
+#include "report/momentum_lines.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamprey::report {
+
+namespace {
+
+using maneuver::MomentumHistory;
+using maneuver::Vectors;
+
+// Mean over time of a component, by the trapezoid rule.
+double mean_along_e1(const Vectors& values) {
+  double sum = 0.0;
+  for (std::size_t k = 1; k < values.size(); ++k) sum += 0.5 * (values[k - 1][0] + values[k][0]);
+  return sum / static_cast<double>(values.size() - 1);
+}
+
+double largest(const Vectors& values) {
+  double size = 0.0;
+  for (const Eigen::Vector3d& v : values) size = std::max(size, v.lpNorm<Eigen::Infinity>());
+  return size;
+}
+
+std::string zero_line(const MomentumHistory& linear, const MomentumHistory& angular) {
+  const double share = std::max(largest(linear.total) / largest(linear.bodies),
+                                largest(angular.total) / largest(angular.bodies));
+  return fmt::format("{} total momentum is zero throughout: at most {:.1e} of the bodies' own", share < 1e-9 ? "✓" : "✗", share);
+}
+
+std::string mean_line(const char* what, const char* unit, double mean, double asked) {
+  return fmt::format("{} mean {} momentum of the bodies {} e₁ is {:+.4f} {}, the sign of the {}", mean * asked > 0.0 ? "✓" : "✗",
+                     what, what[0] == 'l' ? "along" : "about", mean, unit, what[0] == 'l' ? "move" : "turn");
+}
+
+}  // namespace
+
+std::vector<std::string> momentum_lines(const file::Results& results) {
+  const maneuver::Solution& solution = results.solution;
+  std::vector<std::string> lines;
+  if (solution.time.size() < 2 || !results.problem.goal) return lines;
+  const double moving = largest(solution.linear_momentum.bodies) + largest(solution.angular_momentum.bodies);
+  const double start = solution.linear_momentum.bodies.front().norm() + solution.angular_momentum.bodies.front().norm();
+  if (moving == 0.0) return lines;
+  if (start < 1e-9 * moving) lines.push_back(zero_line(solution.linear_momentum, solution.angular_momentum));
+  const maneuver::Goal& goal = *results.problem.goal;
+  if (goal.move[0] && *goal.move[0] != 0.0)
+    lines.push_back(mean_line("linear", "kg m/s", mean_along_e1(solution.linear_momentum.bodies), *goal.move[0]));
+  if (goal.turn && (*goal.turn)[0] != 0.0)
+    lines.push_back(mean_line("angular", "kg m²/s", mean_along_e1(solution.angular_momentum.bodies), (*goal.turn)[0]));
+  return lines;
+}
+
+}  // namespace lamprey::report

@@ -1,0 +1,15 @@
+// What the paper says of its figures, checked on a solution and said in sentences.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "file/results.hpp"
+
+namespace lamprey::report {
+
+/// Lines with ✓ or ✗: total momentum zero throughout (for a start at rest); the bodies' mean linear momentum along e₁ against
+/// the asked displacement; their mean angular momentum about e₁ against the asked turn.
+std::vector<std::string> momentum_lines(const file::Results& results);
+
+}  // namespace lamprey::report

@@ -1,0 +1,26 @@
+// An answer is a solution with its certificate; the certificate has the last word on the status.
+#pragma once
+
+#include "certificate/certificate.hpp"
+#include "study/solve.hpp"
+
+namespace lamprey::study {
+
+struct Answer {
+  maneuver::Solution solution;
+  certificate::Certificate certificate;
+};
+
+/// Solves and certifies; status and message say what the certificate shows.
+Answer answer(const model::System& system, const maneuver::Problem& problem, const SolveOptions& options);
+
+/// Sets status and message from the numbers of the certificate: "optimal" needs the discrete equations, the goal, rest and the
+/// KKT residual to hold, whatever the optimiser thought.
+void judge(const maneuver::Problem& problem, const certificate::Certificate& certificate, maneuver::Solution& solution);
+
+/// Marks of an optimal answer.
+inline constexpr double goal_mark = 1e-9;       // rad, m
+inline constexpr double rest_mark = 1e-9;       // of the scale
+inline constexpr double equation_mark = 1e-10;  // of the scale
+
+}  // namespace lamprey::study
