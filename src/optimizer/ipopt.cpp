@@ -153,10 +153,14 @@ void set_options(Ipopt::OptionsList& list, const Program& program, const Options
   list.SetIntegerValue("print_level", std::getenv("LAMPREY_IPOPT_PRINT") ? 5 : 0);
   list.SetStringValue("linear_solver", "mumps");
   list.SetStringValue("nlp_scaling_method", "none");
-  list.SetNumericValue("tol", options.tolerance);
   list.SetNumericValue("constr_viol_tol", options.tolerance);
   list.SetNumericValue("dual_inf_tol", 1.0);
-  list.SetIntegerValue("acceptable_iter", 0);
+  // converged, and then on to where round-off lets it: two iterations more at most
+  list.SetNumericValue("tol", 1e-3 * options.tolerance);
+  list.SetNumericValue("acceptable_tol", options.tolerance);
+  list.SetNumericValue("acceptable_constr_viol_tol", options.tolerance);
+  list.SetNumericValue("acceptable_obj_change_tol", 1e20);
+  list.SetIntegerValue("acceptable_iter", 3);
   list.SetIntegerValue("max_iter", options.max_iterations);
   list.SetNumericValue("first_hessian_perturbation", options.first_regularization);
   if (!program.has_hessian()) list.SetStringValue("hessian_approximation", "limited-memory");
@@ -173,12 +177,12 @@ void explain(Ipopt::ApplicationReturnStatus status, const Adapter& adapter, Outc
   if (adapter.was_interrupted()) return set(Termination::interrupted, "it was interrupted");
   if (adapter.timed_out()) return set(Termination::time_limit, "the time limit was reached");
   switch (status) {
-    case Ipopt::Solve_Succeeded: return set(Termination::converged, "it converged");
+    case Ipopt::Solve_Succeeded:
+    case Ipopt::Solved_To_Acceptable_Level: return set(Termination::converged, "it converged");
     case Ipopt::Infeasible_Problem_Detected:
       return set(Termination::infeasible, "the constraints cannot all be met near the last point");
     case Ipopt::Maximum_Iterations_Exceeded: return set(Termination::stalled, "the iteration limit was reached");
     case Ipopt::Restoration_Failed: return set(Termination::stalled, "no step towards the constraints was found");
-    case Ipopt::Solved_To_Acceptable_Level:
     case Ipopt::Search_Direction_Becomes_Too_Small: return set(Termination::stalled, "steps became too small to improve");
     case Ipopt::Diverging_Iterates: return set(Termination::stalled, "the iterates diverged");
     case Ipopt::Invalid_Number_Detected: return set(Termination::stalled, "a value was not finite");

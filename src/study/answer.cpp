@@ -1,7 +1,8 @@
 #include "study/answer.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <sstream>
+#include <tuple>
 
 #include "certificate/certify.hpp"
 
@@ -14,9 +15,9 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
-std::string number(double value) {
+std::string number(double value, int digits = 2) {
   std::ostringstream text;
-  text.precision(2);
+  text.precision(digits);
   text << value;
   return text.str();
 }
@@ -35,6 +36,14 @@ std::string advice(const Problem& problem) {
   if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
   if (problem.search.starts == 1) return "try [search] starts = 8, another seed, or a nearer goal";
   return "try more starts, another seed, or a nearer goal; check that control_axes can reach it";
+}
+
+// Whether the steps are fine enough for the motion: an independent integrator stays with it between restarts.
+bool resolved(const Certificate& proof) { return proof.replay && proof.replay->rotation_error <= replay_mark; }
+
+// Answers in order of worth: proven first, then resolved, then cheap.
+std::tuple<bool, bool, double> rank(const Answer& answer) {
+  return {answer.solution.status != Status::optimal, !resolved(answer.certificate), answer.solution.cost};
 }
 
 }  // namespace
@@ -58,12 +67,19 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
 }
 
 Answer answer(const model::System& system, const Problem& problem, const SolveOptions& options) {
-  Answer found;
-  found.solution = solve(system, problem, options);
-  if (options.progress) options.progress("certifying");
-  found.certificate = certificate::certify(system, problem, found.solution);
-  judge(problem, found.certificate, found.solution);
-  return found;
+  std::vector<Answer> found;
+  for (Solution& solution : solve(system, problem, options)) {
+    if (options.progress) options.progress("certifying");
+    const Certificate proof = certificate::certify(system, problem, solution);
+    judge(problem, proof, solution);
+    found.push_back({std::move(solution), proof});
+  }
+  const auto best = std::min_element(found.begin(), found.end(), [](const Answer& a, const Answer& b) { return rank(a) < rank(b); });
+  for (const Answer& other : found)
+    if (other.solution.status == Status::optimal && !resolved(other.certificate) && other.solution.cost < best->solution.cost)
+      best->solution.message += " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: its replay misses by " +
+                                number(other.certificate.replay->rotation_error) + " rad, so these steps are too coarse for it.";
+  return *best;
 }
 
 }  // namespace lamprey::study

@@ -51,12 +51,13 @@ class Search {
     rows_ = maneuver::independent_goal_rows(system, probe, maneuver::random_guess(system, probe, seed_of(0)));
   }
 
-  Solution run() {
+  std::vector<Solution> run() {
     search_starts();
     count_minima();
     refine_candidates();
-    if (problem_.search.method == maneuver::SearchMethod::shooting) shoot();
-    return finish();
+    std::vector<Solution> solutions;
+    for (const Outcome& outcome : refined_) solutions.push_back(describe(outcome));
+    return solutions;
   }
 
  private:
@@ -151,14 +152,14 @@ class Search {
     return outcome;
   }
 
-  // The best few at full resolution; the cheapest there becomes the answer.
+  // The best few at full resolution, where costs can be compared.
   void refine_candidates() {
-    const std::vector<Outcome> outcomes = in_workers(static_cast<int>(candidates_.size()), "refined", [this](int c) {
+    refined_ = in_workers(static_cast<int>(candidates_.size()), "refined", [this](int c) {
       return refine(starts_[candidates_[static_cast<std::size_t>(c)]]);
     });
-    best_ = *std::min_element(outcomes.begin(), outcomes.end(), better);
-    if (best_.point.size() == 0) best_ = refine(Outcome());  // every worker died: once more, in this process
-    answer_ = Transcription(system_, full_, rows_).unpack(best_.point);
+    std::erase_if(refined_, [](const Outcome& outcome) { return outcome.point.size() == 0; });
+    if (refined_.empty()) refined_.push_back(refine(Outcome()));  // every worker died: once more, in this process
+    std::stable_sort(refined_.begin(), refined_.end(), better);
   }
 
   static bool met(const Outcome& outcome) { return outcome.infeasibility < 1e-8; }
@@ -167,40 +168,42 @@ class Search {
     return std::pair(!met(a), a.objective) < std::pair(!met(b), b.objective);
   }
 
-  // The paper's single shooting, from the answer of the simultaneous method.
-  void shoot() {
-    maneuver::Shooting program(system_, full_, rows_);
-    best_ = optimizer::solve_with_ipopt(program, optimizer_options(refine_iterations), program.pack(answer_));
-    count_effort(best_);
-    answer_ = program.unpack(best_.point);
-  }
-
-  Solution finish() {
+  // The motion of an outcome, by single shooting from there where the problem asks for it.
+  Solution describe(Outcome outcome) {
+    const bool shooting = problem_.search.method == maneuver::SearchMethod::shooting;
+    NodePath path = Transcription(system_, full_, rows_).unpack(outcome.point);
+    if (shooting) {
+      maneuver::Shooting program(system_, full_, rows_);
+      outcome = optimizer::solve_with_ipopt(program, optimizer_options(refine_iterations), program.pack(path));
+      path = program.unpack(outcome.point);
+      count_effort(outcome);
+    }
     Solution solution;
-    describe_motion(system_, full_.lagrangian, full_.time_step(), answer_, solution);
+    describe_motion(system_, full_.lagrangian, full_.time_step(), path, solution);
     solution.cost = maneuver::cost_of(full_.node_weight, solution.control);
     solution.search = record_;
     solution.solver = solver_;
-    solution.solver.name = problem_.search.method == maneuver::SearchMethod::shooting ? "ipopt, single shooting" : "ipopt";
+    solution.solver.name = shooting ? "ipopt, single shooting" : "ipopt";
     solution.solver.wall_seconds = seconds();
-    for (const optimizer::Iteration& step : best_.history)
+    for (const optimizer::Iteration& step : outcome.history)
       solution.solver.history.push_back({step.iteration, step.objective * Transcription::control_unit, step.goal_error,
                                          step.dual_infeasibility, step.step});
-    set_status(solution);
+    solution.status = status_of(outcome);
+    solution.message = outcome.reason;
     return solution;
   }
 
-  void set_status(Solution& solution) const {
+  static maneuver::Status status_of(const Outcome& outcome) {
     using maneuver::Status;
-    switch (best_.termination) {
-      case Termination::converged: solution.status = Status::optimal; break;
-      case Termination::feasible: solution.status = Status::feasible; break;
-      case Termination::infeasible: solution.status = Status::infeasible; break;
-      case Termination::stalled: solution.status = met(best_) ? Status::feasible : Status::stalled; break;
-      case Termination::time_limit: solution.status = Status::time_limit; break;
-      case Termination::interrupted: solution.status = Status::interrupted; break;
+    switch (outcome.termination) {
+      case Termination::converged: return Status::optimal;
+      case Termination::feasible: return Status::feasible;
+      case Termination::infeasible: return Status::infeasible;
+      case Termination::time_limit: return Status::time_limit;
+      case Termination::interrupted: return Status::interrupted;
+      case Termination::stalled: break;
     }
-    solution.message = best_.reason;
+    return met(outcome) ? Status::feasible : Status::stalled;
   }
 
   const System& system_;
@@ -212,14 +215,13 @@ class Search {
   std::vector<std::size_t> candidates_;  // starts to refine, by rising cost
   maneuver::SearchRecord record_;
   maneuver::SolverRecord solver_;
-  Outcome best_;
-  NodePath answer_;
+  std::vector<Outcome> refined_;
   Clock::time_point begin_ = Clock::now();
 };
 
 }  // namespace
 
-Solution solve(const System& system, const Problem& problem, const SolveOptions& options) {
+std::vector<Solution> solve(const System& system, const Problem& problem, const SolveOptions& options) {
   return Search(system, problem, options).run();
 }
 

@@ -1,9 +1,9 @@
-// From a problem to its best maneuver: starts on a coarse grid, the cheapest refined to full resolution.
+// From a problem to candidate maneuvers: starts on a coarse grid, the cheapest few refined to full resolution.
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "maneuver/problem.hpp"
 #include "maneuver/solution.hpp"
@@ -17,8 +17,10 @@ struct SolveOptions {
   std::function<bool()> interrupted;                    // asked often; may be empty
 };
 
-/// Solves the problem; the status is the optimiser's own view, which a certificate confirms or not (see judge).
+/// Candidates at full resolution, best first as the optimiser sees it: converged before others, then by cost; at least one.
+/// Status and message are the optimiser's own view, which a certificate confirms or not (see answer).
 /// Throws model::InputError where the problem itself is at fault.
-maneuver::Solution solve(const model::System& system, const maneuver::Problem& problem, const SolveOptions& options);
+std::vector<maneuver::Solution> solve(const model::System& system, const maneuver::Problem& problem,
+                                      const SolveOptions& options);
 
 }  // namespace lamprey::study
