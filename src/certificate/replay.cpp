@@ -2,9 +2,8 @@
 
 #include <algorithm>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
+#include <Eigen/QR>
 
 #include "certificate/optimality.hpp"
 #include "integrator/reference_integrator.hpp"
@@ -19,8 +18,7 @@ using integrator::ReferenceIntegrator;
 using integrator::ReferenceState;
 using integrator::State;
 
-constexpr double growth_span = 0.1;  // s
-constexpr int growth_samples = 200;
+constexpr int growth_samples = 200;  // over the duration
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -101,31 +99,6 @@ void replay_whole(const StoredMotion& motion, const std::vector<State>& states, 
   result.whole_position_error = miss.position;
 }
 
-// Turns and T 𝕀⁻¹δμ of a perturbation of the state, [6n+3][6n+6].
-MatrixXd measure(const StoredMotion& motion, int k) {
-  const int turns = 3 * motion.system.body_count();
-  const int half = motion.system.velocity_count();
-  MatrixXd S = MatrixXd::Zero(turns + half, 2 * half);
-  S.topLeftCorner(turns, turns).setIdentity();
-  S.bottomRightCorner(half, half) = motion.steps * motion.time_step *
-                                    mechanics::generalized_inertia(motion.system, motion.solution.rotation[at(k)])
-                                        .llt()
-                                        .solve(MatrixXd::Identity(half, half));
-  return S;
-}
-
-// Perturbations of length 1 at the start, as columns, [6n+6][6n+3].
-MatrixXd unit_perturbations(const StoredMotion& motion) {
-  const int turns = 3 * motion.system.body_count();
-  const int half = motion.system.velocity_count();
-  MatrixXd unit = MatrixXd::Zero(2 * half, turns + half);
-  unit.topLeftCorner(turns, turns).setIdentity();
-  unit.bottomRightCorner(half, half) =
-      mechanics::generalized_inertia(motion.system, motion.solution.rotation.front()) /
-      (motion.steps * motion.time_step);
-  return unit;
-}
-
 double log_largest_singular_value(const MatrixXd& m) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(m.transpose() * m, Eigen::EigenvaluesOnly);
   return 0.5 * std::log(solver.eigenvalues().tail<1>()[0]);
@@ -135,11 +108,12 @@ double log_largest_singular_value(const MatrixXd& m) {
 
 double growth_rate(const StoredMotion& motion) {
   const int stride = std::max(1, motion.steps / growth_samples);
+  const int turns = 3 * motion.system.body_count();
   integrator::TangentWorkspace work(motion.system);
   integrator::StepTangent tangent(motion.system);
   mechanics::Interval interval(motion.system.body_count());
-  MatrixXd perturbed = unit_perturbations(motion);
-  double log_size = 0.0;
+  MatrixXd perturbed = MatrixXd::Identity(2 * motion.system.velocity_count(), turns);
+  double log_size = 0.0;               // of what was divided off
   std::vector<double> log_growth = {0.0};  // ln G at every stride-th node
   for (int k = 0; k < motion.steps; ++k) {
     read_interval(motion, k, interval);
@@ -147,17 +121,16 @@ double growth_rate(const StoredMotion& motion) {
                                motion.solution.control[at(k)], motion.solution.control[at(k + 1)], work, tangent);
     perturbed = tangent.A * perturbed;
     if ((k + 1) % stride != 0) continue;
-    log_growth.push_back(log_size + log_largest_singular_value(measure(motion, k + 1) * perturbed));
+    log_growth.push_back(log_size + log_largest_singular_value(perturbed.topRows(turns)));
     const double size = perturbed.norm();
     perturbed /= size;
     log_size += std::log(size);
   }
   const int samples = static_cast<int>(log_growth.size()) - 1;
-  const double spacing = stride * motion.time_step;
-  const int span = std::clamp(static_cast<int>(std::lround(growth_span / spacing)), 1, samples);
+  const int span = std::max(1, samples / 4);
   double steepest = -std::numeric_limits<double>::infinity();
   for (int s = span; s <= samples; ++s) steepest = std::max(steepest, log_growth[at(s)] - log_growth[at(s - span)]);
-  return std::isfinite(steepest) ? steepest / (span * spacing) : unset;
+  return std::isfinite(steepest) ? steepest / (span * stride * motion.time_step) : unset;
 }
 
 Replay replay(const StoredMotion& motion, double window, double tolerance) {

@@ -55,11 +55,10 @@ void remember(StepWorkspace& work) {
   work.history = std::min(work.history + 1, 2);
 }
 
-// Rigid guess from the velocity where no step is known yet.
-void guess_from_velocity(const System& system, double h, const State& state, StepWorkspace& work) {
-  const VectorXd velocity = velocity_of_state(system, state);
-  for (int i = 0; i < system.body_count(); ++i) work.interval.cayley[at(i)] = 0.5 * h * velocity.segment<3>(3 * i);
-  work.interval.displacement = h * velocity.tail<3>();
+// Stands still where no step is known yet: Newton's first step from there is h 𝕀⁻¹ of the target, without forming 𝕀.
+void stand_still(StepWorkspace& work) {
+  for (Vector3d& zeta : work.interval.cayley) zeta.setZero();
+  work.interval.displacement.setZero();
 }
 
 }  // namespace
@@ -130,7 +129,7 @@ StepReport advance(const System& system, DiscreteLagrangian lagrangian, double h
   const Vector3d linear = state.momentum.tail<3>();
   work.interval.rotation = state.rotation;
   if (work.history == 0) {
-    guess_from_velocity(system, h, state, work);
+    stand_still(work);
   } else {
     predict(work);
   }

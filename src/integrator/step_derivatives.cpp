@@ -87,24 +87,22 @@ PulledBack pull_back(const StepTangent& tangent, const MatrixXd& rows) {
   return {rows * tangent.A, rows * tangent.B, rows * tangent.B_next};
 }
 
-MatrixXd gradient_sweep(const System& system, DiscreteLagrangian lagrangian, double h, const IntervalSource& source,
-                        const std::vector<Moments>& control, const MatrixXd& end_rows) {
-  const int steps = static_cast<int>(control.size()) - 1;
+SweptGradients gradient_sweep(const System& system, DiscreteLagrangian lagrangian, double h, const IntervalSource& source,
+                              const std::vector<Moments>& control, StepRange range, const MatrixXd& end_rows) {
   const int controls = system.control_count();
-  MatrixXd gradients = MatrixXd::Zero(end_rows.rows(), controls * (steps + 1));
+  SweptGradients result{end_rows, MatrixXd::Zero(end_rows.rows(), controls * range.nodes())};
   TangentWorkspace work(system);
   StepTangent tangent(system);
   mechanics::Interval interval(system.body_count());
-  MatrixXd rows = end_rows;
-  for (int k = steps - 1; k >= 0; --k) {
+  for (int k = range.last - 1; k >= range.first; --k) {
     source(k, interval);
     linearize_step(system, lagrangian, h, interval, control[at(k)], control[at(k + 1)], work, tangent);
-    PulledBack pulled = pull_back(tangent, rows);
-    gradients.middleCols(controls * k, controls) += pulled.by_control;
-    gradients.middleCols(controls * (k + 1), controls) += pulled.by_next_control;
-    rows.swap(pulled.by_state);
+    PulledBack pulled = pull_back(tangent, result.by_start);
+    result.by_control.middleCols(controls * (k - range.first), controls) += pulled.by_control;
+    result.by_control.middleCols(controls * (k + 1 - range.first), controls) += pulled.by_next_control;
+    result.by_start.swap(pulled.by_state);
   }
-  return gradients;
+  return result;
 }
 
 }  // namespace lamprey::integrator

@@ -58,9 +58,22 @@ PulledBack pull_back(const StepTangent& tangent, const MatrixXd& rows);
 /// Fills interval k of a trajectory, updated.
 using IntervalSource = std::function<void(int step, mechanics::Interval& interval)>;
 
-/// Gradients of functionals of the end state by all moments along a trajectory with a fixed start: [rows][(N+1) · controls],
-/// node after node. `end_rows` [rows][6n+6] are the gradients by the end state, `control` [N+1] the moments at the nodes.
-MatrixXd gradient_sweep(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
-                        const IntervalSource& source, const std::vector<Moments>& control, const MatrixXd& end_rows);
+/// Steps first … last − 1 of a trajectory, nodes first … last.
+struct StepRange {
+  int first;
+  int last;
+  int nodes() const { return last - first + 1; }
+};
+
+/// Gradients of functionals of a range's last state by its first state and by the moments at its nodes, node after node.
+struct SweptGradients {
+  MatrixXd by_start;    // [rows][6n+6]
+  MatrixXd by_control;  // [rows][nodes · controls]
+};
+
+/// One backward sweep. `end_rows` [rows][6n+6] are the gradients by the last state, `control` [N+1] the moments at all nodes.
+SweptGradients gradient_sweep(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
+                              const IntervalSource& source, const std::vector<Moments>& control, StepRange range,
+                              const MatrixXd& end_rows);
 
 }  // namespace lamprey::integrator

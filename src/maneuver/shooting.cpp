@@ -130,7 +130,8 @@ void Shooting::jacobian(const VectorXd& x, VectorXd& values) {
   std::vector<mechanics::Moments> moments;
   for (const VectorXd& u : path_.control) moments.push_back(joint_moments(system_, u));
   const MatrixXd by_nodes = integrator::gradient_sweep(system_, maneuver_.lagrangian, maneuver_.time_step(), source, moments,
-                                                       end_rows());
+                                                       {0, maneuver_.steps}, end_rows())
+                                .by_control;
   for (int r = 0; r < constraint_count(); ++r) {
     const VectorXd row = by_nodes.row(r);
     const Eigen::Map<const MatrixXd> by_node(row.data(), controls_, maneuver_.steps + 1);

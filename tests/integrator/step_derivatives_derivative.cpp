@@ -198,10 +198,11 @@ TEST(GradientSweep, gradients_of_the_end_state_match_central_differences_at_seco
   const int steps = 12;
   const March march(random, system, steps);
   const int size = StateLayout{3}.size();
-  const MatrixXd gradients = integrator::gradient_sweep(
+  const auto swept = integrator::gradient_sweep(
       system, DiscreteLagrangian::trapezoid, h,
-      [&](int k, mechanics::Interval& interval) { interval = march.intervals[at(k)]; }, march.control,
+      [&](int k, mechanics::Interval& interval) { interval = march.intervals[at(k)]; }, march.control, {0, steps},
       MatrixXd::Identity(size, size));
+  const MatrixXd& gradients = swept.by_control;
   const VectorXd v = random_vector(random, static_cast<int>(gradients.cols()));
   const auto along = [&](double t) {
     std::vector<Moments> control = march.control;

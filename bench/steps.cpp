@@ -1,0 +1,135 @@
+// Marching: one step, a step with its tangent, a rollout and the gradient by the adjoint.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+#include "integrator/step_derivatives.hpp"
+#include "measured.hpp"
+#include "swimmers.hpp"
+
+namespace lamprey::bench {
+
+namespace {
+
+using integrator::State;
+using integrator::StepReport;
+using mechanics::DiscreteLagrangian;
+using Clock = std::chrono::steady_clock;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+// Marches step by step and begins again at the end.
+class Marching {
+ public:
+  explicit Marching(const March& march) : march_(march), state_(march.start), work_(march.system) {}
+
+  int step() {
+    if (k_ == march_.steps()) restart();
+    const StepReport report = advance(march_.system, march_.lagrangian, March::time_step, march_.moments[at(k_)],
+                                      march_.moments[at(k_ + 1)], state_, work_);
+    if (!report.converged) throw std::runtime_error("a step of the march did not converge");
+    ++k_;
+    return report.iterations;
+  }
+
+  int node() const { return k_; }
+  const integrator::StepWorkspace& work() const { return work_; }
+
+ private:
+  void restart() {
+    state_ = march_.start;
+    work_.history = 0;
+    k_ = 0;
+  }
+
+  const March& march_;
+  State state_;
+  integrator::StepWorkspace work_;
+  int k_ = 0;
+};
+
+void step(benchmark::State& state, const model::SwimmerDescription& swimmer, DiscreteLagrangian lagrangian) {
+  const March march(swimmer, lagrangian);
+  Marching marching(march);
+  double newton = 0.0;
+  for (auto _ : state) newton += marching.step();
+  state.counters["newton"] = newton / static_cast<double>(state.iterations());
+}
+
+void step_with_tangent(benchmark::State& state, DiscreteLagrangian lagrangian) {
+  const March march(paper_chain(), lagrangian);
+  Marching marching(march);
+  integrator::TangentWorkspace work(march.system);
+  integrator::StepTangent tangent(march.system);
+  for (auto _ : state) {
+    marching.step();
+    const int k = marching.node();
+    integrator::linearize_step(march.system, lagrangian, March::time_step, marching.work().interval,
+                               march.moments[at(k - 1)], march.moments[at(k)], work, tangent);
+    benchmark::DoNotOptimize(tangent.A.data());
+  }
+}
+
+// The march from its start to its end, every step kept.
+std::vector<mechanics::Interval> rolled_out(const March& march) {
+  Marching marching(march);
+  std::vector<mechanics::Interval> steps;
+  steps.reserve(at(march.steps()));
+  for (int k = 0; k < march.steps(); ++k) {
+    marching.step();
+    steps.push_back(marching.work().interval);
+  }
+  return steps;
+}
+
+void rollout(benchmark::State& state) {
+  const March march(paper_chain(), DiscreteLagrangian::trapezoid);
+  for (auto _ : state) benchmark::DoNotOptimize(rolled_out(march).data());
+}
+
+double seconds_of_rollout(const March& march) {
+  double least = 1.0;
+  for (int trial = 0; trial < 5; ++trial) {
+    const Clock::time_point begin = Clock::now();
+    benchmark::DoNotOptimize(rolled_out(march).data());
+    least = std::min(least, std::chrono::duration<double>(Clock::now() - begin).count());
+  }
+  return least;
+}
+
+// Gradients of `rows` functionals of the end by all moments; "rollouts": time as a multiple of the rollout's.
+void gradient(benchmark::State& state) {
+  const March march(paper_chain(), DiscreteLagrangian::trapezoid);
+  const std::vector<mechanics::Interval> steps = rolled_out(march);
+  const auto source = [&steps](int k, mechanics::Interval& interval) { interval = steps[at(k)]; };
+  const integrator::StateLayout layout{march.system.body_count()};
+  const Eigen::MatrixXd end_rows = Eigen::MatrixXd::Random(state.range(0), layout.size());
+  double least = 1.0;
+  for (auto _ : state) {
+    const Clock::time_point begin = Clock::now();
+    const integrator::SweptGradients swept = gradient_sweep(march.system, march.lagrangian, March::time_step, source,
+                                                            march.moments, {0, march.steps()}, end_rows);
+    benchmark::DoNotOptimize(swept.by_control.data());
+    least = std::min(least, std::chrono::duration<double>(Clock::now() - begin).count());
+  }
+  state.counters["rollouts"] = least / seconds_of_rollout(march);
+}
+
+}  // namespace
+
+void register_steps() {
+  using benchmark::kMicrosecond;
+  const auto trapezoid = DiscreteLagrangian::trapezoid;
+  measured("step, paper", kMicrosecond, step, paper_chain(), DiscreteLagrangian::paper);
+  measured("step, trapezoid", kMicrosecond, step, paper_chain(), trapezoid);
+  for (int bodies : {5, 10, 20})
+    measured("step, trapezoid, " + std::to_string(bodies) + " bodies", kMicrosecond, step, outer_body_chain(bodies), trapezoid);
+  measured("step with tangent, paper", kMicrosecond, step_with_tangent, DiscreteLagrangian::paper);
+  measured("step with tangent, trapezoid", kMicrosecond, step_with_tangent, trapezoid);
+  measured("rollout, 1000 steps", kMicrosecond, rollout);
+  measured("gradient of the end, 1000 steps, rows:", kMicrosecond, gradient)->Arg(1)->Arg(16);
+}
+
+}  // namespace lamprey::bench

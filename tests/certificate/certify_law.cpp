@@ -1,0 +1,156 @@
+#include "certificate/certify.hpp"
+
+#include <gtest/gtest.h>
+
+#include "certificate/marched_answers.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using certificate::Certificate;
+using integrator::Scheme;
+
+const certificate::Options laws_only{.optimality = false, .replay = false};
+
+Certificate certified(const MarchedAnswer& answer, const certificate::Options& options = laws_only) {
+  return certificate::certify(model::System(answer.problem.swimmer), answer.problem, answer.solution, options);
+}
+
+MarchedAnswer tumbling(Scheme scheme, int steps = 200) {
+  maneuver::Problem problem = chain_problem(steps, 0.001 * steps);
+  problem.scheme = scheme;
+  problem.start.angular_velocity = {Vector3d(0.6, -0.9, 1.2), Vector3d(2.5, 1, -1.5), Vector3d(-2, 1.5, 1)};
+  problem.start.linear_velocity = Vector3d(0.5, 0.2, -0.1);
+  problem.start.position = Vector3d(0.3, -0.2, 0.1);
+  problem.goal->rest = false;
+  return march(problem, smooth_moments(steps, 50.0));
+}
+
+TEST(Certificate, of_a_marched_motion_finds_the_laws_kept) {
+  for (Scheme scheme : {Scheme::paper, Scheme::trapezoid}) {
+    const Certificate proof = certified(tumbling(scheme));
+    EXPECT_LE(proof.momentum_drift, tolerance(1e-12));
+    EXPECT_LE(proof.equation_residual, tolerance(1e-12));
+    EXPECT_LE(proof.rotation_drift, tolerance(1e-14));
+    EXPECT_LE(proof.start_error, tolerance(1e-14));
+    EXPECT_LE(proof.control_error, tolerance(1e-14));
+  }
+}
+
+TEST(Certificate, of_one_scheme_does_not_pass_for_the_other) {
+  MarchedAnswer answer = tumbling(Scheme::paper);
+  answer.problem.scheme = Scheme::trapezoid;
+  EXPECT_GT(certified(answer).equation_residual, 1e-7);
+}
+
+TEST(Certificate, finds_one_rotation_that_is_off_by_a_millionth) {
+  MarchedAnswer answer = tumbling(Scheme::trapezoid);
+  answer.solution.rotation[70][1] *= lie::exp(Vector3d(1e-6, 0, 0));
+  const Certificate proof = certified(answer);
+  EXPECT_GT(proof.equation_residual, 1e-7);
+  EXPECT_GT(proof.momentum_drift, 1e-7);
+  EXPECT_LE(proof.rotation_drift, tolerance(1e-14));
+}
+
+TEST(Certificate, finds_a_matrix_that_is_no_rotation) {
+  MarchedAnswer answer = tumbling(Scheme::trapezoid);
+  answer.solution.rotation[70][1](0, 2) += 1e-9;
+  EXPECT_NEAR(certified(answer).rotation_drift, 1e-9, 1e-9);
+  EXPECT_GT(certified(answer).rotation_drift, 1e-10);
+  answer.solution.rotation[70][1](0, 2) = NAN;
+  EXPECT_FALSE(certified(answer).rotation_drift < 1.0);
+  EXPECT_FALSE(certified(answer).equation_residual < 1.0);
+}
+
+TEST(Certificate, finds_one_moment_that_was_changed) {
+  for (std::size_t node : {std::size_t{0}, std::size_t{90}}) {
+    MarchedAnswer answer = tumbling(Scheme::trapezoid);
+    answer.solution.control[node][1].y() += 1e-3;
+    const Certificate proof = certified(answer);
+    EXPECT_GT(proof.equation_residual, 1e-9) << node;
+    EXPECT_LE(proof.momentum_drift, tolerance(1e-12)) << "moments act in pairs";
+  }
+}
+
+TEST(Certificate, finds_moments_that_the_joint_does_not_have) {
+  MarchedAnswer answer = tumbling(Scheme::trapezoid);
+  for (auto& joint : answer.problem.swimmer.joints) joint.control_axes = {Vector3d(0, 0, 1)};
+  EXPECT_GT(certified(answer).control_error, 0.1);
+}
+
+TEST(Certificate, finds_another_start) {
+  MarchedAnswer answer = tumbling(Scheme::trapezoid);
+  answer.problem.start.rotation[2].z() += 1e-5;
+  EXPECT_NEAR(certified(answer).start_error, 1e-5, 1e-10);
+  MarchedAnswer faster = tumbling(Scheme::trapezoid);
+  faster.problem.start.angular_velocity[0].x() += 1e-5;
+  EXPECT_GT(certified(faster).equation_residual, 1e-7);
+  EXPECT_GT(certified(faster).momentum_drift, 1e-7);
+}
+
+// The goal put where the motion ended is met; moved from there it is missed by as much.
+TEST(Certificate, goal_error_is_the_full_angle_and_the_displacement) {
+  MarchedAnswer answer = tumbling(Scheme::trapezoid);
+  maneuver::Goal& goal = *answer.problem.goal;
+  const auto& end = answer.solution.rotation.back();
+  goal.turn.reset();
+  for (std::size_t i = 0; i < 3; ++i) goal.rotation[answer.problem.swimmer.bodies[i].name] = lie::log(end[i]);
+  goal.move[0] = answer.solution.position.back().x() - answer.problem.start.position.x();
+  EXPECT_LE(certified(answer).goal_error, tolerance(1e-14));
+  goal.move[0] = *goal.move[0] + 0.25;
+  EXPECT_NEAR(certified(answer).goal_error, 0.25, tolerance(1e-14));
+  goal.rotation["front"] = lie::log(end[1] * lie::exp(Vector3d(0, M_PI, 0)));
+  EXPECT_NEAR(certified(answer).goal_error, M_PI, tolerance(1e-7)) << "a half turn away is not at the goal";
+  goal.rotation["front"] = std::nullopt;
+  EXPECT_NEAR(certified(answer).goal_error, 0.25, tolerance(1e-14)) << "free";
+}
+
+TEST(Certificate, turn_is_about_world_axes_from_each_start_rotation_and_a_named_rotation_overrides_it) {
+  maneuver::Problem problem = chain_problem(4, 0.01);
+  const MarchedAnswer still = march(problem, NodeMoments(5, mechanics::Moments(2, Vector3d::Zero())));
+  EXPECT_NEAR(certified(still).goal_error, problem.goal->turn->norm(), tolerance(1e-14));
+  MarchedAnswer answer = still;
+  answer.problem.goal->move[0] = 0.0;
+  for (auto& rotations : answer.solution.rotation)
+    for (auto& R : rotations) R = lie::exp(*answer.problem.goal->turn) * R;
+  EXPECT_LE(certified(answer).goal_error, tolerance(1e-14));
+  answer.problem.goal->rotation["back"] = Vector3d::Zero();
+  EXPECT_GT(certified(answer).goal_error, 0.1);
+}
+
+TEST(Certificate, rest_error_is_the_momentum_left_at_the_end) {
+  maneuver::Problem problem = chain_problem(50, 0.05);
+  const NodeMoments none(51, mechanics::Moments(2, Vector3d::Zero()));
+  EXPECT_EQ(certified(march(problem, none)).rest_error, 0.0);
+  const Certificate moving = certified(march(problem, smooth_moments(50, 20.0)));
+  EXPECT_GT(moving.rest_error, 0.01);
+  EXPECT_GE(moving.equation_residual, moving.rest_error);
+  // the motion is so small that the rounding of stored rotations, divided by h, shows
+  EXPECT_LE(moving.momentum_drift, tolerance(1e-10)) << "total momentum stays zero from rest";
+}
+
+TEST(Certificate, of_a_simulated_motion_knows_the_laws_alone) {
+  MarchedAnswer answer = tumbling(Scheme::trapezoid);
+  answer.problem.goal.reset();
+  answer.solution.status = maneuver::Status::simulated;
+  const Certificate proof = certified(answer, {});
+  EXPECT_LE(proof.momentum_drift, tolerance(1e-12));
+  EXPECT_LE(proof.equation_residual, tolerance(1e-12));
+  EXPECT_TRUE(std::isnan(proof.goal_error));
+  EXPECT_TRUE(std::isnan(proof.kkt));
+  EXPECT_FALSE(proof.replay.has_value());
+}
+
+TEST(Certificate, leaves_unset_what_it_does_not_know) {
+  MarchedAnswer limited = tumbling(Scheme::trapezoid, 10);
+  limited.problem.limits.torque = 1.0;
+  EXPECT_TRUE(std::isnan(certified(limited, {}).kkt));
+  MarchedAnswer unknown_scheme = tumbling(Scheme::trapezoid, 10);
+  unknown_scheme.problem.scheme = Scheme::midpoint;
+  EXPECT_TRUE(std::isnan(certified(unknown_scheme).momentum_drift));
+  EXPECT_FALSE(std::isnan(certified(unknown_scheme).goal_error));
+}
+
+}  // namespace
+}  // namespace lamprey::tests

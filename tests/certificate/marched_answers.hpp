@@ -1,0 +1,73 @@
+// Answers made by marching under given moments: they satisfy the discrete equations by construction, and reach no goal by plan.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "chains.hpp"
+#include "certificate/stored_motion.hpp"
+#include "integrator/step.hpp"
+
+namespace lamprey::tests {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+struct MarchedAnswer {
+  maneuver::Problem problem;
+  maneuver::Solution solution;
+};
+
+/// A problem for the paper's chain in its start shape, with every end rotation and a displacement asked for.
+inline maneuver::Problem chain_problem(int steps, double duration) {
+  maneuver::Problem problem;
+  problem.swimmer = paper_chain();
+  problem.start.rotation = {Vector3d::Zero(), Vector3d::Zero(), Vector3d(0, 0, M_PI / 4)};
+  problem.start.angular_velocity.assign(3, Vector3d::Zero());
+  problem.steps = steps;
+  problem.duration.value = duration;
+  problem.goal = maneuver::Goal{};
+  problem.goal->turn = Vector3d(0.3, -0.2, 0.5);
+  problem.goal->move = {0.4, std::nullopt, std::nullopt};
+  return problem;
+}
+
+using NodeMoments = std::vector<mechanics::Moments>;
+
+/// Smooth moments of about `size` N m at the nodes; about e_3 alone when `planar`.
+inline NodeMoments smooth_moments(int steps, double size, bool planar = false) {
+  NodeMoments moments;
+  for (int k = 0; k <= steps; ++k) {
+    const double t = double(k) / steps;
+    mechanics::Moments u(2);
+    for (std::size_t j = 0; j < 2; ++j) {
+      const double phase = 1.3 * double(j);
+      u[j] = size * Vector3d(0.05 * std::sin(7.0 * t + phase), std::cos(5.0 * t - phase), std::sin(6.0 * t + 2.0 * phase));
+      if (planar) u[j].head<2>().setZero();
+    }
+    moments.push_back(u);
+  }
+  return moments;
+}
+
+inline MarchedAnswer march(const maneuver::Problem& problem, const NodeMoments& moments) {
+  const model::System system(problem.swimmer);
+  MarchedAnswer answer{problem, {}};
+  maneuver::Solution& solution = answer.solution;
+  solution.status = maneuver::Status::optimal;
+  integrator::State state = certificate::start_of(system, problem.start);
+  integrator::StepWorkspace work(system);
+  for (int k = 0; k <= problem.steps; ++k) {
+    const auto n = static_cast<std::size_t>(k);
+    solution.time.push_back(k * problem.time_step());
+    solution.position.push_back(state.position);
+    solution.rotation.push_back(state.rotation);
+    solution.control.push_back(moments[n]);
+    if (k == problem.steps) break;
+    const auto report = integrator::advance(system, integrator::lagrangian_of(problem.scheme), problem.time_step(),
+                                            moments[n], moments[n + 1], state, work);
+    EXPECT_TRUE(report.converged) << "step " << k;
+  }
+  return answer;
+}
+
+}  // namespace lamprey::tests

@@ -1,0 +1,78 @@
+#include "certificate/replay.hpp"
+
+#include <gtest/gtest.h>
+
+#include "certificate/marched_answers.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using certificate::Replay;
+using certificate::StoredMotion;
+
+Replay replayed(const MarchedAnswer& answer, double window = 0.05) {
+  const model::System system(answer.problem.swimmer);
+  return certificate::replay(StoredMotion(system, answer.problem, answer.solution), window, 1e-12);
+}
+
+Replay replayed(int steps) { return replayed(march(chain_problem(steps, 0.2), smooth_moments(steps, 60.0))); }
+
+TEST(Replay, error_falls_with_the_square_of_the_step) {
+  const Replay coarse = replayed(50);
+  const Replay fine = replayed(100);
+  EXPECT_NEAR(coarse.window, 0.052, 0.005);
+  EXPECT_NEAR(std::log2(coarse.rotation_error / fine.rotation_error), 2.0, tolerance(0.2));
+  EXPECT_NEAR(std::log2(coarse.whole_rotation_error / fine.whole_rotation_error), 2.0, tolerance(0.2));
+  EXPECT_NEAR(std::log2(coarse.whole_position_error / fine.whole_position_error), 2.0, tolerance(0.2));
+  EXPECT_LT(fine.rotation_error, 1e-3);
+}
+
+TEST(Replay, finds_moments_that_were_not_the_ones) {
+  MarchedAnswer answer = march(chain_problem(100, 0.2), smooth_moments(100, 60.0));
+  const double right = replayed(answer).rotation_error;
+  for (auto& u : answer.solution.control) u[0].z() *= 2.0;
+  EXPECT_GT(replayed(answer).rotation_error, 10.0 * right);
+}
+
+TEST(Replay, of_a_rigid_drift_is_exact_and_nothing_grows) {
+  maneuver::Problem problem = chain_problem(100, 1.0);
+  problem.swimmer.bodies.resize(1);
+  problem.swimmer.joints.clear();
+  problem.swimmer.bodies[0].mass_matrix = Matrix3d::Identity();
+  problem.swimmer.bodies[0].inertia_matrix = 2.0 * Matrix3d::Identity();
+  problem.start.rotation.resize(1);
+  problem.start.angular_velocity = {Vector3d::Zero()};
+  problem.start.linear_velocity = Vector3d(1.0, -2.0, 0.5);
+  const Replay replay = replayed(march(problem, NodeMoments(101)));
+  EXPECT_LE(replay.whole_rotation_error, tolerance(1e-12));
+  EXPECT_LE(replay.whole_position_error, tolerance(1e-12));
+  EXPECT_LE(std::abs(replay.growth_rate), tolerance(1e-9));
+}
+
+// One body in the fluid gliding broadside on: its inertia makes this unstable (Munk's moment), at a rate known in closed form.
+TEST(Replay, growth_rate_of_a_gliding_ellipsoid_is_the_known_one) {
+  maneuver::Problem problem = chain_problem(4000, 40.0);
+  problem.swimmer.bodies.resize(1);
+  problem.swimmer.joints.clear();
+  problem.swimmer.bodies[0].mass_matrix = Vector3d(1.0, 2.0, 2.0).asDiagonal();
+  problem.swimmer.bodies[0].inertia_matrix = Vector3d(1.0, 1.5, 1.5).asDiagonal();
+  problem.start.rotation.resize(1);
+  problem.start.angular_velocity = {Vector3d::Zero()};
+  problem.start.linear_velocity = Vector3d(0.8, 0.0, 0.0);  // along the long axis: the unstable direction
+  const Replay replay = replayed(march(problem, NodeMoments(4001)), 0.5);
+  // θ'' J = V² (M_2 − M_1) M_1/M_2 θ at constant linear momentum
+  const double rate = std::sqrt(0.8 * 0.8 * (2.0 - 1.0) * 1.0 / 2.0 / 1.5);
+  EXPECT_NEAR(replay.growth_rate, rate, tolerance(0.01 * rate));
+}
+
+TEST(Replay, leaves_unset_what_leaves_all_bounds) {
+  MarchedAnswer answer = march(chain_problem(20, 0.1), smooth_moments(20, 60.0));
+  answer.solution.control[10][0].x() = 1e300;
+  const Replay replay = replayed(answer);
+  EXPECT_TRUE(std::isnan(replay.rotation_error));
+  EXPECT_TRUE(std::isnan(replay.whole_rotation_error));
+}
+
+}  // namespace
+}  // namespace lamprey::tests

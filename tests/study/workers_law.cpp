@@ -1,0 +1,103 @@
+#include "study/workers.hpp"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace lamprey::tests {
+namespace {
+
+using Numbers = std::vector<double>;
+using Results = std::vector<std::optional<Numbers>>;
+
+// Task t gives t mod 4 numbers, of which some are not finite; tasks differ in how long they take.
+Numbers numbers_of_task(int t) {
+  if (t % 3 == 0) usleep(5000);
+  Numbers numbers;
+  for (int n = 0; n < t % 4; ++n) numbers.push_back(n == 2 ? INFINITY : std::sin(t + 0.1 * n));
+  return numbers;
+}
+
+Results run(int count, int workers, const std::function<Numbers(int)>& task, std::vector<int>* told = nullptr) {
+  return study::run_in_workers(count, workers, task, [told](int done) {
+    if (told) told->push_back(done);
+  });
+}
+
+TEST(Workers, results_come_in_order_and_do_not_depend_on_the_number_of_workers) {
+  constexpr int count = 13;
+  for (int workers : {1, 2, 3, 13, 40}) {
+    std::vector<int> told;
+    const Results results = run(count, workers, numbers_of_task, &told);
+    ASSERT_EQ(results.size(), 13U);
+    for (int t = 0; t < count; ++t) {
+      ASSERT_TRUE(results[static_cast<std::size_t>(t)]) << "task " << t << ", " << workers << " workers";
+      EXPECT_EQ(*results[static_cast<std::size_t>(t)], numbers_of_task(t)) << "task " << t << ", " << workers << " workers";
+    }
+    std::vector<int> expected;
+    for (int done = 1; done <= count; ++done) expected.push_back(done);
+    EXPECT_EQ(told, expected) << workers << " workers";
+  }
+}
+
+TEST(Workers, long_results_arrive_whole) {
+  const auto task = [](int t) { return Numbers(300000, t + 0.5); };  // longer than a pipe holds
+  const Results results = run(5, 2, task);
+  for (int t = 0; t < 5; ++t) EXPECT_EQ(results[static_cast<std::size_t>(t)], task(t)) << "task " << t;
+}
+
+TEST(Workers, no_task_gives_no_result) { EXPECT_TRUE(run(0, 4, numbers_of_task).empty()); }
+
+TEST(Workers, work_happens_in_other_processes) {
+  const double here = getpid();
+  for (const auto& result : run(4, 2, [](int) { return Numbers{static_cast<double>(getpid())}; }))
+    EXPECT_NE(result.value().front(), here);
+}
+
+void expect_only_missing(const Results& results, const std::vector<int>& missing) {
+  for (int t = 0; t < static_cast<int>(results.size()); ++t) {
+    const bool lost = std::find(missing.begin(), missing.end(), t) != missing.end();
+    EXPECT_EQ(results[static_cast<std::size_t>(t)].has_value(), !lost) << "task " << t;
+  }
+}
+
+TEST(Workers, a_task_whose_process_dies_gives_nothing_and_the_others_arrive) {
+  for (int workers : {2, 3})
+    expect_only_missing(run(8, workers,
+                            [](int t) {
+                              if (t == 1) raise(SIGKILL);
+                              if (t == 4) _exit(0);
+                              return Numbers{1.0};
+                            }),
+                        {1, 4});
+}
+
+TEST(Workers, tasks_that_all_die_leave_the_caller_alive_and_empty_handed) {
+  expect_only_missing(run(2, 2,
+                          [](int) -> Numbers {
+                            raise(SIGKILL);
+                            return {};
+                          }),
+                      {0, 1});
+}
+
+TEST(Workers, a_task_that_throws_in_a_worker_gives_nothing_and_the_others_arrive) {
+  expect_only_missing(run(6, 2,
+                          [](int t) {
+                            if (t == 2) throw std::runtime_error("task 2");
+                            return Numbers{1.0};
+                          }),
+                      {2});
+}
+
+TEST(Workers, one_worker_works_in_the_callers_process_where_exceptions_go_on) {
+  EXPECT_EQ(run(2, 1, [](int) { return Numbers{static_cast<double>(getpid())}; })[1].value().front(), getpid());
+  EXPECT_THROW(run(2, 1, [](int) -> Numbers { throw std::runtime_error("here"); }), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace lamprey::tests
