@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ class Table : public benchmark::BenchmarkReporter {
     fmt::print("lamprey {}, {} build, {}\n{}\n", here.version, here.build_type, here.compiler, here.machine);
     if (here.build_type != "Release")
       fmt::print("WARNING: a {} build is slow; these times say little. Use ./dev bench.\n", here.build_type);
-    fmt::print("\n{:<38} {:>10} {:>10}\n", "processor time, one thread", "least", "median");
+    fmt::print("\n{:<42} {:>10} {:>10}\n", "processor time, one thread", "least", "median");
     std::fflush(stdout);
     return true;
   }
@@ -33,20 +34,22 @@ class Table : public benchmark::BenchmarkReporter {
       return std::find_if(runs.begin(), runs.end(), [&](const Run& run) { return run.aggregate_name == name; });
     };
     if (runs.front().error_occurred) {
-      fmt::print("{:<38} {}\n", runs.front().run_name.str(), runs.front().error_message);
+      fmt::print("{:<42} {}\n", runs.front().run_name.str(), runs.front().error_message);
       return;
     }
     const auto median = named("median");
     const auto least = named("min");
     if (median == runs.end() || least == runs.end()) return;
-    fmt::print("{:<38} {:>10.4g} {:>10.4g} {}", median->run_name.function_name + argument_of(*median),
-               least->GetAdjustedCPUTime(), median->GetAdjustedCPUTime(), benchmark::GetTimeUnitString(median->time_unit));
-    for (const auto& [name, counter] : median->counters) fmt::print("  {} {:.6g}", name, counter.value);
+    fmt::print("{:<42} {:>10} {:>10} {}", median->run_name.function_name + argument_of(*median),
+               digits(least->GetAdjustedCPUTime()), digits(median->GetAdjustedCPUTime()),
+               benchmark::GetTimeUnitString(median->time_unit));
+    for (const auto& [name, counter] : median->counters) fmt::print("  {} {}", name, digits(counter.value));
     fmt::print("\n");
     std::fflush(stdout);
   }
 
  private:
+  static std::string digits(double value) { return value < 1000.0 ? fmt::format("{:.3g}", value) : fmt::format("{:.0f}", value); }
   static std::string argument_of(const Run& run) { return run.run_name.args.empty() ? "" : " " + run.run_name.args; }
 };
 

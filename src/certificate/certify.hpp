@@ -9,10 +9,10 @@
 namespace lamprey::certificate {
 
 struct Options {
-  bool optimality = true;          // compute kkt
+  bool optimality = true;  // compute kkt
   bool replay = true;
-  double replay_window = 0.05;     // s between restarts
-  double replay_tolerance = 1e-12; // of a step of the reference integrator
+  double replay_window = 0.05;      // s between restarts
+  double replay_tolerance = 1e-12;  // of a step of the reference integrator
 };
 
 /// Everything that can be checked of the answer. `system` is that of the problem's swimmer; `solution` has its shapes.

@@ -7,9 +7,9 @@ namespace lamprey::certificate {
 
 /// The free numbers behind the stored moments: along each joint's actuation at each node, or at each spline point.
 struct ControlSpace {
-  VectorXd value;   // [nodes or points × controls] N m, node after node or point after point
-  MatrixXd basis;   // [N+1][points] moments at the nodes by the points; empty for one value at each node
-  double outside;   // largest part of a moment that this space cannot make / largest moment
+  VectorXd value;  // [nodes or points × controls] N m, node after node or point after point
+  MatrixXd basis;  // [N+1][points] moments at the nodes by the points; empty for one value at each node
+  double outside;  // largest part of a moment that this space cannot make / largest moment
 };
 
 ControlSpace control_space(const StoredMotion& motion);
@@ -25,7 +25,8 @@ MatrixXd control_jacobian(const StoredMotion& motion, const ControlSpace& space,
 /// the ends of short segments as unknowns, tied by the segments' transition, the null space of the ties as combinations.
 MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, const MatrixXd& end_rows);
 
-/// ‖∇cost + Aᵀλ‖∞/‖∇cost‖∞ (equation 6.5) with λ by rank-revealing least squares; `momentum_scale` makes goal rows comparable.
+/// ‖∇cost + Aᵀλ‖∞/‖∇cost‖∞ (equation 6.5) with λ by rank-revealing least squares; `momentum_scale` makes goal rows
+/// comparable.
 /// Knows neither limits nor a free duration: with those it is not defined here.
 double kkt_residual(const StoredMotion& motion, const ControlSpace& space, double momentum_scale);
 

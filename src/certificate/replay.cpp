@@ -34,8 +34,7 @@ MatrixXd node_moments(const StoredMotion& motion) {
 maneuver::ControlPath control_path(const StoredMotion& motion) {
   const MatrixXd moments = node_moments(motion);
   const VectorXd times = Eigen::Map<const VectorXd>(motion.solution.time.data(), motion.steps + 1);
-  if (motion.problem.control == maneuver::ControlKind::steps)
-    return {maneuver::Interpolation::linear, times, moments};
+  if (motion.problem.control == maneuver::ControlKind::steps) return {maneuver::Interpolation::linear, times, moments};
   const MatrixXd basis = control_space(motion).basis;
   const MatrixXd points = basis.completeOrthogonalDecomposition().solve(moments.transpose());
   return {maneuver::Interpolation::natural_cubic,
@@ -113,7 +112,7 @@ double growth_rate(const StoredMotion& motion) {
   integrator::StepTangent tangent(motion.system);
   mechanics::Interval interval(motion.system.body_count());
   MatrixXd perturbed = MatrixXd::Identity(2 * motion.system.velocity_count(), turns);
-  double log_size = 0.0;               // of what was divided off
+  double log_size = 0.0;                   // of what was divided off
   std::vector<double> log_growth = {0.0};  // ln G at every stride-th node
   for (int k = 0; k < motion.steps; ++k) {
     read_interval(motion, k, interval);

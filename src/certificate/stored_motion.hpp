@@ -1,6 +1,7 @@
 // The plain data that a certificate starts from: rotations, positions and moments at the nodes, and the problem.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 

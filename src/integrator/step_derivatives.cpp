@@ -12,7 +12,8 @@ using model::System;
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 // Derivative of U by turns η, and U of unit controls (equation 4.6).
-void force_derivatives(const System& system, const Rotations& R, const Moments& control, MatrixXd& by_turn, MatrixXd& map) {
+void force_derivatives(const System& system, const Rotations& R, const Moments& control, MatrixXd& by_turn,
+                       MatrixXd& map) {
   by_turn.setZero();
   map.setZero();
   int column = 0;
@@ -87,8 +88,9 @@ PulledBack pull_back(const StepTangent& tangent, const MatrixXd& rows) {
   return {rows * tangent.A, rows * tangent.B, rows * tangent.B_next};
 }
 
-SweptGradients gradient_sweep(const System& system, DiscreteLagrangian lagrangian, double h, const IntervalSource& source,
-                              const std::vector<Moments>& control, StepRange range, const MatrixXd& end_rows) {
+SweptGradients gradient_sweep(const System& system, DiscreteLagrangian lagrangian, double h,
+                              const IntervalSource& source, const std::vector<Moments>& control, StepRange range,
+                              const MatrixXd& end_rows) {
   const int controls = system.control_count();
   SweptGradients result{end_rows, MatrixXd::Zero(end_rows.rows(), controls * range.nodes())};
   TangentWorkspace work(system);

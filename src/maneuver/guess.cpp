@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "lie/so3.hpp"
+#include "maneuver/control_path.hpp"
 
 namespace lamprey::maneuver {
 
@@ -92,6 +93,23 @@ std::vector<Vector3d> cayley_between(const Rotations& from, const Rotations& to)
   return cayley;
 }
 
+// Quaternions without jumps of sign, position and control of every node, one column each.
+MatrixXd stacked_nodes(const System& system, const NodePath& path) {
+  const int bodies = system.body_count();
+  MatrixXd nodes(4 * bodies + 3 + system.control_count(), static_cast<Eigen::Index>(path.rotation.size()));
+  for (Eigen::Index k = 0; k < nodes.cols(); ++k) {
+    const auto n = static_cast<std::size_t>(k);
+    for (int i = 0; i < bodies; ++i) {
+      Eigen::Vector4d q = lie::quaternion_of_rotation(path.rotation[n][at(i)]);
+      if (k > 0 && q.dot(nodes.col(k - 1).segment<4>(4 * i)) < 0.0) q = -q;
+      nodes.col(k).segment<4>(4 * i) = q;
+    }
+    nodes.col(k).segment<3>(4 * bodies) = path.position[n];
+    nodes.col(k).tail(system.control_count()) = path.control[n];
+  }
+  return nodes;
+}
+
 }  // namespace
 
 NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint64_t seed) {
@@ -120,22 +138,16 @@ NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint6
 
 NodePath refined(const System& system, const NodePath& coarse, int steps) {
   const int from = static_cast<int>(coarse.cayley.size());
+  const ControlPath path(Interpolation::not_a_knot_cubic, VectorXd::LinSpaced(from + 1, 0.0, 1.0), stacked_nodes(system, coarse));
   NodePath fine;
-  // position of fine node k on the coarse grid
   for (int k = 0; k <= steps; ++k) {
-    const double place = static_cast<double>(k) * from / steps;
-    const int cell = std::min(static_cast<int>(place), from - 1);
-    const double s = place - cell;
+    const VectorXd node = path.value(static_cast<double>(k) / steps);
     Rotations R(at(system.body_count()));
-    for (int i = 0; i < system.body_count(); ++i) {
-      const Vector3d& zeta = coarse.cayley[at(cell)][at(i)];
-      const Vector3d turn = lie::log(lie::cayley(zeta));
-      R[at(i)] = coarse.rotation[at(cell)][at(i)] * lie::exp(s * turn);
-    }
+    for (int i = 0; i < system.body_count(); ++i) R[at(i)] = lie::rotation_of_quaternion(node.segment<4>(4 * i));
+    if (k > 0) fine.cayley.push_back(cayley_between(fine.rotation.back(), R));
     fine.rotation.push_back(R);
-    fine.position.push_back((1.0 - s) * coarse.position[at(cell)] + s * coarse.position[at(cell + 1)]);
-    fine.control.push_back((1.0 - s) * coarse.control[at(cell)] + s * coarse.control[at(cell + 1)]);
-    if (k > 0) fine.cayley.push_back(cayley_between(fine.rotation[at(k - 1)], R));
+    fine.position.push_back(node.segment<3>(4 * system.body_count()));
+    fine.control.push_back(node.tail(system.control_count()));
   }
   return fine;
 }

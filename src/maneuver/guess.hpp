@@ -11,7 +11,7 @@ namespace lamprey::maneuver {
 /// moments are left to the solver. The same for the same seed on every machine. Never the still motion, a singular point.
 NodePath random_guess(const model::System& system, const Maneuver& maneuver, std::uint64_t seed);
 
-/// The motion at `steps` times the resolution: turns split along their geodesics, controls linear in between.
+/// The motion on a grid of `steps`: cubic splines through its quaternions, positions and controls, so that velocities stay smooth.
 NodePath refined(const model::System& system, const NodePath& coarse, int steps);
 
 }  // namespace lamprey::maneuver

@@ -107,7 +107,8 @@ class Adapter : public Ipopt::TNLP {
     outcome_.iterations = iteration;
     timed_out_ = std::chrono::duration<double>(Clock::now() - begin_).count() > options_.time_limit;
     interrupted_ = options_.interrupted && options_.interrupted();
-    return !timed_out_ && !interrupted_;
+    if (infeasibility <= options_.tolerance && dual_infeasibility <= options_.tolerance) ++converged_points_;
+    return !timed_out_ && !interrupted_ && !converged();
   }
 
   void finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, const Number*, const Number*, Index m,
@@ -122,6 +123,8 @@ class Adapter : public Ipopt::TNLP {
                                                (values - program_.constraint_upper()).maxCoeff());
   }
 
+  // One point more after the tolerance is met: Newton's last step goes to round-off, further ones only stir it.
+  bool converged() const { return converged_points_ >= 2; }
   bool timed_out() const { return timed_out_; }
   bool was_interrupted() const { return interrupted_; }
 
@@ -144,6 +147,7 @@ class Adapter : public Ipopt::TNLP {
   VectorXd multipliers_;
   VectorXd values_;
   Clock::time_point begin_ = Clock::now();
+  int converged_points_ = 0;
   bool timed_out_ = false;
   bool interrupted_ = false;
 };
@@ -155,12 +159,8 @@ void set_options(Ipopt::OptionsList& list, const Program& program, const Options
   list.SetStringValue("nlp_scaling_method", "none");
   list.SetNumericValue("constr_viol_tol", options.tolerance);
   list.SetNumericValue("dual_inf_tol", 1.0);
-  // converged, and then on to where round-off lets it: two iterations more at most
-  list.SetNumericValue("tol", 1e-3 * options.tolerance);
-  list.SetNumericValue("acceptable_tol", options.tolerance);
-  list.SetNumericValue("acceptable_constr_viol_tol", options.tolerance);
-  list.SetNumericValue("acceptable_obj_change_tol", 1e20);
-  list.SetIntegerValue("acceptable_iter", 3);
+  list.SetNumericValue("tol", 1e-3 * options.tolerance);  // the adapter stops earlier, by its own test
+  list.SetIntegerValue("acceptable_iter", 0);
   list.SetIntegerValue("max_iter", options.max_iterations);
   list.SetIntegerValue("mumps_pivot_order", 0);  // approximate minimum degree: several times faster here than the default
   // a Hessian shifted further than this leads nowhere, and its multipliers ruin the factorisation's pivots
@@ -177,15 +177,16 @@ void explain(Ipopt::ApplicationReturnStatus status, const Adapter& adapter, Outc
     outcome.termination = termination;
     outcome.reason = reason;
   };
+  if (adapter.converged()) return set(Termination::converged, "it converged");
   if (adapter.was_interrupted()) return set(Termination::interrupted, "it was interrupted");
   if (adapter.timed_out()) return set(Termination::time_limit, "the time limit was reached");
   switch (status) {
-    case Ipopt::Solve_Succeeded:
-    case Ipopt::Solved_To_Acceptable_Level: return set(Termination::converged, "it converged");
+    case Ipopt::Solve_Succeeded: return set(Termination::converged, "it converged");
     case Ipopt::Infeasible_Problem_Detected:
       return set(Termination::infeasible, "the constraints cannot all be met near the last point");
     case Ipopt::Maximum_Iterations_Exceeded: return set(Termination::stalled, "the iteration limit was reached");
     case Ipopt::Restoration_Failed: return set(Termination::stalled, "no step towards the constraints was found");
+    case Ipopt::Solved_To_Acceptable_Level:
     case Ipopt::Search_Direction_Becomes_Too_Small: return set(Termination::stalled, "steps became too small to improve");
     case Ipopt::Diverging_Iterates: return set(Termination::stalled, "the iterates diverged");
     case Ipopt::Invalid_Number_Detected: return set(Termination::stalled, "a value was not finite");

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "chains.hpp"
 #include "certificate/stored_motion.hpp"
+#include "chains.hpp"
 #include "integrator/step.hpp"
 
 namespace lamprey::tests {
@@ -41,7 +41,8 @@ inline NodeMoments smooth_moments(int steps, double size, bool planar = false) {
     mechanics::Moments u(2);
     for (std::size_t j = 0; j < 2; ++j) {
       const double phase = 1.3 * double(j);
-      u[j] = size * Vector3d(0.05 * std::sin(7.0 * t + phase), std::cos(5.0 * t - phase), std::sin(6.0 * t + 2.0 * phase));
+      u[j] =
+          size * Vector3d(0.05 * std::sin(7.0 * t + phase), std::cos(5.0 * t - phase), std::sin(6.0 * t + 2.0 * phase));
       if (planar) u[j].head<2>().setZero();
     }
     moments.push_back(u);

@@ -1,8 +1,8 @@
 #include "certificate/optimality.hpp"
 
+#include <gtest/gtest.h>
 #include <Eigen/QR>
 #include <Eigen/SVD>
-#include <gtest/gtest.h>
 
 #include "certificate/certify.hpp"
 #include "certificate/goal_check.hpp"
@@ -56,7 +56,8 @@ TEST_P(Optimality, goal_rows_match_central_differences_of_the_march_at_second_or
   Random random(3);
   VectorXd direction(space.value.size());
   for (double& entry : direction) entry = 100.0 * random.normal();
-  for (const auto& [first, count] : {std::pair{0, 9}, {9, 1}, {10, 6}})  // angles, displacement, momenta: each by its own size
+  for (const auto& [first, count] :
+       {std::pair{0, 9}, {9, 1}, {10, 6}})  // angles, displacement, momenta: each by its own size
     expect_second_order_differences(
         [&, from = first, size = count](double t) -> VectorXd {
           return goal_values(problem, moments_of(space, space.value + t * direction, steps + 1)).segment(from, size);
@@ -103,7 +104,8 @@ TEST_P(Optimality, segments_span_the_same_rows_as_one_sweep) {
   EXPECT_LE((segments - once * (once.transpose() * segments)).norm(), tolerance(1e-8));
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Optimality, ::testing::Values(maneuver::ControlKind::steps, maneuver::ControlKind::spline));
+INSTANTIATE_TEST_SUITE_P(Kinds, Optimality,
+                         ::testing::Values(maneuver::ControlKind::steps, maneuver::ControlKind::spline));
 
 // A goal met by the moments of least effort: Newton's iteration on the goal rows with the cost's own metric, from a march.
 // Not the certificate's formula: it forms multipliers, and marches.
@@ -135,7 +137,8 @@ TEST(Kkt, vanishes_at_moments_of_least_effort_and_sees_a_change_of_one_of_them) 
   EXPECT_LE(proof.goal_error, tolerance(1e-12));
   EXPECT_LE(proof.kkt, tolerance(1e-10));
   double largest = 0.0;
-  for (const auto& u : answer.solution.control) largest = std::max({largest, u[0].cwiseAbs().maxCoeff(), u[1].cwiseAbs().maxCoeff()});
+  for (const auto& u : answer.solution.control)
+    largest = std::max({largest, u[0].cwiseAbs().maxCoeff(), u[1].cwiseAbs().maxCoeff()});
   answer.solution.control[7][0].y() += 1e-3 * largest;
   const double changed = certificate::certify(system, problem, answer.solution, no_replay).kkt;
   EXPECT_GT(changed, 1e-4);

@@ -14,12 +14,11 @@ double error_at_end(const model::System& system, Scheme scheme, const GoldenTraj
   const GoldenState& end = golden.states.back();
   const double h = end.time / steps;
   const auto& start = golden.start.state;
-  integrator::State state =
-      integrator::state_of_velocity(system, start.rotation, start.position, start.velocity);
+  integrator::State state = integrator::state_of_velocity(system, start.rotation, start.position, start.velocity);
   integrator::StepWorkspace work(system);
   for (int k = 0; k < steps; ++k) {
-    const auto report = advance(system, lagrangian_of(scheme), h, golden.control(k * h), golden.control((k + 1) * h),
-                                state, work);
+    const auto report =
+        advance(system, lagrangian_of(scheme), h, golden.control(k * h), golden.control((k + 1) * h), state, work);
     EXPECT_TRUE(report.converged) << "step " << k;
   }
   double squares = 0.0;

@@ -51,8 +51,7 @@ State moved(const State& state, const VectorXd& y) {
 VectorXd difference(const State& from, const State& to) {
   const int n = static_cast<int>(from.rotation.size());
   VectorXd y(6 * n + 6);
-  for (int i = 0; i < n; ++i)
-    y.segment<3>(3 * i) = lie::log(from.rotation[at(i)].transpose() * to.rotation[at(i)]);
+  for (int i = 0; i < n; ++i) y.segment<3>(3 * i) = lie::log(from.rotation[at(i)].transpose() * to.rotation[at(i)]);
   y.segment<3>(3 * n) = to.position - from.position;
   y.tail(3 * n + 3) = to.momentum - from.momentum;
   return y;
@@ -128,8 +127,7 @@ TEST_P(StepTangentOfTree, matches_central_differences_of_the_march_at_second_ord
     const VectorXd by_next = difference(step.end, step.marched(step.start, step.u, moved(system, step.u_next, t * v)));
     const VectorXd expected = step.tangent.B_next * v;
     ASSERT_GT(expected.lpNorm<Eigen::Infinity>(), 0.0);
-    EXPECT_LE((by_next - expected).lpNorm<Eigen::Infinity>(),
-              tolerance(1e-11) * expected.lpNorm<Eigen::Infinity>());
+    EXPECT_LE((by_next - expected).lpNorm<Eigen::Infinity>(), tolerance(1e-11) * expected.lpNorm<Eigen::Infinity>());
   }
 }
 
@@ -173,7 +171,8 @@ INSTANTIATE_TEST_SUITE_P(Bodies, StepTangentOfTree, ::testing::Values(1, 2, 3, 5
 
 // A march under random moments, kept for sweeps.
 struct March {
-  March(Random& random, const model::System& system_, int steps) : system(system_), start(random_state(random, system)) {
+  March(Random& random, const model::System& system_, int steps)
+      : system(system_), start(random_state(random, system)) {
     for (int k = 0; k <= steps; ++k) control.push_back(random_moments(random, system));
     end = run(control, &intervals);
   }
