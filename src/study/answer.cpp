@@ -67,19 +67,23 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
 }
 
 Answer answer(const model::System& system, const Problem& problem, const SolveOptions& options) {
-  std::vector<Answer> found;
-  for (Solution& solution : solve(system, problem, options)) {
+  std::vector<Certificate> proofs;
+  SolveOptions certified = options;
+  certified.accept = [&](Solution& solution) {
     if (options.progress) options.progress("certifying");
-    const Certificate proof = certificate::certify(system, problem, solution);
-    judge(problem, proof, solution);
-    found.push_back({std::move(solution), proof});
-  }
-  const auto best = std::min_element(found.begin(), found.end(), [](const Answer& a, const Answer& b) { return rank(a) < rank(b); });
+    proofs.push_back(certificate::certify(system, problem, solution));
+    judge(problem, proofs.back(), solution);
+    return solution.status == Status::optimal && resolved(proofs.back());
+  };
+  const std::vector<Solution> solutions = solve(system, problem, certified);
+  std::vector<Answer> found;
+  for (std::size_t n = 0; n < solutions.size(); ++n) found.push_back({solutions[n], proofs[n]});
+  Answer best = *std::min_element(found.begin(), found.end(), [](const Answer& a, const Answer& b) { return rank(a) < rank(b); });
   for (const Answer& other : found)
-    if (other.solution.status == Status::optimal && !resolved(other.certificate) && other.solution.cost < best->solution.cost)
-      best->solution.message += " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: its replay misses by " +
-                                number(other.certificate.replay->rotation_error) + " rad, so these steps are too coarse for it.";
-  return *best;
+    if (other.solution.status == Status::optimal && !resolved(other.certificate) && other.solution.cost < best.solution.cost)
+      best.solution.message += " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: its replay misses by " +
+                               number(other.certificate.replay->rotation_error) + " rad, so these steps are too coarse for it.";
+  return best;
 }
 
 }  // namespace lamprey::study

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "maneuver/goal_rank.hpp"
@@ -35,7 +36,8 @@ constexpr int coarse_steps = 100;        // enough to tell minima apart, few eno
 constexpr int rank_steps = 20;           // rank does not depend on the resolution
 constexpr int start_iterations = 400;
 constexpr int refine_iterations = 200;
-constexpr std::size_t refined_candidates = 4;    // coarse grids lie about cost: the best few are compared at full resolution
+constexpr std::size_t batch = 2;  // refined side by side; fixed, so that the answer does not depend on the machine
+constexpr std::size_t refined_candidates = 6;    // coarse grids lie about cost: at most so many are compared at full resolution
 constexpr int retries = 4;               // further guesses where a single start fails
 constexpr double same_minimum = 1e-6;    // relative difference of cost
 
@@ -55,9 +57,13 @@ class Search {
     search_starts();
     count_minima();
     refine_candidates();
-    std::vector<Solution> solutions;
-    for (const Outcome& outcome : refined_) solutions.push_back(describe(outcome));
-    return solutions;
+    for (Solution& solution : solutions_) {
+      solution.search = record_;
+      solution.solver.iterations = iterations_;
+      solution.solver.evaluations = evaluations_;
+      solution.solver.wall_seconds = seconds();
+    }
+    return solutions_;
   }
 
  private:
@@ -103,8 +109,8 @@ class Search {
   }
 
   void count_effort(const Outcome& outcome) {
-    solver_.iterations += outcome.iterations;
-    solver_.evaluations += outcome.evaluations;
+    iterations_ += outcome.iterations;
+    evaluations_ += outcome.evaluations;
   }
 
   // Every start on the coarse grid; a single start that fails is followed by others.
@@ -152,21 +158,33 @@ class Search {
     return outcome;
   }
 
-  // The best few at full resolution, where costs can be compared.
+  // Candidates at full resolution, where costs can be compared, two at a time by rising coarse cost, until an accepted one
+  // costs less than those still waiting.
   void refine_candidates() {
-    refined_ = in_workers(static_cast<int>(candidates_.size()), "refined", [this](int c) {
-      return refine(starts_[candidates_[static_cast<std::size_t>(c)]]);
-    });
-    std::erase_if(refined_, [](const Outcome& outcome) { return outcome.point.size() == 0; });
-    if (refined_.empty()) refined_.push_back(refine(Outcome()));  // every worker died: once more, in this process
-    std::stable_sort(refined_.begin(), refined_.end(), better);
+    double accepted_cost = std::numeric_limits<double>::infinity();
+    for (std::size_t first = 0; first < candidates_.size(); first += batch) {
+      if (first > 0 && (stopped() || accepted_cost < coarse_cost(first))) break;
+      const int count = static_cast<int>(std::min(batch, candidates_.size() - first));
+      const std::vector<Outcome> outcomes = in_workers(count, "refined", [this, first](int c) {
+        return refine(starts_[candidates_[first + static_cast<std::size_t>(c)]]);
+      });
+      for (const Outcome& outcome : outcomes) {
+        if (outcome.point.size() == 0) continue;
+        solutions_.push_back(describe(outcome));
+        if (options_.accept && options_.accept(solutions_.back()))
+          accepted_cost = std::min(accepted_cost, solutions_.back().cost);
+      }
+    }
+    if (!solutions_.empty()) return;  // otherwise every worker died: once more, in this process
+    solutions_.push_back(describe(refine(Outcome())));
+    if (options_.accept) options_.accept(solutions_.back());
+  }
+
+  double coarse_cost(std::size_t candidate) const {
+    return starts_[candidates_[candidate]].objective * Transcription::control_unit;
   }
 
   static bool met(const Outcome& outcome) { return outcome.infeasibility < 1e-8; }
-
-  static bool better(const Outcome& a, const Outcome& b) {
-    return std::pair(!met(a), a.objective) < std::pair(!met(b), b.objective);
-  }
 
   // The motion of an outcome, by single shooting from there where the problem asks for it.
   Solution describe(Outcome outcome) {
@@ -181,10 +199,7 @@ class Search {
     Solution solution;
     describe_motion(system_, full_.lagrangian, full_.time_step(), path, solution);
     solution.cost = maneuver::cost_of(full_.node_weight, solution.control);
-    solution.search = record_;
-    solution.solver = solver_;
     solution.solver.name = shooting ? "ipopt, single shooting" : "ipopt";
-    solution.solver.wall_seconds = seconds();
     for (const optimizer::Iteration& step : outcome.history)
       solution.solver.history.push_back({step.iteration, step.objective * Transcription::control_unit, step.goal_error,
                                          step.dual_infeasibility, step.step});
@@ -214,8 +229,9 @@ class Search {
   std::vector<Outcome> starts_;
   std::vector<std::size_t> candidates_;  // starts to refine, by rising cost
   maneuver::SearchRecord record_;
-  maneuver::SolverRecord solver_;
-  std::vector<Outcome> refined_;
+  std::vector<Solution> solutions_;
+  int iterations_ = 0;
+  int evaluations_ = 0;
   Clock::time_point begin_ = Clock::now();
 };
 

@@ -15,10 +15,11 @@ struct SolveOptions {
   int workers = 1;                                      // processes for the starts; the answer does not depend on it
   std::function<void(const std::string&)> progress;     // a line for people, may be empty
   std::function<bool()> interrupted;                    // asked often; may be empty
+  std::function<bool(maneuver::Solution&)> accept;      // whether a candidate can be the answer; may be empty: all are refined
 };
 
-/// Candidates at full resolution, best first as the optimiser sees it: converged before others, then by cost; at least one.
-/// Status and message are the optimiser's own view, which a certificate confirms or not (see answer).
+/// Candidates at full resolution, at least one. Status and message are the optimiser's own view, which a certificate confirms
+/// or not (see answer); `accept` may change them.
 /// Throws model::InputError where the problem itself is at fault.
 std::vector<maneuver::Solution> solve(const model::System& system, const maneuver::Problem& problem,
                                       const SolveOptions& options);
