@@ -49,7 +49,9 @@ class Table : public benchmark::BenchmarkReporter {
   }
 
  private:
-  static std::string digits(double value) { return value < 1000.0 ? fmt::format("{:.3g}", value) : fmt::format("{:.0f}", value); }
+  static std::string digits(double value) {
+    return value < 1000.0 ? fmt::format("{:.3g}", value) : fmt::format("{:.0f}", value);
+  }
   static std::string argument_of(const Run& run) { return run.run_name.args.empty() ? "" : " " + run.run_name.args; }
 };
 
@@ -60,7 +62,8 @@ class Table : public benchmark::BenchmarkReporter {
 int main(int count, char** words) {
   std::vector<char*> arguments(words, words + count);
   // defaults come first, so that the caller's come last and win
-  std::string defaults[] = {"--benchmark_repetitions=5", "--benchmark_report_aggregates_only=true", "--benchmark_min_time=0.1"};
+  std::string defaults[] = {"--benchmark_repetitions=5", "--benchmark_report_aggregates_only=true",
+                            "--benchmark_min_time=0.1"};
   for (std::string& word : defaults) arguments.insert(arguments.begin() + 1, word.data());
   int arguments_left = static_cast<int>(arguments.size());
   benchmark::Initialize(&arguments_left, arguments.data());

@@ -125,7 +125,8 @@ void register_steps() {
   measured("step, paper", kMicrosecond, step, paper_chain(), DiscreteLagrangian::paper);
   measured("step, trapezoid", kMicrosecond, step, paper_chain(), trapezoid);
   for (int bodies : {5, 10, 20})
-    measured("step, trapezoid, " + std::to_string(bodies) + " bodies", kMicrosecond, step, outer_body_chain(bodies), trapezoid);
+    measured("step, trapezoid, " + std::to_string(bodies) + " bodies", kMicrosecond, step, outer_body_chain(bodies),
+             trapezoid);
   measured("step with tangent, paper", kMicrosecond, step_with_tangent, DiscreteLagrangian::paper);
   measured("step with tangent, trapezoid", kMicrosecond, step_with_tangent, trapezoid);
   measured("rollout, 1000 steps", kMicrosecond, rollout);

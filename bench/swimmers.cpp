@@ -64,8 +64,8 @@ mechanics::Moments moments_at(const model::System& system, double t) {
 model::SwimmerDescription paper_chain(bool planar) {
   model::SwimmerDescription chain;
   chain.density = density;
-  chain.bodies = {body("middle", {8.0, 1.5, 2.0}, {1.0659, 2.1696, 1.6641}, {1.3480, 20.15, 25.3276}), outer_body("front"),
-                  outer_body("back")};
+  chain.bodies = {body("middle", {8.0, 1.5, 2.0}, {1.0659, 2.1696, 1.6641}, {1.3480, 20.15, 25.3276}),
+                  outer_body("front"), outer_body("back")};
   chain.joints = {joint("middle", "front", 8.8, -5.5), joint("middle", "back", -8.8, 5.5)};
   if (planar)
     for (model::JointDescription& j : chain.joints) j.control_axes = {e3};

@@ -28,7 +28,7 @@ struct March {
   model::System system;
   mechanics::DiscreteLagrangian lagrangian;
   integrator::State start;
-  std::vector<mechanics::Moments> moments;  // [N+1] N m
+  std::vector<mechanics::Moments> moments;   // [N+1] N m
   static constexpr double time_step = 1e-3;  // s
 
   March(const model::SwimmerDescription& swimmer, mechanics::DiscreteLagrangian lagrangian, int steps = 1000);

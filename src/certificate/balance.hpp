@@ -1,4 +1,5 @@
-// Does the stored motion obey the discrete laws: balance of momentum at each node, conservation, rotations that are ones.
+// Does the stored motion obey the discrete laws: balance of momentum at each node, conservation, rotations that are
+// ones.
 #pragma once
 
 #include "certificate/stored_motion.hpp"

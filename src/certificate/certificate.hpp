@@ -41,7 +41,7 @@ struct Certificate {
   std::optional<Refinement> refinement;
   double equation_residual = unset;  // largest residual of the discrete equations, both ends included, / scale
   double start_error = unset;        // largest difference of node 0 from the problem's start, rad or m
-  double control_error = unset;      // largest part of a moment outside what joints and control kind allow / largest moment
+  double control_error = unset;      // largest part of a moment that joints or control kind forbid / largest moment
 };
 
 }  // namespace lamprey::certificate

@@ -1,4 +1,5 @@
-// What the goal asks of the end state, worked out from the problem alone: the error, and independent rows with derivatives.
+// What the goal asks of the end state, worked out from the problem alone: the error, and independent rows with
+// derivatives.
 #pragma once
 
 #include <optional>
@@ -16,8 +17,8 @@ double goal_error(const StoredMotion& motion);
 /// Largest difference of node 0 from the problem's start: full rotation angle, rad, or distance, m.
 double start_error(const StoredMotion& motion);
 
-/// Independent goal rows at an end state: log(R_askedᵀ R_N) by body, positions asked for, and, for rest, μ of each body but
-/// the root (whose rest follows from zero total momentum).
+/// Independent goal rows at an end state: log(R_askedᵀ R_N) by body, positions asked for, and, for rest, μ of each body
+/// but the root (whose rest follows from zero total momentum).
 struct GoalRows {
   VectorXd value;         // [rows] rad, m, kg m²/s: 0 at the goal
   MatrixXd by_end_state;  // [rows][6n+6] columns as integrator::StateLayout

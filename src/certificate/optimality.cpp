@@ -98,8 +98,8 @@ MatrixXd null_space(const MatrixXd& ties) {
   return qr.householderQ() * last;
 }
 
-// What is left of g when the best combination of the rows is taken off: by an orthonormal basis, so that the multipliers,
-// which may be large along an unstable motion, need not be formed.
+// What is left of g when the best combination of the rows is taken off: by an orthonormal basis, so that the
+// multipliers, which may be large along an unstable motion, need not be formed.
 VectorXd beyond_rows(const VectorXd& g, const MatrixXd& rows) {
   if (rows.rows() == 0) return g;
   Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.transpose());

@@ -17,12 +17,14 @@ ControlSpace control_space(const StoredMotion& motion);
 /// Gradient of the cost by the free numbers of the space.
 VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space);
 
-/// Jacobian of functionals of the end state by the free numbers, by one backward sweep along the stored steps. Along a motion
-/// where perturbations grow by a factor G its rows agree with each other but for 1/G, so rank is lost from G = 1e10 or so.
+/// Jacobian of functionals of the end state by the free numbers, by one backward sweep along the stored steps. Along a
+/// motion where perturbations grow by a factor G its rows agree with each other but for 1/G, so rank is lost from G =
+/// 1e10 or so.
 MatrixXd control_jacobian(const StoredMotion& motion, const ControlSpace& space, const MatrixXd& end_rows);
 
-/// Rows that span the same space as those of control_jacobian, also where perturbations grow beyond any number: costates at
-/// the ends of short segments as unknowns, tied by the segments' transition, the null space of the ties as combinations.
+/// Rows that span the same space as those of control_jacobian, also where perturbations grow beyond any number:
+/// costates at the ends of short segments as unknowns, tied by the segments' transition, the null space of the ties as
+/// combinations.
 MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, const MatrixXd& end_rows);
 
 /// ‖∇cost + Aᵀλ‖∞/‖∇cost‖∞ (equation 6.5) with λ by rank-revealing least squares; `momentum_scale` makes goal rows

@@ -6,8 +6,8 @@
 
 namespace lamprey::certificate {
 
-/// Replays in windows of about `window` s (a whole number of steps, at least one), restarted from the stored state, and once
-/// without restart. Moments run linearly between nodes, or as the spline through its points. What fails stays NaN.
+/// Replays in windows of about `window` s (a whole number of steps, at least one), restarted from the stored state, and
+/// once without restart. Moments run linearly between nodes, or as the spline through its points. What fails stays NaN.
 Replay replay(const StoredMotion& motion, double window, double tolerance);
 
 /// Growth of small perturbations, 1/s. With G(t) the largest factor by which turns η of the bodies at the start have

@@ -161,6 +161,9 @@ certificate::Certificate read_certificate(const JsonReader& reader) {
   result.rest_error = reader.at("rest_error").number_or_nan();
   result.momentum_drift = reader.at("momentum_drift").number_or_nan();
   result.rotation_drift = reader.at("rotation_drift").number_or_nan();
+  if (reader.has("equation_residual")) result.equation_residual = reader.at("equation_residual").number_or_nan();
+  if (reader.has("start_error")) result.start_error = reader.at("start_error").number_or_nan();
+  if (reader.has("control_error")) result.control_error = reader.at("control_error").number_or_nan();
   result.kkt = reader.at("kkt").number_or_nan();
   if (const JsonReader second = reader.at("second_order"); !second.is_null())
     result.second_order = {second.at("smallest_eigenvalue").number_or_nan(), second.at("positive").boolean()};

@@ -170,6 +170,9 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   text.add("rest_error", json(certificate->rest_error));
   text.add("momentum_drift", json(certificate->momentum_drift));
   text.add("rotation_drift", json(certificate->rotation_drift));
+  text.add("equation_residual", json(certificate->equation_residual));
+  text.add("start_error", json(certificate->start_error));
+  text.add("control_error", json(certificate->control_error));
   text.add("kkt", json(certificate->kkt));
   const auto& second = certificate->second_order;
   text.add("second_order", second ? fmt::format("{{\"smallest_eigenvalue\": {}, \"positive\": {}}}",

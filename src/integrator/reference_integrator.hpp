@@ -1,4 +1,5 @@
-// The continuous equations of motion by a Runge–Kutta–Fehlberg 7(8) method with step control: a second opinion on every scheme.
+// The continuous equations of motion by a Runge–Kutta–Fehlberg 7(8) method with step control: a second opinion on every
+// scheme.
 #pragma once
 
 #include <functional>

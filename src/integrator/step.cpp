@@ -86,7 +86,8 @@ StepWorkspace::StepWorkspace(const System& system)
       previous_displacement(Vector3d::Zero()),
       newton(system.body_count()) {}
 
-void joint_forces(const System& system, const Rotations& rotation, const Moments& control, std::vector<Vector3d>& force) {
+void joint_forces(const System& system, const Rotations& rotation, const Moments& control,
+                  std::vector<Vector3d>& force) {
   for (Vector3d& f : force) f.setZero();
   for (int j = 0; j < system.joint_count(); ++j) {
     const model::Joint& joint = system.joint(j);
@@ -103,8 +104,8 @@ StepReport solve_step(const System& system, DiscreteLagrangian lagrangian, doubl
   report.residual = evaluate(system, lagrangian, h, linear, work);
   while (report.residual > 0.0 && report.iterations < max_iterations) {
     if (!std::isfinite(report.residual) ||
-        !solve_tree_newton(system, lagrangian, h, work.interval, work.missing, linear - work.momenta.linear, work.newton,
-                           work.turns, shift))
+        !solve_tree_newton(system, lagrangian, h, work.interval, work.missing, linear - work.momenta.linear,
+                           work.newton, work.turns, shift))
       return report;
     ++report.iterations;
     work.cayley_base = work.interval.cayley;
@@ -113,7 +114,8 @@ StepReport solve_step(const System& system, DiscreteLagrangian lagrangian, doubl
     // at round-off a full step that does not help ends the iteration; before it, steps are halved until they help
     for (double fraction = 1.0; fraction > 1e-3; fraction *= 0.5) {
       for (std::size_t i = 0; i < work.turns.size(); ++i)
-        work.interval.cayley[i] = work.cayley_base[i] + fraction * cayley_correction(work.cayley_base[i], work.turns[i]);
+        work.interval.cayley[i] =
+            work.cayley_base[i] + fraction * cayley_correction(work.cayley_base[i], work.turns[i]);
       work.interval.displacement = displacement_base + fraction * shift;
       report.residual = evaluate(system, lagrangian, h, linear, work);
       if (report.residual < before || before < accepted_residual) break;
@@ -140,7 +142,8 @@ StepReport advance(const System& system, DiscreteLagrangian lagrangian, double h
   if (!report.converged) return report;
 
   remember(work);
-  for (int i = 0; i < system.body_count(); ++i) state.rotation[at(i)] = lie::renormalized(work.interval.next_rotation[at(i)]);
+  for (int i = 0; i < system.body_count(); ++i)
+    state.rotation[at(i)] = lie::renormalized(work.interval.next_rotation[at(i)]);
   state.position += work.interval.displacement;
   joint_forces(system, state.rotation, control_next, work.force);
   for (int i = 0; i < system.body_count(); ++i)

@@ -1,4 +1,5 @@
-// Tangent and adjoint of one variational step, (g_k, μ_k, u_k, u_{k+1}) → (g_{k+1}, μ_{k+1}), by formula (equations 4.13, 4.14).
+// Tangent and adjoint of one variational step, (g_k, μ_k, u_k, u_{k+1}) → (g_{k+1}, μ_{k+1}), by formula (equations
+// 4.13, 4.14).
 #pragma once
 
 #include <functional>
@@ -19,7 +20,8 @@ struct StateLayout {
   int size() const { return 6 * bodies + 6; }
 };
 
-/// Change of the next state by the state and by the moments at both ends of the step; moments count along Joint::actuation.
+/// Change of the next state by the state and by the moments at both ends of the step; moments count along
+/// Joint::actuation.
 struct StepTangent {
   MatrixXd A;       // [6n+6][6n+6] by the state at k
   MatrixXd B;       // [6n+6][controls] by u_k, 1/(N m)
@@ -40,7 +42,8 @@ struct TangentWorkspace {
   explicit TangentWorkspace(const model::System& system);
 };
 
-/// Linearises the step about `interval` as it stands (updated, not marched again), under moments u_k and u_{k+1} at its ends.
+/// Linearises the step about `interval` as it stands (updated, not marched again), under moments u_k and u_{k+1} at its
+/// ends.
 void linearize_step(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
                     const mechanics::Interval& interval, const Moments& control, const Moments& control_next,
                     TangentWorkspace& work, StepTangent& tangent);
@@ -65,13 +68,15 @@ struct StepRange {
   int nodes() const { return last - first + 1; }
 };
 
-/// Gradients of functionals of a range's last state by its first state and by the moments at its nodes, node after node.
+/// Gradients of functionals of a range's last state by its first state and by the moments at its nodes, node after
+/// node.
 struct SweptGradients {
   MatrixXd by_start;    // [rows][6n+6]
   MatrixXd by_control;  // [rows][nodes · controls]
 };
 
-/// One backward sweep. `end_rows` [rows][6n+6] are the gradients by the last state, `control` [N+1] the moments at all nodes.
+/// One backward sweep. `end_rows` [rows][6n+6] are the gradients by the last state, `control` [N+1] the moments at all
+/// nodes.
 SweptGradients gradient_sweep(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
                               const IntervalSource& source, const std::vector<Moments>& control, StepRange range,
                               const MatrixXd& end_rows);

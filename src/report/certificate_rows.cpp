@@ -12,6 +12,7 @@ using certificate::unset;
 
 constexpr double goal_mark = 1e-9;       // rad, m; also rest
 constexpr double momentum_mark = 1e-11;  // of the scale
+constexpr double equation_mark = 1e-10;
 constexpr double replay_mark = 1e-3;     // rad at a window's end
 constexpr double curvature_mark = 1e-6;  // of the effort's own
 
@@ -54,6 +55,9 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
            "Largest distance of the end from what the goal asks, over all its rows, in rad or m."),
       held("Rest error", proof.rest_error, "", rests,
            "Largest momentum left at the end, relative to the largest of the motion. 0 is rest."),
+      held("Discrete equations", proof.equation_residual, "", equation_mark,
+           "Largest residual of the discrete Euler–Lagrange equations at the nodes, both ends included, relative to the "
+           "largest momentum or impulse of a step."),
       held("Momentum drift", proof.momentum_drift, "", momentum_mark,
            "Largest change of the total linear and angular momentum, relative to the largest momentum or impulse of a "
            "step. "

@@ -1,4 +1,5 @@
-// Answers made by marching under given moments: they satisfy the discrete equations by construction, and reach no goal by plan.
+// Answers made by marching under given moments: they satisfy the discrete equations by construction, and reach no goal
+// by plan.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -107,8 +107,8 @@ TEST_P(Optimality, segments_span_the_same_rows_as_one_sweep) {
 INSTANTIATE_TEST_SUITE_P(Kinds, Optimality,
                          ::testing::Values(maneuver::ControlKind::steps, maneuver::ControlKind::spline));
 
-// A goal met by the moments of least effort: Newton's iteration on the goal rows with the cost's own metric, from a march.
-// Not the certificate's formula: it forms multipliers, and marches.
+// A goal met by the moments of least effort: Newton's iteration on the goal rows with the cost's own metric, from a
+// march. Not the certificate's formula: it forms multipliers, and marches.
 TEST(Kkt, vanishes_at_moments_of_least_effort_and_sees_a_change_of_one_of_them) {
   maneuver::Problem problem = chain_problem(steps, 0.2);
   problem.goal->turn.reset();

@@ -50,7 +50,8 @@ TEST(Replay, of_a_rigid_drift_is_exact_and_nothing_grows) {
   EXPECT_LE(std::abs(replay.growth_rate), tolerance(1e-9));
 }
 
-// One body in the fluid gliding broadside on: its inertia makes this unstable (Munk's moment), at a rate known in closed form.
+// One body in the fluid gliding broadside on: its inertia makes this unstable (Munk's moment), at a rate known in
+// closed form.
 TEST(Replay, growth_rate_of_a_gliding_ellipsoid_is_the_known_one) {
   maneuver::Problem problem = chain_problem(4000, 40.0);
   problem.swimmer.bodies.resize(1);

@@ -95,9 +95,10 @@ TEST(Energy, stays_in_its_known_band_at_a_coarse_step) {
   EXPECT_TRUE(record.momentum_holds()) << record.momentum_drift;
 }
 
-// The motion is chaotic: beyond some 5,000 steps of 0.01 s round-off picks one of many. Over 100,000 steps the largest errors of
-// twelve starts 1e-13 apart lay between 1.44e-3 and 1.91e-3, their trends between −5.6 % and −0.4 % of the band; over 1,000,000
-// steps between 1.9e-3 and 2.6e-3, −15 % and +4 %. That is wandering within a band: it does not grow in proportion to time.
+// The motion is chaotic: beyond some 5,000 steps of 0.01 s round-off picks one of many. Over 100,000 steps the largest
+// errors of twelve runs (starts 1e-13 apart, two optimisation levels) lay between 1.44e-3 and 1.91e-3, their trends
+// between −5.6 % and −0.4 % of the band; five runs of 1,000,000 steps gave 1.9e-3 to 2.6e-3, −15 % to +4 %. That is
+// wandering: it does not grow in proportion to time.
 TEST(Energy, stays_bounded_without_a_trend_for_100000_steps) {
   const Tumble tumble;
   const Record record = watch(tumble, Scheme::trapezoid, 0.01, 100'000);

@@ -72,14 +72,16 @@ TEST(ControlPath, the_natural_spline_and_the_polygon_give_back_straight_lines) {
   Random random(73);
   for (int count : {2, 3, 4, 9})
     for (Interpolation interpolation : {Interpolation::natural_cubic, Interpolation::linear})
-      EXPECT_LE(miss(interpolation, random_samples(random, 2, 2), uneven_times(random, count)), tolerance(1e-12)) << count;
+      EXPECT_LE(miss(interpolation, random_samples(random, 2, 2), uneven_times(random, count)), tolerance(1e-12))
+          << count;
 }
 
 TEST(ControlPath, every_path_goes_through_its_samples) {
   Random random(74);
   const VectorXd times = uneven_times(random, 9);
   const MatrixXd samples = random_samples(random, 3, 9);
-  for (Interpolation interpolation : {Interpolation::linear, Interpolation::natural_cubic, Interpolation::not_a_knot_cubic}) {
+  for (Interpolation interpolation :
+       {Interpolation::linear, Interpolation::natural_cubic, Interpolation::not_a_knot_cubic}) {
     const ControlPath path(interpolation, times, samples);
     for (Eigen::Index s = 0; s < times.size(); ++s)
       EXPECT_LE((path.value(times[s]) - samples.col(s)).norm(), tolerance(1e-13));
@@ -92,13 +94,15 @@ TEST(ControlPath, linear_runs_straight_between_samples) {
   const MatrixXd samples = random_samples(random, 2, 6);
   const ControlPath path(Interpolation::linear, times, samples);
   for (Eigen::Index s = 0; s + 1 < times.size(); ++s)
-    EXPECT_LE((path.value(0.3 * times[s] + 0.7 * times[s + 1]) - 0.3 * samples.col(s) - 0.7 * samples.col(s + 1)).norm(),
-              tolerance(1e-13));
+    EXPECT_LE(
+        (path.value(0.3 * times[s] + 0.7 * times[s + 1]) - 0.3 * samples.col(s) - 0.7 * samples.col(s + 1)).norm(),
+        tolerance(1e-13));
 }
 
 // Second derivative at t of the cubic that runs from t in the direction of `step`: exact for cubics.
 VectorXd curvature(const ControlPath& path, double t, double step) {
-  return (2.0 * path.value(t) - 5.0 * path.value(t + step) + 4.0 * path.value(t + 2.0 * step) - path.value(t + 3.0 * step)) /
+  return (2.0 * path.value(t) - 5.0 * path.value(t + step) + 4.0 * path.value(t + 2.0 * step) -
+          path.value(t + 3.0 * step)) /
          (step * step);
 }
 
@@ -157,7 +161,8 @@ TEST(SplineBasis, makes_the_same_path_as_the_spline_through_the_points) {
 TEST(SplineThroughNodes, gives_back_the_spline_whose_samples_it_gets) {
   Random random(78);
   const VectorXd times = VectorXd::LinSpaced(101, 0.0, 1.0);
-  const ControlPath path(Interpolation::natural_cubic, VectorXd::LinSpaced(11, 0.0, 1.0), random_samples(random, 3, 11));
+  const ControlPath path(Interpolation::natural_cubic, VectorXd::LinSpaced(11, 0.0, 1.0),
+                         random_samples(random, 3, 11));
   MatrixXd samples(3, times.size());
   for (Eigen::Index k = 0; k < times.size(); ++k) samples.col(k) = path.value(times[k]);
   const ControlPath found = maneuver::natural_spline_through_nodes(11, times, samples);

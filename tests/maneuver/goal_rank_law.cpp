@@ -45,7 +45,8 @@ std::vector<GoalRow> kept(const Problem& problem, int steps, std::uint64_t seed)
 }
 
 std::size_t count(const std::vector<GoalRow>& rows, GoalRow::Kind kind) {
-  return static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [kind](const GoalRow& r) { return r.kind == kind; }));
+  return static_cast<std::size_t>(
+      std::count_if(rows.begin(), rows.end(), [kind](const GoalRow& r) { return r.kind == kind; }));
 }
 
 class GoalRank : public ::testing::TestWithParam<std::uint64_t> {};

@@ -40,7 +40,8 @@ class DenseProgram : public optimizer::Program {
   const VectorXd& constraint_lower() const override { return lower; }
   const VectorXd& constraint_upper() const override { return upper; }
   optimizer::StageOrder stages() const override {
-    return {std::vector<int>(static_cast<std::size_t>(variables), -1), std::vector<int>(static_cast<std::size_t>(lower.size()), -1)};
+    return {std::vector<int>(static_cast<std::size_t>(variables), -1),
+            std::vector<int>(static_cast<std::size_t>(lower.size()), -1)};
   }
   double objective(const VectorXd& x) override { return f(x); }
   void gradient(const VectorXd& x, VectorXd& g) override { g = df(x); }
@@ -54,7 +55,8 @@ class DenseProgram : public optimizer::Program {
     const MatrixXd full = curvature(x, factor, multiplier);
     values.resize(hessian_pattern_.size());
     for (int e = 0; e < hessian_pattern_.size(); ++e)
-      values[e] = full(hessian_pattern_.rows[static_cast<std::size_t>(e)], hessian_pattern_.columns[static_cast<std::size_t>(e)]);
+      values[e] = full(hessian_pattern_.rows[static_cast<std::size_t>(e)],
+                       hessian_pattern_.columns[static_cast<std::size_t>(e)]);
   }
   double goal_error(const VectorXd& x) override { return x.norm(); }
 
@@ -72,7 +74,9 @@ inline DenseProgram nearest_on_a_plane(const VectorXd& a) {
   program.df = [a](const VectorXd& x) { return VectorXd(x - a); };
   program.c = [](const VectorXd& x) { return VectorXd::Constant(1, x.sum()); };
   program.dc = [n](const VectorXd&) { return MatrixXd::Ones(1, n); };
-  program.curvature = [n](const VectorXd&, double factor, const VectorXd&) { return MatrixXd(factor * MatrixXd::Identity(n, n)); };
+  program.curvature = [n](const VectorXd&, double factor, const VectorXd&) {
+    return MatrixXd(factor * MatrixXd::Identity(n, n));
+  };
   program.lay_patterns();
   return program;
 }

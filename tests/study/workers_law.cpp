@@ -36,7 +36,8 @@ TEST(Workers, results_come_in_order_and_do_not_depend_on_the_number_of_workers) 
     ASSERT_EQ(results.size(), 13U);
     for (int t = 0; t < count; ++t) {
       ASSERT_TRUE(results[static_cast<std::size_t>(t)]) << "task " << t << ", " << workers << " workers";
-      EXPECT_EQ(*results[static_cast<std::size_t>(t)], numbers_of_task(t)) << "task " << t << ", " << workers << " workers";
+      EXPECT_EQ(*results[static_cast<std::size_t>(t)], numbers_of_task(t))
+          << "task " << t << ", " << workers << " workers";
     }
     std::vector<int> expected;
     for (int done = 1; done <= count; ++done) expected.push_back(done);

@@ -1,0 +1,99 @@
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "file/solution_file.hpp"
+#include "program.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(Program, refuses_every_malformed_problem_with_code_3_and_leaves_no_folder) {
+  const Folder folder;
+  int files = 0;
+  for (const auto& entry : fs::directory_iterator(std::string(LAMPREY_SOURCE_DIR) + "/tests/file/malformed")) {
+    if (entry.path().extension() != ".toml") continue;
+    const Run run = lamprey(folder, "solve " + entry.path().string() + " --out " + (folder / "run"));
+    EXPECT_EQ(run.exit_code, 3) << entry.path() << run.err;
+    EXPECT_EQ(run.err.rfind(entry.path().string() + ":", 0), 0U) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_FALSE(fs::exists(folder / "run")) << entry.path();
+    ++files;
+  }
+  EXPECT_GE(files, 40);
+}
+
+TEST(Program, tells_usage_input_output_and_missing_files_apart) {
+  const Folder folder;
+  EXPECT_EQ(lamprey(folder, "").exit_code, 2);
+  EXPECT_EQ(lamprey(folder, "swim").exit_code, 2);
+  EXPECT_EQ(lamprey(folder, "solve " + example("translation")).exit_code, 2);
+  EXPECT_EQ(lamprey(folder, "solve " + (folder / "nowhere.toml") + " --out " + (folder / "run")).exit_code, 6);
+  EXPECT_EQ(lamprey(folder, "verify " + (folder / "nowhere")).exit_code, 6);
+  EXPECT_EQ(lamprey(folder, "--version").exit_code, 0);
+  EXPECT_EQ(lamprey(folder, "--help").exit_code, 0);
+  std::ofstream(folder / "file") << "in the way";
+  EXPECT_EQ(lamprey(folder, "simulate " + example("tumble") + " --steps 10 --out " + (folder / "file")).exit_code, 6);
+}
+
+TEST(Program, prints_one_json_document_and_the_same_bytes_again) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});
+  const Run one = lamprey(folder, "solve " + problem + " --json --workers 1 --out " + (folder / "one"));
+  const Run two = lamprey(folder, "solve " + problem + " --json --workers 2 --out " + (folder / "two"));
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  auto first = nlohmann::json::parse(one.out);
+  auto second = nlohmann::json::parse(two.out);
+  for (auto* document : {&first, &second}) {
+    document->erase("provenance");
+    (*document)["solver"].erase("wall_seconds");
+  }
+  EXPECT_EQ(first.dump(), second.dump());
+}
+
+TEST(Program, says_why_a_goal_out_of_reach_was_not_met) {
+  const Folder folder;  // joints that bend about e_3 cannot roll the swimmer
+  const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "1"}, {"turn", "[0.5, 0.0, 0.0]"}});
+  const Run run = lamprey(folder, "solve " + problem + " --out " + (folder / "run"));
+  EXPECT_EQ(run.exit_code, 4) << run.out << run.err;
+  const file::Results results = file::read_solution(folder / "run");
+  EXPECT_NE(results.solution.status, maneuver::Status::optimal);
+  EXPECT_NE(results.solution.message.find("missed by"), std::string::npos) << results.solution.message;
+}
+
+TEST(Program, writes_its_best_point_when_interrupted) {
+  const Folder folder;
+  const std::string out = folder / "run";
+  const std::string command = "sh -c '" + std::string(LAMPREY_PROGRAM) + " solve " + example("translation_in_space") +
+                              " --workers 1 --out " + out + " >/dev/null 2>&1 & P=$!; sleep 2; kill -INT $P; wait $P'";
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_EQ(file::read_solution(out).solution.status, maneuver::Status::interrupted);
+}
+
+TEST(Program, verify_sees_a_tampered_solution) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});
+  ASSERT_EQ(lamprey(folder, "solve " + problem + " --out " + (folder / "run")).exit_code, 0);
+  file::Results results = file::read_solution(folder / "run");
+  results.solution.control[20][0][2] += 1e-3;
+  file::write_solution(folder / "run", results);
+  const Run run = lamprey(folder, "verify " + (folder / "run"));
+  EXPECT_EQ(run.exit_code, 4);
+  EXPECT_NE(run.out.find("does not hold"), std::string::npos) << run.out;
+}
+
+TEST(Program, says_what_it_cannot_do_yet) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "tumble", {{"scheme", "\"order4\""}});
+  const Run run = lamprey(folder, "simulate " + problem + " --out " + (folder / "run"));
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(run.err.find("order4"), std::string::npos) << run.err;
+  EXPECT_FALSE(fs::exists(folder / "run"));
+}
+
+}  // namespace
+}  // namespace lamprey::tests
