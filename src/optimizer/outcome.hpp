@@ -15,6 +15,7 @@ struct Options {
   int max_iterations = 500;
   double time_limit = std::numeric_limits<double>::infinity();  // s, wall clock
   double first_regularization = 1e-4;    // first shift of the Hessian where its inertia is wrong
+  bool near_solution = false;            // the start is close: cheap pivoting in the factorisation will do
   std::function<bool()> interrupted;     // asked once an iteration; may be empty
 };
 

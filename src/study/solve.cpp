@@ -35,7 +35,8 @@ using optimizer::Termination;
 constexpr int coarse_steps = 100;        // enough to tell minima apart, few enough to be quick
 constexpr int rank_steps = 20;           // rank does not depend on the resolution
 constexpr int start_iterations = 400;
-constexpr int refine_iterations = 200;
+constexpr int quick_iterations = 40;      // of a refinement that goes well
+constexpr int refine_iterations = 200;    // of one that does not
 constexpr std::size_t batch = 2;  // refined side by side; fixed, so that the answer does not depend on the machine
 constexpr std::size_t refined_candidates = 6;    // coarse grids lie about cost: at most so many are compared at full resolution
 constexpr int retries = 4;               // further guesses where a single start fails
@@ -151,8 +152,12 @@ class Search {
     Transcription full(system_, full_, rows_);
     const NodePath path =
         start.point.size() > 0 ? coarse.unpack(start.point) : maneuver::random_guess(system_, coarse_, seed_of(0));
-    Outcome outcome = optimizer::solve_with_ipopt(full, optimizer_options(refine_iterations),
-                                                  full.pack(maneuver::refined(system_, path, full_.steps)));
+    const VectorXd start_point = full.pack(maneuver::refined(system_, path, full_.steps));
+    optimizer::Options options = optimizer_options(quick_iterations);
+    options.near_solution = true;
+    Outcome outcome = optimizer::solve_with_ipopt(full, options, start_point);
+    if (!converged(outcome) && !stopped())
+      outcome = optimizer::solve_with_ipopt(full, optimizer_options(refine_iterations), start_point);
     outcome.infeasibility = optimizer::polish_feasibility(full, outcome.point);
     outcome.objective = full.objective(outcome.point);
     return outcome;

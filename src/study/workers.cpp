@@ -18,6 +18,7 @@ using Numbers = std::vector<double>;
 struct Worker {
   pid_t process;
   int pipe;
+  int task;
 };
 
 bool write_all(int file, const void* data, std::size_t size) {
@@ -44,50 +45,62 @@ bool read_all(int file, void* data, std::size_t size) {
   return true;
 }
 
-// A message is the task's number, the count of its numbers, and these.
-bool send(int file, std::int64_t task, const Numbers& numbers) {
-  const std::int64_t head[2] = {task, static_cast<std::int64_t>(numbers.size())};
-  return write_all(file, head, sizeof head) && write_all(file, numbers.data(), numbers.size() * sizeof(double));
+// A message is the count of numbers, and these.
+bool send(int file, const Numbers& numbers) {
+  const std::int64_t count = static_cast<std::int64_t>(numbers.size());
+  return write_all(file, &count, sizeof count) && write_all(file, numbers.data(), numbers.size() * sizeof(double));
 }
 
-bool receive(int file, std::int64_t& task, Numbers& numbers) {
-  std::int64_t head[2];
-  if (!read_all(file, head, sizeof head)) return false;
-  task = head[0];
-  numbers.resize(static_cast<std::size_t>(head[1]));
-  return read_all(file, numbers.data(), numbers.size() * sizeof(double));
+std::optional<Numbers> receive(int file) {
+  std::int64_t count = 0;
+  if (!read_all(file, &count, sizeof count)) return std::nullopt;
+  Numbers numbers(static_cast<std::size_t>(count));
+  if (!read_all(file, numbers.data(), numbers.size() * sizeof(double))) return std::nullopt;
+  return numbers;
 }
 
-[[noreturn]] void work(int first, int count, int workers, int pipe, const std::function<Numbers(int)>& task) {
-  int failed = 0;
+[[noreturn]] void work(int pipe, int t, const std::function<Numbers(int)>& task) {
+  bool sent = false;
   try {
-    for (int t = first; t < count && !failed; t += workers) failed = send(pipe, t, task(t)) ? 0 : 1;
-  } catch (...) {
-    failed = 1;  // the parent sees missing tasks
+    sent = send(pipe, task(t));
+  } catch (...) {  // the parent sees a missing result
   }
-  close(pipe);
-  _exit(failed);
+  _exit(sent ? 0 : 1);
 }
 
-std::vector<Worker> start(int count, int workers, const std::function<Numbers(int)>& task) {
+// A process for one task, so that its death costs no other; nothing where the machine gives no more processes.
+std::optional<Worker> start(int t, const std::function<Numbers(int)>& task) {
   std::fflush(nullptr);  // a child must not write the parent's buffers again
-  std::vector<Worker> started;
-  for (int w = 0; w < workers; ++w) {
-    int ends[2];
-    if (pipe(ends) != 0) break;
-    const pid_t process = fork();
-    if (process == 0) {
-      close(ends[0]);
-      work(w, count, workers, ends[1], task);
-    }
-    close(ends[1]);
-    if (process < 0) {
-      close(ends[0]);
-      break;
-    }
-    started.push_back({process, ends[0]});
+  int ends[2];
+  if (pipe(ends) != 0) return std::nullopt;
+  const pid_t process = fork();
+  if (process == 0) {
+    close(ends[0]);
+    work(ends[1], t, task);
   }
-  return started;
+  close(ends[1]);
+  if (process > 0) return Worker{process, ends[0], t};
+  close(ends[0]);
+  return std::nullopt;
+}
+
+// The first of the running workers that has something to say, or has died.
+std::size_t next_to_finish(const std::vector<Worker>& running) {
+  std::vector<pollfd> waiting;
+  for (const Worker& worker : running) waiting.push_back({worker.pipe, POLLIN, 0});
+  while (poll(waiting.data(), waiting.size(), -1) < 0) {  // a signal: workers end by themselves
+  }
+  std::size_t first = 0;
+  while (waiting[first].revents == 0) ++first;
+  return first;
+}
+
+std::optional<Numbers> finish(const Worker& worker) {
+  std::optional<Numbers> numbers = receive(worker.pipe);
+  close(worker.pipe);
+  while (waitpid(worker.process, nullptr, 0) < 0 && errno == EINTR) {
+  }
+  return numbers;
 }
 
 }  // namespace
@@ -95,33 +108,25 @@ std::vector<Worker> start(int count, int workers, const std::function<Numbers(in
 std::vector<std::optional<Numbers>> run_in_workers(int count, int workers, const std::function<Numbers(int)>& task,
                                                    const std::function<void(int)>& finished) {
   std::vector<std::optional<Numbers>> results(static_cast<std::size_t>(count));
-  int done = 0;
-  workers = std::min(workers, count);
-  if (workers > 1) {
-    std::vector<Worker> running = start(count, workers, task);
-    while (!running.empty()) {
-      std::vector<pollfd> waiting;
-      for (const Worker& worker : running) waiting.push_back({worker.pipe, POLLIN, 0});
-      if (poll(waiting.data(), waiting.size(), -1) < 0) continue;  // a signal: workers end by themselves
-      for (std::size_t w = waiting.size(); w-- > 0;) {
-        if (waiting[w].revents == 0) continue;
-        std::int64_t index = 0;
-        Numbers numbers;
-        if (receive(running[w].pipe, index, numbers)) {
-          results[static_cast<std::size_t>(index)] = std::move(numbers);
-          finished(++done);
-          continue;
-        }
-        close(running[w].pipe);
-        while (waitpid(running[w].process, nullptr, 0) < 0 && errno == EINTR) {
-        }
-        running.erase(running.begin() + static_cast<std::ptrdiff_t>(w));
+  std::vector<Worker> running;
+  int next = 0;
+  for (int done = 0; done < count;) {
+    const bool room = next < count && running.size() < static_cast<std::size_t>(workers);
+    if (room && workers > 1 && count > 1) {
+      if (const std::optional<Worker> started = start(next, task)) {
+        running.push_back(*started);
+        ++next;
+        continue;
       }
     }
-    if (done > 0) return results;
-  }
-  for (int t = 0; t < count; ++t) {  // one worker, or none could be started
-    results[static_cast<std::size_t>(t)] = task(t);
+    if (running.empty()) {  // one worker or one task, or no process could be started
+      results[static_cast<std::size_t>(next)] = task(next);
+      ++next;
+    } else {
+      const std::size_t w = next_to_finish(running);
+      results[static_cast<std::size_t>(running[w].task)] = finish(running[w]);
+      running.erase(running.begin() + static_cast<std::ptrdiff_t>(w));
+    }
     finished(++done);
   }
   return results;

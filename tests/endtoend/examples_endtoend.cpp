@@ -42,7 +42,7 @@ void expect_marks(const file::Results& results) {
 
 void expect_solved(const Example& example) {
   const Folder folder;
-  const Run run = lamprey(folder, "solve " + varied_example(folder, example.name, example.values) + " --out " + (folder / "run"));
+  const ProgramRun run = lamprey(folder, "solve " + varied_example(folder, example.name, example.values) + " --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const file::Results results = file::read_solution(folder / "run");
   expect_marks(results);
@@ -108,7 +108,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Shooting, stays_at_the_answer_of_the_simultaneous_method) {
   const Folder folder;
   const std::string path = varied_example(folder, "paper_scheme/translation", {{"steps", "100"}, {"starts", "8\nmethod = \"shooting\""}});
-  const Run run = lamprey(folder, "solve " + path + " --out " + (folder / "run"));
+  const ProgramRun run = lamprey(folder, "solve " + path + " --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const file::Results results = file::read_solution(folder / "run");
   expect_marks(results);
@@ -118,7 +118,7 @@ TEST(Shooting, stays_at_the_answer_of_the_simultaneous_method) {
 
 TEST(Tumble, marches_free_with_its_momentum) {
   const Folder folder;
-  const Run run = lamprey(folder, "simulate " + example("tumble") + " --steps 1000 --duration 1 --out " + (folder / "run"));
+  const ProgramRun run = lamprey(folder, "simulate " + example("tumble") + " --steps 1000 --duration 1 --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const file::Results results = file::read_solution(folder / "run");
   EXPECT_EQ(results.solution.status, maneuver::Status::simulated);
@@ -129,7 +129,7 @@ TEST(Tumble, marches_free_with_its_momentum) {
 TEST(Tumble, follows_the_controls_of_a_solution) {
   const Folder folder;
   ASSERT_EQ(lamprey(folder, "solve " + varied_example(folder, "translation", coarse) + " --out " + (folder / "solved")).exit_code, 0);
-  const Run run = lamprey(folder, "simulate " + (folder / "problem.toml") + " --controls " + (folder / "solved/solution.json") +
+  const ProgramRun run = lamprey(folder, "simulate " + (folder / "problem.toml") + " --controls " + (folder / "solved/solution.json") +
                                       " --out " + (folder / "marched"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const file::Results solved = file::read_solution(folder / "solved");

@@ -15,7 +15,7 @@
 
 namespace lamprey::tests {
 
-struct Run {
+struct ProgramRun {
   int exit_code;
   std::string out;
   std::string err;
@@ -45,7 +45,7 @@ class Folder {
 };
 
 /// `lamprey ARGUMENTS`, arguments quoted by the caller.
-inline Run lamprey(const Folder& folder, const std::string& arguments) {
+inline ProgramRun lamprey(const Folder& folder, const std::string& arguments) {
   const std::string command = std::string(LAMPREY_PROGRAM) + " " + arguments + " >" + (folder / "out.txt") + " 2>" +
                               (folder / "err.txt") + " </dev/null";
   const int status = std::system(command.c_str());

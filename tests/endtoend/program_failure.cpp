@@ -16,7 +16,7 @@ TEST(Program, refuses_every_malformed_problem_with_code_3_and_leaves_no_folder) 
   int files = 0;
   for (const auto& entry : fs::directory_iterator(std::string(LAMPREY_SOURCE_DIR) + "/tests/file/malformed")) {
     if (entry.path().extension() != ".toml") continue;
-    const Run run = lamprey(folder, "solve " + entry.path().string() + " --out " + (folder / "run"));
+    const ProgramRun run = lamprey(folder, "solve " + entry.path().string() + " --out " + (folder / "run"));
     EXPECT_EQ(run.exit_code, 3) << entry.path() << run.err;
     EXPECT_EQ(run.err.rfind(entry.path().string() + ":", 0), 0U) << run.err;
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
@@ -42,8 +42,8 @@ TEST(Program, tells_usage_input_output_and_missing_files_apart) {
 TEST(Program, prints_one_json_document_and_the_same_bytes_again) {
   const Folder folder;
   const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});
-  const Run one = lamprey(folder, "solve " + problem + " --json --workers 1 --out " + (folder / "one"));
-  const Run two = lamprey(folder, "solve " + problem + " --json --workers 2 --out " + (folder / "two"));
+  const ProgramRun one = lamprey(folder, "solve " + problem + " --json --workers 1 --out " + (folder / "one"));
+  const ProgramRun two = lamprey(folder, "solve " + problem + " --json --workers 2 --out " + (folder / "two"));
   ASSERT_EQ(one.exit_code, 0) << one.err;
   auto first = nlohmann::json::parse(one.out);
   auto second = nlohmann::json::parse(two.out);
@@ -57,7 +57,7 @@ TEST(Program, prints_one_json_document_and_the_same_bytes_again) {
 TEST(Program, says_why_a_goal_out_of_reach_was_not_met) {
   const Folder folder;  // joints that bend about e_3 cannot roll the swimmer
   const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "1"}, {"turn", "[0.5, 0.0, 0.0]"}});
-  const Run run = lamprey(folder, "solve " + problem + " --out " + (folder / "run"));
+  const ProgramRun run = lamprey(folder, "solve " + problem + " --out " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 4) << run.out << run.err;
   const file::Results results = file::read_solution(folder / "run");
   EXPECT_NE(results.solution.status, maneuver::Status::optimal);
@@ -81,7 +81,7 @@ TEST(Program, verify_sees_a_tampered_solution) {
   file::Results results = file::read_solution(folder / "run");
   results.solution.control[20][0][2] += 1e-3;
   file::write_solution(folder / "run", results);
-  const Run run = lamprey(folder, "verify " + (folder / "run"));
+  const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 4);
   EXPECT_NE(run.out.find("does not hold"), std::string::npos) << run.out;
 }
@@ -89,7 +89,7 @@ TEST(Program, verify_sees_a_tampered_solution) {
 TEST(Program, says_what_it_cannot_do_yet) {
   const Folder folder;
   const std::string problem = varied_example(folder, "tumble", {{"scheme", "\"order4\""}});
-  const Run run = lamprey(folder, "simulate " + problem + " --out " + (folder / "run"));
+  const ProgramRun run = lamprey(folder, "simulate " + problem + " --out " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_NE(run.err.find("order4"), std::string::npos) << run.err;
   EXPECT_FALSE(fs::exists(folder / "run"));
