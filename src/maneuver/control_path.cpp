@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include <Eigen/QR>
-#include <Eigen/SparseLU>
 
 namespace lamprey::maneuver {
 
@@ -12,55 +11,53 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Rows of the spline's continuity of slope, and the end conditions, in the second derivatives at the samples.
-Eigen::SparseMatrix<double> spline_matrix(Interpolation interpolation, const VectorXd& step) {
-  const auto count = step.size() + 1;
-  std::vector<Eigen::Triplet<double>> entries;
-  const auto add = [&entries](Eigen::Index r, Eigen::Index c, double v) {
-    entries.emplace_back(static_cast<int>(r), static_cast<int>(c), v);
-  };
-  for (Eigen::Index k = 1; k + 1 < count; ++k) {
-    add(k, k - 1, step[k - 1] / 6.0);
-    add(k, k, (step[k - 1] + step[k]) / 3.0);
-    add(k, k + 1, step[k] / 6.0);
+// Solves lower[k] x[k−1] + diagonal[k] x[k] + upper[k] x[k+1] = rhs[k], rows of rhs being components; diagonally dominant.
+MatrixXd solve_tridiagonal(const VectorXd& lower, VectorXd diagonal, const VectorXd& upper, MatrixXd rhs) {
+  const Eigen::Index count = diagonal.size();
+  for (Eigen::Index k = 1; k < count; ++k) {
+    const double factor = lower[k] / diagonal[k - 1];
+    diagonal[k] -= factor * upper[k - 1];
+    rhs.col(k) -= factor * rhs.col(k - 1);
   }
-  const bool natural = interpolation != Interpolation::not_a_knot_cubic || count < 4;
-  if (natural) {
-    add(0, 0, 1.0);
-    add(count - 1, count - 1, 1.0);
-  } else {  // the third derivative does not jump at the second and the last but one sample
-    const Eigen::Index n = count - 1;
-    add(0, 0, step[1]);
-    add(0, 1, -(step[0] + step[1]));
-    add(0, 2, step[0]);
-    add(n, n, step[n - 2]);
-    add(n, n - 1, -(step[n - 1] + step[n - 2]));
-    add(n, n - 2, step[n - 1]);
-  }
-  Eigen::SparseMatrix<double> matrix(static_cast<int>(count), static_cast<int>(count));
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
+  rhs.col(count - 1) /= diagonal[count - 1];
+  for (Eigen::Index k = count - 1; k-- > 0;) rhs.col(k) = (rhs.col(k) - upper[k] * rhs.col(k + 1)) / diagonal[k];
+  return rhs;
 }
 
-// Second derivatives at the samples.
+// Second derivatives at the samples, from the continuity of slope at the inner ones.
 MatrixXd second_derivatives(Interpolation interpolation, const VectorXd& times, const MatrixXd& samples) {
   const Eigen::Index count = times.size();
   MatrixXd second = MatrixXd::Zero(samples.rows(), count);
   if (interpolation == Interpolation::linear || count < 3) return second;
   const VectorXd step = times.tail(count - 1) - times.head(count - 1);
-  if (interpolation == Interpolation::not_a_knot_cubic && count == 3) {  // the parabola through three samples
-    const VectorXd slope_change =
-        (samples.col(2) - samples.col(1)) / step[1] - (samples.col(1) - samples.col(0)) / step[0];
-    second.colwise() = 2.0 * slope_change / (step[0] + step[1]);
+  const Eigen::Index inner = count - 2;
+  VectorXd lower(inner), diagonal(inner), upper(inner);
+  MatrixXd bend(samples.rows(), inner);
+  for (Eigen::Index k = 0; k < inner; ++k) {
+    lower[k] = step[k] / 6.0;
+    upper[k] = step[k + 1] / 6.0;
+    diagonal[k] = 2.0 * (lower[k] + upper[k]);
+    bend.col(k) = (samples.col(k + 2) - samples.col(k + 1)) / step[k + 1] - (samples.col(k + 1) - samples.col(k)) / step[k];
+  }
+  const bool free_ends = interpolation == Interpolation::natural_cubic;
+  if (!free_ends && count == 3) {  // the parabola through three samples
+    second.colwise() = 2.0 * bend.col(0) / (step[0] + step[1]);
     return second;
   }
-  MatrixXd rhs = MatrixXd::Zero(count, samples.rows());
-  for (Eigen::Index k = 1; k + 1 < count; ++k)
-    rhs.row(k) = ((samples.col(k + 1) - samples.col(k)) / step[k] - (samples.col(k) - samples.col(k - 1)) / step[k - 1])
-                     .transpose();
-  Eigen::SparseLU<Eigen::SparseMatrix<double>> solver(spline_matrix(interpolation, step));
-  const MatrixXd solved = solver.solve(rhs);
-  return solved.transpose();
+  // not-a-knot: the third derivative does not jump at the second and the last but one sample, which ties the end values
+  const double first = step[0] / step[1];
+  const double last = step[inner] / step[inner - 1];
+  if (!free_ends) {
+    diagonal[0] += lower[0] * (1.0 + first);
+    upper[0] -= lower[0] * first;
+    diagonal[inner - 1] += upper[inner - 1] * (1.0 + last);
+    lower[inner - 1] -= upper[inner - 1] * last;
+  }
+  second.middleCols(1, inner) = solve_tridiagonal(lower, diagonal, upper, bend);
+  if (free_ends) return second;
+  second.col(0) = (1.0 + first) * second.col(1) - first * second.col(2);
+  second.col(count - 1) = (1.0 + last) * second.col(count - 2) - last * second.col(count - 3);
+  return second;
 }
 
 }  // namespace

@@ -25,7 +25,8 @@ std::string number(double value, int digits = 2) {
 // What keeps the answer from being feasible; empty when nothing does.
 std::string unmet(const Problem& problem, const Certificate& proof) {
   if (!(proof.equation_residual <= equation_mark))
-    return "the discrete equations are met to " + number(proof.equation_residual) + " of the momentum's scale only";
+    return "no motion was found that obeys the mechanics and meets the goal (discrete equations off by " +
+           number(proof.equation_residual) + " of the momentum's scale, goal by " + number(proof.goal_error) + " rad or m)";
   if (!(proof.goal_error <= goal_mark)) return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
   if (problem.goal && problem.goal->rest && !(proof.rest_error <= rest_mark))
     return "the end is not at rest: momentum " + number(proof.rest_error) + " of its scale is left";

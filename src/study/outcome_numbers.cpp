@@ -29,6 +29,7 @@ Outcome outcome_of(const std::vector<double>& numbers) {
   const auto count = static_cast<std::size_t>(*next++);
   for (std::size_t n = 0; n < count; ++n, next += 6)
     outcome.history.push_back({static_cast<int>(next[0]), next[1], next[2], next[3], next[4], next[5]});
+  outcome.reason.clear();
   const auto letters = static_cast<std::size_t>(*next++);
   for (std::size_t n = 0; n < letters; ++n) outcome.reason += static_cast<char>(*next++);
   outcome.point = Eigen::Map<const Eigen::VectorXd>(next, numbers.data() + numbers.size() - next);

@@ -3,7 +3,6 @@
 
 #include <sys/wait.h>
 
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -69,12 +68,6 @@ inline std::string varied_example(const Folder& folder, const std::string& name,
   const std::string path = folder / "problem.toml";
   std::ofstream(path) << text;
   return path;
-}
-
-/// Whether the long tests run at full length (./dev test-all).
-inline bool long_tests() {
-  const char* set = std::getenv("LAMPREY_LONG");
-  return set && std::string(set) == "1";
 }
 
 }  // namespace lamprey::tests
