@@ -55,9 +55,12 @@ Results assemble(const file::ProblemFile& problem_file, const model::System& sys
 int exit_code(Status status) {
   switch (status) {
     case Status::optimal:
-    case Status::simulated: return done;
-    case Status::interrupted: return was_interrupted;
-    default: return no_optimal_solution;
+    case Status::simulated:
+      return done;
+    case Status::interrupted:
+      return was_interrupted;
+    default:
+      return no_optimal_solution;
   }
 }
 
@@ -80,12 +83,12 @@ maneuver::ControlFunction controls_of(const file::ControlSamples& samples, int j
       values.col(static_cast<Eigen::Index>(s)).segment<3>(3 * j) = samples.control[s][static_cast<std::size_t>(j)];
   const Eigen::VectorXd times =
       Eigen::Map<const Eigen::VectorXd>(samples.time.data(), static_cast<Eigen::Index>(samples.time.size()));
-  const maneuver::ControlPath path =
-      samples.source == file::ControlSource::spline
-          ? maneuver::natural_spline_through_nodes(samples.points, times, values)
-          : maneuver::ControlPath(samples.source == file::ControlSource::table ? maneuver::Interpolation::not_a_knot_cubic
-                                                                               : maneuver::Interpolation::linear,
-                                  times, values);
+  const maneuver::ControlPath path = samples.source == file::ControlSource::spline
+                                         ? maneuver::natural_spline_through_nodes(samples.points, times, values)
+                                         : maneuver::ControlPath(samples.source == file::ControlSource::table
+                                                                     ? maneuver::Interpolation::not_a_knot_cubic
+                                                                     : maneuver::Interpolation::linear,
+                                                                 times, values);
   return [path, joints](double t) {
     const Eigen::VectorXd u = path.value(t);
     mechanics::Moments moments;
@@ -103,7 +106,8 @@ void override_march(const SimulateArguments& arguments, Problem& problem) {
       problem.scheme = entry.value;
       return;
     }
-  throw model::InputError("--scheme", "found \"" + arguments.scheme + "\"; this version marches with paper and trapezoid");
+  throw model::InputError("--scheme",
+                          "found \"" + arguments.scheme + "\"; this version marches with paper and trapezoid");
 }
 
 }  // namespace
@@ -176,7 +180,8 @@ int verify(const std::string& folder) {
   fmt::print("{}\n  recomputed from {}/solution.json\n", results.name, folder);
   print_certificate(proof, results.problem);
   const bool holds = claimed != Status::optimal || results.solution.status == Status::optimal;
-  fmt::print("  {}\n", holds ? "The stored status holds." : "The stored status does not hold: " + results.solution.message);
+  fmt::print("  {}\n",
+             holds ? "The stored status holds." : "The stored status does not hold: " + results.solution.message);
   return holds ? exit_code(claimed) : no_optimal_solution;
 }
 

@@ -34,7 +34,7 @@ struct Arguments {
 int run_bench(const std::string& program, bool peers) {
   const std::string beside = program.substr(0, program.rfind('/') + 1) + "lamprey_bench";
   if (access(beside.c_str(), X_OK) != 0) {
-    fmt::print(stderr, "lamprey: {} is missing; build it with ./dev build\n", beside);
+    fmt::print(stderr, "lamprey: {} is missing; ./dev bench builds it\n", beside);
     return program_missing;
   }
   if (peers) {
@@ -58,12 +58,15 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
 void describe_simulate(CLI::App& app, Arguments& arguments) {
   CLI::App* simulate = app.add_subcommand("simulate", "March from the start under given moments, or none");
   simulate->add_option("problem", arguments.simulate.problem, "problem file (TOML)")->required();
-  simulate->add_option("--out", arguments.simulate.out, "folder for solution.json, trajectory.h5, report.html")->required();
-  simulate->add_option("--controls", arguments.simulate.controls, "solution.json, or CSV: t, then 3 columns for each joint");
+  simulate->add_option("--out", arguments.simulate.out, "folder for solution.json, trajectory.h5, report.html")
+      ->required();
+  simulate->add_option("--controls", arguments.simulate.controls,
+                       "solution.json, or CSV: t, then 3 columns for each joint");
   simulate->add_option("--scheme", arguments.simulate.scheme, "paper | trapezoid instead of the file's");
   simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
       ->check(CLI::Range(1, 10'000'000));
-  simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")->check(CLI::PositiveNumber);
+  simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")
+      ->check(CLI::PositiveNumber);
 }
 
 void describe_others(CLI::App& app, Arguments& arguments) {

@@ -31,11 +31,11 @@ struct Refinement {
 };
 
 struct Certificate {
-  double goal_error = unset;       // max over goal rows, rad or m
-  double rest_error = unset;       // max |μ_N| / scale
-  double momentum_drift = unset;   // max |p − p_0| / scale
-  double rotation_drift = unset;   // max |RᵀR − I|
-  double kkt = unset;              // scaled, in the space of controls
+  double goal_error = unset;      // max over goal rows, rad or m
+  double rest_error = unset;      // max |μ_N| / scale
+  double momentum_drift = unset;  // max |p − p_0| / scale
+  double rotation_drift = unset;  // max |RᵀR − I|
+  double kkt = unset;             // scaled, in the space of controls
   std::optional<SecondOrder> second_order;
   std::optional<Replay> replay;
   std::optional<Refinement> refinement;

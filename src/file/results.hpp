@@ -19,20 +19,20 @@ struct Provenance {
   std::string version;
   std::string build_type;
   std::string compiler;
-  std::string machine;          // processor model and number of cores
+  std::string machine;  // processor model and number of cores
   std::string command;
-  std::string problem_sha256;   // of the problem file's bytes
+  std::string problem_sha256;  // of the problem file's bytes
   std::uint64_t seed = 0;
 };
 
 /// A body and a joint as solved: defaults filled in, names resolved to indices.
 struct ResolvedBody {
   std::string name;
-  Eigen::Vector3d semi_axes;         // m
-  double mass = 0.0;                 // kg, body alone
-  Eigen::Matrix3d body_inertia;      // kg m², body alone
-  Eigen::Matrix3d mass_matrix;       // kg, body + fluid
-  Eigen::Matrix3d inertia_matrix;    // kg m², body + fluid
+  Eigen::Vector3d semi_axes;       // m
+  double mass = 0.0;               // kg, body alone
+  Eigen::Matrix3d body_inertia;    // kg m², body alone
+  Eigen::Matrix3d mass_matrix;     // kg, body + fluid
+  Eigen::Matrix3d inertia_matrix;  // kg m², body + fluid
 };
 
 struct ResolvedJoint {
@@ -40,9 +40,9 @@ struct ResolvedJoint {
   model::JointKind kind = model::JointKind::ball;
   int parent = 0;
   int child = 0;
-  Eigen::Vector3d parent_offset;                  // m, parent's frame
-  Eigen::Vector3d child_offset;                   // m, child's frame
-  std::vector<Eigen::Vector3d> control_axes;      // parent's frame; empty: not actuated
+  Eigen::Vector3d parent_offset;              // m, parent's frame
+  Eigen::Vector3d child_offset;               // m, child's frame
+  std::vector<Eigen::Vector3d> control_axes;  // parent's frame; empty: not actuated
 };
 
 struct ResolvedProblem {

@@ -38,16 +38,16 @@ struct StepWorkspace {
   explicit StepWorkspace(const model::System& system);
   mechanics::Interval interval;
   mechanics::DiscreteMomenta momenta;
-  std::vector<Vector3d> target;            // [bodies] p⁻ to reach
-  std::vector<Vector3d> missing;           // [bodies] target − p⁻
-  std::vector<Vector3d> turns;             // [bodies] Newton's η'
-  std::vector<Vector3d> cayley_base;       // [bodies] where a damped step starts
-  std::vector<Vector3d> force;             // [bodies] generalised joint moments
-  std::vector<Vector3d> latest_cayley;     // [bodies] ζ of the latest step
-  std::vector<Vector3d> previous_cayley;   // [bodies] ζ of the step before it
-  Vector3d latest_displacement;            // m
-  Vector3d previous_displacement;          // m
-  int history = 0;                         // 0: nothing known, 1: one step, 2: two steps
+  std::vector<Vector3d> target;           // [bodies] p⁻ to reach
+  std::vector<Vector3d> missing;          // [bodies] target − p⁻
+  std::vector<Vector3d> turns;            // [bodies] Newton's η'
+  std::vector<Vector3d> cayley_base;      // [bodies] where a damped step starts
+  std::vector<Vector3d> force;            // [bodies] generalised joint moments
+  std::vector<Vector3d> latest_cayley;    // [bodies] ζ of the latest step
+  std::vector<Vector3d> previous_cayley;  // [bodies] ζ of the step before it
+  Vector3d latest_displacement;           // m
+  Vector3d previous_displacement;         // m
+  int history = 0;                        // 0: nothing known, 1: one step, 2: two steps
   TreeNewtonWorkspace newton;
 };
 

@@ -23,9 +23,10 @@ struct CondensedBody {
   Vector3d row, force;                      // what is missing in the balance; what the children's residuals push
 };
 
-CondensedBody condense(const System& system, const Interval& step, const LocalSensitivity& local, const Vector3d& missing,
-                       const TreeNewtonWorkspace& work, int i) {
-  CondensedBody c{local.dminus_dcentre, local.dminus_dnext, local.dP_dcentre, local.dP_dnext, missing, Vector3d::Zero()};
+CondensedBody condense(const System& system, const Interval& step, const LocalSensitivity& local,
+                       const Vector3d& missing, const TreeNewtonWorkspace& work, int i) {
+  CondensedBody c{local.dminus_dcentre, local.dminus_dnext, local.dP_dcentre, local.dP_dnext, missing,
+                  Vector3d::Zero()};
   const Matrix3d R_transposed = step.rotation[at(i)].transpose();
   for (int child : system.body(i).children) {
     const TreeNewtonWorkspace::Node& node = work.nodes[at(child)];
@@ -43,7 +44,8 @@ CondensedBody condense(const System& system, const Interval& step, const LocalSe
 }
 
 // Expresses a non-root body by its joint's displacement and eliminates its turn.
-bool eliminate(const System& system, const Interval& step, const CondensedBody& c, int i, TreeNewtonWorkspace::Node& node) {
+bool eliminate(const System& system, const Interval& step, const CondensedBody& c, int i,
+               TreeNewtonWorkspace::Node& node) {
   const Matrix3d d = hat(system.joint(system.body(i).joint).child_offset);
   const Matrix3d lever = d * step.rotation[at(i)].transpose();
   const Matrix3d centre_by_turn = step.next_rotation[at(i)] * d;
@@ -93,8 +95,7 @@ bool solve_tree_newton(const System& system, mechanics::DiscreteLagrangian lagra
     const Vector3d joint_shift = work.centre_correction[at(up.parent)] -
                                  step.next_rotation[at(up.parent)] * up.parent_offset.cross(turns[at(up.parent)]);
     turns[at(i)] = work.nodes[at(i)].turn - work.nodes[at(i)].turn_by_joint * joint_shift;
-    work.centre_correction[at(i)] =
-        joint_shift + step.next_rotation[at(i)] * up.child_offset.cross(turns[at(i)]);
+    work.centre_correction[at(i)] = joint_shift + step.next_rotation[at(i)] * up.child_offset.cross(turns[at(i)]);
   }
   return true;
 }

@@ -13,10 +13,10 @@ using Eigen::Vector3d;
 /// What elimination leaves of a body's subtree, seen from its joint (equation 4.17).
 struct TreeNewtonWorkspace {
   struct Node {
-    Matrix3d force_by_joint;   // Φ: linear momentum of the subtree by the joint's displacement
-    Vector3d force;            // ψ: the part that the residuals fix
-    Matrix3d turn_by_joint;    // −dη'/dJ
-    Vector3d turn;             // η' at rest of the joint
+    Matrix3d force_by_joint;  // Φ: linear momentum of the subtree by the joint's displacement
+    Vector3d force;           // ψ: the part that the residuals fix
+    Matrix3d turn_by_joint;   // −dη'/dJ
+    Vector3d turn;            // η' at rest of the joint
   };
   std::vector<Node> nodes;                  // [bodies]
   std::vector<Vector3d> centre_correction;  // [bodies] m, world

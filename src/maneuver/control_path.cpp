@@ -37,7 +37,8 @@ MatrixXd second_derivatives(Interpolation interpolation, const VectorXd& times, 
     lower[k] = step[k] / 6.0;
     upper[k] = step[k + 1] / 6.0;
     diagonal[k] = 2.0 * (lower[k] + upper[k]);
-    bend.col(k) = (samples.col(k + 2) - samples.col(k + 1)) / step[k + 1] - (samples.col(k + 1) - samples.col(k)) / step[k];
+    bend.col(k) =
+        (samples.col(k + 2) - samples.col(k + 1)) / step[k + 1] - (samples.col(k + 1) - samples.col(k)) / step[k];
   }
   const bool free_ends = interpolation == Interpolation::natural_cubic;
   if (!free_ends && count == 3) {  // the parabola through three samples
@@ -85,10 +86,12 @@ MatrixXd natural_spline_basis(int points, double duration, const VectorXd& times
   return basis;
 }
 
+MatrixXd spline_points(const MatrixXd& basis, const MatrixXd& samples) { return basis.householderQr().solve(samples); }
+
 ControlPath natural_spline_through_nodes(int points, const VectorXd& times, const MatrixXd& samples) {
   const double duration = times[times.size() - 1];
   const MatrixXd basis = natural_spline_basis(points, duration, times);
-  const MatrixXd values = basis.colPivHouseholderQr().solve(samples.transpose()).transpose();
+  const MatrixXd values = spline_points(basis, samples.transpose()).transpose();
   return ControlPath(Interpolation::natural_cubic, VectorXd::LinSpaced(points, 0.0, duration), values);
 }
 

@@ -27,6 +27,10 @@ class ControlPath {
 /// [times][points]. Column p is the path that is 1 at point p.
 Eigen::MatrixXd natural_spline_basis(int points, double duration, const Eigen::VectorXd& times);
 
+/// Values at the points whose spline comes nearest to samples at the nodes: [points][components] from the basis [nodes][points]
+/// and samples [nodes][components].
+Eigen::MatrixXd spline_points(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& samples);
+
 /// The natural cubic spline through `points` uniform points whose values at the nodes' times come nearest to the samples
 /// [components][nodes]; exact for samples of such a spline.
 ControlPath natural_spline_through_nodes(int points, const Eigen::VectorXd& times, const Eigen::MatrixXd& samples);

@@ -27,7 +27,8 @@ MatrixXd goal_sensitivity(Transcription& transcription, const VectorXd& x, int r
     const auto n = static_cast<std::size_t>(e);
     const int row = pattern.rows[n];
     const int column = place[static_cast<std::size_t>(pattern.columns[n])];
-    auto& target = row < dynamics ? (column < 0 ? by_control : by_state) : (column < 0 ? goal_by_control : goal_by_state);
+    auto& target =
+        row < dynamics ? (column < 0 ? by_control : by_state) : (column < 0 ? goal_by_control : goal_by_state);
     target.emplace_back(row < dynamics ? row : row - dynamics, column < 0 ? -1 - column : column, values[e]);
   }
   const auto assemble = [](int r, int c, const std::vector<Eigen::Triplet<double>>& entries) {
@@ -44,14 +45,16 @@ MatrixXd goal_sensitivity(Transcription& transcription, const VectorXd& x, int r
 
 }  // namespace
 
-std::vector<GoalRow> independent_goal_rows(const model::System& system, const Maneuver& maneuver, const NodePath& path) {
+std::vector<GoalRow> independent_goal_rows(const model::System& system, const Maneuver& maneuver,
+                                           const NodePath& path) {
   const std::vector<GoalRow> stated = stated_goal_rows(system, maneuver);
   Maneuver unparameterised = maneuver;
   unparameterised.spline_points = 0;
   Transcription transcription(system, unparameterised, stated);
   const int controls = system.control_count();
-  const MatrixXd sensitivity = goal_sensitivity(transcription, transcription.pack(path), static_cast<int>(stated.size()),
-                                                controls, controls + 7 * system.body_count() + 3);
+  const MatrixXd sensitivity =
+      goal_sensitivity(transcription, transcription.pack(path), static_cast<int>(stated.size()), controls,
+                       controls + 7 * system.body_count() + 3);
   Eigen::ColPivHouseholderQR<MatrixXd> qr(sensitivity.transpose());
   qr.setThreshold(rank_threshold);
   std::vector<char> kept(stated.size());

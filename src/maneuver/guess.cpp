@@ -59,7 +59,8 @@ class JointPaths {
       end_.push_back(parent_end && child_end ? Matrix3d(parent_end->transpose() * *child_end) : start);
       MatrixXd coefficients(joint.actuation.cols(), harmonics);
       for (int m = 0; m < harmonics; ++m)
-        for (Eigen::Index c = 0; c < coefficients.rows(); ++c) coefficients(c, m) = amplitude * random.normal() / (m + 1);
+        for (Eigen::Index c = 0; c < coefficients.rows(); ++c)
+          coefficients(c, m) = amplitude * random.normal() / (m + 1);
       coefficients_.push_back(coefficients);
     }
   }
@@ -82,8 +83,7 @@ class JointPaths {
 Rotations compose(const System& system, const Matrix3d& root, const JointPaths& joints, double s) {
   Rotations R(at(system.body_count()), root);
   for (int i : system.root_to_leaves())
-    if (system.body(i).parent >= 0)
-      R[at(i)] = R[at(system.body(i).parent)] * joints.relative(system.body(i).joint, s);
+    if (system.body(i).parent >= 0) R[at(i)] = R[at(system.body(i).parent)] * joints.relative(system.body(i).joint, s);
   return R;
 }
 
@@ -138,7 +138,8 @@ NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint6
 
 NodePath refined(const System& system, const NodePath& coarse, int steps) {
   const int from = static_cast<int>(coarse.cayley.size());
-  const ControlPath path(Interpolation::not_a_knot_cubic, VectorXd::LinSpaced(from + 1, 0.0, 1.0), stacked_nodes(system, coarse));
+  const ControlPath path(Interpolation::not_a_knot_cubic, VectorXd::LinSpaced(from + 1, 0.0, 1.0),
+                         stacked_nodes(system, coarse));
   NodePath fine;
   for (int k = 0; k <= steps; ++k) {
     const VectorXd node = path.value(static_cast<double>(k) / steps);

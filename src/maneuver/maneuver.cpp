@@ -28,15 +28,18 @@ void refuse_contradictions(const System& system, const Problem& problem, const M
   const double scale = maneuver.start.momentum.lpNorm<Eigen::Infinity>();
   const bool moving = maneuver.total.linear.norm() + maneuver.total.angular.norm() > 1e-12 * std::max(scale, 1e-300);
   if (maneuver.rest && scale > 0.0 && moving)
-    throw InputError("goal.rest", "found true, but the start carries momentum, which joint moments cannot change; "
-                                  "set rest = false or start with zero total momentum");
+    throw InputError("goal.rest",
+                     "found true, but the start carries momentum, which joint moments cannot change; "
+                     "set rest = false or start with zero total momentum");
   bool moves = false;
   for (const auto& coordinate : maneuver.end_position) moves = moves || coordinate;
   if (problem.swimmer.density == 0.0 && moves && !moving)
-    throw InputError("goal.move", "found a displacement, but in a vacuum the mass centre of the whole stays put at zero "
-                                  "momentum; give the end shape by turn or rotation and leave move free");
+    throw InputError("goal.move",
+                     "found a displacement, but in a vacuum the mass centre of the whole stays put at zero "
+                     "momentum; give the end shape by turn or rotation and leave move free");
   if (system.control_count() == 0)
-    throw InputError("joint.actuated", "found no actuated joint; a maneuver needs at least one joint with actuated = true");
+    throw InputError("joint.actuated",
+                     "found no actuated joint; a maneuver needs at least one joint with actuated = true");
 }
 
 }  // namespace

@@ -15,16 +15,16 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 struct Maneuver {
-  integrator::State start;                              // configuration and momentum at t = 0
-  mechanics::SpatialMomentum total;                     // conserved, world, about the origin
-  std::vector<std::optional<Matrix3d>> end_rotation;    // [bodies] body → world; nothing: free
-  std::array<std::optional<double>, 3> end_position;    // m, root's mass centre; nothing: free
+  integrator::State start;                            // configuration and momentum at t = 0
+  mechanics::SpatialMomentum total;                   // conserved, world, about the origin
+  std::vector<std::optional<Matrix3d>> end_rotation;  // [bodies] body → world; nothing: free
+  std::array<std::optional<double>, 3> end_position;  // m, root's mass centre; nothing: free
   bool rest = true;
   mechanics::DiscreteLagrangian lagrangian = mechanics::DiscreteLagrangian::trapezoid;
-  double duration = 1.0;                                // s
+  double duration = 1.0;  // s
   int steps = 0;
-  VectorXd node_weight;                                 // [N+1] s, the cost is ½ Σ_k weight_k Σ_j |u_jk|²
-  int spline_points = 0;                                // 0: one free value at each node
+  VectorXd node_weight;   // [N+1] s, the cost is ½ Σ_k weight_k Σ_j |u_jk|²
+  int spline_points = 0;  // 0: one free value at each node
 
   double time_step() const { return duration / steps; }
 };

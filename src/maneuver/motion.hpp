@@ -16,8 +16,8 @@ void describe_motion(const model::System& system, mechanics::DiscreteLagrangian 
                      const NodePath& path, Solution& solution);
 
 /// Appends one node of known state and moments (marching: simulate).
-void append_node(const model::System& system, double time, const integrator::State& state, const mechanics::Moments& control,
-                 Solution& solution);
+void append_node(const model::System& system, double time, const integrator::State& state,
+                 const mechanics::Moments& control, Solution& solution);
 
 /// ½ Σ_k weight_k Σ_j |u_jk|², in (N m)² s.
 double cost_of(const VectorXd& node_weight, const std::vector<Vectors>& control);

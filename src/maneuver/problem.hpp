@@ -39,18 +39,18 @@ struct Goal {
 
 struct Duration {
   bool free = false;
-  double value = 1.0;                                       // s
-  double min = std::numeric_limits<double>::quiet_NaN();    // s, with free
-  double max = std::numeric_limits<double>::quiet_NaN();    // s, with free
+  double value = 1.0;                                     // s
+  double min = std::numeric_limits<double>::quiet_NaN();  // s, with free
+  double max = std::numeric_limits<double>::quiet_NaN();  // s, with free
 };
 
 struct Limits {
-  std::optional<double> torque;                             // N m, every joint
-  std::map<std::string, double> joint_torque;               // N m by joint
-  std::map<std::string, double> swing;                      // rad by joint
-  std::map<std::string, double> twist;                      // rad by joint
-  std::map<std::string, std::array<double, 2>> angle;       // rad by hinge
-  std::optional<double> clearance;                          // m
+  std::optional<double> torque;                        // N m, every joint
+  std::map<std::string, double> joint_torque;          // N m by joint
+  std::map<std::string, double> swing;                 // rad by joint
+  std::map<std::string, double> twist;                 // rad by joint
+  std::map<std::string, std::array<double, 2>> angle;  // rad by hinge
+  std::optional<double> clearance;                     // m
   bool any() const {
     return torque || clearance || !joint_torque.empty() || !swing.empty() || !twist.empty() || !angle.empty();
   }
@@ -60,8 +60,8 @@ struct Search {
   int starts = 1;
   std::uint64_t seed = 1;
   SearchMethod method = SearchMethod::simultaneous;
-  double tolerance = 1e-8;             // on certificate.kkt
-  std::optional<double> time_limit;    // s, wall clock
+  double tolerance = 1e-8;           // on certificate.kkt
+  std::optional<double> time_limit;  // s, wall clock
 };
 
 struct Problem {
@@ -72,10 +72,10 @@ struct Problem {
   std::optional<Goal> goal;
   Duration duration;
   int steps = 1000;
-  double effort = 1.0;                        // weight of ∫ ½ Σ_j |u_j|² dt
-  std::optional<CostRule> rule;               // absent: trapezoid
+  double effort = 1.0;           // weight of ∫ ½ Σ_j |u_j|² dt
+  std::optional<CostRule> rule;  // absent: trapezoid
   ControlKind control = ControlKind::steps;
-  int points = 0;                             // with spline control
+  int points = 0;  // with spline control
   Scheme scheme = Scheme::trapezoid;
   Limits limits;
   Search search;

@@ -2,8 +2,6 @@
 
 #include <limits>
 
-#include <Eigen/QR>
-
 #include "maneuver/control_path.hpp"
 #include "maneuver/motion.hpp"
 
@@ -45,8 +43,7 @@ VectorXd Shooting::node_control(const VectorXd& x, int node) const {
 
 double Shooting::objective(const VectorXd& x) {
   double cost = 0.0;
-  for (int k = 0; k <= maneuver_.steps; ++k)
-    cost += 0.5 * maneuver_.node_weight[k] * node_control(x, k).squaredNorm();
+  for (int k = 0; k <= maneuver_.steps; ++k) cost += 0.5 * maneuver_.node_weight[k] * node_control(x, k).squaredNorm();
   return cost / unit;
 }
 
@@ -88,7 +85,8 @@ void Shooting::constraints(const VectorXd& x, VectorXd& c) {
   for (int r = 0; r < constraint_count(); ++r) {
     const GoalRow& row = goal_rows_[at(r)];
     if (row.kind == GoalRow::Kind::rotation)
-      c[r] = 2.0 * error_quaternion(*maneuver_.end_rotation[at(row.body)], end_.rotation[at(row.body)])[1 + row.component];
+      c[r] =
+          2.0 * error_quaternion(*maneuver_.end_rotation[at(row.body)], end_.rotation[at(row.body)])[1 + row.component];
     else if (row.kind == GoalRow::Kind::position)
       c[r] = end_.position[row.component] - *maneuver_.end_position[at(row.component)];
     else
@@ -129,8 +127,8 @@ void Shooting::jacobian(const VectorXd& x, VectorXd& values) {
   };
   std::vector<mechanics::Moments> moments;
   for (const VectorXd& u : path_.control) moments.push_back(joint_moments(system_, u));
-  const MatrixXd by_nodes = integrator::gradient_sweep(system_, maneuver_.lagrangian, maneuver_.time_step(), source, moments,
-                                                       {0, maneuver_.steps}, end_rows())
+  const MatrixXd by_nodes = integrator::gradient_sweep(system_, maneuver_.lagrangian, maneuver_.time_step(), source,
+                                                       moments, {0, maneuver_.steps}, end_rows())
                                 .by_control;
   for (int r = 0; r < constraint_count(); ++r) {
     const VectorXd row = by_nodes.row(r);
@@ -155,8 +153,7 @@ double Shooting::goal_error(const VectorXd& x) {
 VectorXd Shooting::pack(const NodePath& path) const {
   MatrixXd samples(maneuver_.steps + 1, controls_);
   for (int k = 0; k <= maneuver_.steps; ++k) samples.row(k) = path.control[at(k)].transpose() / unit;
-  const MatrixXd points = basis_.colPivHouseholderQr().solve(samples);
-  return points.reshaped();
+  return spline_points(basis_, samples).reshaped();
 }
 
 NodePath Shooting::unpack(const VectorXd& x) {

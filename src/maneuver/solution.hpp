@@ -49,16 +49,16 @@ struct SearchRecord {
 struct Solution {
   Status status = Status::stalled;
   std::string message;
-  double cost = 0.0;                                     // by the file's rule, (N m)² s; NaN where it has no meaning
-  std::vector<double> time;                              // [N+1] s
-  Vectors position;                                      // [N+1] m, root's mass centre, world
-  std::vector<std::vector<Eigen::Matrix3d>> rotation;    // [N+1][bodies] body → world
-  std::vector<Vectors> control;                          // [N+1][joints] N m, on the parent, parent's frame
-  Vectors linear_velocity;                               // [N+1] m/s of the root, root frame
-  std::vector<Vectors> angular_velocity;                 // [N+1][bodies] rad/s, body frames
-  MomentumHistory linear_momentum;                       // kg m/s
-  MomentumHistory angular_momentum;                      // kg m²/s
-  SearchRecord search;                                   // starts = 0: no search was made
+  double cost = 0.0;                                   // by the file's rule, (N m)² s; NaN where it has no meaning
+  std::vector<double> time;                            // [N+1] s
+  Vectors position;                                    // [N+1] m, root's mass centre, world
+  std::vector<std::vector<Eigen::Matrix3d>> rotation;  // [N+1][bodies] body → world
+  std::vector<Vectors> control;                        // [N+1][joints] N m, on the parent, parent's frame
+  Vectors linear_velocity;                             // [N+1] m/s of the root, root frame
+  std::vector<Vectors> angular_velocity;               // [N+1][bodies] rad/s, body frames
+  MomentumHistory linear_momentum;                     // kg m/s
+  MomentumHistory angular_momentum;                    // kg m²/s
+  SearchRecord search;                                 // starts = 0: no search was made
   SolverRecord solver;
 };
 

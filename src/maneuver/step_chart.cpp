@@ -37,10 +37,11 @@ StepChart::StepChart(const Vector4& q, const Vector3& zeta, const Matrix3& F, do
       right_by_quaternion(F.transpose() * left_by_quaternion),
       right_by_turn(0.5 * h * lie::cayley_tangent(zeta)) {}
 
-ChartCurvature::ChartCurvature(const StepChart& chart, const Vector4& q, const Vector3& zeta, double h, const Vector3& g,
-                               const Vector3& g_next) {
+ChartCurvature::ChartCurvature(const StepChart& chart, const Vector4& q, const Vector3& zeta, double h,
+                               const Vector3& g, const Vector3& g_next) {
   // η = T δq − (q·δq/|q|²) T δq;  η_F = T' δω̃ (1 − ζ·δζ/(1 + ζ²));  η' = Fᵀη + η_F + ½ (Fᵀη) × η_F
-  const Vector4 by_quaternion = chart.left_by_quaternion.transpose() * g + chart.right_by_quaternion.transpose() * g_next;
+  const Vector4 by_quaternion =
+      chart.left_by_quaternion.transpose() * g + chart.right_by_quaternion.transpose() * g_next;
   quaternion_quaternion = -(q * by_quaternion.transpose() + by_quaternion * q.transpose()) / q.squaredNorm();
   quaternion_turn = -0.5 * chart.right_by_quaternion.transpose() * hat(g_next) * chart.right_by_turn;
   const Vector3 by_turn = chart.right_by_turn.transpose() * g_next;

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include <Eigen/QR>
-
 #include "maneuver/control_path.hpp"
 #include "maneuver/step_chart.hpp"
 
@@ -72,8 +70,7 @@ void Transcription::lay_out() {
   zero_ = VectorXd::Zero(constraint_count_);
   related_.assign(at(bodies_), std::vector<char>(at(bodies_)));
   for (int i = 0; i < bodies_; ++i)
-    for (int a = 0; a < bodies_; ++a)
-      related_[at(i)][at(a)] = is_ancestor(system_, a, i) || is_ancestor(system_, i, a);
+    for (int a = 0; a < bodies_; ++a) related_[at(i)][at(a)] = is_ancestor(system_, a, i) || is_ancestor(system_, i, a);
 }
 
 // The derivative functions themselves record their pattern, at an arbitrary point: order and places never depend on it.
@@ -175,19 +172,24 @@ void Transcription::constraints(const VectorXd& x, VectorXd& c) {
     }
     c.segment<3>(momentum_row(k)) = momenta.linear - linear;
     c.segment<3>(momentum_row(k) + 3) = angular;
-    const VectorXd force = force_weight(k) * mechanics::generalized_force(system_, intervals_[at(k)].rotation, moments(k));
+    const VectorXd force =
+        force_weight(k) * mechanics::generalized_force(system_, intervals_[at(k)].rotation, moments(k));
     for (int i = 1; i < bodies_; ++i) {
-      const Vector3d before = k == 0 ? Vector3d(maneuver_.start.momentum.segment<3>(3 * i)) : momenta_[at(k - 1)].plus[at(i)];
+      const Vector3d before =
+          k == 0 ? Vector3d(maneuver_.start.momentum.segment<3>(3 * i)) : momenta_[at(k - 1)].plus[at(i)];
       c.segment<3>(balance_row(k, i)) = momenta.minus[at(i)] - before - force.segment<3>(3 * i);
     }
   }
   VectorXd end_force;
-  if (rests_) end_force = force_weight(steps_) * mechanics::generalized_force(system_, rotations(steps_), moments(steps_));
+  if (rests_)
+    end_force = force_weight(steps_) * mechanics::generalized_force(system_, rotations(steps_), moments(steps_));
   for (std::size_t r = 0; r < goal_rows_.size(); ++r) {
     const GoalRow& row = goal_rows_[r];
     double& value = c[goal_row() + static_cast<int>(r)];
     if (row.kind == GoalRow::Kind::rotation)
-      value = rotation_goal_rows(*maneuver_.end_rotation[at(row.body)]).row(row.component).dot(quaternion(steps_, row.body));
+      value = rotation_goal_rows(*maneuver_.end_rotation[at(row.body)])
+                  .row(row.component)
+                  .dot(quaternion(steps_, row.body));
     else if (row.kind == GoalRow::Kind::position)
       value = position(steps_)[row.component] - *maneuver_.end_position[at(row.component)];
     else
@@ -271,8 +273,8 @@ void Transcription::emit_step_jacobian(int k, BlockSink& sink) {
   if (k + 1 < steps_) return;
   for (std::size_t r = 0; r < goal_rows_.size(); ++r)
     if (goal_rows_[r].kind == GoalRow::Kind::rest)
-      emit(goal_row() + static_cast<int>(r), jacobian_.plus.row(3 * goal_rows_[r].body + goal_rows_[r].component).eval(),
-           goal_rows_[r].body);
+      emit(goal_row() + static_cast<int>(r),
+           jacobian_.plus.row(3 * goal_rows_[r].body + goal_rows_[r].component).eval(), goal_rows_[r].body);
 }
 
 // Rows of −weight · U at a node; for the rest rows at the end +weight · U.
@@ -287,7 +289,8 @@ void Transcription::emit_force_jacobian(int node, BlockSink& sink) const {
       turn_block = sign * force_weight(node) * by_turn * lie::quaternion_tangent(quaternion(node, turned));
     const auto put = [&](int row, int first, int count) {
       if (actuation.cols() > 0) sink.add(row, column, control_block.middleRows(first, count));
-      if (node > 0 && turned >= 0) sink.add(row, quaternion_variable(node, turned), turn_block.middleRows(first, count));
+      if (node > 0 && turned >= 0)
+        sink.add(row, quaternion_variable(node, turned), turn_block.middleRows(first, count));
     };
     if (node < steps_) return put(balance_row(node, body), 0, 3);
     for (std::size_t r = 0; r < goal_rows_.size(); ++r)
@@ -348,7 +351,7 @@ VectorXd Transcription::pack(const NodePath& path) const {
   if (maneuver_.spline_points == 0) return x;
   MatrixXd samples(steps_ + 1, controls_);
   for (int k = 0; k <= steps_; ++k) samples.row(k) = x.segment(control_variable(k), controls_).transpose();
-  const MatrixXd coefficients = spline_basis_.householderQr().solve(samples);
+  const MatrixXd coefficients = maneuver::spline_points(spline_basis_, samples);
   for (int m = 0; m < controls_; ++m)
     x.segment(spline_variable() + m * maneuver_.spline_points, maneuver_.spline_points) = coefficients.col(m);
   return x;

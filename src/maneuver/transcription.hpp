@@ -26,10 +26,10 @@ std::vector<GoalRow> stated_goal_rows(const model::System& system, const Maneuve
 
 /// Nodes of a motion: what guesses are made of and what solutions are read from.
 struct NodePath {
-  std::vector<mechanics::Rotations> rotation;      // [N+1][bodies]
-  std::vector<Vector3d> position;                  // [N+1] m
-  std::vector<std::vector<Vector3d>> cayley;       // [N][bodies] ζ: R_{k+1} = R_k cayley(ζ)
-  std::vector<VectorXd> control;                   // [N+1][control_count] N m, along the joints' actuation columns
+  std::vector<mechanics::Rotations> rotation;  // [N+1][bodies]
+  std::vector<Vector3d> position;              // [N+1] m
+  std::vector<std::vector<Vector3d>> cayley;   // [N][bodies] ζ: R_{k+1} = R_k cayley(ζ)
+  std::vector<VectorXd> control;               // [N+1][control_count] N m, along the joints' actuation columns
 };
 
 class Transcription : public optimizer::Program {
@@ -59,7 +59,9 @@ class Transcription : public optimizer::Program {
  private:
   // positions of variables: control, turns, next quaternions, next position of each stage; then the last control; then the spline
   int turn_variable(int k, int body) const { return k * stage_size_ + controls_ + 3 * body; }
-  int quaternion_variable(int node, int body) const { return (node - 1) * stage_size_ + controls_ + 3 * bodies_ + 4 * body; }
+  int quaternion_variable(int node, int body) const {
+    return (node - 1) * stage_size_ + controls_ + 3 * bodies_ + 4 * body;
+  }
   int position_variable(int node) const { return (node - 1) * stage_size_ + controls_ + 7 * bodies_; }
   int control_variable(int node) const { return node * stage_size_; }
   int spline_variable() const { return steps_ * stage_size_ + controls_; }
@@ -99,8 +101,8 @@ class Transcription : public optimizer::Program {
   double h_;
   bool rests_ = false;
   int stage_size_ = 0, stage_rows_ = 0, variable_count_ = 0, constraint_count_ = 0;
-  std::vector<std::vector<char>> related_;   // [bodies][bodies] whether one is an ancestor of the other
-  MatrixXd spline_basis_;                    // [N+1][points]
+  std::vector<std::vector<char>> related_;  // [bodies][bodies] whether one is an ancestor of the other
+  MatrixXd spline_basis_;                   // [N+1][points]
   VectorXd zero_;
   optimizer::SparsePattern jacobian_pattern_, hessian_pattern_;
   VectorXd point_;

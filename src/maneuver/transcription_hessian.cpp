@@ -45,8 +45,8 @@ StepDirection Transcription::direction_of(int k, const VectorXd& multiplier) con
   const Vector3d angular = multiplier.segment<3>(momentum_row(k) + 3);
   direction.displacement = multiplier.segment<3>(momentum_row(k));
   for (int i = 0; i < bodies_; ++i) {
-    direction.left[at(i)] = -balance_multiplier(k, i, multiplier) -
-                            intervals_[at(k)].rotation[at(i)].transpose() * angular;
+    direction.left[at(i)] =
+        -balance_multiplier(k, i, multiplier) - intervals_[at(k)].rotation[at(i)].transpose() * angular;
     direction.right[at(i)] = -balance_multiplier(k + 1, i, multiplier);
   }
   return direction;
@@ -184,9 +184,9 @@ void Transcription::emit_force_hessian(int node, const VectorXd& multiplier, Blo
     const auto T_parent = lie::quaternion_tangent(q_parent);
     const int child = quaternion_variable(node, joint.child);
     const int parent = quaternion_variable(node, joint.parent);
-    sink.add_symmetric(child, child,
-                       T_child.transpose() * double_cross(lambda, y) * T_child +
-                           quaternion_curvature(q_child, lambda.cross(y)));
+    sink.add_symmetric(
+        child, child,
+        T_child.transpose() * double_cross(lambda, y) * T_child + quaternion_curvature(q_child, lambda.cross(y)));
     sink.add_symmetric(parent, parent,
                        T_parent.transpose() * double_cross(z, u[at(j)]) * T_parent +
                            quaternion_curvature(q_parent, u[at(j)].cross(z)));

@@ -13,9 +13,9 @@ enum class DiscreteLagrangian { paper, trapezoid };
 
 /// What a discrete Lagrangian weighs: the orientation of M at the left and the right node, and the paper's trace form.
 struct Quadrature {
-  double left;       // κ at k
-  double right;      // κ at k + 1
-  bool trace_form;   // the d_ip–d_ip part by a trace with J' = J − d̂ M d̂ (paper, equations 12 and 14)
+  double left;      // κ at k
+  double right;     // κ at k + 1
+  bool trace_form;  // the d_ip–d_ip part by a trace with J' = J − d̂ M d̂ (paper, equations 12 and 14)
 };
 
 Quadrature quadrature(DiscreteLagrangian lagrangian);
@@ -23,14 +23,14 @@ Quadrature quadrature(DiscreteLagrangian lagrangian);
 /// Motion over one step, from node k to node k + 1.
 struct Interval {
   // set by the caller
-  Rotations rotation;                      // [bodies] R_i at k
-  std::vector<Vector3d> cayley;            // [bodies] ζ_i: F_i = cayley(ζ_i)
-  Vector3d displacement;                   // m, of the root's mass centre, world
+  Rotations rotation;            // [bodies] R_i at k
+  std::vector<Vector3d> cayley;  // [bodies] ζ_i: F_i = cayley(ζ_i)
+  Vector3d displacement;         // m, of the root's mass centre, world
   // computed by update_interval
-  Rotations relative_rotation;             // [bodies] F_i = R_{i,k}ᵀ R_{i,k+1}
+  Rotations relative_rotation;                             // [bodies] F_i = R_{i,k}ᵀ R_{i,k+1}
   std::vector<Matrix3d> relative_rotation_minus_identity;  // [bodies] F_i − I, without cancellation
-  Rotations next_rotation;                 // [bodies] R_i at k + 1
-  std::vector<Vector3d> centre_displacement;  // [bodies] m, of each mass centre, world
+  Rotations next_rotation;                                 // [bodies] R_i at k + 1
+  std::vector<Vector3d> centre_displacement;               // [bodies] m, of each mass centre, world
 
   explicit Interval(int bodies);
 };
@@ -40,9 +40,9 @@ void update_interval(const model::System& system, Interval& interval);
 
 /// p⁻ = −D_1 L_d, p⁺ = D_2 L_d: body-side for rotations, world for the position, whose two are equal.
 struct DiscreteMomenta {
-  std::vector<Vector3d> minus;  // [bodies] kg m²/s, body frames at k
-  std::vector<Vector3d> plus;   // [bodies] kg m²/s, body frames at k + 1
-  Vector3d linear;              // kg m/s, p_x, world
+  std::vector<Vector3d> minus;           // [bodies] kg m²/s, body frames at k
+  std::vector<Vector3d> plus;            // [bodies] kg m²/s, body frames at k + 1
+  Vector3d linear;                       // kg m/s, p_x, world
   std::vector<Vector3d> subtree_linear;  // [bodies] kg m/s, linear momentum of the subtree of each body, world
 
   explicit DiscreteMomenta(int bodies);

@@ -16,9 +16,7 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 Matrix3d half_trace(const Matrix3d& J) { return 0.5 * J.trace() * Matrix3d::Identity() - J; }
 
-Matrix3d without_trace(const Matrix3d& X) {
-  return 0.5 * (X + X.transpose()) - X.trace() * Matrix3d::Identity();
-}
+Matrix3d without_trace(const Matrix3d& X) { return 0.5 * (X + X.transpose()) - X.trace() * Matrix3d::Identity(); }
 
 // Matrix of the quadratic form η ↦ uᵀ η̂ η̂ w.
 Matrix3d double_cross(const Vector3d& u, const Vector3d& w) {
@@ -28,10 +26,10 @@ Matrix3d double_cross(const Vector3d& u, const Vector3d& w) {
 // A displacement D = [Δx] + Σ_a (R'_a − R_a) c_a weighed by body i's mass matrix.
 struct Displacement {
   int body;
-  double factor;                    // ±1/h
-  double left, right;               // κ at the two nodes
+  double factor;       // ±1/h
+  double left, right;  // κ at the two nodes
   std::span<const PathPoint> path;
-  bool with_root;                   // whether Δx is part of it
+  bool with_root;  // whether Δx is part of it
 };
 
 // Adds displacement terms to a quadratic; with a direction, those of their rate along it.
@@ -169,8 +167,7 @@ void expand(const System& system, DiscreteLagrangian lagrangian, double h, const
     if (weights.trace_form && body.parent >= 0)
       displacements.add({i, -1.0 / h, 1.0, 0.0, std::span(body.path).last(1), false});
     const Matrix3d Jd = half_trace(trace_inertia(system, weights, i));
-    const Matrix3d K =
-        direction ? Matrix3d(hat(direction->right[at(i)]) * Jd - Jd * hat(direction->left[at(i)])) : Jd;
+    const Matrix3d K = direction ? Matrix3d(hat(direction->right[at(i)]) * Jd - Jd * hat(direction->left[at(i)])) : Jd;
     add_trace_term(step.relative_rotation[at(i)], K, -1.0 / h, layout.left(i), layout.right(i), result);
   }
 }

@@ -26,9 +26,9 @@ struct StepQuadratic {
 /// Scratch arrays of the functions below; one for each thread.
 struct DerivativeWorkspace {
   using Rows3 = Eigen::Matrix<double, 3, Eigen::Dynamic>;
-  Rows3 centre, centre_rate;    // world displacement of a mass centre, and its rate along the direction
-  Rows3 body_side, body_rate;   // the same seen from the body
-  Rows3 weighted;               // products with M and N
+  Rows3 centre, centre_rate;   // world displacement of a mass centre, and its rate along the direction
+  Rows3 body_side, body_rate;  // the same seen from the body
+  Rows3 weighted;              // products with M and N
   explicit DerivativeWorkspace(int bodies);
 };
 
@@ -62,10 +62,10 @@ void momentum_jacobian(const StepQuadratic& lagrangian, MomentumJacobian& result
 
 /// Body i's own p⁻ and P by the perturbation η' of its next rotation and by its mass centre's displacement (for Newton).
 struct LocalSensitivity {
-  Matrix3d dP_dcentre;       // world, world
-  Matrix3d dP_dnext;         // world, body frame at k + 1
-  Matrix3d dminus_dcentre;   // body frame at k, world
-  Matrix3d dminus_dnext;     // body frame at k, body frame at k + 1
+  Matrix3d dP_dcentre;      // world, world
+  Matrix3d dP_dnext;        // world, body frame at k + 1
+  Matrix3d dminus_dcentre;  // body frame at k, world
+  Matrix3d dminus_dnext;    // body frame at k, body frame at k + 1
 };
 
 LocalSensitivity local_sensitivity(const model::System& system, DiscreteLagrangian lagrangian, double time_step,

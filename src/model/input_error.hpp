@@ -13,16 +13,20 @@ struct InputError : std::runtime_error {
       : std::runtime_error(key_ + ": " + message_), key(std::move(key_)), message(std::move(message_)) {}
   /// For files read by field, not by line (solution.json): the key is a JSON pointer.
   InputError(std::string file_, std::string key_, std::string message_)
-      : std::runtime_error(file_ + ": " + key_ + ": " + message_), file(std::move(file_)), key(std::move(key_)), message(std::move(message_)) {}
+      : std::runtime_error(file_ + ": " + key_ + ": " + message_),
+        file(std::move(file_)),
+        key(std::move(key_)),
+        message(std::move(message_)) {}
   InputError(std::string file_, int line_, int column_, std::string key_, std::string message_)
-      : std::runtime_error(file_ + ":" + std::to_string(line_) + ":" + std::to_string(column_) + ": " + key_ + ": " + message_),
+      : std::runtime_error(file_ + ":" + std::to_string(line_) + ":" + std::to_string(column_) + ": " + key_ + ": " +
+                           message_),
         file(std::move(file_)),
         line(line_),
         column(column_),
         key(std::move(key_)),
         message(std::move(message_)) {}
 
-  std::string file;     // empty: not known
+  std::string file;  // empty: not known
   int line = 0;
   int column = 0;
   std::string key;

@@ -26,7 +26,8 @@ int index_of(const std::vector<Body>& bodies, const std::string& name, const std
 Body resolve_body(const BodyDescription& described, double density) {
   const fluid::EllipsoidInertia shape = fluid::ellipsoid_inertia(described.semi_axes, density);
   if (!described.mass && density <= 0.0)
-    throw InputError("body.mass", "missing for \"" + described.name + "\"; a vacuum gives no buoyancy: state the mass in kg");
+    throw InputError("body.mass",
+                     "missing for \"" + described.name + "\"; a vacuum gives no buoyancy: state the mass in kg");
   Body body;
   body.name = described.name;
   body.semi_axes = described.semi_axes;
@@ -40,9 +41,11 @@ Body resolve_body(const BodyDescription& described, double density) {
   body.mass_matrix = described.mass_matrix.value_or(body.mass * Matrix3d::Identity() + added_mass);
   body.inertia_matrix = described.inertia_matrix.value_or(body.body_inertia + added_inertia);
   if (!symmetric_positive_definite(body.mass_matrix))
-    throw InputError("body.mass_matrix", "of \"" + body.name + "\" is not symmetric positive definite; mend its entries");
+    throw InputError("body.mass_matrix",
+                     "of \"" + body.name + "\" is not symmetric positive definite; mend its entries");
   if (!symmetric_positive_definite(body.inertia_matrix))
-    throw InputError("body.inertia_matrix", "of \"" + body.name + "\" is not symmetric positive definite; mend its entries");
+    throw InputError("body.inertia_matrix",
+                     "of \"" + body.name + "\" is not symmetric positive definite; mend its entries");
   body.parent = -1;
   body.joint = -1;
   return body;
@@ -83,7 +86,8 @@ void System::resolve_joints(const SwimmerDescription& description) {
     if (described.kind != JointKind::ball)
       throw InputError("joint.kind", "of \"" + described.name + "\" is not handled by this version yet; use \"ball\"");
     if (described.stiffness != 0.0 || described.damping != 0.0)
-      throw InputError("joint.stiffness", "springs and dampers (\"" + described.name + "\") are not handled by this version yet; remove stiffness and damping");
+      throw InputError("joint.stiffness", "springs and dampers (\"" + described.name +
+                                              "\") are not handled by this version yet; remove stiffness and damping");
     Joint joint;
     joint.name = described.name;
     joint.kind = described.kind;
@@ -95,8 +99,10 @@ void System::resolve_joints(const SwimmerDescription& description) {
     control_count_ += static_cast<int>(joint.actuation.cols());
 
     Body& child = bodies_[static_cast<std::size_t>(joint.child)];
-    if (joint.child == 0) throw InputError("joint.child", "found the root \"" + described.child + "\"; the first body has no parent");
-    if (child.parent >= 0) throw InputError("joint.child", "\"" + described.child + "\" has two parents; remove one joint");
+    if (joint.child == 0)
+      throw InputError("joint.child", "found the root \"" + described.child + "\"; the first body has no parent");
+    if (child.parent >= 0)
+      throw InputError("joint.child", "\"" + described.child + "\" has two parents; remove one joint");
     child.parent = joint.parent;
     child.joint = joint_count();
     bodies_[static_cast<std::size_t>(joint.parent)].children.push_back(joint.child);
@@ -109,7 +115,8 @@ void System::order_tree() {
   for (std::size_t next = 0; next < order_.size(); ++next)
     for (int child : body(order_[next]).children) order_.push_back(child);
   if (static_cast<int>(order_.size()) != body_count())
-    throw InputError("joint", "some bodies are not joined to the root; every body needs a chain of joints to the first one");
+    throw InputError("joint",
+                     "some bodies are not joined to the root; every body needs a chain of joints to the first one");
 }
 
 void System::lay_paths() {

@@ -36,11 +36,11 @@ struct Body {
 struct Joint {
   std::string name;
   JointKind kind;
-  int parent;                               // body index
-  int child;                                // body index
-  Vector3d parent_offset;                   // m, parent's mass centre → joint, parent's frame
-  Vector3d child_offset;                    // m, child's mass centre → joint, child's frame
-  Eigen::Matrix<double, 3, -1> actuation;   // orthonormal columns spanning the moments, parent's frame; [3][0]: none
+  int parent;                              // body index
+  int child;                               // body index
+  Vector3d parent_offset;                  // m, parent's mass centre → joint, parent's frame
+  Vector3d child_offset;                   // m, child's mass centre → joint, child's frame
+  Eigen::Matrix<double, 3, -1> actuation;  // orthonormal columns spanning the moments, parent's frame; [3][0]: none
 };
 
 class System {

@@ -22,7 +22,8 @@ Sparse jacobian(Program& program, const VectorXd& x) {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(static_cast<std::size_t>(pattern.size()));
   for (int e = 0; e < pattern.size(); ++e)
-    entries.emplace_back(pattern.rows[static_cast<std::size_t>(e)], pattern.columns[static_cast<std::size_t>(e)], values[e]);
+    entries.emplace_back(pattern.rows[static_cast<std::size_t>(e)], pattern.columns[static_cast<std::size_t>(e)],
+                         values[e]);
   Sparse matrix(program.constraint_count(), program.variable_count());
   matrix.setFromTriplets(entries.begin(), entries.end());
   return matrix;

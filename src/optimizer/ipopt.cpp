@@ -30,7 +30,8 @@ using Ipopt::Number;
 
 class Adapter : public Ipopt::TNLP {
  public:
-  Adapter(Program& program, const Options& options, const VectorXd& start, const VectorXd& multipliers, Outcome& outcome)
+  Adapter(Program& program, const Options& options, const VectorXd& start, const VectorXd& multipliers,
+          Outcome& outcome)
       : program_(program), options_(options), outcome_(outcome), x_(start), multipliers_(multipliers) {}
 
   bool get_nlp_info(Index& n, Index& m, Index& jacobian, Index& hessian, IndexStyleEnum& style) override {
@@ -184,17 +185,25 @@ void explain(Ipopt::ApplicationReturnStatus status, const Adapter& adapter, Outc
   if (adapter.was_interrupted()) return set(Termination::interrupted, "it was interrupted");
   if (adapter.timed_out()) return set(Termination::time_limit, "the time limit was reached");
   switch (status) {
-    case Ipopt::Solve_Succeeded: return set(Termination::converged, "it converged");
+    case Ipopt::Solve_Succeeded:
+      return set(Termination::converged, "it converged");
     case Ipopt::Infeasible_Problem_Detected:
       return set(Termination::infeasible, "the constraints cannot all be met near the last point");
-    case Ipopt::Maximum_Iterations_Exceeded: return set(Termination::stalled, "the iteration limit was reached");
-    case Ipopt::Restoration_Failed: return set(Termination::stalled, "no step towards the constraints was found");
+    case Ipopt::Maximum_Iterations_Exceeded:
+      return set(Termination::stalled, "the iteration limit was reached");
+    case Ipopt::Restoration_Failed:
+      return set(Termination::stalled, "no step towards the constraints was found");
     case Ipopt::Solved_To_Acceptable_Level:
-    case Ipopt::Search_Direction_Becomes_Too_Small: return set(Termination::stalled, "steps became too small to improve");
-    case Ipopt::Diverging_Iterates: return set(Termination::stalled, "the iterates diverged");
-    case Ipopt::Invalid_Number_Detected: return set(Termination::stalled, "a value was not finite");
-    case Ipopt::Insufficient_Memory: return set(Termination::stalled, "memory ran out");
-    default: return set(Termination::stalled, "Ipopt stopped with an error");
+    case Ipopt::Search_Direction_Becomes_Too_Small:
+      return set(Termination::stalled, "steps became too small to improve");
+    case Ipopt::Diverging_Iterates:
+      return set(Termination::stalled, "the iterates diverged");
+    case Ipopt::Invalid_Number_Detected:
+      return set(Termination::stalled, "a value was not finite");
+    case Ipopt::Insufficient_Memory:
+      return set(Termination::stalled, "memory ran out");
+    default:
+      return set(Termination::stalled, "Ipopt stopped with an error");
   }
 }
 

@@ -11,12 +11,12 @@
 namespace lamprey::optimizer {
 
 struct Options {
-  double tolerance = 1e-10;              // scaled KKT error
+  double tolerance = 1e-10;  // scaled KKT error
   int max_iterations = 500;
   double time_limit = std::numeric_limits<double>::infinity();  // s, wall clock
-  double first_regularization = 1e-4;    // first shift of the Hessian where its inertia is wrong
-  bool near_solution = false;            // the start is close: cheap pivoting in the factorisation will do
-  std::function<bool()> interrupted;     // asked once an iteration; may be empty
+  double first_regularization = 1e-4;                           // first shift of the Hessian where its inertia is wrong
+  bool near_solution = false;         // the start is close: cheap pivoting in the factorisation will do
+  std::function<bool()> interrupted;  // asked once an iteration; may be empty
 };
 
 enum class Termination { converged, feasible, infeasible, stalled, time_limit, interrupted };
@@ -27,14 +27,14 @@ struct Iteration {
   double infeasibility;       // largest violation
   double dual_infeasibility;  // largest entry of the Lagrangian's gradient
   double goal_error;
-  double step;                // length along the search direction, in [0, 1]
+  double step;  // length along the search direction, in [0, 1]
 };
 
 struct Outcome {
   Termination termination = Termination::stalled;
   std::string reason = "its process died";  // one clause for a person
-  Eigen::VectorXd point;              // [variables]
-  Eigen::VectorXd multipliers;        // [constraints]
+  Eigen::VectorXd point;                    // [variables]
+  Eigen::VectorXd multipliers;              // [constraints]
   double objective = std::numeric_limits<double>::quiet_NaN();
   double infeasibility = std::numeric_limits<double>::infinity();
   int iterations = 0;

@@ -55,9 +55,10 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
            "Largest distance of the end from what the goal asks, over all its rows, in rad or m."),
       held("Rest error", proof.rest_error, "", rests,
            "Largest momentum left at the end, relative to the largest of the motion. 0 is rest."),
-      held("Discrete equations", proof.equation_residual, "", equation_mark,
-           "Largest residual of the discrete Euler–Lagrange equations at the nodes, both ends included, relative to the "
-           "largest momentum or impulse of a step."),
+      held(
+          "Discrete equations", proof.equation_residual, "", equation_mark,
+          "Largest residual of the discrete Euler–Lagrange equations at the nodes, both ends included, relative to the "
+          "largest momentum or impulse of a step."),
       held("Momentum drift", proof.momentum_drift, "", momentum_mark,
            "Largest change of the total linear and angular momentum, relative to the largest momentum or impulse of a "
            "step. "

@@ -26,14 +26,16 @@ double largest(const Vectors& values) {
 }
 
 std::string zero_line(const MomentumHistory& linear, const MomentumHistory& angular) {
-  const double share = std::max(largest(linear.total) / largest(linear.bodies),
-                                largest(angular.total) / largest(angular.bodies));
-  return fmt::format("{} total momentum is zero throughout: at most {:.1e} of the bodies' own", share < 1e-9 ? "✓" : "✗", share);
+  const double share =
+      std::max(largest(linear.total) / largest(linear.bodies), largest(angular.total) / largest(angular.bodies));
+  return fmt::format("{} total momentum is zero throughout: at most {:.1e} of the bodies' own",
+                     share < 1e-9 ? "✓" : "✗", share);
 }
 
 std::string mean_line(const char* what, const char* unit, double mean, double asked) {
-  return fmt::format("{} mean {} momentum of the bodies {} e₁ is {:+.4f} {}, the sign of the {}", mean * asked > 0.0 ? "✓" : "✗",
-                     what, what[0] == 'l' ? "along" : "about", mean, unit, what[0] == 'l' ? "move" : "turn");
+  return fmt::format("{} mean {} momentum of the bodies {} e₁ is {:+.4f} {}, the sign of the {}",
+                     mean * asked > 0.0 ? "✓" : "✗", what, what[0] == 'l' ? "along" : "about", mean, unit,
+                     what[0] == 'l' ? "move" : "turn");
 }
 
 }  // namespace

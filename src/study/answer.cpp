@@ -26,7 +26,8 @@ std::string number(double value, int digits = 2) {
 std::string unmet(const Problem& problem, const Certificate& proof) {
   if (!(proof.equation_residual <= equation_mark))
     return "no motion was found that obeys the mechanics and meets the goal (discrete equations off by " +
-           number(proof.equation_residual) + " of the momentum's scale, goal by " + number(proof.goal_error) + " rad or m)";
+           number(proof.equation_residual) + " of the momentum's scale, goal by " + number(proof.goal_error) +
+           " rad or m)";
   if (!(proof.goal_error <= goal_mark)) return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
   if (problem.goal && problem.goal->rest && !(proof.rest_error <= rest_mark))
     return "the end is not at rest: momentum " + number(proof.rest_error) + " of its scale is left";
@@ -56,7 +57,8 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
   if (missing.empty() && stationary) {
     solution.status = Status::optimal;
-    solution.message = "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) + ".";
+    solution.message =
+        "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) + ".";
   } else if (missing.empty()) {
     if (!cut_short) solution.status = Status::feasible;
     solution.message = "The goal is met, but the cost is stationary to " + number(proof.kkt) + " only, not to " +
@@ -79,11 +81,14 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   const std::vector<Solution> solutions = solve(system, problem, certified);
   std::vector<Answer> found;
   for (std::size_t n = 0; n < solutions.size(); ++n) found.push_back({solutions[n], proofs[n]});
-  Answer best = *std::min_element(found.begin(), found.end(), [](const Answer& a, const Answer& b) { return rank(a) < rank(b); });
+  Answer best =
+      *std::min_element(found.begin(), found.end(), [](const Answer& a, const Answer& b) { return rank(a) < rank(b); });
   for (const Answer& other : found)
-    if (other.solution.status == Status::optimal && !resolved(other.certificate) && other.solution.cost < best.solution.cost)
-      best.solution.message += " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: its replay misses by " +
-                               number(other.certificate.replay->rotation_error) + " rad, so these steps are too coarse for it.";
+    if (other.solution.status == Status::optimal && !resolved(other.certificate) &&
+        other.solution.cost < best.solution.cost)
+      best.solution.message +=
+          " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: its replay misses by " +
+          number(other.certificate.replay->rotation_error) + " rad, so these steps are too coarse for it.";
   return best;
 }
 

@@ -6,9 +6,12 @@ using optimizer::Iteration;
 using optimizer::Outcome;
 
 std::vector<double> numbers_of(const Outcome& outcome) {
-  std::vector<double> numbers = {static_cast<double>(outcome.termination), outcome.objective,
-                                 outcome.infeasibility,                    static_cast<double>(outcome.iterations),
-                                 static_cast<double>(outcome.evaluations), static_cast<double>(outcome.history.size())};
+  std::vector<double> numbers = {static_cast<double>(outcome.termination),
+                                 outcome.objective,
+                                 outcome.infeasibility,
+                                 static_cast<double>(outcome.iterations),
+                                 static_cast<double>(outcome.evaluations),
+                                 static_cast<double>(outcome.history.size())};
   for (const Iteration& step : outcome.history)
     numbers.insert(numbers.end(), {static_cast<double>(step.iteration), step.objective, step.infeasibility,
                                    step.dual_infeasibility, step.goal_error, step.step});

@@ -32,15 +32,16 @@ using model::System;
 using optimizer::Outcome;
 using optimizer::Termination;
 
-constexpr int coarse_steps = 100;        // enough to tell minima apart, few enough to be quick
-constexpr int rank_steps = 20;           // rank does not depend on the resolution
+constexpr int coarse_steps = 100;  // enough to tell minima apart, few enough to be quick
+constexpr int rank_steps = 20;     // rank does not depend on the resolution
 constexpr int start_iterations = 400;
-constexpr int quick_iterations = 40;      // of a refinement that goes well
-constexpr int refine_iterations = 200;    // of one that does not
+constexpr int quick_iterations = 40;    // of a refinement that goes well
+constexpr int refine_iterations = 200;  // of one that does not
 constexpr std::size_t batch = 2;  // refined side by side; fixed, so that the answer does not depend on the machine
-constexpr std::size_t refined_candidates = 6;    // coarse grids lie about cost: at most so many are compared at full resolution
-constexpr int retries = 4;               // further guesses where a single start fails
-constexpr double same_minimum = 1e-6;    // relative difference of cost
+constexpr std::size_t refined_candidates =
+    6;                                 // coarse grids lie about cost: at most so many are compared at full resolution
+constexpr int retries = 4;             // further guesses where a single start fails
+constexpr double same_minimum = 1e-6;  // relative difference of cost
 
 class Search {
  public:
@@ -101,8 +102,11 @@ class Search {
 
   // Tasks 0 … count − 1 in worker processes; a task whose process died counts as stalled.
   std::vector<Outcome> in_workers(int count, const char* what, const std::function<Outcome(int)>& task) {
-    const auto told = [&](int done) { say(std::string(what) + " " + std::to_string(done) + " of " + std::to_string(count)); };
-    const auto all = run_in_workers(count, options_.workers, [&](int t) { return numbers_of(task(t)); }, told);
+    const auto told = [&](int done) {
+      say(std::string(what) + " " + std::to_string(done) + " of " + std::to_string(count));
+    };
+    const auto all = run_in_workers(
+        count, options_.workers, [&](int t) { return numbers_of(task(t)); }, told);
     std::vector<Outcome> outcomes;
     for (const auto& numbers : all) outcomes.push_back(numbers ? outcome_of(*numbers) : Outcome());
     for (const Outcome& outcome : outcomes) count_effort(outcome);
@@ -117,7 +121,8 @@ class Search {
   // Every start on the coarse grid; a single start that fails is followed by others.
   void search_starts() {
     starts_ = in_workers(problem_.search.starts, "start", [this](int s) { return solve_start(s); });
-    for (int more = 0; more < retries && problem_.search.starts == 1 && !converged(starts_.back()) && !stopped(); ++more) {
+    for (int more = 0; more < retries && problem_.search.starts == 1 && !converged(starts_.back()) && !stopped();
+         ++more) {
       starts_.push_back(solve_start(static_cast<int>(starts_.size())));
       count_effort(starts_.back());
     }
@@ -129,7 +134,8 @@ class Search {
     std::vector<std::size_t> order(starts_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
-      return std::pair(!converged(starts_[a]), starts_[a].objective) < std::pair(!converged(starts_[b]), starts_[b].objective);
+      return std::pair(!converged(starts_[a]), starts_[a].objective) <
+             std::pair(!converged(starts_[b]), starts_[b].objective);
     });
     record_.starts = static_cast<int>(starts_.size());
     for (std::size_t s : order) {
@@ -216,12 +222,18 @@ class Search {
   static maneuver::Status status_of(const Outcome& outcome) {
     using maneuver::Status;
     switch (outcome.termination) {
-      case Termination::converged: return Status::optimal;
-      case Termination::feasible: return Status::feasible;
-      case Termination::infeasible: return Status::infeasible;
-      case Termination::time_limit: return Status::time_limit;
-      case Termination::interrupted: return Status::interrupted;
-      case Termination::stalled: break;
+      case Termination::converged:
+        return Status::optimal;
+      case Termination::feasible:
+        return Status::feasible;
+      case Termination::infeasible:
+        return Status::infeasible;
+      case Termination::time_limit:
+        return Status::time_limit;
+      case Termination::interrupted:
+        return Status::interrupted;
+      case Termination::stalled:
+        break;
     }
     return met(outcome) ? Status::feasible : Status::stalled;
   }

@@ -12,10 +12,11 @@
 namespace lamprey::study {
 
 struct SolveOptions {
-  int workers = 1;                                      // processes for the starts; the answer does not depend on it
-  std::function<void(const std::string&)> progress;     // a line for people, may be empty
-  std::function<bool()> interrupted;                    // asked often; may be empty
-  std::function<bool(maneuver::Solution&)> accept;      // whether a candidate can be the answer; may be empty: all are refined
+  int workers = 1;                                   // processes for the starts; the answer does not depend on it
+  std::function<void(const std::string&)> progress;  // a line for people, may be empty
+  std::function<bool()> interrupted;                 // asked often; may be empty
+  std::function<bool(maneuver::Solution&)>
+      accept;  // whether a candidate can be the answer; may be empty: all are refined
 };
 
 /// Candidates at full resolution, at least one. Status and message are the optimiser's own view, which a certificate confirms

@@ -12,20 +12,24 @@ TEST_P(CoarseExamples, solves_and_is_proven) { expect_solved(GetParam()); }
 const Values coarse = {{"steps", "100"}};
 INSTANTIATE_TEST_SUITE_P(
     Solve, CoarseExamples,
-    ::testing::Values(close_to("translation", "translation", coarse, 243080.02, 1e-6),
-                      Example{"translation_in_space", "translation_in_space", {{"steps", "100"}, {"starts", "4"}}, 125000, 0, false},
-                      Example{"rotation", "rotation", {{"steps", "100"}, {"starts", "4"}}, 15000, 0, false},
-                      close_to("as_printed_translation", "as_printed/translation", coarse, 169753, 1e-5),
-                      Example{"as_printed_rotation", "as_printed/rotation", {{"steps", "100"}, {"starts", "4"}}, 40000, 0, false},
-                      close_to("paper_scheme_11_points", "paper_scheme/translation", {{"steps", "100"}, {"points", "11"}}, 248860, 5e-4),
-                      close_to("paper_scheme_21_points", "paper_scheme/translation", coarse, 247835, 5e-4),
-                      close_to("paper_scheme_41_points", "paper_scheme/translation", {{"steps", "100"}, {"points", "41"}}, 246764, 5e-4),
-                      Example{"paper_scheme_rotation", "paper_scheme/rotation", {}, 17000, 0, false}),
+    ::testing::Values(
+        close_to("translation", "translation", coarse, 243080.02, 1e-6),
+        Example{"translation_in_space", "translation_in_space", {{"steps", "100"}, {"starts", "4"}}, 125000, 0, false},
+        Example{"rotation", "rotation", {{"steps", "100"}, {"starts", "4"}}, 15000, 0, false},
+        close_to("as_printed_translation", "as_printed/translation", coarse, 169753, 1e-5),
+        Example{"as_printed_rotation", "as_printed/rotation", {{"steps", "100"}, {"starts", "4"}}, 40000, 0, false},
+        close_to("paper_scheme_11_points", "paper_scheme/translation", {{"steps", "100"}, {"points", "11"}}, 248860,
+                 5e-4),
+        close_to("paper_scheme_21_points", "paper_scheme/translation", coarse, 247835, 5e-4),
+        close_to("paper_scheme_41_points", "paper_scheme/translation", {{"steps", "100"}, {"points", "41"}}, 246764,
+                 5e-4),
+        Example{"paper_scheme_rotation", "paper_scheme/rotation", {}, 17000, 0, false}),
     [](const auto& instance) { return instance.param.label; });
 
 TEST(Shooting, stays_at_the_answer_of_the_simultaneous_method) {
   const Folder folder;
-  const std::string path = varied_example(folder, "paper_scheme/translation", {{"steps", "100"}, {"starts", "8\nmethod = \"shooting\""}});
+  const std::string path =
+      varied_example(folder, "paper_scheme/translation", {{"steps", "100"}, {"starts", "8\nmethod = \"shooting\""}});
   const ProgramRun run = lamprey(folder, "solve " + path + " --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const file::Results results = file::read_solution(folder / "run");
@@ -36,7 +40,8 @@ TEST(Shooting, stays_at_the_answer_of_the_simultaneous_method) {
 
 TEST(Tumble, marches_free_with_its_momentum) {
   const Folder folder;
-  const ProgramRun run = lamprey(folder, "simulate " + example("tumble") + " --steps 1000 --duration 1 --out " + (folder / "run"));
+  const ProgramRun run =
+      lamprey(folder, "simulate " + example("tumble") + " --steps 1000 --duration 1 --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const file::Results results = file::read_solution(folder / "run");
   EXPECT_EQ(results.solution.status, maneuver::Status::simulated);
@@ -46,9 +51,11 @@ TEST(Tumble, marches_free_with_its_momentum) {
 
 TEST(Tumble, follows_the_controls_of_a_solution) {
   const Folder folder;
-  ASSERT_EQ(lamprey(folder, "solve " + varied_example(folder, "translation", coarse) + " --out " + (folder / "solved")).exit_code, 0);
-  const ProgramRun run = lamprey(folder, "simulate " + (folder / "problem.toml") + " --controls " + (folder / "solved/solution.json") +
-                                      " --out " + (folder / "marched"));
+  ASSERT_EQ(lamprey(folder, "solve " + varied_example(folder, "translation", coarse) + " --out " + (folder / "solved"))
+                .exit_code,
+            0);
+  const ProgramRun run = lamprey(folder, "simulate " + (folder / "problem.toml") + " --controls " +
+                                             (folder / "solved/solution.json") + " --out " + (folder / "marched"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const file::Results solved = file::read_solution(folder / "solved");
   const file::Results marched = file::read_solution(folder / "marched");

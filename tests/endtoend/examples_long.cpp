@@ -7,9 +7,7 @@ namespace lamprey::tests {
 namespace {
 
 class FullExamples : public ::testing::TestWithParam<Example> {};
-TEST_P(FullExamples, solves_and_is_proven) {
-  expect_solved(GetParam());
-}
+TEST_P(FullExamples, solves_and_is_proven) { expect_solved(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     Long, FullExamples,

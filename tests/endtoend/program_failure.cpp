@@ -36,7 +36,9 @@ TEST(Program, tells_usage_input_output_and_missing_files_apart) {
   EXPECT_EQ(lamprey(folder, "--version").exit_code, 0);
   EXPECT_EQ(lamprey(folder, "--help").exit_code, 0);
   std::ofstream(folder / "file") << "in the way";
-  EXPECT_EQ(lamprey(folder, "simulate " + example("tumble") + " --steps 10 --duration 0.01 --out " + (folder / "file")).exit_code, 6);
+  EXPECT_EQ(lamprey(folder, "simulate " + example("tumble") + " --steps 10 --duration 0.01 --out " + (folder / "file"))
+                .exit_code,
+            6);
 }
 
 TEST(Program, prints_one_json_document_and_the_same_bytes_again) {
@@ -56,7 +58,8 @@ TEST(Program, prints_one_json_document_and_the_same_bytes_again) {
 
 TEST(Program, says_why_a_goal_out_of_reach_was_not_met) {
   const Folder folder;  // joints that bend about e_3 cannot roll the swimmer
-  const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "1\ntime_limit = 5.0"}, {"turn", "[0.5, 0.0, 0.0]"}});
+  const std::string problem = varied_example(
+      folder, "translation", {{"steps", "40"}, {"starts", "1\ntime_limit = 5.0"}, {"turn", "[0.5, 0.0, 0.0]"}});
   const ProgramRun run = lamprey(folder, "solve " + problem + " --out " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 4) << run.out << run.err;
   const file::Results results = file::read_solution(folder / "run");

@@ -44,7 +44,8 @@ inline void expect_marks(const file::Results& results) {
 
 inline void expect_solved(const Example& example) {
   const Folder folder;
-  const ProgramRun run = lamprey(folder, "solve " + varied_example(folder, example.name, example.values) + " --out " + (folder / "run"));
+  const ProgramRun run =
+      lamprey(folder, "solve " + varied_example(folder, example.name, example.values) + " --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const file::Results results = file::read_solution(folder / "run");
   expect_marks(results);
@@ -65,8 +66,8 @@ inline void expect_solved(const Example& example) {
 }
 
 // Cost bounds are the reference value plus the tolerance, so that cost · (1 − 2 tolerance) is as far below it.
-inline Example close_to(std::string label, std::string name, std::vector<std::pair<std::string, std::string>> values, double cost,
-                 double relative, bool fine = false) {
+inline Example close_to(std::string label, std::string name, std::vector<std::pair<std::string, std::string>> values,
+                        double cost, double relative, bool fine = false) {
   return {std::move(label), std::move(name), std::move(values), cost * (1.0 + relative), relative, fine};
 }
 

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
-
 #include <nlohmann/json.hpp>
 
 #include "file/solution_file.hpp"
@@ -66,8 +65,7 @@ TEST(SolutionFile, fields_have_the_names_and_the_order_of_the_interface) {
   EXPECT_EQ(keys_in_order(document["momentum"]["angular"]), (Keys{"bodies", "fluid", "total"}));
   EXPECT_EQ(keys_in_order(document["certificate"]),
             (Keys{"goal_error", "rest_error", "momentum_drift", "rotation_drift", "equation_residual", "start_error",
-                  "control_error", "kkt", "second_order", "replay",
-                  "refinement"}));
+                  "control_error", "kkt", "second_order", "replay", "refinement"}));
   EXPECT_EQ(document["status"], "optimal");
   EXPECT_EQ(document["problem"]["scheme"], "paper");
   EXPECT_EQ(document["problem"]["goal"]["move"], json::parse(R"([2, "free", "free"])"));

@@ -15,7 +15,8 @@ maneuver::Maneuver spline_maneuver(const model::System& system, mechanics::Discr
   mechanics::Rotations rotation(3, Matrix3d::Identity());
   rotation[2] = lie::exp(Vector3d(0, 0, 0.785));
   maneuver.start = integrator::state_of_velocity(system, rotation, Vector3d::Zero(), VectorXd::Zero(12));
-  for (int i = 0; i < 3; ++i) maneuver.end_rotation.push_back(lie::exp(Vector3d(0.3, 0.2, -0.1)) * rotation[std::size_t(i)]);
+  for (int i = 0; i < 3; ++i)
+    maneuver.end_rotation.push_back(lie::exp(Vector3d(0.3, 0.2, -0.1)) * rotation[std::size_t(i)]);
   maneuver.end_position = {2.0, std::nullopt, std::nullopt};
   maneuver.lagrangian = lagrangian;
   maneuver.duration = 0.2;
@@ -38,8 +39,8 @@ TEST_P(ShootingDerivatives, adjoint_gradients_match_central_differences_at_secon
   VectorXd values, gradient(x.size());
   program.jacobian(x, values);
   program.gradient(x, gradient);
-  const Eigen::Map<const Eigen::Matrix<double, -1, -1, Eigen::RowMajor>> jacobian(values.data(), program.constraint_count(),
-                                                                                  program.variable_count());
+  const Eigen::Map<const Eigen::Matrix<double, -1, -1, Eigen::RowMajor>> jacobian(
+      values.data(), program.constraint_count(), program.variable_count());
   VectorXd expected(program.constraint_count() + 1);
   expected << jacobian * direction, gradient.dot(direction);
   const auto along = [&](double t) {
@@ -52,7 +53,8 @@ TEST_P(ShootingDerivatives, adjoint_gradients_match_central_differences_at_secon
 }
 
 INSTANTIATE_TEST_SUITE_P(Lagrangians, ShootingDerivatives,
-                         ::testing::Values(mechanics::DiscreteLagrangian::paper, mechanics::DiscreteLagrangian::trapezoid));
+                         ::testing::Values(mechanics::DiscreteLagrangian::paper,
+                                           mechanics::DiscreteLagrangian::trapezoid));
 
 }  // namespace
 }  // namespace lamprey::tests

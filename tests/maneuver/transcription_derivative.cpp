@@ -76,9 +76,7 @@ class TranscriptionDerivatives : public ::testing::TestWithParam<Setting> {
 TEST_P(TranscriptionDerivatives, gradient_matches_central_differences) {
   VectorXd gradient(point_.size());
   transcription_.gradient(point_, gradient);
-  const auto along = [&](double t) {
-    return VectorXd::Constant(1, transcription_.objective(point_ + t * direction_));
-  };
+  const auto along = [&](double t) { return VectorXd::Constant(1, transcription_.objective(point_ + t * direction_)); };
   EXPECT_NEAR((along(1e-3) - along(-1e-3))[0] / 2e-3, gradient.dot(direction_), 1e-10 * gradient.norm());
 }
 
@@ -130,14 +128,14 @@ TEST_P(TranscriptionDerivatives, a_packed_motion_comes_back) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Programs, TranscriptionDerivatives,
-    ::testing::Values(Setting{"paper_chain", 0, mechanics::DiscreteLagrangian::trapezoid, 0, false},
-                      Setting{"paper_scheme", 0, mechanics::DiscreteLagrangian::paper, 0, false},
-                      Setting{"spline", 0, mechanics::DiscreteLagrangian::trapezoid, 4, false},
-                      Setting{"tree", 5, mechanics::DiscreteLagrangian::trapezoid, 0, false},
-                      Setting{"moving_tree", 4, mechanics::DiscreteLagrangian::paper, 0, true}),
-    [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(Programs, TranscriptionDerivatives,
+                         ::testing::Values(Setting{"paper_chain", 0, mechanics::DiscreteLagrangian::trapezoid, 0,
+                                                   false},
+                                           Setting{"paper_scheme", 0, mechanics::DiscreteLagrangian::paper, 0, false},
+                                           Setting{"spline", 0, mechanics::DiscreteLagrangian::trapezoid, 4, false},
+                                           Setting{"tree", 5, mechanics::DiscreteLagrangian::trapezoid, 0, false},
+                                           Setting{"moving_tree", 4, mechanics::DiscreteLagrangian::paper, 0, true}),
+                         [](const auto& instance) { return instance.param.name; });
 
 }  // namespace
 }  // namespace lamprey::tests

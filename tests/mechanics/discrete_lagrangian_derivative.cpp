@@ -56,7 +56,8 @@ TEST_P(StepDerivatives, momenta_are_the_gradient_of_the_discrete_lagrangian) {
     gradient.head(3 * system.body_count()) *= -1.0;
     const VectorXd y = VectorXd::Random(gradient.size());
     const auto along = [&](double t) {
-      return VectorXd::Constant(1, mechanics::discrete_lagrangian(system, lagrangian, h, perturbed(system, step, t * y)));
+      return VectorXd::Constant(1,
+                                mechanics::discrete_lagrangian(system, lagrangian, h, perturbed(system, step, t * y)));
     };
     expect_second_order_differences(along, VectorXd::Constant(1, gradient.dot(y)));
   }
@@ -76,8 +77,8 @@ TEST_P(StepDerivatives, first_derivatives_of_momenta_match_central_differences_a
     const VectorXd y = VectorXd::Random(quadratic.gradient.size());
     VectorXd expected(y.size());
     expected << jacobian.minus * y, jacobian.plus * y, jacobian.linear * y;
-    expect_second_order_differences([&](double t) { return momenta(system, lagrangian, perturbed(system, step, t * y)); },
-                                    expected);
+    expect_second_order_differences(
+        [&](double t) { return momenta(system, lagrangian, perturbed(system, step, t * y)); }, expected);
   }
 }
 

@@ -30,12 +30,15 @@ struct GoldenCase {
 };
 
 void expect_close(const VectorXd& found, const VectorXd& expected, const std::string& what) {
-  EXPECT_LE((found - expected).lpNorm<Eigen::Infinity>(), tolerance(1e-12) * expected.lpNorm<Eigen::Infinity>()) << what;
+  EXPECT_LE((found - expected).lpNorm<Eigen::Infinity>(), tolerance(1e-12) * expected.lpNorm<Eigen::Infinity>())
+      << what;
 }
 
 class Reference : public ::testing::TestWithParam<int> {
  protected:
-  GoldenCase golden_case() const { return GoldenCase(golden("reference.json")["cases"][static_cast<std::size_t>(GetParam())]); }
+  GoldenCase golden_case() const {
+    return GoldenCase(golden("reference.json")["cases"][static_cast<std::size_t>(GetParam())]);
+  }
 };
 
 TEST_P(Reference, continuous_laws_agree_with_80_digit_arithmetic) {
@@ -47,7 +50,8 @@ TEST_P(Reference, continuous_laws_agree_with_80_digit_arithmetic) {
   expect_close(mechanics::generalized_inertia(c.system, c.rotation) * c.xi, momentum, "I xi");
   expect_close(mechanics::generalized_force(c.system, c.rotation, c.control), generalized(c.outputs["U"]), "U");
   expect_close(mechanics::bias(c.system, c.rotation, c.xi), generalized(c.outputs["bias"]), "bias");
-  expect_close(mechanics::acceleration(c.system, c.rotation, c.xi, c.control), generalized(c.outputs["xi_dot"]), "xi_dot");
+  expect_close(mechanics::acceleration(c.system, c.rotation, c.xi, c.control), generalized(c.outputs["xi_dot"]),
+               "xi_dot");
 }
 
 TEST_P(Reference, discrete_lagrangians_and_momenta_agree_with_80_digit_arithmetic) {
@@ -64,7 +68,8 @@ TEST_P(Reference, discrete_lagrangians_and_momenta_agree_with_80_digit_arithmeti
     step.displacement = vector3(c.inputs["f_k"]["dx"]);
     mechanics::update_interval(c.system, step);
     const double value = expected["Ld_k"];
-    EXPECT_NEAR(mechanics::discrete_lagrangian(c.system, lagrangian, c.h, step), value, tolerance(1e-12) * value) << name;
+    EXPECT_NEAR(mechanics::discrete_lagrangian(c.system, lagrangian, c.h, step), value, tolerance(1e-12) * value)
+        << name;
 
     mechanics::DiscreteMomenta momenta(3);
     mechanics::discrete_momenta(c.system, lagrangian, c.h, step, momenta);
@@ -74,7 +79,8 @@ TEST_P(Reference, discrete_lagrangians_and_momenta_agree_with_80_digit_arithmeti
     expect_close(minus, generalized(expected["p_minus_k"]), std::string(name) + " p minus");
     expect_close(plus, generalized(expected["p_plus_kp1"]), std::string(name) + " p plus");
     const auto total = mechanics::spatial_momentum(step.rotation, vector3(c.inputs["x"]), minus);
-    expect_close(total.angular, vector3(expected["spatial_angular_momentum_about_origin"]), std::string(name) + " angular");
+    expect_close(total.angular, vector3(expected["spatial_angular_momentum_about_origin"]),
+                 std::string(name) + " angular");
   }
 }
 
