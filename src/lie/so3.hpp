@@ -20,6 +20,11 @@ inline Matrix3 hat(const Vector3& v) {
 /// Inverse of hat on the skew part of a matrix: vee(A) = the v with v̂ = (A − Aᵀ)/2.
 inline Vector3 vee(const Matrix3& a) { return 0.5 * Vector3(a(2, 1) - a(1, 2), a(0, 2) - a(2, 0), a(1, 0) - a(0, 1)); }
 
+/// Matrix of the quadratic form η ↦ u · η̂ η̂ w, symmetric: second derivatives of rotated vectors along exponentials.
+inline Matrix3 double_cross(const Vector3& u, const Vector3& w) {
+  return 0.5 * (u * w.transpose() + w * u.transpose()) - u.dot(w) * Matrix3::Identity();
+}
+
 /// Rotation by |v| radians about v.
 Matrix3 exp(const Vector3& v);
 

@@ -7,16 +7,12 @@ namespace lamprey::maneuver {
 namespace {
 
 using Eigen::Vector4d;
+using lie::double_cross;
 using lie::hat;
 using mechanics::StepDirection;
 using mechanics::StepLayout;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-// Matrix of the quadratic form η ↦ uᵀ η̂ η̂ w.
-Matrix3d double_cross(const Vector3d& u, const Vector3d& w) {
-  return 0.5 * (u * w.transpose() + w * u.transpose()) - u.dot(w) * Matrix3d::Identity();
-}
 
 // Layout of the local Hessian of a step: quaternions, turns, displacement.
 struct LocalLayout {

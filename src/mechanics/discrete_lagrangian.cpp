@@ -12,8 +12,6 @@ using model::System;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-Matrix3d half_trace(const Matrix3d& J) { return 0.5 * J.trace() * Matrix3d::Identity() - J; }
-
 struct LocalMomenta {
   Vector3d linear;  // P_i, world
   Vector3d minus;   // π⁻_i, body frame at k
@@ -26,7 +24,7 @@ LocalMomenta local_momenta(const System& system, const Quadrature& weights, doub
   const Matrix3d& M = body.mass_matrix;
   const Matrix3d& F = step.relative_rotation[at(i)];
   const Matrix3d& E = step.relative_rotation_minus_identity[at(i)];
-  const Matrix3d Jd = half_trace(trace_inertia(system, weights, i));
+  const Matrix3d Jd = trace_weight(trace_inertia(system, weights, i));
   const Vector3d w = step.rotation[at(i)].transpose() * step.centre_displacement[at(i)];
   const Vector3d w_next = F.transpose() * w;
   const Vector3d Mw = weights.left * (M * w);
@@ -90,7 +88,7 @@ double discrete_lagrangian(const System& system, DiscreteLagrangian lagrangian, 
     const Vector3d w = step.rotation[at(i)].transpose() * step.centre_displacement[at(i)];
     const Vector3d w_next = step.relative_rotation[at(i)].transpose() * w;
     value += 0.5 * (weights.left * w.dot(M * w) + weights.right * w_next.dot(M * w_next));
-    value -= (E * half_trace(trace_inertia(system, weights, i))).trace();
+    value -= (E * trace_weight(trace_inertia(system, weights, i))).trace();
     if (weights.trace_form && body.parent >= 0) {
       const Vector3d turn = E * system.joint(body.joint).child_offset;
       value -= 0.5 * turn.dot(M * turn);

@@ -56,6 +56,9 @@ double discrete_lagrangian(const model::System& system, DiscreteLagrangian lagra
 void discrete_momenta(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
                       const Interval& interval, DiscreteMomenta& momenta);
 
+/// J_d = ½ tr(J) I − J: what the rotational trace term tr[(I − F) J_d] weighs.
+inline Matrix3d trace_weight(const Matrix3d& J) { return 0.5 * J.trace() * Matrix3d::Identity() - J; }
+
 /// The inertia matrix in the rotational trace term: J, or J' = J − d̂ M d̂ of a non-root body with the paper's trace form.
 Matrix3d trace_inertia(const model::System& system, const Quadrature& weights, int body);
 

@@ -6,6 +6,7 @@ namespace lamprey::mechanics {
 
 namespace {
 
+using lie::double_cross;
 using lie::hat;
 using lie::vee;
 using model::Body;
@@ -14,14 +15,7 @@ using model::System;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-Matrix3d half_trace(const Matrix3d& J) { return 0.5 * J.trace() * Matrix3d::Identity() - J; }
-
 Matrix3d without_trace(const Matrix3d& X) { return 0.5 * (X + X.transpose()) - X.trace() * Matrix3d::Identity(); }
-
-// Matrix of the quadratic form η ↦ uᵀ η̂ η̂ w.
-Matrix3d double_cross(const Vector3d& u, const Vector3d& w) {
-  return 0.5 * (u * w.transpose() + w * u.transpose()) - u.dot(w) * Matrix3d::Identity();
-}
 
 // A displacement D = [Δx] + Σ_a (R'_a − R_a) c_a weighed by body i's mass matrix.
 struct Displacement {
@@ -166,7 +160,7 @@ void expand(const System& system, DiscreteLagrangian lagrangian, double h, const
     displacements.add({i, 1.0 / h, weights.left, weights.right, body.path, true});
     if (weights.trace_form && body.parent >= 0)
       displacements.add({i, -1.0 / h, 1.0, 0.0, std::span(body.path).last(1), false});
-    const Matrix3d Jd = half_trace(trace_inertia(system, weights, i));
+    const Matrix3d Jd = trace_weight(trace_inertia(system, weights, i));
     const Matrix3d K = direction ? Matrix3d(hat(direction->right[at(i)]) * Jd - Jd * hat(direction->left[at(i)])) : Jd;
     add_trace_term(step.relative_rotation[at(i)], K, -1.0 / h, layout.left(i), layout.right(i), result);
   }
@@ -227,7 +221,7 @@ LocalSensitivity local_sensitivity(const System& system, DiscreteLagrangian lagr
   const Matrix3d& F = step.relative_rotation[at(i)];
   const Vector3d w = R.transpose() * step.centre_displacement[at(i)];
   const Vector3d w_next = F.transpose() * w;
-  const Matrix3d FJd = F * half_trace(trace_inertia(system, weights, i));
+  const Matrix3d FJd = F * trace_weight(trace_inertia(system, weights, i));
 
   LocalSensitivity local;
   local.dP_dcentre = (weights.left * R * M * R.transpose() + weights.right * R_next * M * R_next.transpose()) / h;

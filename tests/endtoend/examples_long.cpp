@@ -15,6 +15,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Example{"translation_in_space", "translation_in_space", {}, 105000, 0, true},
                       Example{"rotation", "rotation", {}, 15000, 0, true},
                       Example{"as_printed_translation", "as_printed/translation", {}, 650000, 0, true},
+                      Example{"paper_scheme_rotation", "paper_scheme/rotation", {}, 17000, 0, false},
                       Example{"as_printed_rotation", "as_printed/rotation", {}, 20000, 0, false},
                       close_to("paper_scheme_11_points", "paper_scheme/translation", {{"points", "11"}}, 244005, 5e-4),
                       close_to("paper_scheme_21_points", "paper_scheme/translation", {}, 243884, 5e-4),
