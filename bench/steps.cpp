@@ -18,7 +18,7 @@ using integrator::State;
 using integrator::StepReport;
 using mechanics::DiscreteLagrangian;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // Marches step by step and begins again at the end.
 class Marching {

@@ -4,7 +4,7 @@ namespace lamprey::certificate {
 
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // Largest 3-vector of a generalised vector.
 double largest_part(const VectorXd& v) {

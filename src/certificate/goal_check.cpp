@@ -8,7 +8,7 @@ namespace lamprey::certificate {
 
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // Largest number of rows a goal can state for a swimmer.
 int row_bound(const model::System& system) { return 6 * system.body_count() + 3; }

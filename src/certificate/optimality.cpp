@@ -13,7 +13,7 @@ namespace lamprey::certificate {
 
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 constexpr double dependent_row = 1e-11;  // of the largest pivot
 constexpr int most_segments = 20;        // a growth of 1e20 over the whole is 10 over each

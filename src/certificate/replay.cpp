@@ -20,7 +20,7 @@ using integrator::State;
 
 constexpr int growth_samples = 200;  // over the duration
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // Moments at the nodes, [3 · joints][N+1].
 MatrixXd node_moments(const StoredMotion& motion) {

@@ -14,7 +14,7 @@ using model::System;
 constexpr int max_iterations = 60;
 constexpr double accepted_residual = 1e-12;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // Evaluates p⁻ at the current guess; returns the largest missing momentum relative to the largest one in the step.
 double evaluate(const System& system, DiscreteLagrangian lagrangian, double h, const Vector3d& linear,

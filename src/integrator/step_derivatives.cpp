@@ -9,7 +9,7 @@ namespace {
 using lie::hat;
 using model::System;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // Derivative of U by turns η, and U of unit controls (equation 4.6).
 void force_derivatives(const System& system, const Rotations& R, const Moments& control, MatrixXd& by_turn,

@@ -14,7 +14,7 @@ using mechanics::LocalSensitivity;
 using model::Body;
 using model::System;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // Body i's balance by its own turn η' and centre displacement, its children condensed (equation 4.16).
 struct CondensedBody {

@@ -16,7 +16,7 @@ using model::System;
 constexpr int harmonics = 4;
 constexpr double amplitude = 0.8;  // rad, of the first harmonic; 0.3 to 0.8 serve alike
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // Deterministic on every machine and library: SplitMix64, and normal numbers by Box and Muller.
 class Random {

@@ -6,7 +6,7 @@ namespace {
 
 using model::System;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // Generalised momentum of body-frame momenta and p_x.
 VectorXd stacked(const std::vector<Vector3d>& momenta, const Vector3d& linear) {

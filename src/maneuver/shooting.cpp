@@ -11,7 +11,7 @@ namespace {
 
 constexpr double unit = Transcription::control_unit;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // Quaternion of the error R_goalᵀ R, of the sign with scalar part ≥ 0.
 Eigen::Vector4d error_quaternion(const Matrix3d& goal, const Matrix3d& R) {

@@ -14,7 +14,7 @@ using mechanics::Interval;
 using mechanics::StepDirection;
 using model::System;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 bool is_ancestor(const System& system, int ancestor, int body) {
   for (int i = body; i >= 0; i = system.body(i).parent)

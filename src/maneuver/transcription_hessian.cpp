@@ -12,7 +12,7 @@ using lie::hat;
 using mechanics::StepDirection;
 using mechanics::StepLayout;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // Layout of the local Hessian of a step: quaternions, turns, displacement.
 struct LocalLayout {

@@ -13,7 +13,7 @@ using model::Body;
 using model::PathPoint;
 using model::System;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 // World velocity of body i's mass centre: ẋ + Σ_a R_a (Ω_a × c_ia).
 Vector3d centre_velocity(const Body& body, const Rotations& R, const VectorXd& velocity) {

@@ -10,7 +10,7 @@ using model::Body;
 using model::Joint;
 using model::System;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 struct LocalMomenta {
   Vector3d linear;  // P_i, world

@@ -13,7 +13,7 @@ using model::Body;
 using model::PathPoint;
 using model::System;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using model::at;
 
 Matrix3d without_trace(const Matrix3d& X) { return 0.5 * (X + X.transpose()) - X.trace() * Matrix3d::Identity(); }
 

@@ -13,6 +13,9 @@ namespace lamprey::model {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+/// A body's, joint's or node's number as containers count.
+constexpr std::size_t at(int number) { return static_cast<std::size_t>(number); }
+
 /// Where a body's mass centre lies: x_i = x + Σ_a R_a c_ia over the bodies a from the root to i (equation 1.2).
 struct PathPoint {
   int body;         // a
