@@ -8,6 +8,7 @@
 
 #include "maneuver/goal_rank.hpp"
 #include "maneuver/guess.hpp"
+#include "maneuver/mirror.hpp"
 #include "maneuver/motion.hpp"
 #include "maneuver/shooting.hpp"
 #include "maneuver/transcription.hpp"
@@ -207,6 +208,7 @@ class Search {
       path = program.unpack(outcome.point);
       count_effort(outcome);
     }
+    path = turned_as_asked(path);
     Solution solution;
     describe_motion(system_, full_.lagrangian, full_.time_step(), path, solution);
     solution.cost = maneuver::cost_of(full_.node_weight, solution.control);
@@ -217,6 +219,14 @@ class Search {
     solution.status = status_of(outcome);
     solution.message = outcome.reason;
     return solution;
+  }
+
+  // Of two mirror images of equal cost the one that turns as the goal's rotation vector does.
+  NodePath turned_as_asked(const NodePath& path) const {
+    const auto& turn = problem_.goal->turn;
+    if (!turn || turn->norm() == 0.0 || !maneuver::turns_against(*turn, path)) return path;
+    const std::optional<int> axis = maneuver::mirror_axis(system_, full_);
+    return axis ? maneuver::mirrored(system_, path, *axis) : path;
   }
 
   static maneuver::Status status_of(const Outcome& outcome) {

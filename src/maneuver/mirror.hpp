@@ -1,0 +1,20 @@
+// Mirror images: a question that a reflection leaves as it is has answers in pairs of equal cost, of which one turns the asked way.
+#pragma once
+
+#include <optional>
+
+#include "maneuver/transcription.hpp"
+
+namespace lamprey::maneuver {
+
+/// A coordinate axis whose reversal, in the world and in every body, leaves swimmer, start and goal as they are: inertia, offsets
+/// and control axes, start at rest, end rotations and position. Nothing where there is none.
+std::optional<int> mirror_axis(const model::System& system, const Maneuver& maneuver);
+
+/// The image of a motion under reversal of that axis through its start: R → PRP, displacements → P, moments → −P.
+NodePath mirrored(const model::System& system, const NodePath& path, int axis);
+
+/// Whether the root comes to its end by the other way round than a turn by `turn` (rotation vector, world): by −π for π.
+bool turns_against(const Vector3d& turn, const NodePath& path);
+
+}  // namespace lamprey::maneuver

@@ -1,0 +1,88 @@
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "chains.hpp"
+#include "maneuver/guess.hpp"
+#include "maneuver/mirror.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::VectorXd;
+
+// The paper's rotation by half a turn about e_1 at N = 20.
+maneuver::Maneuver half_turn() {
+  maneuver::Maneuver maneuver;
+  mechanics::Rotations rotation(3, Matrix3d::Identity());
+  rotation[2] = lie::exp(Vector3d(0, 0, std::numbers::pi / 4));
+  maneuver.start = {rotation, Vector3d(0.3, -0.2, 0.7), VectorXd::Zero(12)};
+  for (const Matrix3d& R : rotation) maneuver.end_rotation.push_back(lie::exp(Vector3d(std::numbers::pi, 0, 0)) * R);
+  maneuver.steps = 20;
+  maneuver.node_weight = maneuver::node_weights(maneuver::CostRule::trapezoid, 1.0, 0.05, 20);
+  return maneuver;
+}
+
+maneuver::NodePath random_motion(const model::System& system, const maneuver::Maneuver& maneuver) {
+  maneuver::NodePath path = maneuver::random_guess(system, maneuver, 7);
+  Random random(3);
+  for (VectorXd& u : path.control)
+    for (double& value : u) value = 50.0 * random.normal();
+  return path;
+}
+
+TEST(Mirror, the_half_turn_of_the_chain_is_its_own_image_in_the_plane_of_e1_and_e2) {
+  EXPECT_EQ(maneuver::mirror_axis(model::System(paper_chain()), half_turn()), 2);
+}
+
+TEST(Mirror, an_image_costs_the_same_and_violates_the_equations_as_much) {
+  const model::System system(paper_chain());
+  const maneuver::Maneuver maneuver = half_turn();
+  maneuver::Transcription program(system, maneuver, maneuver::stated_goal_rows(system, maneuver));
+  const maneuver::NodePath path = random_motion(system, maneuver);
+  const VectorXd x = program.pack(path);
+  const VectorXd y = program.pack(maneuver::mirrored(system, path, 2));
+  EXPECT_GT((x - y).norm(), 1.0) << "the image must be another motion";
+  VectorXd cx(program.constraint_count()), cy(program.constraint_count());
+  program.constraints(x, cx);
+  program.constraints(y, cy);
+  EXPECT_GT(cx.norm(), 1.0);
+  EXPECT_NEAR(cx.norm(), cy.norm(), tolerance(1e-12) * cx.norm());
+  EXPECT_NEAR(program.objective(x), program.objective(y), tolerance(1e-14) * program.objective(x));
+}
+
+TEST(Mirror, images_turn_opposite_ways_and_two_reflections_are_none) {
+  const model::System system(paper_chain());
+  const maneuver::Maneuver maneuver = half_turn();
+  const maneuver::NodePath path = random_motion(system, maneuver);
+  const maneuver::NodePath image = maneuver::mirrored(system, path, 2);
+  const Vector3d turn(std::numbers::pi, 0, 0);
+  EXPECT_NE(maneuver::turns_against(turn, path), maneuver::turns_against(turn, image));
+  EXPECT_NE(maneuver::turns_against(turn, path), maneuver::turns_against(-turn, path));
+  const maneuver::NodePath again = maneuver::mirrored(system, image, 2);
+  for (std::size_t k = 0; k < path.rotation.size(); ++k) {
+    EXPECT_LE((path.position[k] - again.position[k]).norm(), 1e-14);
+    EXPECT_LE((path.rotation[k][1] - again.rotation[k][1]).norm(), 1e-14);
+    EXPECT_LE((path.control[k] - again.control[k]).norm(), 1e-12);
+  }
+}
+
+TEST(Mirror, is_refused_where_swimmer_start_or_goal_is_lopsided) {
+  const model::System system(paper_chain());
+  maneuver::Maneuver turned = half_turn();
+  turned.start.rotation[1] = lie::exp(Vector3d(0.1, 0.2, 0.3));
+  EXPECT_FALSE(maneuver::mirror_axis(system, turned));
+  maneuver::Maneuver aside = half_turn();
+  aside.end_position[2] = 1.0;
+  EXPECT_FALSE(maneuver::mirror_axis(system, aside));
+  maneuver::Maneuver quarter = half_turn();
+  for (auto& R : quarter.end_rotation) R = lie::exp(Vector3d(1.0, 0, 0));
+  EXPECT_FALSE(maneuver::mirror_axis(system, quarter));
+  model::SwimmerDescription crooked = paper_chain();
+  crooked.joints[0].parent_offset[2] = 0.1;
+  EXPECT_FALSE(maneuver::mirror_axis(model::System(crooked), half_turn()));
+}
+
+}  // namespace
+}  // namespace lamprey::tests
