@@ -31,18 +31,21 @@ struct Arguments {
   bool peers = false;
 };
 
+// Becomes lamprey_bench, or the script that also measures peers; both sit beside this program.
 int run_bench(const std::string& program, bool peers) {
-  const std::string beside = program.substr(0, program.rfind('/') + 1) + "lamprey_bench";
-  if (access(beside.c_str(), X_OK) != 0) {
-    fmt::print(stderr, "lamprey: {} is missing; ./dev bench builds it\n", beside);
-    return program_missing;
+  const std::string folder = program.substr(0, program.rfind('/') + 1);
+  const std::string bench = folder + "lamprey_bench", with_peers = folder + "lamprey_bench_peers";
+  for (const std::string& beside : {bench, with_peers}) {
+    if ((peers || beside == bench) && access(beside.c_str(), X_OK) != 0) {
+      fmt::print(stderr, "lamprey: {} is missing; ./dev bench builds it\n", beside);
+      return program_missing;
+    }
   }
-  if (peers) {
-    fmt::print(stderr, "lamprey: --peers is not in this version; the benchmarks without it run\n");
-    return program_missing;
-  }
-  execl(beside.c_str(), beside.c_str(), "--benchmark_repetitions=5", "--benchmark_report_aggregates_only=true",
-        static_cast<char*>(nullptr));
+  if (peers)
+    execl(with_peers.c_str(), with_peers.c_str(), bench.c_str(), static_cast<char*>(nullptr));
+  else
+    execl(bench.c_str(), bench.c_str(), static_cast<char*>(nullptr));
+  fmt::print(stderr, "lamprey: {} does not start\n", peers ? with_peers : bench);
   return program_missing;
 }
 
@@ -81,7 +84,8 @@ void describe_others(CLI::App& app, Arguments& arguments) {
   inertia->add_option("--density", arguments.density, "kg/m³ of the fluid")->required();
   inertia->add_flag("--json", arguments.json, "print one JSON document");
   CLI::App* bench = app.add_subcommand("bench", "Time steps, derivatives and solves on this machine");
-  bench->add_flag("--peers", arguments.peers, "measure peers in the same run (not in this version)");
+  bench->add_flag("--peers", arguments.peers,
+                  "also measure Pinocchio, Crocoddyl and MuJoCo from PyPI on the same chain");
 }
 
 int dispatch(const CLI::App& app, const Arguments& arguments, const std::string& program) {

@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "file/resolve.hpp"
+#include "swimmers.hpp"
 
 namespace lamprey::bench {
 
@@ -55,12 +59,61 @@ class Table : public benchmark::BenchmarkReporter {
   static std::string argument_of(const Run& run) { return run.run_name.args.empty() ? "" : " " + run.run_name.args; }
 };
 
+// The numbers of an array, row by row.
+template <typename Array>
+nlohmann::json numbers(const Array& array) {
+  return std::vector<double>(array.data(), array.data() + array.size());
+}
+
+// One chain and its march: bodies in order from the root, joints by body names, moments [N+1][joints] N m.
+nlohmann::json chain(const model::SwimmerDescription& swimmer) {
+  nlohmann::json bodies, joints, moments;
+  for (const model::BodyDescription& body : swimmer.bodies)
+    bodies.push_back({{"name", body.name},
+                      {"mass_matrix", numbers(body.mass_matrix.value())},
+                      {"inertia_matrix", numbers(body.inertia_matrix.value())}});
+  for (const model::JointDescription& joint : swimmer.joints)
+    joints.push_back({{"parent", joint.parent},
+                      {"child", joint.child},
+                      {"parent_offset", numbers(joint.parent_offset)},
+                      {"child_offset", numbers(joint.child_offset)}});
+  const March march(swimmer, mechanics::DiscreteLagrangian::trapezoid);
+  for (const mechanics::Moments& node : march.moments) {
+    nlohmann::json at_node;
+    for (const Eigen::Vector3d& moment : node) at_node.push_back(numbers(moment));
+    moments.push_back(at_node);
+  }
+  return {{"bodies", bodies}, {"joints", joints}, {"time_step", March::time_step}, {"moments", moments}};
+}
+
+// The chains that are marched, for programs that measure the same ones.
+bool write_chains(const std::string& path) {
+  nlohmann::json chains = {chain(paper_chain())};
+  for (int bodies : {5, 10, 20}) chains.push_back(chain(outer_body_chain(bodies)));
+  std::ofstream stream(path);
+  stream << chains << std::endl;
+  return stream.good();
+}
+
+// Takes --chains_out=FILE out of the arguments.
+std::optional<std::string> taken_chains_out(std::vector<char*>& arguments) {
+  const std::string key = "--chains_out=";
+  for (auto word = arguments.begin(); word != arguments.end(); ++word)
+    if (std::string(*word).rfind(key, 0) == 0) {
+      const std::string path = std::string(*word).substr(key.size());
+      arguments.erase(word);
+      return path;
+    }
+  return std::nullopt;
+}
+
 }  // namespace
 
 }  // namespace lamprey::bench
 
 int main(int count, char** words) {
   std::vector<char*> arguments(words, words + count);
+  const std::optional<std::string> chains_out = lamprey::bench::taken_chains_out(arguments);
   // defaults come first, so that the caller's come last and win
   std::string defaults[] = {"--benchmark_repetitions=5", "--benchmark_report_aggregates_only=true",
                             "--benchmark_min_time=0.1"};
@@ -68,6 +121,10 @@ int main(int count, char** words) {
   int arguments_left = static_cast<int>(arguments.size());
   benchmark::Initialize(&arguments_left, arguments.data());
   if (benchmark::ReportUnrecognizedArguments(arguments_left, arguments.data())) return 2;
+  if (chains_out && !lamprey::bench::write_chains(*chains_out)) {
+    fmt::print(stderr, "lamprey_bench: cannot write {}\n", *chains_out);
+    return 6;
+  }
   lamprey::bench::register_steps();
   lamprey::bench::register_maneuvers();
   lamprey::bench::Table table;

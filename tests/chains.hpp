@@ -87,11 +87,113 @@ inline model::SwimmerDescription random_tree(Random& random, int bodies) {
   return tree;
 }
 
+/// A tree with every kind of joint, springs, dampers, partial actuation and coupled inertia, drawn at random.
+inline model::SwimmerDescription random_swimmer(Random& random, int bodies) {
+  model::SwimmerDescription tree = random_tree(random, bodies);
+  for (model::BodyDescription& body : tree.bodies)
+    if (random.integer(0, 1) == 1) {
+      Matrix3d C;
+      for (int c = 0; c < 3; ++c) C.col(c) = random.vector(0.08);
+      body.coupling_matrix = C;
+    }
+  for (model::JointDescription& joint : tree.joints) {
+    joint.kind = static_cast<model::JointKind>(random.integer(0, 3));
+    joint.reference_rotation = random.vector();
+    if (joint.kind == model::JointKind::hinge) joint.axis = random.vector();
+    if (joint.kind == model::JointKind::universal) {
+      const Vector3d second = random.vector();
+      joint.axes = {(lie::exp(joint.reference_rotation) * second).cross(random.vector()), second};
+    }
+    if (joint.kind == model::JointKind::fixed) continue;
+    if (random.integer(0, 2) == 0) joint.stiffness = random.uniform(0.5, 5.0);
+    if (random.integer(0, 2) == 0) joint.damping = random.uniform(0.1, 1.0);
+    joint.actuated = random.integer(0, 3) > 0;
+  }
+  return tree;
+}
+
+/// The rotations turned along freedoms: a body that turns on its own by exp, others about their joints' axes; bodies
+/// that are led follow their parents.
+inline mechanics::Rotations turned(const model::System& system, const mechanics::Rotations& R,
+                                   const mechanics::Freedoms& turn) {
+  mechanics::Rotations result = R;
+  for (int i : system.root_to_leaves()) {
+    const auto n = static_cast<std::size_t>(i);
+    const model::Body& body = system.body(i);
+    if (body.freedoms == 3) {
+      result[n] = R[n] * lie::exp(turn[n]);
+      continue;
+    }
+    const model::Joint& joint = system.joint(body.joint);
+    const auto p = static_cast<std::size_t>(body.parent);
+    const bool universal = joint.kind == model::JointKind::universal;
+    const Vector3d before = universal ? Vector3d(turn[n][0] * joint.parent_axis) : Vector3d(Vector3d::Zero());
+    const Vector3d after = turn[n][universal ? 1 : 0] * joint.child_axis;
+    result[n] = result[p] * lie::exp(before) * R[p].transpose() * R[n] * lie::exp(after);
+  }
+  return result;
+}
+
+/// Inverse of turned.
+inline mechanics::Freedoms turns_between(const model::System& system, const mechanics::Rotations& from,
+                                         const mechanics::Rotations& to) {
+  mechanics::Freedoms turn(from.size(), Vector3d::Zero());
+  for (int i = 0; i < system.body_count(); ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    const model::Body& body = system.body(i);
+    if (body.freedoms == 3) {
+      turn[n] = lie::log(from[n].transpose() * to[n]);
+      continue;
+    }
+    const model::Joint& joint = system.joint(body.joint);
+    const auto p = static_cast<std::size_t>(body.parent);
+    turn[n] = mechanics::joint_angles(joint, to[p].transpose() * to[n]) -
+              mechanics::joint_angles(joint, from[p].transpose() * from[n]);
+    for (double& angle : turn[n]) angle = std::remainder(angle, 2.0 * M_PI);
+  }
+  return turn;
+}
+
+/// Entries beyond a body's freedoms are zero.
+inline mechanics::Freedoms random_freedoms(Random& random, const model::System& system, double size) {
+  mechanics::Freedoms freedoms(static_cast<std::size_t>(system.body_count()), Vector3d::Zero());
+  for (int i = 0; i < system.body_count(); ++i)
+    for (int f = 0; f < system.body(i).freedoms; ++f) freedoms[static_cast<std::size_t>(i)][f] = size * random.normal();
+  return freedoms;
+}
+
+/// Rotations that the joints allow; universal joints stay away from where their axes meet.
+inline mechanics::Rotations random_rotations(Random& random, const model::System& system) {
+  mechanics::Rotations zero(static_cast<std::size_t>(system.body_count()), Matrix3d::Identity());
+  for (int i : system.root_to_leaves()) {
+    const model::Body& body = system.body(i);
+    if (body.parent >= 0)
+      zero[static_cast<std::size_t>(i)] =
+          zero[static_cast<std::size_t>(body.parent)] * system.joint(body.joint).reference_rotation;
+  }
+  return turned(system, zero, random_freedoms(random, system, 0.5));
+}
+
+/// Moments that the joints can exert, N m.
+inline mechanics::Moments random_moments(Random& random, const model::System& system, double size) {
+  mechanics::Moments u;
+  for (const model::Joint& joint : system.joints()) {
+    Eigen::VectorXd along(joint.actuation.cols());
+    for (double& entry : along) entry = size * random.normal();
+    u.emplace_back(joint.actuation * along);
+  }
+  return u;
+}
+
 /// A step of random rotations of about `turn` rad, updated.
 inline mechanics::Interval random_interval(Random& random, const model::System& system, double turn) {
   mechanics::Interval step(system.body_count());
-  for (auto& R : step.rotation) R = random.rotation();
-  for (auto& zeta : step.cayley) zeta = random.vector(0.5 * turn);
+  step.rotation = random_rotations(random, system);
+  const mechanics::Freedoms turns = random_freedoms(random, system, turn);
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    step.cayley[i] = 0.5 * turns[i];
+    step.joint_turn[i] = turns[i];
+  }
   step.displacement = random.vector(turn);
   mechanics::update_interval(system, step);
   return step;

@@ -13,10 +13,9 @@ double largest_part(const VectorXd& v) {
   return largest.value();
 }
 
-VectorXd generalized(const std::vector<Vector3d>& bodies, const Vector3d& linear) {
-  VectorXd v(3 * static_cast<int>(bodies.size()) + 3);
-  for (std::size_t i = 0; i < bodies.size(); ++i) v.segment<3>(3 * static_cast<int>(i)) = bodies[i];
-  v.tail<3>() = linear;
+VectorXd generalized(const model::System& system, const mechanics::Freedoms& freedoms, const Vector3d& linear) {
+  VectorXd v;
+  mechanics::pack(system, freedoms, linear, v);
   return v;
 }
 
@@ -34,15 +33,15 @@ Balance check_balance(const StoredMotion& motion) {
   const model::System& system = motion.system;
   const double h = motion.time_step;
   const integrator::State start = start_of(system, motion.problem.start);
-  const auto total = mechanics::spatial_momentum(start.rotation, start.position, start.momentum);
+  const auto total = mechanics::spatial_momentum(system, start.rotation, start.position, start.momentum);
   Largest scale, drift, residual;
   const auto add_drift = [&](int k, const VectorXd& p) {
-    const auto here = mechanics::spatial_momentum(motion.solution.rotation[at(k)], motion.solution.position[at(k)], p);
+    const auto here = mechanics::spatial_momentum(system, motion.solution.rotation[at(k)], motion.solution.position[at(k)], p);
     drift.add((here.linear - total.linear).norm());
     drift.add((here.angular - total.angular).norm());
   };
   const auto force = [&](int k) {
-    return mechanics::generalized_force(system, motion.solution.rotation[at(k)], motion.solution.control[at(k)]);
+    return mechanics::generalized_force(system, motion.solution.rotation[at(k)], motion.control[at(k)]);
   };
 
   mechanics::Interval interval(system.body_count());
@@ -51,13 +50,13 @@ Balance check_balance(const StoredMotion& motion) {
   for (int k = 0; k < motion.steps; ++k) {
     read_interval(motion, k, interval);
     mechanics::discrete_momenta(system, motion.lagrangian, h, interval, momenta);
-    const VectorXd minus = generalized(momenta.minus, momenta.linear);
+    const VectorXd minus = generalized(system, momenta.minus, momenta.linear);
     const VectorXd U = force(k);
     residual.add(largest_part(minus - arriving - (k == 0 ? 0.5 : 1.0) * h * U));
     scale.add(largest_part(minus));
     scale.add(h * largest_part(U));
     add_drift(k, minus);
-    arriving = generalized(momenta.plus, momenta.linear);
+    arriving = generalized(system, momenta.plus, momenta.linear);
   }
   const VectorXd U = force(motion.steps);
   const VectorXd end = arriving + 0.5 * h * U;

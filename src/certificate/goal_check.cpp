@@ -52,7 +52,7 @@ double start_error(const StoredMotion& motion) {
 
 GoalRows goal_rows(const model::System& system, const maneuver::Problem& problem, const integrator::State& end,
                    double momentum_scale) {
-  const integrator::StateLayout layout{system.body_count()};
+  const integrator::StateLayout layout{system};
   const maneuver::Goal& goal = *problem.goal;
   GoalRows rows{VectorXd::Zero(row_bound(system)), MatrixXd::Zero(row_bound(system), layout.size()),
                 VectorXd::Ones(row_bound(system))};
@@ -62,7 +62,7 @@ GoalRows goal_rows(const model::System& system, const maneuver::Problem& problem
     if (!asked[at(i)]) continue;
     const Vector3d error = lie::log(asked[at(i)]->transpose() * end.rotation[at(i)]);
     rows.value.segment<3>(count) = error;
-    rows.by_end_state.block<3, 3>(count, layout.rotation(i)) = lie::exp_tangent(error).inverse();
+    rows.by_end_state.block<3, 3>(count, layout.freedom(i)) = lie::exp_tangent(error).inverse();
     count += 3;
   }
   for (int c = 0; c < 3; ++c) {
@@ -72,10 +72,11 @@ GoalRows goal_rows(const model::System& system, const maneuver::Problem& problem
     ++count;
   }
   for (int i = 1; i < system.body_count() && goal.rest; ++i) {
-    rows.value.segment<3>(count) = end.momentum.segment<3>(3 * i);
-    rows.by_end_state.block<3, 3>(count, layout.momentum(i)).setIdentity();
-    rows.unit.segment<3>(count).setConstant(momentum_scale);
-    count += 3;
+    const int freedoms = system.body(i).freedoms;
+    rows.value.segment(count, freedoms) = end.momentum.segment(layout.freedom(i), freedoms);
+    rows.by_end_state.block(count, layout.momentum(i), freedoms, freedoms).setIdentity();
+    rows.unit.segment(count, freedoms).setConstant(momentum_scale);
+    count += freedoms;
   }
   rows.value.conservativeResize(count);
   rows.by_end_state.conservativeResize(count, Eigen::NoChange);

@@ -27,7 +27,7 @@ MatrixXd actuated_moments(const StoredMotion& motion) {
       const auto& actuation = motion.system.joint(j).actuation;
       const int columns = static_cast<int>(actuation.cols());
       moments.row(k).segment(column, columns) =
-          (actuation.transpose() * motion.solution.control[at(k)][at(j)]).transpose();
+          (actuation.transpose() * motion.control[at(k)][at(j)]).transpose();
       column += columns;
     }
   }
@@ -42,7 +42,7 @@ double difference(const StoredMotion& motion, const MatrixXd& moments) {
     for (int j = 0; j < motion.system.joint_count(); ++j) {
       const auto& actuation = motion.system.joint(j).actuation;
       const int columns = static_cast<int>(actuation.cols());
-      const Vector3d& u = motion.solution.control[at(k)][at(j)];
+      const Vector3d& u = motion.control[at(k)][at(j)];
       outside.add((u - actuation * moments.row(k).segment(column, columns).transpose()).norm());
       largest.add(u.norm());
       column += columns;
@@ -76,7 +76,7 @@ MatrixXd by_free_numbers(const StoredMotion& motion, const ControlSpace& space, 
 integrator::SweptGradients sweep(const StoredMotion& motion, integrator::StepRange range, const MatrixXd& end_rows) {
   return integrator::gradient_sweep(
       motion.system, motion.lagrangian, motion.time_step,
-      [&motion](int k, mechanics::Interval& interval) { read_interval(motion, k, interval); }, motion.solution.control,
+      [&motion](int k, mechanics::Interval& interval) { read_interval(motion, k, interval); }, motion.control,
       range, end_rows);
 }
 

@@ -27,7 +27,7 @@ MatrixXd node_moments(const StoredMotion& motion) {
   MatrixXd moments(3 * motion.system.joint_count(), motion.steps + 1);
   for (int k = 0; k <= motion.steps; ++k)
     for (int j = 0; j < motion.system.joint_count(); ++j)
-      moments.block<3, 1>(3 * j, k) = motion.solution.control[at(k)][at(j)];
+      moments.block<3, 1>(3 * j, k) = motion.control[at(k)][at(j)];
   return moments;
 }
 
@@ -107,7 +107,7 @@ double log_largest_singular_value(const MatrixXd& m) {
 
 double growth_rate(const StoredMotion& motion) {
   const int stride = std::max(1, motion.steps / growth_samples);
-  const int turns = 3 * motion.system.body_count();
+  const int turns = motion.system.velocity_count() - 3;
   integrator::TangentWorkspace work(motion.system);
   integrator::StepTangent tangent(motion.system);
   mechanics::Interval interval(motion.system.body_count());
@@ -117,7 +117,7 @@ double growth_rate(const StoredMotion& motion) {
   for (int k = 0; k < motion.steps; ++k) {
     read_interval(motion, k, interval);
     integrator::linearize_step(motion.system, motion.lagrangian, motion.time_step, interval,
-                               motion.solution.control[at(k)], motion.solution.control[at(k + 1)], work, tangent);
+                               motion.control[at(k)], motion.control[at(k + 1)], work, tangent);
     perturbed = tangent.A * perturbed;
     if ((k + 1) % stride != 0) continue;
     log_growth.push_back(log_size + log_largest_singular_value(perturbed.topRows(turns)));

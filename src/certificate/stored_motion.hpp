@@ -24,6 +24,7 @@ struct StoredMotion {
   int steps;
   double time_step;  // s
   mechanics::DiscreteLagrangian lagrangian;
+  std::vector<mechanics::Moments> control;  // [N+1] along the joints
 
   StoredMotion(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution);
 };

@@ -1,36 +1,74 @@
 #include "integrator/step.hpp"
 
+#include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
+#include "mechanics/step_balance.hpp"
 
 namespace lamprey::integrator {
 
 namespace {
 
 using mechanics::Interval;
+using mechanics::JointMoments;
+using model::at;
+using model::Body;
+using model::Joint;
+using model::JointKind;
 using model::System;
 
 constexpr int max_iterations = 60;
-constexpr double accepted_residual = 1e-12;
+constexpr double accepted_residual = 1e-12;  // of a step that gets no better
+constexpr double sought_residual = 2e-15;    // where another iteration is not worth it
+constexpr double good_contraction = 1e-3;    // below it the factors serve another iteration
 
-using model::at;
+bool damped(const System& system) {
+  return std::any_of(system.joints().begin(), system.joints().end(),
+                     [](const Joint& joint) { return joint.damping > 0.0; });
+}
 
-// Evaluates p⁻ at the current guess; returns the largest missing momentum relative to the largest one in the step.
+// Joint moments along the freedoms, added to `result`.
+void gather_moments(const System& system, const Rotations& R, const Vectors& no_force, JointMoments& moments,
+                    Freedoms& result) {
+  if (system.only_free_joints()) {
+    result = moments.body;
+    return;
+  }
+  mechanics::gather(system, R, no_force, moments.body, result);
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] += moments.along[i];
+}
+
+double largest(const Vector3d& v) { return v.lpNorm<Eigen::Infinity>(); }
+
+// Evaluates E⁻ at the current guess; returns the largest missing momentum relative to the largest one in the step.
 double evaluate(const System& system, DiscreteLagrangian lagrangian, double h, const Vector3d& linear,
                 StepWorkspace& work) {
   mechanics::update_interval(system, work.interval);
-  mechanics::discrete_momenta(system, lagrangian, h, work.interval, work.momenta);
-  double missing = (linear - work.momenta.linear).lpNorm<Eigen::Infinity>();
-  double scale = linear.lpNorm<Eigen::Infinity>();
-  for (int i = 0; i < system.body_count(); ++i) {
-    work.missing[at(i)] = work.target[at(i)] - work.momenta.minus[at(i)];
-    missing = std::max(missing, work.missing[at(i)].lpNorm<Eigen::Infinity>());
-    scale = std::max({scale, work.target[at(i)].lpNorm<Eigen::Infinity>(),
-                      work.momenta.minus[at(i)].lpNorm<Eigen::Infinity>(),
-                      work.momenta.subtree_linear[at(i)].lpNorm<Eigen::Infinity>()});
+  mechanics::momenta_at_beginning(system, lagrangian, h, work.interval, work.momenta);
+  const bool resisted = !system.only_free_joints() && damped(system);
+  if (resisted) {
+    work.damping.set_zero();
+    work.damping_next.set_zero();
+    mechanics::damping_momenta(system, work.interval, work.damping, work.damping_next);
+    gather_moments(system, work.interval.rotation, work.no_force, work.damping, work.damping_force);
+  }
+  double missing = largest(linear - work.momenta.linear);
+  double scale = largest(linear);
+  for (std::size_t i = 0; i < work.missing.size(); ++i) {
+    work.missing[i] = work.target[i] - work.momenta.minus[i];
+    if (resisted) work.missing[i] -= work.damping_force[i];
+    missing = std::max(missing, largest(work.missing[i]));
+    scale = std::max({scale, largest(work.target[i]), largest(work.momenta.minus[i]),
+                      largest(work.momenta.subtree_linear[i])});
   }
   return missing == 0.0 ? 0.0 : missing / scale;
+}
+
+bool factor(const System& system, DiscreteLagrangian lagrangian, double h, StepWorkspace& work) {
+  mechanics::step_blocks(system, lagrangian, h, work.interval, work.momenta, work.blocks);
+  if (!system.only_free_joints()) mechanics::damping_blocks(system, work.interval, work.damping_block);
+  return work.elimination.factor(system, work.interval.rotation, work.interval.next_rotation, work.blocks,
+                                 work.damping_block);
 }
 
 // ζ moves so that F turns by η' on its right: δζ = ½ (I + ζ̂ + ζζᵀ) η'.
@@ -38,27 +76,75 @@ Vector3d cayley_correction(const Vector3d& zeta, const Vector3d& turn) {
   return 0.5 * (turn + zeta.cross(turn) + zeta * zeta.dot(turn));
 }
 
-// Guess by extrapolating the last two steps.
-void predict(StepWorkspace& work) {
-  const double slope = work.history >= 2 ? 1.0 : 0.0;
-  for (std::size_t i = 0; i < work.interval.cayley.size(); ++i)
-    work.interval.cayley[i] = work.latest_cayley[i] + slope * (work.latest_cayley[i] - work.previous_cayley[i]);
-  work.interval.displacement =
-      work.latest_displacement + slope * (work.latest_displacement - work.previous_displacement);
+void keep_turns(const System& system, StepWorkspace& work) {
+  for (int i = 0; i < system.body_count(); ++i)
+    work.base_turn[at(i)] =
+        system.body(i).freedoms == 3 ? work.interval.cayley[at(i)] : work.interval.joint_turn[at(i)];
 }
 
-void remember(StepWorkspace& work) {
-  work.previous_cayley.swap(work.latest_cayley);
-  work.latest_cayley = work.interval.cayley;
-  work.previous_displacement = work.latest_displacement;
-  work.latest_displacement = work.interval.displacement;
-  work.history = std::min(work.history + 1, 2);
+// A fraction of Newton's correction away from where the iteration stood.
+void move(const System& system, double fraction, const Freedoms& correction, const Vector3d& base_displacement,
+          const Vector3d& shift, StepWorkspace& work) {
+  for (int i = 0; i < system.body_count(); ++i) {
+    const Vector3d& base = work.base_turn[at(i)];
+    if (system.body(i).freedoms == 3) {
+      work.interval.cayley[at(i)] = base + fraction * cayley_correction(base, correction[at(i)]);
+    } else {
+      work.interval.joint_turn[at(i)] = base + fraction * correction[at(i)];
+    }
+  }
+  work.interval.displacement = base_displacement + fraction * shift;
 }
 
 // Stands still where no step is known yet: Newton's first step from there is h 𝕀⁻¹ of the target, without forming 𝕀.
-void stand_still(StepWorkspace& work) {
-  for (Vector3d& zeta : work.interval.cayley) zeta.setZero();
-  work.interval.displacement.setZero();
+void stand_still(Interval& interval) {
+  for (Vector3d& zeta : interval.cayley) zeta.setZero();
+  for (Vector3d& turn : interval.joint_turn) turn.setZero();
+  interval.displacement.setZero();
+}
+
+// R (3I − RᵀR)/2: takes the round-off out of a rotation that a product has left.
+Matrix3d refreshed(const Matrix3d& R) {
+  return R * (1.5 * Matrix3d::Identity() - 0.5 * (R.transpose() * R));
+}
+
+// Keeps a led body's rotation on its joint: takes out what round-off has turned across the axes.
+Matrix3d realigned(const Joint& joint, const Matrix3d& R_parent, const Matrix3d& R_child) {
+  if (joint.kind == JointKind::fixed) return R_parent * joint.reference_rotation;
+  const Vector3d axis = R_parent * joint.parent_axis;
+  const Vector3d carried = R_child * joint.child_axis;
+  Vector3d turn = carried.cross(axis);
+  if (joint.kind == JointKind::universal) turn *= -carried.dot(axis) / turn.squaredNorm();
+  return refreshed(R_child + lie::hat(turn) * R_child);
+}
+
+// Newton's residual stays in the momentum, turned on with its body: totals stay what they are to round-off.
+void carry_residual(const System& system, StepWorkspace& work) {
+  for (int i = 0; i < system.body_count(); ++i)
+    if (system.body(i).freedoms == 3)
+      work.missing[at(i)] = (work.interval.relative_rotation[at(i)].transpose() * work.missing[at(i)]).eval();
+}
+
+void accept(const System& system, double h, const Moments& control_next, State& state, StepWorkspace& work) {
+  for (int i : system.root_to_leaves()) {
+    const Body& body = system.body(i);
+    state.rotation[at(i)] = body.freedoms == 3 ? refreshed(work.interval.next_rotation[at(i)])
+                                               : realigned(system.joint(body.joint), state.rotation[at(body.parent)],
+                                                           work.interval.next_rotation[at(i)]);
+  }
+  state.position += work.interval.displacement;
+  mechanics::momenta_at_end(system, work.interval, work.momenta);
+  carry_residual(system, work);
+  joint_forces(system, state.rotation, control_next, work, work.force);
+  const bool resisted = !system.only_free_joints() && damped(system);
+  if (resisted)
+    gather_moments(system, work.interval.next_rotation, work.no_force, work.damping_next, work.damping_force);
+  for (int i = 0; i < system.body_count(); ++i) {
+    const Body& body = system.body(i);
+    Vector3d mu = work.momenta.plus[at(i)] + work.missing[at(i)] + 0.5 * h * work.force[at(i)];
+    if (resisted) mu -= work.damping_force[at(i)];
+    for (int f = 0; f < body.freedoms; ++f) state.momentum[body.velocity_offset + f] = mu[f];
+  }
 }
 
 }  // namespace
@@ -69,58 +155,103 @@ State state_of_velocity(const System& system, const Rotations& rotation, const V
 }
 
 VectorXd velocity_of_state(const System& system, const State& state) {
-  return mechanics::generalized_inertia(system, state.rotation).llt().solve(state.momentum);
+  return mechanics::velocity_of_momentum(system, state.rotation, state.momentum);
+}
+
+Predictor::Predictor(int bodies)
+    : turn_(depth, Vectors(at(2 * bodies), Vector3d::Zero())), shift_(depth, Vector3d::Zero()) {}
+
+void Predictor::remember(const Interval& interval) {
+  const std::size_t bodies = interval.cayley.size();
+  const int kept = std::min(known_, depth - 1);
+  double error[depth] = {};
+  const auto difference = [&](const Vector3d& newest, const auto& column) {
+    Vector3d value = newest;
+    for (int d = 0; d < depth; ++d) {
+      Vector3d& stored = column(d);
+      const Vector3d next = value - stored;
+      stored = value;
+      if (d > 0) error[d] = std::max(error[d], largest(value));
+      value = next;
+    }
+  };
+  for (std::size_t i = 0; i < bodies; ++i) {
+    difference(interval.cayley[i], [&](int d) -> Vector3d& { return turn_[at(d)][i]; });
+    difference(interval.joint_turn[i], [&](int d) -> Vector3d& { return turn_[at(d)][bodies + i]; });
+  }
+  difference(interval.displacement, [&](int d) -> Vector3d& { return shift_[at(d)]; });
+  known_ = std::min(known_ + 1, depth);
+  degree_ = 1;
+  for (int d = 2; d <= kept; ++d)
+    if (error[d] < error[degree_]) degree_ = d;
+  if (kept == 0) degree_ = 1;
+}
+
+void Predictor::predict(Interval& interval, double scale) const {
+  const std::size_t bodies = interval.cayley.size();
+  const int terms = std::min(degree_, known_);
+  for (std::size_t i = 0; i < bodies; ++i) {
+    interval.cayley[i] = turn_[0][i];
+    interval.joint_turn[i] = turn_[0][bodies + i];
+    for (int d = 1; d < terms; ++d) {
+      interval.cayley[i] += turn_[at(d)][i];
+      interval.joint_turn[i] += turn_[at(d)][bodies + i];
+    }
+    interval.cayley[i] *= scale;
+    interval.joint_turn[i] *= scale;
+  }
+  interval.displacement = shift_[0];
+  for (int d = 1; d < terms; ++d) interval.displacement += shift_[at(d)];
+  interval.displacement *= scale;
 }
 
 StepWorkspace::StepWorkspace(const System& system)
     : interval(system.body_count()),
       momenta(system.body_count()),
+      predictor(system.body_count()),
       target(at(system.body_count())),
       missing(at(system.body_count())),
-      turns(at(system.body_count())),
-      cayley_base(at(system.body_count())),
       force(at(system.body_count())),
-      latest_cayley(at(system.body_count()), Vector3d::Zero()),
-      previous_cayley(at(system.body_count()), Vector3d::Zero()),
-      latest_displacement(Vector3d::Zero()),
-      previous_displacement(Vector3d::Zero()),
-      newton(system.body_count()) {}
+      base_turn(at(system.body_count())),
+      no_force(at(system.body_count()), Vector3d::Zero()),
+      moments(system.body_count()),
+      damping(system.body_count()),
+      damping_next(system.body_count()),
+      damping_force(at(system.body_count())),
+      damping_block(at(system.body_count()), Matrix3d::Zero()),
+      blocks(at(system.body_count())),
+      elimination(system) {}
 
-void joint_forces(const System& system, const Rotations& rotation, const Moments& control,
-                  std::vector<Vector3d>& force) {
-  for (Vector3d& f : force) f.setZero();
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const model::Joint& joint = system.joint(j);
-    const Vector3d& u = control[at(j)];
-    force[at(joint.parent)] += u;
-    force[at(joint.child)] -= rotation[at(joint.child)].transpose() * (rotation[at(joint.parent)] * u);
-  }
+void joint_forces(const System& system, const Rotations& rotation, const Moments& control, StepWorkspace& work,
+                  Freedoms& force) {
+  work.moments.set_zero();
+  mechanics::add_node_moments(system, rotation, control, 1.0, work.moments);
+  gather_moments(system, rotation, work.no_force, work.moments, force);
 }
 
 StepReport solve_step(const System& system, DiscreteLagrangian lagrangian, double h, const Vector3d& linear,
                       StepWorkspace& work) {
   StepReport report;
-  Vector3d shift;
   report.residual = evaluate(system, lagrangian, h, linear, work);
-  while (report.residual > 0.0 && report.iterations < max_iterations) {
-    if (!std::isfinite(report.residual) ||
-        !solve_tree_newton(system, lagrangian, h, work.interval, work.missing, linear - work.momenta.linear,
-                           work.newton, work.turns, shift))
-      return report;
-    ++report.iterations;
-    work.cayley_base = work.interval.cayley;
-    const Vector3d displacement_base = work.interval.displacement;
+  bool factored = false;
+  while (report.residual > sought_residual && report.iterations < max_iterations) {
+    if (!std::isfinite(report.residual) || (!factored && !factor(system, lagrangian, h, work))) return report;
+    keep_turns(system, work);
+    const Vector3d base_displacement = work.interval.displacement;
     const double before = report.residual;
-    // at round-off a full step that does not help ends the iteration; before it, steps are halved until they help
-    for (double fraction = 1.0; fraction > 1e-3; fraction *= 0.5) {
-      for (std::size_t i = 0; i < work.turns.size(); ++i)
-        work.interval.cayley[i] =
-            work.cayley_base[i] + fraction * cayley_correction(work.cayley_base[i], work.turns[i]);
-      work.interval.displacement = displacement_base + fraction * shift;
+    Vector3d shift = linear - work.momenta.linear;
+    work.elimination.solve(system, work.interval.rotation, work.interval.next_rotation, work.missing, shift);
+    ++report.iterations;
+    move(system, 1.0, work.missing, base_displacement, shift, work);
+    work.force = work.missing;  // the correction, should it have to be shortened
+    report.residual = evaluate(system, lagrangian, h, linear, work);
+    if (before < accepted_residual && !(report.residual < 0.25 * before)) break;
+    // before round-off, steps that do not help are halved until they do
+    for (double fraction = 0.5; fraction > 1e-3 && !(report.residual < before); fraction *= 0.5) {
+      move(system, fraction, work.force, base_displacement, shift, work);
       report.residual = evaluate(system, lagrangian, h, linear, work);
-      if (report.residual < before || before < accepted_residual) break;
     }
-    if (before < accepted_residual && report.residual > 0.25 * before) break;
+    factored = report.residual < good_contraction * before;
   }
   report.converged = report.residual < accepted_residual;
   return report;
@@ -130,24 +261,19 @@ StepReport advance(const System& system, DiscreteLagrangian lagrangian, double h
                    const Moments& control_next, State& state, StepWorkspace& work) {
   const Vector3d linear = state.momentum.tail<3>();
   work.interval.rotation = state.rotation;
-  if (work.history == 0) {
-    stand_still(work);
+  if (work.predictor.knows()) {
+    work.predictor.predict(work.interval, h / work.latest_time_step);
   } else {
-    predict(work);
+    stand_still(work.interval);
   }
-  joint_forces(system, state.rotation, control, work.force);
-  for (int i = 0; i < system.body_count(); ++i)
-    work.target[at(i)] = state.momentum.segment<3>(3 * i) + 0.5 * h * work.force[at(i)];
+  joint_forces(system, state.rotation, control, work, work.force);
+  mechanics::unpack(system, state.momentum, work.target);
+  for (std::size_t i = 0; i < work.target.size(); ++i) work.target[i] += 0.5 * h * work.force[i];
   const StepReport report = solve_step(system, lagrangian, h, linear, work);
   if (!report.converged) return report;
-
-  remember(work);
-  for (int i = 0; i < system.body_count(); ++i)
-    state.rotation[at(i)] = lie::renormalized(work.interval.next_rotation[at(i)]);
-  state.position += work.interval.displacement;
-  joint_forces(system, state.rotation, control_next, work.force);
-  for (int i = 0; i < system.body_count(); ++i)
-    state.momentum.segment<3>(3 * i) = work.momenta.plus[at(i)] + 0.5 * h * work.force[at(i)];
+  work.predictor.remember(work.interval);
+  work.latest_time_step = h;
+  accept(system, h, control_next, state, work);
   return report;
 }
 

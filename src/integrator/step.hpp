@@ -3,24 +3,28 @@
 
 #include <vector>
 
-#include "integrator/scheme.hpp"
-#include "integrator/tree_newton.hpp"
+#include "mechanics/joint_moments.hpp"
+#include "mechanics/tree_elimination.hpp"
 
 namespace lamprey::integrator {
 
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
 using Eigen::VectorXd;
 using mechanics::DiscreteLagrangian;
+using mechanics::Freedoms;
 using mechanics::Moments;
 using mechanics::Rotations;
+using mechanics::Vectors;
 
 /// Configuration and momentum at a node: μ_k = p⁻_k − (h/2) U_k = p⁺_k + (h/2) U_k.
 struct State {
   Rotations rotation;  // [bodies] body → world
   Vector3d position;   // m, root's mass centre, world
-  VectorXd momentum;   // [3n+3] μ: body frames, then p_x in the world
+  VectorXd momentum;   // [velocity_count] μ: along the freedoms, then p_x in the world
 };
 
-/// The state with velocity ξ = (Ω_0, …, Ω_{n−1}, ẋ).
+/// The state with velocity ξ = (rates along the freedoms, ẋ).
 State state_of_velocity(const model::System& system, const Rotations& rotation, const Vector3d& position,
                         const VectorXd& velocity);
 
@@ -33,29 +37,53 @@ struct StepReport {
   double residual = 0.0;  // largest entry of target − p⁻, relative to the largest momentum in the step
 };
 
-/// Buffers of a march: no allocation after construction. Holds the latest step and predicts the next from the last two.
+/// Guesses the next step by extrapolating the last ones, of equal length; the degree is the one that would have done
+/// best for the latest.
+class Predictor {
+ public:
+  explicit Predictor(int bodies);
+  void forget() { known_ = 0; }
+  bool knows() const { return known_ > 0; }
+  /// Takes up the unknowns of a solved step.
+  void remember(const mechanics::Interval& interval);
+  /// Writes a guess; times `scale` for a step whose length differs from the latest one's.
+  void predict(mechanics::Interval& interval, double scale = 1.0) const;
+
+ private:
+  static constexpr int depth = 6;
+  int known_ = 0;
+  int degree_ = 1;             // how many differences the guess adds up
+  std::vector<Vectors> turn_;  // [depth][bodies] backward differences of ζ or of the joints' turns
+  Vectors shift_;              // [depth] of the root's displacement, m
+};
+
+/// Buffers of a march: no allocation after construction. Holds the latest step.
 struct StepWorkspace {
   explicit StepWorkspace(const model::System& system);
   mechanics::Interval interval;
   mechanics::DiscreteMomenta momenta;
-  std::vector<Vector3d> target;           // [bodies] p⁻ to reach
-  std::vector<Vector3d> missing;          // [bodies] target − p⁻
-  std::vector<Vector3d> turns;            // [bodies] Newton's η'
-  std::vector<Vector3d> cayley_base;      // [bodies] where a damped step starts
-  std::vector<Vector3d> force;            // [bodies] generalised joint moments
-  std::vector<Vector3d> latest_cayley;    // [bodies] ζ of the latest step
-  std::vector<Vector3d> previous_cayley;  // [bodies] ζ of the step before it
-  Vector3d latest_displacement;           // m
-  Vector3d previous_displacement;         // m
-  int history = 0;                        // 0: nothing known, 1: one step, 2: two steps
-  TreeNewtonWorkspace newton;
+  Predictor predictor;
+  double latest_time_step = 0.0;     // s, of the step that the predictor saw last
+  Freedoms target;                   // [bodies] p⁻ to reach
+  Freedoms missing;                  // [bodies] target − p⁻, and Newton's correction
+  Freedoms force;                    // [bodies] generalised joint moments
+  Vectors base_turn;                 // [bodies] where a damped step starts
+  Vectors no_force;                  // [bodies] zeros
+  mechanics::JointMoments moments;   // of controls and springs
+  mechanics::JointMoments damping;   // ψ⁻
+  mechanics::JointMoments damping_next;  // ψ⁺
+  Freedoms damping_force;            // [bodies] along the freedoms
+  std::vector<Matrix3d> damping_block;  // [bodies]
+  std::vector<mechanics::BodyBlock> blocks;  // [bodies]
+  mechanics::TreeElimination elimination;
 };
 
-/// Joint moments as body-frame generalised moments, [bodies]; none act on the position.
-void joint_forces(const model::System& system, const Rotations& rotation, const Moments& control,
-                  std::vector<Vector3d>& force);
+/// Controls and springs along the freedoms, [bodies]; none act on the position.
+void joint_forces(const model::System& system, const Rotations& rotation, const Moments& control, StepWorkspace& work,
+                  Freedoms& force);
 
-/// Finds the step with p⁻ = target and p_x = linear from interval.rotation, starting at interval.cayley, .displacement.
+/// Finds the step with E⁻ = target and p_x = linear from interval.rotation, starting at the interval's turns and
+/// displacement.
 StepReport solve_step(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
                       const Vector3d& linear, StepWorkspace& work);
 

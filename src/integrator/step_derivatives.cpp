@@ -1,35 +1,48 @@
 #include "integrator/step_derivatives.hpp"
 
-#include <Eigen/LU>
+#include <limits>
 
 namespace lamprey::integrator {
 
 namespace {
 
-using lie::hat;
+using mechanics::ForcedStep;
+using mechanics::RateKind;
+using model::at;
 using model::System;
 
-using model::at;
+// Writes a direction's change of the next state, momentum included, into a column.
+void put(const System& system, const Freedoms& freedoms, const Vector3d& shift, const Freedoms& momentum,
+         const Vector3d& linear, VectorXd& packed, Eigen::Ref<VectorXd> column) {
+  const int half = system.velocity_count();
+  mechanics::pack(system, freedoms, shift, packed);
+  column.head(half) = packed;
+  mechanics::pack(system, momentum, linear, packed);
+  column.tail(half) = packed;
+}
 
-// Derivative of U by turns η, and U of unit controls (equation 4.6).
-void force_derivatives(const System& system, const Rotations& R, const Moments& control, MatrixXd& by_turn,
-                       MatrixXd& map) {
-  by_turn.setZero();
-  map.setZero();
-  int column = 0;
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const model::Joint& joint = system.joint(j);
-    const int p = 3 * joint.parent;
-    const int c = 3 * joint.child;
-    const Matrix3d Q = R[at(joint.child)].transpose() * R[at(joint.parent)];
-    const Vector3d& u = control[at(j)];
-    by_turn.block<3, 3>(c, c) -= hat(Q * u);
-    by_turn.block<3, 3>(c, p) += Q * hat(u);
-    const int columns = static_cast<int>(joint.actuation.cols());
-    map.block(p, column, 3, columns) += joint.actuation;
-    map.block(c, column, 3, columns) -= Q * joint.actuation;
-    column += columns;
-  }
+// Follows one direction of the state and of u_k through the step: turns at k and δp_x in `work.variation`, δμ in
+// `momentum`, δx in `position`; fills a column of A or B.
+void follow(const ForcedStep& step, const Freedoms& momentum, const Vector3d& linear, const Vector3d& position,
+            TangentWorkspace& work, Eigen::Ref<VectorXd> column) {
+  const System& system = step.system;
+  mechanics::StepVariation& v = work.variation;
+  for (Vector3d& right : v.right) right.setZero();
+  v.displacement.setZero();
+  evaluate_rate(step, work.balance, v, RateKind::tangent, work.rate);
+  for (std::size_t i = 0; i < v.right.size(); ++i) v.right[i] = momentum[i] - work.rate.minus[i];
+  v.displacement = linear - work.rate.linear;
+  work.elimination.solve(system, step.interval.rotation, step.interval.next_rotation, v.right, v.displacement);
+  evaluate_rate(step, work.balance, v, RateKind::tangent, work.rate);
+  put(system, v.right, position + v.displacement, work.rate.plus, linear, work.column, column);
+}
+
+// Calls f with each freedom of each body: body, entry, its place in generalised vectors.
+template <typename Function>
+void for_each_freedom(const System& system, const Function& f) {
+  for (int i = 0; i < system.body_count(); ++i)
+    for (int entry = 0; entry < system.body(i).freedoms; ++entry)
+      f(at(i), entry, system.body(i).velocity_offset + entry);
 }
 
 }  // namespace
@@ -40,48 +53,66 @@ StepTangent::StepTangent(const System& system)
       B_next(MatrixXd::Zero(2 * system.velocity_count(), system.control_count())) {}
 
 TangentWorkspace::TangentWorkspace(const System& system)
-    : derivatives(system.body_count()),
-      quadratic(system.body_count()),
-      jacobian(system.body_count()),
-      given(system.velocity_count(), 2 * system.velocity_count() + system.control_count()),
-      next(system.velocity_count(), 2 * system.velocity_count() + system.control_count()),
-      moment(system.velocity_count(), 2 * system.velocity_count() + system.control_count()),
-      force_derivative(3 * system.body_count(), 3 * system.body_count()),
-      force_map(3 * system.body_count(), system.control_count()) {}
+    : balance(system.body_count()),
+      variation(system),
+      rate(system.body_count()),
+      blocks(at(system.body_count())),
+      damping(at(system.body_count()), Matrix3d::Zero()),
+      elimination(system),
+      freedoms(at(system.body_count())),
+      column(system.velocity_count()) {}
+
+bool factor_step(const ForcedStep& step, const mechanics::DiscreteMomenta& momenta,
+                 std::vector<mechanics::BodyBlock>& blocks, std::vector<Matrix3d>& damping,
+                 mechanics::TreeElimination& elimination) {
+  mechanics::step_blocks(step.system, step.lagrangian, step.time_step, step.interval, momenta, blocks);
+  if (!step.system.only_free_joints()) mechanics::damping_blocks(step.system, step.interval, damping);
+  return elimination.factor(step.system, step.interval.rotation, step.interval.next_rotation, blocks, damping);
+}
 
 void linearize_step(const System& system, DiscreteLagrangian lagrangian, double h, const mechanics::Interval& interval,
                     const Moments& control, const Moments& control_next, TangentWorkspace& work, StepTangent& tangent) {
-  const int turns = 3 * system.body_count();
   const int half = system.velocity_count();
-  const int controls = system.control_count();
-  mechanics::lagrangian_quadratic(system, lagrangian, h, interval, work.derivatives, work.quadratic);
-  mechanics::momentum_jacobian(work.quadratic, work.jacobian);
-  const mechanics::MomentumJacobian& K = work.jacobian;
-
-  // p⁻ and p_x at the next node's perturbation answer for the state's and the first moments'
-  force_derivatives(system, interval.rotation, control, work.force_derivative, work.force_map);
-  work.given.setZero();
-  work.given.topLeftCorner(turns, turns) = 0.5 * h * work.force_derivative - K.minus.leftCols(turns);
-  work.given.bottomLeftCorner(3, turns) = -K.linear.leftCols(turns);
-  work.given.middleCols(half, half).setIdentity();
-  work.given.topRightCorner(turns, controls) = 0.5 * h * work.force_map;
-  MatrixXd by_next(half, half);
-  by_next << K.minus.rightCols(half), K.linear.rightCols(half);
-  work.next = by_next.partialPivLu().solve(work.given);
-
-  // momentum at the next node: p⁺ and the second half of the impulse; p_x stays
-  force_derivatives(system, interval.next_rotation, control_next, work.force_derivative, work.force_map);
-  MatrixXd moment_by_next = K.plus.rightCols(half);
-  moment_by_next.leftCols(turns) += 0.5 * h * work.force_derivative;
-  work.moment.topRows(turns) = moment_by_next * work.next;
-  work.moment.topLeftCorner(turns, turns) += K.plus.leftCols(turns);
-  work.moment.bottomRows(3).setZero();
-  work.moment.block(turns, 2 * half - 3, 3, 3).setIdentity();
-
-  tangent.A << work.next.leftCols(2 * half), work.moment.leftCols(2 * half);
-  tangent.A.block(turns, turns, 3, 3) += Matrix3d::Identity();
-  tangent.B << work.next.rightCols(controls), work.moment.rightCols(controls);
-  tangent.B_next.middleRows(half, turns) = 0.5 * h * work.force_map;
+  const ForcedStep step{system, lagrangian, h, interval, control, control_next};
+  evaluate_balance(step, work.balance);
+  if (!factor_step(step, work.balance.momenta, work.blocks, work.damping, work.elimination)) {
+    const double unknown = std::numeric_limits<double>::quiet_NaN();
+    tangent.A.setConstant(unknown);
+    tangent.B.setConstant(unknown);
+    tangent.B_next.setConstant(unknown);
+    return;
+  }
+  work.variation.set_zero();
+  for (Vector3d& m : work.freedoms) m.setZero();
+  const Vector3d none = Vector3d::Zero();
+  for_each_freedom(system, [&](std::size_t i, int entry, int place) {
+    work.variation.left[i][entry] = 1.0;
+    follow(step, work.freedoms, none, none, work, tangent.A.col(place));
+    work.variation.left[i][entry] = 0.0;
+    work.freedoms[i][entry] = 1.0;
+    follow(step, work.freedoms, none, none, work, tangent.A.col(half + place));
+    work.freedoms[i][entry] = 0.0;
+  });
+  for (int entry = 0; entry < 3; ++entry) {
+    tangent.A.col(half - 3 + entry) = VectorXd::Unit(2 * half, half - 3 + entry);  // a shift of the whole
+    follow(step, work.freedoms, Vector3d::Unit(entry), none, work, tangent.A.col(2 * half - 3 + entry));
+  }
+  int column = 0;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const auto& actuation = system.joint(j).actuation;
+    for (Eigen::Index c = 0; c < actuation.cols(); ++c, ++column) {
+      work.variation.control[at(j)] = actuation.col(c);
+      follow(step, work.freedoms, none, none, work, tangent.B.col(column));
+      work.variation.control[at(j)].setZero();
+      for (auto* ends : {&work.variation.left, &work.variation.right})
+        for (Vector3d& turn : *ends) turn.setZero();
+      work.variation.displacement.setZero();
+      work.variation.control_next[at(j)] = actuation.col(c);
+      evaluate_rate(step, work.balance, work.variation, RateKind::tangent, work.rate);
+      work.variation.control_next[at(j)].setZero();
+      put(system, work.freedoms, none, work.rate.plus, none, work.column, tangent.B_next.col(column));
+    }
+  }
 }
 
 PulledBack pull_back(const StepTangent& tangent, const MatrixXd& rows) {

@@ -22,6 +22,37 @@ double cubic_remainder(double t) {
   return sum;
 }
 
+// k(t) = (1 − (t/2) cot(t/2))/t² and k'(t)/t, by series where they cancel.
+struct LogCurvature {
+  double value;
+  double slope_over_t;
+};
+
+LogCurvature log_curvature(double t) {
+  if (std::abs(t) > 1.0) {
+    const double half = 0.5 * t;
+    const double s = std::sin(half);
+    const double cotangent = std::cos(half) / s;
+    const double value = (1.0 - half * cotangent) / (t * t);
+    return {value, ((half / (s * s) - cotangent) / (2.0 * t) - 2.0 * value) / (t * t)};
+  }
+  // Σ |B_2n|/(2n)! t^(2n−2), n ≥ 1; the ratio of neighbours tends to 1/(4π²)
+  constexpr double coefficients[] = {1.0 / 12.0,
+                                     1.0 / 720.0,
+                                     1.0 / 30240.0,
+                                     1.0 / 1209600.0,
+                                     1.0 / 47900160.0,
+                                     691.0 / 1307674368000.0,
+                                     1.0 / 74724249600.0,
+                                     3617.0 / 10670622842880000.0,
+                                     43867.0 / 5109094217170944000.0,
+                                     174611.0 / 802857662698291200000.0};
+  LogCurvature sum{0.0, 0.0};
+  for (int n = 9; n >= 0; --n) sum.value = sum.value * t * t + coefficients[n];
+  for (int n = 9; n >= 1; --n) sum.slope_over_t = sum.slope_over_t * t * t + 2.0 * n * coefficients[n];
+  return sum;
+}
+
 }  // namespace
 
 Matrix3 exp(const Vector3& v) {
@@ -60,6 +91,18 @@ Matrix3 exp_tangent(const Vector3& v) {
   const double half = sinc(0.5 * t);
   const Matrix3 V = hat(v);
   return Matrix3::Identity() - 0.5 * half * half * V + cubic_remainder(t) * V * V;
+}
+
+Matrix3 log_tangent(const Vector3& v) {
+  const Matrix3 V = hat(v);
+  return Matrix3::Identity() + 0.5 * V + log_curvature(v.norm()).value * V * V;
+}
+
+Matrix3 log_tangent_rate(const Vector3& v, const Vector3& rate) {
+  const LogCurvature k = log_curvature(v.norm());
+  const Matrix3 V = hat(v);
+  const Matrix3 W = hat(rate);
+  return 0.5 * W + k.value * (V * W + W * V) + k.slope_over_t * v.dot(rate) * V * V;
 }
 
 Matrix3 rotation_of_quaternion(const Vector4& q) {

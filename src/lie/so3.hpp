@@ -46,6 +46,12 @@ Matrix3 cayley_tangent(const Vector3& zeta);
 /// η = exp_tangent(v) δv with exp(v + δv) = exp(v) exp(η) to first order.
 Matrix3 exp_tangent(const Vector3& v);
 
+/// δv = log_tangent(v) η with exp(v) exp(η) = exp(v + δv) to first order: inverse of exp_tangent, |v| < 2π.
+Matrix3 log_tangent(const Vector3& v);
+
+/// Rate of log_tangent(v) when v moves at `rate`.
+Matrix3 log_tangent_rate(const Vector3& v, const Vector3& rate);
+
 /// Rotation of the quaternion q = (scalar, vector), of any non-zero length: R(q/|q|).
 Matrix3 rotation_of_quaternion(const Vector4& q);
 

@@ -46,12 +46,9 @@ void refuse_contradictions(const System& system, const Problem& problem, const M
 
 integrator::State start_state(const System& system, const Start& start) {
   mechanics::Rotations rotation;
-  VectorXd velocity = VectorXd::Zero(system.velocity_count());
-  for (int i = 0; i < system.body_count(); ++i) {
-    rotation.push_back(lie::exp(start.rotation[static_cast<std::size_t>(i)]));
-    velocity.segment<3>(3 * i) = start.angular_velocity[static_cast<std::size_t>(i)];
-  }
-  velocity.tail<3>() = start.linear_velocity;
+  for (const Vector3d& vector : start.rotation) rotation.push_back(lie::exp(vector));
+  const VectorXd velocity =
+      mechanics::velocity_of_bodies(system, rotation, start.angular_velocity, start.linear_velocity);
   return integrator::state_of_velocity(system, rotation, start.position, velocity);
 }
 
@@ -61,7 +58,7 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
   Maneuver maneuver;
   maneuver.start = start_state(system, problem.start);
   maneuver.total =
-      mechanics::spatial_momentum(maneuver.start.rotation, maneuver.start.position, maneuver.start.momentum);
+      mechanics::spatial_momentum(system, maneuver.start.rotation, maneuver.start.position, maneuver.start.momentum);
   maneuver.end_rotation = end_rotations(system, goal, maneuver.start.rotation);
   for (int c = 0; c < 3; ++c)
     if (goal.move[static_cast<std::size_t>(c)])

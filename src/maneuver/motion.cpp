@@ -8,11 +8,10 @@ using model::System;
 
 using model::at;
 
-// Generalised momentum of body-frame momenta and p_x.
-VectorXd stacked(const std::vector<Vector3d>& momenta, const Vector3d& linear) {
-  VectorXd momentum(3 * static_cast<int>(momenta.size()) + 3);
-  for (std::size_t i = 0; i < momenta.size(); ++i) momentum.segment<3>(3 * static_cast<int>(i)) = momenta[i];
-  momentum.tail<3>() = linear;
+// Generalised momentum of momenta along the freedoms and p_x.
+VectorXd stacked(const System& system, const mechanics::Freedoms& momenta, const Vector3d& linear) {
+  VectorXd momentum;
+  mechanics::pack(system, momenta, linear, momentum);
   return momentum;
 }
 
@@ -32,14 +31,13 @@ mechanics::Moments joint_moments(const System& system, const VectorXd& control) 
 void append_node(const System& system, double time, const integrator::State& state, const mechanics::Moments& control,
                  Solution& solution) {
   const VectorXd velocity = integrator::velocity_of_state(system, state);
-  const auto total = mechanics::spatial_momentum(state.rotation, state.position, state.momentum);
+  const auto total = mechanics::spatial_momentum(system, state.rotation, state.position, state.momentum);
   const auto bodies = mechanics::momentum_of_bodies(system, state.rotation, state.position, velocity);
-  Vectors angular(at(system.body_count()));
-  for (int i = 0; i < system.body_count(); ++i) angular[at(i)] = velocity.segment<3>(3 * i);
+  const Vectors angular = mechanics::angular_velocities(system, state.rotation, velocity);
   solution.time.push_back(time);
   solution.position.push_back(state.position);
   solution.rotation.push_back(state.rotation);
-  solution.control.push_back(control);
+  solution.control.push_back(mechanics::applied_moments(system, state.rotation, control));
   solution.linear_velocity.push_back(state.rotation[0].transpose() * velocity.tail<3>());
   solution.angular_velocity.push_back(angular);
   solution.linear_momentum.bodies.push_back(bodies.linear);
@@ -65,9 +63,9 @@ void describe_motion(const System& system, mechanics::DiscreteLagrangian lagrang
       step.displacement = path.position[at(k + 1)] - path.position[at(k)];
       mechanics::update_interval(system, step);
       mechanics::discrete_momenta(system, lagrangian, time_step, step, momenta);
-      state.momentum = stacked(momenta.minus, momenta.linear) - half_impulse;
+      state.momentum = stacked(system, momenta.minus, momenta.linear) - half_impulse;
     } else {
-      state.momentum = stacked(momenta.plus, momenta.linear) + half_impulse;
+      state.momentum = stacked(system, momenta.plus, momenta.linear) + half_impulse;
     }
     append_node(system, k * time_step, state, u, solution);
   }

@@ -96,14 +96,14 @@ void Shooting::constraints(const VectorXd& x, VectorXd& c) {
 
 // Gradients of the goal rows by the end state.
 MatrixXd Shooting::end_rows() const {
-  const integrator::StateLayout layout{system_.body_count()};
+  const integrator::StateLayout layout{system_};
   MatrixXd rows = MatrixXd::Zero(constraint_count(), layout.size());
   for (int r = 0; r < constraint_count(); ++r) {
     const GoalRow& row = goal_rows_[at(r)];
     if (row.kind == GoalRow::Kind::rotation) {
       const Eigen::Vector4d q = error_quaternion(*maneuver_.end_rotation[at(row.body)], end_.rotation[at(row.body)]);
       const Matrix3d by_turn = q[0] * Matrix3d::Identity() + lie::hat(q.tail<3>());
-      rows.block<1, 3>(r, layout.rotation(row.body)) = by_turn.row(row.component);
+      rows.block<1, 3>(r, layout.freedom(row.body)) = by_turn.row(row.component);
     } else if (row.kind == GoalRow::Kind::position) {
       rows(r, layout.position() + row.component) = 1.0;
     } else {

@@ -1,68 +1,62 @@
 #include "mechanics/discrete_lagrangian.hpp"
 
+#include <cmath>
+
 namespace lamprey::mechanics {
 
 namespace {
 
-using lie::hat;
-using lie::vee;
+using model::at;
 using model::Body;
 using model::Joint;
+using model::JointKind;
 using model::System;
 
-using model::at;
+// Cayley vector of cayley(a) cayley(b).
+Vector3d composed(const Vector3d& a, const Vector3d& b) { return (a + b + a.cross(b)) / (1.0 - a.dot(b)); }
 
-struct LocalMomenta {
-  Vector3d linear;  // P_i, world
-  Vector3d minus;   // π⁻_i, body frame at k
-  Vector3d plus;    // π⁺_i, body frame at k + 1
-};
-
-// Body i's own share of p⁻ and p⁺ (equation 4.2).
-LocalMomenta local_momenta(const System& system, const Quadrature& weights, double h, const Interval& step, int i) {
-  const Body& body = system.body(i);
-  const Matrix3d& M = body.mass_matrix;
-  const Matrix3d& F = step.relative_rotation[at(i)];
-  const Matrix3d& E = step.relative_rotation_minus_identity[at(i)];
-  const Matrix3d Jd = trace_weight(trace_inertia(system, weights, i));
-  const Vector3d w = step.rotation[at(i)].transpose() * step.centre_displacement[at(i)];
-  const Vector3d w_next = F.transpose() * w;
-  const Vector3d Mw = weights.left * (M * w);
-  const Vector3d Mw_next = weights.right * (M * w_next);
-
-  LocalMomenta local;
-  local.linear = step.rotation[at(i)] * (Mw + F * Mw_next) / h;
-  local.minus = (2.0 * vee(E * Jd) + w.cross(Mw)) / h;
-  local.plus = (2.0 * vee(Jd * E) - w_next.cross(Mw_next)) / h;
-  if (weights.trace_form && body.parent >= 0) {
-    const Vector3d c = -system.joint(body.joint).child_offset;
-    const Vector3d M_turn = M * (E * c);
-    local.minus -= (F * c).cross(M_turn) / h;
-    local.plus -= c.cross(F.transpose() * M_turn) / h;
-  }
-  return local;
+// ζ of a body that its joint leads: F_c = Qᵀ F_p exp(Δθ_1 â) Q exp(Δθ b̂).
+Vector3d led_cayley(const Joint& joint, const Matrix3d& R_parent, const Matrix3d& R_child, const Vector3d& parent_cayley,
+                    const Vector3d& joint_turn) {
+  const bool universal = joint.kind == JointKind::universal;
+  const Vector3d turned_parent =
+      universal ? composed(parent_cayley, std::tan(0.5 * joint_turn[0]) * joint.parent_axis) : parent_cayley;
+  const Vector3d seen = R_child.transpose() * (R_parent * turned_parent);
+  if (joint.kind == JointKind::fixed) return seen;
+  return composed(seen, std::tan(0.5 * joint_turn[universal ? 1 : 0]) * joint.child_axis);
 }
+
+// rad, to (−π, π].
+double wrapped(double angle) { return angle - 2.0 * M_PI * std::ceil((angle - M_PI) / (2.0 * M_PI)); }
 
 }  // namespace
-
-Quadrature quadrature(DiscreteLagrangian lagrangian) {
-  return lagrangian == DiscreteLagrangian::paper ? Quadrature{1.0, 0.0, true} : Quadrature{0.5, 0.5, false};
-}
 
 Interval::Interval(int bodies)
     : rotation(at(bodies), Matrix3d::Identity()),
       cayley(at(bodies), Vector3d::Zero()),
+      joint_turn(at(bodies), Vector3d::Zero()),
       displacement(Vector3d::Zero()),
       relative_rotation(at(bodies)),
       relative_rotation_minus_identity(at(bodies)),
       next_rotation(at(bodies)),
       centre_displacement(at(bodies)) {}
 
-DiscreteMomenta::DiscreteMomenta(int bodies) : minus(at(bodies)), plus(at(bodies)), subtree_linear(at(bodies)) {}
+DiscreteMomenta::DiscreteMomenta(int bodies)
+    : minus(at(bodies)),
+      plus(at(bodies)),
+      subtree_linear(at(bodies)),
+      shift(at(bodies)),
+      turn(at(bodies)),
+      impulse(at(bodies)),
+      joint_minus(at(bodies)),
+      joint_plus(at(bodies)) {}
 
 void update_interval(const System& system, Interval& step) {
   for (int i : system.root_to_leaves()) {
     const Body& body = system.body(i);
+    if (body.freedoms < 3)
+      step.cayley[at(i)] = led_cayley(system.joint(body.joint), step.rotation[at(body.parent)], step.rotation[at(i)],
+                                      step.cayley[at(body.parent)], step.joint_turn[at(i)]);
     step.relative_rotation_minus_identity[at(i)] = lie::cayley_minus_identity(step.cayley[at(i)]);
     step.relative_rotation[at(i)] = Matrix3d::Identity() + step.relative_rotation_minus_identity[at(i)];
     step.next_rotation[at(i)] = step.rotation[at(i)] * step.relative_rotation[at(i)];
@@ -78,62 +72,65 @@ void update_interval(const System& system, Interval& step) {
   }
 }
 
-double discrete_lagrangian(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step) {
-  const Quadrature weights = quadrature(lagrangian);
-  double value = 0.0;
+void interval_between(const System& system, const Rotations& rotation, const Rotations& next_rotation,
+                      const Vector3d& displacement, Interval& step) {
+  step.rotation = rotation;
+  step.displacement = displacement;
   for (int i = 0; i < system.body_count(); ++i) {
     const Body& body = system.body(i);
-    const Matrix3d& M = body.mass_matrix;
-    const Matrix3d& E = step.relative_rotation_minus_identity[at(i)];
-    const Vector3d w = step.rotation[at(i)].transpose() * step.centre_displacement[at(i)];
-    const Vector3d w_next = step.relative_rotation[at(i)].transpose() * w;
-    value += 0.5 * (weights.left * w.dot(M * w) + weights.right * w_next.dot(M * w_next));
-    value -= (E * trace_weight(trace_inertia(system, weights, i))).trace();
-    if (weights.trace_form && body.parent >= 0) {
-      const Vector3d turn = E * system.joint(body.joint).child_offset;
-      value -= 0.5 * turn.dot(M * turn);
+    step.joint_turn[at(i)].setZero();
+    if (body.freedoms == 3) {
+      step.cayley[at(i)] = lie::inverse_cayley(rotation[at(i)].transpose() * next_rotation[at(i)]);
+      continue;
     }
+    const Joint& joint = system.joint(body.joint);
+    const auto angles = [&](const Rotations& R) {
+      return joint_angles(joint, R[at(body.parent)].transpose() * R[at(i)]);
+    };
+    step.joint_turn[at(i)] = (angles(next_rotation) - angles(rotation)).unaryExpr(&wrapped);
   }
-  return value / h;
+  update_interval(system, step);
+}
+
+double discrete_lagrangian(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step) {
+  double value = 0.0;
+  for (int i = 0; i < system.body_count(); ++i)
+    value += BodyLagrangian(system, lagrangian, h, i)
+                 .value({step.relative_rotation[at(i)], step.relative_rotation_minus_identity[at(i)],
+                         step.cayley[at(i)], step.rotation[at(i)].transpose() * step.centre_displacement[at(i)]});
+  return value;
+}
+
+BodyStep body_step(const Interval& step, const DiscreteMomenta& momenta, int i) {
+  return {step.relative_rotation[at(i)], step.relative_rotation_minus_identity[at(i)], step.cayley[at(i)],
+          momenta.shift[at(i)]};
+}
+
+void momenta_at_beginning(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step,
+                          DiscreteMomenta& momenta) {
+  for (int i = 0; i < system.body_count(); ++i) {
+    const Matrix3d& R = step.rotation[at(i)];
+    momenta.shift[at(i)] = R.transpose() * step.centre_displacement[at(i)];
+    const BodyGradient own = BodyLagrangian(system, lagrangian, h, i).gradient(body_step(step, momenta, i));
+    momenta.turn[at(i)] = own.turn;
+    momenta.impulse[at(i)] = own.shift;
+    momenta.subtree_linear[at(i)] = R * own.shift;
+    momenta.joint_minus[at(i)] = step.relative_rotation[at(i)] * own.turn + momenta.shift[at(i)].cross(own.shift);
+  }
+  sum_subtrees(system, momenta.subtree_linear);
+  gather(system, step.rotation, momenta.subtree_linear, momenta.joint_minus, momenta.minus);
+  momenta.linear = momenta.subtree_linear[0];
+}
+
+void momenta_at_end(const System& system, const Interval& step, DiscreteMomenta& momenta) {
+  momenta.joint_plus = momenta.turn;
+  gather(system, step.next_rotation, momenta.subtree_linear, momenta.joint_plus, momenta.plus);
 }
 
 void discrete_momenta(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step,
                       DiscreteMomenta& momenta) {
-  const Quadrature weights = quadrature(lagrangian);
-  const std::vector<int>& order = system.root_to_leaves();
-  for (auto position = order.rbegin(); position != order.rend(); ++position) {
-    const int i = *position;
-    const Body& body = system.body(i);
-    const Matrix3d& R = step.rotation[at(i)];
-    const Matrix3d& R_next = step.next_rotation[at(i)];
-    const LocalMomenta local = local_momenta(system, weights, h, step, i);
-    Vector3d P = local.linear;
-    Vector3d minus = local.minus;
-    Vector3d plus = local.plus;
-    for (int child : body.children) {
-      const Vector3d& d = system.joint(system.body(child).joint).parent_offset;
-      const Vector3d& P_child = momenta.subtree_linear[at(child)];
-      P += P_child;
-      minus += d.cross(R.transpose() * P_child);
-      plus += d.cross(R_next.transpose() * P_child);
-    }
-    if (body.parent >= 0) {
-      const Vector3d& d = system.joint(body.joint).child_offset;
-      minus -= d.cross(R.transpose() * P);
-      plus -= d.cross(R_next.transpose() * P);
-    }
-    momenta.subtree_linear[at(i)] = P;
-    momenta.minus[at(i)] = minus;
-    momenta.plus[at(i)] = plus;
-  }
-  momenta.linear = momenta.subtree_linear[0];
-}
-
-Matrix3d trace_inertia(const System& system, const Quadrature& weights, int i) {
-  const Body& body = system.body(i);
-  if (!weights.trace_form || body.parent < 0) return body.inertia_matrix;
-  const Matrix3d d = hat(system.joint(body.joint).child_offset);
-  return body.inertia_matrix - d * body.mass_matrix * d;
+  momenta_at_beginning(system, lagrangian, h, step, momenta);
+  momenta_at_end(system, step, momenta);
 }
 
 }  // namespace lamprey::mechanics

@@ -3,47 +3,46 @@
 
 #include <vector>
 
-#include "lie/so3.hpp"
+#include "mechanics/body_lagrangian.hpp"
 #include "mechanics/continuous.hpp"
 
 namespace lamprey::mechanics {
 
-/// paper: left-rectangle with the paper's trace form, order 1. trapezoid: symmetric, order 2.
-enum class DiscreteLagrangian { paper, trapezoid };
-
-/// What a discrete Lagrangian weighs: the orientation of M at the left and the right node, and the paper's trace form.
-struct Quadrature {
-  double left;      // κ at k
-  double right;     // κ at k + 1
-  bool trace_form;  // the d_ip–d_ip part by a trace with J' = J − d̂ M d̂ (paper, equations 12 and 14)
-};
-
-Quadrature quadrature(DiscreteLagrangian lagrangian);
-
 /// Motion over one step, from node k to node k + 1.
 struct Interval {
   // set by the caller
-  Rotations rotation;            // [bodies] R_i at k
-  std::vector<Vector3d> cayley;  // [bodies] ζ_i: F_i = cayley(ζ_i)
-  Vector3d displacement;         // m, of the root's mass centre, world
+  Rotations rotation;     // [bodies] R_i at k
+  Vectors cayley;         // [bodies] ζ_i: F_i = cayley(ζ_i); of a body that its joint leads: computed
+  Freedoms joint_turn;    // [bodies] rad, change of the joint's angles, for bodies that their joints lead
+  Vector3d displacement;  // m, of the root's mass centre, world
   // computed by update_interval
-  Rotations relative_rotation;                             // [bodies] F_i = R_{i,k}ᵀ R_{i,k+1}
-  std::vector<Matrix3d> relative_rotation_minus_identity;  // [bodies] F_i − I, without cancellation
-  Rotations next_rotation;                                 // [bodies] R_i at k + 1
-  std::vector<Vector3d> centre_displacement;               // [bodies] m, of each mass centre, world
+  Rotations relative_rotation;                 // [bodies] F_i = R_{i,k}ᵀ R_{i,k+1}
+  Rotations relative_rotation_minus_identity;  // [bodies] F_i − I, without cancellation
+  Rotations next_rotation;                     // [bodies] R_i at k + 1
+  Vectors centre_displacement;                 // [bodies] m, of each mass centre, world
 
   explicit Interval(int bodies);
 };
 
-/// Fills the computed fields from the caller's.
+/// Fills the computed fields from the caller's (equation 4.1).
 void update_interval(const model::System& system, Interval& interval);
 
-/// p⁻ = −D_1 L_d, p⁺ = D_2 L_d: body-side for rotations, world for the position, whose two are equal.
+/// Fills all fields from the rotations at both nodes and the root's displacement.
+void interval_between(const model::System& system, const Rotations& rotation, const Rotations& next_rotation,
+                      const Vector3d& displacement, Interval& interval);
+
+/// p⁻ = −D_1 L_d, p⁺ = D_2 L_d: along the freedoms for rotations, world for the position, whose two are equal.
 struct DiscreteMomenta {
-  std::vector<Vector3d> minus;           // [bodies] kg m²/s, body frames at k
-  std::vector<Vector3d> plus;            // [bodies] kg m²/s, body frames at k + 1
-  Vector3d linear;                       // kg m/s, p_x, world
-  std::vector<Vector3d> subtree_linear;  // [bodies] kg m/s, linear momentum of the subtree of each body, world
+  Freedoms minus;          // [bodies] kg m²/s, along the freedoms at k
+  Freedoms plus;           // [bodies] kg m²/s, along the freedoms at k + 1
+  Vector3d linear;         // kg m/s, p_x, world
+  Vectors subtree_linear;  // [bodies] kg m/s, linear momentum of the subtree of each body, world
+  // on the way there
+  Vectors shift;        // [bodies] m, w_i: displacement of the mass centre, body frame at k
+  Vectors turn;         // [bodies] kg m²/s, γ_i = π⁺_i, body frame at k + 1
+  Vectors impulse;      // [bodies] kg m/s, β_i = R_iᵀ P_i, body frame at k
+  Vectors joint_minus;  // [bodies] kg m²/s, angular momentum through the joint at k, body frame
+  Vectors joint_plus;   // [bodies] kg m²/s, the same at k + 1
 
   explicit DiscreteMomenta(int bodies);
 };
@@ -56,10 +55,14 @@ double discrete_lagrangian(const model::System& system, DiscreteLagrangian lagra
 void discrete_momenta(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
                       const Interval& interval, DiscreteMomenta& momenta);
 
-/// J_d = ½ tr(J) I − J: what the rotational trace term tr[(I − F) J_d] weighs.
-inline Matrix3d trace_weight(const Matrix3d& J) { return 0.5 * J.trace() * Matrix3d::Identity() - J; }
+/// The part of discrete_momenta that p⁻ needs.
+void momenta_at_beginning(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
+                          const Interval& interval, DiscreteMomenta& momenta);
 
-/// The inertia matrix in the rotational trace term: J, or J' = J − d̂ M d̂ of a non-root body with the paper's trace form.
-Matrix3d trace_inertia(const model::System& system, const Quadrature& weights, int body);
+/// The rest of it: p⁺, after momenta_at_beginning.
+void momenta_at_end(const model::System& system, const Interval& interval, DiscreteMomenta& momenta);
+
+/// What body i does in a step.
+BodyStep body_step(const Interval& interval, const DiscreteMomenta& momenta, int body);
 
 }  // namespace lamprey::mechanics

@@ -211,29 +211,4 @@ void momentum_jacobian(const StepQuadratic& lagrangian, MomentumJacobian& result
   }
 }
 
-LocalSensitivity local_sensitivity(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step,
-                                   int i) {
-  const Quadrature weights = quadrature(lagrangian);
-  const Body& body = system.body(i);
-  const Matrix3d& M = body.mass_matrix;
-  const Matrix3d& R = step.rotation[at(i)];
-  const Matrix3d& R_next = step.next_rotation[at(i)];
-  const Matrix3d& F = step.relative_rotation[at(i)];
-  const Vector3d w = R.transpose() * step.centre_displacement[at(i)];
-  const Vector3d w_next = F.transpose() * w;
-  const Matrix3d FJd = F * trace_weight(trace_inertia(system, weights, i));
-
-  LocalSensitivity local;
-  local.dP_dcentre = (weights.left * R * M * R.transpose() + weights.right * R_next * M * R_next.transpose()) / h;
-  local.dP_dnext = weights.right / h * (R_next * (M * hat(w_next) - hat(M * w_next)));
-  local.dminus_dcentre = weights.left / h * ((hat(w) * M - hat(M * w)) * R.transpose());
-  local.dminus_dnext = (FJd.trace() * Matrix3d::Identity() - FJd) * F / h;
-  if (weights.trace_form && body.parent >= 0) {
-    const Vector3d c = -system.joint(body.joint).child_offset;
-    const Vector3d M_turn = M * (step.relative_rotation_minus_identity[at(i)] * c);
-    local.dminus_dnext += (hat(F * c) * M - hat(M_turn)) * F * hat(c) / h;
-  }
-  return local;
-}
-
 }  // namespace lamprey::mechanics

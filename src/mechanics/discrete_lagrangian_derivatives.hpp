@@ -60,15 +60,4 @@ struct MomentumJacobian {
 /// dp⁻, dp⁺, dp_x from the second-order expansion of L_d: rows of its Hessian plus half of ĝ on the diagonal blocks.
 void momentum_jacobian(const StepQuadratic& lagrangian, MomentumJacobian& result);
 
-/// Body i's own p⁻ and P by the perturbation η' of its next rotation and by its mass centre's displacement (for Newton).
-struct LocalSensitivity {
-  Matrix3d dP_dcentre;      // world, world
-  Matrix3d dP_dnext;        // world, body frame at k + 1
-  Matrix3d dminus_dcentre;  // body frame at k, world
-  Matrix3d dminus_dnext;    // body frame at k, body frame at k + 1
-};
-
-LocalSensitivity local_sensitivity(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
-                                   const Interval& interval, int body);
-
 }  // namespace lamprey::mechanics

@@ -20,6 +20,7 @@ struct BodyDescription {
   std::optional<Eigen::Matrix3d> body_inertia;    // kg m², without fluid, about the mass centre; default: homogeneous
   std::optional<Eigen::Matrix3d> mass_matrix;     // kg, body + fluid: overrides M_i
   std::optional<Eigen::Matrix3d> inertia_matrix;  // kg m², body + fluid: overrides J_i
+  std::optional<Eigen::Matrix3d> coupling_matrix;  // kg m, body + fluid: C_i in the energy V·C_iΩ; default: zero
 };
 
 /// A joint as described; the moment u_j acts on the parent, its opposite on the child.
@@ -34,7 +35,7 @@ struct JointDescription {
   std::optional<Eigen::Vector3d> axis;                           // hinge: free axis, child's frame
   std::optional<std::array<Eigen::Vector3d, 2>> axes;            // universal: in the parent's, in the child's frame
   bool actuated = true;
-  std::optional<std::vector<Eigen::Vector3d>> control_axes;  // parent's frame; default: all free directions
+  std::optional<std::vector<Eigen::Vector3d>> control_axes;  // parent's frame at zero angle; default: all free ones
   double stiffness = 0.0;                                    // N m/rad about the zero angle
   double damping = 0.0;                                      // N m s/rad
 };

@@ -3,9 +3,10 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
+#include <Eigen/SVD>
 
 #include "fluid/ellipsoid.hpp"
+#include "lie/so3.hpp"
 #include "model/input_error.hpp"
 
 namespace lamprey::model {
@@ -46,16 +47,40 @@ Body resolve_body(const BodyDescription& described, double density) {
   if (!symmetric_positive_definite(body.inertia_matrix))
     throw InputError("body.inertia_matrix",
                      "of \"" + body.name + "\" is not symmetric positive definite; mend its entries");
+  body.coupling_matrix = described.coupling_matrix.value_or(Matrix3d::Zero());
+  body.coupled = !body.coupling_matrix.isZero(0.0);
+  Eigen::Matrix<double, 6, 6> whole;
+  whole << body.inertia_matrix, body.coupling_matrix.transpose(), body.coupling_matrix, body.mass_matrix;
+  if (!whole.allFinite() || whole.llt().info() != Eigen::Success)
+    throw InputError("body.coupling_matrix", "of \"" + body.name +
+                                                 "\" makes the 6×6 inertia [J Cᵀ; C M] not positive definite; make its "
+                                                 "entries smaller");
   body.parent = -1;
   body.joint = -1;
+  body.freedoms = 3;
+  body.velocity_offset = 0;
   return body;
 }
 
+int freedoms_of(JointKind kind) {
+  switch (kind) {
+    case JointKind::ball:
+      return 3;
+    case JointKind::universal:
+      return 2;
+    case JointKind::hinge:
+      return 1;
+    case JointKind::fixed:
+      return 0;
+  }
+  return 0;
+}
+
+using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+
 // Orthonormal basis of the span of the control axes, in the order given.
-Eigen::Matrix<double, 3, -1> actuation_basis(const JointDescription& described) {
-  if (!described.actuated) return Eigen::Matrix<double, 3, -1>(3, 0);
-  if (!described.control_axes) return Matrix3d::Identity();
-  Eigen::Matrix<double, 3, -1> basis(3, 0);
+Columns span_of(const JointDescription& described) {
+  Columns basis(3, 0);
   for (Vector3d axis : *described.control_axes) {
     const double length = axis.norm();
     for (int pass = 0; pass < 2; ++pass) axis -= basis * (basis.transpose() * axis);
@@ -67,6 +92,62 @@ Eigen::Matrix<double, 3, -1> actuation_basis(const JointDescription& described) 
   return basis;
 }
 
+// Moments along a hinge's or universal joint's axes that also lie in the span of its control axes.
+Columns confined(const JointDescription& described, const Columns& free, const Columns& span) {
+  const Eigen::MatrixXd outside = free - span * (span.transpose() * free);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(outside, Eigen::ComputeFullV);
+  Columns basis(3, 0);
+  for (Eigen::Index c = 0; c < free.cols(); ++c) {
+    if (svd.singularValues()[c] > 1e-9) continue;
+    basis.conservativeResize(Eigen::NoChange, basis.cols() + 1);
+    basis.rightCols<1>().setZero();
+    basis.rightCols<1>().head(free.cols()) = svd.matrixV().col(c);
+  }
+  if (basis.cols() == 0)
+    throw InputError("joint.control_axes", "of \"" + described.name +
+                                               "\" hold no direction that the joint leaves free; name the joint's own "
+                                               "axis (parent's frame), or set actuated = false");
+  return basis;
+}
+
+Columns actuation_basis(const JointDescription& described, const Joint& joint) {
+  const int freedoms = freedoms_of(joint.kind);
+  if (!described.actuated) return Columns(3, 0);
+  if (!described.control_axes) return Columns(Matrix3d::Identity().leftCols(freedoms));
+  const Columns span = span_of(described);
+  if (freedoms == 3) return span;
+  if (freedoms == 0) return Columns(3, 0);
+  Columns free(3, freedoms);
+  free.col(0) = joint.parent_axis;
+  if (freedoms == 2) free.col(1) = joint.reference_rotation * joint.child_axis;
+  return confined(described, free, span);
+}
+
+Vector3d unit_axis(const Vector3d& axis, const std::string& key, const std::string& name) {
+  const double length = axis.stableNorm();
+  if (!(length > 0.0)) throw InputError(key, "of \"" + name + "\" is zero; give a direction");
+  return axis.stableNormalized();
+}
+
+void lay_axes(const JointDescription& described, Joint& joint) {
+  joint.reference_rotation = lie::exp(described.reference_rotation);
+  joint.parent_axis.setZero();
+  joint.child_axis.setZero();
+  if (joint.kind == JointKind::hinge) {
+    if (!described.axis) throw InputError("joint.axis", "of \"" + described.name + "\" is missing; a hinge needs one");
+    joint.child_axis = unit_axis(*described.axis, "joint.axis", described.name);
+    joint.parent_axis = joint.reference_rotation * joint.child_axis;
+  }
+  if (joint.kind == JointKind::universal) {
+    if (!described.axes)
+      throw InputError("joint.axes", "of \"" + described.name + "\" are missing; a universal joint needs two");
+    joint.parent_axis = unit_axis((*described.axes)[0], "joint.axes", described.name);
+    joint.child_axis = unit_axis((*described.axes)[1], "joint.axes", described.name);
+    if (std::abs(joint.parent_axis.dot(joint.reference_rotation * joint.child_axis)) > 1e-6)
+      throw InputError("joint.axes", "of \"" + described.name + "\" are not orthogonal at zero angle; turn one of them");
+  }
+}
+
 }  // namespace
 
 System::System(const SwimmerDescription& description) : density_(description.density) {
@@ -74,6 +155,7 @@ System::System(const SwimmerDescription& description) : density_(description.den
   resolve_joints(description);
   order_tree();
   lay_paths();
+  lay_freedoms();
 }
 
 void System::resolve_bodies(const SwimmerDescription& description) {
@@ -83,11 +165,6 @@ void System::resolve_bodies(const SwimmerDescription& description) {
 
 void System::resolve_joints(const SwimmerDescription& description) {
   for (const JointDescription& described : description.joints) {
-    if (described.kind != JointKind::ball)
-      throw InputError("joint.kind", "of \"" + described.name + "\" is not handled by this version yet; use \"ball\"");
-    if (described.stiffness != 0.0 || described.damping != 0.0)
-      throw InputError("joint.stiffness", "springs and dampers (\"" + described.name +
-                                              "\") are not handled by this version yet; remove stiffness and damping");
     Joint joint;
     joint.name = described.name;
     joint.kind = described.kind;
@@ -95,7 +172,12 @@ void System::resolve_joints(const SwimmerDescription& description) {
     joint.child = index_of(bodies_, described.child, "joint.child");
     joint.parent_offset = described.parent_offset;
     joint.child_offset = described.child_offset;
-    joint.actuation = actuation_basis(described);
+    joint.stiffness = described.stiffness;
+    joint.damping = described.damping;
+    lay_axes(described, joint);
+    joint.actuation = actuation_basis(described, joint);
+    only_free_joints_ =
+        only_free_joints_ && joint.free() && joint.stiffness == 0.0 && joint.damping == 0.0;
     control_count_ += static_cast<int>(joint.actuation.cols());
 
     Body& child = bodies_[static_cast<std::size_t>(joint.child)];
@@ -105,6 +187,7 @@ void System::resolve_joints(const SwimmerDescription& description) {
       throw InputError("joint.child", "\"" + described.child + "\" has two parents; remove one joint");
     child.parent = joint.parent;
     child.joint = joint_count();
+    child.freedoms = freedoms_of(joint.kind);
     bodies_[static_cast<std::size_t>(joint.parent)].children.push_back(joint.child);
     joints_.push_back(joint);
   }
@@ -131,6 +214,14 @@ void System::lay_paths() {
       body_i.path = {{i, Vector3d::Zero()}};
     }
   }
+}
+
+void System::lay_freedoms() {
+  for (Body& body_i : bodies_) {
+    body_i.velocity_offset = velocity_count_;
+    velocity_count_ += body_i.freedoms;
+  }
+  velocity_count_ += 3;
 }
 
 std::vector<Vector3d> System::mass_centres(const std::vector<Matrix3d>& rotation, const Vector3d& position) const {

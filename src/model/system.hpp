@@ -30,20 +30,35 @@ struct Body {
   Matrix3d body_inertia;        // kg m², without fluid, body frame
   Matrix3d mass_matrix;         // kg, M_i: body + fluid, body frame
   Matrix3d inertia_matrix;      // kg m², J_i: body + fluid, body frame
+  Matrix3d coupling_matrix;     // kg m, C_i: body + fluid, body frame, energy V·C_iΩ
+  bool coupled;                 // whether C_i is not zero
   int parent;                   // body index; −1 for the root
   int joint;                    // joint to the parent; −1 for the root
+  int freedoms;                 // 3: turns on its own (the root, a ball joint's child); 2, 1, 0: turns about its joint's axes
+  int velocity_offset;          // where its freedoms begin in generalised vectors
   std::vector<int> children;    // body indices
   std::vector<PathPoint> path;  // root first, the body itself last
 };
 
+/// A joint. Ball: the child turns freely. Hinge: R_c = R_p Q_0 exp(θ b̂). Universal: R_c = R_p exp(θ_1 â) Q_0 exp(θ_2 b̂).
+/// Fixed: R_c = R_p Q_0 (equation 1.8).
 struct Joint {
   std::string name;
   JointKind kind;
-  int parent;                              // body index
-  int child;                               // body index
-  Vector3d parent_offset;                  // m, parent's mass centre → joint, parent's frame
-  Vector3d child_offset;                   // m, child's mass centre → joint, child's frame
-  Eigen::Matrix<double, 3, -1> actuation;  // orthonormal columns spanning the moments, parent's frame; [3][0]: none
+  int parent;                   // body index
+  int child;                    // body index
+  Vector3d parent_offset;       // m, parent's mass centre → joint, parent's frame
+  Vector3d child_offset;        // m, child's mass centre → joint, child's frame
+  Matrix3d reference_rotation;  // Q_0: child → parent at zero angle
+  Vector3d parent_axis;         // a: hinge and universal, unit, parent's frame at zero angle
+  Vector3d child_axis;          // b: hinge and universal (the second axis), unit, child's frame
+  double stiffness;             // N m/rad, about the zero angle
+  double damping;               // N m s/rad
+  /// Orthonormal columns spanning the moments: of a ball joint in the parent's frame, [3][controls]; of a hinge or a
+  /// universal joint along its axes, entries beyond its freedoms are zero. [3][0]: none.
+  Eigen::Matrix<double, 3, -1> actuation;
+
+  bool free() const { return kind == JointKind::ball; }
 };
 
 class System {
@@ -56,8 +71,10 @@ class System {
   int joint_count() const { return static_cast<int>(joints_.size()); }
   /// Number of scalar controls: Σ columns of Joint::actuation.
   int control_count() const { return control_count_; }
-  /// Dimension of velocities: 3 for each body's rotation, then 3 for the root's position.
-  int velocity_count() const { return 3 * body_count() + 3; }
+  /// Dimension of generalised vectors: each body's freedoms, body after body, then 3 for the root's position.
+  int velocity_count() const { return velocity_count_; }
+  /// Whether every joint is a ball joint without spring or damper: each body turns on its own.
+  bool only_free_joints() const { return only_free_joints_; }
 
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Joint>& joints() const { return joints_; }
@@ -75,9 +92,12 @@ class System {
   void resolve_joints(const SwimmerDescription& description);
   void order_tree();
   void lay_paths();
+  void lay_freedoms();
 
   double density_ = 0.0;
   int control_count_ = 0;
+  int velocity_count_ = 0;
+  bool only_free_joints_ = true;
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;
   std::vector<int> order_;

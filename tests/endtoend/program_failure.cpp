@@ -89,6 +89,56 @@ TEST(Program, verify_sees_a_tampered_solution) {
   EXPECT_NE(run.out.find("does not hold"), std::string::npos) << run.out;
 }
 
+// A copy of the program with its two companions for benchmarks beside it, the first of them made to leave a trace.
+struct BenchFolder : Folder {
+  BenchFolder() {
+    fs::copy_file(LAMPREY_PROGRAM, *this / "lamprey");
+    std::ofstream(*this / "lamprey_bench") << "#!/bin/sh\ntouch " << *this / "measured"
+                                           << "\n";
+    fs::permissions(*this / "lamprey_bench", fs::perms::owner_all);
+    fs::create_symlink(std::string(LAMPREY_SOURCE_DIR) + "/tools/bench_peers.sh", *this / "lamprey_bench_peers");
+  }
+  ProgramRun bench(const std::string& python, const std::string& arguments) const {
+    const std::string command = "LAMPREY_PEERS_PYTHON=" + python + " " + (*this / "lamprey") + " bench " + arguments +
+                                " >" + (*this / "out.txt") + " 2>" + (*this / "err.txt") + " </dev/null";
+    const int status = std::system(command.c_str());
+    return {WEXITSTATUS(status), text_of(*this / "out.txt"), text_of(*this / "err.txt")};
+  }
+  // A python3 that has venv and can do nothing more, or lacks it.
+  std::string python(bool has_venv) const {
+    std::ofstream(*this / "python3") << "#!/bin/sh\n[ \"$1\" = -c ] && exit " << (has_venv ? 0 : 1) << "\nexit 1\n";
+    fs::permissions(*this / "python3", fs::perms::owner_all);
+    return *this / "python3";
+  }
+};
+
+TEST(Program, measures_nothing_and_says_why_with_code_7_when_peers_cannot_be_installed) {
+  const BenchFolder folder;
+  for (const std::string& python : {folder / "nowhere", folder.python(false)}) {
+    const ProgramRun run = folder.bench(python, "--peers");
+    EXPECT_EQ(run.exit_code, 7) << run.err;
+    EXPECT_NE(run.err.find("python3-venv"), std::string::npos) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_FALSE(fs::exists(folder / "measured"));
+  }
+  const ProgramRun run = folder.bench(folder.python(true), "--peers");
+  EXPECT_EQ(run.exit_code, 7) << run.err;
+  EXPECT_NE(run.err.find("install.log"), std::string::npos) << run.err;
+  EXPECT_FALSE(fs::exists(folder / "measured"));
+  EXPECT_EQ(folder.bench("unused", "").exit_code, 0);
+  EXPECT_TRUE(fs::exists(folder / "measured"));
+}
+
+TEST(Program, says_how_to_build_the_benchmarks_when_they_are_missing) {
+  const BenchFolder folder;
+  fs::remove(folder / "lamprey_bench_peers");
+  EXPECT_EQ(folder.bench("unused", "--peers").exit_code, 7);
+  fs::remove(folder / "lamprey_bench");
+  const ProgramRun run = folder.bench("unused", "");
+  EXPECT_EQ(run.exit_code, 7);
+  EXPECT_NE(run.err.find("./dev bench"), std::string::npos) << run.err;
+}
+
 TEST(Program, says_what_it_cannot_do_yet) {
   const Folder folder;
   const std::string problem = varied_example(folder, "tumble", {{"scheme", "\"order4\""}});

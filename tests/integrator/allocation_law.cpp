@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "chains.hpp"
+#include "integrator/scheme.hpp"
 #include "integrator/step.hpp"
 
 namespace {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "integrator/golden_trajectories.hpp"
+#include "integrator/scheme.hpp"
 #include "integrator/step.hpp"
 #include "tolerance.hpp"
 

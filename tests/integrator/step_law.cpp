@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "chains.hpp"
+#include "integrator/scheme.hpp"
 #include "integrator/step.hpp"
 #include "tolerance.hpp"
 
@@ -264,13 +265,13 @@ TEST(FreeBody, in_a_vacuum_keeps_energy_and_momentum_to_round_off) {
     return mechanics::kinetic_energy(system, s.rotation, integrator::velocity_of_state(system, s));
   };
   const double first = energy(state);
-  const auto start = mechanics::spatial_momentum(state.rotation, state.position, state.momentum);
+  const auto start = mechanics::spatial_momentum(system, state.rotation, state.position, state.momentum);
   integrator::StepWorkspace work(system);
   double energy_error = 0.0, momentum_error = 0.0, least_spin = 3.0;
   for (int k = 0; k < 2000; ++k) {
     ASSERT_TRUE(advance(system, lagrangian_of(Scheme::trapezoid), 1e-2, {}, {}, state, work).converged);
     energy_error = std::max(energy_error, std::abs(energy(state) / first - 1.0));
-    const auto now = mechanics::spatial_momentum(state.rotation, state.position, state.momentum);
+    const auto now = mechanics::spatial_momentum(system, state.rotation, state.position, state.momentum);
     momentum_error = std::max({momentum_error, (now.linear - start.linear).norm() / start.linear.norm(),
                                (now.angular - start.angular).norm() / start.angular.norm()});
     least_spin = std::min(least_spin, state.momentum[1] / 2.0);

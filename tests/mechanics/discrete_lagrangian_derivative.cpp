@@ -125,25 +125,6 @@ TEST_P(StepDerivatives, second_derivatives_match_central_differences_at_second_o
   }
 }
 
-TEST_P(StepDerivatives, local_sensitivity_is_the_jacobian_of_a_single_body) {
-  Random random(30 + static_cast<unsigned>(GetParam()));
-  const model::System system(random_tree(random, 1));
-  const Interval step = random_interval(random, system, 0.3);
-  mechanics::DerivativeWorkspace work(1);
-  mechanics::StepQuadratic quadratic(1);
-  mechanics::MomentumJacobian jacobian(1);
-  for (auto lagrangian : lagrangians) {
-    mechanics::lagrangian_quadratic(system, lagrangian, h, step, work, quadratic);
-    mechanics::momentum_jacobian(quadratic, jacobian);
-    const auto local = mechanics::local_sensitivity(system, lagrangian, h, step, 0);
-    const double scale = quadratic.hessian.lpNorm<Eigen::Infinity>();
-    EXPECT_LE((local.dminus_dnext - jacobian.minus.middleCols<3>(3)).norm(), 1e-13 * scale);
-    EXPECT_LE((local.dminus_dcentre - jacobian.minus.rightCols<3>()).norm(), 1e-13 * scale);
-    EXPECT_LE((local.dP_dnext - jacobian.linear.middleCols<3>(3)).norm(), 1e-13 * scale);
-    EXPECT_LE((local.dP_dcentre - jacobian.linear.rightCols<3>()).norm(), 1e-13 * scale);
-  }
-}
-
 INSTANTIATE_TEST_SUITE_P(Trees, StepDerivatives, ::testing::Values(1, 2, 3, 5));
 
 }  // namespace

@@ -78,7 +78,7 @@ TEST_P(Reference, discrete_lagrangians_and_momenta_agree_with_80_digit_arithmeti
     plus << momenta.plus[0], momenta.plus[1], momenta.plus[2], momenta.linear;
     expect_close(minus, generalized(expected["p_minus_k"]), std::string(name) + " p minus");
     expect_close(plus, generalized(expected["p_plus_kp1"]), std::string(name) + " p plus");
-    const auto total = mechanics::spatial_momentum(step.rotation, vector3(c.inputs["x"]), minus);
+    const auto total = mechanics::spatial_momentum(c.system, step.rotation, vector3(c.inputs["x"]), minus);
     expect_close(total.angular, vector3(expected["spatial_angular_momentum_about_origin"]),
                  std::string(name) + " angular");
   }

@@ -1,0 +1,39 @@
+#include "integrator/march.hpp"
+
+namespace lamprey::integrator {
+
+using model::at;
+using model::System;
+
+March::March(const System& system, Scheme scheme) : system_(system), composition_(composition(scheme)), nodes_{0.0} {
+  for (double fraction : composition_.fractions) {
+    nodes_.push_back(nodes_.back() + fraction);
+    work_.emplace_back(system);
+  }
+  nodes_.back() = 1.0;
+}
+
+StepReport March::advance(double time_step, const StageControl& control, State& state, const StageWitness& witness) {
+  StepReport total;
+  if (stages() > 1) saved_ = state;
+  for (int s = 0; s < stages(); ++s) {
+    const StepReport report =
+        integrator::advance(system_, composition_.lagrangian, time_step * composition_.fractions[at(s)], control(s),
+                            control(s + 1), state, work_[at(s)]);
+    total.converged = report.converged;
+    total.iterations += report.iterations;
+    total.residual = std::max(total.residual, report.residual);
+    if (!report.converged) {
+      if (stages() > 1) state = saved_;
+      return total;
+    }
+    if (witness) witness(work_[at(s)].interval, state);
+  }
+  return total;
+}
+
+void March::restart() {
+  for (StepWorkspace& work : work_) work.predictor.forget();
+}
+
+}  // namespace lamprey::integrator

@@ -1,0 +1,323 @@
+#include "mechanics/body_lagrangian.hpp"
+
+#include <cmath>
+
+namespace lamprey::mechanics {
+
+namespace {
+
+using lie::hat;
+using lie::vee;
+
+// Where the orientation of M is taken within the step: y = Gᵀw, and a turn a of F on its right turns G by N a.
+struct Node {
+  double weight;
+  Matrix3d G;
+  Matrix3d N;
+  Vector3d quarter;  // z = tan(θ/4) about F's axis: N = ½ (I + ẑ) half way; zero at the ends
+  bool middle;
+};
+
+// Calls f with each node that has weight.
+template <typename Function>
+void for_each_node(const Quadrature& weights, const BodyStep& step, const Function& f) {
+  if (weights.left != 0.0)
+    f(Node{weights.left, Matrix3d::Identity(), Matrix3d::Zero(), Vector3d::Zero(), false});
+  if (weights.right != 0.0) f(Node{weights.right, step.rotation, Matrix3d::Identity(), Vector3d::Zero(), false});
+  if (weights.middle != 0.0) {
+    const Vector3d z = step.cayley / (1.0 + std::sqrt(1.0 + step.cayley.squaredNorm()));
+    f(Node{weights.middle, lie::cayley(z), 0.5 * (Matrix3d::Identity() + hat(z)), z, true});
+  }
+}
+
+// ż = ½ (I + ẑ + zzᵀ) c: change of the Cayley vector z when cayley(z) turns by c on its right.
+Vector3d cayley_rate(const Vector3d& z, const Vector3d& c) { return 0.5 * (c + z.cross(c) + z * z.dot(c)); }
+
+// φ = vee(F) stands for hΩ in the coupling energy; its rates along constant turns, and transposed maps.
+struct Spin {
+  explicit Spin(const Matrix3d& F_) : F(F_), value(vee(F_)), trace(F_.trace()) {}
+  const Matrix3d& F;
+  Vector3d value;
+  double trace;
+  Vector3d rate(const Vector3d& a) const { return 0.5 * (trace * a - F.transpose() * a); }
+  Vector3d second_rate(const Vector3d& a1, const Vector3d& a2) const {
+    return -value.dot(a2) * a1 + 0.5 * a2.cross(F.transpose() * a1);
+  }
+  Vector3d pull(const Vector3d& p) const { return 0.5 * (trace * p - F * p); }
+  Vector3d pull_rate(const Vector3d& a, const Vector3d& p) const {
+    return -value.dot(a) * p - 0.5 * (F * a.cross(p));
+  }
+  Vector3d pull_second_rate(const Vector3d& a1, const Vector3d& a2, const Vector3d& p) const {
+    return -rate(a2).dot(a1) * p - 0.5 * (F * a2.cross(a1.cross(p)));
+  }
+};
+
+}  // namespace
+
+Quadrature quadrature(DiscreteLagrangian lagrangian) {
+  switch (lagrangian) {
+    case DiscreteLagrangian::paper:
+      return {1.0, 0.0, 0.0, true};
+    case DiscreteLagrangian::trapezoid:
+      return {0.5, 0.0, 0.5, false};
+    case DiscreteLagrangian::midpoint:
+      break;
+  }
+  return {0.0, 1.0, 0.0, false};
+}
+
+Matrix3d trace_inertia(const model::System& system, const Quadrature& weights, int i) {
+  const model::Body& body = system.body(i);
+  if (!weights.trace_form || body.parent < 0) return body.inertia_matrix;
+  const Matrix3d d = hat(system.joint(body.joint).child_offset);
+  return body.inertia_matrix - d * body.mass_matrix * d;
+}
+
+BodyLagrangian::BodyLagrangian(const model::System& system, DiscreteLagrangian lagrangian, double time_step, int i)
+    : M_(system.body(i).mass_matrix),
+      C_(system.body(i).coupling_matrix),
+      weights_(quadrature(lagrangian)),
+      arm_(Vector3d::Zero()),
+      h_(time_step),
+      coupled_(system.body(i).coupled),
+      trace_form_(weights_.trace_form && system.body(i).parent >= 0) {
+  Jd_ = trace_weight(trace_inertia(system, weights_, i));
+  if (trace_form_) arm_ = -system.joint(system.body(i).joint).child_offset;
+}
+
+double BodyLagrangian::value(const BodyStep& step) const {
+  double value = -(step.rotation_minus_identity * Jd_).trace();
+  const Vector3d C_spin = coupled_ ? Vector3d(C_ * vee(step.rotation)) : Vector3d(Vector3d::Zero());
+  for_each_node(weights_, step, [&](const Node& node) {
+    const Vector3d y = node.G.transpose() * step.shift;
+    value += node.weight * y.dot(0.5 * (M_ * y) + C_spin);
+  });
+  if (trace_form_) {
+    const Vector3d s = step.rotation_minus_identity * arm_;
+    value -= 0.5 * s.dot(M_ * s);
+  }
+  return value / h_;
+}
+
+BodyGradient BodyLagrangian::gradient(const BodyStep& step) const {
+  BodyGradient result{2.0 * vee(Jd_ * step.rotation_minus_identity), Vector3d::Zero()};
+  if (weights_.middle == 0.0 && !coupled_) {  // the common case, without the generality below
+    const Vector3d p = weights_.left * (M_ * step.shift);
+    const Vector3d y = step.rotation.transpose() * step.shift;
+    const Vector3d q = weights_.right * (M_ * y);
+    result.turn += q.cross(y);
+    result.shift = p + step.rotation * q;
+  } else {
+    const Spin spin(step.rotation);
+    const Vector3d C_spin = C_ * spin.value;
+    Vector3d mean = Vector3d::Zero();
+    for_each_node(weights_, step, [&](const Node& node) {
+      const Vector3d y = node.G.transpose() * step.shift;
+      const Vector3d p = node.weight * (M_ * y + C_spin);
+      result.turn += node.N.transpose() * p.cross(y);
+      result.shift += node.G * p;
+      mean += node.weight * y;
+    });
+    if (coupled_) result.turn += spin.pull(C_.transpose() * mean);
+  }
+  if (trace_form_)
+    result.turn -= arm_.cross(step.rotation.transpose() * (M_ * (step.rotation_minus_identity * arm_)));
+  result.turn /= h_;
+  result.shift /= h_;
+  return result;
+}
+
+BodyHessian BodyLagrangian::hessian(const BodyStep& step) const {
+  const Matrix3d& F = step.rotation;
+  const Matrix3d X = Jd_ * F;
+  BodyHessian H{X.trace() * Matrix3d::Identity() - X.transpose(), Matrix3d::Zero(), Matrix3d::Zero(), Matrix3d::Zero()};
+  if (weights_.middle == 0.0 && !coupled_) {
+    H.shift_by_shift = weights_.left * M_;
+    if (weights_.right != 0.0) {
+      const Vector3d y = F.transpose() * step.shift;
+      const Matrix3d y_hat = hat(y);
+      const Matrix3d p_hat = hat(weights_.right * (M_ * y));
+      const Matrix3d FM = weights_.right * (F * M_);
+      const Matrix3d p_by_turn = weights_.right * (M_ * y_hat);
+      H.shift_by_shift += FM * F.transpose();
+      H.shift_by_turn = F * (p_by_turn - p_hat);
+      H.turn_by_shift = p_hat * F.transpose() - y_hat * FM.transpose();
+      H.turn_by_turn += p_hat * y_hat - y_hat * p_by_turn;
+    }
+  } else {
+    const Spin spin(F);
+    const Matrix3d spin_map = 0.5 * (spin.trace * Matrix3d::Identity() - F.transpose());
+    const Vector3d C_spin = C_ * spin.value;
+    const Matrix3d C_map = C_ * spin_map;
+    Vector3d mean = Vector3d::Zero();
+    Matrix3d mean_by_turn = Matrix3d::Zero();
+    Matrix3d mean_by_shift = Matrix3d::Zero();
+    for_each_node(weights_, step, [&](const Node& node) {
+      const double k = node.weight;
+      const Vector3d y = node.G.transpose() * step.shift;
+      const Matrix3d y_by_turn = hat(y) * node.N;
+      const Vector3d p = k * (M_ * y + C_spin);
+      const Matrix3d p_by_turn = k * (M_ * y_by_turn + C_map);
+      const Matrix3d p_by_shift = k * (M_ * node.G.transpose());
+      H.shift_by_turn += node.G * (p_by_turn - hat(p) * node.N);
+      H.shift_by_shift += node.G * p_by_shift;
+      H.turn_by_turn += node.N.transpose() * (hat(p) * y_by_turn - hat(y) * p_by_turn);
+      H.turn_by_shift += node.N.transpose() * (hat(p) * node.G.transpose() - hat(y) * p_by_shift);
+      if (node.middle) {
+        const Vector3d& z = node.quarter;
+        H.turn_by_turn +=
+            0.25 * hat(p.cross(y)) * (Matrix3d::Identity() + hat(z) + z * z.transpose()) * node.N;
+      }
+      mean += k * y;
+      mean_by_turn += k * y_by_turn;
+      mean_by_shift += k * node.G.transpose();
+    });
+    if (coupled_) {
+      const Vector3d p = C_.transpose() * mean;
+      const Matrix3d pull = 0.5 * (spin.trace * Matrix3d::Identity() - F) * C_.transpose();
+      H.turn_by_turn += 0.5 * F * hat(p) - p * spin.value.transpose() + pull * mean_by_turn;
+      H.turn_by_shift += pull * mean_by_shift;
+    }
+  }
+  if (trace_form_) {
+    const Vector3d q = F.transpose() * (M_ * (step.rotation_minus_identity * arm_));
+    H.turn_by_turn += hat(arm_) * (F.transpose() * M_ * F * hat(arm_) - hat(q));
+  }
+  H.turn_by_turn /= h_;
+  H.turn_by_shift /= h_;
+  H.shift_by_turn /= h_;
+  H.shift_by_shift /= h_;
+  return H;
+}
+
+BodyGradient BodyLagrangian::gradient_rate(const BodyStep& step, const BodyDirection& along) const {
+  const Matrix3d& F = step.rotation;
+  const Vector3d& a = along.turn;
+  const Matrix3d X = Jd_ * F;
+  BodyGradient rate{X.trace() * a - X.transpose() * a, Vector3d::Zero()};
+  const Spin spin(F);
+  const Vector3d C_spin = coupled_ ? Vector3d(C_ * spin.value) : Vector3d(Vector3d::Zero());
+  const Vector3d C_spin_rate = coupled_ ? Vector3d(C_ * spin.rate(a)) : Vector3d(Vector3d::Zero());
+  Vector3d mean = Vector3d::Zero();
+  Vector3d mean_rate = Vector3d::Zero();
+  for_each_node(weights_, step, [&](const Node& node) {
+    const double k = node.weight;
+    const Vector3d c = node.N * a;
+    const Vector3d y = node.G.transpose() * step.shift;
+    const Vector3d y_rate = y.cross(c) + node.G.transpose() * along.shift;
+    const Vector3d p = k * (M_ * y + C_spin);
+    const Vector3d p_rate = k * (M_ * y_rate + C_spin_rate);
+    rate.shift += node.G * (c.cross(p) + p_rate);
+    rate.turn += node.N.transpose() * (p_rate.cross(y) + p.cross(y_rate));
+    if (node.middle) rate.turn += 0.5 * p.cross(y).cross(cayley_rate(node.quarter, c));
+    mean += k * y;
+    mean_rate += k * y_rate;
+  });
+  if (coupled_) rate.turn += spin.pull_rate(a, C_.transpose() * mean) + spin.pull(C_.transpose() * mean_rate);
+  if (trace_form_) {
+    const Vector3d q = F.transpose() * (M_ * (step.rotation_minus_identity * arm_));
+    const Vector3d q_rate = q.cross(a) + F.transpose() * (M_ * (F * a.cross(arm_)));
+    rate.turn -= arm_.cross(q_rate);
+  }
+  rate.turn /= h_;
+  rate.shift /= h_;
+  return rate;
+}
+
+BodyGradient BodyLagrangian::gradient_second_rate(const BodyStep& step, const BodyDirection& first,
+                                                  const BodyDirection& second) const {
+  const Matrix3d& F = step.rotation;
+  const Vector3d& a1 = first.turn;
+  const Vector3d& a2 = second.turn;
+  const Matrix3d X = Jd_ * F;
+  BodyGradient rate{-2.0 * vee(X).dot(a2) * a1 + a2.cross(X.transpose() * a1), Vector3d::Zero()};
+  const Spin spin(F);
+  const auto coupling = [&](const Vector3d& v) { return coupled_ ? Vector3d(C_ * v) : Vector3d(Vector3d::Zero()); };
+  const Vector3d C_spin = coupling(spin.value);
+  const Vector3d C_spin_1 = coupling(spin.rate(a1));
+  const Vector3d C_spin_2 = coupling(spin.rate(a2));
+  const Vector3d C_spin_12 = coupling(spin.second_rate(a1, a2));
+  Vector3d mean = Vector3d::Zero(), mean_1 = Vector3d::Zero(), mean_2 = Vector3d::Zero(), mean_12 = Vector3d::Zero();
+  for_each_node(weights_, step, [&](const Node& node) {
+    const double k = node.weight;
+    const Matrix3d& N = node.N;
+    const Vector3d& z = node.quarter;
+    const Vector3d c1 = N * a1;
+    const Vector3d c2 = N * a2;
+    // rates of N and of z, which are there half way alone
+    const Vector3d z_1 = node.middle ? cayley_rate(z, c1) : Vector3d(Vector3d::Zero());
+    const Vector3d z_2 = node.middle ? cayley_rate(z, c2) : Vector3d(Vector3d::Zero());
+    const Vector3d c_12 = 0.5 * z_2.cross(a1);
+    const Vector3d z_12 = node.middle ? Vector3d(cayley_rate(z, c_12) +
+                                                 0.5 * (z_2.cross(c1) + z_2 * z.dot(c1) + z * z_2.dot(c1)))
+                                      : Vector3d(Vector3d::Zero());
+    const Vector3d y = node.G.transpose() * step.shift;
+    const Vector3d seen_1 = node.G.transpose() * first.shift;
+    const Vector3d y_1 = y.cross(c1) + seen_1;
+    const Vector3d y_2 = y.cross(c2) + node.G.transpose() * second.shift;
+    const Vector3d y_12 = y_2.cross(c1) + y.cross(c_12) - c2.cross(seen_1);
+    const Vector3d p = k * (M_ * y + C_spin);
+    const Vector3d p_1 = k * (M_ * y_1 + C_spin_1);
+    const Vector3d p_2 = k * (M_ * y_2 + C_spin_2);
+    const Vector3d p_12 = k * (M_ * y_12 + C_spin_12);
+    rate.shift += node.G * (c2.cross(c1.cross(p) + p_1) + c_12.cross(p) + c1.cross(p_2) + p_12);
+    const Vector3d q = p.cross(y);
+    const Vector3d q_1 = p_1.cross(y) + p.cross(y_1);
+    const Vector3d q_2 = p_2.cross(y) + p.cross(y_2);
+    const Vector3d q_12 = p_12.cross(y) + p_1.cross(y_2) + p_2.cross(y_1) + p.cross(y_12);
+    rate.turn += N.transpose() * q_12 + 0.5 * (q.cross(z_12) + q_2.cross(z_1) + q_1.cross(z_2));
+    mean += k * y;
+    mean_1 += k * y_1;
+    mean_2 += k * y_2;
+    mean_12 += k * y_12;
+  });
+  if (coupled_)
+    rate.turn += spin.pull_second_rate(a1, a2, C_.transpose() * mean) + spin.pull_rate(a1, C_.transpose() * mean_2) +
+                 spin.pull_rate(a2, C_.transpose() * mean_1) + spin.pull(C_.transpose() * mean_12);
+  if (trace_form_) {
+    const auto weighed = [&](const Vector3d& v) { return Vector3d(F.transpose() * (M_ * (F * v))); };
+    const Vector3d q = F.transpose() * (M_ * (step.rotation_minus_identity * arm_));
+    const Vector3d e1 = a1.cross(arm_);
+    const Vector3d q_2 = q.cross(a2) + weighed(a2.cross(arm_));
+    const Vector3d q_12 = q_2.cross(a1) + weighed(e1).cross(a2) + weighed(a2.cross(e1));
+    rate.turn -= arm_.cross(q_12);
+  }
+  rate.turn /= h_;
+  rate.shift /= h_;
+  return rate;
+}
+
+void BodyLagrangian::add_inertia_gradient(const BodyStep& step, const BodyDirection& along, double weight,
+                                          BodyInertiaGradient& result) const {
+  const Matrix3d& F = step.rotation;
+  const Vector3d& a = along.turn;
+  const double f = weight / h_;
+  const Matrix3d FA = F * hat(a);
+  // −tr(F â J_d) with J_d = ½ tr(J) I − J
+  const Matrix3d by_trace_inertia = f * (0.5 * (FA + FA.transpose()) - 0.5 * FA.trace() * Matrix3d::Identity());
+  result.inertia_matrix += by_trace_inertia;
+  const Spin spin(F);
+  const Vector3d spin_rate = spin.rate(a);
+  for_each_node(weights_, step, [&](const Node& node) {
+    const Vector3d y = node.G.transpose() * step.shift;
+    const Vector3d y_rate = y.cross(node.N * a) + node.G.transpose() * along.shift;
+    result.mass_matrix += 0.5 * f * node.weight * (y * y_rate.transpose() + y_rate * y.transpose());
+    result.coupling_matrix += f * node.weight * (y_rate * spin.value.transpose() + y * spin_rate.transpose());
+  });
+  if (!trace_form_) return;
+  // −½ s·Ms with s = (F − I) arm, and J' = J − d̂ M d̂ in the trace
+  const Vector3d s = step.rotation_minus_identity * arm_;
+  const Vector3d s_rate = F * a.cross(arm_);
+  const Matrix3d d = hat(arm_);
+  result.mass_matrix -= 0.5 * f * (s * s_rate.transpose() + s_rate * s.transpose());
+  result.mass_matrix -= d.transpose() * by_trace_inertia * d.transpose();
+  // by the arm: −(rate of s·M ds) and the trace through d̂
+  const Vector3d by_s = -f * (M_ * s_rate);
+  const Vector3d by_s_rate = -f * (M_ * s);
+  Vector3d by_arm = step.rotation_minus_identity.transpose() * by_s - a.cross(F.transpose() * by_s_rate);
+  const Matrix3d by_d = -(by_trace_inertia * d.transpose() * M_ + M_ * d.transpose() * by_trace_inertia);
+  by_arm += 2.0 * vee(by_d);
+  result.child_offset -= by_arm;
+}
+
+}  // namespace lamprey::mechanics

@@ -1,0 +1,96 @@
+// One body's share of a discrete Lagrangian, l(F, w): its relative rotation F over a step and the displacement w of its
+// mass centre, seen from the body at the step's beginning; gradient, Hessian and third derivatives (chapter 3, 3.6 to 3.9).
+#pragma once
+
+#include "lie/so3.hpp"
+#include "model/system.hpp"
+
+namespace lamprey::mechanics {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// paper: left-rectangle with the paper's trace form, order 1. trapezoid, midpoint: symmetric, order 2.
+enum class DiscreteLagrangian { paper, trapezoid, midpoint };
+
+/// Weights of the energy of translation with the body's orientation at the left node, half way and at the right node.
+struct Quadrature {
+  double left;
+  double middle;
+  double right;
+  bool trace_form;  // the d_ip–d_ip part by a trace with J' = J − d̂ M d̂ (paper, equations 12 and 14)
+};
+
+Quadrature quadrature(DiscreteLagrangian lagrangian);
+
+/// J_d = ½ tr(J) I − J: what the rotational trace term tr[(I − F) J_d] weighs.
+inline Matrix3d trace_weight(const Matrix3d& J) { return 0.5 * J.trace() * Matrix3d::Identity() - J; }
+
+/// The inertia matrix in the rotational trace term: J, or J' = J − d̂ M d̂ of a non-root body with the paper's trace form.
+Matrix3d trace_inertia(const model::System& system, const Quadrature& weights, int body);
+
+/// A body's motion over a step, as seen from the body at the step's beginning.
+struct BodyStep {
+  const Matrix3d& rotation;                 // F
+  const Matrix3d& rotation_minus_identity;  // F − I, without cancellation
+  const Vector3d& cayley;                   // ζ: F = cayley(ζ)
+  Vector3d shift;                           // w, m
+};
+
+/// By F (body side on the right) and by w.
+struct BodyGradient {
+  Vector3d turn;   // γ, kg m²/s
+  Vector3d shift;  // β, kg m/s
+};
+
+/// Change of F (body side on the right: F → F exp(turn)) and of w.
+struct BodyDirection {
+  Vector3d turn;   // a, rad
+  Vector3d shift;  // b, m
+};
+
+/// Rates of the gradient: rows turn and shift, columns by a and by b.
+struct BodyHessian {
+  Matrix3d turn_by_turn;
+  Matrix3d turn_by_shift;
+  Matrix3d shift_by_turn;
+  Matrix3d shift_by_shift;
+};
+
+/// Derivative of something scalar by a body's inertia; each entry counts as a number of its own.
+struct BodyInertiaGradient {
+  Matrix3d mass_matrix = Matrix3d::Zero();
+  Matrix3d inertia_matrix = Matrix3d::Zero();
+  Matrix3d coupling_matrix = Matrix3d::Zero();
+  Vector3d child_offset = Vector3d::Zero();  // through the paper's trace form alone
+};
+
+/// l of one body for one scheme and time step.
+class BodyLagrangian {
+ public:
+  BodyLagrangian(const model::System& system, DiscreteLagrangian lagrangian, double time_step, int body);
+
+  double value(const BodyStep& step) const;
+  BodyGradient gradient(const BodyStep& step) const;
+  BodyHessian hessian(const BodyStep& step) const;
+  /// Rate of the gradient along a constant direction (equation 3.8).
+  BodyGradient gradient_rate(const BodyStep& step, const BodyDirection& along) const;
+  /// Rate along `second` of the rate along `first`, both directions constant (equation 3.9).
+  BodyGradient gradient_second_rate(const BodyStep& step, const BodyDirection& first,
+                                    const BodyDirection& second) const;
+  /// Adds weight times the derivative by the inertia of l's rate along a direction.
+  void add_inertia_gradient(const BodyStep& step, const BodyDirection& along, double weight,
+                            BodyInertiaGradient& result) const;
+
+ private:
+  const Matrix3d& M_;
+  const Matrix3d& C_;
+  Matrix3d Jd_;
+  Quadrature weights_;
+  Vector3d arm_;  // joint → mass centre where the trace form takes its part out, else zero
+  double h_;
+  bool coupled_;
+  bool trace_form_;
+};
+
+}  // namespace lamprey::mechanics

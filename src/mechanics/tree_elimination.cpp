@@ -1,0 +1,232 @@
+#include "mechanics/tree_elimination.hpp"
+
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace lamprey::mechanics {
+
+namespace {
+
+using lie::hat;
+using model::at;
+using model::Body;
+using model::Joint;
+using model::System;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+bool inverted(const Matrix3d& m, Matrix3d& inverse) {
+  const double determinant = m.determinant();
+  if (!(std::abs(determinant) > 0.0) || !std::isfinite(determinant)) return false;
+  inverse = m.inverse();
+  return true;
+}
+
+}  // namespace
+
+TreeElimination::TreeElimination(const System& system)
+    : condensed_(at(system.body_count())), nodes_(at(system.body_count())), walk_(at(system.body_count())) {}
+
+bool TreeElimination::eliminate(const System& system, const Rotations& left, const Rotations& right,
+                                const std::vector<Matrix3d>& damping, int i) {
+  const Body& body = system.body(i);
+  const Joint& joint = system.joint(body.joint);
+  const BodyBlock& own = condensed_[at(i)];
+  Node& node = nodes_[at(i)];
+  BodyBlock& b = node.at_joint;
+
+  // from the mass centre to the joint: δ = j + R' d̂ η', n − d × Rᵀ P
+  const Matrix3d d = hat(joint.child_offset);
+  const Matrix3d shift_by_turn = right[at(i)] * d;
+  const Matrix3d lever = d * left[at(i)].transpose();
+  b.force_by_shift = own.force_by_shift;
+  b.force_by_turn = own.force_by_turn + own.force_by_shift * shift_by_turn;
+  b.moment_by_shift = own.moment_by_shift - lever * own.force_by_shift;
+  b.moment_by_turn = own.moment_by_turn + own.moment_by_shift * shift_by_turn - lever * b.force_by_turn;
+
+  const int p = body.parent;
+  const Matrix3d d_parent = hat(joint.parent_offset);
+  const Matrix3d parent_shift = right[at(p)] * d_parent;
+  const Matrix3d parent_lever = d_parent * left[at(p)].transpose();
+  BodyBlock& parent = condensed_[at(p)];
+  const bool damped = !damping.empty() && joint.damping > 0.0;
+  node.led = !joint.free() || damped;
+
+  if (!node.led) {
+    if (!inverted(b.moment_by_turn, node.inverse)) return false;
+    node.turn_by_shift = node.inverse * b.moment_by_shift;
+    node.force_by_rest = b.force_by_turn * node.inverse;
+    const Matrix3d rest = b.force_by_shift - b.force_by_turn * node.turn_by_shift;
+    const Matrix3d by_turn = rest * parent_shift;
+    parent.force_by_shift += rest;
+    parent.force_by_turn -= by_turn;
+    parent.moment_by_shift += parent_lever * rest;
+    parent.moment_by_turn -= parent_lever * by_turn;
+    return true;
+  }
+
+  node.left = joint_frame(joint, left[at(p)], left[at(i)]);
+  node.right = joint_frame(joint, right[at(p)], right[at(i)]);
+  node.left_axes = damped_axes(joint, node.left);
+  node.right_axes = damped_axes(joint, node.right);
+  const Matrix3d& S = node.left_axes;
+  const Matrix3d& S_right = node.right_axes;
+  Matrix3d pivot = S.transpose() * b.moment_by_turn * S_right;
+  if (damped) pivot += damping[at(i)];
+  for (int f = body.freedoms; f < 3; ++f) pivot(f, f) = 1.0;
+  if (!inverted(pivot, node.inverse)) return false;
+  const Matrix3d moment_column = b.moment_by_turn * S_right * node.inverse;
+  const Matrix3d force_column = b.force_by_turn * S_right * node.inverse;
+  const Matrix3d row_by_turn = S.transpose() * b.moment_by_turn;
+  const Matrix3d row_by_shift = S.transpose() * b.moment_by_shift;
+  const Matrix3d& Q = node.left.child_to_parent;
+  const Matrix3d Q_right = node.right.child_to_parent.transpose();
+  const Matrix3d moment_by_shift = b.moment_by_shift - moment_column * row_by_shift;
+  const Matrix3d force_by_shift = b.force_by_shift - force_column * row_by_shift;
+  const Matrix3d moment_by_turn =
+      (b.moment_by_turn - moment_column * row_by_turn) * Q_right - moment_by_shift * parent_shift;
+  const Matrix3d force_by_turn =
+      (b.force_by_turn - force_column * row_by_turn) * Q_right - force_by_shift * parent_shift;
+  parent.force_by_shift += force_by_shift;
+  parent.force_by_turn += force_by_turn;
+  parent.moment_by_shift += Q * moment_by_shift + parent_lever * force_by_shift;
+  parent.moment_by_turn += Q * moment_by_turn + parent_lever * force_by_turn;
+  return true;
+}
+
+bool TreeElimination::factor(const System& system, const Rotations& left, const Rotations& right,
+                             const std::vector<BodyBlock>& blocks, const std::vector<Matrix3d>& damping) {
+  condensed_ = blocks;
+  const std::vector<int>& order = system.root_to_leaves();
+  for (auto position = order.rbegin(); position != order.rend(); ++position)
+    if (*position != 0 && !eliminate(system, left, right, damping, *position)) return false;
+  const BodyBlock& root = condensed_[0];
+  // of the two three-row halves the displacement's is always well conditioned: condense it away
+  Matrix3d shift_inverse, turn_inverse;
+  if (!inverted(root.force_by_shift, shift_inverse)) return false;
+  const Matrix3d from_turn = shift_inverse * root.force_by_turn;
+  const Matrix3d to_moment = root.moment_by_shift * shift_inverse;
+  if (!inverted(root.moment_by_turn - root.moment_by_shift * from_turn, turn_inverse)) return false;
+  root_inverse_.topLeftCorner<3, 3>() = turn_inverse;
+  root_inverse_.topRightCorner<3, 3>() = -turn_inverse * to_moment;
+  root_inverse_.bottomLeftCorner<3, 3>() = -from_turn * turn_inverse;
+  root_inverse_.bottomRightCorner<3, 3>() = shift_inverse + from_turn * turn_inverse * to_moment;
+  return root_inverse_.allFinite();
+}
+
+void TreeElimination::solve(const System& system, const Rotations& left, const Rotations& right, Freedoms& freedoms,
+                            Vector3d& linear) {
+  for (Walk& w : walk_) w.moment.setZero(), w.force.setZero();
+  const std::vector<int>& order = system.root_to_leaves();
+  for (auto position = order.rbegin(); position != order.rend(); ++position) {
+    const int i = *position;
+    const Body& body = system.body(i);
+    if (body.parent < 0) break;
+    const Joint& joint = system.joint(body.joint);
+    const Node& node = nodes_[at(i)];
+    Walk& w = walk_[at(i)];
+    Walk& parent = walk_[at(body.parent)];
+    w.moment -= joint.child_offset.cross(left[at(i)].transpose() * w.force);
+    Vector3d& t = freedoms[at(i)];
+    if (!node.led) {
+      t -= w.moment;
+      w.force += node.force_by_rest * t;
+      t = (node.inverse * t).eval();
+    } else {
+      if (joint.free()) parent.moment -= node.left.child_to_parent * t;
+      t = (node.inverse * (t - node.left_axes.transpose() * w.moment)).eval();
+      const Vector3d turn = node.right_axes * t;
+      w.moment += node.at_joint.moment_by_turn * turn;
+      w.force += node.at_joint.force_by_turn * turn;
+      parent.moment += node.left.child_to_parent * w.moment;
+    }
+    parent.force += w.force;
+    parent.moment += joint.parent_offset.cross(left[at(body.parent)].transpose() * w.force);
+  }
+  Vector6 rest;
+  rest << freedoms[0] - walk_[0].moment, linear - walk_[0].force;
+  const Vector6 root = root_inverse_ * rest;
+  freedoms[0] = walk_[0].turn = root.head<3>();
+  linear = walk_[0].shift = root.tail<3>();
+  for (int i : order) {
+    const Body& body = system.body(i);
+    if (body.parent < 0) continue;
+    const Joint& joint = system.joint(body.joint);
+    const Node& node = nodes_[at(i)];
+    const Walk& parent = walk_[at(body.parent)];
+    Walk& w = walk_[at(i)];
+    const Vector3d joint_shift = parent.shift - right[at(body.parent)] * joint.parent_offset.cross(parent.turn);
+    Vector3d& t = freedoms[at(i)];
+    if (!node.led) {
+      t -= node.turn_by_shift * joint_shift;
+      w.turn = t;
+    } else {
+      const Vector3d carried = node.right.child_to_parent.transpose() * parent.turn;
+      t -= node.inverse * (node.left_axes.transpose() * (node.at_joint.moment_by_turn * carried +
+                                                         node.at_joint.moment_by_shift * joint_shift));
+      w.turn = carried + node.right_axes * t;
+      if (joint.free()) t = w.turn;
+    }
+    w.shift = joint_shift + right[at(i)] * joint.child_offset.cross(w.turn);
+  }
+}
+
+void TreeElimination::solve_transposed(const System& system, const Rotations& left, const Rotations& right,
+                                       Freedoms& freedoms, Vector3d& linear) {
+  for (Walk& w : walk_) w.moment.setZero(), w.force.setZero();
+  const std::vector<int>& order = system.root_to_leaves();
+  for (auto position = order.rbegin(); position != order.rend(); ++position) {
+    const int i = *position;
+    const Body& body = system.body(i);
+    if (body.parent < 0) break;
+    const Joint& joint = system.joint(body.joint);
+    const Node& node = nodes_[at(i)];
+    Walk& w = walk_[at(i)];
+    Walk& parent = walk_[at(body.parent)];
+    w.moment -= joint.child_offset.cross(right[at(i)].transpose() * w.force);
+    Vector3d& t = freedoms[at(i)];
+    if (!node.led) {
+      t -= w.moment;
+      w.force += node.turn_by_shift.transpose() * t;
+      t = (node.inverse.transpose() * t).eval();
+    } else {
+      if (joint.free()) parent.moment -= node.right.child_to_parent * t;
+      t = (node.inverse.transpose() * (t - node.right_axes.transpose() * w.moment)).eval();
+      const Vector3d turn = node.left_axes * t;
+      w.moment += node.at_joint.moment_by_turn.transpose() * turn;
+      w.force += node.at_joint.moment_by_shift.transpose() * turn;
+      parent.moment += node.right.child_to_parent * w.moment;
+    }
+    parent.force += w.force;
+    parent.moment += joint.parent_offset.cross(right[at(body.parent)].transpose() * w.force);
+  }
+  Vector6 rest;
+  rest << freedoms[0] - walk_[0].moment, linear - walk_[0].force;
+  const Vector6 root = root_inverse_.transpose() * rest;
+  freedoms[0] = walk_[0].turn = root.head<3>();
+  linear = walk_[0].shift = root.tail<3>();
+  for (int i : order) {
+    const Body& body = system.body(i);
+    if (body.parent < 0) continue;
+    const Joint& joint = system.joint(body.joint);
+    const Node& node = nodes_[at(i)];
+    const Walk& parent = walk_[at(body.parent)];
+    Walk& w = walk_[at(i)];
+    const Vector3d joint_shift = parent.shift - left[at(body.parent)] * joint.parent_offset.cross(parent.turn);
+    Vector3d& t = freedoms[at(i)];
+    if (!node.led) {
+      t -= node.force_by_rest.transpose() * joint_shift;
+      w.turn = t;
+    } else {
+      const Vector3d carried = node.left.child_to_parent.transpose() * parent.turn;
+      t -= node.inverse.transpose() *
+           (node.right_axes.transpose() * (node.at_joint.moment_by_turn.transpose() * carried +
+                                           node.at_joint.force_by_turn.transpose() * joint_shift));
+      w.turn = carried + node.left_axes * t;
+      if (joint.free()) t = w.turn;
+    }
+    w.shift = joint_shift + left[at(i)] * joint.child_offset.cross(w.turn);
+  }
+}
+
+}  // namespace lamprey::mechanics

@@ -1,0 +1,62 @@
+// Linear systems on a tree of bodies, eliminated from the leaves to the root in linear time: what moments along the
+// freedoms at one node the turns and displacements at another node make (equations 8.20 to 8.26).
+#pragma once
+
+#include <vector>
+
+#include "mechanics/tree_motion.hpp"
+
+namespace lamprey::mechanics {
+
+/// What one body's own motion does: moment about its mass centre and force by its turn and its centre's displacement.
+struct BodyBlock {
+  Matrix3d moment_by_turn;   // left body frame by right body frame
+  Matrix3d moment_by_shift;  // left body frame by world
+  Matrix3d force_by_turn;    // world by right body frame
+  Matrix3d force_by_shift;   // world by world
+};
+
+/// Factors and solves K y = r. Trial motions y turn the bodies at the right node, balances r are along the freedoms at
+/// the left node; both may be the same node. No allocation after construction.
+class TreeElimination {
+ public:
+  explicit TreeElimination(const model::System& system);
+
+  /// blocks [bodies]; `damping` [bodies]: moment along a body's freedoms by its turn against its parent, or empty.
+  /// Returns false where a pivot is singular or not finite.
+  bool factor(const model::System& system, const Rotations& left, const Rotations& right,
+              const std::vector<BodyBlock>& blocks, const std::vector<Matrix3d>& damping);
+
+  /// K y = r: balances become motions, in place. Rotations are those of factor.
+  void solve(const model::System& system, const Rotations& left, const Rotations& right, Freedoms& freedoms,
+             Vector3d& linear);
+
+  /// Kᵀ w = s: s along the freedoms at the right node becomes w along those at the left node.
+  void solve_transposed(const model::System& system, const Rotations& left, const Rotations& right, Freedoms& freedoms,
+                        Vector3d& linear);
+
+ private:
+  // A body seen from its joint, its subtree condensed.
+  struct Node {
+    BodyBlock at_joint;
+    Matrix3d inverse;        // free: of at_joint.moment_by_turn; led: of the pivot
+    Matrix3d turn_by_shift;  // free: inverse · moment_by_shift
+    Matrix3d force_by_rest;  // free: force_by_turn · inverse
+    JointFrame left, right;  // led or damped
+    Matrix3d left_axes, right_axes;
+    bool led;
+  };
+  struct Walk {
+    Vector3d moment, force;  // what eliminated balances leave
+    Vector3d turn, shift;    // of the body and of its mass centre
+  };
+  bool eliminate(const model::System& system, const Rotations& left, const Rotations& right,
+                 const std::vector<Matrix3d>& damping, int body);
+
+  std::vector<BodyBlock> condensed_;  // [bodies] about the mass centre
+  std::vector<Node> nodes_;           // [bodies]
+  std::vector<Walk> walk_;            // [bodies]
+  Eigen::Matrix<double, 6, 6> root_inverse_;
+};
+
+}  // namespace lamprey::mechanics

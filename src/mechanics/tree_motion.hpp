@@ -1,0 +1,79 @@
+// Motion down the tree and moments up the tree: how the freedoms of the joints turn the bodies, and what moments and
+// forces on the bodies do along the freedoms, with their first and second rates (chapter 1, equations 1.8 to 1.13).
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "lie/so3.hpp"
+#include "model/system.hpp"
+
+namespace lamprey::mechanics {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Rotations = std::vector<Matrix3d>;  // [bodies] body → world
+using Vectors = std::vector<Vector3d>;    // [bodies], as each name says
+/// [bodies] along each body's freedoms: a turn in its own frame, or turns about its joint's axes; entries beyond are 0.
+using Freedoms = std::vector<Vector3d>;
+
+/// A joint that leads its child: where its axes lie now.
+struct JointFrame {
+  Matrix3d child_to_parent;  // Q = R_pᵀ R_c
+  Matrix3d axes;             // S, columns in the child's frame; those beyond the joint's freedoms are zero
+};
+
+JointFrame joint_frame(const model::Joint& joint, const Matrix3d& R_parent, const Matrix3d& R_child);
+
+/// Directions in the child's frame along which damping of the joint acts: its axes, or all three of a ball joint.
+inline Matrix3d damped_axes(const model::Joint& joint, const JointFrame& frame) {
+  return joint.free() ? Matrix3d(Matrix3d::Identity()) : frame.axes;
+}
+
+/// Spreads a generalised vector over the bodies; its last three entries are left out.
+void unpack(const model::System& system, const VectorXd& generalized, Freedoms& freedoms);
+
+/// Writes freedoms and the position's part as one generalised vector, [velocity_count].
+void pack(const model::System& system, const Freedoms& freedoms, const Vector3d& linear, VectorXd& generalized);
+
+/// Angles of the joint to body i's parent about its axes, rad in (−π, π]; entries beyond its freedoms are 0.
+Vector3d joint_angles(const model::Joint& joint, const Matrix3d& child_to_parent);
+
+/// Body-frame turns η_i of all bodies along freedoms (equation 1.9).
+void body_turns(const model::System& system, const Rotations& R, const Freedoms& freedoms, Vectors& turns);
+
+/// Change of the turns along `first` (constant freedoms) when the bodies turn along `second` (equation 1.10).
+void body_turn_changes(const model::System& system, const Rotations& R, const Freedoms& first,
+                       const Vectors& first_turns, const Freedoms& second, Vectors& changes);
+
+/// Sums world forces over subtrees, in place: [bodies] N or the like.
+void sum_subtrees(const model::System& system, Vectors& force);
+
+/// Carries moments up the tree (equation 1.11). `moment` [bodies], body frames: each body's own about its mass centre
+/// on entry, the moment through its joint on return; `force` [bodies], world: sums over subtrees.
+void gather(const model::System& system, const Rotations& R, const Vectors& force, Vectors& moment, Freedoms& result);
+
+/// What gather returned, and how turns, moments and forces change along one direction.
+struct GatherRate {
+  const Freedoms& freedoms;  // along which the bodies turn
+  const Vectors& turns;      // body-frame turns along them
+  const Vectors& force;      // rate of the subtree forces, world
+};
+
+/// Rate of gather's result along a direction (equation 1.12). `moment_rate` is as `moment` of gather: own rates on
+/// entry, rates of the joints' moments on return.
+void gather_rate(const model::System& system, const Rotations& R, const Vectors& force, const Vectors& moment,
+                 const GatherRate& along, Vectors& moment_rate, Freedoms& result);
+
+/// Rate along `second` of gather's rate along `first` (equation 1.13). `first_changes`: change of first.turns along
+/// second; `force_second`: second rates of the subtree forces; moment rates as returned by gather_rate; `moment_second`
+/// as `moment_rate`.
+void gather_second_rate(const model::System& system, const Rotations& R, const Vectors& force, const Vectors& moment,
+                        const GatherRate& first, const Vectors& first_moment, const GatherRate& second,
+                        const Vectors& second_moment, const Vectors& first_changes, const Vectors& force_second,
+                        Vectors& moment_second, Freedoms& result);
+
+}  // namespace lamprey::mechanics
