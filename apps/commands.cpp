@@ -76,11 +76,16 @@ void print_certificate(const certificate::Certificate& proof, const file::Resolv
     fmt::print("  {} {:<34} {:<22} {}\n", !row.holds ? " " : (*row.holds ? "✓" : "✗"), row.name, row.value, row.mark);
 }
 
-maneuver::ControlFunction controls_of(const file::ControlSamples& samples, int joints) {
+maneuver::ControlFunction controls_of(const file::ControlSamples& samples, const model::System& system) {
+  std::vector<mechanics::Moments> moments;
+  for (const auto& on_parent : samples.control) moments.push_back(maneuver::moments_at_zero_angle(system, on_parent));
+  if (samples.source == file::ControlSource::stages)
+    return maneuver::stage_polynomials(samples.time, moments, samples.stages);
+  const int joints = system.joint_count();
   Eigen::MatrixXd values(3 * joints, static_cast<Eigen::Index>(samples.time.size()));
   for (std::size_t s = 0; s < samples.time.size(); ++s)
     for (int j = 0; j < joints; ++j)
-      values.col(static_cast<Eigen::Index>(s)).segment<3>(3 * j) = samples.control[s][static_cast<std::size_t>(j)];
+      values.col(static_cast<Eigen::Index>(s)).segment<3>(3 * j) = moments[s][static_cast<std::size_t>(j)];
   const Eigen::VectorXd times =
       Eigen::Map<const Eigen::VectorXd>(samples.time.data(), static_cast<Eigen::Index>(samples.time.size()));
   const maneuver::ControlPath path = samples.source == file::ControlSource::spline
@@ -91,9 +96,9 @@ maneuver::ControlFunction controls_of(const file::ControlSamples& samples, int j
                                                                  times, values);
   return [path, joints](double t) {
     const Eigen::VectorXd u = path.value(t);
-    mechanics::Moments moments;
-    for (int j = 0; j < joints; ++j) moments.emplace_back(u.segment<3>(3 * j));
-    return moments;
+    mechanics::Moments at_time;
+    for (int j = 0; j < joints; ++j) at_time.emplace_back(u.segment<3>(3 * j));
+    return at_time;
   };
 }
 
@@ -102,12 +107,13 @@ void override_march(const SimulateArguments& arguments, Problem& problem) {
   if (arguments.duration > 0.0) problem.duration = {.free = false, .value = arguments.duration};
   if (arguments.scheme.empty()) return;
   for (const auto& entry : file::schemes)
-    if (entry.text == arguments.scheme && integrator::supported(entry.value)) {
+    if (entry.text == arguments.scheme) {
       problem.scheme = entry.value;
       return;
     }
-  throw model::InputError("--scheme",
-                          "found \"" + arguments.scheme + "\"; this version marches with paper and trapezoid");
+  throw model::InputError(
+      "--scheme",
+      "found \"" + arguments.scheme + "\"; allowed: paper, trapezoid, midpoint, order4, order6; choose one of them");
 }
 
 }  // namespace
@@ -146,9 +152,10 @@ int simulate(const SimulateArguments& arguments) {
   problem_file.problem.goal.reset();  // marching seeks no goal
   maneuver::ControlFunction control = maneuver::no_control(system);
   if (!arguments.controls.empty())
-    control = controls_of(file::read_controls(arguments.controls, system.joint_count()), system.joint_count());
+    control = controls_of(file::read_controls(arguments.controls, system.joint_count()), system);
   Results results = assemble(problem_file, system, arguments.command);
-  results.solution = maneuver::simulate(system, problem_file.problem, control, interrupted);
+  results.solution = maneuver::simulate(system, problem_file.problem, control,
+                                        maneuver::SimulateOptions{arguments.adaptive, interrupted});
   if (results.solution.status == Status::stalled) {
     fmt::print(stderr, "lamprey: {}\n", results.solution.message);
     return numerical_failure;
@@ -160,6 +167,7 @@ int simulate(const SimulateArguments& arguments) {
   file::write_files(arguments.out, {file::solution_file(results), file::trajectory_file(results),
                                     file::finished_file("report.html", report::report_html(results))});
   print_verdict(results, arguments.out);
+  if (results.solution.divided.steps > 0) fmt::print("  {}\n", results.solution.message);
   return exit_code(results.solution.status);
 }
 

@@ -28,6 +28,7 @@ struct SimulateArguments {
   std::string problem, out, command, controls, scheme;
   int steps = 0;          // 0: the file's
   double duration = 0.0;  // 0: the file's
+  bool adaptive = false;  // divide steps that do not converge
 };
 
 int solve(const SolveArguments& arguments);

@@ -63,9 +63,14 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
   simulate->add_option("problem", arguments.simulate.problem, "problem file (TOML)")->required();
   simulate->add_option("--out", arguments.simulate.out, "folder for solution.json, trajectory.h5, report.html")
       ->required();
-  simulate->add_option("--controls", arguments.simulate.controls,
-                       "solution.json, or CSV: t, then 3 columns for each joint");
-  simulate->add_option("--scheme", arguments.simulate.scheme, "paper | trapezoid instead of the file's");
+  simulate->add_option(
+      "--controls", arguments.simulate.controls,
+      "solution.json, or CSV: t, then 3 columns for each joint: N m on the parent, in the parent's frame with "
+      "the joint at its zero angle; what the joint cannot exert is left out");
+  simulate->add_option("--scheme", arguments.simulate.scheme,
+                       "paper | trapezoid | midpoint | order4 | order6 instead of the file's");
+  simulate->add_flag("--adaptive", arguments.simulate.adaptive,
+                     "divide steps that do not converge, into 4096 at most, instead of ending there");
   simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
       ->check(CLI::Range(1, 10'000'000));
   simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")

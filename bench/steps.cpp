@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "integrator/adjoint.hpp"
+#include "integrator/march.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "measured.hpp"
 #include "swimmers.hpp"
@@ -40,7 +42,7 @@ class Marching {
  private:
   void restart() {
     state_ = march_.start;
-    work_.history = 0;
+    work_.predictor.forget();
     k_ = 0;
   }
 
@@ -51,15 +53,33 @@ class Marching {
 };
 
 void step(benchmark::State& state, const model::SwimmerDescription& swimmer, DiscreteLagrangian lagrangian) {
-  const March march(swimmer, lagrangian);
+  const March march(swimmer, lagrangian, swimmer.bodies.size() > 20 ? 100 : 1000);
   Marching marching(march);
   double newton = 0.0;
   for (auto _ : state) newton += marching.step();
   state.counters["newton"] = newton / static_cast<double>(state.iterations());
 }
 
-void step_with_tangent(benchmark::State& state, DiscreteLagrangian lagrangian) {
-  const March march(paper_chain(), lagrangian);
+void step_of_maneuver(benchmark::State& state, bool tangent_too) {
+  const March march = rotation_march();
+  Marching marching(march);
+  integrator::TangentWorkspace work(march.system);
+  integrator::StepTangent tangent(march.system);
+  double newton = 0.0;
+  for (auto _ : state) {
+    newton += marching.step();
+    if (!tangent_too) continue;
+    const int k = marching.node();
+    integrator::linearize_step(march.system, march.lagrangian, March::time_step, marching.work().interval,
+                               march.moments[at(k - 1)], march.moments[at(k)], work, tangent);
+    benchmark::DoNotOptimize(tangent.A.data());
+  }
+  state.counters["newton"] = newton / static_cast<double>(state.iterations());
+}
+
+void step_with_tangent(benchmark::State& state, const model::SwimmerDescription& swimmer,
+                       DiscreteLagrangian lagrangian) {
+  const March march(swimmer, lagrangian);
   Marching marching(march);
   integrator::TangentWorkspace work(march.system);
   integrator::StepTangent tangent(march.system);
@@ -102,7 +122,7 @@ void gradient(benchmark::State& state) {
   const March march(paper_chain(), DiscreteLagrangian::trapezoid);
   const std::vector<mechanics::Interval> steps = rolled_out(march);
   const auto source = [&steps](int k, mechanics::Interval& interval) { interval = steps[at(k)]; };
-  const integrator::StateLayout layout{march.system.body_count()};
+  const integrator::StateLayout layout{march.system};
   const Eigen::MatrixXd end_rows = Eigen::MatrixXd::Random(state.range(0), layout.size());
   double least = 1e300, least_rollout = 1e300;
   for (auto _ : state)
@@ -117,6 +137,53 @@ void gradient(benchmark::State& state) {
   state.counters["rollouts"] = least / least_rollout;
 }
 
+// Effort over the march and the place where it ends: what a maneuver is judged by.
+class Effort : public integrator::Objective {
+ public:
+  explicit Effort(int last) : last_(last) {}
+  void add_gradient(int k, const State& state, const mechanics::Moments& u, integrator::StateGradient& by_state,
+                    mechanics::Moments& by_control) const override {
+    for (std::size_t j = 0; j < u.size(); ++j) by_control[j] += u[j];
+    if (k == last_) by_state.position += state.position;
+  }
+  void add_gradient_rate(int k, const State&, const mechanics::Moments&, const integrator::StateGradient& along,
+                         const mechanics::Moments& u, integrator::StateGradient& by_state,
+                         mechanics::Moments& by_control) const override {
+    for (std::size_t j = 0; j < u.size(); ++j) by_control[j] += u[j];
+    if (k == last_) by_state.position += along.position;
+  }
+
+ private:
+  int last_;
+};
+
+// Gradient of one objective by start, controls, duration and all parameters, and a Hessian product; counters: with the
+// rollout they need, as multiples of it.
+void adjoint(benchmark::State& state, bool second_order) {
+  const March march(paper_chain(), DiscreteLagrangian::trapezoid);
+  const auto roll_out = [&] {
+    return integrator::roll_out(march.system, integrator::Scheme::trapezoid, march.steps() * March::time_step,
+                                march.steps(), march.start, march.moments);
+  };
+  const integrator::Trajectory trajectory = roll_out();
+  const Effort effort(trajectory.steps());
+  integrator::AdjointSweep sweep(trajectory);
+  integrator::TrajectoryGradient gradient(trajectory);
+  integrator::TrajectoryDirection direction(trajectory);
+  for (mechanics::Moments& u : direction.control)
+    for (Eigen::Vector3d& entry : u) entry.setOnes();
+  integrator::HessianProduct product(trajectory);
+  double least = 1e300, least_rollout = 1e300;
+  for (auto _ : state)
+    least = std::min(least, ticks([&] {
+                       sweep.gradient(effort, gradient);
+                       if (second_order) sweep.hessian_product(effort, direction, product);
+                     }));
+  for (int trial = 0; trial < 5; ++trial)
+    least_rollout = std::min(least_rollout, ticks([&] { benchmark::DoNotOptimize(roll_out().interval.data()); }));
+  state.counters["rollouts"] = 1.0 + least / least_rollout;
+}
+
 }  // namespace
 
 void register_steps() {
@@ -127,10 +194,20 @@ void register_steps() {
   for (int bodies : {5, 10, 20})
     measured("step, trapezoid, " + std::to_string(bodies) + " bodies", kMicrosecond, step, outer_body_chain(bodies),
              trapezoid);
-  measured("step with tangent, paper", kMicrosecond, step_with_tangent, DiscreteLagrangian::paper);
-  measured("step with tangent, trapezoid", kMicrosecond, step_with_tangent, trapezoid);
+  measured("step, trapezoid, the rotation maneuver", kMicrosecond, step_of_maneuver, false);
+  measured("step with tangent, the rotation maneuver", kMicrosecond, step_of_maneuver, true);
+  measured("step, midpoint", kMicrosecond, step, paper_chain(), DiscreteLagrangian::midpoint);
+  measured("step, trapezoid, 200 bodies", kMicrosecond, step, outer_body_chain(200), trapezoid);
+  measured("step, trapezoid, 1000 bodies", kMicrosecond, step, outer_body_chain(1000), trapezoid);
+  measured("step with tangent, paper", kMicrosecond, step_with_tangent, paper_chain(), DiscreteLagrangian::paper);
+  measured("step with tangent, trapezoid", kMicrosecond, step_with_tangent, paper_chain(), trapezoid);
+  for (int bodies : {5, 10, 20})
+    measured("step with tangent, trapezoid, " + std::to_string(bodies) + " bodies", kMicrosecond, step_with_tangent,
+             outer_body_chain(bodies), trapezoid);
+  measured("gradient by the adjoint, 1000 steps", kMicrosecond, adjoint, false);
+  measured("gradient and Hessian product, 1000 steps", kMicrosecond, adjoint, true);
   measured("rollout, 1000 steps", kMicrosecond, rollout);
-  measured("gradient of the end, 1000 steps, rows:", kMicrosecond, gradient)->Arg(1)->Arg(16);
+  measured("gradients of the end, dense, 1000 steps, rows:", kMicrosecond, gradient)->Arg(1)->Arg(16);
 }
 
 }  // namespace lamprey::bench

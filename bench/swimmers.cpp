@@ -6,6 +6,7 @@
 
 #include "lie/so3.hpp"
 #include "maneuver/simulate.hpp"
+#include "study/solve.hpp"
 
 namespace lamprey::bench {
 
@@ -104,6 +105,12 @@ integrator::State rest(const model::System& system) {
 March::March(const model::SwimmerDescription& swimmer, mechanics::DiscreteLagrangian lagrangian_, int steps)
     : system(swimmer), lagrangian(lagrangian_), start(rest(system)) {
   for (int k = 0; k <= steps; ++k) moments.push_back(moments_at(system, k * time_step));
+}
+
+March rotation_march() {
+  March march(paper_chain(), mechanics::DiscreteLagrangian::trapezoid);
+  march.moments = study::solve(march.system, rotation(1000), study::SolveOptions()).front().control;
+  return march;
 }
 
 maneuver::Solution marched(const model::System& system, const maneuver::Problem& problem) {

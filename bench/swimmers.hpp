@@ -35,6 +35,9 @@ struct March {
   int steps() const { return static_cast<int>(moments.size()) - 1; }
 };
 
+/// The march of the rotation maneuver under the moments that a search from one start finds for it; it takes seconds.
+March rotation_march();
+
 /// The rotation maneuver marched, not solved, as if a solver had returned it: what certify() reads.
 maneuver::Solution marched(const model::System& system, const maneuver::Problem& problem);
 

@@ -162,7 +162,7 @@ inline mechanics::Freedoms random_freedoms(Random& random, const model::System& 
   return freedoms;
 }
 
-/// Rotations that the joints allow; universal joints stay away from where their axes meet.
+/// Rotations that the joints allow.
 inline mechanics::Rotations random_rotations(Random& random, const model::System& system) {
   mechanics::Rotations zero(static_cast<std::size_t>(system.body_count()), Matrix3d::Identity());
   for (int i : system.root_to_leaves()) {

@@ -6,17 +6,12 @@ namespace {
 
 using model::at;
 
-// Largest 3-vector of a generalised vector.
-double largest_part(const VectorXd& v) {
+// Largest part of a generalised vector: a body's freedoms or the position.
+double largest_part(const model::System& system, const VectorXd& v) {
   Largest largest;
-  for (Eigen::Index part = 0; part < v.size(); part += 3) largest.add(v.segment<3>(part).norm());
+  for (const model::Body& body : system.bodies()) largest.add(v.segment(body.velocity_offset, body.freedoms).norm());
+  largest.add(v.tail<3>().norm());
   return largest.value();
-}
-
-VectorXd generalized(const model::System& system, const mechanics::Freedoms& freedoms, const Vector3d& linear) {
-  VectorXd v;
-  mechanics::pack(system, freedoms, linear, v);
-  return v;
 }
 
 double rotation_drift(const maneuver::Solution& solution) {
@@ -27,46 +22,84 @@ double rotation_drift(const maneuver::Solution& solution) {
   return drift.value();
 }
 
+// Change of total momentum since the problem's start.
+class Drift {
+ public:
+  Drift(const StoredMotion& motion, const integrator::State& start)
+      : motion_(motion),
+        total_(mechanics::spatial_momentum(motion.system, start.rotation, start.position, start.momentum)) {}
+  void add(int k, const VectorXd& p) {
+    const maneuver::Solution& stored = motion_.solution;
+    const auto here = mechanics::spatial_momentum(motion_.system, stored.rotation[at(k)], stored.position[at(k)], p);
+    largest_.add((here.linear - total_.linear).norm());
+    largest_.add((here.angular - total_.angular).norm());
+  }
+  const Largest& largest() const { return largest_; }
+
+ private:
+  const StoredMotion& motion_;
+  mechanics::SpatialMomentum total_;
+  Largest largest_;
+};
+
+VectorXd force(const StoredMotion& motion, int k) {
+  return mechanics::generalized_force(motion.system, motion.solution.rotation[at(k)], motion.control[at(k)]);
+}
+
+Balance check_steps(const StoredMotion& motion, const integrator::State& start) {
+  const model::System& system = motion.system;
+  const double h = motion.time_step;
+  Drift drift(motion, start);
+  Largest scale, residual;
+  VectorXd arriving = start.momentum;  // what E⁻_k − (impulse at the node) has to be
+  for (int k = 0; k < motion.steps; ++k) {
+    const StepMomenta momenta = step_momenta(motion, k);
+    const VectorXd U = force(motion, k);
+    residual.add(largest_part(system, momenta.minus - arriving - (k == 0 ? 0.5 : 1.0) * h * U));
+    scale.add(largest_part(system, momenta.minus));
+    scale.add(h * largest_part(system, U));
+    drift.add(k, momenta.minus);
+    arriving = momenta.plus;
+  }
+  const VectorXd U = force(motion, motion.steps);
+  scale.add(h * largest_part(system, U));
+  drift.add(motion.steps, arriving);
+  Largest end_momentum;
+  end_momentum.add(largest_part(system, arriving + 0.5 * h * U));
+  if (motion.problem.goal && motion.problem.goal->rest) residual.add(end_momentum.value());
+  return {scale.value(), drift.largest().relative_to(scale.value()), residual.relative_to(scale.value()),
+          end_momentum.relative_to(scale.value())};
+}
+
+Balance check_nodes(const StoredMotion& motion, const integrator::State& start) {
+  const maneuver::Solution& stored = motion.solution;
+  Balance balance;
+  balance.momentum_drift = unset;
+  if (stored.angular_velocity.size() != stored.time.size() || stored.linear_velocity.size() != stored.time.size())
+    return balance;
+  Drift drift(motion, start);
+  Largest scale;
+  for (int k = 0; k <= motion.steps; ++k) {
+    const mechanics::Rotations& R = stored.rotation[at(k)];
+    const VectorXd velocity = mechanics::velocity_of_bodies(motion.system, R, stored.angular_velocity[at(k)],
+                                                            R[0] * stored.linear_velocity[at(k)]);
+    const VectorXd momentum = mechanics::generalized_momentum(motion.system, R, velocity);
+    scale.add(largest_part(motion.system, momentum));
+    scale.add(motion.time_step * largest_part(motion.system, force(motion, k)));
+    drift.add(k, momentum);
+  }
+  balance.scale = scale.value();
+  balance.momentum_drift = drift.largest().relative_to(scale.value());
+  return balance;
+}
+
 }  // namespace
 
 Balance check_balance(const StoredMotion& motion) {
-  const model::System& system = motion.system;
-  const double h = motion.time_step;
-  const integrator::State start = start_of(system, motion.problem.start);
-  const auto total = mechanics::spatial_momentum(system, start.rotation, start.position, start.momentum);
-  Largest scale, drift, residual;
-  const auto add_drift = [&](int k, const VectorXd& p) {
-    const auto here = mechanics::spatial_momentum(system, motion.solution.rotation[at(k)], motion.solution.position[at(k)], p);
-    drift.add((here.linear - total.linear).norm());
-    drift.add((here.angular - total.angular).norm());
-  };
-  const auto force = [&](int k) {
-    return mechanics::generalized_force(system, motion.solution.rotation[at(k)], motion.control[at(k)]);
-  };
-
-  mechanics::Interval interval(system.body_count());
-  mechanics::DiscreteMomenta momenta(system.body_count());
-  VectorXd arriving = start.momentum;  // what p⁻_k − (impulse at the node) has to be
-  for (int k = 0; k < motion.steps; ++k) {
-    read_interval(motion, k, interval);
-    mechanics::discrete_momenta(system, motion.lagrangian, h, interval, momenta);
-    const VectorXd minus = generalized(system, momenta.minus, momenta.linear);
-    const VectorXd U = force(k);
-    residual.add(largest_part(minus - arriving - (k == 0 ? 0.5 : 1.0) * h * U));
-    scale.add(largest_part(minus));
-    scale.add(h * largest_part(U));
-    add_drift(k, minus);
-    arriving = generalized(system, momenta.plus, momenta.linear);
-  }
-  const VectorXd U = force(motion.steps);
-  const VectorXd end = arriving + 0.5 * h * U;
-  scale.add(h * largest_part(U));
-  add_drift(motion.steps, arriving);
-  Largest end_momentum;
-  end_momentum.add(largest_part(end));
-  if (motion.problem.goal && motion.problem.goal->rest) residual.add(end_momentum.value());
-  return {scale.value(), drift.relative_to(scale.value()), residual.relative_to(scale.value()),
-          end_momentum.relative_to(scale.value()), rotation_drift(motion.solution)};
+  const integrator::State start = start_of(motion.system, motion.problem.start);
+  Balance balance = motion.steps_known ? check_steps(motion, start) : check_nodes(motion, start);
+  balance.rotation_drift = rotation_drift(motion.solution);
+  return balance;
 }
 
 }  // namespace lamprey::certificate

@@ -2,18 +2,20 @@
 // ones.
 #pragma once
 
+#include "certificate/certificate.hpp"
 #include "certificate/stored_motion.hpp"
 
 namespace lamprey::certificate {
 
-/// Momenta in units of `scale`, the largest |p⁻_i|, |p_x| or h|U_i| over all steps (equation 6.1), 3-vectors by
-/// Euclidean norm.
+/// Momenta in units of `scale`, the largest |p⁻_i|, |p_x| or h|U_i| over all steps (equation 6.1), by Euclidean norm of
+/// each body's freedoms. Where steps are not known (StoredMotion::steps_known) the momenta are those of the stored
+/// velocities at the nodes, and what only the steps tell stays NaN.
 struct Balance {
   double scale = 0.0;           // kg m²/s
   double momentum_drift = 0.0;  // largest |p − p_0|, linear or angular about the origin; p_0 of the problem's start
-  double equation_residual = 0.0;  // largest residual of (4.4), and of (4.5) at the start and, with rest, at the end
-  double end_momentum = 0.0;       // largest |μ_N|
-  double rotation_drift = 0.0;     // largest entry of |RᵀR − I|, no unit
+  double equation_residual = unset;  // largest residual of (4.4), and of (4.5) at the start and, with rest, at the end
+  double end_momentum = unset;       // largest |μ_N|
+  double rotation_drift = 0.0;       // largest entry of |RᵀR − I|, no unit
 };
 
 Balance check_balance(const StoredMotion& motion);

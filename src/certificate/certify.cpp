@@ -12,18 +12,15 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   Certificate proof;
   if (solution.time.size() < 2) return proof;
   const StoredMotion motion(system, problem, solution);
-  const bool law_known = integrator::supported(problem.scheme);
   const Balance balance = check_balance(motion);
   proof.rotation_drift = balance.rotation_drift;
   proof.start_error = start_error(motion);
-  if (law_known) {
-    proof.momentum_drift = balance.momentum_drift;
-    proof.equation_residual = balance.equation_residual;
-  }
+  proof.momentum_drift = balance.momentum_drift;
+  proof.equation_residual = balance.equation_residual;
   if (!problem.goal || solution.status == maneuver::Status::simulated) return proof;
 
   if (!problem.goal->periodic) proof.goal_error = goal_error(motion);
-  if (!law_known) return proof;
+  if (!motion.steps_known) return proof;
   proof.rest_error = balance.end_momentum;
   const ControlSpace space = control_space(motion);
   proof.control_error = space.outside;

@@ -6,6 +6,17 @@ namespace {
 
 using model::at;
 
+// Joint moments along the freedoms, none on the position.
+VectorXd generalized(const model::System& system, const mechanics::Rotations& R, mechanics::JointMoments& moments) {
+  const mechanics::Vectors no_force(at(system.body_count()), Vector3d::Zero());
+  mechanics::Freedoms freedoms(at(system.body_count()));
+  mechanics::gather(system, R, no_force, moments.body, freedoms);
+  for (std::size_t i = 0; i < freedoms.size(); ++i) freedoms[i] += moments.along[i];
+  VectorXd result;
+  mechanics::pack(system, freedoms, Vector3d::Zero(), result);
+  return result;
+}
+
 }  // namespace
 
 StoredMotion::StoredMotion(const model::System& system_, const maneuver::Problem& problem_,
@@ -15,7 +26,8 @@ StoredMotion::StoredMotion(const model::System& system_, const maneuver::Problem
       solution(solution_),
       steps(static_cast<int>(solution_.time.size()) - 1),
       time_step((solution_.time.back() - solution_.time.front()) / steps),
-      lagrangian(integrator::lagrangian_of(problem_.scheme)) {
+      lagrangian(integrator::lagrangian_of(problem_.scheme)),
+      steps_known(integrator::single_step(problem_.scheme) && solution_.divided.steps == 0) {
   for (std::size_t k = 0; k < solution.control.size(); ++k)
     control.push_back(mechanics::moments_of_applied(system, solution.rotation[k], solution.control[k]));
 }
@@ -34,24 +46,34 @@ integrator::State start_of(const model::System& system, const maneuver::Start& s
   return integrator::state_of_velocity(system, rotation, start.position, velocity);
 }
 
+StepMomenta step_momenta(const StoredMotion& motion, int k) {
+  const model::System& system = motion.system;
+  mechanics::Interval interval(system.body_count());
+  mechanics::DiscreteMomenta momenta(system.body_count());
+  read_interval(motion, k, interval);
+  mechanics::discrete_momenta(system, motion.lagrangian, motion.time_step, interval, momenta);
+  StepMomenta result;
+  mechanics::pack(system, momenta.minus, momenta.linear, result.minus);
+  mechanics::pack(system, momenta.plus, momenta.linear, result.plus);
+  if (system.only_free_joints()) return result;
+  mechanics::JointMoments minus(system.body_count()), plus(system.body_count());
+  mechanics::damping_momenta(system, interval, minus, plus);
+  result.minus += generalized(system, interval.rotation, minus);
+  result.plus -= generalized(system, interval.next_rotation, plus);
+  return result;
+}
+
 std::vector<integrator::State> node_states(const StoredMotion& motion) {
-  const int bodies = motion.system.body_count();
   const double h = motion.time_step;
-  mechanics::Interval interval(bodies);
-  mechanics::DiscreteMomenta momenta(bodies);
   std::vector<integrator::State> states;
+  StepMomenta momenta;
   for (int k = 0; k <= motion.steps; ++k) {
     const mechanics::Rotations& R = motion.solution.rotation[at(k)];
     const VectorXd U = mechanics::generalized_force(motion.system, R, motion.control[at(k)]);
     const bool last = k == motion.steps;
-    if (!last) {  // at the end the momenta of the last step serve
-      read_interval(motion, k, interval);
-      mechanics::discrete_momenta(motion.system, motion.lagrangian, h, interval, momenta);
-    }
-    VectorXd mu;
-    mechanics::pack(motion.system, last ? momenta.plus : momenta.minus, momenta.linear, mu);
-    mu += (last ? 0.5 : -0.5) * h * U;
-    states.push_back({R, motion.solution.position[at(k)], mu});
+    if (!last) momenta = step_momenta(motion, k);  // at the end those of the last step serve
+    states.push_back({R, motion.solution.position[at(k)],
+                      last ? VectorXd(momenta.plus + 0.5 * h * U) : VectorXd(momenta.minus - 0.5 * h * U)});
   }
   return states;
 }

@@ -25,6 +25,9 @@ struct StoredMotion {
   double time_step;  // s
   mechanics::DiscreteLagrangian lagrangian;
   std::vector<mechanics::Moments> control;  // [N+1] along the joints
+  /// Whether each step obeys the discrete Lagrangian between its two nodes: not above order 2, whose steps have nodes
+  /// within, nor where a march divided its steps.
+  bool steps_known;
 
   StoredMotion(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution);
 };
@@ -35,7 +38,15 @@ void read_interval(const StoredMotion& motion, int k, mechanics::Interval& inter
 /// Start of the problem, not of the answer.
 integrator::State start_of(const model::System& system, const maneuver::Start& start);
 
-/// States at the nodes, [N+1]: μ_k = p⁻_k − (h/2) U_k, at the end p⁺_N + (h/2) U_N (equation 4.5).
+/// E⁻ and E⁺ of a step, generalised: the discrete momenta and the halved impulses of the joints' dampers.
+struct StepMomenta {
+  VectorXd minus;  // p⁻ + ψ⁻ at the beginning
+  VectorXd plus;   // p⁺ − ψ⁺ at the end
+};
+
+StepMomenta step_momenta(const StoredMotion& motion, int k);
+
+/// States at the nodes, [N+1]: μ_k = E⁻_k − (h/2) U_k, at the end E⁺_N + (h/2) U_N (equation 4.5).
 std::vector<integrator::State> node_states(const StoredMotion& motion);
 
 /// Keeps the largest of numbers; anything not finite counts as infinite.

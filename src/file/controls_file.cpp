@@ -10,12 +10,17 @@
 #include "file/solution_file.hpp"
 #include "file/text_file.hpp"
 #include "file/toml_document.hpp"
+#include "file/words.hpp"
+#include "lie/so3.hpp"
 #include "model/input_error.hpp"
+#include "model/system.hpp"
 
 namespace lamprey::file {
 
 namespace {
 
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
 using model::InputError;
 
 constexpr std::size_t byte_limit = std::size_t{1} << 30;
@@ -119,6 +124,49 @@ class TableParser {
   ControlSamples samples_;
 };
 
+// Of a universal joint: its second axis in the parent's frame.
+Vector3d second_axis(const ResolvedJoint& joint, const std::vector<Matrix3d>& rotation) {
+  return rotation[model::at(joint.parent)].transpose() *
+         (rotation[model::at(joint.child)] * (*joint.axes)[1].stableNormalized());
+}
+
+// Moments as they stood, turned back to the joints' zero angle. A universal joint's second axis turns about its first
+// one a: what of the moment is not along a is along that axis, and `rotation`, of a time near by, tells which way.
+std::vector<Vector3d> at_zero_angle(const ResolvedProblem& problem, const std::vector<Matrix3d>& rotation,
+                                    std::vector<Vector3d> moments) {
+  for (std::size_t j = 0; j < problem.joints.size(); ++j) {
+    const ResolvedJoint& joint = problem.joints[j];
+    if (joint.kind != JointKind::universal) continue;
+    const Vector3d first = (*joint.axes)[0].stableNormalized();
+    const Vector3d second = lie::exp(joint.reference_rotation) * (*joint.axes)[1].stableNormalized();
+    const double along = first.dot(moments[j]);
+    const Vector3d across = moments[j] - along * first;
+    moments[j] = along * first + std::copysign(across.norm(), across.dot(second_axis(joint, rotation))) * second;
+  }
+  return moments;
+}
+
+void take_nodes(const Results& results, ControlSamples& samples) {
+  samples.time = results.solution.time;
+  for (std::size_t k = 0; k < samples.time.size(); ++k)
+    samples.control.push_back(
+        at_zero_angle(results.problem, results.solution.rotation[k], results.solution.control[k]));
+}
+
+void take_stages(const Results& results, ControlSamples& samples) {
+  const maneuver::Solution& solution = results.solution;
+  samples.stages = solution.stage_time.front().size();
+  for (std::size_t k = 0; k < solution.stage_time.size(); ++k) {
+    const double middle = 0.5 * (solution.time[k] + solution.time[k + 1]);
+    for (std::size_t s = 0; s < samples.stages; ++s) {
+      const double t = solution.stage_time[k][s];
+      samples.time.push_back(t);
+      samples.control.push_back(
+          at_zero_angle(results.problem, solution.rotation[t < middle ? k : k + 1], solution.control_stages[k][s]));
+    }
+  }
+}
+
 ControlSamples controls_of_solution(const std::string& bytes, const std::string& path, int joints) {
   const Results results = parse_solution(bytes, path);
   if (results.problem.joints.size() != static_cast<std::size_t>(joints))
@@ -134,9 +182,12 @@ ControlSamples controls_of_solution(const std::string& bytes, const std::string&
                                    results.solution.time[k], results.solution.time[k - 1]));
   ControlSamples samples;
   const bool spline = results.problem.control == maneuver::ControlKind::spline;
-  samples.source = spline ? ControlSource::spline : ControlSource::steps;
-  samples.time = results.solution.time;
-  samples.control = results.solution.control;
+  const bool stages = !spline && !results.solution.control_stages.empty();
+  samples.source = spline ? ControlSource::spline : stages ? ControlSource::stages : ControlSource::steps;
+  if (stages)
+    take_stages(results, samples);
+  else
+    take_nodes(results, samples);
   samples.points = results.problem.points;
   samples.scheme = results.problem.scheme;
   return samples;

@@ -13,20 +13,26 @@ namespace lamprey::file {
 /// How samples run between their times.
 enum class ControlSource {
   steps,   // nodes of a solution with control kind "steps": linear
+  stages,  // stage nodes of a solution above order 2: in each step the polynomial through them
   spline,  // nodes of a solution with control kind "spline": natural cubic spline through `points` uniform points
   table    // rows of a CSV table: not-a-knot cubic
 };
 
 struct ControlSamples {
   ControlSource source = ControlSource::table;
-  std::vector<double> time;                               // s, strictly rising, at least two
-  std::vector<std::vector<Eigen::Vector3d>> control;      // [time][joints] N m, on the parent, parent's frame
+  /// s, rising strictly, at least two; with stages: [steps × s], within each step in the order of the scheme's nodes
+  std::vector<double> time;
+  /// [time][joints] N m, on the parent, parent's frame. A universal joint's vector is meant with the joint at its zero
+  /// angle: along a its moment about the first axis, along Q_0 b about the second, whatever the angles are at that time.
+  std::vector<std::vector<Eigen::Vector3d>> control;
+  std::size_t stages = 0;                                 // with stages: nodes in each step, s
   int points = 0;                                         // with spline
   maneuver::Scheme scheme = maneuver::Scheme::trapezoid;  // of the solution
 };
 
 /// Reads a solution.json (text that begins with '{') or a CSV table: t, then three columns for each joint, in the problem's order;
-/// a header line, blank lines and lines beginning with # are allowed. IoError when the file cannot be read, model::InputError
+/// a header line, blank lines and lines beginning with # are allowed. The moments of a solution's universal joints, which
+/// it shows where the axes stood, are turned back to the zero angle. IoError when the file cannot be read, model::InputError
 /// (file, line, column) when it is wrong or has not `joints` joints.
 ControlSamples read_controls(const std::string& path, int joints);
 

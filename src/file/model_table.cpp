@@ -80,16 +80,55 @@ std::string inertia_section(const Problem& problem, const System& system) {
                body.body_inertia, "kg m²");
     add_matrix(table, "  added inertia", body.inertia_matrix - body.body_inertia, "kg m²");
     add_matrix(table, described.inertia_matrix ? "  J, as given" : "  J = body + added", body.inertia_matrix, "kg m²");
+    if (!body.coupled) continue;
+    for (int row = 0; row < 3; ++row)
+      table.add_row(triple(row == 0 ? "  C, as given (energy V·C Ω), by rows" : "",
+                           Vector3d(body.coupling_matrix.row(row)), "kg m"));
   }
   return "\nInertia about each body's own axes\n" + table.text();
 }
 
+// Directions of a joint's moments in the parent's frame at zero angle.
 std::string control_text(const Joint& joint) {
   if (joint.actuation.cols() == 0) return "none";
-  if (joint.actuation.cols() == 3) return "all directions";
+  if (joint.free() && joint.actuation.cols() == 3) return "all directions";
   std::vector<std::string> axes;
-  for (int k = 0; k < joint.actuation.cols(); ++k) axes.push_back(vector_text(joint.actuation.col(k)));
+  for (int k = 0; k < joint.actuation.cols(); ++k) {
+    const Vector3d moment = joint.actuation.col(k);
+    axes.push_back(vector_text(joint.free() ? moment
+                                            : Vector3d(moment[0] * joint.parent_axis +
+                                                       moment[1] * (joint.reference_rotation * joint.child_axis))));
+  }
   return fmt::format("{}", fmt::join(axes, " "));
+}
+
+std::string freedoms_text(const System& system, const Joint& joint) {
+  switch (joint.kind) {
+    case JointKind::hinge:
+      return "1: c " + vector_text(joint.child_axis);
+    case JointKind::universal:
+      return fmt::format("2: p {}, c {}", vector_text(joint.parent_axis), vector_text(joint.child_axis));
+    default:
+      return fmt::format("{}", system.body(joint.child).freedoms);
+  }
+}
+
+// What the joints table does not say; nothing for ball joints without springs and dampers that are straight at zero.
+std::string freedoms_section(const System& system) {
+  TextTable table("l");
+  table.add_row({"", "freedoms", "zero angle (rad)", "spring", "damper"});
+  bool plain = true;
+  for (const Joint& joint : system.joints()) {
+    const Vector3d zero_angle = lie::log(joint.reference_rotation);
+    plain = plain && joint.free() && joint.stiffness == 0.0 && joint.damping == 0.0 && zero_angle.isZero(0.0);
+    const auto or_none = [](double value) { return value == 0.0 ? std::string("none") : short_number(value); };
+    table.add_row({printable(joint.name), freedoms_text(system, joint), vector_text(zero_angle),
+                   or_none(joint.stiffness), or_none(joint.damping)});
+  }
+  return plain ? ""
+               : "\nFreedoms of the joints, about axes of the parent p or the child c; zero angle: child → parent\n"
+                 "Springs (N m/rad) and dampers (N m s/rad) act about each of them\n" +
+                     table.text();
 }
 
 std::string joints_section(const System& system) {
@@ -101,7 +140,8 @@ std::string joints_section(const System& system) {
                    vector_text(joint.parent_offset), printable(system.body(joint.child).name),
                    vector_text(joint.child_offset), control_text(joint)});
   }
-  return "\nJoints; offsets run from the mass centre to the joint, each in its body's frame\n" + table.text();
+  return "\nJoints; offsets run from the mass centre to the joint, each in its body's frame\n" + table.text() +
+         freedoms_section(system);
 }
 
 std::vector<fluid::PlacedEllipsoid> placed_at_start(const Problem& problem, const System& system) {
@@ -225,7 +265,8 @@ std::string task_section(const Problem& problem) {
   table.add_row({"time", time_text(problem)});
   table.add_row({"scheme", std::string(word(problem.scheme))});
   table.add_row(
-      {"cost", fmt::format("{} × ∫ ½ Σ|u|² dt, {} rule", short_number(problem.effort), word(problem.cost_rule()))});
+      {"cost", fmt::format("{} × ∫ ½ Σ|u|² dt, {} rule", short_number(problem.effort),
+                           integrator::single_step(problem.scheme) ? word(problem.cost_rule()) : "the scheme's own")});
   table.add_row({"control", control_kind_text(problem)});
   add_limits(table, problem.limits);
   table.add_row({"search", search_text(problem.search)});

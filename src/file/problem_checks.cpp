@@ -7,10 +7,13 @@
 
 #include <fmt/format.h>
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
 #include "lie/so3.hpp"
+#include "model/input_error.hpp"
+#include "model/system.hpp"
 
 namespace lamprey::file {
 
@@ -23,6 +26,7 @@ using model::JointDescription;
 using model::SwimmerDescription;
 
 constexpr double angle_tolerance = 1e-9;     // rad, for rotations and axes that people write with 16 digits
+constexpr double velocity_tolerance = 1e-9;  // relative
 constexpr double symmetry_tolerance = 1e-9;  // relative
 
 std::string joint_key(std::size_t j, std::string_view name) { return key_path(fmt::format("joint[{}]", j), name); }
@@ -132,6 +136,19 @@ void check_matrix(const std::optional<Matrix3d>& matrix, const std::string& key)
         symmetric ? "all its eigenvalues must be > 0: mend its entries" : "make each entry equal to its mirror image");
 }
 
+// [J Cᵀ; C M] with the body's own or resolved J and M, as model::System judges it.
+void check_coupling(const SwimmerDescription& swimmer, std::size_t i) {
+  const model::BodyDescription& body = swimmer.bodies[i];
+  if (!body.coupling_matrix) return;
+  try {
+    model::System(SwimmerDescription{swimmer.density, {body}, {}});
+  } catch (const model::InputError&) {
+    refuse(body_key(i, "coupling_matrix"), shown_matrix(*body.coupling_matrix),
+           "a matrix C (kg m) with which the whole inertia [J Cᵀ; C M] is positive definite",
+           "make its entries smaller, or M and J larger");
+  }
+}
+
 // Of any mass distribution the largest principal moment is at most the sum of the others: ½ tr(J) I − J ⪰ 0.
 // The margin of a thousandth forgives rounded digits.
 void check_triangle(const Matrix3d& inertia, const std::string& key) {
@@ -215,6 +232,52 @@ Matrix3d start_rotation(const Problem& problem, const Index& index, const std::s
   return lie::exp(problem.start.rotation[index.at(body)]);
 }
 
+// The child's angular velocity (child's frame) nearest to the stated one that its joint lets it have.
+Vector3d allowed_velocity(const JointDescription& joint, const Matrix3d& child_to_parent, const Vector3d& parent,
+                          const Vector3d& child) {
+  const Vector3d carried = child_to_parent.transpose() * parent;
+  if (joint.kind == JointKind::fixed) return carried;
+  Eigen::Matrix<double, 3, 2> axes = Eigen::Matrix<double, 3, 2>::Zero();
+  if (joint.kind == JointKind::hinge) {
+    axes.col(0) = joint.axis->stableNormalized();
+  } else {
+    axes.col(0) = child_to_parent.transpose() * (*joint.axes)[0].stableNormalized();
+    axes.col(1) = (*joint.axes)[1].stableNormalized();
+  }
+  return carried + axes * axes.completeOrthogonalDecomposition().solve(child - carried);
+}
+
+std::string allowed_turns(const JointDescription& joint) {
+  switch (joint.kind) {
+    case JointKind::hinge:
+      return fmt::format(" plus any turn about its axis {} (child's frame)", shown(*joint.axis));
+    case JointKind::universal:
+      return fmt::format(" plus any turns about its axes {} (parent's frame) and {} (child's frame)",
+                         shown((*joint.axes)[0]), shown((*joint.axes)[1]));
+    default:
+      return "";
+  }
+}
+
+void check_start_velocities(const Problem& problem, const Index& index) {
+  for (const JointDescription& joint : problem.swimmer.joints) {
+    if (joint.kind == JointKind::ball) continue;
+    const Matrix3d Q =
+        start_rotation(problem, index, joint.parent).transpose() * start_rotation(problem, index, joint.child);
+    const Vector3d& parent = problem.start.angular_velocity[index.at(joint.parent)];
+    const Vector3d& child = problem.start.angular_velocity[index.at(joint.child)];
+    const Vector3d nearest_one = allowed_velocity(joint, Q, parent, child);
+    const double off = (child - nearest_one).norm();
+    if (off > velocity_tolerance * std::max(parent.norm(), child.norm()))
+      refuse(key_path("start.angular_velocity", joint.child),
+             fmt::format("{}, {} rad/s outside what the {} joint {} allows", shown(child), off, word(joint.kind),
+                         in_quotes(joint.name)),
+             fmt::format("the angular velocity of {} seen from this body{}", in_quotes(joint.parent),
+                         allowed_turns(joint)),
+             fmt::format("remove this key to move with the parent, or write the nearest one, {}", shown(nearest_one)));
+  }
+}
+
 // The end rotation that the goal fixes, if it does.
 std::optional<Matrix3d> end_rotation(const Problem& problem, const Index& index, const std::string& body) {
   const auto own = problem.goal->rotation.find(body);
@@ -275,6 +338,7 @@ void check_bodies(const SwimmerDescription& swimmer) {
     check_matrix(body.body_inertia, body_key(i, "body_inertia"));
     check_matrix(body.mass_matrix, body_key(i, "mass_matrix"));
     check_matrix(body.inertia_matrix, body_key(i, "inertia_matrix"));
+    check_coupling(swimmer, i);
     if (body.body_inertia) check_triangle(*body.body_inertia, body_key(i, "body_inertia"));
   }
 }
@@ -299,6 +363,7 @@ void check_start(const Problem& problem) {
              "start rotations that fit the joints",
              "turn this body or its parent, or set the joint's reference_rotation");
   }
+  check_start_velocities(problem, index);
   if (problem.start.free_shape && !(problem.goal && problem.goal->periodic))
     refuse("start.free_shape", "true without a periodic goal", "only with goal.periodic = true",
            "remove it or add periodic = true to [goal]");

@@ -8,13 +8,13 @@ namespace lamprey::file {
 /// Names are unique; every joint joins two known bodies; the joints make one tree whose root is the first body.
 void check_tree(const model::SwimmerDescription& swimmer);
 
-/// Masses and inertias are symmetric positive definite and possible; volumes are finite; a vacuum states every mass.
+/// Masses and inertias are symmetric positive definite and possible, the coupled 6×6 inertia too; volumes are finite; a vacuum states every mass.
 void check_bodies(const model::SwimmerDescription& swimmer);
 
 /// Axes are what the joint's kind needs: present, non-zero, independent, orthogonal at zero angle.
 void check_joints(const model::SwimmerDescription& swimmer);
 
-/// Start rotations fit the joints; free_shape goes with a periodic goal.
+/// Start rotations and angular velocities fit the joints; free_shape goes with a periodic goal.
 void check_start(const maneuver::Problem& problem);
 
 /// The goal asks for something, names bodies that exist and does not contradict itself, the joints or the start.

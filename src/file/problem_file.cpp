@@ -10,6 +10,7 @@
 #include "file/text_file.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
+#include "lie/so3.hpp"
 
 namespace lamprey::file {
 
@@ -51,7 +52,7 @@ void read_head(const TableReader& document, const std::string& path, Problem& pr
 }
 
 model::BodyDescription read_body(const TableReader& table) {
-  table.allow_only({"name", "semi_axes", "mass", "body_inertia", "mass_matrix", "inertia_matrix"});
+  table.allow_only({"name", "semi_axes", "mass", "body_inertia", "mass_matrix", "inertia_matrix", "coupling_matrix"});
   model::BodyDescription body;
   body.name = name_of(table);
   body.semi_axes = required_vector(table, "semi_axes", positive("m"), "half lengths of the ellipsoid");
@@ -59,6 +60,7 @@ model::BodyDescription read_body(const TableReader& table) {
   body.body_inertia = table.matrix("body_inertia", "kg m²");
   body.mass_matrix = table.matrix("mass_matrix", "kg");
   body.inertia_matrix = table.matrix("inertia_matrix", "kg m²");
+  body.coupling_matrix = table.matrix("coupling_matrix", "kg m");
   return body;
 }
 
@@ -134,13 +136,36 @@ std::vector<Vector3d> read_by_body(const TableReader& table, const std::vector<s
   return values;
 }
 
+// A body that its joint leads and whose angular velocity the file does not state moves with its parent.
+void carry_led_bodies(const model::SwimmerDescription& swimmer, const TableReader& angular_velocity,
+                      maneuver::Start& start) {
+  std::map<std::string, std::size_t> index;
+  for (std::size_t i = 0; i < swimmer.bodies.size(); ++i) index[swimmer.bodies[i].name] = i;
+  std::vector<const model::JointDescription*> led(swimmer.bodies.size(), nullptr);
+  for (const model::JointDescription& joint : swimmer.joints)
+    if (joint.kind != JointKind::ball && !angular_velocity.find(joint.child)) led[index.at(joint.child)] = &joint;
+  for (std::size_t i = 0; i < led.size(); ++i) {
+    std::vector<std::size_t> line = {i};  // up to a body that is known
+    while (led[line.back()]) line.push_back(index.at(led[line.back()]->parent));
+    for (std::size_t n = line.size() - 1; n-- > 0;) {
+      const std::size_t child = line[n];
+      const std::size_t parent = line[n + 1];
+      start.angular_velocity[child] = lie::exp(start.rotation[child]).transpose() *
+                                      (lie::exp(start.rotation[parent]) * start.angular_velocity[parent]);
+      led[child] = nullptr;
+    }
+  }
+}
+
 void read_start(const TableReader& table, Problem& problem) {
   table.allow_only({"position", "rotation", "angular_velocity", "linear_velocity", "free_shape"});
   const std::vector<std::string> names = body_names(problem);
   maneuver::Start& start = problem.start;
   start.position = table.vector("position", any_number("m")).value_or(Vector3d::Zero());
   start.rotation = read_by_body(table.table("rotation"), names, "rad");
-  start.angular_velocity = read_by_body(table.table("angular_velocity"), names, "rad/s");
+  const TableReader angular_velocity = table.table("angular_velocity");
+  start.angular_velocity = read_by_body(angular_velocity, names, "rad/s");
+  carry_led_bodies(problem.swimmer, angular_velocity, start);
   start.linear_velocity = table.vector("linear_velocity", any_number("m/s")).value_or(Vector3d::Zero());
   start.free_shape = table.boolean("free_shape").value_or(false);
 }

@@ -32,7 +32,8 @@ model::InputError located(const model::InputError& error, const ProblemFile& fil
 /// What is to be done with a problem: marching needs a start and a model, a maneuver needs the goal as well.
 enum class Purpose { simulate, solve };
 
-/// Throws model::InputError, with its place, for what the interface describes but this version cannot do yet, and for a goal that is missing.
+/// Throws model::InputError, with its place, for what the interface describes but this version cannot solve yet, and for
+/// a goal that is missing. Everything that can be read can be marched.
 void require_supported(const ProblemFile& file, Purpose purpose);
 
 }  // namespace lamprey::file

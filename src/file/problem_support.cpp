@@ -1,4 +1,4 @@
-// What the interface describes and this version cannot do yet: said plainly, at the key's place, with what to use instead.
+// What the interface describes and this version cannot solve yet: said plainly, at the key's place, with what to use instead.
 #include <fmt/format.h>
 
 #include "file/problem_file.hpp"
@@ -11,28 +11,36 @@ namespace {
 
 [[noreturn]] void refuse_unsupported(const std::string& key, const std::string& found, const std::string& allowed,
                                      const std::string& cure) {
-  throw model::InputError(key, fmt::format("found {}, which this version does not handle yet; allowed for now: {}; {}",
-                                           found, allowed, cure));
+  throw model::InputError(
+      key, fmt::format("found {}, for which this version seeks no maneuvers yet; allowed for now: {}; {}", found,
+                       allowed, cure));
 }
 
-void require_supported_joints(const model::SwimmerDescription& swimmer) {
+// `lamprey simulate` marches all of these.
+void require_supported_swimmer(const model::SwimmerDescription& swimmer) {
+  for (std::size_t i = 0; i < swimmer.bodies.size(); ++i)
+    if (const auto& coupling = swimmer.bodies[i].coupling_matrix; coupling && !coupling->isZero(0.0))
+      refuse_unsupported(fmt::format("body[{}].coupling_matrix", i), "a matrix that is not zero", "zero",
+                         "remove this key, or use `lamprey simulate`");
   for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
     const model::JointDescription& joint = swimmer.joints[j];
     const std::string path = fmt::format("joint[{}]", j);
     if (joint.kind != JointKind::ball)
       refuse_unsupported(path + ".kind", in_quotes(word(joint.kind)), "\"ball\"",
-                         "use a ball joint; control_axes confines its moment to the directions you name");
+                         "use a ball joint, whose control_axes confine its moment, or `lamprey simulate`");
     if (joint.stiffness > 0.0)
-      refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)", "remove this key");
+      refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)",
+                         "remove this key, or use `lamprey simulate`");
     if (joint.damping > 0.0)
-      refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)", "remove this key");
+      refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)",
+                         "remove this key, or use `lamprey simulate`");
   }
 }
 
 void require_supported_scheme(Scheme scheme) {
-  if (scheme != Scheme::paper && scheme != Scheme::trapezoid)
+  if (!integrator::supported(scheme))
     refuse_unsupported("integrator.scheme", in_quotes(word(scheme)), "\"trapezoid\" (order 2) or \"paper\" (order 1)",
-                       "use \"trapezoid\" with more steps");
+                       "use \"trapezoid\" with more steps, or `lamprey simulate`");
 }
 
 std::string first_limit(const maneuver::Limits& limits) {
@@ -68,10 +76,11 @@ void require_supported_maneuver(const maneuver::Problem& problem) {
 }  // namespace
 
 void require_supported(const ProblemFile& file, Purpose purpose) {
+  if (purpose != Purpose::solve) return;  // marching knows no bounds
   try {
-    require_supported_joints(file.problem.swimmer);
+    require_supported_swimmer(file.problem.swimmer);
     require_supported_scheme(file.problem.scheme);
-    if (purpose == Purpose::solve) require_supported_maneuver(file.problem);
+    require_supported_maneuver(file.problem);
   } catch (const model::InputError& error) {
     throw located(error, file);
   }

@@ -17,18 +17,39 @@ std::string processor() {
   return "unknown processor";
 }
 
+ResolvedJoint resolve(const model::Joint& joint, const model::JointDescription& described) {
+  ResolvedJoint entry{joint.name, joint.kind, joint.parent, joint.child, joint.parent_offset, joint.child_offset, {}};
+  Eigen::Matrix3d parent_axes = Eigen::Matrix3d::Identity();  // of the moments, at zero angle
+  if (!joint.free())
+    parent_axes << joint.parent_axis, joint.reference_rotation * joint.child_axis, Eigen::Vector3d::Zero();
+  for (Eigen::Index c = 0; c < joint.actuation.cols(); ++c)
+    entry.control_axes.emplace_back(parent_axes * joint.actuation.col(c));
+  entry.reference_rotation = described.reference_rotation;
+  entry.axis = described.axis;
+  entry.axes = described.axes;
+  entry.actuated = !entry.control_axes.empty();
+  entry.stiffness = joint.stiffness;
+  entry.damping = joint.damping;
+  return entry;
+}
+
+// Whether the moments are all those that the joint's kind leaves free; a description then need not name them.
+bool unconfined(const ResolvedJoint& joint) {
+  const std::size_t free = joint.kind == model::JointKind::universal ? 2
+                           : joint.kind == model::JointKind::hinge   ? 1
+                                                                     : 3;
+  return joint.kind != model::JointKind::ball && joint.control_axes.size() == free;
+}
+
 }  // namespace
 
 ResolvedProblem resolve(const model::System& system, const maneuver::Problem& problem) {
   ResolvedProblem resolved;
   for (const model::Body& body : system.bodies())
-    resolved.bodies.push_back(
-        {body.name, body.semi_axes, body.mass, body.body_inertia, body.mass_matrix, body.inertia_matrix});
-  for (const model::Joint& joint : system.joints()) {
-    ResolvedJoint entry{joint.name, joint.kind, joint.parent, joint.child, joint.parent_offset, joint.child_offset, {}};
-    for (Eigen::Index c = 0; c < joint.actuation.cols(); ++c) entry.control_axes.emplace_back(joint.actuation.col(c));
-    resolved.joints.push_back(entry);
-  }
+    resolved.bodies.push_back({body.name, body.semi_axes, body.mass, body.body_inertia, body.mass_matrix,
+                               body.inertia_matrix, body.coupling_matrix});
+  for (int j = 0; j < system.joint_count(); ++j)
+    resolved.joints.push_back(resolve(system.joint(j), problem.swimmer.joints[model::at(j)]));
   resolved.scheme = problem.scheme;
   resolved.time_step = problem.time_step();
   resolved.duration = problem.duration.value;
@@ -45,8 +66,8 @@ ResolvedProblem resolve(const model::System& system, const maneuver::Problem& pr
 model::SwimmerDescription swimmer_of(const ResolvedProblem& resolved) {
   model::SwimmerDescription swimmer;
   for (const ResolvedBody& body : resolved.bodies)
-    swimmer.bodies.push_back(
-        {body.name, body.semi_axes, body.mass, body.body_inertia, body.mass_matrix, body.inertia_matrix});
+    swimmer.bodies.push_back({body.name, body.semi_axes, body.mass, body.body_inertia, body.mass_matrix,
+                              body.inertia_matrix, body.coupling_matrix});
   for (const ResolvedJoint& joint : resolved.joints) {
     model::JointDescription described;
     described.name = joint.name;
@@ -55,8 +76,13 @@ model::SwimmerDescription swimmer_of(const ResolvedProblem& resolved) {
     described.child = resolved.bodies[static_cast<std::size_t>(joint.child)].name;
     described.parent_offset = joint.parent_offset;
     described.child_offset = joint.child_offset;
-    described.actuated = !joint.control_axes.empty();
-    if (described.actuated) described.control_axes = joint.control_axes;
+    described.reference_rotation = joint.reference_rotation;
+    described.axis = joint.axis;
+    described.axes = joint.axes;
+    described.actuated = joint.actuated;
+    if (!joint.control_axes.empty() && !unconfined(joint)) described.control_axes = joint.control_axes;
+    described.stiffness = joint.stiffness;
+    described.damping = joint.damping;
     swimmer.joints.push_back(described);
   }
   return swimmer;

@@ -70,6 +70,24 @@ ShapedArray by_node_and_part(ShapedArray array, const std::vector<std::vector<Va
   return array;
 }
 
+// One value at each of a scheme's stages in each step; above order 2 only, empty otherwise.
+void add_stages(const maneuver::Solution& s, std::size_t steps, std::size_t joints, std::vector<ShapedArray>& arrays) {
+  if (s.control_stages.empty()) return;
+  const std::size_t stages = s.control_stages.front().size();
+  ShapedArray control{"", "control_stages", "N m", {steps, stages, joints, 3}, {}};
+  require_length(control, s.control_stages.size(), steps);
+  for (const std::vector<maneuver::Vectors>& step : s.control_stages) {
+    require_length(control, step.size(), stages);
+    for (const maneuver::Vectors& moments : step) {
+      require_length(control, moments.size(), joints);
+      for (const Vector3d& moment : moments) append(moment, control.values);
+    }
+  }
+  require_finite(control);
+  arrays.push_back(control);
+  arrays.push_back(by_node_and_part(ShapedArray{"", "stage_time", "s", {}, {}}, s.stage_time, steps, stages, {}));
+}
+
 }  // namespace
 
 std::vector<ShapedArray> shaped_arrays(const Results& results) {
@@ -90,6 +108,7 @@ std::vector<ShapedArray> shaped_arrays(const Results& results) {
   arrays.push_back(by_node(named("", "position", "m"), s.position, nodes, {3}));
   arrays.push_back(by_node_and_part(named("", "rotation", "1"), s.rotation, nodes, bodies, {3, 3}));
   arrays.push_back(by_node_and_part(named("", "control", "N m"), s.control, nodes, joints, {3}));
+  add_stages(s, nodes == 0 ? 0 : nodes - 1, joints, arrays);
   arrays.push_back(by_node(named("velocity", "linear", "m/s"), s.linear_velocity, nodes, {3}));
   arrays.push_back(by_node_and_part(named("velocity", "angular", "rad/s"), s.angular_velocity, nodes, bodies, {3}));
   arrays.push_back(by_node(named(linear, "bodies", "kg m/s"), s.linear_momentum.bodies, nodes, {3}));

@@ -15,7 +15,7 @@ struct ShapedArray {
   std::string group;  // "velocity", "momentum/linear"; empty at the top level
   std::string name;
   std::string unit;
-  std::vector<std::size_t> shape;  // first entry: nodes
+  std::vector<std::size_t> shape;  // first entry: nodes, or steps of arrays by stage
   std::vector<double> values;
 
   std::string path() const { return group.empty() ? name : group + "/" + name; }

@@ -28,11 +28,12 @@ struct Provenance {
 /// A body and a joint as solved: defaults filled in, names resolved to indices.
 struct ResolvedBody {
   std::string name;
-  Eigen::Vector3d semi_axes;       // m
-  double mass = 0.0;               // kg, body alone
-  Eigen::Matrix3d body_inertia;    // kg m², body alone
-  Eigen::Matrix3d mass_matrix;     // kg, body + fluid
-  Eigen::Matrix3d inertia_matrix;  // kg m², body + fluid
+  Eigen::Vector3d semi_axes;                                  // m
+  double mass = 0.0;                                          // kg, body alone
+  Eigen::Matrix3d body_inertia;                               // kg m², body alone
+  Eigen::Matrix3d mass_matrix;                                // kg, body + fluid
+  Eigen::Matrix3d inertia_matrix;                             // kg m², body + fluid
+  Eigen::Matrix3d coupling_matrix = Eigen::Matrix3d::Zero();  // kg m, body + fluid
 };
 
 struct ResolvedJoint {
@@ -40,9 +41,15 @@ struct ResolvedJoint {
   model::JointKind kind = model::JointKind::ball;
   int parent = 0;
   int child = 0;
-  Eigen::Vector3d parent_offset;              // m, parent's frame
-  Eigen::Vector3d child_offset;               // m, child's frame
-  std::vector<Eigen::Vector3d> control_axes;  // parent's frame; empty: not actuated
+  Eigen::Vector3d parent_offset;                                 // m, parent's frame
+  Eigen::Vector3d child_offset;                                  // m, child's frame
+  std::vector<Eigen::Vector3d> control_axes;                     // parent's frame at zero angle; empty: not actuated
+  Eigen::Vector3d reference_rotation = Eigen::Vector3d::Zero();  // rad, child → parent at zero angle
+  std::optional<Eigen::Vector3d> axis = {};                      // hinge: child's frame
+  std::optional<std::array<Eigen::Vector3d, 2>> axes = {};       // universal: parent's frame, child's frame
+  bool actuated = true;                                          // whether control_axes has any
+  double stiffness = 0.0;                                        // N m/rad
+  double damping = 0.0;                                          // N m s/rad
 };
 
 struct ResolvedProblem {

@@ -75,6 +75,7 @@ ResolvedBody read_body(const JsonReader& reader) {
   read(reader.at("mass_matrix"), body.mass_matrix);
   read(reader.at("inertia_matrix"), body.inertia_matrix);
   read(reader.at("body_inertia"), body.body_inertia);
+  if (reader.has("coupling_matrix")) read(reader.at("coupling_matrix"), body.coupling_matrix);
   return body;
 }
 
@@ -89,6 +90,16 @@ ResolvedJoint read_joint(const JsonReader& reader, int bodies) {
   const JsonReader axes = reader.at("control_axes");
   axes.require_array();
   for (std::size_t i = 0; i < axes.size(); ++i) joint.control_axes.push_back(value_at<Vector3d>(axes.at(i)));
+  joint.actuated = reader.has("actuated") ? reader.at("actuated").boolean() : !joint.control_axes.empty();
+  if (reader.has("reference_rotation")) read(reader.at("reference_rotation"), joint.reference_rotation);
+  if (joint.kind == JointKind::hinge) joint.axis = value_at<Vector3d>(reader.at("axis"));
+  if (joint.kind == JointKind::universal) {
+    const JsonReader own = reader.at("axes");
+    own.require_array(2);
+    joint.axes = std::array{value_at<Vector3d>(own.at(std::size_t{0})), value_at<Vector3d>(own.at(std::size_t{1}))};
+  }
+  if (reader.has("stiffness")) joint.stiffness = reader.at("stiffness").number();
+  if (reader.has("damping")) joint.damping = reader.at("damping").number();
   return joint;
 }
 
@@ -133,6 +144,20 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   return problem;
 }
 
+// [N][s] and [N][s][joints], where the file has them; s is that of the first step.
+void read_stages(const JsonReader& reader, std::size_t steps, std::size_t joints, maneuver::Solution& solution) {
+  if (!reader.has("control_stages") || steps == 0) return;
+  const JsonReader time = reader.at("stage_time");
+  time.require_array(steps);
+  time.at(std::size_t{0}).require_array();
+  const std::size_t stages = time.at(std::size_t{0}).size();
+  read_nodes(time, steps, stages, solution.stage_time);
+  const JsonReader control = reader.at("control_stages");
+  control.require_array(steps);
+  solution.control_stages.resize(steps);
+  for (std::size_t k = 0; k < steps; ++k) read_nodes(control.at(k), stages, joints, solution.control_stages[k]);
+}
+
 void read_momentum(const JsonReader& reader, std::size_t nodes, maneuver::MomentumHistory& momentum) {
   read_nodes(reader.at("bodies"), nodes, momentum.bodies);
   read_nodes(reader.at("fluid"), nodes, momentum.fluid);
@@ -148,6 +173,7 @@ void read_motion(const JsonReader& reader, const ResolvedProblem& problem, maneu
   read_nodes(reader.at("position"), nodes, solution.position);
   read_nodes(reader.at("rotation"), nodes, problem.bodies.size(), solution.rotation);
   read_nodes(reader.at("control"), nodes, problem.joints.size(), solution.control);
+  if (nodes != 0) read_stages(reader, nodes - 1, problem.joints.size(), solution);
   const JsonReader velocity = reader.at("velocity");
   read_nodes(velocity.at("linear"), nodes, solution.linear_velocity);
   read_nodes(velocity.at("angular"), nodes, problem.bodies.size(), solution.angular_velocity);
@@ -209,6 +235,11 @@ maneuver::SolverRecord read_solver(const JsonReader& reader) {
   return solver;
 }
 
+maneuver::DividedSteps read_divided(const JsonReader& reader) {
+  return {reader.at("steps").integer(0, largest), reader.at("substeps").integer(0, largest),
+          reader.at("smallest_step").number()};
+}
+
 Provenance read_provenance(const JsonReader& reader) {
   Provenance provenance;
   provenance.version = reader.at("version").text();
@@ -238,6 +269,7 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
   if (!reader.at("certificate").is_null()) results.certificate = read_certificate(reader.at("certificate"));
   if (!reader.at("search").is_null()) results.solution.search = read_search(reader.at("search"));
   if (!reader.at("solver").is_null()) results.solution.solver = read_solver(reader.at("solver"));
+  if (reader.has("divided_steps")) results.solution.divided = read_divided(reader.at("divided_steps"));
   results.provenance = read_provenance(reader.at("provenance"));
   return results;
 }

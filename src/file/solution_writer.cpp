@@ -101,7 +101,7 @@ std::string array_text(const ShapedArray& array, int depth) {
 
 std::string body_text(const ResolvedBody& body) {
   require_finite(body.semi_axes.allFinite() && body.mass_matrix.allFinite() && body.inertia_matrix.allFinite() &&
-                     std::isfinite(body.mass) && body.body_inertia.allFinite(),
+                     body.coupling_matrix.allFinite() && std::isfinite(body.mass) && body.body_inertia.allFinite(),
                  "problem.bodies");
   ObjectText text(3);
   text.add("name", json(body.name));
@@ -110,12 +110,18 @@ std::string body_text(const ResolvedBody& body) {
   text.add("inertia_matrix", json(body.inertia_matrix));
   text.add("mass", json(body.mass));
   text.add("body_inertia", json(body.body_inertia));
+  text.add("coupling_matrix", json(body.coupling_matrix));
   return text.finished();
 }
 
 std::string joint_text(const ResolvedJoint& joint) {
   require_finite(joint.parent_offset.allFinite() && joint.child_offset.allFinite(), "problem.joints");
   for (const Vector3d& axis : joint.control_axes) require_finite(axis.allFinite(), "problem.joints.control_axes");
+  require_finite(joint.reference_rotation.allFinite() && (!joint.axis || joint.axis->allFinite()) &&
+                     (!joint.axes || ((*joint.axes)[0].allFinite() && (*joint.axes)[1].allFinite())) &&
+                     std::isfinite(joint.stiffness) && std::isfinite(joint.damping),
+                 "problem.joints");
+  const auto vector = [](const Vector3d& v) { return json(v); };
   ObjectText text(3);
   text.add("name", json(joint.name));
   text.add("kind", json(word(joint.kind)));
@@ -123,7 +129,13 @@ std::string joint_text(const ResolvedJoint& joint) {
   text.add("child", json(joint.child));
   text.add("parent_offset", json(joint.parent_offset));
   text.add("child_offset", json(joint.child_offset));
-  text.add("control_axes", json_list(joint.control_axes, [](const Vector3d& axis) { return json(axis); }));
+  text.add("control_axes", json_list(joint.control_axes, vector));
+  text.add("reference_rotation", json(joint.reference_rotation));
+  if (joint.axis) text.add("axis", json(*joint.axis));
+  if (joint.axes) text.add("axes", json_list(*joint.axes, vector));
+  text.add("actuated", json(joint.actuated));
+  text.add("stiffness", json(joint.stiffness));
+  text.add("damping", json(joint.damping));
   return text.finished();
 }
 
@@ -225,6 +237,11 @@ std::string solver_text(const maneuver::SolverRecord& solver) {
   return text.finished();
 }
 
+std::string divided_text(const maneuver::DividedSteps& divided) {
+  return fmt::format("{{\"steps\": {}, \"substeps\": {}, \"smallest_step\": {}}}", divided.steps, divided.substeps,
+                     json(divided.smallest_step));
+}
+
 std::string provenance_text(const Provenance& provenance) {
   ObjectText text(1);
   text.add("version", json(provenance.version));
@@ -271,6 +288,7 @@ std::string solution_text(const Results& results) {
   text.add("certificate", certificate_text(results.certificate));
   text.add("search", search_text(solution.search));
   text.add("solver", solver_text(solution.solver));
+  if (solution.divided.steps > 0) text.add("divided_steps", divided_text(solution.divided));
   text.add("provenance", provenance_text(results.provenance));
   return text.finished() + "\n";
 }

@@ -1,5 +1,8 @@
 #include "integrator/march.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace lamprey::integrator {
 
 using model::at;
@@ -22,7 +25,7 @@ StepReport March::advance(double time_step, const StageControl& control, State& 
                             control(s + 1), state, work_[at(s)]);
     total.converged = report.converged;
     total.iterations += report.iterations;
-    total.residual = std::max(total.residual, report.residual);
+    total.residual = std::isnan(report.residual) ? report.residual : std::max(total.residual, report.residual);
     if (!report.converged) {
       if (stages() > 1) state = saved_;
       return total;

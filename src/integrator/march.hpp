@@ -1,4 +1,4 @@
-// Marching with a scheme: one time step is a row of steps of its discrete Lagrangian (chapter 4, compositions).
+// Marching with a scheme: one time step is a row of steps of its discrete Lagrangian (chapter 8, equation 8.39).
 #pragma once
 
 #include <functional>

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using lie::Vector4;
 using model::System;
-using Flat = std::vector<double>;  // quaternions [4n], position [3], velocity [3n+3]
+using Flat = std::vector<double>;  // quaternions [4 bodies], position [3], velocity [velocity_count]
 
 constexpr long max_trials = 20'000;
 constexpr double first_step = 1e-3;  // s
@@ -35,7 +35,7 @@ mechanics::Rotations rotations(const Flat& y, int bodies) {
 
 Flat flatten(const ReferenceState& state) {
   const int bodies = static_cast<int>(state.rotation.size());
-  Flat y(static_cast<std::size_t>(7 * bodies + 6));
+  Flat y(static_cast<std::size_t>(4 * bodies + 3 + state.velocity.size()));
   for (int i = 0; i < bodies; ++i)
     put(y, 4 * i, lie::quaternion_of_rotation(state.rotation[static_cast<std::size_t>(i)]));
   put(y, 4 * bodies, state.position);
@@ -43,16 +43,20 @@ Flat flatten(const ReferenceState& state) {
   return y;
 }
 
-// q̇ = ½ q ∘ (0, Ω), ẋ, ξ̇
+// q̇_i = ½ q_i ∘ (0, Ω_i), ẋ, ξ̇. Bodies that their joints lead turn by their own quaternions too: how far they leave
+// their joints is part of the error that the tolerance bounds.
 void rate(const System& system, const ControlFunction& control, const Flat& y, Flat& dydt, double t) {
   const int bodies = system.body_count();
   const VectorXd velocity = part(y, 4 * bodies + 3, system.velocity_count());
+  const mechanics::Rotations R = rotations(y, bodies);
+  const mechanics::Vectors Omega = mechanics::angular_velocities(system, R, velocity);
   for (int i = 0; i < bodies; ++i) {
-    const Vector4 spin(0.0, velocity[3 * i], velocity[3 * i + 1], velocity[3 * i + 2]);
+    Vector4 spin = Vector4::Zero();
+    spin.tail<3>() = Omega[model::at(i)];
     put(dydt, 4 * i, 0.5 * lie::quaternion_product(part(y, 4 * i, 4), spin));
   }
   put(dydt, 4 * bodies, velocity.tail<3>());
-  put(dydt, 4 * bodies + 3, mechanics::acceleration(system, rotations(y, bodies), velocity, control(t)));
+  put(dydt, 4 * bodies + 3, mechanics::acceleration(system, R, velocity, control(t)));
 }
 
 }  // namespace

@@ -10,11 +10,11 @@
 
 namespace lamprey::integrator {
 
-/// Configuration and velocity ξ = (Ω_0, …, Ω_{n−1}, ẋ).
+/// Configuration and velocity ξ = (rates along the freedoms, ẋ).
 struct ReferenceState {
   mechanics::Rotations rotation;  // [bodies] body → world
   Eigen::Vector3d position;       // m, root's mass centre, world
-  Eigen::VectorXd velocity;       // [3n+3] rad/s in body frames, m/s in the world
+  Eigen::VectorXd velocity;       // [velocity_count] rad/s along the freedoms, m/s in the world
 };
 
 /// Joint moments at a time in s.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "mechanics/step_balance.hpp"
 
@@ -19,7 +20,7 @@ using model::System;
 
 constexpr int max_iterations = 60;
 constexpr double accepted_residual = 1e-12;  // of a step that gets no better
-constexpr double sought_residual = 2e-15;    // where another iteration is not worth it
+constexpr double sought_residual = 2e-14;    // where another iteration is not worth it
 constexpr double good_contraction = 1e-3;    // below it the factors serve another iteration
 
 bool damped(const System& system) {
@@ -54,13 +55,16 @@ double evaluate(const System& system, DiscreteLagrangian lagrangian, double h, c
   }
   double missing = largest(linear - work.momenta.linear);
   double scale = largest(linear);
+  double sum = work.momenta.linear.sum();  // not finite if any entry is: a largest entry would hide it
   for (std::size_t i = 0; i < work.missing.size(); ++i) {
     work.missing[i] = work.target[i] - work.momenta.minus[i];
     if (resisted) work.missing[i] -= work.damping_force[i];
+    sum += work.missing[i].sum();
     missing = std::max(missing, largest(work.missing[i]));
     scale = std::max({scale, largest(work.target[i]), largest(work.momenta.minus[i]),
                       largest(work.momenta.subtree_linear[i])});
   }
+  if (!std::isfinite(sum)) return std::numeric_limits<double>::quiet_NaN();
   return missing == 0.0 ? 0.0 : missing / scale;
 }
 
@@ -118,8 +122,11 @@ Matrix3d realigned(const Joint& joint, const Matrix3d& R_parent, const Matrix3d&
   return refreshed(R_child + lie::hat(turn) * R_child);
 }
 
-// Newton's residual stays in the momentum, turned on with its body: totals stay what they are to round-off.
-void carry_residual(const System& system, StepWorkspace& work) {
+// Newton's residual stays in the momentum, turned on with its body: totals stay what they are to round-off. What p_x
+// lacks counts with the lever of the step.
+void carry_residual(const System& system, const Vector3d& linear, StepWorkspace& work) {
+  const Vector3d lever = work.interval.displacement.cross(linear - work.momenta.linear);
+  work.missing[0] -= work.interval.rotation[0].transpose() * lever;
   for (int i = 0; i < system.body_count(); ++i)
     if (system.body(i).freedoms == 3)
       work.missing[at(i)] = (work.interval.relative_rotation[at(i)].transpose() * work.missing[at(i)]).eval();
@@ -134,7 +141,7 @@ void accept(const System& system, double h, const Moments& control_next, State& 
   }
   state.position += work.interval.displacement;
   mechanics::momenta_at_end(system, work.interval, work.momenta);
-  carry_residual(system, work);
+  carry_residual(system, state.momentum.tail<3>(), work);
   joint_forces(system, state.rotation, control_next, work, work.force);
   const bool resisted = !system.only_free_joints() && damped(system);
   if (resisted)
@@ -234,7 +241,7 @@ StepReport solve_step(const System& system, DiscreteLagrangian lagrangian, doubl
   StepReport report;
   report.residual = evaluate(system, lagrangian, h, linear, work);
   bool factored = false;
-  while (report.residual > sought_residual && report.iterations < max_iterations) {
+  while (!(report.residual <= sought_residual) && report.iterations < max_iterations) {
     if (!std::isfinite(report.residual) || (!factored && !factor(system, lagrangian, h, work))) return report;
     keep_turns(system, work);
     const Vector3d base_displacement = work.interval.displacement;

@@ -1,4 +1,4 @@
-// One step of a variational integrator in momentum form (chapter 4).
+// One step of a variational integrator in momentum form (chapters 4 and 8).
 #pragma once
 
 #include <vector>

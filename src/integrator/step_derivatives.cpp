@@ -7,35 +7,8 @@ namespace lamprey::integrator {
 namespace {
 
 using mechanics::ForcedStep;
-using mechanics::RateKind;
 using model::at;
 using model::System;
-
-// Writes a direction's change of the next state, momentum included, into a column.
-void put(const System& system, const Freedoms& freedoms, const Vector3d& shift, const Freedoms& momentum,
-         const Vector3d& linear, VectorXd& packed, Eigen::Ref<VectorXd> column) {
-  const int half = system.velocity_count();
-  mechanics::pack(system, freedoms, shift, packed);
-  column.head(half) = packed;
-  mechanics::pack(system, momentum, linear, packed);
-  column.tail(half) = packed;
-}
-
-// Follows one direction of the state and of u_k through the step: turns at k and δp_x in `work.variation`, δμ in
-// `momentum`, δx in `position`; fills a column of A or B.
-void follow(const ForcedStep& step, const Freedoms& momentum, const Vector3d& linear, const Vector3d& position,
-            TangentWorkspace& work, Eigen::Ref<VectorXd> column) {
-  const System& system = step.system;
-  mechanics::StepVariation& v = work.variation;
-  for (Vector3d& right : v.right) right.setZero();
-  v.displacement.setZero();
-  evaluate_rate(step, work.balance, v, RateKind::tangent, work.rate);
-  for (std::size_t i = 0; i < v.right.size(); ++i) v.right[i] = momentum[i] - work.rate.minus[i];
-  v.displacement = linear - work.rate.linear;
-  work.elimination.solve(system, step.interval.rotation, step.interval.next_rotation, v.right, v.displacement);
-  evaluate_rate(step, work.balance, v, RateKind::tangent, work.rate);
-  put(system, v.right, position + v.displacement, work.rate.plus, linear, work.column, column);
-}
 
 // Calls f with each freedom of each body: body, entry, its place in generalised vectors.
 template <typename Function>
@@ -54,13 +27,13 @@ StepTangent::StepTangent(const System& system)
 
 TangentWorkspace::TangentWorkspace(const System& system)
     : balance(system.body_count()),
-      variation(system),
-      rate(system.body_count()),
+      hessians(at(system.body_count())),
       blocks(at(system.body_count())),
       damping(at(system.body_count()), Matrix3d::Zero()),
       elimination(system),
-      freedoms(at(system.body_count())),
-      column(system.velocity_count()) {}
+      directions(system.body_count(), 2 * system.velocity_count() - 3 + system.control_count()),
+      jacobian(system.body_count(), 2 * system.velocity_count() - 3 + system.control_count()),
+      control_rows(at(system.body_count()), mechanics::Rows3::Zero(system.control_count(), 3)) {}
 
 bool factor_step(const ForcedStep& step, const mechanics::DiscreteMomenta& momenta,
                  std::vector<mechanics::BodyBlock>& blocks, std::vector<Matrix3d>& damping,
@@ -75,44 +48,63 @@ void linearize_step(const System& system, DiscreteLagrangian lagrangian, double 
   const int half = system.velocity_count();
   const ForcedStep step{system, lagrangian, h, interval, control, control_next};
   evaluate_balance(step, work.balance);
-  if (!factor_step(step, work.balance.momenta, work.blocks, work.damping, work.elimination)) {
+  body_hessians(step, work.balance.momenta, work.hessians);
+  blocks_of_hessians(interval, work.balance.momenta, work.hessians, work.blocks);
+  if (!system.only_free_joints()) mechanics::damping_blocks(system, interval, work.damping);
+  if (!work.elimination.factor(system, interval.rotation, interval.next_rotation, work.blocks, work.damping)) {
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     tangent.A.setConstant(unknown);
     tangent.B.setConstant(unknown);
     tangent.B_next.setConstant(unknown);
     return;
   }
-  work.variation.set_zero();
-  for (Vector3d& m : work.freedoms) m.setZero();
-  const Vector3d none = Vector3d::Zero();
-  for_each_freedom(system, [&](std::size_t i, int entry, int place) {
-    work.variation.left[i][entry] = 1.0;
-    follow(step, work.freedoms, none, none, work, tangent.A.col(place));
-    work.variation.left[i][entry] = 0.0;
-    work.freedoms[i][entry] = 1.0;
-    follow(step, work.freedoms, none, none, work, tangent.A.col(half + place));
-    work.freedoms[i][entry] = 0.0;
-  });
-  for (int entry = 0; entry < 3; ++entry) {
-    tangent.A.col(half - 3 + entry) = VectorXd::Unit(2 * half, half - 3 + entry);  // a shift of the whole
-    follow(step, work.freedoms, Vector3d::Unit(entry), none, work, tangent.A.col(2 * half - 3 + entry));
+
+  // directions: turns at k, then u_k, then the momentum at k, p_x last
+  const Eigen::Index turns = half - 3;
+  const Eigen::Index controls = system.control_count();
+  const Eigen::Index given = turns + controls;  // those that change E⁻ at a fixed next node
+  mechanics::StepDirections& d = work.directions;
+  mechanics::StepJacobian& J = work.jacobian;
+  for (std::size_t i = 0; i < d.left.size(); ++i) {
+    d.left[i].setZero();
+    d.right[i].topRows(given).setZero();
   }
-  int column = 0;
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const auto& actuation = system.joint(j).actuation;
-    for (Eigen::Index c = 0; c < actuation.cols(); ++c, ++column) {
-      work.variation.control[at(j)] = actuation.col(c);
-      follow(step, work.freedoms, none, none, work, tangent.B.col(column));
-      work.variation.control[at(j)].setZero();
-      for (auto* ends : {&work.variation.left, &work.variation.right})
-        for (Vector3d& turn : *ends) turn.setZero();
-      work.variation.displacement.setZero();
-      work.variation.control_next[at(j)] = actuation.col(c);
-      evaluate_rate(step, work.balance, work.variation, RateKind::tangent, work.rate);
-      work.variation.control_next[at(j)].setZero();
-      put(system, work.freedoms, none, work.rate.plus, none, work.column, tangent.B_next.col(column));
-    }
+  d.displacement.topRows(given).setZero();
+  for_each_freedom(system, [&](std::size_t i, int entry, int place) { d.left[i](place, entry) = 1.0; });
+  rates_at_beginning(step, work.balance, work.hessians, d, turns, J);
+  for (std::size_t i = 0; i < d.right.size(); ++i) {
+    d.right[i].topRows(turns) = -J.minus[i].topRows(turns);
+    d.right[i].bottomRows(half).setZero();
   }
+  d.displacement.setZero();
+  d.displacement.topRows(turns) = -J.linear.topRows(turns);
+  d.displacement.bottomRows(3).setIdentity();
+  mechanics::add_control_rows(system, interval.rotation, 0.5 * h, turns, d.right);
+  for_each_freedom(system, [&](std::size_t i, int entry, int place) { d.right[i](given + place, entry) = 1.0; });
+  work.elimination.solve_rows(system, interval.rotation, interval.next_rotation, d.right, d.displacement);
+  rates_at_end(step, work.balance, work.hessians, d, given + half, turns, J);
+
+  const auto put = [&](const mechanics::FreedomRows& freedoms, Eigen::Index first, Eigen::Index count,
+                       Eigen::Index row, Eigen::Ref<MatrixXd> columns) {
+    for_each_freedom(system, [&](std::size_t i, int entry, int place) {
+      columns.row(row + place) = freedoms[i].col(entry).segment(first, count).transpose();
+    });
+  };
+  const auto put_all = [&](Eigen::Index first, Eigen::Index count, Eigen::Ref<MatrixXd> columns) {
+    put(d.right, first, count, 0, columns);
+    columns.middleRows(turns, 3) = d.displacement.middleRows(first, count).transpose();
+    put(J.plus, first, count, half, columns);
+    columns.bottomRows(3).setZero();
+  };
+  put_all(0, turns, tangent.A.leftCols(turns));
+  put_all(turns, controls, tangent.B);
+  put_all(given, half, tangent.A.rightCols(half));
+  tangent.A.middleCols(turns, 3).setZero();
+  tangent.A.block(turns, turns, 3, 3).setIdentity();  // a shift of the whole
+  tangent.A.bottomRightCorner(3, 3).setIdentity();
+  for (mechanics::Rows3& rows : work.control_rows) rows.setZero();
+  mechanics::add_control_rows(system, interval.next_rotation, 0.5 * h, 0, work.control_rows);
+  put(work.control_rows, 0, controls, half, tangent.B_next);
 }
 
 PulledBack pull_back(const StepTangent& tangent, const MatrixXd& rows) {

@@ -1,11 +1,11 @@
 // Tangent and adjoint of one variational step, (g_k, μ_k, u_k, u_{k+1}) → (g_{k+1}, μ_{k+1}), by formula (equations
-// 4.13, 4.14).
+// 8.33, 8.34).
 #pragma once
 
 #include <functional>
 
 #include "integrator/step.hpp"
-#include "mechanics/step_balance.hpp"
+#include "mechanics/step_jacobian.hpp"
 
 namespace lamprey::integrator {
 
@@ -34,13 +34,13 @@ struct StepTangent {
 struct TangentWorkspace {
   explicit TangentWorkspace(const model::System& system);
   mechanics::StepBalance balance;
-  mechanics::StepVariation variation;
-  mechanics::StepRate rate;
+  std::vector<mechanics::BodyHessian> hessians;
   std::vector<mechanics::BodyBlock> blocks;
   std::vector<Eigen::Matrix3d> damping;
   mechanics::TreeElimination elimination;
-  mechanics::Freedoms freedoms;  // [bodies]
-  VectorXd column;               // [velocity_count]
+  mechanics::StepDirections directions;
+  mechanics::StepJacobian jacobian;
+  mechanics::FreedomRows control_rows;
 };
 
 /// Factors the derivative of E⁻ by the next node. Returns false where it is singular.

@@ -71,8 +71,19 @@ Vector3 log(const Matrix3& R) {
 }
 
 Matrix3 cayley_minus_identity(const Vector3& zeta) {
-  const Matrix3 Z = hat(zeta);
-  return 2.0 / (1.0 + zeta.squaredNorm()) * (Z + Z * Z);
+  // 2/(1 + |ζ|²) (ζ̂ + ζζᵀ − |ζ|² I)
+  const double square = zeta.squaredNorm();
+  const double factor = 2.0 / (1.0 + square);
+  const Vector3 z = factor * zeta;
+  Matrix3 m = z * zeta.transpose();
+  m.diagonal().array() -= factor * square;
+  m(0, 1) -= z.z();
+  m(0, 2) += z.y();
+  m(1, 0) += z.z();
+  m(1, 2) -= z.x();
+  m(2, 0) -= z.y();
+  m(2, 1) += z.x();
+  return m;
 }
 
 Matrix3 cayley(const Vector3& zeta) { return Matrix3::Identity() + cayley_minus_identity(zeta); }

@@ -1,8 +1,11 @@
 #include "maneuver/simulate.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <sstream>
 
+#include "integrator/march.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/motion.hpp"
 
@@ -10,60 +13,313 @@ namespace lamprey::maneuver {
 
 namespace {
 
+using integrator::March;
+using integrator::State;
+using integrator::StepReport;
+using model::at;
 using model::System;
+
+constexpr int most_halvings = 12;    // of a step that is divided
+constexpr int probed_halvings = 20;  // of a step that failed, to say what would have worked
 
 // The share of the moments that the joints can exert.
 mechanics::Moments exerted(const System& system, mechanics::Moments u) {
   for (int j = 0; j < system.joint_count(); ++j) {
     const auto& actuation = system.joint(j).actuation;
-    Vector3d& moment = u[static_cast<std::size_t>(j)];
+    Vector3d& moment = u[at(j)];
     moment = actuation * (actuation.transpose() * moment);
   }
   return u;
 }
 
-std::string failure(int step, double time, const integrator::StepReport& report) {
-  std::ostringstream text;
-  text << "step " << step << " at t = " << time << " s did not converge (relative residual " << report.residual
-       << " after " << report.iterations << " Newton iterations); try more steps";
-  return text.str();
+bool finite(const State& state) {
+  bool all = state.position.allFinite() && state.momentum.allFinite();
+  for (const Matrix3d& R : state.rotation) all = all && R.allFinite();
+  return all;
+}
+
+// A stretch of time, s.
+struct Span {
+  double begin;
+  double end;
+  double at(double fraction) const { return fraction == 1.0 ? end : begin + fraction * (end - begin); }
+};
+
+// Steps of a scheme under moments that run through time.
+class ControlledMarch {
+ public:
+  ControlledMarch(const System& system, Scheme scheme, const ControlFunction& control)
+      : system_(system), march_(system, scheme), control_(control), sample_(march_.nodes().size()) {}
+
+  /// One step of the scheme; on failure the state is left as it was.
+  StepReport advance(const Span& span, double time_step, State& state, const integrator::StageWitness& witness = {}) {
+    for (std::size_t s = 0; s < sample_.size(); ++s)
+      sample_[s] = exerted(system_, control_(span.at(march_.nodes()[s])));
+    saved_ = state;
+    StepReport report = march_.advance(
+        time_step, [&](int node) -> const mechanics::Moments& { return sample_[at(node)]; }, state, witness);
+    if (report.converged && !finite(state)) {
+      report.converged = false;
+      state = saved_;
+    }
+    return report;
+  }
+
+  void restart() { march_.restart(); }
+  const std::vector<double>& nodes() const { return march_.nodes(); }
+
+ private:
+  const System& system_;
+  March march_;
+  const ControlFunction& control_;
+  std::vector<mechanics::Moments> sample_;  // [stages + 1] of the latest step
+  State saved_;
+};
+
+// Where the bodies stand at a scheme's stages within a step: moments along joints' axes become vectors there.
+class StageRotations {
+ public:
+  explicit StageRotations(const std::vector<double>& nodes)
+      : nodes_(nodes), rotation_(nodes.size()), passed_(nodes.size()) {}
+
+  void begin(const mechanics::Rotations& R) {
+    distance_.assign(nodes_.size(), std::numeric_limits<double>::infinity());
+    take(0.0, R);
+  }
+  /// Told of the rotations after each stage of a part of the step that may yet fail.
+  void pass(std::size_t stage, const mechanics::Rotations& R) { passed_[stage] = R; }
+  /// The part, one of `parts`, has not failed.
+  void commit(int part, int parts) {
+    for (std::size_t s = 1; s < nodes_.size(); ++s) take((part + nodes_[s]) / parts, passed_[s]);
+  }
+  const mechanics::Rotations& at_node(std::size_t s) const { return rotation_[s]; }
+
+ private:
+  // Each node keeps the rotations nearest to it, which are its own in a whole step.
+  void take(double fraction, const mechanics::Rotations& R) {
+    for (std::size_t s = 0; s < nodes_.size(); ++s) {
+      const double distance = std::abs(fraction - nodes_[s]);
+      if (distance >= distance_[s]) continue;
+      distance_[s] = distance;
+      rotation_[s] = R;
+    }
+  }
+
+  const std::vector<double>& nodes_;
+  std::vector<double> distance_;                // of rotation_, in steps
+  std::vector<mechanics::Rotations> rotation_;  // [stages + 1]
+  std::vector<mechanics::Rotations> passed_;    // [stages + 1] of the present part
+};
+
+class Simulation {
+ public:
+  Simulation(const System& system, const Problem& problem, const ControlFunction& control)
+      : system_(system),
+        scheme_(problem.scheme),
+        control_(control),
+        h_(problem.time_step()),
+        march_(system, problem.scheme, control),
+        stages_(march_.nodes()) {}
+
+  /// Step k, whole or, if allowed, in pieces; on failure the state is where it last was.
+  bool advance(int k, bool adaptive, State& state, Solution& solution) {
+    const Span span{k * h_, (k + 1) * h_};
+    if (keeps_stages()) stages_.begin(state.rotation);
+    const bool done = advance_part(span, 0, 1, state) || (adaptive && advance_in_pieces(span, state, solution.divided));
+    if (done && keeps_stages()) append_stages(span, solution);
+    return done;
+  }
+
+  /// Why step k failed, and what would have worked.
+  std::string failure(int k, double duration, bool adaptive, const State& state) const {
+    std::ostringstream text;
+    text << "step " << k << " at t = " << failed_.begin << " s did not converge (";
+    if (std::isfinite(report_.residual) && report_.residual > 0.0) {
+      text << "relative residual " << report_.residual;
+    } else {
+      text << "a residual beyond all numbers";
+    }
+    text << " after " << report_.iterations << " Newton iterations)";
+    if (failed_step_ != h_) text << ", not even in pieces of " << failed_step_ << " s";
+    const double works = largest_working_step(state);
+    if (works > 0.0) {
+      text << "; the largest step that still works from there is " << works << " s: try " << std::ceil(duration / works)
+           << " steps" << (adaptive ? "" : ", or --adaptive, which divides such steps");
+    } else {
+      text << "; no step down to " << std::ldexp(failed_step_, -probed_halvings)
+           << " s works from there: look at the moments and the joints' angles at that time";
+    }
+    return text.str();
+  }
+
+ private:
+  bool keeps_stages() const { return !integrator::single_step(scheme_); }
+
+  // One of `pieces` equal parts of a step.
+  bool advance_part(const Span& whole, int part, int pieces, State& state) {
+    const double length = h_ / pieces;
+    const Span span{part == 0 ? whole.begin : whole.begin + part * length,
+                    part + 1 == pieces ? whole.end : whole.begin + (part + 1) * length};
+    std::size_t stage = 0;
+    integrator::StageWitness witness;
+    if (keeps_stages())
+      witness = [&](const mechanics::Interval&, const State& reached) { stages_.pass(++stage, reached.rotation); };
+    const StepReport report = march_.advance(span, length, state, witness);
+    if (report.converged && keeps_stages()) stages_.commit(part, pieces);
+    if (report.converged) return true;
+    report_ = report;
+    failed_ = span;
+    failed_step_ = length;
+    return false;
+  }
+
+  // Halves the piece that fails and goes on with pieces of that size.
+  bool advance_in_pieces(const Span& whole, State& state, DividedSteps& divided) {
+    int pieces = 1;
+    int done = 0;
+    int taken = 0;
+    while (done < pieces) {
+      if (pieces > 1 && advance_part(whole, done, pieces, state)) {
+        ++done;
+        ++taken;
+        continue;
+      }
+      if (pieces >= 1 << most_halvings) return false;
+      pieces *= 2;
+      done *= 2;
+      march_.restart();
+    }
+    march_.restart();
+    const double piece = h_ / pieces;
+    divided.smallest_step = divided.steps > 0 ? std::min(divided.smallest_step, piece) : piece;
+    ++divided.steps;
+    divided.substeps += taken;
+    return true;
+  }
+
+  void append_stages(const Span& span, Solution& solution) const {
+    std::vector<double> times;
+    std::vector<Vectors> moments;
+    for (std::size_t s = 0; s < march_.nodes().size(); ++s) {
+      times.push_back(span.at(march_.nodes()[s]));
+      moments.push_back(mechanics::applied_moments(system_, stages_.at_node(s), exerted(system_, control_(times[s]))));
+    }
+    solution.stage_time.push_back(times);
+    solution.control_stages.push_back(moments);
+  }
+
+  double largest_working_step(const State& state) const {
+    ControlledMarch probe(system_, scheme_, control_);
+    double length = failed_step_;
+    for (int n = 0; n < probed_halvings; ++n) {
+      length *= 0.5;
+      State reached = state;
+      probe.restart();
+      if (probe.advance({failed_.begin, failed_.begin + length}, length, reached).converged) return length;
+    }
+    return 0.0;
+  }
+
+  const System& system_;
+  Scheme scheme_;
+  const ControlFunction& control_;
+  double h_;  // s, of whole steps
+  ControlledMarch march_;
+  StageRotations stages_;
+  StepReport report_;         // of the part that failed last
+  Span failed_{0.0, 0.0};     // its time
+  double failed_step_ = 0.0;  // s, its length
+};
+
+std::string summary(const Solution& solution, int steps) {
+  std::string text = "Marched " + std::to_string(steps) + " steps of the scheme.";
+  if (solution.divided.steps > 0) {
+    std::ostringstream pieces;
+    pieces << " " << solution.divided.steps << " of them did not converge whole and were divided into "
+           << solution.divided.substeps << " substeps, the smallest of " << solution.divided.smallest_step << " s.";
+    text += pieces.str();
+  }
+  return text;
 }
 
 }  // namespace
 
 ControlFunction no_control(const System& system) {
-  const mechanics::Moments none(static_cast<std::size_t>(system.joint_count()), Vector3d::Zero());
+  const mechanics::Moments none(at(system.joint_count()), Vector3d::Zero());
   return [none](double) { return none; };
 }
 
+mechanics::Moments moments_at_zero_angle(const System& system, const Vectors& on_parent) {
+  mechanics::Rotations zero(at(system.body_count()), Matrix3d::Identity());
+  for (int i : system.root_to_leaves()) {
+    const model::Body& body = system.body(i);
+    if (body.parent >= 0) zero[at(i)] = zero[at(body.parent)] * system.joint(body.joint).reference_rotation;
+  }
+  return mechanics::moments_of_applied(system, zero, on_parent);
+}
+
+ControlFunction stage_polynomials(const std::vector<double>& time, const std::vector<mechanics::Moments>& samples,
+                                  std::size_t stages) {
+  return [time, samples, stages](double t) {
+    std::size_t first = 0;  // of the step that holds t
+    std::size_t beyond = time.size() / stages;
+    for (std::size_t low = 0; low + 1 < beyond;) {
+      const std::size_t middle = (low + beyond) / 2;
+      (time[middle * stages] <= t ? low : beyond) = middle;
+      first = low * stages;
+    }
+    t = std::clamp(t, time[first], time[first + stages - 1]);
+    mechanics::Moments value(samples[first].size(), Vector3d::Zero());
+    for (std::size_t s = 0; s < stages; ++s) {
+      if (t == time[first + s]) return samples[first + s];
+      double weight = 1.0;  // Lagrange's
+      for (std::size_t other = 0; other < stages; ++other)
+        if (other != s) weight *= (t - time[first + other]) / (time[first + s] - time[first + other]);
+      for (std::size_t j = 0; j < value.size(); ++j) value[j] += weight * samples[first + s][j];
+    }
+    return value;
+  };
+}
+
 Solution simulate(const System& system, const Problem& problem, const ControlFunction& control,
-                  const std::function<bool()>& interrupted) {
+                  const SimulateOptions& options) {
   Solution solution;
   solution.status = Status::simulated;
   solution.cost = std::numeric_limits<double>::quiet_NaN();
   const double h = problem.time_step();
-  integrator::State state = start_state(system, problem.start);
-  integrator::StepWorkspace work(system);
-  mechanics::Moments u = exerted(system, control(0.0));
-  append_node(system, 0.0, state, u, solution);
+  State state = start_state(system, problem.start);
+  Simulation simulation(system, problem, control);
+  const auto append = [&](double time) {
+    append_node(system, time, state, exerted(system, control(time)), solution);
+    return std::isfinite(solution.linear_velocity.back().sum());
+  };
+  const auto stop = [&](Status status, const std::string& message) {
+    solution.status = status;
+    solution.message = message;
+    return solution;
+  };
+  const std::string no_velocity =
+      "the velocity is not defined there: the two axes of a universal joint fall together; start elsewhere, or use a "
+      "ball joint";
+  if (!append(0.0)) return stop(Status::stalled, "step 0 at t = 0 s cannot begin: " + no_velocity);
   for (int k = 0; k < problem.steps; ++k) {
-    if (interrupted && interrupted()) {
-      solution.status = Status::interrupted;
-      solution.message = "Interrupted at t = " + std::to_string(k * h) + " s.";
-      return solution;
+    if (options.interrupted && options.interrupted())
+      return stop(Status::interrupted, "Interrupted at t = " + std::to_string(k * h) + " s.");
+    if (!simulation.advance(k, options.adaptive, state, solution))
+      return stop(Status::stalled, simulation.failure(k, problem.duration.value, options.adaptive, state));
+    if (!append((k + 1) * h)) {
+      std::ostringstream text;
+      text << "step " << k << " ends at t = " << (k + 1) * h << " s where " << no_velocity;
+      return stop(Status::stalled, text.str());
     }
-    const mechanics::Moments u_next = exerted(system, control((k + 1) * h));
-    const auto report = advance(system, integrator::lagrangian_of(problem.scheme), h, u, u_next, state, work);
-    if (!report.converged) {
-      solution.status = Status::stalled;
-      solution.message = failure(k, k * h, report);
-      return solution;
-    }
-    u = u_next;
-    append_node(system, (k + 1) * h, state, u, solution);
   }
-  solution.message = "Marched " + std::to_string(problem.steps) + " steps of the scheme.";
+  solution.message = summary(solution, problem.steps);
   return solution;
+}
+
+Solution simulate(const System& system, const Problem& problem, const ControlFunction& control,
+                  const std::function<bool()>& interrupted) {
+  return simulate(system, problem, control, SimulateOptions{.adaptive = false, .interrupted = interrupted});
 }
 
 }  // namespace lamprey::maneuver

@@ -10,14 +10,35 @@
 
 namespace lamprey::maneuver {
 
-using ControlFunction = std::function<mechanics::Moments(double)>;  // s → N m, [joints]
+using ControlFunction = std::function<mechanics::Moments(double)>;  // s → [joints] N m, as mechanics::Moments says
 
 /// No moments at any time.
 ControlFunction no_control(const model::System& system);
 
-/// Marches from the problem's start by its scheme, duration and steps. Moments act within the joints' actuated directions only.
-/// Where a step does not converge the march ends there: status stalled, the message names step, time and residual, and the
-/// arrays hold the nodes before it. `interrupted` is asked at every step.
+/// Joint moments of vectors on the parents in the parents' frames with every joint at its zero angle, [joints] N m: of a
+/// hinge the part along its axis a, of a universal joint the parts along its first axis a and its second one Q_0 b.
+mechanics::Moments moments_at_zero_angle(const model::System& system, const Vectors& on_parent);
+
+/// Moments that run, within each step of an earlier march, as the polynomial through its stage nodes; beyond the ends the
+/// end values. `time` [steps × stages] s and `samples` [steps × stages], step after step, each from its beginning to its
+/// end in the order of the scheme's nodes, which are distinct.
+ControlFunction stage_polynomials(const std::vector<double>& time, const std::vector<mechanics::Moments>& samples,
+                                  std::size_t stages);
+
+struct SimulateOptions {
+  bool adaptive = false;              // divide steps that do not converge
+  std::function<bool()> interrupted;  // asked at every step; may be empty
+};
+
+/// Marches from the problem's start by its scheme, duration and steps, the controls sampled at the nodes of all stages.
+/// Moments act within the joints' actuated directions only. A step that does not converge is, if `adaptive`, divided in
+/// halves as often as needed, into 4096 substeps at most; the next one is taken whole again. Where that does not help
+/// either the march ends: status stalled, the message names step, time, residual and the largest step that still works
+/// from there, and the arrays hold the nodes before it.
+Solution simulate(const model::System& system, const Problem& problem, const ControlFunction& control,
+                  const SimulateOptions& options);
+
+/// The same without dividing steps.
 Solution simulate(const model::System& system, const Problem& problem, const ControlFunction& control,
                   const std::function<bool()>& interrupted);
 

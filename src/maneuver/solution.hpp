@@ -46,6 +46,13 @@ struct SearchRecord {
   std::vector<Minimum> minima;  // by rising cost
 };
 
+/// Where a march had to divide its steps; empty for motions that were not marched so.
+struct DividedSteps {
+  int steps = 0;               // steps of the problem that were divided
+  int substeps = 0;            // into how many, in all
+  double smallest_step = 0.0;  // s, of the substeps
+};
+
 struct Solution {
   Status status = Status::stalled;
   std::string message;
@@ -58,6 +65,9 @@ struct Solution {
   std::vector<Vectors> angular_velocity;               // [N+1][bodies] rad/s, body frames
   MomentumHistory linear_momentum;                     // kg m/s
   MomentumHistory angular_momentum;                    // kg m²/s
+  std::vector<std::vector<double>> stage_time;         // [N][s] s, nodes of a scheme's stages; above order 2 only
+  std::vector<std::vector<Vectors>> control_stages;    // [N][s][joints] N m, on the parent, parent's frame at that time
+  DividedSteps divided;                                // of a march that divides its steps
   SearchRecord search;                                 // starts = 0: no search was made
   SolverRecord solver;
 };

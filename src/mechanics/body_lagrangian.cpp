@@ -76,17 +76,21 @@ Matrix3d trace_inertia(const model::System& system, const Quadrature& weights, i
 BodyLagrangian::BodyLagrangian(const model::System& system, DiscreteLagrangian lagrangian, double time_step, int i)
     : M_(system.body(i).mass_matrix),
       C_(system.body(i).coupling_matrix),
+      J_(system.body(i).inertia_matrix),
+      Jd_(&system.body(i).trace_weight),
+      system_trace_weight_(system.body(i).trace_weight),
       weights_(quadrature(lagrangian)),
-      arm_(Vector3d::Zero()),
-      h_(time_step),
+      rate_(1.0 / time_step),
       coupled_(system.body(i).coupled),
       trace_form_(weights_.trace_form && system.body(i).parent >= 0) {
-  Jd_ = trace_weight(trace_inertia(system, weights_, i));
-  if (trace_form_) arm_ = -system.joint(system.body(i).joint).child_offset;
+  if (!trace_form_) return;
+  arm_ = -system.joint(system.body(i).joint).child_offset;
+  own_Jd_ = mechanics::trace_weight(trace_inertia(system, weights_, i));
+  Jd_ = &own_Jd_;
 }
 
 double BodyLagrangian::value(const BodyStep& step) const {
-  double value = -(step.rotation_minus_identity * Jd_).trace();
+  double value = -(step.rotation_minus_identity * *Jd_).trace();
   const Vector3d C_spin = coupled_ ? Vector3d(C_ * vee(step.rotation)) : Vector3d(Vector3d::Zero());
   for_each_node(weights_, step, [&](const Node& node) {
     const Vector3d y = node.G.transpose() * step.shift;
@@ -96,11 +100,14 @@ double BodyLagrangian::value(const BodyStep& step) const {
     const Vector3d s = step.rotation_minus_identity * arm_;
     value -= 0.5 * s.dot(M_ * s);
   }
-  return value / h_;
+  return value * rate_;
 }
 
 BodyGradient BodyLagrangian::gradient(const BodyStep& step) const {
-  BodyGradient result{2.0 * vee(Jd_ * step.rotation_minus_identity), Vector3d::Zero()};
+  // 2 vee(J_d (F − I)) = 2/(1 + |ζ|²) (Jζ + Jζ × ζ)
+  const Vector3d& zeta = step.cayley;
+  const Vector3d spin_momentum = J_ * zeta;
+  BodyGradient result{2.0 / (1.0 + zeta.squaredNorm()) * (spin_momentum + spin_momentum.cross(zeta)), Vector3d::Zero()};
   if (weights_.middle == 0.0 && !coupled_) {  // the common case, without the generality below
     const Vector3d p = weights_.left * (M_ * step.shift);
     const Vector3d y = step.rotation.transpose() * step.shift;
@@ -120,16 +127,18 @@ BodyGradient BodyLagrangian::gradient(const BodyStep& step) const {
     });
     if (coupled_) result.turn += spin.pull(C_.transpose() * mean);
   }
-  if (trace_form_)
+  if (trace_form_) {  // J' = J − d̂ M d̂, and what s takes out
+    result.turn += 2.0 * vee((*Jd_ - system_trace_weight_) * step.rotation_minus_identity);
     result.turn -= arm_.cross(step.rotation.transpose() * (M_ * (step.rotation_minus_identity * arm_)));
-  result.turn /= h_;
-  result.shift /= h_;
+  }
+  result.turn *= rate_;
+  result.shift *= rate_;
   return result;
 }
 
 BodyHessian BodyLagrangian::hessian(const BodyStep& step) const {
   const Matrix3d& F = step.rotation;
-  const Matrix3d X = Jd_ * F;
+  const Matrix3d X = *Jd_ * F;
   BodyHessian H{X.trace() * Matrix3d::Identity() - X.transpose(), Matrix3d::Zero(), Matrix3d::Zero(), Matrix3d::Zero()};
   if (weights_.middle == 0.0 && !coupled_) {
     H.shift_by_shift = weights_.left * M_;
@@ -183,18 +192,29 @@ BodyHessian BodyLagrangian::hessian(const BodyStep& step) const {
     const Vector3d q = F.transpose() * (M_ * (step.rotation_minus_identity * arm_));
     H.turn_by_turn += hat(arm_) * (F.transpose() * M_ * F * hat(arm_) - hat(q));
   }
-  H.turn_by_turn /= h_;
-  H.turn_by_shift /= h_;
-  H.shift_by_turn /= h_;
-  H.shift_by_shift /= h_;
+  H.turn_by_turn *= rate_;
+  H.turn_by_shift *= rate_;
+  H.shift_by_turn *= rate_;
+  H.shift_by_shift *= rate_;
   return H;
 }
 
 BodyGradient BodyLagrangian::gradient_rate(const BodyStep& step, const BodyDirection& along) const {
   const Matrix3d& F = step.rotation;
   const Vector3d& a = along.turn;
-  const Matrix3d X = Jd_ * F;
+  const Matrix3d X = *Jd_ * F;
   BodyGradient rate{X.trace() * a - X.transpose() * a, Vector3d::Zero()};
+  if (plain()) {
+    const Vector3d y = F.transpose() * step.shift;
+    const Vector3d p = weights_.right * (M_ * y);
+    const Vector3d y_rate = y.cross(a) + F.transpose() * along.shift;
+    const Vector3d p_rate = weights_.right * (M_ * y_rate);
+    rate.turn += p_rate.cross(y) + p.cross(y_rate);
+    rate.shift = weights_.left * (M_ * along.shift) + F * (a.cross(p) + p_rate);
+    rate.turn *= rate_;
+    rate.shift *= rate_;
+    return rate;
+  }
   const Spin spin(F);
   const Vector3d C_spin = coupled_ ? Vector3d(C_ * spin.value) : Vector3d(Vector3d::Zero());
   const Vector3d C_spin_rate = coupled_ ? Vector3d(C_ * spin.rate(a)) : Vector3d(Vector3d::Zero());
@@ -219,8 +239,8 @@ BodyGradient BodyLagrangian::gradient_rate(const BodyStep& step, const BodyDirec
     const Vector3d q_rate = q.cross(a) + F.transpose() * (M_ * (F * a.cross(arm_)));
     rate.turn -= arm_.cross(q_rate);
   }
-  rate.turn /= h_;
-  rate.shift /= h_;
+  rate.turn *= rate_;
+  rate.shift *= rate_;
   return rate;
 }
 
@@ -229,8 +249,21 @@ BodyGradient BodyLagrangian::gradient_second_rate(const BodyStep& step, const Bo
   const Matrix3d& F = step.rotation;
   const Vector3d& a1 = first.turn;
   const Vector3d& a2 = second.turn;
-  const Matrix3d X = Jd_ * F;
+  const Matrix3d X = *Jd_ * F;
   BodyGradient rate{-2.0 * vee(X).dot(a2) * a1 + a2.cross(X.transpose() * a1), Vector3d::Zero()};
+  if (plain()) {
+    const double k = weights_.right;
+    const Vector3d y = F.transpose() * step.shift;
+    const Vector3d seen_1 = F.transpose() * first.shift;
+    const Vector3d y_1 = y.cross(a1) + seen_1;
+    const Vector3d y_2 = y.cross(a2) + F.transpose() * second.shift;
+    const Vector3d y_12 = y_2.cross(a1) - a2.cross(seen_1);
+    const Vector3d p = k * (M_ * y), p_1 = k * (M_ * y_1), p_2 = k * (M_ * y_2), p_12 = k * (M_ * y_12);
+    rate.shift = rate_ * (F * (a2.cross(a1.cross(p) + p_1) + a1.cross(p_2) + p_12));
+    rate.turn += p_12.cross(y) + p_1.cross(y_2) + p_2.cross(y_1) + p.cross(y_12);
+    rate.turn *= rate_;
+    return rate;
+  }
   const Spin spin(F);
   const auto coupling = [&](const Vector3d& v) { return coupled_ ? Vector3d(C_ * v) : Vector3d(Vector3d::Zero()); };
   const Vector3d C_spin = coupling(spin.value);
@@ -282,8 +315,8 @@ BodyGradient BodyLagrangian::gradient_second_rate(const BodyStep& step, const Bo
     const Vector3d q_12 = q_2.cross(a1) + weighed(e1).cross(a2) + weighed(a2.cross(e1));
     rate.turn -= arm_.cross(q_12);
   }
-  rate.turn /= h_;
-  rate.shift /= h_;
+  rate.turn *= rate_;
+  rate.shift *= rate_;
   return rate;
 }
 
@@ -291,7 +324,7 @@ void BodyLagrangian::add_inertia_gradient(const BodyStep& step, const BodyDirect
                                           BodyInertiaGradient& result) const {
   const Matrix3d& F = step.rotation;
   const Vector3d& a = along.turn;
-  const double f = weight / h_;
+  const double f = weight * rate_;
   const Matrix3d FA = F * hat(a);
   // −tr(F â J_d) with J_d = ½ tr(J) I − J
   const Matrix3d by_trace_inertia = f * (0.5 * (FA + FA.transpose()) - 0.5 * FA.trace() * Matrix3d::Identity());

@@ -1,5 +1,5 @@
 // One body's share of a discrete Lagrangian, l(F, w): its relative rotation F over a step and the displacement w of its
-// mass centre, seen from the body at the step's beginning; gradient, Hessian and third derivatives (chapter 3, 3.6 to 3.9).
+// mass centre, seen from the body at the step's beginning; gradient, Hessian and third derivatives (equations 8.8 to 8.13).
 #pragma once
 
 #include "lie/so3.hpp"
@@ -73,9 +73,13 @@ class BodyLagrangian {
   double value(const BodyStep& step) const;
   BodyGradient gradient(const BodyStep& step) const;
   BodyHessian hessian(const BodyStep& step) const;
-  /// Rate of the gradient along a constant direction (equation 3.8).
+  /// Whether momenta need none of the generality of coupling, midpoint and trace form.
+  bool plain() const { return !coupled_ && !trace_form_ && weights_.middle == 0.0; }
+  const Quadrature& weights() const { return weights_; }
+  const Matrix3d& trace_weight() const { return *Jd_; }
+  /// Rate of the gradient along a constant direction (equation 8.11).
   BodyGradient gradient_rate(const BodyStep& step, const BodyDirection& along) const;
-  /// Rate along `second` of the rate along `first`, both directions constant (equation 3.9).
+  /// Rate along `second` of the rate along `first`, both directions constant (equation 8.12).
   BodyGradient gradient_second_rate(const BodyStep& step, const BodyDirection& first,
                                     const BodyDirection& second) const;
   /// Adds weight times the derivative by the inertia of l's rate along a direction.
@@ -85,10 +89,13 @@ class BodyLagrangian {
  private:
   const Matrix3d& M_;
   const Matrix3d& C_;
-  Matrix3d Jd_;
+  const Matrix3d& J_;
+  const Matrix3d* Jd_;                   // the body's own, or own_Jd_ with the trace form
+  const Matrix3d& system_trace_weight_;  // the body's own
+  Matrix3d own_Jd_;                      // left unset without the trace form
   Quadrature weights_;
-  Vector3d arm_;  // joint → mass centre where the trace form takes its part out, else zero
-  double h_;
+  Vector3d arm_;  // joint → mass centre where the trace form takes its part out; else unset
+  double rate_;   // 1/h
   bool coupled_;
   bool trace_form_;
 };

@@ -220,7 +220,7 @@ VectorXd damping_force(const System& system, const Rotations& R, const VectorXd&
       moments.along[c] -= joint.damping * motion.freedoms[c];
       continue;
     }
-    const Matrix3d Q = R[at(joint.parent)].transpose() * R[c];
+    const Matrix3d Q = child_to_parent(R, joint);
     const Vector3d relative = motion.turn[c] - Q.transpose() * motion.turn[at(joint.parent)];
     moments.body[c] -= joint.damping * relative;
     moments.body[at(joint.parent)] += joint.damping * (Q * relative);

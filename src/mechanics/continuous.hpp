@@ -24,7 +24,7 @@ struct SpatialMomentum {
 /// 𝕀(R), [velocity_count][velocity_count], symmetric positive definite (equation 2.4).
 MatrixXd generalized_inertia(const model::System& system, const Rotations& rotation);
 
-/// 𝕀(R)⁻¹ μ in time linear in the bodies, without forming 𝕀; NaN where a universal joint's two axes fall together.
+/// 𝕀(R)⁻¹ μ in time linear in the bodies, without forming 𝕀.
 VectorXd velocity_of_momentum(const model::System& system, const Rotations& rotation, const VectorXd& momentum);
 
 /// ξ of bodies' angular velocities [bodies] (rad/s, body frames) and the root's velocity (m/s, world); what joints that

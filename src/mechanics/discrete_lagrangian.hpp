@@ -51,7 +51,7 @@ struct DiscreteMomenta {
 double discrete_lagrangian(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
                            const Interval& interval);
 
-/// p⁻ and p⁺ (equation 4.3), linear in the number of bodies, no allocation.
+/// p⁻ and p⁺ (equations 4.3, 8.13), linear in the number of bodies, no allocation.
 void discrete_momenta(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
                       const Interval& interval, DiscreteMomenta& momenta);
 

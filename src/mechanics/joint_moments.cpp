@@ -22,10 +22,6 @@ Vector3d relative_turn_change(const Matrix3d& Q, const Vectors& first, const Vec
          Q.transpose() * first_changes[at(joint.parent)];
 }
 
-Matrix3d child_to_parent(const Rotations& R, const Joint& joint) {
-  return R[at(joint.parent)].transpose() * R[at(joint.child)];
-}
-
 // A moment on the child and its opposite on the parent.
 void add_pair(const Joint& joint, const Matrix3d& Q, const Vector3d& on_child, JointMoments& result) {
   result.body[at(joint.child)] += on_child;
@@ -251,7 +247,7 @@ void damping_blocks(const System& system, const Interval& step, std::vector<Matr
 void add_spring_work(const System& system, const Rotations& R, NodeTurns along, double weight, VectorXd& result) {
   for (int j = 0; j < system.joint_count(); ++j) {
     const Joint& joint = system.joint(j);
-    if (joint.kind == model::JointKind::fixed) continue;
+    if (joint.stiffness == 0.0) continue;
     const Matrix3d Q = child_to_parent(R, joint);
     result[j] -= weight * (joint.free() ? spring_turn(joint, Q).dot(relative_turn(Q, along.turns, joint))
                                         : joint_angles(joint, Q).dot(along.freedoms[at(joint.child)]));
@@ -261,6 +257,7 @@ void add_spring_work(const System& system, const Rotations& R, NodeTurns along, 
 void add_damping_work(const System& system, const Interval& step, NodeTurns left, NodeTurns right, VectorXd& result) {
   for (int j = 0; j < system.joint_count(); ++j) {
     const Joint& joint = system.joint(j);
+    if (joint.damping == 0.0) continue;
     const std::size_t c = at(joint.child);
     if (!joint.free()) {
       result[j] -= 0.5 * step.joint_turn[c].dot(left.freedoms[c] + right.freedoms[c]);

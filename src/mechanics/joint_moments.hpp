@@ -72,10 +72,10 @@ void add_damping_second_rates(const model::System& system, const Interval& inter
 /// TreeElimination takes as damping.
 void damping_blocks(const model::System& system, const Interval& interval, std::vector<Matrix3d>& blocks);
 
-/// Derivative by each joint's stiffness of the springs' virtual work along a direction, added `weight` times; [joints].
+/// Derivative by each sprung joint's stiffness of the springs' virtual work along a direction, added `weight` times; [joints].
 void add_spring_work(const model::System& system, const Rotations& R, NodeTurns along, double weight, VectorXd& result);
 
-/// Derivative by each joint's damping of −ψ⁻·left − ψ⁺·right, added to [joints].
+/// Derivative by each damped joint's damping of −ψ⁻·left − ψ⁺·right, added to [joints].
 void add_damping_work(const model::System& system, const Interval& interval, NodeTurns left, NodeTurns right,
                       VectorXd& result);
 

@@ -60,6 +60,34 @@ void add_brackets(const System& system, const Freedoms& turn, const Freedoms& mo
     if (system.body(i).freedoms == 3) result[at(i)] += weight * turn[at(i)].cross(momentum[at(i)]);
 }
 
+// m v̂: the columns of m crossed with v from the right.
+Matrix3d times_hat(const Matrix3d& m, const Vector3d& v) {
+  Matrix3d result;
+  result.col(0) = m.col(1) * v.z() - m.col(2) * v.y();
+  result.col(1) = m.col(2) * v.x() - m.col(0) * v.z();
+  result.col(2) = m.col(0) * v.y() - m.col(1) * v.x();
+  return result;
+}
+
+// Block of a body whose translation is weighed at the ends of the step alone (equation 4.15).
+void plain_block(const Matrix3d& M, const BodyLagrangian& body, double time_step, const Interval& interval,
+                 const Vector3d& w, std::size_t n, BodyBlock& block) {
+  const Matrix3d& R = interval.rotation[n];
+  const Matrix3d& R_next = interval.next_rotation[n];
+  const Matrix3d& F = interval.relative_rotation[n];
+  const double left = body.weights().left / time_step;
+  const double right = body.weights().right / time_step;
+  const Vector3d w_next = F.transpose() * w;
+  const Matrix3d X = F * body.trace_weight();
+  const Matrix3d RM = left * (R * M);
+  const Matrix3d RM_next = right * (R_next * M);
+  block.moment_by_turn = (X.trace() * F - X * F) / time_step;
+  block.force_by_shift = RM * R.transpose() + RM_next * R_next.transpose();
+  block.force_by_turn = times_hat(RM_next, w_next) - times_hat(R_next, right * (M * w_next));
+  // (ŵ M − (M w)^) Rᵀ, transposed
+  block.moment_by_shift = (times_hat(R, left * (M * w)) - times_hat(RM, w)).transpose();
+}
+
 }  // namespace
 
 StepBalance::StepBalance(int bodies)
@@ -266,7 +294,12 @@ void step_blocks(const System& system, DiscreteLagrangian lagrangian, double tim
     const std::size_t n = at(i);
     const Matrix3d& R = interval.rotation[n];
     const Matrix3d& F = interval.relative_rotation[n];
-    const BodyHessian H = BodyLagrangian(system, lagrangian, time_step, i).hessian(body_step(interval, p, i));
+    const BodyLagrangian body(system, lagrangian, time_step, i);
+    if (body.plain()) {
+      plain_block(system.body(i).mass_matrix, body, time_step, interval, p.shift[n], n, blocks[n]);
+      continue;
+    }
+    const BodyHessian H = body.hessian(body_step(interval, p, i));
     const Matrix3d w = hat(p.shift[n]);
     blocks[n].moment_by_turn = F * (H.turn_by_turn - hat(p.turn[n])) + w * H.shift_by_turn;
     blocks[n].moment_by_shift = (F * H.turn_by_shift - hat(p.impulse[n]) + w * H.shift_by_shift) * R.transpose();

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "mechanics/rows.hpp"
 #include "mechanics/tree_motion.hpp"
 
 namespace lamprey::mechanics {
@@ -35,6 +36,10 @@ class TreeElimination {
   void solve_transposed(const model::System& system, const Rotations& left, const Rotations& right, Freedoms& freedoms,
                         Vector3d& linear);
 
+  /// solve for many right-hand sides, rows of each [rows][3].
+  void solve_rows(const model::System& system, const Rotations& left, const Rotations& right,
+                  FreedomRows& freedoms, Rows3& linear);
+
  private:
   // A body seen from its joint, its subtree condensed.
   struct Node {
@@ -56,6 +61,7 @@ class TreeElimination {
   std::vector<BodyBlock> condensed_;  // [bodies] about the mass centre
   std::vector<Node> nodes_;           // [bodies]
   std::vector<Walk> walk_;            // [bodies]
+  FreedomRows row_moment_, row_force_;  // [bodies], of solve_rows; sized by its first call
   Eigen::Matrix<double, 6, 6> root_inverse_;
 };
 

@@ -1,5 +1,5 @@
 // Motion down the tree and moments up the tree: how the freedoms of the joints turn the bodies, and what moments and
-// forces on the bodies do along the freedoms, with their first and second rates (chapter 1, equations 1.8 to 1.13).
+// forces on the bodies do along the freedoms, with their first and second rates (chapter 8, equations 8.2 to 8.7).
 #pragma once
 
 #include <vector>
@@ -19,6 +19,11 @@ using Rotations = std::vector<Matrix3d>;  // [bodies] body → world
 using Vectors = std::vector<Vector3d>;    // [bodies], as each name says
 /// [bodies] along each body's freedoms: a turn in its own frame, or turns about its joint's axes; entries beyond are 0.
 using Freedoms = std::vector<Vector3d>;
+
+/// Q = R_pᵀ R_c of a joint.
+inline Matrix3d child_to_parent(const Rotations& R, const model::Joint& joint) {
+  return R[model::at(joint.parent)].transpose() * R[model::at(joint.child)];
+}
 
 /// A joint that leads its child: where its axes lie now.
 struct JointFrame {
@@ -42,17 +47,17 @@ void pack(const model::System& system, const Freedoms& freedoms, const Vector3d&
 /// Angles of the joint to body i's parent about its axes, rad in (−π, π]; entries beyond its freedoms are 0.
 Vector3d joint_angles(const model::Joint& joint, const Matrix3d& child_to_parent);
 
-/// Body-frame turns η_i of all bodies along freedoms (equation 1.9).
+/// Body-frame turns η_i of all bodies along freedoms (equation 8.3).
 void body_turns(const model::System& system, const Rotations& R, const Freedoms& freedoms, Vectors& turns);
 
-/// Change of the turns along `first` (constant freedoms) when the bodies turn along `second` (equation 1.10).
+/// Change of the turns along `first` (constant freedoms) when the bodies turn along `second` (equation 8.4).
 void body_turn_changes(const model::System& system, const Rotations& R, const Freedoms& first,
                        const Vectors& first_turns, const Freedoms& second, Vectors& changes);
 
 /// Sums world forces over subtrees, in place: [bodies] N or the like.
 void sum_subtrees(const model::System& system, Vectors& force);
 
-/// Carries moments up the tree (equation 1.11). `moment` [bodies], body frames: each body's own about its mass centre
+/// Carries moments up the tree (equation 8.5). `moment` [bodies], body frames: each body's own about its mass centre
 /// on entry, the moment through its joint on return; `force` [bodies], world: sums over subtrees.
 void gather(const model::System& system, const Rotations& R, const Vectors& force, Vectors& moment, Freedoms& result);
 
@@ -63,12 +68,12 @@ struct GatherRate {
   const Vectors& force;      // rate of the subtree forces, world
 };
 
-/// Rate of gather's result along a direction (equation 1.12). `moment_rate` is as `moment` of gather: own rates on
+/// Rate of gather's result along a direction (equation 8.6). `moment_rate` is as `moment` of gather: own rates on
 /// entry, rates of the joints' moments on return.
 void gather_rate(const model::System& system, const Rotations& R, const Vectors& force, const Vectors& moment,
                  const GatherRate& along, Vectors& moment_rate, Freedoms& result);
 
-/// Rate along `second` of gather's rate along `first` (equation 1.13). `first_changes`: change of first.turns along
+/// Rate along `second` of gather's rate along `first` (equation 8.7). `first_changes`: change of first.turns along
 /// second; `force_second`: second rates of the subtree forces; moment rates as returned by gather_rate; `moment_second`
 /// as `moment_rate`.
 void gather_second_rate(const model::System& system, const Rotations& R, const Vectors& force, const Vectors& moment,

@@ -49,6 +49,7 @@ Body resolve_body(const BodyDescription& described, double density) {
                      "of \"" + body.name + "\" is not symmetric positive definite; mend its entries");
   body.coupling_matrix = described.coupling_matrix.value_or(Matrix3d::Zero());
   body.coupled = !body.coupling_matrix.isZero(0.0);
+  body.trace_weight = 0.5 * body.inertia_matrix.trace() * Matrix3d::Identity() - body.inertia_matrix;
   Eigen::Matrix<double, 6, 6> whole;
   whole << body.inertia_matrix, body.coupling_matrix.transpose(), body.coupling_matrix, body.mass_matrix;
   if (!whole.allFinite() || whole.llt().info() != Eigen::Success)
@@ -145,6 +146,9 @@ void lay_axes(const JointDescription& described, Joint& joint) {
     joint.child_axis = unit_axis((*described.axes)[1], "joint.axes", described.name);
     if (std::abs(joint.parent_axis.dot(joint.reference_rotation * joint.child_axis)) > 1e-6)
       throw InputError("joint.axes", "of \"" + described.name + "\" are not orthogonal at zero angle; turn one of them");
+    // what is left of the parent's axis in the child's, up to 1e-6, goes
+    const Vector3d first = joint.reference_rotation.transpose() * joint.parent_axis;
+    joint.child_axis = (joint.child_axis - first * first.dot(joint.child_axis)).normalized();
   }
 }
 

@@ -32,6 +32,7 @@ struct Body {
   Matrix3d inertia_matrix;      // kg m², J_i: body + fluid, body frame
   Matrix3d coupling_matrix;     // kg m, C_i: body + fluid, body frame, energy V·C_iΩ
   bool coupled;                 // whether C_i is not zero
+  Matrix3d trace_weight;        // kg m², ½ tr(J_i) I − J_i: what rotation weighs in a discrete Lagrangian
   int parent;                   // body index; −1 for the root
   int joint;                    // joint to the parent; −1 for the root
   int freedoms;                 // 3: turns on its own (the root, a ball joint's child); 2, 1, 0: turns about its joint's axes
@@ -41,7 +42,7 @@ struct Body {
 };
 
 /// A joint. Ball: the child turns freely. Hinge: R_c = R_p Q_0 exp(θ b̂). Universal: R_c = R_p exp(θ_1 â) Q_0 exp(θ_2 b̂).
-/// Fixed: R_c = R_p Q_0 (equation 1.8).
+/// Fixed: R_c = R_p Q_0 (equation 8.1).
 struct Joint {
   std::string name;
   JointKind kind;

@@ -108,6 +108,14 @@ json history_of(const maneuver::SolverRecord& solver) {
   return history;
 }
 
+/// The joint's kind and its axes: a hinge's in the child's frame, a universal joint's in the parent's and the child's.
+std::string kind_words(const file::ResolvedJoint& joint) {
+  std::string words = joint_kind_name(joint.kind);
+  if (joint.axis) words += " " + vector(*joint.axis, 4);
+  if (joint.axes) words += " " + vector((*joint.axes)[0], 4) + ", " + vector((*joint.axes)[1], 4);
+  return words;
+}
+
 json problem_of(const file::ResolvedProblem& problem) {
   json bodies = json::array(), joints = json::array();
   for (const file::ResolvedBody& body : problem.bodies) {
@@ -117,10 +125,12 @@ json problem_of(const file::ResolvedProblem& problem) {
   for (const file::ResolvedJoint& joint : problem.joints) {
     std::vector<std::string> axes;
     for (const Eigen::Vector3d& axis : joint.control_axes) axes.push_back(vector(axis, 4));
-    joints.push_back(
-        {joint.name, joint_kind_name(joint.kind), problem.bodies[static_cast<std::size_t>(joint.parent)].name,
-         problem.bodies[static_cast<std::size_t>(joint.child)].name, vector(joint.parent_offset),
-         vector(joint.child_offset), axes.empty() ? std::string("none") : fmt::format("{}", fmt::join(axes, ", "))});
+    joints.push_back({joint.name, kind_words(joint), problem.bodies[static_cast<std::size_t>(joint.parent)].name,
+                      problem.bodies[static_cast<std::size_t>(joint.child)].name, vector(joint.parent_offset),
+                      vector(joint.child_offset),
+                      axes.empty() ? std::string("none") : fmt::format("{}", fmt::join(axes, ", ")),
+                      joint.stiffness > 0.0 ? number(joint.stiffness) : "none",
+                      joint.damping > 0.0 ? number(joint.damping) : "none"});
   }
   return {
       {"settings", pairs(problem_settings(problem))},
@@ -128,7 +138,8 @@ json problem_of(const file::ResolvedProblem& problem) {
        {"Body", "Semi-axes [m]", "Mass [kg]", "Inertia [kg m²]", "Mass with fluid [kg]", "Inertia with fluid [kg m²]"}},
       {"body_rows", bodies},
       {"joint_heads",
-       {"Joint", "Kind", "Parent", "Child", "Offset in the parent [m]", "Offset in the child [m]", "Control axes"}},
+       {"Joint", "Kind, axes", "Parent", "Child", "Offset in the parent [m]", "Offset in the child [m]", "Control axes",
+        "Spring [N m/rad]", "Damper [N m s/rad]"}},
       {"joint_rows", joints}};
 }
 

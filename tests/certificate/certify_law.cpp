@@ -142,12 +142,91 @@ TEST(Certificate, of_a_simulated_motion_knows_the_laws_alone) {
   EXPECT_FALSE(proof.replay.has_value());
 }
 
+TEST(Certificate, of_any_tree_marched_by_a_scheme_of_one_step_finds_the_laws_kept) {
+  for (const Scheme scheme : {Scheme::paper, Scheme::trapezoid, Scheme::midpoint})
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      const MarchedAnswer answer = any_tree(seed, scheme, 50);
+      ASSERT_EQ(answer.solution.status, maneuver::Status::simulated) << answer.solution.message;
+      const Certificate proof = certified(answer);
+      EXPECT_LE(proof.momentum_drift, tolerance(1e-11)) << seed;
+      EXPECT_LE(proof.equation_residual, tolerance(1e-11)) << seed;
+      EXPECT_LE(proof.rotation_drift, tolerance(1e-14));
+      EXPECT_LE(proof.start_error, tolerance(1e-14));
+    }
+}
+
+TEST(Certificate, of_any_tree_finds_a_damper_a_spring_or_a_coupling_that_was_changed) {
+  int dampers = 0, springs = 0, couplings = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const MarchedAnswer answer = any_tree(seed, Scheme::midpoint);
+    for (std::size_t j = 0; j < 5; ++j) {
+      MarchedAnswer changed = answer;
+      model::JointDescription& joint = changed.problem.swimmer.joints[j];
+      if (joint.damping > 0.0) {
+        joint.damping *= 1.001;
+        EXPECT_GT(certified(changed).equation_residual, 1e-9) << seed;
+        joint.damping /= 1.001;
+        ++dampers;
+      }
+      if (joint.stiffness > 0.0) {
+        joint.stiffness *= 1.001;
+        EXPECT_GT(certified(changed).equation_residual, 1e-9) << seed;
+        ++springs;
+      }
+    }
+    MarchedAnswer changed = answer;
+    for (model::BodyDescription& body : changed.problem.swimmer.bodies)
+      if (body.coupling_matrix) {
+        *body.coupling_matrix *= 1.001;
+        ++couplings;
+        EXPECT_GT(certified(changed).equation_residual, 1e-9) << seed;
+        break;
+      }
+  }
+  EXPECT_GT(dampers, 3);
+  EXPECT_GT(springs, 3);
+  EXPECT_GT(couplings, 3);
+}
+
+TEST(Certificate, finds_a_led_body_that_left_its_hinge) {
+  int hinges = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    MarchedAnswer answer = any_tree(seed, Scheme::trapezoid);
+    for (const model::JointDescription& joint : answer.problem.swimmer.joints) {
+      if (joint.kind != model::JointKind::hinge) continue;
+      const std::size_t child = static_cast<std::size_t>(std::stoi(joint.child.substr(4)));
+      answer.solution.rotation[40][child] *= lie::exp(1e-6 * joint.axis->unitOrthogonal());
+      EXPECT_GT(certified(answer).equation_residual, 1e-8) << seed;
+      ++hinges;
+      break;
+    }
+  }
+  EXPECT_GT(hinges, 3);
+}
+
+// Nodes alone do not tell whether the steps of a composition obey the law.
+TEST(Certificate, above_order_2_and_of_divided_steps_knows_drifts_but_no_residual) {
+  for (const Scheme scheme : {Scheme::order4, Scheme::order6})
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+      MarchedAnswer answer = any_tree(seed, scheme, 25);
+      const Certificate proof = certified(answer);
+      EXPECT_LE(proof.momentum_drift, tolerance(1e-11));
+      EXPECT_LE(proof.rotation_drift, tolerance(1e-14));
+      EXPECT_TRUE(std::isnan(proof.equation_residual));
+      answer.solution.angular_velocity[12][0].x() += 1e-6;
+      EXPECT_GT(certified(answer).momentum_drift, 1e-9);
+    }
+  MarchedAnswer divided = tumbling(Scheme::trapezoid, 10);
+  divided.solution.divided.steps = 1;
+  EXPECT_TRUE(std::isnan(certified(divided).equation_residual));
+}
+
 TEST(Certificate, leaves_unset_what_it_does_not_know) {
   MarchedAnswer limited = tumbling(Scheme::trapezoid, 10);
   limited.problem.limits.torque = 1.0;
   EXPECT_TRUE(std::isnan(certified(limited, {}).kkt));
   MarchedAnswer unknown_scheme = tumbling(Scheme::trapezoid, 10);
-  unknown_scheme.problem.scheme = Scheme::midpoint;
+  unknown_scheme.problem.scheme = Scheme::order4;
   EXPECT_TRUE(std::isnan(certified(unknown_scheme).momentum_drift));
   EXPECT_FALSE(std::isnan(certified(unknown_scheme).goal_error));
 }

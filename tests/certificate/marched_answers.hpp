@@ -7,6 +7,7 @@
 #include "certificate/stored_motion.hpp"
 #include "chains.hpp"
 #include "integrator/step.hpp"
+#include "maneuver/simulate.hpp"
 
 namespace lamprey::tests {
 
@@ -33,6 +34,33 @@ inline maneuver::Problem chain_problem(int steps, double duration) {
 }
 
 using NodeMoments = std::vector<mechanics::Moments>;
+
+/// A tree with joints of every kind, springs, dampers and coupled inertia, in motion under smooth moments.
+inline MarchedAnswer any_tree(unsigned seed, integrator::Scheme scheme, int steps = 100, bool adaptive = false) {
+  Random random(seed);
+  MarchedAnswer answer;
+  maneuver::Problem& problem = answer.problem;
+  problem.swimmer = random_swimmer(random, 6);
+  problem.steps = steps;
+  problem.duration.value = 0.5;
+  problem.scheme = scheme;
+  const model::System system(problem.swimmer);
+  const mechanics::Rotations rotation = random_rotations(random, system);
+  for (const Matrix3d& R : rotation) problem.start.rotation.push_back(lie::log(R));
+  VectorXd velocity;
+  mechanics::pack(system, random_freedoms(random, system, 0.5), random.vector(0.3), velocity);
+  problem.start.angular_velocity = mechanics::angular_velocities(system, rotation, velocity);
+  problem.start.linear_velocity = velocity.tail<3>();
+  problem.start.position = random.vector(0.2);
+  const mechanics::Moments even = random_moments(random, system, 1.0), odd = random_moments(random, system, 1.0);
+  const auto control = [&](double t) {
+    mechanics::Moments u = even;
+    for (std::size_t j = 0; j < u.size(); ++j) u[j] = std::cos(6.0 * t) * even[j] + std::sin(5.0 * t) * odd[j];
+    return u;
+  };
+  answer.solution = maneuver::simulate(system, problem, control, maneuver::SimulateOptions{adaptive, {}});
+  return answer;
+}
 
 /// Smooth moments of about `size` N m at the nodes; about e_3 alone when `planar`.
 inline NodeMoments smooth_moments(int steps, double size, bool planar = false) {

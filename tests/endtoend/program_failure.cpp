@@ -141,11 +141,20 @@ TEST(Program, says_how_to_build_the_benchmarks_when_they_are_missing) {
 
 TEST(Program, says_what_it_cannot_do_yet) {
   const Folder folder;
-  const std::string problem = varied_example(folder, "tumble", {{"scheme", "\"order4\""}});
-  const ProgramRun run = lamprey(folder, "simulate " + problem + " --out " + (folder / "run"));
+  const std::string problem = varied_example(folder, "translation", {{"scheme", "\"midpoint\""}});
+  const ProgramRun run = lamprey(folder, "solve " + problem + " --out " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 3) << run.err;
-  EXPECT_NE(run.err.find("order4"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("midpoint"), std::string::npos) << run.err;
   EXPECT_FALSE(fs::exists(folder / "run"));
+}
+
+TEST(Program, refuses_a_scheme_it_does_not_know_and_names_those_it_does) {
+  const Folder folder;
+  const ProgramRun run = lamprey(folder, "simulate " + example("tumble") + " --scheme euler --out " + (folder / "run"));
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(run.err.find("paper, trapezoid, midpoint, order4, order6"), std::string::npos) << run.err;
+  EXPECT_NE(lamprey(folder, "simulate --help").out.find("paper | trapezoid | midpoint | order4 | order6"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "file/controls_file.hpp"
 #include "file/io_error.hpp"
 #include "file/solution_file.hpp"
+#include "lie/so3.hpp"
 #include "model/input_error.hpp"
 #include "samples.hpp"
 
@@ -54,6 +55,46 @@ TEST(ControlsOfSolution, the_nodes_of_a_solution_are_the_samples) {
   EXPECT_EQ(samples.time, results.solution.time);
   EXPECT_EQ(samples.control, results.solution.control);
   EXPECT_EQ(samples.scheme, maneuver::Scheme::paper);
+}
+
+// The joint stands at angles (0.7, −0.4) about e_3 of the parent and e_2 of the child.
+file::Results bent_universal(const Eigen::Vector3d& moment) {
+  file::Results results = tests::sample_results(1);
+  file::ResolvedJoint& joint = results.problem.joints[1];
+  joint.kind = model::JointKind::universal;
+  joint.reference_rotation = {0.0, 0.0, 0.3};
+  joint.axes = {Eigen::Vector3d(0.0, 0.0, 2.0), Eigen::Vector3d(0.0, 1.0, 0.0)};
+  results.problem.control = maneuver::ControlKind::steps;
+  for (int k = 0; k < 2; ++k) {
+    auto& rotation = results.solution.rotation[static_cast<std::size_t>(k)];
+    rotation[0] = lie::exp({0.4, -0.1, 0.2});
+    rotation[2] =
+        rotation[0] * lie::exp({0.0, 0.0, 0.7}) * lie::exp(joint.reference_rotation) * lie::exp({0.0, -0.4, 0.0});
+    results.solution.control[static_cast<std::size_t>(k)][1] = moment;
+  }
+  return results;
+}
+
+TEST(ControlsOfSolution, moments_of_a_universal_joint_are_turned_back_to_its_zero_angle) {
+  const Eigen::Vector3d second_now = lie::exp({0.0, 0.0, 1.0}) * Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d second_at_zero = lie::exp({0.0, 0.0, 0.3}) * Eigen::Vector3d::UnitY();
+  for (const double along_second : {-5.0, 1e-9, 5.0}) {
+    const Eigen::Vector3d moment = 3.0 * Eigen::Vector3d::UnitZ() + along_second * second_now;
+    file::Results results = bent_universal(moment);
+    const auto nodes = parse_controls(file::solution_text(results), "s.json", 2);
+    const Eigen::Vector3d expected = 3.0 * Eigen::Vector3d::UnitZ() + along_second * second_at_zero;
+    EXPECT_EQ(nodes.source, file::ControlSource::steps);
+    EXPECT_LE((nodes.control[1][1] - expected).norm(), 1e-14);
+    EXPECT_EQ(nodes.control[1][0], results.solution.control[1][0]);
+    const double end = results.solution.time[1];
+    results.solution.stage_time = {{0.0, 0.7 * end, 0.3 * end, end}};
+    results.solution.control_stages = {{4, results.solution.control[1]}};
+    const auto stages = parse_controls(file::solution_text(results), "s.json", 2);
+    EXPECT_EQ(stages.source, file::ControlSource::stages);
+    EXPECT_EQ(stages.stages, 4U);
+    EXPECT_EQ(stages.time, results.solution.stage_time[0]);
+    EXPECT_LE((stages.control[2][1] - expected).norm(), 1e-14);
+  }
 }
 
 TEST(ControlsOfSolution, a_solution_of_another_swimmer_is_refused) {

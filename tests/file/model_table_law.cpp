@@ -71,8 +71,48 @@ TEST(ModelTable, says_which_matrices_the_file_gave_and_shows_their_off_diagonal_
   EXPECT_TRUE(contains(table_of(problem), "7.25"));
 }
 
-TEST(ModelTable, fits_into_a_hundred_columns) {
-  const std::string text = table_of(two_bodies());
+maneuver::Problem hinged_bodies() {
+  maneuver::Problem problem = two_bodies();
+  model::JointDescription& joint = problem.swimmer.joints[0];
+  joint.kind = model::JointKind::hinge;
+  joint.axis = Vector3d(0.0, 0.0, 2.0);
+  joint.reference_rotation = {0.0, 0.0, 0.125};
+  joint.stiffness = 3.5;
+  joint.damping = 0.75;
+  return problem;
+}
+
+TEST(ModelTable, says_what_joints_leave_free_and_what_springs_and_dampers_they_have) {
+  EXPECT_FALSE(contains(table_of(two_bodies()), "Freedoms of the joints"));
+  const std::string hinge = table_of(hinged_bodies());
+  for (const char* part : {"hip  hinge", "hip  1: c (0, 0, 1)  (0, 0, 0.125)", "3.5     0.75"})
+    EXPECT_TRUE(contains(hinge, part)) << part << " is missing from\n" << hinge;
+  maneuver::Problem problem = hinged_bodies();
+  problem.swimmer.joints[0].kind = model::JointKind::universal;
+  problem.swimmer.joints[0].reference_rotation.setZero();
+  problem.swimmer.joints[0].axes = {Vector3d(0.0, 0.0, 1.0), Vector3d(0.0, 3.0, 0.0)};
+  problem.swimmer.joints[0].control_axes = {Vector3d(0.0, 1.0, 0.0)};
+  problem.swimmer.joints[0].damping = 0.0;
+  const std::string universal = table_of(problem);
+  for (const char* part : {"2: p (0, 0, 1), c (0, 1, 0)", "3.5     none"})
+    EXPECT_TRUE(contains(universal, part)) << part << " is missing from\n" << universal;
+}
+
+TEST(ModelTable, shows_a_coupling_matrix_row_by_row) {
+  maneuver::Problem problem = two_bodies();
+  EXPECT_FALSE(contains(table_of(problem), "C, as given"));
+  problem.swimmer.bodies[1].coupling_matrix = Eigen::Matrix3d::Zero();
+  (*problem.swimmer.bodies[1].coupling_matrix)(1, 2) = 0.375;
+  EXPECT_TRUE(contains(table_of(problem), "C, as given"));
+  EXPECT_TRUE(contains(table_of(problem), "0.375  kg m"));
+}
+
+class WidthOfTable : public ::testing::TestWithParam<maneuver::Problem> {};
+INSTANTIATE_TEST_SUITE_P(ModelTable, WidthOfTable, ::testing::Values(two_bodies(), hinged_bodies()),
+                         [](const auto& instance) { return instance.index == 0 ? "ball" : "hinge"; });
+
+TEST_P(WidthOfTable, fits_into_a_hundred_columns) {
+  const std::string text = table_of(GetParam());
   std::size_t begin = 0;
   while (begin < text.size()) {
     const std::size_t end = text.find('\n', begin);

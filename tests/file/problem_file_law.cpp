@@ -35,6 +35,9 @@ TEST(ProblemFile, head_and_bodies_hold_the_numbers_of_the_file) {
   Eigen::Matrix3d inertia;
   inertia << 1.3480, 0.1, 0.0, 0.1, 20.15, 0.2, 0.0, 0.2, 25.3276;
   EXPECT_EQ(*middle.inertia_matrix, inertia);
+  Eigen::Matrix3d coupling;
+  coupling << 0.0, 0.1, 0.0, 0.2, 0.0, 0.0, 0.0, 0.0, -0.3;
+  EXPECT_EQ(*middle.coupling_matrix, coupling);
   const model::BodyDescription& back = problem.swimmer.bodies[2];
   expect_vector(back.semi_axes, 5.0, 0.8, 1.5);
   EXPECT_FALSE(back.mass || back.body_inertia || back.mass_matrix || back.inertia_matrix);
@@ -73,7 +76,8 @@ TEST(ProblemFile, start_and_goal_hold_the_numbers_of_the_file) {
   expect_vector(problem.start.rotation[3], 0.0, 0.0, 0.75);
   ASSERT_EQ(problem.start.angular_velocity.size(), 4U);
   expect_vector(problem.start.angular_velocity[1], 0.1, 0.2, 0.3);
-  expect_vector(problem.start.angular_velocity[2], 0.0, 0.0, 0.0);
+  expect_vector(problem.start.angular_velocity[0], 0.0, 0.0, 0.5);
+  expect_vector(problem.start.angular_velocity[2], 0.0, 0.0, 0.75);
   expect_vector(problem.start.linear_velocity, 0.5, 0.0, 0.0);
   EXPECT_TRUE(problem.start.free_shape);
   ASSERT_TRUE(problem.goal);
@@ -169,6 +173,21 @@ TEST(ProblemFile, the_digest_is_that_of_the_standard) {
   EXPECT_EQ(file::sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
+// The tail has no angular velocity of its own and a joint that leads it; a ball joint's child would be at rest.
+TEST(ProblemFile, a_led_body_without_an_angular_velocity_moves_with_its_parent) {
+  std::string text = tests::bytes_of(tests::folder_of_tests() + "valid.toml");
+  EXPECT_LE((every_key().start.angular_velocity[3] - Vector3d(0.0, 0.0, 0.75)).norm(), 1e-15);
+  text.replace(text.find("rotation.tail = [0.0, 0.0, 0.75]"), 32, "rotation.tail = [0.0, 0.5, 0.0]");
+  text.replace(text.find("rotation.back = [0.0, 0.0, 0.75]"), 32, "rotation.back = [0.0, 0.0, 0.0]");
+  text.replace(text.find("rotation.middle = [0.0, 0.0, 0.25]"), 34, "rotation.middle = [0.0, 0.0, 0.0]");
+  const Problem turned = file::parse_problem(text, "x").problem;
+  const Vector3d seen(-0.75 * std::sin(0.5), 0.0, 0.75 * std::cos(0.5));
+  EXPECT_LE((turned.start.angular_velocity[3] - seen).norm(), 1e-15);
+  text.replace(text.find("kind = \"universal\""), 18, "kind = \"ball\"");
+  text.replace(text.find("axes = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]\n\n[start]"), 42, "");
+  expect_vector(file::parse_problem(text, "x").problem.start.angular_velocity[3], 0.0, 0.0, 0.0);
+}
+
 TEST(ProblemFile, every_example_is_read_and_supported) {
   int count = 0;
   for (const auto& entry :
@@ -180,7 +199,7 @@ TEST(ProblemFile, every_example_is_read_and_supported) {
     EXPECT_NO_THROW(
         file::require_supported(example, example.problem.goal ? file::Purpose::solve : file::Purpose::simulate));
   }
-  EXPECT_GE(count, 8);
+  EXPECT_GE(count, 11);
 }
 
 }  // namespace

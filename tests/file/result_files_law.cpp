@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "chains.hpp"
+#include "file/resolve.hpp"
 #include "file/solution_file.hpp"
 #include "file/trajectory_file.hpp"
 #include "samples.hpp"
@@ -11,6 +13,7 @@
 namespace lamprey {
 namespace {
 
+using Eigen::Vector3d;
 using nlohmann::json;
 
 TEST(SolutionFile, written_read_and_written_again_gives_the_same_bytes) {
@@ -46,6 +49,93 @@ TEST(SolutionFile, every_double_comes_back_bit_for_bit) {
   EXPECT_EQ(back.certificate->kkt, 1e-300);
   EXPECT_TRUE(std::isnan(back.certificate->rest_error));
   EXPECT_EQ(back.provenance.seed, 18446744073709551615U);
+}
+
+// Joints of every kind, springs, dampers, coupled inertia, written and read.
+TEST(SolutionFile, the_swimmer_read_back_is_the_same_system) {
+  tests::Random random(7);
+  int led = 0, coupled = 0, sprung = 0;
+  for (int trial = 0; trial < 50; ++trial) {
+    maneuver::Problem problem;
+    problem.swimmer = tests::random_swimmer(random, 6);
+    const model::System system(problem.swimmer);
+    file::Results results;
+    results.problem = file::resolve(system, problem);
+    const file::Results back = file::parse_solution(file::solution_text(results), "x");
+    const model::System again(file::swimmer_of(back.problem));
+    ASSERT_EQ(again.velocity_count(), system.velocity_count());
+    ASSERT_EQ(again.control_count(), system.control_count());
+    for (int i = 0; i < 6; ++i) {
+      EXPECT_EQ(again.body(i).mass_matrix, system.body(i).mass_matrix);
+      EXPECT_EQ(again.body(i).inertia_matrix, system.body(i).inertia_matrix);
+      EXPECT_EQ(again.body(i).coupling_matrix, system.body(i).coupling_matrix);
+      coupled += system.body(i).coupled ? 1 : 0;
+    }
+    for (int j = 0; j < 5; ++j) {
+      const model::Joint &one = system.joint(j), &two = again.joint(j);
+      EXPECT_EQ(two.kind, one.kind);
+      EXPECT_EQ(two.reference_rotation, one.reference_rotation);
+      EXPECT_EQ(two.parent_axis, one.parent_axis);
+      EXPECT_EQ(two.child_axis, one.child_axis);
+      EXPECT_EQ(two.stiffness, one.stiffness);
+      EXPECT_EQ(two.damping, one.damping);
+      EXPECT_EQ(Eigen::MatrixXd(two.actuation), Eigen::MatrixXd(one.actuation));
+      led += one.free() ? 0 : 1;
+      sprung += one.stiffness > 0.0 && one.damping > 0.0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(led, 100);
+  EXPECT_GT(coupled, 50);
+  EXPECT_GT(sprung, 5);
+}
+
+TEST(SolutionFile, control_axes_that_confine_a_universal_joint_come_back_to_round_off) {
+  tests::Random random(3);
+  for (int trial = 0; trial < 20; ++trial) {
+    maneuver::Problem problem;
+    problem.swimmer = tests::random_swimmer(random, 2);
+    model::JointDescription& joint = problem.swimmer.joints[0];
+    joint.kind = model::JointKind::universal;
+    joint.actuated = true;
+    joint.axis.reset();
+    joint.axes = {Vector3d(lie::exp(joint.reference_rotation) * Vector3d::UnitX()), Vector3d::UnitY()};
+    joint.control_axes = {Vector3d((*joint.axes)[0] + 0.5 * lie::exp(joint.reference_rotation) * Vector3d::UnitY())};
+    const model::System system(problem.swimmer);
+    ASSERT_EQ(system.control_count(), 1);
+    const model::System again(file::swimmer_of(file::resolve(system, problem)));
+    ASSERT_EQ(again.control_count(), 1);
+    const Vector3d one = system.joint(0).actuation.col(0), two = again.joint(0).actuation.col(0);
+    EXPECT_NEAR(std::abs(one.dot(two)), 1.0, tests::tolerance(1e-15));
+    EXPECT_NEAR(one[1] / one[0], 0.5, tests::tolerance(1e-14));
+  }
+}
+
+// A march above order 2 has moments at its stages.
+file::Results staged_results() {
+  file::Results results = tests::sample_results(2);
+  tests::SampleNumbers sample;
+  for (int k = 0; k < 2; ++k) {
+    results.solution.stage_time.push_back({sample.number(), sample.number(), sample.number(), sample.number()});
+    results.solution.control_stages.emplace_back();
+    for (int s = 0; s < 4; ++s) results.solution.control_stages.back().push_back({sample.vector(), sample.vector()});
+  }
+  results.solution.divided = {1, 7, sample.number()};
+  return results;
+}
+
+TEST(SolutionFile, moments_at_stages_and_divided_steps_come_back) {
+  const file::Results results = staged_results();
+  const std::string text = file::solution_text(results);
+  const json document = json::parse(text);
+  EXPECT_EQ(document["control_stages"].size(), 2U);
+  EXPECT_EQ(document["control_stages"][1][3][1][2].get<double>(), results.solution.control_stages[1][3][1][2]);
+  EXPECT_EQ(document["stage_time"][1][2].get<double>(), results.solution.stage_time[1][2]);
+  EXPECT_FALSE(json::parse(file::solution_text(tests::sample_results(2))).contains("control_stages"));
+  const file::Results back = file::parse_solution(text, "x");
+  EXPECT_EQ(back.solution.stage_time, results.solution.stage_time);
+  EXPECT_EQ(back.solution.control_stages, results.solution.control_stages);
+  EXPECT_EQ(back.solution.divided.substeps, 7);
+  EXPECT_EQ(file::solution_text(back), text);
 }
 
 std::vector<std::string> keys_in_order(const nlohmann::ordered_json& object) {
@@ -165,6 +255,19 @@ TEST(TrajectoryFile, datasets_have_the_names_shapes_units_and_numbers_of_the_sol
   EXPECT_EQ(rotation.values[(4 * 3 + 1) * 9 + 5], results.solution.rotation[4][1](1, 2));
   const Dataset total = read_dataset(path, "momentum/angular/total");
   EXPECT_EQ(total.values[3 * 5 + 2], results.solution.angular_momentum.total[5][2]);
+}
+
+TEST(TrajectoryFile, moments_at_stages_have_their_datasets) {
+  const tests::TemporaryFolder folder;
+  const file::Results results = staged_results();
+  file::write_trajectory(folder.path(), results);
+  const Dataset control = read_dataset(folder / "trajectory.h5", "control_stages");
+  EXPECT_EQ(control.shape, (std::vector<hsize_t>{2, 4, 2, 3}));
+  EXPECT_EQ(control.unit, "N m");
+  EXPECT_EQ(control.values[((1 * 4 + 2) * 2 + 1) * 3], results.solution.control_stages[1][2][1][0]);
+  const Dataset time = read_dataset(folder / "trajectory.h5", "stage_time");
+  EXPECT_EQ(time.shape, (std::vector<hsize_t>{2, 4}));
+  EXPECT_EQ(time.values[5], results.solution.stage_time[1][1]);
 }
 
 TEST(TrajectoryFile, a_second_writing_gives_the_same_bytes) {

@@ -21,6 +21,7 @@ struct GoldenTrajectory {
   integrator::ControlFunction control;
   GoldenState start;
   std::vector<GoldenState> states;
+  double estimated_error;  // of the last state
 };
 
 inline GoldenState golden_state(const nlohmann::json& a) {
@@ -51,7 +52,7 @@ inline std::vector<GoldenTrajectory> golden_trajectories() {
   std::vector<GoldenTrajectory> trajectories;
   const nlohmann::json file = golden("dop853.json");
   for (const auto& a : file["cases"]) {
-    trajectories.push_back({a["name"], golden_control(a["control"]), golden_state(a["start"]), {}});
+    trajectories.push_back({a["name"], golden_control(a["control"]), golden_state(a["start"]), {}, a["estimated_error"]});
     for (const auto& state : a["states"]) trajectories.back().states.push_back(golden_state(state));
   }
   return trajectories;

@@ -46,6 +46,18 @@ std::set<std::string> names(const json& pairs) {
   return found;
 }
 
+TEST(PageData, joints_show_their_axes_springs_and_dampers) {
+  file::Results results = tests::simulated_results(10);
+  results.problem.joints[0].kind = model::JointKind::hinge;
+  results.problem.joints[0].axis = Eigen::Vector3d(0.0, 0.0, 1.0);
+  results.problem.joints[0].stiffness = 2.5;
+  const json rows = json::parse(report::page_data({&results}))["runs"][0]["problem"]["joint_rows"];
+  EXPECT_EQ(rows[0][1], "hinge (0, 0, 1)");
+  EXPECT_EQ(rows[0][7], "2.5");
+  EXPECT_EQ(rows[0][8], "none");
+  EXPECT_EQ(rows[1][1], "ball");
+}
+
 TEST(Page, loads_nothing_and_its_policy_names_exactly_its_own_script_and_style) {
   const std::string one = report::report_html(tests::sample_results(50));
   const std::string two = report::comparison_html(tests::sample_results(50), tests::sample_results(20));

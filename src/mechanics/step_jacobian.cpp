@@ -1,0 +1,308 @@
+#include "mechanics/step_jacobian.hpp"
+
+#include <algorithm>
+
+namespace lamprey::mechanics {
+
+namespace {
+
+using Eigen::Index;
+using lie::hat;
+using model::at;
+using model::Body;
+using model::Joint;
+using model::System;
+
+void turns_of_rows(const System& system, const Rotations& R, const FreedomRows& freedoms, Index count,
+                   FreedomRows& turns) {
+  for (int i : system.root_to_leaves()) {
+    const Body& body = system.body(i);
+    if (body.freedoms == 3) {
+      copy_rows(freedoms[at(i)], count, turns[at(i)]);
+      continue;
+    }
+    const JointFrame frame = joint_frame(system.joint(body.joint), R[at(body.parent)], R[at(i)]);
+    set_product(frame.child_to_parent.transpose(), turns[at(body.parent)], count, turns[at(i)]);
+    add_product(frame.axes, freedoms[at(i)], count, turns[at(i)]);
+  }
+}
+
+// Displacement that turns at one node (sign +1: the next one, −1: this one) give a mass centre, seen from its parent's.
+void add_centre_turns(const System& system, const Rotations& R, int i, double sign, const FreedomRows& turns,
+                      Index count, Rows3& centre) {
+  const Joint& up = system.joint(system.body(i).joint);
+  add_product(-sign * (R[at(up.parent)] * hat(up.parent_offset)), turns[at(up.parent)], count, centre);
+  add_product(sign * (R[at(i)] * hat(up.child_offset)), turns[at(i)], count, centre);
+}
+
+void relative_rows(const Joint& joint, const Matrix3d& Q, const FreedomRows& turns, Index count, Rows3& relative) {
+  set_product(-Q.transpose(), turns[at(joint.parent)], count, relative);
+  add_rows(1.0, turns[at(joint.child)], count, relative);
+}
+
+// Controls and springs at a node.
+void add_node_rows(const System& system, const Rotations& R, const Moments& control, double weight,
+                   const FreedomRows& freedoms, Index count, StepJacobian& J, const FreedomRows& turns,
+                   FreedomRows& along) {
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const Joint& joint = system.joint(j);
+    Rows3& on_child = J.moment[at(joint.child)];
+    if (!joint.free()) {
+      if (joint.stiffness > 0.0)
+        add_rows(-weight * joint.stiffness, freedoms[at(joint.child)], count, along[at(joint.child)]);
+      continue;
+    }
+    const Matrix3d Q = child_to_parent(R, joint);
+    // −y on the child turns by ρ × y; the parent's moment stays
+    const Matrix3d y = hat(weight * (Q.transpose() * control[at(j)]));
+    add_product(-y, turns[at(joint.child)], count, on_child);
+    add_product(y * Q.transpose(), turns[at(joint.parent)], count, on_child);
+    if (joint.stiffness == 0.0) continue;
+    const Vector3d phi = lie::log(joint.reference_rotation.transpose() * Q);
+    const double k = weight * joint.stiffness;
+    const Matrix3d T = -k * lie::log_tangent(phi);
+    relative_rows(joint, Q, turns, count, J.relative);
+    add_product(T, J.relative, count, on_child);
+    add_product(-Q * (T + k * hat(phi)), J.relative, count, J.moment[at(joint.parent)]);
+  }
+}
+
+// Rate of a damped ball joint's impulse along turns ρ and ρ' is `left` ρ + `right` ρ'.
+struct DampedBall {
+  DampedBall(const Interval& step, const Joint& joint)
+      : Q(child_to_parent(step.rotation, joint)), Q_next(child_to_parent(step.next_rotation, joint)) {
+    const Matrix3d D = Q.transpose() * Q_next;
+    impulse = 0.5 * joint.damping * lie::log(D);
+    right = 0.5 * joint.damping * lie::log_tangent(lie::log(D));
+    left = -right * D.transpose();
+  }
+  Matrix3d Q, Q_next, left, right;
+  Vector3d impulse;
+};
+
+// A moment of `sign` × the impulse on the child, its opposite on the parent: their rates.
+void add_damped_pair(const Joint& joint, const Matrix3d& Q, const Vector3d& impulse, const Rows3& relative, double sign,
+                     Index count, StepJacobian& J) {
+  add_rows(sign, J.rate, count, J.moment[at(joint.child)]);
+  add_product(-sign * Q, J.rate, count, J.moment[at(joint.parent)]);
+  add_product(sign * (Q * hat(impulse)), relative, count, J.moment[at(joint.parent)]);
+}
+
+void add_damping_at_beginning(const System& system, const Interval& step, const StepDirections& d, Index count,
+                              StepJacobian& J) {
+  for (const Joint& joint : system.joints()) {
+    if (joint.damping == 0.0) continue;
+    if (!joint.free()) {
+      add_rows(-0.5 * joint.damping, d.left[at(joint.child)], count, J.minus[at(joint.child)]);
+      continue;
+    }
+    const DampedBall ball(step, joint);
+    relative_rows(joint, ball.Q, J.turn, count, J.relative);
+    set_product(ball.left, J.relative, count, J.rate);
+    add_damped_pair(joint, ball.Q, ball.impulse, J.relative, 1.0, count, J);
+  }
+}
+
+void add_damping_at_end(const System& system, const Interval& step, const StepDirections& d, Index count,
+                        Index left_count, StepJacobian& J) {
+  for (const Joint& joint : system.joints()) {
+    if (joint.damping == 0.0) continue;
+    const std::size_t c = at(joint.child);
+    if (!joint.free()) {
+      add_rows(0.5 * joint.damping, d.left[c], left_count, J.plus[c]);
+      add_rows(-0.5 * joint.damping, d.right[c], count, J.plus[c]);
+      continue;
+    }
+    const DampedBall ball(step, joint);
+    relative_rows(joint, ball.Q, J.turn, left_count, J.relative);
+    relative_rows(joint, ball.Q_next, J.turn_next, count, J.relative_next);
+    set_product(ball.right, J.relative_next, count, J.rate);
+    add_product(ball.left, J.relative, left_count, J.rate);
+    add_damped_pair(joint, ball.Q_next, ball.impulse, J.relative_next, -1.0, count, J);
+  }
+}
+
+void sum_row_subtrees(const System& system, Index count, FreedomRows& force) {
+  const std::vector<int>& order = system.root_to_leaves();
+  for (auto position = order.rbegin(); position != order.rend(); ++position)
+    if (system.body(*position).parent >= 0)
+      add_rows(1.0, force[at(*position)], count, force[at(system.body(*position).parent)]);
+}
+
+// Rates of gather's result, added to `result`; of all directions only the first `turn_count` turn the bodies.
+void gather_rows(const System& system, const Rotations& R, const Vectors& force, const Vectors& moment,
+                 const FreedomRows& freedoms, const FreedomRows& turns, Index count, Index turn_count, StepJacobian& J,
+                 FreedomRows& result) {
+  const std::vector<int>& order = system.root_to_leaves();
+  for (auto position = order.rbegin(); position != order.rend(); ++position) {
+    const int i = *position;
+    const Body& body = system.body(i);
+    Rows3& rows = J.moment[at(i)];
+    Rows3& out = result[at(i)];
+    if (body.parent < 0) {
+      add_rows(1.0, rows, count, out);
+      continue;
+    }
+    const Joint& joint = system.joint(body.joint);
+    const std::size_t p = at(body.parent);
+    Rows3& parent_rows = J.moment[p];
+    const auto add_lever = [&](std::size_t b, const Matrix3d& lever, Rows3& sum) {  // lever · rate of RᵀP
+      add_product(lever * R[b].transpose(), J.force[at(i)], count, sum);
+      add_product(lever * hat(R[b].transpose() * force[at(i)]), turns[b], turn_count, sum);
+    };
+    add_lever(at(i), -hat(joint.child_offset), rows);
+    add_lever(p, hat(joint.parent_offset), parent_rows);
+    if (joint.free()) {
+      add_rows(1.0, rows, count, out);
+      continue;
+    }
+    const JointFrame frame = joint_frame(joint, R[p], R[at(i)]);
+    add_product(frame.axes.transpose(), rows, count, out);
+    if (joint.kind == model::JointKind::universal)  // the first axis moves with the second angle
+      out.col(0).head(turn_count) +=
+          frame.axes.col(0).cross(joint.child_axis).dot(moment[at(i)]) * freedoms[at(i)].col(1).head(turn_count);
+    add_product(frame.child_to_parent, rows, count, parent_rows);
+    add_product(-frame.child_to_parent * hat(moment[at(i)]) * frame.axes, freedoms[at(i)], turn_count, parent_rows);
+  }
+}
+
+}  // namespace
+
+StepDirections::StepDirections(int bodies, Index directions)
+    : left(at(bodies), Rows3::Zero(directions, 3)), right(left), displacement(Rows3::Zero(directions, 3)) {}
+
+StepJacobian::StepJacobian(int bodies, Index directions)
+    : minus(at(bodies), Rows3::Zero(directions, 3)),
+      plus(minus),
+      linear(Rows3::Zero(directions, 3)),
+      turn(minus),
+      turn_next(minus),
+      centre(minus),
+      force(minus),
+      moment(minus),
+      relative(linear),
+      relative_next(linear),
+      rate(linear) {}
+
+void body_hessians(const ForcedStep& step, const DiscreteMomenta& momenta, std::vector<BodyHessian>& hessians) {
+  for (int i = 0; i < step.system.body_count(); ++i)
+    hessians[at(i)] = BodyLagrangian(step.system, step.lagrangian, step.time_step, i)
+                          .hessian(body_step(step.interval, momenta, i));
+}
+
+void blocks_of_hessians(const Interval& interval, const DiscreteMomenta& p, const std::vector<BodyHessian>& hessians,
+                        std::vector<BodyBlock>& blocks) {
+  for (std::size_t n = 0; n < blocks.size(); ++n) {
+    const Matrix3d& R = interval.rotation[n];
+    const Matrix3d& F = interval.relative_rotation[n];
+    const BodyHessian& H = hessians[n];
+    const Matrix3d w = hat(p.shift[n]);
+    blocks[n].moment_by_turn = F * (H.turn_by_turn - hat(p.turn[n])) + w * H.shift_by_turn;
+    blocks[n].moment_by_shift = (F * H.turn_by_shift - hat(p.impulse[n]) + w * H.shift_by_shift) * R.transpose();
+    blocks[n].force_by_turn = R * H.shift_by_turn;
+    blocks[n].force_by_shift = R * H.shift_by_shift * R.transpose();
+  }
+}
+
+// With a = −Fᵀη and b = w × η + Rᵀδ inserted into the rates of P and π⁻.
+void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyHessian>& hessians,
+                        const StepDirections& d, Index count, StepJacobian& J) {
+  const System& system = step.system;
+  const Interval& interval = step.interval;
+  const DiscreteMomenta& p = balance.momenta;
+  turns_of_rows(system, interval.rotation, d.left, count, J.turn);
+  for (int i : system.root_to_leaves()) {
+    const std::size_t n = at(i);
+    const int parent = system.body(i).parent;
+    if (parent < 0) {
+      clear_rows(count, J.centre[n]);
+    } else {
+      copy_rows(J.centre[at(parent)], count, J.centre[n]);
+      add_centre_turns(system, interval.rotation, i, -1.0, J.turn, count, J.centre[n]);
+    }
+    const Matrix3d& R = interval.rotation[n];
+    const Matrix3d& F = interval.relative_rotation[n];
+    const BodyHessian& H = hessians[n];
+    const Matrix3d w = hat(p.shift[n]);
+    const Matrix3d impulse = hat(p.impulse[n]);
+    const Matrix3d moment_by_a = F * (H.turn_by_turn - hat(p.turn[n])) + w * H.shift_by_turn;
+    const Matrix3d moment_by_b = F * H.turn_by_shift - impulse + w * H.shift_by_shift;
+    const Matrix3d Ft = F.transpose();
+    set_product(R * (H.shift_by_shift * w - H.shift_by_turn * Ft - impulse), J.turn[n], count, J.force[n]);
+    add_product(R * H.shift_by_shift * R.transpose(), J.centre[n], count, J.force[n]);
+    set_product(moment_by_b * w - moment_by_a * Ft, J.turn[n], count, J.moment[n]);
+    add_product(moment_by_b * R.transpose(), J.centre[n], count, J.moment[n]);
+    clear_rows(count, J.minus[n]);
+  }
+  sum_row_subtrees(system, count, J.force);
+  copy_rows(J.force[0], count, J.linear);
+  add_node_rows(system, interval.rotation, step.control, -0.5 * step.time_step, d.left, count, J, J.turn, J.minus);
+  if (!system.only_free_joints()) add_damping_at_beginning(system, interval, d, count, J);
+  gather_rows(system, interval.rotation, p.subtree_linear, balance.moment, d.left, J.turn, count, count, J, J.minus);
+}
+
+// With a = η' − Fᵀη and b = w × η + Rᵀδ inserted into the rates of P and π⁺.
+void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyHessian>& hessians,
+                  const StepDirections& d, Index count, Index left_count, StepJacobian& J) {
+  const System& system = step.system;
+  const Interval& interval = step.interval;
+  const DiscreteMomenta& p = balance.momenta;
+  turns_of_rows(system, interval.next_rotation, d.right, count, J.turn_next);
+  for (int i : system.root_to_leaves()) {
+    const std::size_t n = at(i);
+    const int parent = system.body(i).parent;
+    if (parent < 0) {
+      copy_rows(d.displacement, count, J.centre[n]);
+    } else {
+      copy_rows(J.centre[at(parent)], count, J.centre[n]);
+      add_centre_turns(system, interval.rotation, i, -1.0, J.turn, left_count, J.centre[n]);
+      add_centre_turns(system, interval.next_rotation, i, 1.0, J.turn_next, count, J.centre[n]);
+    }
+    const Matrix3d& R = interval.rotation[n];
+    const BodyHessian& H = hessians[n];
+    const Matrix3d w = hat(p.shift[n]);
+    const Matrix3d Ft = interval.relative_rotation[n].transpose();
+    const Matrix3d Rt = R.transpose();
+    set_product(R * H.shift_by_turn, J.turn_next[n], count, J.force[n]);
+    add_product(R * H.shift_by_shift * Rt, J.centre[n], count, J.force[n]);
+    add_product(R * (H.shift_by_shift * w - H.shift_by_turn * Ft - hat(p.impulse[n])), J.turn[n], left_count,
+                J.force[n]);
+    set_product(H.turn_by_turn, J.turn_next[n], count, J.moment[n]);
+    add_product(H.turn_by_shift * Rt, J.centre[n], count, J.moment[n]);
+    add_product(H.turn_by_shift * w - H.turn_by_turn * Ft, J.turn[n], left_count, J.moment[n]);
+    clear_rows(count, J.plus[n]);
+  }
+  sum_row_subtrees(system, count, J.force);
+  add_node_rows(system, interval.next_rotation, step.control_next, 0.5 * step.time_step, d.right, count, J,
+                J.turn_next, J.plus);
+  if (!system.only_free_joints()) add_damping_at_end(system, interval, d, count, left_count, J);
+  gather_rows(system, interval.next_rotation, p.subtree_linear, balance.moment_next, d.right, J.turn_next, count, count,
+              J, J.plus);
+}
+
+void add_control_rows(const System& system, const Rotations& R, double weight, Index first, FreedomRows& result) {
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const Joint& joint = system.joint(j);
+    for (Index c = 0; c < joint.actuation.cols(); ++c, ++first) {
+      const Vector3d u = weight * joint.actuation.col(c);
+      if (!joint.free()) {
+        result[at(joint.child)].row(first) -= u.transpose();
+        continue;
+      }
+      result[at(joint.child)].row(first) -= (R[at(joint.child)].transpose() * (R[at(joint.parent)] * u)).transpose();
+      // the parent's share goes on to where the parent may turn
+      Vector3d moment = u;
+      int b = joint.parent;
+      while (system.body(b).freedoms < 3) {
+        const Joint& up = system.joint(system.body(b).joint);
+        const JointFrame frame = joint_frame(up, R[at(up.parent)], R[at(b)]);
+        result[at(b)].row(first) += (frame.axes.transpose() * moment).transpose();
+        moment = (frame.child_to_parent * moment).eval();
+        b = up.parent;
+      }
+      result[at(b)].row(first) += moment.transpose();
+    }
+  }
+}
+
+}  // namespace lamprey::mechanics

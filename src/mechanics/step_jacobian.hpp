@@ -1,0 +1,45 @@
+// First derivatives of a forced step along many directions at once (the rates of step_balance, one row for each direction).
+#pragma once
+
+#include "mechanics/rows.hpp"
+#include "mechanics/step_balance.hpp"
+
+namespace lamprey::mechanics {
+
+/// Many directions of a step, [bodies][directions] and [directions].
+struct StepDirections {
+  FreedomRows left, right;
+  Rows3 displacement;  // m, world
+  StepDirections(int bodies, Eigen::Index directions);
+};
+
+/// Rates of E⁻, E⁺ and p_x along them, and what is needed on the way.
+struct StepJacobian {
+  FreedomRows minus, plus;  // [bodies][directions]
+  Rows3 linear;             // [directions]
+  FreedomRows turn, turn_next, centre, force, moment;
+  Rows3 relative, relative_next, rate;  // of one joint
+  StepJacobian(int bodies, Eigen::Index directions);
+};
+
+/// Hessians of all bodies' shares, [bodies].
+void body_hessians(const ForcedStep& step, const DiscreteMomenta& momenta, std::vector<BodyHessian>& hessians);
+
+/// Blocks for TreeElimination from the same Hessians.
+void blocks_of_hessians(const Interval& interval, const DiscreteMomenta& momenta,
+                        const std::vector<BodyHessian>& hessians, std::vector<BodyBlock>& blocks);
+
+/// Rates of E⁻ and p_x along the left turns of the first `count` directions alone, the moments held: minus and linear.
+void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyHessian>& hessians,
+                        const StepDirections& directions, Eigen::Index count, StepJacobian& result);
+
+/// Rates of E⁺ along the first `count` directions, of which only the first `left_count` have left turns, and those the
+/// ones that rates_at_beginning has seen: plus.
+void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyHessian>& hessians,
+                  const StepDirections& directions, Eigen::Index count, Eigen::Index left_count, StepJacobian& result);
+
+/// Adds weight × U of unit moments of all actuated directions at a node to rows first … first + controls − 1.
+void add_control_rows(const model::System& system, const Rotations& R, double weight, Eigen::Index first,
+                      FreedomRows& result);
+
+}  // namespace lamprey::mechanics

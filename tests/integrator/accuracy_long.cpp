@@ -1,0 +1,17 @@
+#include <gtest/gtest.h>
+
+#include "integrator/derivative_accuracy.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+class AccuracyLong : public ::testing::TestWithParam<integrator::Scheme> {};
+
+TEST_P(AccuracyLong, of_derivatives_holds_on_200_random_trees) {
+  expect_accurate(worst_derivatives(GetParam(), 200, 1000 * (1 + static_cast<unsigned>(GetParam()))));
+}
+
+INSTANTIATE_TEST_SUITE_P(Schemes, AccuracyLong, ::testing::ValuesIn(all_schemes));
+
+}  // namespace
+}  // namespace lamprey::tests
