@@ -126,7 +126,8 @@ struct Flow {
     const auto R = rotations();
     const auto Omega = mechanics::angular_velocities(tumble.system, R, velocity);
     for (std::size_t i = 0; i < quaternion.size(); ++i)
-      change.quaternion[i] = 0.5 * lie::quaternion_product(quaternion[i], {0.0, Omega[i].x(), Omega[i].y(), Omega[i].z()});
+      change.quaternion[i] =
+          0.5 * lie::quaternion_product(quaternion[i], {0.0, Omega[i].x(), Omega[i].y(), Omega[i].z()});
     change.velocity = mechanics::acceleration(tumble.system, R, velocity, tumble.none);
     return change;
   }
@@ -172,7 +173,8 @@ Method euler(const Tumble& tumble) {
 Method fehlberg(const Tumble& tumble) {
   return [&tumble](double duration, double tolerance, const Watch& watch) {
     ReferenceState state = tumble.start;
-    integrator::ReferenceIntegrator reference(tumble.system, [&](double) { return tumble.none; }, tolerance);
+    integrator::ReferenceIntegrator reference(
+        tumble.system, [&](double) { return tumble.none; }, tolerance);
     const int pieces = watch ? static_cast<int>(10.0 * duration) : 1;  // looked at ten times a second
     for (int k = 0; k < pieces; ++k) {
       if (!reference.advance(duration * k / pieces, duration * (k + 1) / pieces, state)) return mechanics::Rotations();
@@ -194,20 +196,35 @@ std::vector<Measured> methods(const Tumble& tumble) {
   return {{"paper, order 1", variational(tumble, Scheme::paper), low, low_100, false},
           {"trapezoid, order 2", variational(tumble, Scheme::trapezoid), low, low_100, false},
           {"midpoint, order 2", variational(tumble, Scheme::midpoint), low, low_100, false},
-          {"order4", variational(tumble, Scheme::order4), {15, 25, 50, 100, 200, 400, 800},
-           {2e3, 4e3, 8e3, 1.6e4, 3.2e4}, false},
-          {"order6", variational(tumble, Scheme::order6), {10, 15, 25, 40, 60, 100, 150},
-           {1.5e3, 2.5e3, 4e3, 8e3, 1.6e4}, false},
+          {"order4",
+           variational(tumble, Scheme::order4),
+           {15, 25, 50, 100, 200, 400, 800},
+           {2e3, 4e3, 8e3, 1.6e4, 3.2e4},
+           false},
+          {"order6",
+           variational(tumble, Scheme::order6),
+           {10, 15, 25, 40, 60, 100, 150},
+           {1.5e3, 2.5e3, 4e3, 8e3, 1.6e4},
+           false},
           {"Euler, as Crocoddyl's", euler(tumble), low, low_100, true},
-          {"Runge–Kutta 4", runge_kutta_4(tumble), {25, 50, 100, 200, 400, 800, 1600},
-           {2.5e3, 5e3, 1e4, 2e4, 4e4, 8e4}, true},
-          {"Runge–Kutta–Fehlberg 7(8)", fehlberg(tumble), {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13},
-           {1e-4, 1e-6, 1e-8, 1e-10, 1e-12}, true}};
+          {"Runge–Kutta 4",
+           runge_kutta_4(tumble),
+           {25, 50, 100, 200, 400, 800, 1600},
+           {2.5e3, 5e3, 1e4, 2e4, 4e4, 8e4},
+           true},
+          {"Runge–Kutta–Fehlberg 7(8)",
+           fehlberg(tumble),
+           {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13},
+           {1e-4, 1e-6, 1e-8, 1e-10, 1e-12},
+           true}};
 }
 
 Diagram work_precision(const Tumble& tumble, const mechanics::Rotations& truth) {
-  Diagram diagram{"Error after 1 s of tumbling against processor time", "processor time for 1 s of motion, s",
-                  "error of the rotations, ‖R − R*‖, no unit", "", {}};
+  Diagram diagram{"Error after 1 s of tumbling against processor time",
+                  "processor time for 1 s of motion, s",
+                  "error of the rotations, ‖R − R*‖, no unit",
+                  "",
+                  {}};
   for (const Measured& m : methods(tumble)) {
     Curve curve{m.name, {}, m.dashed};
     for (double setting : m.over_1_s) {
@@ -224,8 +241,11 @@ Diagram work_precision(const Tumble& tumble, const mechanics::Rotations& truth) 
 }
 
 Diagram energy_work(const Tumble& tumble) {
-  Diagram diagram{"Energy error over 100 s of tumbling against processor time", "processor time for 100 s of motion, s",
-                  "largest energy error, relative", "", {}};
+  Diagram diagram{"Energy error over 100 s of tumbling against processor time",
+                  "processor time for 100 s of motion, s",
+                  "largest energy error, relative",
+                  "",
+                  {}};
   const double first = tumble.energy(tumble.start.rotation, tumble.start.velocity);
   for (const Measured& m : methods(tumble)) {
     Curve curve{m.name, {}, m.dashed};
@@ -252,7 +272,8 @@ double imbalance(const Tumble& tumble, Scheme scheme, int steps) {
   const auto moments_at = [](double t) {
     Moments u;
     for (int j = 0; j < 2; ++j)
-      u.emplace_back(Vector3d(2.0 * std::sin(5.0 * t + j), 20.0 * std::cos(3.0 * t - j), 30.0 * std::sin(4.0 * t + 2.0 * j)));
+      u.emplace_back(
+          Vector3d(2.0 * std::sin(5.0 * t + j), 20.0 * std::cos(3.0 * t - j), 30.0 * std::sin(4.0 * t + 2.0 * j)));
     return u;
   };
   const model::System& system = tumble.system;
@@ -260,9 +281,7 @@ double imbalance(const Tumble& tumble, Scheme scheme, int steps) {
   const auto power = [&](const State& s, const Moments& u) {
     return mechanics::generalized_force(system, s.rotation, u).dot(integrator::velocity_of_state(system, s));
   };
-  const auto energy = [&] {
-    return tumble.energy(state.rotation, integrator::velocity_of_state(system, state));
-  };
+  const auto energy = [&] { return tumble.energy(state.rotation, integrator::velocity_of_state(system, state)); };
   integrator::March march(system, scheme);
   const double first = energy(), h = 1.0 / steps;
   double work = 0.0, largest = 0.0;
@@ -277,7 +296,10 @@ double imbalance(const Tumble& tumble, Scheme scheme, int steps) {
       before = now;
       ++stage;
     };
-    if (!march.advance(h, [&](int node) -> const Moments& { return moments[at(node)]; }, state, add_stage).converged)
+    if (!march
+             .advance(
+                 h, [&](int node) -> const Moments& { return moments[at(node)]; }, state, add_stage)
+             .converged)
       return INFINITY;
     largest = std::max(largest, std::abs(energy() - first - work));
   }
@@ -285,8 +307,11 @@ double imbalance(const Tumble& tumble, Scheme scheme, int steps) {
 }
 
 Diagram energy_balance(const Tumble& tumble) {
-  Diagram diagram{"Energy under control: change of energy less the joints' work, over 1 s", "time step, s",
-                  "largest |E − E(0) − work|, J", "", {}};
+  Diagram diagram{"Energy under control: change of energy less the joints' work, over 1 s",
+                  "time step, s",
+                  "largest |E − E(0) − work|, J",
+                  "",
+                  {}};
   const std::pair<const char*, Scheme> schemes[] = {{"paper, order 1", Scheme::paper},
                                                     {"trapezoid, order 2", Scheme::trapezoid},
                                                     {"midpoint, order 2", Scheme::midpoint},
@@ -337,8 +362,10 @@ class LogPlot {
   static std::string style() {
     const char* light[] = {"#8a5a2b", "#3b7fb5", "#2a9d7c", "#c0392b", "#7d3c98", "#6b7280", "#b8860b", "#111827"};
     const char* dark[] = {"#d9a066", "#6fb1d8", "#5fd3b0", "#ff7b6b", "#c79be0", "#a3acb9", "#f0c541", "#f3f4f6"};
-    std::string css = ".card{fill:#ffffff}text{fill:#3d4653}.strong{fill:#1c2430}.grid{stroke:#e2e6ea}.frame{stroke:#9aa3ae}";
-    std::string night = ".card{fill:#161b22}text{fill:#b9c2cd}.strong{fill:#f0f3f6}.grid{stroke:#2b323b}.frame{stroke:#6e7681}";
+    std::string css =
+        ".card{fill:#ffffff}text{fill:#3d4653}.strong{fill:#1c2430}.grid{stroke:#e2e6ea}.frame{stroke:#9aa3ae}";
+    std::string night =
+        ".card{fill:#161b22}text{fill:#b9c2cd}.strong{fill:#f0f3f6}.grid{stroke:#2b323b}.frame{stroke:#6e7681}";
     for (int n = 0; n < 8; ++n) {
       css += fmt::format(".c{0}{{stroke:{1}}}.m{0}{{fill:{1}}}", n, light[n]);
       night += fmt::format(".c{0}{{stroke:{1}}}.m{0}{{fill:{1}}}", n, dark[n]);
@@ -353,14 +380,16 @@ class LogPlot {
     for (int e = static_cast<int>(std::ceil(x_from_)); e <= x_to_; ++e) {
       const double x = px(std::pow(10.0, e));
       out += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:g}V{:g}\"/>", x, top, bottom);
-      out += fmt::format("<text x=\"{:.1f}\" y=\"{:g}\" text-anchor=\"middle\">{}</text>\n", x, bottom + 20.0, decade(e));
+      out +=
+          fmt::format("<text x=\"{:.1f}\" y=\"{:g}\" text-anchor=\"middle\">{}</text>\n", x, bottom + 20.0, decade(e));
     }
     const int every = y_to_ - y_from_ > 9 ? 2 : 1;
     for (int e = static_cast<int>(y_from_); e <= y_to_; ++e) {
       const double y = py(std::pow(10.0, e));
       out += fmt::format("<path class=\"grid\" d=\"M{:g} {:.1f}H{:g}\"/>", left, y, right);
       if (e % every == 0)
-        out += fmt::format("<text x=\"{:g}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", left - 8.0, y + 4.5, decade(e));
+        out += fmt::format("<text x=\"{:g}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", left - 8.0, y + 4.5,
+                           decade(e));
     }
     out += fmt::format("<path class=\"frame\" fill=\"none\" d=\"M{:g} {:g}V{:g}H{:g}\"/>\n", left, top, bottom, right);
     out += fmt::format("<text x=\"{:g}\" y=\"{:g}\" text-anchor=\"middle\">{}</text>\n", 0.5 * (left + right),
@@ -384,7 +413,8 @@ class LogPlot {
   }
   std::string mark(std::size_t n, double x, double y) const {
     if (diagram_.curves[n].dashed)
-      return fmt::format("<rect class=\"m{}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"7\" height=\"7\"/>", n, x - 3.5, y - 3.5);
+      return fmt::format("<rect class=\"m{}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"7\" height=\"7\"/>", n, x - 3.5,
+                         y - 3.5);
     return fmt::format("<circle class=\"m{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.8\"/>", n, x, y);
   }
   std::string legend() const {
@@ -395,7 +425,8 @@ class LogPlot {
       y += 24.0;
     };
     for (bool dashed : {false, true}) {
-      if (std::none_of(diagram_.curves.begin(), diagram_.curves.end(), [&](const Curve& c) { return c.dashed == dashed; }))
+      if (std::none_of(diagram_.curves.begin(), diagram_.curves.end(),
+                       [&](const Curve& c) { return c.dashed == dashed; }))
         continue;
       heading(dashed ? "continuous equations" : "variational schemes");
       for (std::size_t n = 0; n < diagram_.curves.size(); ++n) {

@@ -26,8 +26,7 @@ MatrixXd actuated_moments(const StoredMotion& motion) {
     for (int j = 0; j < motion.system.joint_count(); ++j) {
       const auto& actuation = motion.system.joint(j).actuation;
       const int columns = static_cast<int>(actuation.cols());
-      moments.row(k).segment(column, columns) =
-          (actuation.transpose() * motion.control[at(k)][at(j)]).transpose();
+      moments.row(k).segment(column, columns) = (actuation.transpose() * motion.control[at(k)][at(j)]).transpose();
       column += columns;
     }
   }
@@ -76,8 +75,8 @@ MatrixXd by_free_numbers(const StoredMotion& motion, const ControlSpace& space, 
 integrator::SweptGradients sweep(const StoredMotion& motion, integrator::StepRange range, const MatrixXd& end_rows) {
   return integrator::gradient_sweep(
       motion.system, motion.lagrangian, motion.time_step,
-      [&motion](int k, mechanics::Interval& interval) { read_interval(motion, k, interval); }, motion.control,
-      range, end_rows);
+      [&motion](int k, mechanics::Interval& interval) { read_interval(motion, k, interval); }, motion.control, range,
+      end_rows);
 }
 
 // Typical size of each entry of a state's perturbation when turns and shifts are of size 1 over `duration` s.

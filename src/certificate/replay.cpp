@@ -26,8 +26,7 @@ using model::at;
 MatrixXd node_moments(const StoredMotion& motion) {
   MatrixXd moments(3 * motion.system.joint_count(), motion.steps + 1);
   for (int k = 0; k <= motion.steps; ++k)
-    for (int j = 0; j < motion.system.joint_count(); ++j)
-      moments.block<3, 1>(3 * j, k) = motion.control[at(k)][at(j)];
+    for (int j = 0; j < motion.system.joint_count(); ++j) moments.block<3, 1>(3 * j, k) = motion.control[at(k)][at(j)];
   return moments;
 }
 
@@ -116,8 +115,8 @@ double growth_rate(const StoredMotion& motion) {
   std::vector<double> log_growth = {0.0};  // ln G at every stride-th node
   for (int k = 0; k < motion.steps; ++k) {
     read_interval(motion, k, interval);
-    integrator::linearize_step(motion.system, motion.lagrangian, motion.time_step, interval,
-                               motion.control[at(k)], motion.control[at(k + 1)], work, tangent);
+    integrator::linearize_step(motion.system, motion.lagrangian, motion.time_step, interval, motion.control[at(k)],
+                               motion.control[at(k + 1)], work, tangent);
     perturbed = tangent.A * perturbed;
     if ((k + 1) % stride != 0) continue;
     log_growth.push_back(log_size + log_largest_singular_value(perturbed.topRows(turns)));

@@ -45,10 +45,9 @@ void march(Scheme scheme, int steps, const State& start, Trajectory& trajectory)
   trajectory.state.push_back(start);
   for (int k = 0; k < steps; ++k) {
     trajectory.report = march.advance(
-        trajectory.duration / steps, [&](int stage) -> const Moments& {
-          return trajectory.control[at(k * march.stages() + stage)];
-        },
-        state, [&](const Interval& interval, const State& after) {
+        trajectory.duration / steps,
+        [&](int stage) -> const Moments& { return trajectory.control[at(k * march.stages() + stage)]; }, state,
+        [&](const Interval& interval, const State& after) {
           trajectory.interval.push_back(interval);
           trajectory.state.push_back(after);
         });

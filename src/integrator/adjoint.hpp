@@ -20,7 +20,7 @@ struct Trajectory {
   std::vector<mechanics::Interval> interval;  // [steps]
   std::vector<State> state;                   // [steps + 1]
   std::vector<Moments> control;               // [steps + 1]
-  StepReport report;  // of the step at which the march ended: not converged if it ended early
+  StepReport report;                          // of the step at which the march ended: not converged if it ended early
   int steps() const { return static_cast<int>(interval.size()); }
   double time_step(int step) const { return duration * fraction[static_cast<std::size_t>(step)]; }
 };
@@ -83,8 +83,8 @@ struct TrajectoryGradient {
 
 /// A direction of start and controls.
 struct TrajectoryDirection {
-  StateGradient start;               // here a perturbation of the state: turns, m, momenta
-  std::vector<Moments> control;      // [steps + 1] N m
+  StateGradient start;           // here a perturbation of the state: turns, m, momenta
+  std::vector<Moments> control;  // [steps + 1] N m
   explicit TrajectoryDirection(const Trajectory& trajectory);
 };
 

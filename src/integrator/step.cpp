@@ -20,7 +20,6 @@ using model::System;
 
 constexpr int max_iterations = 60;
 constexpr double accepted_residual = 1e-12;  // of a step that gets no better
-constexpr double sought_residual = 2e-14;    // where another iteration is not worth it
 constexpr double good_contraction = 1e-3;    // below it the factors serve another iteration
 
 bool damped(const System& system) {
@@ -61,8 +60,8 @@ double evaluate(const System& system, DiscreteLagrangian lagrangian, double h, c
     if (resisted) work.missing[i] -= work.damping_force[i];
     sum += work.missing[i].sum();
     missing = std::max(missing, largest(work.missing[i]));
-    scale = std::max({scale, largest(work.target[i]), largest(work.momenta.minus[i]),
-                      largest(work.momenta.subtree_linear[i])});
+    scale = std::max(
+        {scale, largest(work.target[i]), largest(work.momenta.minus[i]), largest(work.momenta.subtree_linear[i])});
   }
   if (!std::isfinite(sum)) return std::numeric_limits<double>::quiet_NaN();
   return missing == 0.0 ? 0.0 : missing / scale;
@@ -73,6 +72,10 @@ bool factor(const System& system, DiscreteLagrangian lagrangian, double h, StepW
   if (!system.only_free_joints()) mechanics::damping_blocks(system, work.interval, work.damping_block);
   return work.elimination.factor(system, work.interval.rotation, work.interval.next_rotation, work.blocks,
                                  work.damping_block);
+}
+
+bool finite(const Moments& moments) {
+  return std::all_of(moments.begin(), moments.end(), [](const Vector3d& u) { return u.allFinite(); });
 }
 
 // ζ moves so that F turns by η' on its right: δζ = ½ (I + ζ̂ + ζζᵀ) η'.
@@ -108,9 +111,7 @@ void stand_still(Interval& interval) {
 }
 
 // R (3I − RᵀR)/2: takes the round-off out of a rotation that a product has left.
-Matrix3d refreshed(const Matrix3d& R) {
-  return R * (1.5 * Matrix3d::Identity() - 0.5 * (R.transpose() * R));
-}
+Matrix3d refreshed(const Matrix3d& R) { return R * (1.5 * Matrix3d::Identity() - 0.5 * (R.transpose() * R)); }
 
 // Keeps a led body's rotation on its joint: takes out what round-off has turned across the axes.
 Matrix3d realigned(const Joint& joint, const Matrix3d& R_parent, const Matrix3d& R_child) {
@@ -241,7 +242,7 @@ StepReport solve_step(const System& system, DiscreteLagrangian lagrangian, doubl
   StepReport report;
   report.residual = evaluate(system, lagrangian, h, linear, work);
   bool factored = false;
-  while (!(report.residual <= sought_residual) && report.iterations < max_iterations) {
+  while (!(report.residual <= work.sought_residual) && report.iterations < max_iterations) {
     if (!std::isfinite(report.residual) || (!factored && !factor(system, lagrangian, h, work))) return report;
     keep_turns(system, work);
     const Vector3d base_displacement = work.interval.displacement;
@@ -273,6 +274,7 @@ StepReport advance(const System& system, DiscreteLagrangian lagrangian, double h
   } else {
     stand_still(work.interval);
   }
+  if (!finite(control_next)) return {false, 0, std::numeric_limits<double>::quiet_NaN()};
   joint_forces(system, state.rotation, control, work, work.force);
   mechanics::unpack(system, state.momentum, work.target);
   for (std::size_t i = 0; i < work.target.size(); ++i) work.target[i] += 0.5 * h * work.force[i];

@@ -63,17 +63,18 @@ struct StepWorkspace {
   mechanics::Interval interval;
   mechanics::DiscreteMomenta momenta;
   Predictor predictor;
-  double latest_time_step = 0.0;     // s, of the step that the predictor saw last
-  Freedoms target;                   // [bodies] p⁻ to reach
-  Freedoms missing;                  // [bodies] target − p⁻, and Newton's correction
-  Freedoms force;                    // [bodies] generalised joint moments
-  Vectors base_turn;                 // [bodies] where a damped step starts
-  Vectors no_force;                  // [bodies] zeros
-  mechanics::JointMoments moments;   // of controls and springs
-  mechanics::JointMoments damping;   // ψ⁻
-  mechanics::JointMoments damping_next;  // ψ⁺
-  Freedoms damping_force;            // [bodies] along the freedoms
-  std::vector<Matrix3d> damping_block;  // [bodies]
+  double latest_time_step = 0.0;             // s, of the step that the predictor saw last
+  double sought_residual = 2e-14;            // where Newton stops; 0: only where another iteration no longer helps
+  Freedoms target;                           // [bodies] p⁻ to reach
+  Freedoms missing;                          // [bodies] target − p⁻, and Newton's correction
+  Freedoms force;                            // [bodies] generalised joint moments
+  Vectors base_turn;                         // [bodies] where a damped step starts
+  Vectors no_force;                          // [bodies] zeros
+  mechanics::JointMoments moments;           // of controls and springs
+  mechanics::JointMoments damping;           // ψ⁻
+  mechanics::JointMoments damping_next;      // ψ⁺
+  Freedoms damping_force;                    // [bodies] along the freedoms
+  std::vector<Matrix3d> damping_block;       // [bodies]
   std::vector<mechanics::BodyBlock> blocks;  // [bodies]
   mechanics::TreeElimination elimination;
 };

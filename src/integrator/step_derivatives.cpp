@@ -84,8 +84,8 @@ void linearize_step(const System& system, DiscreteLagrangian lagrangian, double 
   work.elimination.solve_rows(system, interval.rotation, interval.next_rotation, d.right, d.displacement);
   rates_at_end(step, work.balance, work.hessians, d, given + half, turns, J);
 
-  const auto put = [&](const mechanics::FreedomRows& freedoms, Eigen::Index first, Eigen::Index count,
-                       Eigen::Index row, Eigen::Ref<MatrixXd> columns) {
+  const auto put = [&](const mechanics::FreedomRows& freedoms, Eigen::Index first, Eigen::Index count, Eigen::Index row,
+                       Eigen::Ref<MatrixXd> columns) {
     for_each_freedom(system, [&](std::size_t i, int entry, int place) {
       columns.row(row + place) = freedoms[i].col(entry).segment(first, count).transpose();
     });

@@ -21,8 +21,7 @@ struct Node {
 // Calls f with each node that has weight.
 template <typename Function>
 void for_each_node(const Quadrature& weights, const BodyStep& step, const Function& f) {
-  if (weights.left != 0.0)
-    f(Node{weights.left, Matrix3d::Identity(), Matrix3d::Zero(), Vector3d::Zero(), false});
+  if (weights.left != 0.0) f(Node{weights.left, Matrix3d::Identity(), Matrix3d::Zero(), Vector3d::Zero(), false});
   if (weights.right != 0.0) f(Node{weights.right, step.rotation, Matrix3d::Identity(), Vector3d::Zero(), false});
   if (weights.middle != 0.0) {
     const Vector3d z = step.cayley / (1.0 + std::sqrt(1.0 + step.cayley.squaredNorm()));
@@ -44,9 +43,7 @@ struct Spin {
     return -value.dot(a2) * a1 + 0.5 * a2.cross(F.transpose() * a1);
   }
   Vector3d pull(const Vector3d& p) const { return 0.5 * (trace * p - F * p); }
-  Vector3d pull_rate(const Vector3d& a, const Vector3d& p) const {
-    return -value.dot(a) * p - 0.5 * (F * a.cross(p));
-  }
+  Vector3d pull_rate(const Vector3d& a, const Vector3d& p) const { return -value.dot(a) * p - 0.5 * (F * a.cross(p)); }
   Vector3d pull_second_rate(const Vector3d& a1, const Vector3d& a2, const Vector3d& p) const {
     return -rate(a2).dot(a1) * p - 0.5 * (F * a2.cross(a1.cross(p)));
   }
@@ -174,8 +171,7 @@ BodyHessian BodyLagrangian::hessian(const BodyStep& step) const {
       H.turn_by_shift += node.N.transpose() * (hat(p) * node.G.transpose() - hat(y) * p_by_shift);
       if (node.middle) {
         const Vector3d& z = node.quarter;
-        H.turn_by_turn +=
-            0.25 * hat(p.cross(y)) * (Matrix3d::Identity() + hat(z) + z * z.transpose()) * node.N;
+        H.turn_by_turn += 0.25 * hat(p.cross(y)) * (Matrix3d::Identity() + hat(z) + z * z.transpose()) * node.N;
       }
       mean += k * y;
       mean_by_turn += k * y_by_turn;
@@ -281,9 +277,9 @@ BodyGradient BodyLagrangian::gradient_second_rate(const BodyStep& step, const Bo
     const Vector3d z_1 = node.middle ? cayley_rate(z, c1) : Vector3d(Vector3d::Zero());
     const Vector3d z_2 = node.middle ? cayley_rate(z, c2) : Vector3d(Vector3d::Zero());
     const Vector3d c_12 = 0.5 * z_2.cross(a1);
-    const Vector3d z_12 = node.middle ? Vector3d(cayley_rate(z, c_12) +
-                                                 0.5 * (z_2.cross(c1) + z_2 * z.dot(c1) + z * z_2.dot(c1)))
-                                      : Vector3d(Vector3d::Zero());
+    const Vector3d z_12 =
+        node.middle ? Vector3d(cayley_rate(z, c_12) + 0.5 * (z_2.cross(c1) + z_2 * z.dot(c1) + z * z_2.dot(c1)))
+                    : Vector3d(Vector3d::Zero());
     const Vector3d y = node.G.transpose() * step.shift;
     const Vector3d seen_1 = node.G.transpose() * first.shift;
     const Vector3d y_1 = y.cross(c1) + seen_1;

@@ -72,8 +72,8 @@ std::vector<BodyBlock> inertia_blocks(const System& system, const Rotations& R) 
   for (int i = 0; i < system.body_count(); ++i) {
     const Body& body = system.body(i);
     const Matrix3d by_turn = R[at(i)] * body.coupling_matrix;
-    blocks.push_back({body.inertia_matrix, by_turn.transpose(), by_turn,
-                      R[at(i)] * body.mass_matrix * R[at(i)].transpose()});
+    blocks.push_back(
+        {body.inertia_matrix, by_turn.transpose(), by_turn, R[at(i)] * body.mass_matrix * R[at(i)].transpose()});
   }
   return blocks;
 }
@@ -233,9 +233,9 @@ VectorXd damping_force(const System& system, const Rotations& R, const VectorXd&
 }
 
 VectorXd acceleration(const System& system, const Rotations& R, const VectorXd& velocity, const Moments& control) {
-  return velocity_of_momentum(system, R,
-                              generalized_force(system, R, control) + damping_force(system, R, velocity) -
-                                  bias(system, R, velocity));
+  return velocity_of_momentum(
+      system, R,
+      generalized_force(system, R, control) + damping_force(system, R, velocity) - bias(system, R, velocity));
 }
 
 SpatialMomentum spatial_momentum(const System& system, const Rotations& R, const Vector3d& position,
@@ -244,8 +244,7 @@ SpatialMomentum spatial_momentum(const System& system, const Rotations& R, const
   total.linear = momentum.tail<3>();
   total.angular = position.cross(total.linear);
   for (int i = 0; i < system.body_count(); ++i)
-    if (system.body(i).freedoms == 3)
-      total.angular += R[at(i)] * momentum.segment<3>(system.body(i).velocity_offset);
+    if (system.body(i).freedoms == 3) total.angular += R[at(i)] * momentum.segment<3>(system.body(i).velocity_offset);
   return total;
 }
 

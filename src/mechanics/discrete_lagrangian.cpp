@@ -16,8 +16,8 @@ using model::System;
 Vector3d composed(const Vector3d& a, const Vector3d& b) { return (a + b + a.cross(b)) / (1.0 - a.dot(b)); }
 
 // ζ of a body that its joint leads: F_c = Qᵀ F_p exp(Δθ_1 â) Q exp(Δθ b̂).
-Vector3d led_cayley(const Joint& joint, const Matrix3d& R_parent, const Matrix3d& R_child, const Vector3d& parent_cayley,
-                    const Vector3d& joint_turn) {
+Vector3d led_cayley(const Joint& joint, const Matrix3d& R_parent, const Matrix3d& R_child,
+                    const Vector3d& parent_cayley, const Vector3d& joint_turn) {
   const bool universal = joint.kind == JointKind::universal;
   const Vector3d turned_parent =
       universal ? composed(parent_cayley, std::tan(0.5 * joint_turn[0]) * joint.parent_axis) : parent_cayley;

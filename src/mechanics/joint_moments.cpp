@@ -152,8 +152,7 @@ void control_work_rate(const System& system, const Rotations& R, NodeTurns first
     const Matrix3d Q = child_to_parent(R, joint);
     const Vector3d turn_1 = relative_turn(Q, first.turns, joint);
     const Vector3d turn_2 = relative_turn(Q, second.turns, joint);
-    result[at(j)] =
-        -(Q * (turn_2.cross(turn_1) + relative_turn_change(Q, first.turns, first_changes, turn_2, joint)));
+    result[at(j)] = -(Q * (turn_2.cross(turn_1) + relative_turn_change(Q, first.turns, first_changes, turn_2, joint)));
   }
 }
 
@@ -214,8 +213,7 @@ void add_damping_second_rates(const System& system, const Interval& step, const 
     const Vector3d right_1 = first.right_sign * relative_turn(ball.Q_next, first.right.turns, joint);
     const Vector3d right_2 = second.right_sign * relative_turn(ball.Q_next, second.right.turns, joint);
     const Vector3d right_12 =
-        first.right_sign *
-        relative_turn_change(ball.Q_next, first.right.turns, first_right_changes, right_2, joint);
+        first.right_sign * relative_turn_change(ball.Q_next, first.right.turns, first_right_changes, right_2, joint);
     const Vector3d turn_1 = ball.right_turn(left_1, right_1);
     const Vector3d turn_2 = ball.right_turn(left_2, right_2);
     const Vector3d turn_12 = ball.right_turn(left_12, right_12) + turn_2.cross(ball.D.transpose() * left_1);
@@ -264,8 +262,8 @@ void add_damping_work(const System& system, const Interval& step, NodeTurns left
       continue;
     }
     const BallTurn ball(step, joint);
-    result[j] -= 0.5 * ball.value.dot(relative_turn(ball.Q, left.turns, joint) +
-                                      relative_turn(ball.Q_next, right.turns, joint));
+    result[j] -=
+        0.5 * ball.value.dot(relative_turn(ball.Q, left.turns, joint) + relative_turn(ball.Q_next, right.turns, joint));
   }
 }
 

@@ -44,8 +44,7 @@ void centre_second_rates(const System& system, const Interval& step, const StepR
     const Joint& up = system.joint(body.joint);
     const auto moved = [&](int b, const Vector3d& offset) {
       const std::size_t n = at(b);
-      const Vector3d right =
-          second.turn_next[n].cross(first.turn_next[n].cross(offset)) + change_next[n].cross(offset);
+      const Vector3d right = second.turn_next[n].cross(first.turn_next[n].cross(offset)) + change_next[n].cross(offset);
       const Vector3d left = second.turn[n].cross(first.turn[n].cross(offset)) + change[n].cross(offset);
       return Vector3d(step.next_rotation[n] * right - step.rotation[n] * left);
     };
@@ -153,8 +152,8 @@ void evaluate_balance(const ForcedStep& step, StepBalance& balance) {
   add_node_moments(system, step.interval.next_rotation, step.control_next, 0.5 * step.time_step, balance.joint_plus);
   for (int i = 0; i < system.body_count(); ++i) {
     const Vector3d& w = p.shift[at(i)];
-    balance.moment[at(i)] =
-        step.interval.relative_rotation[at(i)] * p.turn[at(i)] + w.cross(p.impulse[at(i)]) + balance.joint_minus.body[at(i)];
+    balance.moment[at(i)] = step.interval.relative_rotation[at(i)] * p.turn[at(i)] + w.cross(p.impulse[at(i)]) +
+                            balance.joint_minus.body[at(i)];
     balance.moment_next[at(i)] = p.turn[at(i)] + balance.joint_plus.body[at(i)];
   }
   gather(system, step.interval.rotation, p.subtree_linear, balance.moment, balance.minus);
@@ -254,8 +253,7 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
     const auto& [a_2, b_2] = second_rate.seen[n];
     const auto& [gamma_1, beta_1] = first_rate.gradient[n];
     const auto& [gamma_2, beta_2] = second_rate.gradient[n];
-    const Vector3d a_12 =
-        work.turn_change_next[n] - F.transpose() * eta_12 + a_2.cross(F.transpose() * eta_1);
+    const Vector3d a_12 = work.turn_change_next[n] - F.transpose() * eta_12 + a_2.cross(F.transpose() * eta_1);
     const Vector3d b_12 = b_2.cross(eta_1) + w.cross(eta_12) - eta_2.cross(R.transpose() * first_rate.centre[n]) +
                           R.transpose() * work.centre_change[n];
     const BodyLagrangian body(system, step.lagrangian, step.time_step, i);
@@ -264,8 +262,7 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
     const BodyGradient changed = body.gradient_rate(moved, {a_12, b_12});
     const Vector3d gamma_12 = constant.turn + changed.turn;
     const Vector3d beta_12 = constant.shift + changed.shift;
-    work.force[n] =
-        R * (eta_2.cross(eta_1.cross(beta) + beta_1) + eta_12.cross(beta) + eta_1.cross(beta_2) + beta_12);
+    work.force[n] = R * (eta_2.cross(eta_1.cross(beta) + beta_1) + eta_12.cross(beta) + eta_1.cross(beta_2) + beta_12);
     work.moment[n] = F * (a_2.cross(a_1.cross(gamma) + gamma_1) + a_12.cross(gamma) + a_1.cross(gamma_2) + gamma_12) +
                      b_12.cross(beta) + b_1.cross(beta_2) + b_2.cross(beta_1) + w.cross(beta_12) +
                      work.joint_minus.body[n];

@@ -12,8 +12,8 @@ namespace lamprey::mechanics {
 struct ForcedStep {
   const model::System& system;
   DiscreteLagrangian lagrangian;
-  double time_step;          // s
-  const Interval& interval;  // updated
+  double time_step;             // s
+  const Interval& interval;     // updated
   const Moments& control;       // [joints] at k
   const Moments& control_next;  // [joints] at k + 1
 };
@@ -21,9 +21,9 @@ struct ForcedStep {
 /// E⁻, E⁺ and what they are made of.
 struct StepBalance {
   DiscreteMomenta momenta;
-  Freedoms minus;     // [bodies] E⁻ along the freedoms at k
-  Freedoms plus;      // [bodies] E⁺ along the freedoms at k + 1
-  Vector3d linear;    // kg m/s, world: p_x of both
+  Freedoms minus;       // [bodies] E⁻ along the freedoms at k
+  Freedoms plus;        // [bodies] E⁺ along the freedoms at k + 1
+  Vector3d linear;      // kg m/s, world: p_x of both
   Vectors moment;       // [bodies] moments through the joints at k
   Vectors moment_next;  // [bodies] the same at k + 1
   JointMoments joint_minus, joint_plus;
@@ -34,8 +34,8 @@ void evaluate_balance(const ForcedStep& step, StepBalance& balance);
 
 /// A direction of a step: turns of both ends, displacement of the root over the step, change of the moments.
 struct StepVariation {
-  Freedoms left, right;  // [bodies] along the freedoms at k and at k + 1
-  Vector3d displacement;  // m, world
+  Freedoms left, right;           // [bodies] along the freedoms at k and at k + 1
+  Vector3d displacement;          // m, world
   Moments control, control_next;  // [joints]
   explicit StepVariation(const model::System& system);
   void set_zero();
@@ -44,8 +44,8 @@ struct StepVariation {
 /// Rates along a direction.
 struct StepRate {
   // how the bodies move along it
-  Vectors turn, turn_next;  // [bodies] η_i, η'_i, body frames at k and at k + 1
-  Vectors centre;           // [bodies] world
+  Vectors turn, turn_next;          // [bodies] η_i, η'_i, body frames at k and at k + 1
+  Vectors centre;                   // [bodies] world
   std::vector<BodyDirection> seen;  // [bodies] a_i, b_i: change of F_i and w_i
   // what that changes
   std::vector<BodyGradient> gradient;  // [bodies] γ_i, β_i

@@ -186,8 +186,8 @@ StepJacobian::StepJacobian(int bodies, Index directions)
 
 void body_hessians(const ForcedStep& step, const DiscreteMomenta& momenta, std::vector<BodyHessian>& hessians) {
   for (int i = 0; i < step.system.body_count(); ++i)
-    hessians[at(i)] = BodyLagrangian(step.system, step.lagrangian, step.time_step, i)
-                          .hessian(body_step(step.interval, momenta, i));
+    hessians[at(i)] =
+        BodyLagrangian(step.system, step.lagrangian, step.time_step, i).hessian(body_step(step.interval, momenta, i));
 }
 
 void blocks_of_hessians(const Interval& interval, const DiscreteMomenta& p, const std::vector<BodyHessian>& hessians,
@@ -273,8 +273,8 @@ void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std:
     clear_rows(count, J.plus[n]);
   }
   sum_row_subtrees(system, count, J.force);
-  add_node_rows(system, interval.next_rotation, step.control_next, 0.5 * step.time_step, d.right, count, J,
-                J.turn_next, J.plus);
+  add_node_rows(system, interval.next_rotation, step.control_next, 0.5 * step.time_step, d.right, count, J, J.turn_next,
+                J.plus);
   if (!system.only_free_joints()) add_damping_at_end(system, interval, d, count, left_count, J);
   gather_rows(system, interval.next_rotation, p.subtree_linear, balance.moment_next, d.right, J.turn_next, count, count,
               J, J.plus);

@@ -162,8 +162,8 @@ void TreeElimination::solve(const System& system, const Rotations& left, const R
       w.turn = t;
     } else {
       const Vector3d carried = node.right.child_to_parent.transpose() * parent.turn;
-      t -= node.inverse * (node.left_axes.transpose() * (node.at_joint.moment_by_turn * carried +
-                                                         node.at_joint.moment_by_shift * joint_shift));
+      t -= node.inverse * (node.left_axes.transpose() *
+                           (node.at_joint.moment_by_turn * carried + node.at_joint.moment_by_shift * joint_shift));
       w.turn = carried + node.right_axes * t;
       if (joint.free()) t = w.turn;
     }

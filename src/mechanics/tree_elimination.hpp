@@ -37,8 +37,8 @@ class TreeElimination {
                         Vector3d& linear);
 
   /// solve for many right-hand sides, rows of each [rows][3].
-  void solve_rows(const model::System& system, const Rotations& left, const Rotations& right,
-                  FreedomRows& freedoms, Rows3& linear);
+  void solve_rows(const model::System& system, const Rotations& left, const Rotations& right, FreedomRows& freedoms,
+                  Rows3& linear);
 
  private:
   // A body seen from its joint, its subtree condensed.
@@ -58,9 +58,9 @@ class TreeElimination {
   bool eliminate(const model::System& system, const Rotations& left, const Rotations& right,
                  const std::vector<Matrix3d>& damping, int body);
 
-  std::vector<BodyBlock> condensed_;  // [bodies] about the mass centre
-  std::vector<Node> nodes_;           // [bodies]
-  std::vector<Walk> walk_;            // [bodies]
+  std::vector<BodyBlock> condensed_;    // [bodies] about the mass centre
+  std::vector<Node> nodes_;             // [bodies]
+  std::vector<Walk> walk_;              // [bodies]
   FreedomRows row_moment_, row_force_;  // [bodies], of solve_rows; sized by its first call
   Eigen::Matrix<double, 6, 6> root_inverse_;
 };

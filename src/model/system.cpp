@@ -145,7 +145,8 @@ void lay_axes(const JointDescription& described, Joint& joint) {
     joint.parent_axis = unit_axis((*described.axes)[0], "joint.axes", described.name);
     joint.child_axis = unit_axis((*described.axes)[1], "joint.axes", described.name);
     if (std::abs(joint.parent_axis.dot(joint.reference_rotation * joint.child_axis)) > 1e-6)
-      throw InputError("joint.axes", "of \"" + described.name + "\" are not orthogonal at zero angle; turn one of them");
+      throw InputError("joint.axes",
+                       "of \"" + described.name + "\" are not orthogonal at zero angle; turn one of them");
     // what is left of the parent's axis in the child's, up to 1e-6, goes
     const Vector3d first = joint.reference_rotation.transpose() * joint.parent_axis;
     joint.child_axis = (joint.child_axis - first * first.dot(joint.child_axis)).normalized();
@@ -180,8 +181,7 @@ void System::resolve_joints(const SwimmerDescription& description) {
     joint.damping = described.damping;
     lay_axes(described, joint);
     joint.actuation = actuation_basis(described, joint);
-    only_free_joints_ =
-        only_free_joints_ && joint.free() && joint.stiffness == 0.0 && joint.damping == 0.0;
+    only_free_joints_ = only_free_joints_ && joint.free() && joint.stiffness == 0.0 && joint.damping == 0.0;
     control_count_ += static_cast<int>(joint.actuation.cols());
 
     Body& child = bodies_[static_cast<std::size_t>(joint.child)];

@@ -24,19 +24,19 @@ struct PathPoint {
 
 struct Body {
   std::string name;
-  Vector3d semi_axes;           // m
-  double volume;                // m³
-  double mass;                  // kg, without fluid
-  Matrix3d body_inertia;        // kg m², without fluid, body frame
-  Matrix3d mass_matrix;         // kg, M_i: body + fluid, body frame
-  Matrix3d inertia_matrix;      // kg m², J_i: body + fluid, body frame
-  Matrix3d coupling_matrix;     // kg m, C_i: body + fluid, body frame, energy V·C_iΩ
-  bool coupled;                 // whether C_i is not zero
-  Matrix3d trace_weight;        // kg m², ½ tr(J_i) I − J_i: what rotation weighs in a discrete Lagrangian
-  int parent;                   // body index; −1 for the root
-  int joint;                    // joint to the parent; −1 for the root
-  int freedoms;                 // 3: turns on its own (the root, a ball joint's child); 2, 1, 0: turns about its joint's axes
-  int velocity_offset;          // where its freedoms begin in generalised vectors
+  Vector3d semi_axes;        // m
+  double volume;             // m³
+  double mass;               // kg, without fluid
+  Matrix3d body_inertia;     // kg m², without fluid, body frame
+  Matrix3d mass_matrix;      // kg, M_i: body + fluid, body frame
+  Matrix3d inertia_matrix;   // kg m², J_i: body + fluid, body frame
+  Matrix3d coupling_matrix;  // kg m, C_i: body + fluid, body frame, energy V·C_iΩ
+  bool coupled;              // whether C_i is not zero
+  Matrix3d trace_weight;     // kg m², ½ tr(J_i) I − J_i: what rotation weighs in a discrete Lagrangian
+  int parent;                // body index; −1 for the root
+  int joint;                 // joint to the parent; −1 for the root
+  int freedoms;         // 3: turns on its own (the root, a ball joint's child); 2, 1, 0: turns about its joint's axes
+  int velocity_offset;  // where its freedoms begin in generalised vectors
   std::vector<int> children;    // body indices
   std::vector<PathPoint> path;  // root first, the body itself last
 };

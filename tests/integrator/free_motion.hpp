@@ -67,8 +67,7 @@ inline FreeMarch free_march(integrator::Scheme scheme, double h, int steps, int 
     result.linear = std::max(result.linear, (now.linear - first.linear).norm() / first.linear.norm());
     result.angular = std::max(result.angular, (now.angular - first.angular).norm() / first.angular.norm());
     for (const Matrix3d& R : state.rotation)
-      result.rotation =
-          std::max(result.rotation, (R.transpose() * R - Matrix3d::Identity()).lpNorm<Eigen::Infinity>());
+      result.rotation = std::max(result.rotation, (R.transpose() * R - Matrix3d::Identity()).lpNorm<Eigen::Infinity>());
   });
   return result;
 }

@@ -46,7 +46,8 @@ TEST_P(EnergyLong, stays_in_its_band_without_a_trend_for_a_million_steps_of_the_
 // midpoint 3.3e-5, (1.6 ± 5.4)e-6; order4 9.5e-11, (8.7 ± 4.7)e-12.
 INSTANTIATE_TEST_SUITE_P(Schemes, EnergyLong,
                          ::testing::Values(EnergyBand{Scheme::paper, 2e-2}, EnergyBand{Scheme::trapezoid, 1.3e-4},
-                                           EnergyBand{Scheme::midpoint, 1e-4}, EnergyBand{Scheme::order4, 1e-9}));
+                                           EnergyBand{Scheme::midpoint, 1e-4}, EnergyBand{Scheme::order4, 1e-9},
+                                           EnergyBand{Scheme::order6, 1e-11}));
 
 }  // namespace
 }  // namespace lamprey::tests

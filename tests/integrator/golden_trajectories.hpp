@@ -52,7 +52,8 @@ inline std::vector<GoldenTrajectory> golden_trajectories() {
   std::vector<GoldenTrajectory> trajectories;
   const nlohmann::json file = golden("dop853.json");
   for (const auto& a : file["cases"]) {
-    trajectories.push_back({a["name"], golden_control(a["control"]), golden_state(a["start"]), {}, a["estimated_error"]});
+    trajectories.push_back(
+        {a["name"], golden_control(a["control"]), golden_state(a["start"]), {}, a["estimated_error"]});
     for (const auto& state : a["states"]) trajectories.back().states.push_back(golden_state(state));
   }
   return trajectories;

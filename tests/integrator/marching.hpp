@@ -79,7 +79,9 @@ inline integrator::State marched(const model::System& system, integrator::Scheme
   integrator::March march(system, scheme);
   std::vector<mechanics::Moments> moments(
       march.nodes().size(), mechanics::Moments(static_cast<std::size_t>(system.joint_count()), Vector3d::Zero()));
-  const integrator::StageControl at_node = [&](int node) -> const mechanics::Moments& { return moments[model::at(node)]; };
+  const integrator::StageControl at_node = [&](int node) -> const mechanics::Moments& {
+    return moments[model::at(node)];
+  };
   for (int step = 0; step < steps; ++step) {
     for (std::size_t node = 0; control && node < moments.size(); ++node)
       moments[node] = control(time_step * (step + march.nodes()[node]));

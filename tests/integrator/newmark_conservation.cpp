@@ -128,7 +128,8 @@ TEST(LieNewmark, fails_the_checks_of_energy_and_momentum) {
 class NewmarkCheck : public ::testing::TestWithParam<integrator::Scheme> {};
 
 TEST_P(NewmarkCheck, is_passed_by_every_variational_scheme) {
-  const Kept kept = kept_by(Drifting::make(), GetParam(), newmark_step, newmark_steps / (order(GetParam()) > 2 ? 10 : 1));
+  const Kept kept =
+      kept_by(Drifting::make(), GetParam(), newmark_step, newmark_steps / (order(GetParam()) > 2 ? 10 : 1));
   EXPECT_TRUE(kept.energy_holds()) << kept.wandering();
   EXPECT_TRUE(kept.momentum_holds()) << kept.angular;
   EXPECT_GT(kept.largest, 0.0);

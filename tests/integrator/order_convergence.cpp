@@ -78,9 +78,8 @@ TEST_P(Order, shows_on_swimmers_with_every_joint_against_runge_kutta) {
     Random random(seed);
     const Moving swimmer = moving(random, random_swimmer(random, 3 + static_cast<int>(seed % 4)));
     const Waves control(random, swimmer.system, 1.0);
-    integrator::ReferenceState reference{
-        swimmer.start.rotation, swimmer.start.position,
-        integrator::velocity_of_state(swimmer.system, swimmer.start)};
+    integrator::ReferenceState reference{swimmer.start.rotation, swimmer.start.position,
+                                         integrator::velocity_of_state(swimmer.system, swimmer.start)};
     ASSERT_TRUE(integrator::ReferenceIntegrator(swimmer.system, control, 1e-14).advance(0.0, duration, reference));
     const bool composed = order(range.scheme) > 2;
     double error = INFINITY, observed = 0.0;

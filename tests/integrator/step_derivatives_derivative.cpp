@@ -96,8 +96,7 @@ MatrixXd symplectic_form(const model::System& system, const State& state) {
   form.bottomLeftCorner(half, half) = -MatrixXd::Identity(half, half);
   for (int i = 0; i < system.body_count(); ++i) {
     const int place = system.body(i).velocity_offset;
-    if (system.body(i).freedoms == 3)
-      form.block<3, 3>(place, place) = -lie::hat(state.momentum.segment<3>(place));
+    if (system.body(i).freedoms == 3) form.block<3, 3>(place, place) = -lie::hat(state.momentum.segment<3>(place));
   }
   return form;
 }
@@ -125,17 +124,21 @@ TEST_P(StepTangentOfTree, matches_central_differences_of_the_march_at_second_ord
     const Step step(random, system, lagrangian);
     const VectorXd y = random_vector(random, StateLayout{system}.size());
     expect_second_order_differences(
-        [&](double t) { return difference(system, step.end, step.marched(moved(system, step.start, t * y), step.u, step.u_next)); },
+        [&](double t) {
+          return difference(system, step.end, step.marched(moved(system, step.start, t * y), step.u, step.u_next));
+        },
         step.tangent.A * y);
     if (system.control_count() == 0) continue;
     const VectorXd v = random_vector(random, system.control_count());
     expect_second_order_differences(
         [&](double t) {
-          return difference(system, step.end, step.marched(step.start, moved(system, step.u, 100.0 * t * v), step.u_next));
+          return difference(system, step.end,
+                            step.marched(step.start, moved(system, step.u, 100.0 * t * v), step.u_next));
         },
         100.0 * step.tangent.B * v, 1e-9, 0.05);
     const double t = 1.0;  // u_{k+1} enters the next momentum linearly: no truncation, any step will do
-    const VectorXd by_next = difference(system, step.end, step.marched(step.start, step.u, moved(system, step.u_next, t * v)));
+    const VectorXd by_next =
+        difference(system, step.end, step.marched(step.start, step.u, moved(system, step.u_next, t * v)));
     const VectorXd expected = step.tangent.B_next * v;
     ASSERT_GT(expected.lpNorm<Eigen::Infinity>(), 0.0);
     EXPECT_LE((by_next - expected).lpNorm<Eigen::Infinity>(), tolerance(1e-11) * expected.lpNorm<Eigen::Infinity>());

@@ -226,10 +226,15 @@ TEST_P(StepLaw, numbers_that_are_not_finite_are_reported_and_do_not_spread) {
       if (joint.kind != model::JointKind::fixed) bad[at(joint.child) - 1][0] = std::nan("");
     State state = swimmer.start;
     integrator::March march(swimmer.system, GetParam());
-    const integrator::StageControl spoilt = [&](int node) -> const Moments& { return node == 0 ? bad : good; };
-    EXPECT_FALSE(march.advance(1e-3, spoilt, state).converged);
-    EXPECT_TRUE(same(state, swimmer.start));
-    EXPECT_TRUE(march.advance(1e-3, [&](int) -> const Moments& { return good; }, state).converged);
+    for (int place : {0, march.stages()}) {  // at the beginning of a step, and at its very end
+      const integrator::StageControl spoilt = [&](int node) -> const Moments& { return node == place ? bad : good; };
+      EXPECT_FALSE(march.advance(1e-3, spoilt, state).converged);
+      EXPECT_TRUE(same(state, swimmer.start));
+    }
+    EXPECT_TRUE(march
+                    .advance(
+                        1e-3, [&](int) -> const Moments& { return good; }, state)
+                    .converged);
     EXPECT_GT(difference(state, swimmer.start), 0.0);
     EXPECT_TRUE(std::isfinite(difference(state, swimmer.start)));
   }
@@ -293,8 +298,8 @@ Welded welded_in_a_vacuum(Random& random, int bodies) {
   for (std::size_t i = 0; i < welded.tree.bodies.size(); ++i) {
     // inertia of some cloud of points: its principal moments obey the triangle rule
     const Matrix3d spread = random.positive_definite();
-    welded.tree.bodies[i] = brick(welded.tree.bodies[i].name, random.uniform(0.5, 2.0),
-                                  spread.trace() * Matrix3d::Identity() - spread);
+    welded.tree.bodies[i] =
+        brick(welded.tree.bodies[i].name, random.uniform(0.5, 2.0), spread.trace() * Matrix3d::Identity() - spread);
   }
   for (auto& joint : welded.tree.joints) {
     joint.kind = model::JointKind::fixed;
@@ -385,7 +390,7 @@ TEST_P(StepLaw, a_chain_with_fixed_joints_in_a_fluid_comes_to_move_as_one_body_a
   Random random(82);
   for (int bodies : {2, 4}) {
     const Pair pair(welded_in_a_fluid(random, bodies), random);
-    const int steps = GetParam() == Scheme::order6 ? 20 : 80;
+    const int steps = GetParam() == Scheme::order6 ? 10 : 80;  // before round-off
     const double coarse = pair.distance_at_end(GetParam(), 1.0 / steps, steps);
     const double fine = pair.distance_at_end(GetParam(), 0.5 / steps, 2 * steps);
     EXPECT_NEAR(std::log2(coarse / fine), order(GetParam()), tolerance(GetParam() == Scheme::order6 ? 0.3 : 0.1))

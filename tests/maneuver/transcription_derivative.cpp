@@ -53,8 +53,8 @@ class TranscriptionDerivatives : public ::testing::TestWithParam<Setting> {
     mechanics::Rotations rotation;
     for (int i = 0; i < system_.body_count(); ++i) rotation.push_back(random_.rotation());
     maneuver_.start = integrator::state_of_velocity(system_, rotation, random_.vector(), velocity);
-    maneuver_.total =
-        mechanics::spatial_momentum(system_, maneuver_.start.rotation, maneuver_.start.position, maneuver_.start.momentum);
+    maneuver_.total = mechanics::spatial_momentum(system_, maneuver_.start.rotation, maneuver_.start.position,
+                                                  maneuver_.start.momentum);
     for (int i = 0; i < system_.body_count(); ++i) maneuver_.end_rotation.push_back(random_.rotation());
     maneuver_.end_position = {1.0, std::nullopt, -0.5};
     maneuver_.rest = !GetParam().moving;
