@@ -215,8 +215,8 @@ TEST(Coupling, of_inertia_is_read_marched_written_and_verified) {
 
 TEST(FailingStep, ends_the_march_with_its_time_its_residual_and_the_step_that_still_works) {
   const Folder folder;
-  const std::string coarse = "simulate " + example("tumble") + " --steps 4 --duration 2 --out " + (folder / "run");
-  const ProgramRun run = lamprey(folder, coarse);
+  const std::string few_steps = "simulate " + example("tumble") + " --steps 4 --duration 2 --out " + (folder / "run");
+  const ProgramRun run = lamprey(folder, few_steps);
   EXPECT_EQ(run.exit_code, 5) << run.out << run.err;
   EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
   for (const char* part : {"step 0 at t = 0 s did not converge", "residual", "Newton iterations",
@@ -228,7 +228,7 @@ TEST(FailingStep, ends_the_march_with_its_time_its_residual_and_the_step_that_st
   const std::regex largest("works from there is ([-.e0-9]+) s: try ([0-9]+) steps");
   ASSERT_TRUE(std::regex_search(run.err, found, largest)) << run.err;
   EXPECT_LT(std::stod(found[1]), 0.5);
-  const ProgramRun adaptive = lamprey(folder, coarse + " --adaptive");
+  const ProgramRun adaptive = lamprey(folder, few_steps + " --adaptive");
   EXPECT_EQ(adaptive.exit_code, 0) << adaptive.out << adaptive.err;
   EXPECT_NE(adaptive.out.find("divided into"), std::string::npos) << adaptive.out;
   const Results results = file::read_solution(folder / "run");
@@ -244,10 +244,10 @@ TEST(FailingStep, ends_the_march_with_its_time_its_residual_and_the_step_that_st
 // the same motion.
 TEST(FailingStep, divided_gives_the_motion_of_small_steps) {
   const Folder folder;
-  const std::string coarse =
+  const std::string few_steps =
       "simulate " + example("eel") + " --controls " + controls("eel") + " --steps 600 --out " + (folder / "run");
-  EXPECT_EQ(lamprey(folder, coarse).exit_code, 5);
-  ASSERT_EQ(lamprey(folder, coarse + " --adaptive").exit_code, 0);
+  EXPECT_EQ(lamprey(folder, few_steps).exit_code, 5);
+  ASSERT_EQ(lamprey(folder, few_steps + " --adaptive").exit_code, 0);
   const Results divided = file::read_solution(folder / "run");
   EXPECT_GE(divided.solution.divided.steps, 1);
   EXPECT_LT(divided.solution.divided.steps, 300) << "each step begins whole";

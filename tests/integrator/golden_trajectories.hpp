@@ -36,8 +36,8 @@ inline GoldenState golden_state(const nlohmann::json& a) {
 
 // u_j(t)[k] = Σ_m amplitude[j][k][m−1] sin(2π m t + phase[j][k][m−1])
 inline integrator::ControlFunction golden_control(const nlohmann::json& a) {
-  using Waves = std::vector<std::vector<std::vector<double>>>;
-  return [amplitude = a["amplitude"].get<Waves>(), phase = a["phase"].get<Waves>()](double t) {
+  using WaveNumbers = std::vector<std::vector<std::vector<double>>>;
+  return [amplitude = a["amplitude"].get<WaveNumbers>(), phase = a["phase"].get<WaveNumbers>()](double t) {
     mechanics::Moments u(amplitude.size(), Vector3d::Zero());
     for (std::size_t j = 0; j < u.size(); ++j)
       for (std::size_t c = 0; c < 3; ++c)
