@@ -197,8 +197,6 @@ void register_steps() {
   measured("step, trapezoid, the rotation maneuver", kMicrosecond, step_of_maneuver, false);
   measured("step with tangent, the rotation maneuver", kMicrosecond, step_of_maneuver, true);
   measured("step, midpoint", kMicrosecond, step, paper_chain(), DiscreteLagrangian::midpoint);
-  measured("step, trapezoid, 200 bodies", kMicrosecond, step, outer_body_chain(200), trapezoid);
-  measured("step, trapezoid, 1000 bodies", kMicrosecond, step, outer_body_chain(1000), trapezoid);
   measured("step with tangent, paper", kMicrosecond, step_with_tangent, paper_chain(), DiscreteLagrangian::paper);
   measured("step with tangent, trapezoid", kMicrosecond, step_with_tangent, paper_chain(), trapezoid);
   for (int bodies : {5, 10, 20})
