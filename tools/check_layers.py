@@ -24,7 +24,8 @@ MAY_USE = {
     "report": ["file", "study", "certificate", "maneuver", "optimizer", "integrator", "mechanics", *LEFT_OF_MECHANICS],
 }
 # certificate/ shares no solver code: of maneuver/ it may see only the plain structs that describe question and answer.
-ALLOWED_HEADERS = {("certificate", "maneuver"): {"maneuver/problem.hpp", "maneuver/solution.hpp", "maneuver/control_path.hpp"}}
+ALLOWED_HEADERS = {("certificate", "maneuver"): {"maneuver/problem.hpp", "maneuver/solution.hpp", "maneuver/control_path.hpp",
+                                                "maneuver/row_space.hpp"}}
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 

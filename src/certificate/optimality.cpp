@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cstdint>
 
-#include <Eigen/QR>
-
 #include "certificate/goal_check.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/control_path.hpp"
+#include "maneuver/row_space.hpp"
 
 namespace lamprey::certificate {
 
@@ -87,27 +86,6 @@ VectorXd state_scale(const StoredMotion& motion, double duration) {
   return scale;
 }
 
-// Orthonormal columns that span the null space of a matrix of full row rank.
-MatrixXd null_space(const MatrixXd& ties) {
-  const Eigen::Index free = ties.cols() - ties.rows();
-  if (ties.rows() == 0) return MatrixXd::Identity(free, free);
-  const Eigen::HouseholderQR<MatrixXd> qr(ties.transpose());
-  MatrixXd last = MatrixXd::Zero(ties.cols(), free);
-  last.bottomRows(free).setIdentity();
-  return qr.householderQ() * last;
-}
-
-// What is left of g when the best combination of the rows is taken off: by an orthonormal basis, so that the
-// multipliers, which may be large along an unstable motion, need not be formed.
-VectorXd beyond_rows(const VectorXd& g, const MatrixXd& rows) {
-  if (rows.rows() == 0) return g;
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.transpose());
-  qr.setThreshold(dependent_row);
-  VectorXd left = qr.householderQ().adjoint() * g;
-  left.head(qr.rank()).setZero();
-  return qr.householderQ() * left;
-}
-
 }  // namespace
 
 ControlSpace control_space(const StoredMotion& motion) {
@@ -117,7 +95,7 @@ ControlSpace control_space(const StoredMotion& motion) {
   const double duration = motion.steps * motion.time_step;
   const MatrixXd basis = maneuver::natural_spline_basis(motion.problem.points, duration,
                                                         VectorXd::LinSpaced(motion.steps + 1, 0.0, duration));
-  const MatrixXd points = basis.completeOrthogonalDecomposition().solve(moments);
+  const MatrixXd points = maneuver::least_squares(basis, moments);
   return {points.transpose().reshaped(), basis, difference(motion, basis * points)};
 }
 
@@ -152,7 +130,7 @@ MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, co
     ties.block(size * (s - 1), size * (s - 1), size, size).setIdentity();
     ties.block(size * (s - 1), size * s, size, rows.rows()) = -(scale.asDiagonal() * swept.by_start.transpose());
   }
-  return by_free_numbers(motion, space, null_space(ties).transpose() * by_nodes);
+  return by_free_numbers(motion, space, maneuver::null_space(ties).transpose() * by_nodes);
 }
 
 double kkt_residual(const StoredMotion& motion, const ControlSpace& space, double momentum_scale) {
@@ -161,7 +139,8 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
   const GoalRows goal = goal_rows(motion.system, motion.problem, end, momentum_scale);
   const MatrixXd rows = spanning_rows(motion, space, goal.unit.cwiseInverse().asDiagonal() * goal.by_end_state);
   Largest left, whole;
-  for (double entry : beyond_rows(gradient, rows)) left.add(std::abs(entry));
+  // multipliers, which may be large along an unstable motion, are not formed
+  for (double entry : maneuver::beyond_rows(gradient, rows, dependent_row)) left.add(std::abs(entry));
   for (double entry : gradient) whole.add(std::abs(entry));
   return left.relative_to(whole.value());
 }

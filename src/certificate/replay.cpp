@@ -2,13 +2,11 @@
 
 #include <algorithm>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-
 #include "certificate/optimality.hpp"
 #include "integrator/reference_integrator.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/control_path.hpp"
+#include "maneuver/row_space.hpp"
 
 namespace lamprey::certificate {
 
@@ -35,7 +33,7 @@ maneuver::ControlPath control_path(const StoredMotion& motion) {
   const VectorXd times = Eigen::Map<const VectorXd>(motion.solution.time.data(), motion.steps + 1);
   if (motion.problem.control == maneuver::ControlKind::steps) return {maneuver::Interpolation::linear, times, moments};
   const MatrixXd basis = control_space(motion).basis;
-  const MatrixXd points = basis.completeOrthogonalDecomposition().solve(moments.transpose());
+  const MatrixXd points = maneuver::least_squares(basis, moments.transpose());
   return {maneuver::Interpolation::natural_cubic,
           VectorXd::LinSpaced(motion.problem.points, times[0], times[motion.steps]), points.transpose()};
 }
@@ -97,11 +95,6 @@ void replay_whole(const StoredMotion& motion, const std::vector<State>& states, 
   result.whole_position_error = miss.position;
 }
 
-double log_largest_singular_value(const MatrixXd& m) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(m.transpose() * m, Eigen::EigenvaluesOnly);
-  return 0.5 * std::log(solver.eigenvalues().tail<1>()[0]);
-}
-
 }  // namespace
 
 double growth_rate(const StoredMotion& motion) {
@@ -119,7 +112,7 @@ double growth_rate(const StoredMotion& motion) {
                                motion.control[at(k + 1)], work, tangent);
     perturbed = tangent.A * perturbed;
     if ((k + 1) % stride != 0) continue;
-    log_growth.push_back(log_size + log_largest_singular_value(perturbed.topRows(turns)));
+    log_growth.push_back(log_size + std::log(maneuver::largest_singular_value(perturbed.topRows(turns))));
     const double size = perturbed.norm();
     perturbed /= size;
     log_size += std::log(size);

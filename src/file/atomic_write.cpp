@@ -20,16 +20,16 @@ namespace {
   throw IoError(path, fmt::format("{}: {}", action, std::strerror(errno)));
 }
 
-class Descriptor {
+class WrittenFile {
  public:
-  Descriptor(const std::string& path, int flags) : path_(path), value_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {
+  WrittenFile(const std::string& path, int flags) : path_(path), value_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {
     if (value_ < 0) refuse_io(path, "cannot be opened");
   }
-  ~Descriptor() {
+  ~WrittenFile() {
     if (value_ >= 0) ::close(value_);
   }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
+  WrittenFile(const WrittenFile&) = delete;
+  WrittenFile& operator=(const WrittenFile&) = delete;
 
   void write(const std::string& content) const {
     for (std::size_t done = 0; done < content.size();) {
@@ -83,10 +83,10 @@ void create_folder(const std::filesystem::path& folder, Undo& undo) {
 std::string write_temporary(const std::filesystem::path& folder, const PendingFile& file, Undo& undo) {
   const std::string temporary = (folder / fmt::format(".{}.{}.partial", file.name, ::getpid())).string();
   ::unlink(temporary.c_str());
-  Descriptor(temporary, O_WRONLY | O_CREAT | O_EXCL);
+  WrittenFile(temporary, O_WRONLY | O_CREAT | O_EXCL);
   undo.add_file(temporary);
   file.write(temporary);
-  Descriptor(temporary, O_RDONLY).flush();
+  WrittenFile(temporary, O_RDONLY).flush();
   return temporary;
 }
 
@@ -94,7 +94,7 @@ std::string write_temporary(const std::filesystem::path& folder, const PendingFi
 
 PendingFile finished_file(std::string name, std::string content) {
   return {std::move(name), [content = std::move(content)](const std::string& temporary) {
-            Descriptor(temporary, O_WRONLY | O_TRUNC).write(content);
+            WrittenFile(temporary, O_WRONLY | O_TRUNC).write(content);
           }};
 }
 
@@ -110,7 +110,7 @@ void write_files(const std::string& folder, const std::vector<PendingFile>& file
         ::rename(temporaries[i].c_str(), final_path.c_str()) != 0)
       refuse_io(final_path, "cannot be put in place");
   undo.keep();
-  Descriptor(target.string(), O_RDONLY | O_DIRECTORY).flush();
+  WrittenFile(target.string(), O_RDONLY | O_DIRECTORY).flush();
 }
 
 }  // namespace lamprey::file

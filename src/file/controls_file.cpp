@@ -23,7 +23,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using model::InputError;
 
-constexpr std::size_t byte_limit = std::size_t{1} << 30;
+constexpr std::size_t controls_byte_limit = std::size_t{1} << 30;
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r");
@@ -202,7 +202,7 @@ ControlSamples parse_controls(const std::string& bytes, const std::string& path,
 }
 
 ControlSamples read_controls(const std::string& path, int joints) {
-  return parse_controls(read_bytes(path, byte_limit), path, joints);
+  return parse_controls(read_bytes(path, controls_byte_limit), path, joints);
 }
 
 }  // namespace lamprey::file

@@ -11,7 +11,7 @@
 
 namespace lamprey::file {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 
 namespace {
 
@@ -31,9 +31,9 @@ Place place_of(const std::string& text, std::size_t at) {
 }
 
 // Builds the document by the library's own builder, which sees only what passed the guards.
-class GuardedBuilder : public nlohmann::json_sax<json> {
+class GuardedBuilder : public nlohmann::json_sax<Json> {
  public:
-  GuardedBuilder(json& document, const std::string& path) : builder_(document, true), path_(path) {}
+  GuardedBuilder(Json& document, const std::string& path) : builder_(document, true), path_(path) {}
 
   bool null() override { return builder_.null(); }
   bool boolean(bool value) override { return builder_.boolean(value); }
@@ -60,7 +60,7 @@ class GuardedBuilder : public nlohmann::json_sax<json> {
   }
   bool key(string_t& name) override {
     if (!keys_.back().insert(name).second)
-      throw model::InputError(path_, json(name).dump(-1, ' ', true, json::error_handler_t::replace),
+      throw model::InputError(path_, Json(name).dump(-1, ' ', true, Json::error_handler_t::replace),
                               "found this key a second time; allowed: once in an object; remove one of the two");
     return builder_.key(name);
   }
@@ -83,7 +83,7 @@ class GuardedBuilder : public nlohmann::json_sax<json> {
                       nesting_limit));
   }
 
-  nlohmann::detail::json_sax_dom_parser<json> builder_;
+  nlohmann::detail::json_sax_dom_parser<Json> builder_;
   const std::string& path_;
   std::vector<std::set<std::string>> keys_;
   std::size_t position_ = 0;
@@ -92,12 +92,12 @@ class GuardedBuilder : public nlohmann::json_sax<json> {
 
 }  // namespace
 
-JsonReader::JsonReader(const json& value, std::string pointer, const std::string& path)
+JsonReader::JsonReader(const Json& value, std::string pointer, const std::string& path)
     : value_(&value), pointer_(std::move(pointer)), path_(&path) {}
 
 void JsonReader::refuse(const std::string& allowed) const {
   const bool large = value_->is_structured() && value_->size() > 8;
-  std::string found = large ? "" : value_->dump(-1, ' ', true, json::error_handler_t::replace);
+  std::string found = large ? "" : value_->dump(-1, ' ', true, Json::error_handler_t::replace);
   if (found.empty() || found.size() > 80) found = fmt::format("{} of {} entries", value_->type_name(), value_->size());
   throw model::InputError(
       *path_, pointer_.empty() ? "/" : pointer_,
@@ -169,9 +169,9 @@ std::uint64_t JsonReader::unsigned_integer() const {
 }
 
 JsonDocument::JsonDocument(const std::string& text, std::string path)
-    : path_(std::move(path)), value_(std::make_unique<json>()) {
+    : path_(std::move(path)), value_(std::make_unique<Json>()) {
   GuardedBuilder builder(*value_, path_);
-  if (json::sax_parse(text, &builder)) return;
+  if (Json::sax_parse(text, &builder)) return;
   const Place place = place_of(text, builder.position() > 0 ? builder.position() - 1 : 0);
   std::string message = builder.message();
   std::replace_if(

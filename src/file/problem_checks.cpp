@@ -6,8 +6,6 @@
 #include <set>
 
 #include <fmt/format.h>
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
@@ -124,13 +122,11 @@ std::string shown_matrix(const Matrix3d& m) {
   return fmt::format("[{}, {}, {}]", shown(Vector3d(m.row(0))), shown(Vector3d(m.row(1))), shown(Vector3d(m.row(2))));
 }
 
-bool positive_definite(const Matrix3d& m) { return m.llt().info() == Eigen::Success; }
-
 void check_matrix(const std::optional<Matrix3d>& matrix, const std::string& key) {
   if (!matrix) return;
   const double asymmetry = (*matrix - matrix->transpose()).cwiseAbs().maxCoeff();
   const bool symmetric = asymmetry <= symmetry_tolerance * matrix->cwiseAbs().maxCoeff();
-  if (!symmetric || !positive_definite(*matrix))
+  if (!symmetric || !model::positive_definite(*matrix))
     refuse(
         key, shown_matrix(*matrix), "a symmetric positive definite matrix",
         symmetric ? "all its eigenvalues must be > 0: mend its entries" : "make each entry equal to its mirror image");
@@ -153,7 +149,7 @@ void check_coupling(const SwimmerDescription& swimmer, std::size_t i) {
 // The margin of a thousandth forgives rounded digits.
 void check_triangle(const Matrix3d& inertia, const std::string& key) {
   constexpr double margin = 1e-3;
-  if (!positive_definite((0.5 + 0.25 * margin) * inertia.trace() * Matrix3d::Identity() - inertia))
+  if (!model::positive_definite((0.5 + 0.25 * margin) * inertia.trace() * Matrix3d::Identity() - inertia))
     refuse(key, shown_matrix(inertia),
            "a largest principal moment up to the sum of the other two (kg m²), as of every solid body",
            "mend an entry; added fluid belongs into inertia_matrix");
@@ -244,7 +240,7 @@ Vector3d allowed_velocity(const JointDescription& joint, const Matrix3d& child_t
     axes.col(0) = child_to_parent.transpose() * (*joint.axes)[0].stableNormalized();
     axes.col(1) = (*joint.axes)[1].stableNormalized();
   }
-  return carried + axes * axes.completeOrthogonalDecomposition().solve(child - carried);
+  return carried + axes * lie::coordinates_along(axes, child - carried);
 }
 
 std::string allowed_turns(const JointDescription& joint) {

@@ -19,7 +19,7 @@ namespace {
 using Eigen::Vector3d;
 using maneuver::Problem;
 
-constexpr std::size_t byte_limit = std::size_t{16} << 20;
+constexpr std::size_t problem_byte_limit = std::size_t{16} << 20;
 constexpr std::size_t body_limit = 1000;
 constexpr std::int64_t step_limit = 10'000'000;
 constexpr double pi = 3.14159265358979323846;
@@ -319,7 +319,7 @@ Problem read_document(const TableReader& document, const std::string& path) {
 }  // namespace
 
 ProblemFile parse_problem(const std::string& bytes, const std::string& path) {
-  if (bytes.size() > byte_limit)
+  if (bytes.size() > problem_byte_limit)
     throw model::InputError(path, 1, 1, "file",
                             fmt::format("found {} bytes; allowed: at most 16 MiB; shorten the file", bytes.size()));
   ProblemFile file;
@@ -335,7 +335,9 @@ ProblemFile parse_problem(const std::string& bytes, const std::string& path) {
   return file;
 }
 
-ProblemFile read_problem_file(const std::string& path) { return parse_problem(read_bytes(path, byte_limit), path); }
+ProblemFile read_problem_file(const std::string& path) {
+  return parse_problem(read_bytes(path, problem_byte_limit), path);
+}
 
 maneuver::Problem read_problem(const std::string& path) { return read_problem_file(path).problem; }
 

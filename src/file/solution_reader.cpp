@@ -15,7 +15,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t byte_limit = std::size_t{1} << 30;
+constexpr std::size_t solution_byte_limit = std::size_t{1} << 30;
 constexpr int largest = std::numeric_limits<int>::max();
 
 template <class Entries>
@@ -276,7 +276,7 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
 
 Results read_solution(const std::string& folder) {
   const std::string path = (std::filesystem::path(folder) / "solution.json").string();
-  return parse_solution(read_bytes(path, byte_limit), path);
+  return parse_solution(read_bytes(path, solution_byte_limit), path);
 }
 
 }  // namespace lamprey::file

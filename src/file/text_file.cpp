@@ -18,14 +18,14 @@ namespace lamprey::file {
 
 namespace {
 
-class Descriptor {
+class OpenedFile {
  public:
-  explicit Descriptor(const std::string& path) : value_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
-  ~Descriptor() {
+  explicit OpenedFile(const std::string& path) : value_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+  ~OpenedFile() {
     if (value_ >= 0) ::close(value_);
   }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
+  OpenedFile(const OpenedFile&) = delete;
+  OpenedFile& operator=(const OpenedFile&) = delete;
   int value() const { return value_; }
 
  private:
@@ -35,16 +35,15 @@ class Descriptor {
 }  // namespace
 
 std::string read_bytes(const std::string& path, std::size_t limit) {
-  const Descriptor descriptor(path);
-  if (descriptor.value() < 0) throw IoError(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
+  const OpenedFile file(path);
+  if (file.value() < 0) throw IoError(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
   struct stat status = {};
-  if (::fstat(descriptor.value(), &status) != 0)
-    throw IoError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
+  if (::fstat(file.value(), &status) != 0) throw IoError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
   if (S_ISDIR(status.st_mode)) throw IoError(path, "is a folder; name a file in it");
   std::string bytes;
   std::array<char, 65536> chunk;
   while (true) {
-    const ssize_t count = ::read(descriptor.value(), chunk.data(), chunk.size());
+    const ssize_t count = ::read(file.value(), chunk.data(), chunk.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) throw IoError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
     if (count == 0) return bytes;

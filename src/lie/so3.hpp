@@ -25,6 +25,14 @@ inline Matrix3 double_cross(const Vector3& u, const Vector3& w) {
   return 0.5 * (u * w.transpose() + w * u.transpose()) - u.dot(w) * Matrix3::Identity();
 }
 
+/// The x with axes · x nearest to v, for two unit columns that are not parallel, or one and a zero column.
+inline Eigen::Vector2d coordinates_along(const Eigen::Matrix<double, 3, 2>& axes, const Vector3& v) {
+  const double first = axes.col(0).dot(v);
+  if (axes.col(1).isZero(0.0)) return {first, 0.0};
+  const double lean = axes.col(0).dot(axes.col(1)), second = axes.col(1).dot(v);
+  return Eigen::Vector2d(first - lean * second, second - lean * first) / (1.0 - lean * lean);
+}
+
 /// Rotation by |v| radians about v.
 Matrix3 exp(const Vector3& v);
 

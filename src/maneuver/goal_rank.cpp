@@ -1,7 +1,8 @@
 #include "maneuver/goal_rank.hpp"
 
-#include <Eigen/QR>
 #include <Eigen/SparseLU>
+
+#include "maneuver/row_space.hpp"
 
 namespace lamprey::maneuver {
 
@@ -55,10 +56,8 @@ std::vector<GoalRow> independent_goal_rows(const model::System& system, const Ma
   const MatrixXd sensitivity =
       goal_sensitivity(transcription, transcription.pack(path), static_cast<int>(stated.size()), controls,
                        controls + 7 * system.body_count() + 3);
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(sensitivity.transpose());
-  qr.setThreshold(rank_threshold);
   std::vector<char> kept(stated.size());
-  for (Eigen::Index r = 0; r < qr.rank(); ++r) kept[static_cast<std::size_t>(qr.colsPermutation().indices()[r])] = 1;
+  for (int r : independent_rows(sensitivity, rank_threshold)) kept[static_cast<std::size_t>(r)] = 1;
   std::vector<GoalRow> independent;
   for (std::size_t r = 0; r < stated.size(); ++r)
     if (kept[r]) independent.push_back(stated[r]);

@@ -280,8 +280,8 @@ void Transcription::emit_step_jacobian(int k, BlockSink& sink) {
 // Rows of −weight · U at a node; for the rest rows at the end +weight · U.
 void Transcription::emit_force_jacobian(int node, BlockSink& sink) const {
   const mechanics::Moments u = moments(node);
-  const auto emit = [&](int body, const Matrix3d& by_control, const Eigen::Matrix<double, 3, -1>& actuation, int column,
-                        int turned, const Matrix3d& by_turn) {
+  const auto emit = [&](int body, const Matrix3d& by_control, const model::Axes& actuation, int column, int turned,
+                        const Matrix3d& by_turn) {
     const double sign = node == steps_ ? 1.0 : -1.0;
     const MatrixXd control_block = sign * force_weight(node) * control_unit * (by_control * actuation);
     Eigen::Matrix<double, 3, 4> turn_block = Eigen::Matrix<double, 3, 4>::Zero();

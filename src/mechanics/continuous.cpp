@@ -2,8 +2,6 @@
 
 #include <limits>
 
-#include <Eigen/QR>
-
 #include "mechanics/joint_moments.hpp"
 #include "mechanics/tree_elimination.hpp"
 
@@ -111,8 +109,7 @@ VectorXd velocity_of_bodies(const System& system, const Rotations& R, const Vect
     const Vector3d relative =
         angular_velocity[c] - frame.child_to_parent.transpose() * angular_velocity[at(joint.parent)];
     freedoms[c].setZero();
-    if (count > 0)
-      freedoms[c].head(count) = frame.axes.leftCols(count).completeOrthogonalDecomposition().solve(relative);
+    if (count > 0) freedoms[c].head<2>() = lie::coordinates_along(frame.axes.leftCols<2>(), relative);
   }
   VectorXd velocity;
   pack(system, freedoms, linear_velocity, velocity);

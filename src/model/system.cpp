@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 
 #include "fluid/ellipsoid.hpp"
 #include "lie/so3.hpp"
@@ -13,9 +12,12 @@ namespace lamprey::model {
 
 namespace {
 
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+bool positive_definite(const Matrix6d& m) { return m.llt().info() == Eigen::Success; }
+
 bool symmetric_positive_definite(const Matrix3d& m) {
-  if (!m.allFinite() || !m.isApprox(m.transpose(), 1e-12)) return false;
-  return m.llt().info() == Eigen::Success;
+  return m.allFinite() && m.isApprox(m.transpose(), 1e-12) && model::positive_definite(m);
 }
 
 int index_of(const std::vector<Body>& bodies, const std::string& name, const std::string& key) {
@@ -50,9 +52,9 @@ Body resolve_body(const BodyDescription& described, double density) {
   body.coupling_matrix = described.coupling_matrix.value_or(Matrix3d::Zero());
   body.coupled = !body.coupling_matrix.isZero(0.0);
   body.trace_weight = 0.5 * body.inertia_matrix.trace() * Matrix3d::Identity() - body.inertia_matrix;
-  Eigen::Matrix<double, 6, 6> whole;
+  Matrix6d whole;
   whole << body.inertia_matrix, body.coupling_matrix.transpose(), body.coupling_matrix, body.mass_matrix;
-  if (!whole.allFinite() || whole.llt().info() != Eigen::Success)
+  if (!whole.allFinite() || !positive_definite(whole))
     throw InputError("body.coupling_matrix", "of \"" + body.name +
                                                  "\" makes the 6×6 inertia [J Cᵀ; C M] not positive definite; make its "
                                                  "entries smaller");
@@ -77,11 +79,9 @@ int freedoms_of(JointKind kind) {
   return 0;
 }
 
-using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
-
 // Orthonormal basis of the span of the control axes, in the order given.
-Columns span_of(const JointDescription& described) {
-  Columns basis(3, 0);
+Axes span_of(const JointDescription& described) {
+  Axes basis(3, 0);
   for (Vector3d axis : *described.control_axes) {
     const double length = axis.norm();
     for (int pass = 0; pass < 2; ++pass) axis -= basis * (basis.transpose() * axis);
@@ -94,31 +94,32 @@ Columns span_of(const JointDescription& described) {
 }
 
 // Moments along a hinge's or universal joint's axes that also lie in the span of its control axes.
-Columns confined(const JointDescription& described, const Columns& free, const Columns& span) {
-  const Eigen::MatrixXd outside = free - span * (span.transpose() * free);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(outside, Eigen::ComputeFullV);
-  Columns basis(3, 0);
-  for (Eigen::Index c = 0; c < free.cols(); ++c) {
-    if (svd.singularValues()[c] > 1e-9) continue;
-    basis.conservativeResize(Eigen::NoChange, basis.cols() + 1);
-    basis.rightCols<1>().setZero();
-    basis.rightCols<1>().head(free.cols()) = svd.matrixV().col(c);
+Axes confined(const JointDescription& described, const Axes& free, const Axes& span) {
+  constexpr double within = 1e-9;
+  const Axes outside = free - span * (span.transpose() * free);
+  if (outside.colwise().norm().maxCoeff() <= within) return Matrix3d::Identity().leftCols(free.cols());
+  Vector3d inside = Vector3d::Zero();  // coefficients of the axes whose parts outside the span cancel
+  if (free.cols() == 2) {
+    const int longer = outside.col(0).norm() >= outside.col(1).norm() ? 0 : 1;
+    inside[1 - longer] = 1.0;
+    inside[longer] = -outside.col(0).dot(outside.col(1)) / outside.col(longer).squaredNorm();
+    inside.normalize();
   }
-  if (basis.cols() == 0)
+  if (inside.isZero(0.0) || (outside * inside.head(free.cols())).norm() > within)
     throw InputError("joint.control_axes", "of \"" + described.name +
                                                "\" hold no direction that the joint leaves free; name the joint's own "
                                                "axis (parent's frame), or set actuated = false");
-  return basis;
+  return inside;
 }
 
-Columns actuation_basis(const JointDescription& described, const Joint& joint) {
+Axes actuation_basis(const JointDescription& described, const Joint& joint) {
   const int freedoms = freedoms_of(joint.kind);
-  if (!described.actuated) return Columns(3, 0);
-  if (!described.control_axes) return Columns(Matrix3d::Identity().leftCols(freedoms));
-  const Columns span = span_of(described);
+  if (!described.actuated) return Axes(3, 0);
+  if (!described.control_axes) return Axes(Matrix3d::Identity().leftCols(freedoms));
+  const Axes span = span_of(described);
   if (freedoms == 3) return span;
-  if (freedoms == 0) return Columns(3, 0);
-  Columns free(3, freedoms);
+  if (freedoms == 0) return Axes(3, 0);
+  Axes free(3, freedoms);
   free.col(0) = joint.parent_axis;
   if (freedoms == 2) free.col(1) = joint.reference_rotation * joint.child_axis;
   return confined(described, free, span);
@@ -154,6 +155,12 @@ void lay_axes(const JointDescription& described, Joint& joint) {
 }
 
 }  // namespace
+
+bool positive_definite(const Matrix3d& m) {
+  Matrix6d padded = Matrix6d::Identity();
+  padded.topLeftCorner<3, 3>() = m;
+  return positive_definite(padded);
+}
 
 System::System(const SwimmerDescription& description) : density_(description.density) {
   resolve_bodies(description);

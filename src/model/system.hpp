@@ -41,6 +41,12 @@ struct Body {
   std::vector<PathPoint> path;  // root first, the body itself last
 };
 
+/// At most three columns.
+using Axes = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 3>;
+
+/// Whether Cholesky's factorisation of a symmetric matrix succeeds.
+bool positive_definite(const Matrix3d& m);
+
 /// A joint. Ball: the child turns freely. Hinge: R_c = R_p Q_0 exp(θ b̂). Universal: R_c = R_p exp(θ_1 â) Q_0 exp(θ_2 b̂).
 /// Fixed: R_c = R_p Q_0 (equation 8.1).
 struct Joint {
@@ -57,7 +63,7 @@ struct Joint {
   double damping;               // N m s/rad
   /// Orthonormal columns spanning the moments: of a ball joint in the parent's frame, [3][controls]; of a hinge or a
   /// universal joint along its axes, entries beyond its freedoms are zero. [3][0]: none.
-  Eigen::Matrix<double, 3, -1> actuation;
+  Axes actuation;
 
   bool free() const { return kind == JointKind::ball; }
 };

@@ -16,7 +16,7 @@ Replay replayed(const MarchedAnswer& answer, double window = 0.05) {
   return certificate::replay(StoredMotion(system, answer.problem, answer.solution), window, 1e-12);
 }
 
-Replay replayed(int steps) { return replayed(march(chain_problem(steps, 0.2), smooth_moments(steps, 60.0))); }
+Replay replayed(int count) { return replayed(march(chain_problem(count, 0.2), smooth_moments(count, 60.0))); }
 
 TEST(Replay, error_falls_with_the_square_of_the_step) {
   const Replay coarse = replayed(50);

@@ -18,7 +18,7 @@ using model::at;
 
 constexpr DiscreteLagrangian lagrangians[] = {DiscreteLagrangian::paper, DiscreteLagrangian::trapezoid,
                                               DiscreteLagrangian::midpoint};
-constexpr double h = 0.02;
+constexpr double time_step = 0.02;
 
 VectorXd random_vector(Random& random, int size) {
   VectorXd v(size);
@@ -71,14 +71,14 @@ struct Step {
     if (free) u = u_next = Moments(u.size(), Vector3d::Zero());
     integrator::StepWorkspace march(system);
     end = start;
-    EXPECT_TRUE(integrator::advance(system, lagrangian, h, u, u_next, end, march).converged);
+    EXPECT_TRUE(integrator::advance(system, lagrangian, time_step, u, u_next, end, march).converged);
     integrator::TangentWorkspace work(system);
-    integrator::linearize_step(system, lagrangian, h, march.interval, u, u_next, work, tangent);
+    integrator::linearize_step(system, lagrangian, time_step, march.interval, u, u_next, work, tangent);
   }
   State marched(const State& from, const Moments& first, const Moments& second) const {
     State state = from;
     integrator::StepWorkspace march(system);
-    EXPECT_TRUE(integrator::advance(system, lagrangian, h, first, second, state, march).converged);
+    EXPECT_TRUE(integrator::advance(system, lagrangian, time_step, first, second, state, march).converged);
     return state;
   }
   const model::System& system;
@@ -198,7 +198,8 @@ struct March {
     State state = start;
     integrator::StepWorkspace work(system);
     for (std::size_t k = 0; k + 1 < moments.size(); ++k) {
-      EXPECT_TRUE(advance(system, DiscreteLagrangian::trapezoid, h, moments[k], moments[k + 1], state, work).converged);
+      EXPECT_TRUE(
+          advance(system, DiscreteLagrangian::trapezoid, time_step, moments[k], moments[k + 1], state, work).converged);
       if (kept) kept->push_back(work.interval);
     }
     return state;
@@ -216,7 +217,7 @@ TEST(GradientSweep, gradients_of_the_end_state_match_central_differences_at_seco
   const March march(random, system, steps);
   const int size = StateLayout{system}.size();
   const auto swept = integrator::gradient_sweep(
-      system, DiscreteLagrangian::trapezoid, h,
+      system, DiscreteLagrangian::trapezoid, time_step,
       [&](int k, mechanics::Interval& interval) { interval = march.intervals[at(k)]; }, march.control, {0, steps},
       MatrixXd::Identity(size, size));
   const MatrixXd& gradients = swept.by_control;

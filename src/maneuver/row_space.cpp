@@ -1,0 +1,56 @@
+#include "maneuver/row_space.hpp"
+
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using Pivoted = Eigen::ColPivHouseholderQR<MatrixXd>;
+
+Pivoted factored(const MatrixXd& rows, double threshold) {
+  Pivoted qr(rows.transpose());
+  qr.setThreshold(threshold);
+  return qr;
+}
+
+}  // namespace
+
+MatrixXd least_squares(const MatrixXd& basis, const MatrixXd& samples) { return Pivoted(basis).solve(samples); }
+
+MatrixXd null_space(const MatrixXd& rows) {
+  const Eigen::Index free = rows.cols() - rows.rows();
+  if (rows.rows() == 0) return MatrixXd::Identity(free, free);
+  MatrixXd last = MatrixXd::Zero(rows.cols(), free);
+  last.bottomRows(free).setIdentity();
+  return Pivoted(rows.transpose()).householderQ() * last;
+}
+
+std::vector<int> independent_rows(const MatrixXd& rows, double threshold) {
+  const Pivoted qr = factored(rows, threshold);
+  const auto& order = qr.colsPermutation().indices();
+  return std::vector<int>(order.data(), order.data() + qr.rank());
+}
+
+MatrixXd span_of_rows(const MatrixXd& rows, double threshold) {
+  const Pivoted qr = factored(rows, threshold);
+  return qr.householderQ() * MatrixXd(MatrixXd::Identity(rows.cols(), qr.rank()));
+}
+
+VectorXd beyond_rows(const VectorXd& g, const MatrixXd& rows, double threshold) {
+  if (rows.rows() == 0) return g;
+  const Pivoted qr = factored(rows, threshold);
+  MatrixXd left = qr.householderQ().adjoint() * MatrixXd(g);
+  left.topRows(qr.rank()).setZero();
+  return qr.householderQ() * left;
+}
+
+double largest_singular_value(const MatrixXd& m) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(m.transpose() * m, Eigen::EigenvaluesOnly);
+  return std::sqrt(solver.eigenvalues().tail<1>()[0]);
+}
+
+}  // namespace lamprey::maneuver
