@@ -20,7 +20,13 @@ using model::System;
 
 constexpr int max_iterations = 60;
 constexpr double accepted_residual = 1e-12;  // of a step that gets no better
+constexpr int bodies_to_round_off = 20;       // the tolerances hold for trees up to this
 constexpr double good_contraction = 1e-3;    // below it the factors serve another iteration
+
+// A body's turn is known to round-off and moves all bodies beyond it: what a step can balance grows with the tree.
+double attainable(const System& system, double residual) {
+  return residual * std::max(1.0, static_cast<double>(system.body_count()) / bodies_to_round_off);
+}
 
 bool damped(const System& system) {
   return std::any_of(system.joints().begin(), system.joints().end(),
@@ -241,8 +247,10 @@ StepReport solve_step(const System& system, DiscreteLagrangian lagrangian, doubl
                       StepWorkspace& work) {
   StepReport report;
   report.residual = evaluate(system, lagrangian, h, linear, work);
+  const double sought = attainable(system, work.sought_residual);
+  const double accepted = attainable(system, accepted_residual);
   bool factored = false;
-  while (!(report.residual <= work.sought_residual) && report.iterations < max_iterations) {
+  while (!(report.residual <= sought) && report.iterations < max_iterations) {
     if (!std::isfinite(report.residual) || (!factored && !factor(system, lagrangian, h, work))) return report;
     keep_turns(system, work);
     const Vector3d base_displacement = work.interval.displacement;
@@ -253,7 +261,7 @@ StepReport solve_step(const System& system, DiscreteLagrangian lagrangian, doubl
     move(system, 1.0, work.missing, base_displacement, shift, work);
     work.force = work.missing;  // the correction, should it have to be shortened
     report.residual = evaluate(system, lagrangian, h, linear, work);
-    if (before < accepted_residual && !(report.residual < 0.25 * before)) break;
+    if (before < accepted && !(report.residual < 0.25 * before)) break;
     // before round-off, steps that do not help are halved until they do
     for (double fraction = 0.5; fraction > 1e-3 && !(report.residual < before); fraction *= 0.5) {
       move(system, fraction, work.force, base_displacement, shift, work);
@@ -261,7 +269,7 @@ StepReport solve_step(const System& system, DiscreteLagrangian lagrangian, doubl
     }
     factored = report.residual < good_contraction * before;
   }
-  report.converged = report.residual < accepted_residual;
+  report.converged = report.residual < accepted;
   return report;
 }
 
