@@ -33,7 +33,9 @@ TangentWorkspace::TangentWorkspace(const System& system)
       elimination(system),
       directions(system.body_count(), 2 * system.velocity_count() - 3 + system.control_count()),
       jacobian(system.body_count(), 2 * system.velocity_count() - 3 + system.control_count()),
-      control_rows(at(system.body_count()), mechanics::Rows3::Zero(system.control_count(), 3)) {}
+      control_rows(at(system.body_count()), mechanics::Rows3::Zero(mechanics::rows_for(system.control_count()), 3)) {
+  for_each_freedom(system, [&](std::size_t i, int entry, int place) { directions.left[i](place, entry) = 1.0; });
+}
 
 bool factor_step(const ForcedStep& step, const mechanics::DiscreteMomenta& momenta,
                  std::vector<mechanics::BodyBlock>& blocks, std::vector<Matrix3d>& damping,
@@ -65,30 +67,35 @@ void linearize_step(const System& system, DiscreteLagrangian lagrangian, double 
   const Eigen::Index given = turns + controls;  // those that change E⁻ at a fixed next node
   mechanics::StepDirections& d = work.directions;
   mechanics::StepJacobian& J = work.jacobian;
-  for (std::size_t i = 0; i < d.left.size(); ++i) {
-    d.left[i].setZero();
-    d.right[i].topRows(given).setZero();
-  }
-  d.displacement.topRows(given).setZero();
-  for_each_freedom(system, [&](std::size_t i, int entry, int place) { d.left[i](place, entry) = 1.0; });
   rates_at_beginning(step, work.balance, work.hessians, d, turns, J);
-  for (std::size_t i = 0; i < d.right.size(); ++i) {
-    d.right[i].topRows(turns) = -J.minus[i].topRows(turns);
-    d.right[i].bottomRows(half).setZero();
-  }
-  d.displacement.setZero();
-  d.displacement.topRows(turns) = -J.linear.topRows(turns);
-  d.displacement.bottomRows(3).setIdentity();
+  const Eigen::Index all = given + half;
+  const auto set_against = [&](const mechanics::Rows3& rates, mechanics::Rows3& rows) {
+    mechanics::clear_rows(all, rows);
+    mechanics::add_rows(-1.0, rates, turns, rows);
+  };
+  for (std::size_t i = 0; i < d.right.size(); ++i) set_against(J.minus[i], d.right[i]);
+  set_against(J.linear, d.displacement);
+  d.displacement.middleRows(all - 3, 3).setIdentity();
   mechanics::add_control_rows(system, interval.rotation, 0.5 * h, turns, d.right);
   for_each_freedom(system, [&](std::size_t i, int entry, int place) { d.right[i](given + place, entry) = 1.0; });
   work.elimination.solve_rows(system, interval.rotation, interval.next_rotation, d.right, d.displacement);
-  rates_at_end(step, work.balance, work.hessians, d, given + half, turns, J);
+  rates_at_end(step, work.balance, work.hessians, d, all, turns, J);
 
   const auto put = [&](const mechanics::FreedomRows& freedoms, Eigen::Index first, Eigen::Index count, Eigen::Index row,
                        Eigen::Ref<MatrixXd> columns) {
-    for_each_freedom(system, [&](std::size_t i, int entry, int place) {
-      columns.row(row + place) = freedoms[i].col(entry).segment(first, count).transpose();
-    });
+    for (int i = 0; i < system.body_count(); ++i) {
+      const model::Body& body = system.body(i);
+      const mechanics::Rows3& rows = freedoms[at(i)];
+      const Eigen::Index place = row + body.velocity_offset;
+      for (Eigen::Index r = 0; r < count; ++r) {
+        double* column = &columns.coeffRef(0, r) + place;
+        if (body.freedoms == 3) {
+          for (int entry = 0; entry < 3; ++entry) column[entry] = rows(first + r, entry);
+        } else {
+          for (int entry = 0; entry < body.freedoms; ++entry) column[entry] = rows(first + r, entry);
+        }
+      }
+    }
   };
   const auto put_all = [&](Eigen::Index first, Eigen::Index count, Eigen::Ref<MatrixXd> columns) {
     put(d.right, first, count, 0, columns);

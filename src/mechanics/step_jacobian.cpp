@@ -169,12 +169,14 @@ void gather_rows(const System& system, const Rotations& R, const Vectors& force,
 }  // namespace
 
 StepDirections::StepDirections(int bodies, Index directions)
-    : left(at(bodies), Rows3::Zero(directions, 3)), right(left), displacement(Rows3::Zero(directions, 3)) {}
+    : left(at(bodies), Rows3::Zero(rows_for(directions), 3)),
+      right(left),
+      displacement(Rows3::Zero(rows_for(directions), 3)) {}
 
 StepJacobian::StepJacobian(int bodies, Index directions)
-    : minus(at(bodies), Rows3::Zero(directions, 3)),
+    : minus(at(bodies), Rows3::Zero(rows_for(directions), 3)),
       plus(minus),
-      linear(Rows3::Zero(directions, 3)),
+      linear(Rows3::Zero(rows_for(directions), 3)),
       turn(minus),
       turn_next(minus),
       centre(minus),

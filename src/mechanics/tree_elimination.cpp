@@ -176,7 +176,10 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
   const Eigen::Index rows = linear.rows();
   for (FreedomRows* kept : {&row_moment_, &row_force_}) {
     kept->resize(nodes_.size());
-    for (Rows3& zeroed : *kept) zeroed.setZero(rows, 3);
+    for (Rows3& zeroed : *kept) {
+      zeroed.resize(rows, 3);
+      clear_rows(rows, zeroed);
+    }
   }
   const std::vector<int>& order = system.root_to_leaves();
   for (auto position = order.rbegin(); position != order.rend(); ++position) {
@@ -191,7 +194,7 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
     Rows3& t = freedoms[at(i)];
     add_product(-hat(joint.child_offset) * left[at(i)].transpose(), force, rows, moment);
     if (!node.led) {
-      t -= moment;
+      add_rows(-1.0, moment, rows, t);
       add_product(node.force_by_rest, t, rows, force);
       set_product(node.inverse, t, rows, t);
     } else {
@@ -202,22 +205,20 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
       add_product(node.at_joint.force_by_turn * node.right_axes, t, rows, force);
       add_product(node.left.child_to_parent, moment, rows, parent_moment);
     }
-    row_force_[at(body.parent)] += force;
+    add_rows(1.0, force, rows, row_force_[at(body.parent)]);
     add_product(hat(joint.parent_offset) * left[at(body.parent)].transpose(), force, rows, parent_moment);
   }
   // from here on row_moment_ holds the bodies' turns and row_force_ their mass centres' shifts
   Rows3& moment = row_moment_[0];
   Rows3& force = row_force_[0];
-  moment = freedoms[0] - moment;
-  force = linear - force;
-  freedoms[0].setZero();
-  linear.setZero();
-  add_product(root_inverse_.topLeftCorner<3, 3>(), moment, rows, freedoms[0]);
-  add_product(root_inverse_.topRightCorner<3, 3>(), force, rows, freedoms[0]);
-  add_product(root_inverse_.bottomLeftCorner<3, 3>(), moment, rows, linear);
-  add_product(root_inverse_.bottomRightCorner<3, 3>(), force, rows, linear);
-  row_moment_[0] = freedoms[0];
-  row_force_[0] = linear;
+  add_rows(-1.0, freedoms[0], rows, moment);  // both with their signs changed
+  add_rows(-1.0, linear, rows, force);
+  set_product(-root_inverse_.topLeftCorner<3, 3>(), moment, rows, freedoms[0]);
+  add_product(-root_inverse_.topRightCorner<3, 3>(), force, rows, freedoms[0]);
+  set_product(-root_inverse_.bottomLeftCorner<3, 3>(), moment, rows, linear);
+  add_product(-root_inverse_.bottomRightCorner<3, 3>(), force, rows, linear);
+  copy_rows(freedoms[0], rows, moment);
+  copy_rows(linear, rows, force);
   for (int i : order) {
     const Body& body = system.body(i);
     if (body.parent < 0) continue;
@@ -227,19 +228,18 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
     Rows3& turn = row_moment_[at(i)];
     Rows3& shift = row_force_[at(i)];
     Rows3& t = freedoms[at(i)];
-    shift = row_force_[at(body.parent)];
+    copy_rows(row_force_[at(body.parent)], rows, shift);
     add_product(-right[at(body.parent)] * hat(joint.parent_offset), parent_turn, rows, shift);
     if (!node.led) {
       add_product(-node.turn_by_shift, shift, rows, t);
-      turn = t;
+      copy_rows(t, rows, turn);
     } else {
-      turn.setZero();
-      add_product(node.right.child_to_parent.transpose(), parent_turn, rows, turn);
+      set_product(node.right.child_to_parent.transpose(), parent_turn, rows, turn);
       const Matrix3d row = node.inverse * node.left_axes.transpose();
       add_product(-row * node.at_joint.moment_by_turn, turn, rows, t);
       add_product(-row * node.at_joint.moment_by_shift, shift, rows, t);
       add_product(node.right_axes, t, rows, turn);
-      if (joint.free()) t = turn;
+      if (joint.free()) copy_rows(turn, rows, t);
     }
     add_product(right[at(i)] * hat(joint.child_offset), turn, rows, shift);
   }
