@@ -177,8 +177,9 @@ void AdjointSweep::add_parameters(int k, TrajectoryGradient& result) {
   const StepRate& rate = multiplier_rate_[at(k)];
   const NodeTurns left{w.left, rate.turn}, right{w.right, rate.turn_next};
 
-  double kinetic = p.linear.dot(w.displacement);
-  for (std::size_t i = 0; i < w.left.size(); ++i) kinetic += p.plus[i].dot(w.right[i]) - p.minus[i].dot(w.left[i]);
+  double kinetic = 0.0;
+  for (std::size_t i = 0; i < rate.seen.size(); ++i)
+    kinetic += p.turn[i].dot(rate.seen[i].turn) + p.impulse[i].dot(rate.seen[i].shift);
   node_moments_.set_zero();
   add_node_moments(system_, interval.rotation, step.control, 0.5, node_moments_);
   double work = virtual_work(node_moments_, left);

@@ -20,17 +20,12 @@ using model::System;
 
 constexpr int max_iterations = 60;
 constexpr double accepted_residual = 1e-12;  // of a step that gets no better
-constexpr int bodies_to_round_off = 20;       // the tolerances hold for trees up to this
+constexpr int bodies_to_round_off = 20;      // the tolerances hold for trees up to this
 constexpr double good_contraction = 1e-3;    // below it the factors serve another iteration
 
 // A body's turn is known to round-off and moves all bodies beyond it: what a step can balance grows with the tree.
 double attainable(const System& system, double residual) {
   return residual * std::max(1.0, static_cast<double>(system.body_count()) / bodies_to_round_off);
-}
-
-bool damped(const System& system) {
-  return std::any_of(system.joints().begin(), system.joints().end(),
-                     [](const Joint& joint) { return joint.damping > 0.0; });
 }
 
 // Joint moments along the freedoms, added to `result`.
@@ -51,7 +46,7 @@ double evaluate(const System& system, DiscreteLagrangian lagrangian, double h, c
                 StepWorkspace& work) {
   mechanics::update_interval(system, work.interval);
   mechanics::momenta_at_beginning(system, lagrangian, h, work.interval, work.momenta);
-  const bool resisted = !system.only_free_joints() && damped(system);
+  const bool resisted = system.damped();
   if (resisted) {
     work.damping.set_zero();
     work.damping_next.set_zero();
@@ -150,7 +145,7 @@ void accept(const System& system, double h, const Moments& control_next, State& 
   mechanics::momenta_at_end(system, work.interval, work.momenta);
   carry_residual(system, state.momentum.tail<3>(), work);
   joint_forces(system, state.rotation, control_next, work, work.force);
-  const bool resisted = !system.only_free_joints() && damped(system);
+  const bool resisted = system.damped();
   if (resisted)
     gather_moments(system, work.interval.next_rotation, work.no_force, work.damping_next, work.damping_force);
   for (int i = 0; i < system.body_count(); ++i) {

@@ -51,7 +51,8 @@ void linearize_step(const System& system, DiscreteLagrangian lagrangian, double 
   const ForcedStep step{system, lagrangian, h, interval, control, control_next};
   evaluate_balance(step, work.balance);
   body_hessians(step, work.balance.momenta, work.hessians);
-  blocks_of_hessians(interval, work.balance.momenta, work.hessians, work.blocks);
+  for (std::size_t n = 0; n < work.blocks.size(); ++n)
+    mechanics::set_block(interval, work.balance.momenta, work.hessians[n], n, work.blocks[n]);
   if (!system.only_free_joints()) mechanics::damping_blocks(system, interval, work.damping);
   if (!work.elimination.factor(system, interval.rotation, interval.next_rotation, work.blocks, work.damping)) {
     const double unknown = std::numeric_limits<double>::quiet_NaN();

@@ -106,8 +106,8 @@ BodyStep body_step(const Interval& step, const DiscreteMomenta& momenta, int i) 
           momenta.shift[at(i)]};
 }
 
-void momenta_at_beginning(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step,
-                          DiscreteMomenta& momenta) {
+void body_momenta(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step,
+                  DiscreteMomenta& momenta) {
   for (int i = 0; i < system.body_count(); ++i) {
     const Matrix3d& R = step.rotation[at(i)];
     momenta.shift[at(i)] = R.transpose() * step.centre_displacement[at(i)];
@@ -115,11 +115,17 @@ void momenta_at_beginning(const System& system, DiscreteLagrangian lagrangian, d
     momenta.turn[at(i)] = own.turn;
     momenta.impulse[at(i)] = own.shift;
     momenta.subtree_linear[at(i)] = R * own.shift;
-    momenta.joint_minus[at(i)] = step.relative_rotation[at(i)] * own.turn + momenta.shift[at(i)].cross(own.shift);
   }
   sum_subtrees(system, momenta.subtree_linear);
-  gather(system, step.rotation, momenta.subtree_linear, momenta.joint_minus, momenta.minus);
   momenta.linear = momenta.subtree_linear[0];
+}
+
+void momenta_at_beginning(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step,
+                          DiscreteMomenta& momenta) {
+  body_momenta(system, lagrangian, h, step, momenta);
+  for (std::size_t i = 0; i < momenta.turn.size(); ++i)
+    momenta.joint_minus[i] = step.relative_rotation[i] * momenta.turn[i] + momenta.shift[i].cross(momenta.impulse[i]);
+  gather(system, step.rotation, momenta.subtree_linear, momenta.joint_minus, momenta.minus);
 }
 
 void momenta_at_end(const System& system, const Interval& step, DiscreteMomenta& momenta) {

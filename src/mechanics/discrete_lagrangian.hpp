@@ -55,6 +55,10 @@ double discrete_lagrangian(const model::System& system, DiscreteLagrangian lagra
 void discrete_momenta(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
                       const Interval& interval, DiscreteMomenta& momenta);
 
+/// The bodies' own shares and their sums over subtrees: shift, turn, impulse, subtree_linear and linear.
+void body_momenta(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
+                  const Interval& interval, DiscreteMomenta& momenta);
+
 /// The part of discrete_momenta that p⁻ needs.
 void momenta_at_beginning(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
                           const Interval& interval, DiscreteMomenta& momenta);

@@ -139,8 +139,7 @@ SecondRateWorkspace::SecondRateWorkspace(int bodies)
 void evaluate_balance(const ForcedStep& step, StepBalance& balance) {
   const System& system = step.system;
   DiscreteMomenta& p = balance.momenta;
-  momenta_at_beginning(system, step.lagrangian, step.time_step, step.interval, p);
-  momenta_at_end(system, step.interval, p);
+  body_momenta(system, step.lagrangian, step.time_step, step.interval, p);
   balance.linear = p.linear;
 
   balance.joint_minus.set_zero();
@@ -285,23 +284,27 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
   for (Vector3d& entry : minus) entry = -entry;
 }
 
+void set_block(const Interval& interval, const DiscreteMomenta& p, const BodyHessian& H, std::size_t n,
+               BodyBlock& block) {
+  const Matrix3d& R = interval.rotation[n];
+  const Matrix3d& F = interval.relative_rotation[n];
+  const Matrix3d w = hat(p.shift[n]);
+  block.moment_by_turn = F * (H.turn_by_turn - hat(p.turn[n])) + w * H.shift_by_turn;
+  block.moment_by_shift = (F * H.turn_by_shift - hat(p.impulse[n]) + w * H.shift_by_shift) * R.transpose();
+  block.force_by_turn = R * H.shift_by_turn;
+  block.force_by_shift = R * H.shift_by_shift * R.transpose();
+}
+
 void step_blocks(const System& system, DiscreteLagrangian lagrangian, double time_step, const Interval& interval,
                  const DiscreteMomenta& p, std::vector<BodyBlock>& blocks) {
   for (int i = 0; i < system.body_count(); ++i) {
     const std::size_t n = at(i);
-    const Matrix3d& R = interval.rotation[n];
-    const Matrix3d& F = interval.relative_rotation[n];
     const BodyLagrangian body(system, lagrangian, time_step, i);
     if (body.plain()) {
       plain_block(system.body(i).mass_matrix, body, time_step, interval, p.shift[n], n, blocks[n]);
       continue;
     }
-    const BodyHessian H = body.hessian(body_step(interval, p, i));
-    const Matrix3d w = hat(p.shift[n]);
-    blocks[n].moment_by_turn = F * (H.turn_by_turn - hat(p.turn[n])) + w * H.shift_by_turn;
-    blocks[n].moment_by_shift = (F * H.turn_by_shift - hat(p.impulse[n]) + w * H.shift_by_shift) * R.transpose();
-    blocks[n].force_by_turn = R * H.shift_by_turn;
-    blocks[n].force_by_shift = R * H.shift_by_shift * R.transpose();
+    set_block(interval, p, body.hessian(body_step(interval, p, i)), n, blocks[n]);
   }
 }
 

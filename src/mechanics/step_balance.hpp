@@ -20,12 +20,12 @@ struct ForcedStep {
 
 /// E⁻, E⁺ and what they are made of.
 struct StepBalance {
-  DiscreteMomenta momenta;
-  Freedoms minus;       // [bodies] E⁻ along the freedoms at k
-  Freedoms plus;        // [bodies] E⁺ along the freedoms at k + 1
-  Vector3d linear;      // kg m/s, world: p_x of both
-  Vectors moment;       // [bodies] moments through the joints at k
-  Vectors moment_next;  // [bodies] the same at k + 1
+  DiscreteMomenta momenta;  // of which what body_momenta fills
+  Freedoms minus;           // [bodies] E⁻ along the freedoms at k
+  Freedoms plus;            // [bodies] E⁺ along the freedoms at k + 1
+  Vector3d linear;          // kg m/s, world: p_x of both
+  Vectors moment;           // [bodies] moments through the joints at k
+  Vectors moment_next;      // [bodies] the same at k + 1
   JointMoments joint_minus, joint_plus;
   explicit StepBalance(int bodies);
 };
@@ -75,6 +75,10 @@ struct SecondRateWorkspace {
 void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, const StepVariation& first,
                            const StepRate& first_rate, const StepVariation& second, const StepRate& second_rate,
                            SecondRateWorkspace& work, Freedoms& minus, Freedoms& plus, Vector3d& linear);
+
+/// Block of body n from the Hessian of its share.
+void set_block(const Interval& interval, const DiscreteMomenta& momenta, const BodyHessian& hessian, std::size_t n,
+               BodyBlock& block);
 
 /// Blocks of each body of the derivative of E⁻ by g_{k+1}: what TreeElimination factors for a step.
 void step_blocks(const model::System& system, DiscreteLagrangian lagrangian, double time_step, const Interval& interval,

@@ -129,9 +129,9 @@ void sum_row_subtrees(const System& system, Index count, FreedomRows& force) {
       add_rows(1.0, force[at(*position)], count, force[at(system.body(*position).parent)]);
 }
 
-// Rates of gather's result, added to `result`; of all directions only the first `turn_count` turn the bodies.
+// Rates of gather's result, added to `result`; of the first `count` directions.
 void gather_rows(const System& system, const Rotations& R, const Vectors& force, const Vectors& moment,
-                 const FreedomRows& freedoms, const FreedomRows& turns, Index count, Index turn_count, StepJacobian& J,
+                 const FreedomRows& freedoms, const FreedomRows& turns, Index count, StepJacobian& J,
                  FreedomRows& result) {
   const std::vector<int>& order = system.root_to_leaves();
   for (auto position = order.rbegin(); position != order.rend(); ++position) {
@@ -148,7 +148,7 @@ void gather_rows(const System& system, const Rotations& R, const Vectors& force,
     Rows3& parent_rows = J.moment[p];
     const auto add_lever = [&](std::size_t b, const Matrix3d& lever, Rows3& sum) {  // lever · rate of RᵀP
       add_product(lever * R[b].transpose(), J.force[at(i)], count, sum);
-      add_product(lever * hat(R[b].transpose() * force[at(i)]), turns[b], turn_count, sum);
+      add_product(lever * hat(R[b].transpose() * force[at(i)]), turns[b], count, sum);
     };
     add_lever(at(i), -hat(joint.child_offset), rows);
     add_lever(p, hat(joint.parent_offset), parent_rows);
@@ -159,10 +159,10 @@ void gather_rows(const System& system, const Rotations& R, const Vectors& force,
     const JointFrame frame = joint_frame(joint, R[p], R[at(i)]);
     add_product(frame.axes.transpose(), rows, count, out);
     if (joint.kind == model::JointKind::universal)  // the first axis moves with the second angle
-      out.col(0).head(turn_count) +=
-          frame.axes.col(0).cross(joint.child_axis).dot(moment[at(i)]) * freedoms[at(i)].col(1).head(turn_count);
+      out.col(0).head(count) +=
+          frame.axes.col(0).cross(joint.child_axis).dot(moment[at(i)]) * freedoms[at(i)].col(1).head(count);
     add_product(frame.child_to_parent, rows, count, parent_rows);
-    add_product(-frame.child_to_parent * hat(moment[at(i)]) * frame.axes, freedoms[at(i)], turn_count, parent_rows);
+    add_product(-frame.child_to_parent * hat(moment[at(i)]) * frame.axes, freedoms[at(i)], count, parent_rows);
   }
 }
 
@@ -190,20 +190,6 @@ void body_hessians(const ForcedStep& step, const DiscreteMomenta& momenta, std::
   for (int i = 0; i < step.system.body_count(); ++i)
     hessians[at(i)] =
         BodyLagrangian(step.system, step.lagrangian, step.time_step, i).hessian(body_step(step.interval, momenta, i));
-}
-
-void blocks_of_hessians(const Interval& interval, const DiscreteMomenta& p, const std::vector<BodyHessian>& hessians,
-                        std::vector<BodyBlock>& blocks) {
-  for (std::size_t n = 0; n < blocks.size(); ++n) {
-    const Matrix3d& R = interval.rotation[n];
-    const Matrix3d& F = interval.relative_rotation[n];
-    const BodyHessian& H = hessians[n];
-    const Matrix3d w = hat(p.shift[n]);
-    blocks[n].moment_by_turn = F * (H.turn_by_turn - hat(p.turn[n])) + w * H.shift_by_turn;
-    blocks[n].moment_by_shift = (F * H.turn_by_shift - hat(p.impulse[n]) + w * H.shift_by_shift) * R.transpose();
-    blocks[n].force_by_turn = R * H.shift_by_turn;
-    blocks[n].force_by_shift = R * H.shift_by_shift * R.transpose();
-  }
 }
 
 // With a = −Fᵀη and b = w × η + Rᵀδ inserted into the rates of P and π⁻.
@@ -240,7 +226,7 @@ void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, cons
   copy_rows(J.force[0], count, J.linear);
   add_node_rows(system, interval.rotation, step.control, -0.5 * step.time_step, d.left, count, J, J.turn, J.minus);
   if (!system.only_free_joints()) add_damping_at_beginning(system, interval, d, count, J);
-  gather_rows(system, interval.rotation, p.subtree_linear, balance.moment, d.left, J.turn, count, count, J, J.minus);
+  gather_rows(system, interval.rotation, p.subtree_linear, balance.moment, d.left, J.turn, count, J, J.minus);
 }
 
 // With a = η' − Fᵀη and b = w × η + Rᵀδ inserted into the rates of P and π⁺.
@@ -278,8 +264,8 @@ void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std:
   add_node_rows(system, interval.next_rotation, step.control_next, 0.5 * step.time_step, d.right, count, J, J.turn_next,
                 J.plus);
   if (!system.only_free_joints()) add_damping_at_end(system, interval, d, count, left_count, J);
-  gather_rows(system, interval.next_rotation, p.subtree_linear, balance.moment_next, d.right, J.turn_next, count, count,
-              J, J.plus);
+  gather_rows(system, interval.next_rotation, p.subtree_linear, balance.moment_next, d.right, J.turn_next, count, J,
+              J.plus);
 }
 
 void add_control_rows(const System& system, const Rotations& R, double weight, Index first, FreedomRows& result) {

@@ -25,10 +25,6 @@ struct StepJacobian {
 /// Hessians of all bodies' shares, [bodies].
 void body_hessians(const ForcedStep& step, const DiscreteMomenta& momenta, std::vector<BodyHessian>& hessians);
 
-/// Blocks for TreeElimination from the same Hessians.
-void blocks_of_hessians(const Interval& interval, const DiscreteMomenta& momenta,
-                        const std::vector<BodyHessian>& hessians, std::vector<BodyBlock>& blocks);
-
 /// Rates of E⁻ and p_x along the left turns of the first `count` directions alone, the moments held: minus and linear.
 void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyHessian>& hessians,
                         const StepDirections& directions, Eigen::Index count, StepJacobian& result);

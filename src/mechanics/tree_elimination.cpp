@@ -114,8 +114,16 @@ bool TreeElimination::factor(const System& system, const Rotations& left, const 
   return root_inverse_.allFinite();
 }
 
-void TreeElimination::solve(const System& system, const Rotations& left, const Rotations& right, Freedoms& freedoms,
-                            Vector3d& linear) {
+template <bool transposed>
+void TreeElimination::solve_tree(const System& system, const Rotations& near, const Rotations& far, Freedoms& freedoms,
+                                 Vector3d& linear) {
+  const auto block = [](const auto& m) -> decltype(auto) {
+    if constexpr (transposed) {
+      return m.transpose();
+    } else {
+      return (m);
+    }
+  };
   for (Walk& w : walk_) w.moment.setZero(), w.force.setZero();
   const std::vector<int>& order = system.root_to_leaves();
   for (auto position = order.rbegin(); position != order.rend(); ++position) {
@@ -126,26 +134,27 @@ void TreeElimination::solve(const System& system, const Rotations& left, const R
     const Node& node = nodes_[at(i)];
     Walk& w = walk_[at(i)];
     Walk& parent = walk_[at(body.parent)];
-    w.moment -= joint.child_offset.cross(left[at(i)].transpose() * w.force);
+    w.moment -= joint.child_offset.cross(near[at(i)].transpose() * w.force);
     Vector3d& t = freedoms[at(i)];
     if (!node.led) {
       t -= w.moment;
-      w.force += node.force_by_rest * t;
-      t = (node.inverse * t).eval();
+      w.force += block(transposed ? node.turn_by_shift : node.force_by_rest) * t;
+      t = (block(node.inverse) * t).eval();
     } else {
-      if (joint.free()) parent.moment -= node.left.child_to_parent * t;
-      t = (node.inverse * (t - node.left_axes.transpose() * w.moment)).eval();
-      const Vector3d turn = node.right_axes * t;
-      w.moment += node.at_joint.moment_by_turn * turn;
-      w.force += node.at_joint.force_by_turn * turn;
-      parent.moment += node.left.child_to_parent * w.moment;
+      const Matrix3d& Q = (transposed ? node.right : node.left).child_to_parent;
+      if (joint.free()) parent.moment -= Q * t;
+      t = (block(node.inverse) * (t - (transposed ? node.right_axes : node.left_axes).transpose() * w.moment)).eval();
+      const Vector3d turn = (transposed ? node.left_axes : node.right_axes) * t;
+      w.moment += block(node.at_joint.moment_by_turn) * turn;
+      w.force += block(transposed ? node.at_joint.moment_by_shift : node.at_joint.force_by_turn) * turn;
+      parent.moment += Q * w.moment;
     }
     parent.force += w.force;
-    parent.moment += joint.parent_offset.cross(left[at(body.parent)].transpose() * w.force);
+    parent.moment += joint.parent_offset.cross(near[at(body.parent)].transpose() * w.force);
   }
   Vector6 rest;
   rest << freedoms[0] - walk_[0].moment, linear - walk_[0].force;
-  const Vector6 root = root_inverse_ * rest;
+  const Vector6 root = block(root_inverse_) * rest;
   freedoms[0] = walk_[0].turn = root.head<3>();
   linear = walk_[0].shift = root.tail<3>();
   for (int i : order) {
@@ -155,20 +164,32 @@ void TreeElimination::solve(const System& system, const Rotations& left, const R
     const Node& node = nodes_[at(i)];
     const Walk& parent = walk_[at(body.parent)];
     Walk& w = walk_[at(i)];
-    const Vector3d joint_shift = parent.shift - right[at(body.parent)] * joint.parent_offset.cross(parent.turn);
+    const Vector3d joint_shift = parent.shift - far[at(body.parent)] * joint.parent_offset.cross(parent.turn);
     Vector3d& t = freedoms[at(i)];
     if (!node.led) {
-      t -= node.turn_by_shift * joint_shift;
+      t -= block(transposed ? node.force_by_rest : node.turn_by_shift) * joint_shift;
       w.turn = t;
     } else {
-      const Vector3d carried = node.right.child_to_parent.transpose() * parent.turn;
-      t -= node.inverse * (node.left_axes.transpose() *
-                           (node.at_joint.moment_by_turn * carried + node.at_joint.moment_by_shift * joint_shift));
-      w.turn = carried + node.right_axes * t;
+      const Vector3d carried = (transposed ? node.left : node.right).child_to_parent.transpose() * parent.turn;
+      const Matrix3d& moment_by_shift = transposed ? node.at_joint.force_by_turn : node.at_joint.moment_by_shift;
+      t -= block(node.inverse) *
+           ((transposed ? node.right_axes : node.left_axes).transpose() *
+            (block(node.at_joint.moment_by_turn) * carried + block(moment_by_shift) * joint_shift));
+      w.turn = carried + (transposed ? node.left_axes : node.right_axes) * t;
       if (joint.free()) t = w.turn;
     }
-    w.shift = joint_shift + right[at(i)] * joint.child_offset.cross(w.turn);
+    w.shift = joint_shift + far[at(i)] * joint.child_offset.cross(w.turn);
   }
+}
+
+void TreeElimination::solve(const System& system, const Rotations& left, const Rotations& right, Freedoms& freedoms,
+                            Vector3d& linear) {
+  solve_tree<false>(system, left, right, freedoms, linear);
+}
+
+void TreeElimination::solve_transposed(const System& system, const Rotations& left, const Rotations& right,
+                                       Freedoms& freedoms, Vector3d& linear) {
+  solve_tree<true>(system, right, left, freedoms, linear);
 }
 
 void TreeElimination::solve_rows(const System& system, const Rotations& left, const Rotations& right,
@@ -242,64 +263,6 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
       if (joint.free()) copy_rows(turn, rows, t);
     }
     add_product(right[at(i)] * hat(joint.child_offset), turn, rows, shift);
-  }
-}
-
-void TreeElimination::solve_transposed(const System& system, const Rotations& left, const Rotations& right,
-                                       Freedoms& freedoms, Vector3d& linear) {
-  for (Walk& w : walk_) w.moment.setZero(), w.force.setZero();
-  const std::vector<int>& order = system.root_to_leaves();
-  for (auto position = order.rbegin(); position != order.rend(); ++position) {
-    const int i = *position;
-    const Body& body = system.body(i);
-    if (body.parent < 0) break;
-    const Joint& joint = system.joint(body.joint);
-    const Node& node = nodes_[at(i)];
-    Walk& w = walk_[at(i)];
-    Walk& parent = walk_[at(body.parent)];
-    w.moment -= joint.child_offset.cross(right[at(i)].transpose() * w.force);
-    Vector3d& t = freedoms[at(i)];
-    if (!node.led) {
-      t -= w.moment;
-      w.force += node.turn_by_shift.transpose() * t;
-      t = (node.inverse.transpose() * t).eval();
-    } else {
-      if (joint.free()) parent.moment -= node.right.child_to_parent * t;
-      t = (node.inverse.transpose() * (t - node.right_axes.transpose() * w.moment)).eval();
-      const Vector3d turn = node.left_axes * t;
-      w.moment += node.at_joint.moment_by_turn.transpose() * turn;
-      w.force += node.at_joint.moment_by_shift.transpose() * turn;
-      parent.moment += node.right.child_to_parent * w.moment;
-    }
-    parent.force += w.force;
-    parent.moment += joint.parent_offset.cross(right[at(body.parent)].transpose() * w.force);
-  }
-  Vector6 rest;
-  rest << freedoms[0] - walk_[0].moment, linear - walk_[0].force;
-  const Vector6 root = root_inverse_.transpose() * rest;
-  freedoms[0] = walk_[0].turn = root.head<3>();
-  linear = walk_[0].shift = root.tail<3>();
-  for (int i : order) {
-    const Body& body = system.body(i);
-    if (body.parent < 0) continue;
-    const Joint& joint = system.joint(body.joint);
-    const Node& node = nodes_[at(i)];
-    const Walk& parent = walk_[at(body.parent)];
-    Walk& w = walk_[at(i)];
-    const Vector3d joint_shift = parent.shift - left[at(body.parent)] * joint.parent_offset.cross(parent.turn);
-    Vector3d& t = freedoms[at(i)];
-    if (!node.led) {
-      t -= node.force_by_rest.transpose() * joint_shift;
-      w.turn = t;
-    } else {
-      const Vector3d carried = node.left.child_to_parent.transpose() * parent.turn;
-      t -= node.inverse.transpose() *
-           (node.right_axes.transpose() * (node.at_joint.moment_by_turn.transpose() * carried +
-                                           node.at_joint.force_by_turn.transpose() * joint_shift));
-      w.turn = carried + node.left_axes * t;
-      if (joint.free()) t = w.turn;
-    }
-    w.shift = joint_shift + left[at(i)] * joint.child_offset.cross(w.turn);
   }
 }
 

@@ -55,6 +55,10 @@ class TreeElimination {
     Vector3d moment, force;  // what eliminated balances leave
     Vector3d turn, shift;    // of the body and of its mass centre
   };
+  /// Transposed, the two ends of the step change places and every block is its transpose.
+  template <bool transposed>
+  void solve_tree(const model::System& system, const Rotations& near, const Rotations& far, Freedoms& freedoms,
+                  Vector3d& linear);
   bool eliminate(const model::System& system, const Rotations& left, const Rotations& right,
                  const std::vector<Matrix3d>& damping, int body);
 

@@ -188,6 +188,7 @@ void System::resolve_joints(const SwimmerDescription& description) {
     joint.damping = described.damping;
     lay_axes(described, joint);
     joint.actuation = actuation_basis(described, joint);
+    damped_ = damped_ || joint.damping > 0.0;
     only_free_joints_ = only_free_joints_ && joint.free() && joint.stiffness == 0.0 && joint.damping == 0.0;
     control_count_ += static_cast<int>(joint.actuation.cols());
 
