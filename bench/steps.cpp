@@ -191,7 +191,7 @@ void register_steps() {
   const auto trapezoid = DiscreteLagrangian::trapezoid;
   measured("step, paper", kMicrosecond, step, paper_chain(), DiscreteLagrangian::paper);
   measured("step, trapezoid", kMicrosecond, step, paper_chain(), trapezoid);
-  for (int bodies : {5, 10, 20})
+  for (int bodies : {5, 10, 20, 50, 200, 1000})
     measured("step, trapezoid, " + std::to_string(bodies) + " bodies", kMicrosecond, step, outer_body_chain(bodies),
              trapezoid);
   measured("step, trapezoid, the rotation maneuver", kMicrosecond, step_of_maneuver, false);

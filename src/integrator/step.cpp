@@ -20,7 +20,7 @@ using model::System;
 
 constexpr int max_iterations = 60;
 constexpr double accepted_residual = 1e-12;  // of a step that gets no better
-constexpr int bodies_to_round_off = 20;      // the tolerances hold for trees up to this
+constexpr int bodies_to_round_off = 5;       // the tolerances hold for trees up to this
 constexpr double good_contraction = 1e-3;    // below it the factors serve another iteration
 
 // A body's turn is known to round-off and moves all bodies beyond it: what a step can balance grows with the tree.

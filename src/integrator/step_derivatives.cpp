@@ -27,7 +27,7 @@ StepTangent::StepTangent(const System& system)
 
 TangentWorkspace::TangentWorkspace(const System& system)
     : balance(system.body_count()),
-      hessians(at(system.body_count())),
+      rates(at(system.body_count())),
       blocks(at(system.body_count())),
       damping(at(system.body_count()), Matrix3d::Zero()),
       elimination(system),
@@ -50,9 +50,7 @@ void linearize_step(const System& system, DiscreteLagrangian lagrangian, double 
   const int half = system.velocity_count();
   const ForcedStep step{system, lagrangian, h, interval, control, control_next};
   evaluate_balance(step, work.balance);
-  body_hessians(step, work.balance.momenta, work.hessians);
-  for (std::size_t n = 0; n < work.blocks.size(); ++n)
-    mechanics::set_block(interval, work.balance.momenta, work.hessians[n], n, work.blocks[n]);
+  body_rates(step, work.balance.momenta, work.blocks, work.rates);
   if (!system.only_free_joints()) mechanics::damping_blocks(system, interval, work.damping);
   if (!work.elimination.factor(system, interval.rotation, interval.next_rotation, work.blocks, work.damping)) {
     const double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -68,7 +66,7 @@ void linearize_step(const System& system, DiscreteLagrangian lagrangian, double 
   const Eigen::Index given = turns + controls;  // those that change E⁻ at a fixed next node
   mechanics::StepDirections& d = work.directions;
   mechanics::StepJacobian& J = work.jacobian;
-  rates_at_beginning(step, work.balance, work.hessians, d, turns, J);
+  rates_at_beginning(step, work.balance, work.blocks, work.rates, d, turns, J);
   const Eigen::Index all = given + half;
   const auto set_against = [&](const mechanics::Rows3& rates, mechanics::Rows3& rows) {
     mechanics::clear_rows(all, rows);
@@ -80,7 +78,7 @@ void linearize_step(const System& system, DiscreteLagrangian lagrangian, double 
   mechanics::add_control_rows(system, interval.rotation, 0.5 * h, turns, d.right);
   for_each_freedom(system, [&](std::size_t i, int entry, int place) { d.right[i](given + place, entry) = 1.0; });
   work.elimination.solve_rows(system, interval.rotation, interval.next_rotation, d.right, d.displacement);
-  rates_at_end(step, work.balance, work.hessians, d, all, turns, J);
+  rates_at_end(step, work.balance, work.blocks, work.rates, d, all, turns, J);
 
   const auto put = [&](const mechanics::FreedomRows& freedoms, Eigen::Index first, Eigen::Index count, Eigen::Index row,
                        Eigen::Ref<MatrixXd> columns) {

@@ -34,7 +34,7 @@ struct StepTangent {
 struct TangentWorkspace {
   explicit TangentWorkspace(const model::System& system);
   mechanics::StepBalance balance;
-  std::vector<mechanics::BodyHessian> hessians;
+  std::vector<mechanics::BodyRates> rates;
   std::vector<mechanics::BodyBlock> blocks;
   std::vector<Eigen::Matrix3d> damping;
   mechanics::TreeElimination elimination;

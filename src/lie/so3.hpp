@@ -17,6 +17,15 @@ inline Matrix3 hat(const Vector3& v) {
   return m;
 }
 
+/// m v̂, cheaper than the product.
+inline Matrix3 times_hat(const Matrix3& m, const Vector3& v) {
+  Matrix3 result;
+  result.col(0) = m.col(1) * v.z() - m.col(2) * v.y();
+  result.col(1) = m.col(2) * v.x() - m.col(0) * v.z();
+  result.col(2) = m.col(0) * v.y() - m.col(1) * v.x();
+  return result;
+}
+
 /// Inverse of hat on the skew part of a matrix: vee(A) = the v with v̂ = (A − Aᵀ)/2.
 inline Vector3 vee(const Matrix3& a) { return 0.5 * Vector3(a(2, 1) - a(1, 2), a(0, 2) - a(2, 0), a(1, 0) - a(0, 1)); }
 

@@ -59,15 +59,6 @@ void add_brackets(const System& system, const Freedoms& turn, const Freedoms& mo
     if (system.body(i).freedoms == 3) result[at(i)] += weight * turn[at(i)].cross(momentum[at(i)]);
 }
 
-// m v̂: the columns of m crossed with v from the right.
-Matrix3d times_hat(const Matrix3d& m, const Vector3d& v) {
-  Matrix3d result;
-  result.col(0) = m.col(1) * v.z() - m.col(2) * v.y();
-  result.col(1) = m.col(2) * v.x() - m.col(0) * v.z();
-  result.col(2) = m.col(0) * v.y() - m.col(1) * v.x();
-  return result;
-}
-
 // Block of a body whose translation is weighed at the ends of the step alone (equation 4.15).
 void plain_block(const Matrix3d& M, const BodyLagrangian& body, double time_step, const Interval& interval,
                  const Vector3d& w, std::size_t n, BodyBlock& block) {
@@ -82,9 +73,9 @@ void plain_block(const Matrix3d& M, const BodyLagrangian& body, double time_step
   const Matrix3d RM_next = right * (R_next * M);
   block.moment_by_turn = (X.trace() * F - X * F) / time_step;
   block.force_by_shift = RM * R.transpose() + RM_next * R_next.transpose();
-  block.force_by_turn = times_hat(RM_next, w_next) - times_hat(R_next, right * (M * w_next));
+  block.force_by_turn = lie::times_hat(RM_next, w_next) - lie::times_hat(R_next, right * (M * w_next));
   // (ŵ M − (M w)^) Rᵀ, transposed
-  block.moment_by_shift = (times_hat(R, left * (M * w)) - times_hat(RM, w)).transpose();
+  block.moment_by_shift = (lie::times_hat(R, left * (M * w)) - lie::times_hat(RM, w)).transpose();
 }
 
 }  // namespace

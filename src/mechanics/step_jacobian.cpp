@@ -31,8 +31,8 @@ void turns_of_rows(const System& system, const Rotations& R, const FreedomRows& 
 void add_centre_turns(const System& system, const Rotations& R, int i, double sign, const FreedomRows& turns,
                       Index count, Rows3& centre) {
   const Joint& up = system.joint(system.body(i).joint);
-  add_product(-sign * (R[at(up.parent)] * hat(up.parent_offset)), turns[at(up.parent)], count, centre);
-  add_product(sign * (R[at(i)] * hat(up.child_offset)), turns[at(i)], count, centre);
+  add_product(lie::times_hat(R[at(up.parent)], -sign * up.parent_offset), turns[at(up.parent)], count, centre);
+  add_product(lie::times_hat(R[at(i)], sign * up.child_offset), turns[at(i)], count, centre);
 }
 
 void relative_rows(const Joint& joint, const Matrix3d& Q, const FreedomRows& turns, Index count, Rows3& relative) {
@@ -146,12 +146,12 @@ void gather_rows(const System& system, const Rotations& R, const Vectors& force,
     const Joint& joint = system.joint(body.joint);
     const std::size_t p = at(body.parent);
     Rows3& parent_rows = J.moment[p];
-    const auto add_lever = [&](std::size_t b, const Matrix3d& lever, Rows3& sum) {  // lever · rate of RᵀP
-      add_product(lever * R[b].transpose(), J.force[at(i)], count, sum);
-      add_product(lever * hat(R[b].transpose() * force[at(i)]), turns[b], count, sum);
+    const auto add_lever = [&](std::size_t b, const Vector3d& lever, Rows3& sum) {  // lever × rate of RᵀP
+      add_product(-lie::times_hat(R[b], lever).transpose(), J.force[at(i)], count, sum);
+      add_product(lie::times_hat(hat(lever), R[b].transpose() * force[at(i)]), turns[b], count, sum);
     };
-    add_lever(at(i), -hat(joint.child_offset), rows);
-    add_lever(p, hat(joint.parent_offset), parent_rows);
+    add_lever(at(i), -joint.child_offset, rows);
+    add_lever(p, joint.parent_offset, parent_rows);
     if (joint.free()) {
       add_rows(1.0, rows, count, out);
       continue;
@@ -186,15 +186,32 @@ StepJacobian::StepJacobian(int bodies, Index directions)
       relative_next(linear),
       rate(linear) {}
 
-void body_hessians(const ForcedStep& step, const DiscreteMomenta& momenta, std::vector<BodyHessian>& hessians) {
-  for (int i = 0; i < step.system.body_count(); ++i)
-    hessians[at(i)] =
-        BodyLagrangian(step.system, step.lagrangian, step.time_step, i).hessian(body_step(step.interval, momenta, i));
+// With a = η' − Fᵀη and b = w × η + Rᵀδ inserted into the rates of P, π⁻ and π⁺.
+void body_rates(const ForcedStep& step, const DiscreteMomenta& p, std::vector<BodyBlock>& blocks,
+                std::vector<BodyRates>& rates) {
+  for (int i = 0; i < step.system.body_count(); ++i) {
+    const std::size_t n = at(i);
+    const BodyHessian H =
+        BodyLagrangian(step.system, step.lagrangian, step.time_step, i).hessian(body_step(step.interval, p, i));
+    set_block(step.interval, p, H, n, blocks[n]);
+    const Matrix3d& R = step.interval.rotation[n];
+    const Matrix3d Ft = step.interval.relative_rotation[n].transpose();
+    const Vector3d& w = p.shift[n];
+    const Vector3d Rw = R * w;
+    const BodyBlock& block = blocks[n];
+    // b Rᵀ by η: Rᵀ (R ŵ) = ŵ, and R ŵ = (Rw)^ R
+    BodyRates& by = rates[n];
+    by.force_by_left =
+        (lie::times_hat(block.force_by_shift, Rw) * R) - block.force_by_turn * Ft - lie::times_hat(R, p.impulse[n]);
+    by.moment_by_left = lie::times_hat(block.moment_by_shift, Rw) * R - block.moment_by_turn * Ft;
+    by.next_by_turn = H.turn_by_turn;
+    by.next_by_shift = H.turn_by_shift * R.transpose();
+    by.next_by_left = lie::times_hat(H.turn_by_shift, w) - H.turn_by_turn * Ft;
+  }
 }
 
-// With a = −Fᵀη and b = w × η + Rᵀδ inserted into the rates of P and π⁻.
-void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyHessian>& hessians,
-                        const StepDirections& d, Index count, StepJacobian& J) {
+void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
+                        const std::vector<BodyRates>& rates, const StepDirections& d, Index count, StepJacobian& J) {
   const System& system = step.system;
   const Interval& interval = step.interval;
   const DiscreteMomenta& p = balance.momenta;
@@ -208,18 +225,10 @@ void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, cons
       copy_rows(J.centre[at(parent)], count, J.centre[n]);
       add_centre_turns(system, interval.rotation, i, -1.0, J.turn, count, J.centre[n]);
     }
-    const Matrix3d& R = interval.rotation[n];
-    const Matrix3d& F = interval.relative_rotation[n];
-    const BodyHessian& H = hessians[n];
-    const Matrix3d w = hat(p.shift[n]);
-    const Matrix3d impulse = hat(p.impulse[n]);
-    const Matrix3d moment_by_a = F * (H.turn_by_turn - hat(p.turn[n])) + w * H.shift_by_turn;
-    const Matrix3d moment_by_b = F * H.turn_by_shift - impulse + w * H.shift_by_shift;
-    const Matrix3d Ft = F.transpose();
-    set_product(R * (H.shift_by_shift * w - H.shift_by_turn * Ft - impulse), J.turn[n], count, J.force[n]);
-    add_product(R * H.shift_by_shift * R.transpose(), J.centre[n], count, J.force[n]);
-    set_product(moment_by_b * w - moment_by_a * Ft, J.turn[n], count, J.moment[n]);
-    add_product(moment_by_b * R.transpose(), J.centre[n], count, J.moment[n]);
+    set_product(rates[n].force_by_left, J.turn[n], count, J.force[n]);
+    add_product(blocks[n].force_by_shift, J.centre[n], count, J.force[n]);
+    set_product(rates[n].moment_by_left, J.turn[n], count, J.moment[n]);
+    add_product(blocks[n].moment_by_shift, J.centre[n], count, J.moment[n]);
     clear_rows(count, J.minus[n]);
   }
   sum_row_subtrees(system, count, J.force);
@@ -229,9 +238,9 @@ void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, cons
   gather_rows(system, interval.rotation, p.subtree_linear, balance.moment, d.left, J.turn, count, J, J.minus);
 }
 
-// With a = η' − Fᵀη and b = w × η + Rᵀδ inserted into the rates of P and π⁺.
-void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyHessian>& hessians,
-                  const StepDirections& d, Index count, Index left_count, StepJacobian& J) {
+void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
+                  const std::vector<BodyRates>& rates, const StepDirections& d, Index count, Index left_count,
+                  StepJacobian& J) {
   const System& system = step.system;
   const Interval& interval = step.interval;
   const DiscreteMomenta& p = balance.momenta;
@@ -246,18 +255,12 @@ void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std:
       add_centre_turns(system, interval.rotation, i, -1.0, J.turn, left_count, J.centre[n]);
       add_centre_turns(system, interval.next_rotation, i, 1.0, J.turn_next, count, J.centre[n]);
     }
-    const Matrix3d& R = interval.rotation[n];
-    const BodyHessian& H = hessians[n];
-    const Matrix3d w = hat(p.shift[n]);
-    const Matrix3d Ft = interval.relative_rotation[n].transpose();
-    const Matrix3d Rt = R.transpose();
-    set_product(R * H.shift_by_turn, J.turn_next[n], count, J.force[n]);
-    add_product(R * H.shift_by_shift * Rt, J.centre[n], count, J.force[n]);
-    add_product(R * (H.shift_by_shift * w - H.shift_by_turn * Ft - hat(p.impulse[n])), J.turn[n], left_count,
-                J.force[n]);
-    set_product(H.turn_by_turn, J.turn_next[n], count, J.moment[n]);
-    add_product(H.turn_by_shift * Rt, J.centre[n], count, J.moment[n]);
-    add_product(H.turn_by_shift * w - H.turn_by_turn * Ft, J.turn[n], left_count, J.moment[n]);
+    set_product(blocks[n].force_by_turn, J.turn_next[n], count, J.force[n]);
+    add_product(blocks[n].force_by_shift, J.centre[n], count, J.force[n]);
+    add_product(rates[n].force_by_left, J.turn[n], left_count, J.force[n]);
+    set_product(rates[n].next_by_turn, J.turn_next[n], count, J.moment[n]);
+    add_product(rates[n].next_by_shift, J.centre[n], count, J.moment[n]);
+    add_product(rates[n].next_by_left, J.turn[n], left_count, J.moment[n]);
     clear_rows(count, J.plus[n]);
   }
   sum_row_subtrees(system, count, J.force);

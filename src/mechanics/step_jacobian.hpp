@@ -22,17 +22,27 @@ struct StepJacobian {
   StepJacobian(int bodies, Eigen::Index directions);
 };
 
-/// Hessians of all bodies' shares, [bodies].
-void body_hessians(const ForcedStep& step, const DiscreteMomenta& momenta, std::vector<BodyHessian>& hessians);
+/// Of a body's momenta, by its turn η at k, its turn η' at k + 1 and the displacement δ of its mass centre; what its
+/// BodyBlock does not hold.
+struct BodyRates {
+  Matrix3d force_by_left, moment_by_left;              // P (world) and π⁻ by η
+  Matrix3d next_by_left, next_by_turn, next_by_shift;  // π⁺ by η, η' and δ
+};
+
+/// Both for all bodies, [bodies], from the Hessians of their shares.
+void body_rates(const ForcedStep& step, const DiscreteMomenta& momenta, std::vector<BodyBlock>& blocks,
+                std::vector<BodyRates>& rates);
 
 /// Rates of E⁻ and p_x along the left turns of the first `count` directions alone, the moments held: minus and linear.
-void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyHessian>& hessians,
-                        const StepDirections& directions, Eigen::Index count, StepJacobian& result);
+void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
+                        const std::vector<BodyRates>& rates, const StepDirections& directions, Eigen::Index count,
+                        StepJacobian& result);
 
 /// Rates of E⁺ along the first `count` directions, of which only the first `left_count` have left turns, and those the
 /// ones that rates_at_beginning has seen: plus.
-void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyHessian>& hessians,
-                  const StepDirections& directions, Eigen::Index count, Eigen::Index left_count, StepJacobian& result);
+void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
+                  const std::vector<BodyRates>& rates, const StepDirections& directions, Eigen::Index count,
+                  Eigen::Index left_count, StepJacobian& result);
 
 /// Adds weight × U of unit moments of all actuated directions at a node to rows first … first + controls − 1.
 void add_control_rows(const model::System& system, const Rotations& R, double weight, Eigen::Index first,

@@ -8,7 +8,6 @@ namespace lamprey::mechanics {
 
 namespace {
 
-using lie::hat;
 using model::at;
 using model::Body;
 using model::Joint;
@@ -36,18 +35,16 @@ bool TreeElimination::eliminate(const System& system, const Rotations& left, con
   BodyBlock& b = node.at_joint;
 
   // from the mass centre to the joint: δ = j + R' d̂ η', n − d × Rᵀ P
-  const Matrix3d d = hat(joint.child_offset);
-  const Matrix3d shift_by_turn = right[at(i)] * d;
-  const Matrix3d lever = d * left[at(i)].transpose();
+  const Matrix3d shift_by_turn = lie::times_hat(right[at(i)], joint.child_offset);
+  const Matrix3d lever = -lie::times_hat(left[at(i)], joint.child_offset).transpose();
   b.force_by_shift = own.force_by_shift;
   b.force_by_turn = own.force_by_turn + own.force_by_shift * shift_by_turn;
   b.moment_by_shift = own.moment_by_shift - lever * own.force_by_shift;
   b.moment_by_turn = own.moment_by_turn + own.moment_by_shift * shift_by_turn - lever * b.force_by_turn;
 
   const int p = body.parent;
-  const Matrix3d d_parent = hat(joint.parent_offset);
-  const Matrix3d parent_shift = right[at(p)] * d_parent;
-  const Matrix3d parent_lever = d_parent * left[at(p)].transpose();
+  const Matrix3d parent_shift = lie::times_hat(right[at(p)], joint.parent_offset);
+  const Matrix3d parent_lever = -lie::times_hat(left[at(p)], joint.parent_offset).transpose();
   BodyBlock& parent = condensed_[at(p)];
   const bool damped = !damping.empty() && joint.damping > 0.0;
   node.led = !joint.free() || damped;
@@ -213,9 +210,10 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
     Rows3& force = row_force_[at(i)];
     Rows3& parent_moment = row_moment_[at(body.parent)];
     Rows3& t = freedoms[at(i)];
-    add_product(-hat(joint.child_offset) * left[at(i)].transpose(), force, rows, moment);
+    if (!body.children.empty())
+      add_product(lie::times_hat(left[at(i)], joint.child_offset).transpose(), force, rows, moment);
     if (!node.led) {
-      add_rows(-1.0, moment, rows, t);
+      if (!body.children.empty()) add_rows(-1.0, moment, rows, t);
       add_product(node.force_by_rest, t, rows, force);
       set_product(node.inverse, t, rows, t);
     } else {
@@ -227,7 +225,7 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
       add_product(node.left.child_to_parent, moment, rows, parent_moment);
     }
     add_rows(1.0, force, rows, row_force_[at(body.parent)]);
-    add_product(hat(joint.parent_offset) * left[at(body.parent)].transpose(), force, rows, parent_moment);
+    add_product(-lie::times_hat(left[at(body.parent)], joint.parent_offset).transpose(), force, rows, parent_moment);
   }
   // from here on row_moment_ holds the bodies' turns and row_force_ their mass centres' shifts
   Rows3& moment = row_moment_[0];
@@ -250,7 +248,7 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
     Rows3& shift = row_force_[at(i)];
     Rows3& t = freedoms[at(i)];
     copy_rows(row_force_[at(body.parent)], rows, shift);
-    add_product(-right[at(body.parent)] * hat(joint.parent_offset), parent_turn, rows, shift);
+    add_product(-lie::times_hat(right[at(body.parent)], joint.parent_offset), parent_turn, rows, shift);
     if (!node.led) {
       add_product(-node.turn_by_shift, shift, rows, t);
       copy_rows(t, rows, turn);
@@ -262,7 +260,7 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
       add_product(node.right_axes, t, rows, turn);
       if (joint.free()) copy_rows(turn, rows, t);
     }
-    add_product(right[at(i)] * hat(joint.child_offset), turn, rows, shift);
+    add_product(lie::times_hat(right[at(i)], joint.child_offset), turn, rows, shift);
   }
 }
 
