@@ -159,6 +159,44 @@ model::SwimmerDescription chain_of_three(const model::SwimmerDescription& bodies
   return chain;
 }
 
+TEST(LongChain, of_a_thousand_bodies_marches_from_rest_and_keeps_its_momentum) {
+  model::SwimmerDescription chain;
+  chain.density = paper_density;
+  const model::BodyDescription link = paper_chain().bodies[1];
+  for (int i = 0; i < 1000; ++i) {
+    chain.bodies.push_back(link);
+    chain.bodies.back().name = std::to_string(i);
+    if (i == 0) continue;
+    model::JointDescription joint = paper_chain().joints[0];
+    joint.name = joint.child = std::to_string(i);
+    joint.parent = std::to_string(i - 1);
+    joint.parent_offset = Vector3d(5.5, 0, 0);
+    joint.child_offset = Vector3d(-5.5, 0, 0);
+    chain.joints.push_back(joint);
+  }
+  const model::System system(chain);
+  const mechanics::Rotations straight(1000, Matrix3d::Identity());
+  State state = integrator::state_of_velocity(system, straight, Vector3d::Zero(), VectorXd::Zero(3003));
+  integrator::StepWorkspace work(system);
+  const auto moments = [&](int k) {
+    Moments u;
+    for (int j = 0; j < 999; ++j)
+      u.emplace_back(5.0 * std::sin(3.0 * j), 100.0 * std::cos(2.0 * j + 0.01 * k), 300.0 * std::sin(j + 0.01 * k));
+    return u;
+  };
+  double largest_body = 0.0;
+  for (int k = 0; k < 30; ++k) {
+    const integrator::StepReport report =
+        advance(system, mechanics::DiscreteLagrangian::trapezoid, 1e-3, moments(k), moments(k + 1), state, work);
+    ASSERT_TRUE(report.converged) << "step " << k << ": " << report.residual;
+    for (const Vector3d& impulse : work.momenta.impulse) largest_body = std::max(largest_body, impulse.norm());
+  }
+  const auto total = mechanics::spatial_momentum(system, state.rotation, state.position, state.momentum);
+  EXPECT_LE(total.linear.norm(), tolerance(1e-12) * largest_body);
+  EXPECT_LE(total.angular.norm(), tolerance(1e-12) * largest_body);
+  EXPECT_GT(largest_body, 0.1);
+}
+
 // The paper's scheme treats its root in a way of its own.
 class RootLaw : public StepLaw {};
 
