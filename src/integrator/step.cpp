@@ -70,7 +70,7 @@ double evaluate(const System& system, DiscreteLagrangian lagrangian, double h, c
 
 bool factor(const System& system, DiscreteLagrangian lagrangian, double h, StepWorkspace& work) {
   mechanics::step_blocks(system, lagrangian, h, work.interval, work.momenta, work.blocks);
-  if (!system.only_free_joints()) mechanics::damping_blocks(system, work.interval, work.damping_block);
+  mechanics::damping_blocks(system, work.interval, work.damping_block);
   return work.elimination.factor(system, work.interval.rotation, work.interval.next_rotation, work.blocks,
                                  work.damping_block);
 }

@@ -41,7 +41,7 @@ bool factor_step(const ForcedStep& step, const mechanics::DiscreteMomenta& momen
                  std::vector<mechanics::BodyBlock>& blocks, std::vector<Matrix3d>& damping,
                  mechanics::TreeElimination& elimination) {
   mechanics::step_blocks(step.system, step.lagrangian, step.time_step, step.interval, momenta, blocks);
-  if (!step.system.only_free_joints()) mechanics::damping_blocks(step.system, step.interval, damping);
+  mechanics::damping_blocks(step.system, step.interval, damping);
   return elimination.factor(step.system, step.interval.rotation, step.interval.next_rotation, blocks, damping);
 }
 
@@ -51,7 +51,7 @@ void linearize_step(const System& system, DiscreteLagrangian lagrangian, double 
   const ForcedStep step{system, lagrangian, h, interval, control, control_next};
   evaluate_balance(step, work.balance);
   body_rates(step, work.balance.momenta, work.blocks, work.rates);
-  if (!system.only_free_joints()) mechanics::damping_blocks(system, interval, work.damping);
+  mechanics::damping_blocks(system, interval, work.damping);
   if (!work.elimination.factor(system, interval.rotation, interval.next_rotation, work.blocks, work.damping)) {
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     tangent.A.setConstant(unknown);

@@ -166,9 +166,8 @@ void evaluate_rate(const ForcedStep& step, const StepBalance& balance, const Ste
   const NodeTurns right{d.right, rate.turn_next};
   rate.joint_minus.set_zero();
   rate.joint_plus.set_zero();
-  if (!system.only_free_joints())
-    add_damping_rates(system, interval, left, right, adjoint ? -1.0 : 1.0, 1.0, adjoint ? 1.0 : -1.0, rate.joint_minus,
-                      rate.joint_plus);
+  add_damping_rates(system, interval, left, right, adjoint ? -1.0 : 1.0, 1.0, adjoint ? 1.0 : -1.0, rate.joint_minus,
+                    rate.joint_plus);
   const double half = 0.5 * step.time_step;
   add_node_moment_rates(system, interval.rotation, step.control, left, d.control, kind, -half, rate.joint_minus);
   add_node_moment_rates(system, interval.next_rotation, step.control_next, right, d.control_next, kind, half,
@@ -220,9 +219,8 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
   const NodeTurns left_2{second.left, second_rate.turn}, right_2{second.right, second_rate.turn_next};
   work.joint_minus.set_zero();
   work.joint_plus.set_zero();
-  if (!system.only_free_joints())
-    add_damping_second_rates(system, interval, {left_1, right_1, -1.0}, {left_2, right_2, 1.0}, work.turn_change,
-                             work.turn_change_next, 1.0, 1.0, work.joint_minus, work.joint_plus);
+  add_damping_second_rates(system, interval, {left_1, right_1, -1.0}, {left_2, right_2, 1.0}, work.turn_change,
+                           work.turn_change_next, 1.0, 1.0, work.joint_minus, work.joint_plus);
   const double half = 0.5 * step.time_step;
   add_node_moment_second_rates(system, interval.rotation, step.control, left_1, left_2, work.turn_change,
                                second.control, -half, work.joint_minus);

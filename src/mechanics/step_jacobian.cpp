@@ -197,13 +197,11 @@ void body_rates(const ForcedStep& step, const DiscreteMomenta& p, std::vector<Bo
     const Matrix3d& R = step.interval.rotation[n];
     const Matrix3d Ft = step.interval.relative_rotation[n].transpose();
     const Vector3d& w = p.shift[n];
-    const Vector3d Rw = R * w;
+    const Matrix3d Rw = lie::times_hat(R, w);  // w × η as a displacement
     const BodyBlock& block = blocks[n];
-    // b Rᵀ by η: Rᵀ (R ŵ) = ŵ, and R ŵ = (Rw)^ R
     BodyRates& by = rates[n];
-    by.force_by_left =
-        (lie::times_hat(block.force_by_shift, Rw) * R) - block.force_by_turn * Ft - lie::times_hat(R, p.impulse[n]);
-    by.moment_by_left = lie::times_hat(block.moment_by_shift, Rw) * R - block.moment_by_turn * Ft;
+    by.force_by_left = block.force_by_shift * Rw - block.force_by_turn * Ft - lie::times_hat(R, p.impulse[n]);
+    by.moment_by_left = block.moment_by_shift * Rw - block.moment_by_turn * Ft;
     by.next_by_turn = H.turn_by_turn;
     by.next_by_shift = H.turn_by_shift * R.transpose();
     by.next_by_left = lie::times_hat(H.turn_by_shift, w) - H.turn_by_turn * Ft;
@@ -234,7 +232,7 @@ void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, cons
   sum_row_subtrees(system, count, J.force);
   copy_rows(J.force[0], count, J.linear);
   add_node_rows(system, interval.rotation, step.control, -0.5 * step.time_step, d.left, count, J, J.turn, J.minus);
-  if (!system.only_free_joints()) add_damping_at_beginning(system, interval, d, count, J);
+  add_damping_at_beginning(system, interval, d, count, J);
   gather_rows(system, interval.rotation, p.subtree_linear, balance.moment, d.left, J.turn, count, J, J.minus);
 }
 
@@ -266,7 +264,7 @@ void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std:
   sum_row_subtrees(system, count, J.force);
   add_node_rows(system, interval.next_rotation, step.control_next, 0.5 * step.time_step, d.right, count, J, J.turn_next,
                 J.plus);
-  if (!system.only_free_joints()) add_damping_at_end(system, interval, d, count, left_count, J);
+  add_damping_at_end(system, interval, d, count, left_count, J);
   gather_rows(system, interval.next_rotation, p.subtree_linear, balance.moment_next, d.right, J.turn_next, count, J,
               J.plus);
 }

@@ -331,6 +331,13 @@ mechanics::Rotations fixed_rotations(const model::System& system) {
   return R;
 }
 
+void fix_joints(Random& random, model::SwimmerDescription& tree) {
+  for (auto& joint : tree.joints) {
+    joint.kind = model::JointKind::fixed;
+    joint.reference_rotation = random.vector();
+  }
+}
+
 Welded welded_in_a_vacuum(Random& random, int bodies) {
   Welded welded;
   welded.tree = random_tree(random, bodies);
@@ -341,10 +348,7 @@ Welded welded_in_a_vacuum(Random& random, int bodies) {
     welded.tree.bodies[i] =
         brick(welded.tree.bodies[i].name, random.uniform(0.5, 2.0), spread.trace() * Matrix3d::Identity() - spread);
   }
-  for (auto& joint : welded.tree.joints) {
-    joint.kind = model::JointKind::fixed;
-    joint.reference_rotation = random.vector();
-  }
+  fix_joints(random, welded.tree);
   const model::System system(welded.tree);
   const mechanics::Rotations R = fixed_rotations(system);
   const auto centres = system.mass_centres(R, Vector3d::Zero());
@@ -402,10 +406,7 @@ TEST_P(StepLaw, a_chain_with_fixed_joints_moves_as_one_body_in_a_vacuum) {
 Welded welded_in_a_fluid(Random& random, int bodies) {
   Welded welded;
   welded.tree = random_tree(random, bodies);
-  for (auto& joint : welded.tree.joints) {
-    joint.kind = model::JointKind::fixed;
-    joint.reference_rotation = random.vector();
-  }
+  fix_joints(random, welded.tree);
   const model::System system(welded.tree);
   const mechanics::Rotations R = fixed_rotations(system);
   const auto centres = system.mass_centres(R, Vector3d::Zero());
