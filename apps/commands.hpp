@@ -21,7 +21,8 @@ enum ExitCode {
 struct SolveArguments {
   std::string problem, out, command;
   bool json = false;
-  int workers = 0;  // 0: one for each core
+  int workers = 0;     // 0: one for each core
+  std::string solver;  // newton or ipopt; empty: as suits the problem
 };
 
 struct SimulateArguments {

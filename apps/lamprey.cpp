@@ -53,8 +53,12 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
   CLI::App* solve = app.add_subcommand("solve", "Find the maneuver of a problem file and prove it");
   solve->add_option("problem", arguments.solve.problem, "problem file (TOML)")->required();
   solve->add_option("--out", arguments.solve.out, "folder for solution.json, trajectory.h5, report.html")->required();
-  solve->add_option("--workers", arguments.solve.workers, "processes for multi-start (default: one for each core)")
+  solve->add_option("--workers", arguments.solve.workers, "threads for multi-start (default: one for each core)")
       ->check(CLI::Range(1, 1024));
+  solve
+      ->add_option("--solver", arguments.solve.solver,
+                   "newton: our own along the steps; ipopt: the full transcription (default: newton where it can)")
+      ->check(CLI::IsMember({"newton", "ipopt"}));
   solve->add_flag("--json", arguments.solve.json, "print solution.json on standard output");
 }
 

@@ -9,6 +9,7 @@
 
 #include "maneuver/block_sink.hpp"
 #include "maneuver/maneuver.hpp"
+#include "maneuver/node_path.hpp"
 #include "mechanics/discrete_lagrangian_derivatives.hpp"
 #include "optimizer/program.hpp"
 
@@ -23,14 +24,6 @@ struct GoalRow {
 
 /// Every end condition a maneuver states, redundant ones included.
 std::vector<GoalRow> stated_goal_rows(const model::System& system, const Maneuver& maneuver);
-
-/// Nodes of a motion: what guesses are made of and what solutions are read from.
-struct NodePath {
-  std::vector<mechanics::Rotations> rotation;  // [N+1][bodies]
-  std::vector<Vector3d> position;              // [N+1] m
-  std::vector<std::vector<Vector3d>> cayley;   // [N][bodies] ζ: R_{k+1} = R_k cayley(ζ)
-  std::vector<VectorXd> control;               // [N+1][control_count] N m, along the joints' actuation columns
-};
 
 class Transcription : public optimizer::Program {
  public:

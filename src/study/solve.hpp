@@ -11,8 +11,12 @@
 
 namespace lamprey::study {
 
+/// automatic: newton where it takes the problem, ipopt otherwise.
+enum class Solver { automatic, newton, ipopt };
+
 struct SolveOptions {
-  int workers = 1;                                   // processes for the starts; the answer does not depend on it
+  Solver solver = Solver::automatic;
+  int workers = 1;                                   // threads (Ipopt: processes); the answer does not depend on it
   std::function<void(const std::string&)> progress;  // a line for people, may be empty
   std::function<bool()> interrupted;                 // asked often; may be empty
   std::function<bool(maneuver::Solution&)>

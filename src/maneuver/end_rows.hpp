@@ -1,0 +1,33 @@
+// What a maneuver asks of its end, row by row, in the coordinates of its last shapes and the root's pose.
+#pragma once
+
+#include <vector>
+
+#include "maneuver/maneuver.hpp"
+#include "maneuver/shape_step.hpp"
+
+namespace lamprey::maneuver {
+
+/// One scalar condition at the end.
+struct EndRow {
+  enum class Kind {
+    orientation,  // log of the body's rotation against the one asked for, world axes, rad
+    shape,        // the same of a body seen from the root, body axes, rad
+    position,     // of the root's mass centre, m
+    moment        // of an unactuated direction of a joint, N m: rest asks for none there
+  } kind;
+  int index;      // body; of a moment: its place among all moments
+  int component;  // 0, 1, 2
+};
+
+/// Every condition that a maneuver states, redundant ones included. `unactuated`: places of moments that must vanish.
+std::vector<EndRow> stated_end_rows(const model::System& system, const Maneuver& maneuver,
+                                    const std::vector<int>& unactuated);
+
+/// Value of a row, and its derivative by (shape, ρ, χ): the last shape's coordinates, the root's world turn and its
+/// position. Not for moments.
+double end_row(const model::System& system, const Maneuver& maneuver, const EndRow& row,
+               const mechanics::Rotations& rotation, const Vector3d& position,
+               Eigen::Ref<Eigen::RowVectorXd> derivative);
+
+}  // namespace lamprey::maneuver

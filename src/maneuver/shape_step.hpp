@@ -1,0 +1,118 @@
+// One step as the shapes at its two ends dictate it: at zero total momentum they fix how the root moves meanwhile, and
+// with it the momenta of the joints at both ends (chapter 5, equations 5.12 to 5.20).
+//
+// A shape is the bodies' rotations seen from the root. Its coordinates are the freedoms of all bodies but the root: turns
+// against the root in the body's own frame, or turns about the joint's axes.
+#pragma once
+
+#include <Eigen/LU>
+
+#include "mechanics/step_balance.hpp"
+
+namespace lamprey::maneuver {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+/// Number of coordinates of a shape.
+inline int shape_size(const model::System& system) { return system.velocity_count() - 6; }
+
+/// Where a body's coordinates begin; not of the root.
+inline int shape_offset(const model::Body& body) { return body.velocity_offset - 3; }
+
+/// The coordinates in which a motion's shapes and poses vary: all, or those that its symmetry leaves. Orthonormal columns.
+struct ShapeCoordinates {
+  MatrixXd shape;  // [shape_size][f]
+  MatrixXd pose;   // [6][p] root's world turn and position
+  /// All of them.
+  explicit ShapeCoordinates(const model::System& system);
+};
+
+/// A step between two shapes. The root's motion over it is seen from the root at its beginning.
+struct ShapeStep {
+  Matrix3d root_turn = Matrix3d::Identity();     // F_0
+  Vector3d root_shift = Vector3d::Zero();        // m, displacement of its mass centre
+  Matrix6d momentum_inverse = Matrix6d::Zero();  // of ∂(momentum)/∂(root's turn, shift), old or new; zero: not known
+  mechanics::Interval interval;                  // updated, world
+  VectorXd minus;                                // [f] E⁻ along the coordinates at its beginning without controls
+  VectorXd plus;                                 // [f] E⁺ at its end
+  explicit ShapeStep(const model::System& system);
+};
+
+/// First derivatives of a step by the shapes (left, right) at its ends, controls at its ends held.
+struct ShapeTangent {
+  MatrixXd root;   // [6][2 f] root's turn (body frame at the end) and shift (root frame at the beginning)
+  MatrixXd minus;  // [f][2 f]
+  MatrixXd plus;   // [f][2 f]
+};
+
+/// Multipliers of a step's relations: what its curvature is contracted with.
+struct ShapeMultipliers {
+  VectorXd minus;  // [f] of E⁻ along the coordinates
+  VectorXd plus;   // [f] of −E⁺ along them
+  Vector3d turn;   // of the root's world orientation at the end
+  Vector3d shift;  // of the root's world position at the end
+};
+
+/// Evaluates steps; one for each thread.
+class ShapeKernel {
+ public:
+  ShapeKernel(const model::System& system, mechanics::DiscreteLagrangian lagrangian, const MatrixXd& coordinates);
+
+  /// Finds the root's motion from the one that the step holds as a guess, from rotations `left` (world) to `next_shape`;
+  /// then E⁻ and E⁺. Returns false where none is found.
+  bool solve(double time_step, const mechanics::Rotations& left, const mechanics::Rotations& next_shape,
+             ShapeStep& step);
+
+  /// Tangent of a solved step under the moments at its ends; renews its momentum_inverse.
+  void tangent(double time_step, const mechanics::Moments& control, const mechanics::Moments& control_next,
+               ShapeStep& step, ShapeTangent& tangent);
+
+  /// After `tangent` of the same step: Hessian of minus·E⁻ − plus·E⁺ + turn·(root's world turn) + shift·(its world
+  /// position) by (left shape, right shape, world turn ρ of the whole swimmer at the beginning), shapes moving along
+  /// exponentials, momentum zero throughout: [2 f + 3] squared.
+  void curvature(double time_step, const mechanics::Moments& control, const mechanics::Moments& control_next,
+                 const ShapeStep& step, const ShapeTangent& tangent, const ShapeMultipliers& multipliers,
+                 MatrixXd& hessian);
+
+ private:
+  Vector6d momentum(const ShapeStep& step) const;
+  void lay_directions(const ShapeStep& step);
+  void measure(const ShapeStep& step, int first);
+  template <typename Target>
+  void project(const mechanics::Freedoms& freedoms, Target&& coordinates);
+  void spread(const VectorXd& coordinates, mechanics::Freedoms& freedoms);
+  bool free(int body) const { return system_.body(body).freedoms == 3; }
+
+  const model::System& system_;
+  mechanics::DiscreteLagrangian lagrangian_;
+  MatrixXd coordinates_;  // [shape_size][f]
+  int shape_;             // f
+  int directions_;        // left shape, right shape, root's turn, root's shift
+  double inertia_ = 0.0;  // kg m², the largest about the root, with kg m beside it
+  mechanics::Moments no_moments_;
+  mechanics::StepBalance balance_;
+  std::vector<mechanics::StepVariation> direction_;  // [directions]
+  std::vector<mechanics::StepRate> rate_;            // [directions]
+  MatrixXd minus_, plus_;                            // [f][directions]
+  MatrixXd momentum_;                                // [6][directions]
+  mechanics::StepVariation multiplier_;
+  mechanics::StepRate multiplier_rate_;
+  mechanics::SecondRateWorkspace second_;
+  mechanics::Freedoms by_left_, by_right_;
+  Vector3d linear_;
+  mechanics::Rotations next_;        // [bodies] world
+  VectorXd along_;                   // [shape_size]
+  MatrixXd left_left_, turn_right_;  // [shape_size] squared, [3][shape_size]
+  MatrixXd full_, map_, half_;
+};
+
+/// Moves a shape along all its coordinates, [shape_size]; rotations seen from the root.
+void move_shape(const model::System& system, const mechanics::Rotations& shape, const VectorXd& along,
+                mechanics::Interval& buffer, mechanics::Rotations& moved);
+
+}  // namespace lamprey::maneuver

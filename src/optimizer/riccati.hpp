@@ -1,0 +1,56 @@
+// Linear-quadratic models along a chain of stages, solved by the Riccati recursion: cost linear in the stages.
+#pragma once
+
+#include <Eigen/Cholesky>
+
+#include "optimizer/stage_program.hpp"
+
+namespace lamprey::optimizer {
+
+/// Factors and solves a StageModel; no allocation after construction.
+class Riccati {
+ public:
+  explicit Riccati(const StageSizes& sizes);
+
+  /// One sweep from the end. The Hessian counts with `shift` × the states' metric added, the end rows with `penalty`: with a large
+  /// enough penalty the sweep succeeds where the Hessian is positive definite on the tangent space of the end rows, and
+  /// only there. Returns false where it is not.
+  bool factor(const StageModel& model, double shift, double penalty);
+
+  /// The end rows' multipliers of the step that solve() finds with this share.
+  const VectorXd& look_back(const StageModel& model, double share);
+
+  /// The step whose end rows come to (1 − share) of what they are.
+  void solve(const StageModel& model, double share, StageStep& step);
+
+  /// The least step, in the metric of the factored Hessian, that brings the end rows from `end_rows` to 0: no cost, no
+  /// gaps; added to `step`, without its multipliers.
+  void correct(const StageModel& model, const VectorXd& end_rows, StageStep& step);
+
+  /// After a factor that returned false: a direction of negative curvature, small in the end rows, with inputs of
+  /// `size` where the sweep met it. Not for shifted Hessians.
+  void bend(const StageModel& model, double size, StageStep& step) const;
+
+ private:
+  struct Gain {
+    MatrixXd P;          // [n][n] Hessian of what is still to come
+    MatrixXd factor;     // [m][m] lower Cholesky factor of R + BᵀPB
+    MatrixXd feedback;   // [m][n]
+    MatrixXd end;        // [n][end_rows] closed-loop sensitivity of the end rows
+    MatrixXd end_input;  // [m][end_rows] input by end multiplier, sign reversed
+    VectorXd p;          // [n] gradient of what is still to come at s = 0
+    VectorXd input;      // [m] at s = 0
+  };
+  void follow(const StageModel& model, int stage, StageStep& step) const;
+
+  StageSizes sizes_;
+  std::vector<Gain> gain_;  // [N + 1], the last without gains
+  MatrixXd PA_, PB_, end_gram_;
+  Eigen::LLT<MatrixXd> end_solver_;
+  VectorXd ahead_, state_, input_, target_, reached_, multiplier_;
+  double penalty_ = 0.0;
+  int failed_stage_ = 0;
+  VectorXd failed_input_;  // [m] along which the sweep met negative curvature
+};
+
+}  // namespace lamprey::optimizer

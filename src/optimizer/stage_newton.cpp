@@ -1,0 +1,220 @@
+#include "optimizer/stage_newton.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace lamprey::optimizer {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double most_end_change = 0.5;  // rad, m or N m that one step takes off the end rows
+constexpr double first_shift = 0.03;     // in units of the states' metric
+constexpr double largest_shift = 1e8;
+constexpr double shift_growth = 3.0;        // where a step fails; where one succeeds the shift falls by its square
+constexpr double most_multiplier = 1.0;     // that the end rows' removal may add, relative to what they have
+constexpr double penalty_per_cost = 100.0;  // of the end rows in the Hessian
+constexpr double sufficient = 1e-2;         // share of what the model promises
+constexpr double poor_ratio = 0.3;
+constexpr double good_ratio = 0.75;
+constexpr double widest_funnel = 0.3;
+constexpr double least_funnel = 0.02;
+constexpr double funnel_shrink = 0.3;
+constexpr double violation_worth = 0.3;  // of the multipliers: promises beyond it must come true in the cost
+constexpr int most_corrections = 2;      // of second order, for one step
+constexpr double met = 1e-9;             // violation
+constexpr double nearly_met = 1e-5;
+constexpr double saddle = 2e-3;  // stationarity at which an indefinite Hessian means a saddle
+constexpr int saddle_halvings = 12;
+constexpr double bend_unit = 1e8;  // input, more than any step is allowed to take
+
+}  // namespace
+
+StageNewton::StageNewton(const StageSizes& sizes)
+    : sizes_(sizes), model_(sizes), riccati_(sizes), step_(sizes), corrected_(sizes) {}
+
+// The least shift that makes the Hessian positive definite, found by trial.
+bool StageNewton::factor(double least) {
+  for (shift_ = least; shift_ < largest_shift; shift_ = std::max(first_shift, shift_growth * shift_))
+    if (riccati_.factor(model_, shift_, penalty_per_cost * highest_cost_)) return true;
+  return false;
+}
+
+// Of the end rows a step takes away as much as does not cost more than a few times what they cost already: where the
+// Hessian is shifted, multipliers of the whole would be those of the shift.
+void StageNewton::find_step() {
+  end_multiplier_ = riccati_.look_back(model_, 0.0);
+  share_ = 1.0;
+  const double largest = sizes_.end_rows > 0 ? model_.c.lpNorm<Eigen::Infinity>() : 0.0;
+  if (largest > most_end_change) share_ = most_end_change / largest;
+  if (shift_ > 0.0 && largest > 0.0) {
+    const double added = (riccati_.look_back(model_, 1.0) - end_multiplier_).lpNorm<Eigen::Infinity>();
+    const double bearable = most_multiplier * std::max(end_multiplier_.lpNorm<Eigen::Infinity>(), highest_cost_);
+    if (share_ * added > bearable) share_ = bearable / added;
+  }
+  riccati_.solve(model_, share_, step_);
+}
+
+// What a Newton step still changes in the cost's gradient, relative to that gradient.
+double StageNewton::stationarity() const {
+  double change = 0.0, gradient = 0.0;
+  for (std::size_t k = 0; k < model_.stage.size(); ++k) {
+    change = std::max(change, model_.stage[k].weight * step_.input[k].lpNorm<Eigen::Infinity>());
+    gradient = std::max(gradient, model_.stage[k].r.lpNorm<Eigen::Infinity>());
+  }
+  return change / std::max(gradient, 1e-300);
+}
+
+// Rate of the cost along the step.
+double StageNewton::slope() const {
+  double rate = model_.q_end.dot(step_.state.back());
+  for (std::size_t k = 0; k < model_.stage.size(); ++k)
+    rate += model_.stage[k].q.dot(step_.state[k]) + model_.stage[k].r.dot(step_.input[k]);
+  return rate;
+}
+
+// sᵀHs along the step, without the shift.
+double StageNewton::curvature() const {
+  double value = 0.0;
+  const auto& x = step_.state;
+  for (std::size_t k = 0; k < model_.stage.size(); ++k) {
+    const Stage& stage = model_.stage[k];
+    value += x[k].dot(stage.Q * x[k]) + 2.0 * step_.input[k].dot(stage.S * x[k]) +
+             step_.input[k].dot(stage.R * step_.input[k]);
+  }
+  return value + x.back().dot(model_.Q_end * x.back());
+}
+
+// How much of what the model promises came true: of the cost, or of violations where these matter more; negative where
+// the trial point is no better.
+double StageNewton::judge(const Merit& here, const Merit* there, double cheaper) {
+  by_cost_ = false;
+  if (!there) return -1.0;
+  const double round_off = 1e-13 * std::abs(here.cost);
+  const double ratio = (here.cost - there->cost + round_off) / (std::max(cheaper, 0.0) + round_off);
+  by_cost_ = there->violation <= funnel_ && cheaper > 0.0 && ratio > sufficient;
+  if (by_cost_) return ratio;
+  if (cheaper > violation_worth * end_multiplier_.lpNorm<1>() * here.violation) return -1.0;
+  const double nearer = length_ * share_ * here.violation;
+  if (nearer == 0.0 || there->violation > here.violation - sufficient * nearer) return -1.0;
+  return std::min((here.violation - there->violation) / nearer, 1.0);
+}
+
+// Tries the longest sensible step, corrected to second order where it misses the end rows; leaves the program at the
+// trial point.
+double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
+  const Merit here = program.merit();
+  length_ = program.longest(step_);
+  const double cheaper = -length_ * slope() - 0.5 * length_ * length_ * curvature();
+  const Merit* there = program.try_step(step_, length_);
+  ++outcome.evaluations;
+  double found = judge(here, there, cheaper);
+  if (!there || found > good_ratio) return found;
+  corrected_ = step_;
+  for (int correction = 0; correction < most_corrections; ++correction) {
+    riccati_.correct(model_, (program.trial_end_rows() - (1.0 - length_ * share_) * model_.c) / length_, corrected_);
+    there = program.try_step(corrected_, length_);
+    ++outcome.evaluations;
+    const double corrected = judge(here, there, cheaper);
+    if (corrected > good_ratio) return corrected;
+    if (!there || corrected <= found) return corrected;
+    found = corrected;
+  }
+  return found;
+}
+
+void StageNewton::ease_or_damp(double ratio) {
+  damping_ = shift_;
+  if (ratio > good_ratio) damping_ = shift_ / (shift_growth * shift_growth);
+  if (ratio < poor_ratio) damping_ = std::max(first_shift, shift_growth * shift_);
+  if (damping_ < 0.1 * first_shift) damping_ = 0.0;
+}
+
+// At a saddle: along the negative curvature that the sweep has met, as far as the cost falls.
+bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
+  if (riccati_.factor(model_, 0.0, penalty_per_cost * highest_cost_)) return false;
+  riccati_.bend(model_, bend_unit, step_);
+  const Merit here = program.merit();
+  double length = program.longest(step_);
+  for (int halving = 0; halving < saddle_halvings; ++halving, length *= 0.5)
+    for (double sign : {1.0, -1.0}) {
+      const Merit* there = program.try_step(step_, sign * length);
+      ++outcome.evaluations;
+      if (!there || there->cost > (1.0 - 1e-10) * here.cost || there->violation > funnel_) continue;
+      program.accept();
+      return true;
+    }
+  return false;
+}
+
+// One step from the model at the point.
+StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& options, Outcome& outcome) {
+  if (!factor(damping_)) return Verdict::stuck;
+  find_step();
+  change_ = stationarity();
+  const bool settled = change_ <= options.tolerance && program.merit().violation <= met;
+  if (shift_ > 0.0 && change_ <= saddle && program.merit().violation <= nearly_met) {
+    if (leave_saddle(program, outcome)) return Verdict::accepted;
+    if (settled) return Verdict::converged;
+    if (!factor(damping_)) return Verdict::stuck;
+    find_step();
+  }
+  const double before = program.merit().violation;
+  const double ratio = try_out(program, outcome);
+  if (settled && shift_ == 0.0) {
+    if (ratio > 0.0) program.accept();
+    return Verdict::converged;
+  }
+  ease_or_damp(ratio);
+  if (!(ratio > sufficient)) return damping_ < largest_shift ? Verdict::rejected : Verdict::stuck;
+  program.accept();
+  if (!by_cost_)
+    funnel_ = std::max({least_funnel, funnel_shrink * funnel_, 0.5 * (before + program.merit().violation)});
+  if (shift_ > 0.0) step_.end_multiplier = end_multiplier_;
+  program.take_multipliers(step_, length_);
+  return Verdict::accepted;
+}
+
+Outcome StageNewton::solve(StageProgram& program, const Options& options) {
+  const auto begin = Clock::now();
+  Outcome outcome;
+  const auto finish = [&](Termination termination, std::string reason) {
+    outcome.termination = termination;
+    outcome.reason = std::move(reason);
+    outcome.objective = program.merit().cost;
+    outcome.infeasibility = program.merit().violation;
+    return outcome;
+  };
+  damping_ = 0.0;
+  highest_cost_ = std::max(program.merit().cost, 1e-300);
+  funnel_ = std::max(widest_funnel, program.merit().violation);
+  // multipliers first: a step's without the curvature that they bring
+  program.linearize(model_);
+  if (!factor(0.0)) return finish(Termination::stalled, "the first motion leads nowhere");
+  find_step();
+  step_.end_multiplier = end_multiplier_;
+  program.take_multipliers(step_, 1.0);
+  while (true) {
+    program.linearize(model_);
+    highest_cost_ = std::max(highest_cost_, program.merit().cost);
+    Verdict verdict = Verdict::rejected;
+    while (verdict == Verdict::rejected) verdict = improve(program, options, outcome);
+    if (verdict == Verdict::converged) return finish(Termination::converged, "converged");
+    if (verdict == Verdict::stuck)
+      return finish(program.merit().violation <= met ? Termination::feasible : Termination::stalled,
+                    "no step makes progress any more");
+    ++outcome.iterations;
+    outcome.history.push_back(
+        {outcome.iterations, program.merit().cost, program.merit().violation, change_, program.goal_error(), length_});
+    if (options.interrupted && options.interrupted()) return finish(Termination::interrupted, "interrupted");
+    if (std::chrono::duration<double>(Clock::now() - begin).count() > options.time_limit)
+      return finish(Termination::time_limit, "the time limit was reached");
+    if (outcome.iterations >= options.max_iterations)
+      return finish(Termination::stalled,
+                    "no convergence within " + std::to_string(options.max_iterations) + " iterations");
+  }
+}
+
+}  // namespace lamprey::optimizer

@@ -1,0 +1,48 @@
+// Newton's method for a StageProgram: exact second derivatives, one Riccati sweep for a step, a funnel on violations to
+// decide on steps, and the direction of negative curvature out of saddles.
+#pragma once
+
+#include "optimizer/outcome.hpp"
+#include "optimizer/riccati.hpp"
+
+namespace lamprey::optimizer {
+
+/// Owns its workspace: programs of the same sizes are solved one after another without new buffers.
+class StageNewton {
+ public:
+  explicit StageNewton(const StageSizes& sizes);
+
+  /// Solves from the program's point, which holds the best point found on return. Not converging is an Outcome with its
+  /// reason; point and multipliers stay empty: they are the program's.
+  Outcome solve(StageProgram& program, const Options& options);
+
+ private:
+  enum class Verdict { accepted, rejected, converged, stuck };
+
+  bool factor(double least_shift);
+  void find_step();
+  Verdict improve(StageProgram& program, const Options& options, Outcome& outcome);
+  double try_out(StageProgram& program, Outcome& outcome);
+  double judge(const Merit& here, const Merit* there, double cheaper);
+  void ease_or_damp(double ratio);
+  bool leave_saddle(StageProgram& program, Outcome& outcome);
+  double stationarity() const;
+  double slope() const;
+  double curvature() const;
+
+  StageSizes sizes_;
+  StageModel model_;
+  Riccati riccati_;
+  StageStep step_, corrected_;
+  VectorXd end_multiplier_;    // at the point, the end rows left as they are
+  double shift_ = 0.0;         // of the inputs' metric, added to the Hessian
+  double damping_ = 0.0;       // least shift, raised where steps fail
+  double share_ = 1.0;         // of the end rows that the step takes away
+  double length_ = 1.0;        // of the step that was tried last
+  double change_ = 0.0;        // stationarity at the point
+  double highest_cost_ = 0.0;  // of the points so far
+  double funnel_ = 0.0;        // violation that steps may have which lower the cost
+  bool by_cost_ = false;       // whether the latest trial was good for its cost
+};
+
+}  // namespace lamprey::optimizer

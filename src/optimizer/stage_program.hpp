@@ -1,0 +1,82 @@
+// StageProgram: an optimal-control problem along a chain of stages, as StageNewton solves it. The program keeps its point
+// (on whatever manifold it lives) and its multipliers; the solver sees linear-quadratic models of it.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace lamprey::optimizer {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+struct StageSizes {
+  int stages;    // N: stages 0 … N − 1, and the end
+  int states;    // n
+  int inputs;    // m
+  int end_rows;  // conditions on the last state
+};
+
+/// One stage: s' = A s + B v + gap, and ½ sᵀQs + vᵀSs + ½ vᵀRv + q·s + r·v of the Lagrangian.
+struct Stage {
+  MatrixXd A;       // [n][n]
+  MatrixXd B;       // [n][m]
+  VectorXd gap;     // [n]
+  MatrixXd Q;       // [n][n]
+  MatrixXd S;       // [m][n]
+  MatrixXd R;       // [m][m]
+  VectorXd q;       // [n]
+  VectorXd r;       // [m]
+  double weight;    // of ½|v|² in the metric of the inputs
+  MatrixXd metric;  // [n][n] of the states: what a shift of the Hessian adds
+};
+
+/// The whole program near a point; the first state does not change.
+struct StageModel {
+  std::vector<Stage> stage;  // [N]
+  MatrixXd Q_end;            // [n][n]
+  VectorXd q_end;            // [n]
+  MatrixXd metric_end;       // [n][n]
+  MatrixXd C;                // [end_rows][n] C s + c = 0 at the end
+  VectorXd c;                // [end_rows]
+  explicit StageModel(const StageSizes& sizes);
+};
+
+/// A step through all stages, and the multipliers that go with it.
+struct StageStep {
+  std::vector<VectorXd> state;    // [N + 1][n]
+  std::vector<VectorXd> input;    // [N][m]
+  std::vector<VectorXd> costate;  // [N + 1][n] gradient of what is still to come by the state
+  VectorXd end_multiplier;        // [end_rows]
+  explicit StageStep(const StageSizes& sizes);
+};
+
+/// How good a point is.
+struct Merit {
+  double cost = 0.0;
+  double violation = 0.0;  // sum of the absolute values of end rows and, in the program's own scale, of the gaps
+};
+
+class StageProgram {
+ public:
+  virtual ~StageProgram() = default;
+  virtual StageSizes sizes() const = 0;
+  virtual const Merit& merit() const = 0;
+  /// The model at the point, the Lagrangian with the point's multipliers.
+  virtual void linearize(StageModel& model) = 0;
+  /// Moves to a trial point; nothing where there is no motion.
+  virtual const Merit* try_step(const StageStep& step, double length) = 0;
+  /// End rows at the trial point.
+  virtual const VectorXd& trial_end_rows() const = 0;
+  /// The trial point becomes the point.
+  virtual void accept() = 0;
+  /// Takes over a share of a step's multipliers.
+  virtual void take_multipliers(const StageStep& step, double length) = 0;
+  /// Largest sensible length of a step, at most 1.
+  virtual double longest(const StageStep& step) const = 0;
+  /// A number a person understands: how far the point is from the goal.
+  virtual double goal_error() const = 0;
+};
+
+}  // namespace lamprey::optimizer

@@ -1,0 +1,122 @@
+#include <algorithm>
+
+#include "maneuver/goal_rank.hpp"
+#include "maneuver/guess.hpp"
+#include "maneuver/transcription.hpp"
+#include "optimizer/feasibility.hpp"
+#include "optimizer/ipopt.hpp"
+#include "study/method.hpp"
+#include "study/outcome_numbers.hpp"
+#include "study/workers.hpp"
+
+namespace lamprey::study {
+
+namespace {
+
+using Eigen::VectorXd;
+using maneuver::GoalRow;
+using maneuver::Maneuver;
+using maneuver::NodePath;
+using maneuver::Problem;
+using maneuver::Transcription;
+using model::System;
+using optimizer::Outcome;
+
+constexpr int rank_steps = 20;  // rank does not depend on the resolution
+constexpr int start_iterations = 400;
+constexpr int quick_iterations = 40;    // of a refinement that goes well
+constexpr int refine_iterations = 200;  // of one that does not
+
+// MUMPS keeps global data: tasks run in processes of their own.
+class IpoptMethod : public Method {
+ public:
+  IpoptMethod(const System& system, const Problem& problem, const SolveOptions& options, const Budget& budget)
+      : system_(system),
+        problem_(problem),
+        options_(options),
+        budget_(budget),
+        coarse_(maneuver::make_maneuver(system, problem, std::min(problem.steps, coarse_steps))),
+        full_(maneuver::make_maneuver(system, problem, problem.steps)) {
+    const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, rank_steps));
+    rows_ = maneuver::independent_goal_rows(system, probe,
+                                            maneuver::random_guess(system, probe, seed_of_start(problem, 0)));
+  }
+
+  std::string name() const override { return "ipopt"; }
+
+  std::vector<Found> solve_starts(int first, int count) override {
+    return in_workers(count, "start", coarse_, [&](int n) { return solve_start(first + n); });
+  }
+
+  std::vector<Found> refine(const std::vector<const Found*>& coarse) override {
+    return in_workers(static_cast<int>(coarse.size()), "refined", full_,
+                      [&](int n) { return refine(*coarse[static_cast<std::size_t>(n)]); });
+  }
+
+ private:
+  optimizer::Options optimizer_options(int max_iterations) const {
+    return budget_.optimizer_options(max_iterations, std::min(1e-9, 0.1 * problem_.search.tolerance));
+  }
+
+  // A task whose process died counts as stalled.
+  std::vector<Found> in_workers(int count, const char* what, const Maneuver& maneuver,
+                                const std::function<Outcome(int)>& task) const {
+    const auto told = [&](int done) {
+      if (options_.progress)
+        options_.progress(std::string(what) + " " + std::to_string(done) + " of " + std::to_string(count));
+    };
+    const auto all = run_in_workers(
+        count, options_.workers, [&](int t) { return numbers_of(task(t)); }, told);
+    std::vector<Found> found;
+    Transcription program(system_, maneuver, rows_);
+    for (const auto& numbers : all) {
+      found.emplace_back();
+      if (!numbers) continue;
+      Found& last = found.back();
+      last.outcome = outcome_of(*numbers);
+      last.cost = last.outcome.objective * Transcription::control_unit;
+      for (optimizer::Iteration& step : last.outcome.history) step.objective *= Transcription::control_unit;
+      if (last.outcome.point.size() > 0) last.path = program.unpack(last.outcome.point);
+    }
+    return found;
+  }
+
+  Outcome solve_start(int start) const {
+    if (budget_.stopped()) return Outcome();
+    Transcription program(system_, coarse_, rows_);
+    return optimizer::solve_with_ipopt(
+        program, optimizer_options(start_iterations),
+        program.pack(maneuver::random_guess(system_, coarse_, seed_of_start(problem_, start))));
+  }
+
+  Outcome refine(const Found& start) const {
+    Transcription full(system_, full_, rows_);
+    const NodePath path =
+        start.path.rotation.empty() ? maneuver::random_guess(system_, coarse_, seed_of_start(problem_, 0)) : start.path;
+    const VectorXd start_point = full.pack(maneuver::refined(system_, path, full_.steps));
+    optimizer::Options options = optimizer_options(quick_iterations);
+    options.near_solution = true;
+    Outcome outcome = optimizer::solve_with_ipopt(full, options, start_point);
+    if (outcome.termination != optimizer::Termination::converged && !budget_.stopped())
+      outcome = optimizer::solve_with_ipopt(full, optimizer_options(refine_iterations), start_point);
+    outcome.infeasibility = optimizer::polish_feasibility(full, outcome.point);
+    outcome.objective = full.objective(outcome.point);
+    return outcome;
+  }
+
+  const System& system_;
+  const Problem& problem_;
+  const SolveOptions& options_;
+  const Budget& budget_;
+  Maneuver coarse_, full_;
+  std::vector<GoalRow> rows_;
+};
+
+}  // namespace
+
+std::unique_ptr<Method> ipopt_method(const System& system, const Problem& problem, const SolveOptions& options,
+                                     const Budget& budget) {
+  return std::make_unique<IpoptMethod>(system, problem, options, budget);
+}
+
+}  // namespace lamprey::study

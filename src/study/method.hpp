@@ -1,0 +1,62 @@
+// Ways to find a maneuver: Lamprey's own Newton method along the stages, or Ipopt on the full transcription.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <vector>
+
+#include "maneuver/maneuver.hpp"
+#include "maneuver/node_path.hpp"
+#include "optimizer/outcome.hpp"
+#include "study/solve.hpp"
+
+namespace lamprey::study {
+
+/// A motion that a method has arrived at.
+struct Found {
+  optimizer::Outcome outcome;
+  maneuver::NodePath path;  // empty: none
+  double cost = 0.0;        // by the file's rule
+  bool converged() const { return outcome.termination == optimizer::Termination::converged; }
+};
+
+/// When to stop, whoever asks.
+class Budget {
+ public:
+  Budget(const maneuver::Problem& problem, const SolveOptions& options);
+  double seconds() const;
+  bool stopped() const;
+  /// Options of a solve within what is left of the time.
+  optimizer::Options optimizer_options(int max_iterations, double tolerance) const;
+
+ private:
+  const maneuver::Problem& problem_;
+  const SolveOptions& options_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+class Method {
+ public:
+  virtual ~Method() = default;
+  virtual std::string name() const = 0;
+  /// Solves starts first … first + count − 1 on a coarse grid.
+  virtual std::vector<Found> solve_starts(int first, int count) = 0;
+  /// Carries motions on to full resolution.
+  virtual std::vector<Found> refine(const std::vector<const Found*>& coarse) = 0;
+};
+
+/// Steps of the grid on which starts are told apart: enough to tell minima apart, few enough to be quick.
+inline constexpr int coarse_steps = 100;
+
+/// Seed of a start's first guess.
+std::uint64_t seed_of_start(const maneuver::Problem& problem, int start);
+
+/// Whether the Newton method can take the problem: moments free at each node, a scheme of order 1 or 2, no total momentum.
+bool newton_takes(const model::System& system, const maneuver::Problem& problem);
+
+std::unique_ptr<Method> newton_method(const model::System& system, const maneuver::Problem& problem,
+                                      const SolveOptions& options, const Budget& budget);
+std::unique_ptr<Method> ipopt_method(const model::System& system, const maneuver::Problem& problem,
+                                     const SolveOptions& options, const Budget& budget);
+
+}  // namespace lamprey::study

@@ -1,0 +1,153 @@
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "integrator/scheme.hpp"
+#include "maneuver/guess.hpp"
+#include "maneuver/shape_program.hpp"
+#include "optimizer/stage_newton.hpp"
+#include "study/method.hpp"
+
+namespace lamprey::study {
+
+namespace {
+
+using maneuver::EndRow;
+using maneuver::Maneuver;
+using maneuver::NodePath;
+using maneuver::Problem;
+using maneuver::ShapeCoordinates;
+using maneuver::ShapeProgram;
+using model::System;
+
+constexpr int reach_steps = 20;      // rank and reach do not depend on the resolution
+constexpr int first_steps = 25;      // of the grid on which a first guess becomes a maneuver
+constexpr int most_refinement = 10;  // times as many steps from one grid to the next
+constexpr int most_iterations = 500;
+constexpr double rough_tolerance = 1e-4;
+constexpr double fine_tolerance = 1e-7;  // before a last Newton step
+
+// A program and its solver at one resolution.
+struct Grid {
+  Maneuver maneuver;
+  ShapeProgram program;
+  optimizer::StageNewton newton;
+  Grid(const System& system, const Problem& problem, int steps, const ShapeCoordinates& coordinates,
+       const std::vector<EndRow>& rows)
+      : maneuver(maneuver::make_maneuver(system, problem, steps)),
+        program(system, maneuver, coordinates, rows),
+        newton(program.sizes()) {}
+};
+
+class NewtonMethod : public Method {
+ public:
+  NewtonMethod(const System& system, const Problem& problem, const SolveOptions& options, const Budget& budget)
+      : system_(system), problem_(problem), options_(options), budget_(budget), coordinates_(system) {
+    const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, reach_steps));
+    const NodePath guess = maneuver::random_guess(system, probe, seed_of_start(problem, 0));
+    coordinates_ = maneuver::reachable_coordinates(system, probe, guess);
+    rows_ = maneuver::independent_end_rows(system, probe, coordinates_, guess);
+  }
+
+  std::string name() const override { return "lamprey newton"; }
+
+  std::vector<Found> solve_starts(int first, int count) override {
+    return in_threads(count, "start", [&](int n) { return solve_start(first + n); });
+  }
+
+  std::vector<Found> refine(const std::vector<const Found*>& coarse) override {
+    return in_threads(static_cast<int>(coarse.size()), "refined", [&](int n) {
+      Found found = *coarse[static_cast<std::size_t>(n)];
+      for (int steps = coarse_of(problem_.steps); steps < problem_.steps && !found.path.rotation.empty();) {
+        steps = std::min(problem_.steps, steps * most_refinement);
+        found = carry_on(found, steps, fine_tolerance);
+      }
+      return found;
+    });
+  }
+
+ private:
+  static int coarse_of(int steps) { return std::min(steps, coarse_steps); }
+
+  // Tasks 0 … count − 1, each by itself, so that results do not depend on the number of threads.
+  std::vector<Found> in_threads(int count, const char* what, const std::function<Found(int)>& task) const {
+    std::vector<Found> all(static_cast<std::size_t>(count));
+    std::atomic<int> next = 0, done = 0;
+    std::mutex telling;
+    const auto work = [&] {
+      for (int n = next++; n < count; n = next++) {
+        if (budget_.stopped() && n > 0) continue;
+        all[static_cast<std::size_t>(n)] = task(n);
+        const std::scoped_lock lock(telling);
+        if (options_.progress)
+          options_.progress(std::string(what) + " " + std::to_string(++done) + " of " + std::to_string(count));
+      }
+    };
+    std::vector<std::thread> threads;
+    for (int t = 1; t < std::min(options_.workers, count); ++t) threads.emplace_back(work);
+    work();
+    for (std::thread& thread : threads) thread.join();
+    return all;
+  }
+
+  Found solve_start(int start) const {
+    const int coarse = coarse_of(problem_.steps);
+    Found found;
+    const int steps = std::min(coarse, first_steps);
+    Grid grid(system_, problem_, steps, coordinates_, rows_);
+    solve(grid, maneuver::random_guess(system_, grid.maneuver, seed_of_start(problem_, start)),
+          steps < coarse ? rough_tolerance : fine_tolerance, found);
+    return steps < coarse && !found.path.rotation.empty() ? carry_on(found, coarse, fine_tolerance) : found;
+  }
+
+  Found carry_on(const Found& from, int steps, double tolerance) const {
+    Grid grid(system_, problem_, steps, coordinates_, rows_);
+    Found found = from;
+    found.path = NodePath();
+    solve(grid, maneuver::refined(system_, from.path, steps), tolerance, found);
+    return found;
+  }
+
+  // Effort and history of `found` go on.
+  void solve(Grid& grid, const NodePath& from, double tolerance, Found& found) const {
+    const optimizer::Outcome before = found.outcome;
+    optimizer::Outcome& outcome = found.outcome;
+    outcome = optimizer::Outcome();
+    outcome.reason = "no motion was found through the first guess of the shapes";
+    if (grid.program.go_to(from)) {
+      outcome = grid.newton.solve(grid.program, budget_.optimizer_options(most_iterations, tolerance));
+      found.path = grid.program.path();
+      found.cost = outcome.objective;
+    }
+    for (optimizer::Iteration& step : outcome.history) step.iteration += before.iterations;
+    outcome.history.insert(outcome.history.begin(), before.history.begin(), before.history.end());
+    outcome.iterations += before.iterations;
+    outcome.evaluations += before.evaluations;
+  }
+
+  const System& system_;
+  const Problem& problem_;
+  const SolveOptions& options_;
+  const Budget& budget_;
+  ShapeCoordinates coordinates_;
+  std::vector<EndRow> rows_;
+};
+
+}  // namespace
+
+bool newton_takes(const System& system, const Problem& problem) {
+  if (problem.control != maneuver::ControlKind::steps) return false;
+  if (integrator::composition(problem.scheme).stages() > 1) return false;
+  const integrator::State start = maneuver::start_state(system, problem.start);
+  const auto total = mechanics::spatial_momentum(system, start.rotation, start.position, start.momentum);
+  return total.linear.isZero(0.0) && total.angular.isZero(0.0);
+}
+
+std::unique_ptr<Method> newton_method(const System& system, const Problem& problem, const SolveOptions& options,
+                                      const Budget& budget) {
+  return std::make_unique<NewtonMethod>(system, problem, options, budget);
+}
+
+}  // namespace lamprey::study
