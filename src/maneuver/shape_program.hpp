@@ -1,4 +1,4 @@
-// A maneuver in the shapes of its nodes alone (chapter 5, equations 5.12 to 5.26): total momentum zero fixes the root's
+// A maneuver in the shapes of its nodes alone (chapter 9): total momentum zero fixes the root's
 // motion, inverse dynamics the moments, so that every point of the search is a motion of the swimmer and only the goal
 // remains to be met. As an optimizer::StageProgram: state s_k = (shape k − 1, shape k, root's turn ρ and position χ in the
 // world), input = moments along the joints' actuation at node k.

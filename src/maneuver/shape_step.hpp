@@ -1,5 +1,5 @@
 // One step as the shapes at its two ends dictate it: at zero total momentum they fix how the root moves meanwhile, and
-// with it the momenta of the joints at both ends (chapter 5, equations 5.12 to 5.20).
+// with it the momenta of the joints at both ends (chapter 9, equations 9.1 to 9.9).
 //
 // A shape is the bodies' rotations seen from the root. Its coordinates are the freedoms of all bodies but the root: turns
 // against the root in the body's own frame, or turns about the joint's axes.

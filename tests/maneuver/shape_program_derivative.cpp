@@ -1,0 +1,164 @@
+#include <gtest/gtest.h>
+
+#include "chains.hpp"
+#include "difference_order.hpp"
+#include "maneuver/shape_program.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::VectorXd;
+using maneuver::Maneuver;
+using maneuver::NodePath;
+using maneuver::ShapeCoordinates;
+using maneuver::ShapeProgram;
+using optimizer::StageModel;
+using optimizer::StageStep;
+
+enum class Swimmer { paper_chain, in_the_plane, any_joint };
+
+struct ShapeSetting {
+  std::string name;
+  Swimmer swimmer;
+  mechanics::DiscreteLagrangian lagrangian;
+  bool rest;
+};
+
+model::SwimmerDescription swimmer_of(Random& random, Swimmer kind) {
+  model::SwimmerDescription swimmer = kind == Swimmer::any_joint ? random_swimmer(random, 5) : paper_chain();
+  for (model::JointDescription& joint : swimmer.joints) {
+    joint.actuated = true;
+    if (kind == Swimmer::in_the_plane) joint.control_axes = {Vector3d::UnitZ()};
+  }
+  return swimmer;
+}
+
+// A motion of small random steps and what is asked of it: just the end that it has.
+class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
+ protected:
+  static constexpr int steps = 6;
+
+  ShapeDerivatives() : random_(23), system_(swimmer_of(random_, GetParam().swimmer)) {
+    const bool planar = GetParam().swimmer == Swimmer::in_the_plane;
+    maneuver_.start.rotation =
+        planar ? mechanics::Rotations(3, Matrix3d::Identity()) : random_rotations(random_, system_);
+    maneuver_.start.position = random_.vector();
+    maneuver_.start.momentum = VectorXd::Zero(system_.velocity_count());
+    maneuver_.end_rotation.assign(maneuver_.start.rotation.size(), std::nullopt);
+    maneuver_.rest = GetParam().rest;
+    maneuver_.lagrangian = GetParam().lagrangian;
+    maneuver_.duration = 0.6;
+    maneuver_.steps = steps;
+    maneuver_.node_weight = maneuver::node_weights(maneuver::CostRule::trapezoid, 1.0, 0.1, steps);
+    NodePath path;
+    path.rotation.push_back(maneuver_.start.rotation);
+    path.position.assign(steps + 1, maneuver_.start.position);
+    for (int k = 0; k < steps; ++k) {
+      mechanics::Freedoms turn = random_freedoms(random_, system_, 0.1);
+      if (planar)
+        for (Vector3d& t : turn) t = t.z() * Vector3d::UnitZ();
+      path.rotation.push_back(turned(system_, path.rotation.back(), turn));
+    }
+    ShapeProgram unasked(system_, maneuver_, ShapeCoordinates(system_), {});
+    EXPECT_TRUE(unasked.go_to(path));
+    path = unasked.path();
+    maneuver_.end_rotation[0] = path.rotation.back()[0];
+    if (system_.body(1).freedoms == 3) maneuver_.end_rotation[1] = path.rotation.back()[1];
+    maneuver_.end_position = {1.0, std::nullopt, -0.5};
+    const ShapeCoordinates coordinates = maneuver::reachable_coordinates(system_, maneuver_, path);
+    if (planar) {
+      EXPECT_EQ(coordinates.shape.cols(), 2);
+      EXPECT_EQ(coordinates.pose.cols(), 3);
+    }
+    program_ = std::make_unique<ShapeProgram>(system_, maneuver_, coordinates,
+                                              maneuver::stated_end_rows(system_, maneuver_, {}));
+    EXPECT_TRUE(program_->go_to(path));
+    const optimizer::StageSizes sizes = program_->sizes();
+    model_ = std::make_unique<StageModel>(sizes);
+    step_ = std::make_unique<StageStep>(sizes);
+    // some multipliers, and a direction that obeys the model
+    program_->linearize(*model_);
+    for (double& multiplier : step_->end_multiplier) multiplier = random_.normal();
+    program_->take_multipliers(*step_, 1.0);
+    program_->linearize(*model_);
+    for (int k = 0; k < steps; ++k) {
+      const auto n = static_cast<std::size_t>(k);
+      for (double& input : step_->input[n]) input = 0.3 * random_.normal();
+      step_->state[n + 1] = model_->stage[n].A * step_->state[n] + model_->stage[n].B * step_->input[n];
+    }
+  }
+
+  // Lagrangian and end rows at t along the direction.
+  double lagrangian_at(double t) {
+    EXPECT_NE(program_->try_step(*step_, t), nullptr);
+    program_->accept();
+    const double value = program_->lagrangian();
+    program_->accept();  // and back
+    return value;
+  }
+
+  VectorXd end_rows_at(double t) {
+    EXPECT_NE(program_->try_step(*step_, t), nullptr);
+    return program_->trial_end_rows();
+  }
+
+  double slope() const {
+    double rate = model_->q_end.dot(step_->state.back()) + step_->end_multiplier.dot(model_->C * step_->state.back());
+    for (std::size_t k = 0; k < model_->stage.size(); ++k) rate += model_->stage[k].r.dot(step_->input[k]);
+    return rate;
+  }
+
+  double curvature() const {
+    const VectorXd& end = step_->state.back();
+    double value = end.dot(model_->Q_end * end);
+    for (std::size_t k = 0; k < model_->stage.size(); ++k) {
+      const optimizer::Stage& stage = model_->stage[k];
+      const VectorXd& s = step_->state[k];
+      const VectorXd& v = step_->input[k];
+      value += s.dot(stage.Q * s) + 2.0 * v.dot(stage.S * s) + v.dot(stage.R * v);
+    }
+    return value;
+  }
+
+  Random random_;
+  model::System system_;
+  Maneuver maneuver_;
+  std::unique_ptr<ShapeProgram> program_;
+  std::unique_ptr<StageModel> model_;
+  std::unique_ptr<StageStep> step_;
+};
+
+TEST_P(ShapeDerivatives, the_slope_of_the_lagrangian_matches_central_differences) {
+  expect_second_order_differences([this](double t) { return VectorXd::Constant(1, lagrangian_at(t)); },
+                                  VectorXd::Constant(1, slope()), 1e-8, 0.5);
+}
+
+TEST_P(ShapeDerivatives, the_end_rows_rates_match_central_differences) {
+  expect_second_order_differences([this](double t) { return end_rows_at(t); }, model_->C * step_->state.back(), 1e-8,
+                                  0.5);
+}
+
+// (L(t) + L(−t) − 2 L(0))/t² against sᵀHs: the error falls with t².
+TEST_P(ShapeDerivatives, the_curvature_of_the_lagrangian_matches_second_differences) {
+  const double here = lagrangian_at(0.0), expected = curvature();
+  const auto error = [&](double t) { return (lagrangian_at(t) + lagrangian_at(-t) - 2.0 * here) / (t * t) - expected; };
+  const double coarse = error(1.0), fine = error(0.25);
+  EXPECT_NEAR(std::log2(std::abs(coarse / fine)) / 2.0, 2.0, 0.2) << coarse << " and " << fine << " of " << expected;
+  EXPECT_LE(std::abs((16.0 * fine - coarse) / 15.0), tolerance(1e-4) * std::abs(expected));
+}
+
+INSTANTIATE_TEST_SUITE_P(Swimmers, ShapeDerivatives,
+                         ::testing::Values(ShapeSetting{"paper_chain_by_the_trapezoid", Swimmer::paper_chain,
+                                                        mechanics::DiscreteLagrangian::trapezoid, true},
+                                           ShapeSetting{"paper_chain_by_the_papers_scheme", Swimmer::paper_chain,
+                                                        mechanics::DiscreteLagrangian::paper, true},
+                                           ShapeSetting{"in_the_plane", Swimmer::in_the_plane,
+                                                        mechanics::DiscreteLagrangian::trapezoid, true},
+                                           ShapeSetting{"any_joint_by_the_midpoint", Swimmer::any_joint,
+                                                        mechanics::DiscreteLagrangian::midpoint, true},
+                                           ShapeSetting{"any_joint_with_a_free_end", Swimmer::any_joint,
+                                                        mechanics::DiscreteLagrangian::trapezoid, false}),
+                         [](const auto& instance) { return instance.param.name; });
+
+}  // namespace
+}  // namespace lamprey::tests

@@ -1,0 +1,180 @@
+#include "optimizer/riccati.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using optimizer::Riccati;
+using optimizer::Stage;
+using optimizer::StageModel;
+using optimizer::StageSizes;
+using optimizer::StageStep;
+
+constexpr StageSizes sizes{7, 5, 2, 3};
+constexpr double penalty = 50.0;
+
+class Numbers {
+ public:
+  explicit Numbers(unsigned seed) : engine_(seed) {}
+  MatrixXd matrix(Eigen::Index rows, Eigen::Index columns) {
+    MatrixXd m(rows, columns);
+    for (double& entry : m.reshaped()) entry = normal_(engine_);
+    return m;
+  }
+  MatrixXd symmetric(Eigen::Index size) {
+    const MatrixXd m = matrix(size, size);
+    return m + m.transpose();
+  }
+
+ private:
+  std::mt19937 engine_;
+  std::normal_distribution<double> normal_;
+};
+
+// `bent`: how much of the Hessian is indefinite.
+StageModel random_model(unsigned seed, double bent) {
+  Numbers numbers(seed);
+  StageModel model(sizes);
+  for (Stage& stage : model.stage) {
+    stage.A = 0.5 * numbers.matrix(sizes.states, sizes.states);
+    stage.B = numbers.matrix(sizes.states, sizes.inputs);
+    stage.gap = numbers.matrix(sizes.states, 1);
+    stage.Q = bent * numbers.symmetric(sizes.states);
+    stage.S = bent * numbers.matrix(sizes.inputs, sizes.states);
+    stage.R = 3.0 * MatrixXd::Identity(sizes.inputs, sizes.inputs);
+    stage.q = numbers.matrix(sizes.states, 1);
+    stage.r = numbers.matrix(sizes.inputs, 1);
+    stage.metric.setIdentity();
+  }
+  model.Q_end = bent * numbers.symmetric(sizes.states);
+  model.metric_end.setIdentity();
+  model.q_end = numbers.matrix(sizes.states, 1);
+  model.C = numbers.matrix(sizes.end_rows, sizes.states);
+  model.c = numbers.matrix(sizes.end_rows, 1);
+  return model;
+}
+
+// The model with the states put in terms of the inputs: ½ xᵀHx + g·x, and the end rows C x + c.
+struct Condensed {
+  MatrixXd H, C;
+  VectorXd g, c;
+};
+
+Condensed condense(const StageModel& model, double shift) {
+  const Eigen::Index inputs = sizes.stages * sizes.inputs;
+  MatrixXd by_inputs = MatrixXd::Zero(sizes.states, inputs);
+  VectorXd offset = VectorXd::Zero(sizes.states);
+  Condensed all{MatrixXd::Zero(inputs, inputs), {}, VectorXd::Zero(inputs), {}};
+  for (int k = 0; k < sizes.stages; ++k) {
+    const Stage& stage = model.stage[static_cast<std::size_t>(k)];
+    const MatrixXd Q = stage.Q + shift * stage.metric;
+    MatrixXd pick = MatrixXd::Zero(sizes.inputs, inputs);
+    pick.middleCols(k * sizes.inputs, sizes.inputs).setIdentity();
+    all.H += by_inputs.transpose() * Q * by_inputs + pick.transpose() * stage.R * pick +
+             pick.transpose() * stage.S * by_inputs + by_inputs.transpose() * stage.S.transpose() * pick;
+    all.g += by_inputs.transpose() * (Q * offset + stage.q) + pick.transpose() * (stage.S * offset + stage.r);
+    by_inputs = (stage.A * by_inputs + stage.B * pick).eval();
+    offset = (stage.A * offset + stage.gap).eval();
+  }
+  const MatrixXd Q = model.Q_end + shift * model.metric_end;
+  all.H += by_inputs.transpose() * Q * by_inputs;
+  all.g += by_inputs.transpose() * (Q * offset + model.q_end);
+  all.C = model.C * by_inputs;
+  all.c = model.C * offset;
+  return all;
+}
+
+VectorXd inputs_of(const StageStep& step) {
+  VectorXd all(sizes.stages * sizes.inputs);
+  for (int k = 0; k < sizes.stages; ++k)
+    all.segment(k * sizes.inputs, sizes.inputs) = step.input[static_cast<std::size_t>(k)];
+  return all;
+}
+
+TEST(Riccati, steps_are_those_of_the_whole_kkt_system) {
+  for (unsigned seed : {1U, 2U, 3U, 4U}) {
+    for (double share : {1.0, 0.3}) {
+      const StageModel model = random_model(seed, 0.02);
+      const Condensed whole = condense(model, 0.1);
+      const Eigen::Index inputs = whole.g.size();
+      MatrixXd kkt = MatrixXd::Zero(inputs + sizes.end_rows, inputs + sizes.end_rows);
+      kkt.topLeftCorner(inputs, inputs) = whole.H;
+      kkt.topRightCorner(inputs, sizes.end_rows) = whole.C.transpose();
+      kkt.bottomLeftCorner(sizes.end_rows, inputs) = whole.C;
+      VectorXd right(kkt.rows());
+      right << -whole.g, -whole.c - share * model.c;
+      const VectorXd expected = kkt.partialPivLu().solve(right);
+      Riccati riccati(sizes);
+      StageStep step(sizes);
+      ASSERT_TRUE(riccati.factor(model, 0.1, penalty));
+      riccati.solve(model, share, step);
+      EXPECT_LE((inputs_of(step) - expected.head(inputs)).norm(), tolerance(1e-10) * expected.head(inputs).norm());
+      EXPECT_LE((step.end_multiplier - expected.tail(sizes.end_rows)).norm(), tolerance(1e-10) * expected.norm());
+      EXPECT_LE((model.C * step.state.back() + share * model.c).norm(), tolerance(1e-11) * model.c.norm());
+      EXPECT_EQ(riccati.look_back(model, share), step.end_multiplier);
+    }
+  }
+}
+
+TEST(Riccati, costates_are_the_gradient_of_what_is_still_to_come) {
+  const StageModel model = random_model(5, 0.02);
+  Riccati riccati(sizes);
+  StageStep step(sizes);
+  ASSERT_TRUE(riccati.factor(model, 0.0, penalty));
+  riccati.solve(model, 1.0, step);
+  for (int k = sizes.stages - 1; k >= 0; --k) {
+    const auto n = static_cast<std::size_t>(k);
+    const Stage& stage = model.stage[n];
+    const VectorXd behind = stage.A.transpose() * step.costate[n + 1] + stage.Q * step.state[n] +
+                            stage.S.transpose() * step.input[n] + stage.q;
+    EXPECT_LE((behind - step.costate[n]).norm(), tolerance(1e-10) * behind.norm()) << k;
+    const VectorXd by_input =
+        stage.B.transpose() * step.costate[n + 1] + stage.S * step.state[n] + stage.R * step.input[n] + stage.r;
+    EXPECT_LE(by_input.norm(), tolerance(1e-10) * step.costate[n + 1].norm()) << k;
+  }
+}
+
+TEST(Riccati, a_sweep_succeeds_where_the_hessian_with_the_penalty_is_positive_definite_and_only_there) {
+  int definite = 0, indefinite = 0;
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    const StageModel model = random_model(seed, 0.01 + 0.004 * seed);
+    const Condensed whole = condense(model, 0.0);
+    const MatrixXd H = whole.H + penalty * whole.C.transpose() * whole.C;
+    const double least = Eigen::SelfAdjointEigenSolver<MatrixXd>(H).eigenvalues()[0];
+    Riccati riccati(sizes);
+    EXPECT_EQ(riccati.factor(model, 0.0, penalty), least > 0.0) << "seed " << seed << ", least eigenvalue " << least;
+    ++(least > 0.0 ? definite : indefinite);
+    if (least > 0.0) continue;
+    StageStep step(sizes);
+    riccati.bend(model, 2.0, step);
+    const VectorXd x = inputs_of(step);
+    EXPECT_LT(x.dot(H * x), tolerance(1e-12) * x.squaredNorm()) << "seed " << seed;
+  }
+  EXPECT_GT(definite, 10);
+  EXPECT_GT(indefinite, 10);
+}
+
+TEST(Riccati, a_correction_moves_the_end_rows_as_asked_and_is_least_in_the_hessian) {
+  const StageModel model = random_model(7, 0.02);
+  Riccati riccati(sizes);
+  StageStep step(sizes);
+  ASSERT_TRUE(riccati.factor(model, 0.0, penalty));
+  const VectorXd missed = VectorXd::LinSpaced(sizes.end_rows, 1.0, 2.0);
+  riccati.correct(model, missed, step);
+  EXPECT_LE((model.C * step.state.back() + missed).norm(), tolerance(1e-11));
+  const Condensed whole = condense(model, 0.0);
+  const VectorXd expected = -whole.H.llt().solve(
+      whole.C.transpose() * (whole.C * whole.H.llt().solve(whole.C.transpose())).inverse() * missed);
+  EXPECT_LE((inputs_of(step) - expected).norm(), tolerance(1e-10) * expected.norm());
+}
+
+}  // namespace
+}  // namespace lamprey::tests
