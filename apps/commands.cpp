@@ -120,7 +120,8 @@ void override_march(const SimulateArguments& arguments, Problem& problem) {
 
 int solve(const SolveArguments& arguments) {
   const file::ProblemFile problem_file = file::read_problem_file(arguments.problem);
-  file::require_supported(problem_file, file::Purpose::solve);
+  file::require_supported(problem_file,
+                          arguments.solver == "ipopt" ? file::Purpose::solve_with_ipopt : file::Purpose::solve);
   const model::System system = build_system(problem_file);
   study::SolveOptions options;
   options.workers = arguments.workers > 0 ? arguments.workers : static_cast<int>(std::thread::hardware_concurrency());

@@ -30,7 +30,7 @@ ProblemFile parse_problem(const std::string& bytes, const std::string& path);
 model::InputError located(const model::InputError& error, const ProblemFile& file);
 
 /// What is to be done with a problem: marching needs a start and a model, a maneuver needs the goal as well.
-enum class Purpose { simulate, solve };
+enum class Purpose { simulate, solve, solve_with_ipopt };
 
 /// Throws model::InputError, with its place, for what the interface describes but this version cannot solve yet, and for
 /// a goal that is missing. Everything that can be read can be marched.

@@ -16,30 +16,32 @@ namespace {
                        allowed, cure));
 }
 
-// `lamprey simulate` marches all of these.
+// What the transcription for Ipopt lacks, spline moments among it.
 void require_supported_swimmer(const model::SwimmerDescription& swimmer) {
   for (std::size_t i = 0; i < swimmer.bodies.size(); ++i)
     if (const auto& coupling = swimmer.bodies[i].coupling_matrix; coupling && !coupling->isZero(0.0))
       refuse_unsupported(fmt::format("body[{}].coupling_matrix", i), "a matrix that is not zero", "zero",
-                         "remove this key, or use `lamprey simulate`");
+                         "remove this key, or set control.kind = \"steps\" without --solver ipopt");
   for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
     const model::JointDescription& joint = swimmer.joints[j];
     const std::string path = fmt::format("joint[{}]", j);
     if (joint.kind != JointKind::ball)
       refuse_unsupported(path + ".kind", in_quotes(word(joint.kind)), "\"ball\"",
-                         "use a ball joint, whose control_axes confine its moment, or `lamprey simulate`");
+                         "use a ball joint, or set control.kind = \"steps\" without --solver ipopt");
     if (joint.stiffness > 0.0)
       refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)",
-                         "remove this key, or use `lamprey simulate`");
+                         "remove this key, or set control.kind = \"steps\" without --solver ipopt");
     if (joint.damping > 0.0)
       refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)",
-                         "remove this key, or use `lamprey simulate`");
+                         "remove this key, or set control.kind = \"steps\" without --solver ipopt");
   }
 }
 
-void require_supported_scheme(Scheme scheme) {
-  if (!integrator::supported(scheme))
-    refuse_unsupported("integrator.scheme", in_quotes(word(scheme)), "\"trapezoid\" (order 2) or \"paper\" (order 1)",
+void require_supported_scheme(Scheme scheme, bool transcribed) {
+  if (!integrator::single_step(scheme) || (transcribed && scheme == Scheme::midpoint))
+    refuse_unsupported("integrator.scheme", in_quotes(word(scheme)),
+                       transcribed ? "\"trapezoid\" (order 2) or \"paper\" (order 1)"
+                                   : "\"trapezoid\" or \"midpoint\" (order 2), \"paper\" (order 1)",
                        "use \"trapezoid\" with more steps, or `lamprey simulate`");
 }
 
@@ -76,10 +78,12 @@ void require_supported_maneuver(const maneuver::Problem& problem) {
 }  // namespace
 
 void require_supported(const ProblemFile& file, Purpose purpose) {
-  if (purpose != Purpose::solve) return;  // marching knows no bounds
+  if (purpose == Purpose::simulate) return;  // marching knows no bounds
+  const maneuver::Problem& problem = file.problem;
+  const bool transcribed = purpose == Purpose::solve_with_ipopt || problem.control == maneuver::ControlKind::spline;
   try {
-    require_supported_swimmer(file.problem.swimmer);
-    require_supported_scheme(file.problem.scheme);
+    if (transcribed) require_supported_swimmer(problem.swimmer);
+    require_supported_scheme(problem.scheme, transcribed);
     require_supported_maneuver(file.problem);
   } catch (const model::InputError& error) {
     throw located(error, file);

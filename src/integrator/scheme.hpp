@@ -25,9 +25,6 @@ int order(Scheme scheme);
 /// Whether transcription and certificate know the scheme: those of order 1 and 2 by their discrete Lagrangian.
 inline bool single_step(Scheme scheme) { return scheme != Scheme::order4 && scheme != Scheme::order6; }
 
-/// Whether maneuvers can be sought with the scheme.
-inline bool supported(Scheme scheme) { return scheme == Scheme::paper || scheme == Scheme::trapezoid; }
-
 /// The discrete Lagrangian behind a scheme.
 inline mechanics::DiscreteLagrangian lagrangian_of(Scheme scheme) { return composition(scheme).lagrangian; }
 

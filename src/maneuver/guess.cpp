@@ -69,8 +69,12 @@ class JointPaths {
     VectorXd wave(harmonics);
     for (int m = 0; m < harmonics; ++m)
       wave[m] = std::sin((m + 1) * std::numbers::pi * s) * std::sin(std::numbers::pi * s);
-    const Vector3d swing = system_.joint(j).actuation * (coefficients_[at(j)] * wave);
-    return lie::exp(swing) * between(start_[at(j)], end_[at(j)], s);
+    const model::Joint& joint = system_.joint(j);
+    const Vector3d swing = joint.actuation * (coefficients_[at(j)] * wave);
+    if (joint.free()) return lie::exp(swing) * between(start_[at(j)], end_[at(j)], s);
+    const Vector3d from = mechanics::joint_angles(joint, start_[at(j)]);
+    const Vector3d to = mechanics::joint_angles(joint, end_[at(j)]);
+    return mechanics::joint_rotation(joint, from + blend(s) * (to - from) + swing);
   }
 
  private:
@@ -91,6 +95,17 @@ std::vector<Vector3d> cayley_between(const Rotations& from, const Rotations& to)
   std::vector<Vector3d> cayley;
   for (std::size_t i = 0; i < from.size(); ++i) cayley.push_back(lie::inverse_cayley(from[i].transpose() * to[i]));
   return cayley;
+}
+
+// Led bodies follow their parents at the angles nearest to what they have.
+void fit_joints(const System& system, Rotations& R) {
+  for (int i : system.root_to_leaves()) {
+    const model::Body& body = system.body(i);
+    if (body.freedoms == 3) continue;
+    const model::Joint& joint = system.joint(body.joint);
+    const Vector3d angles = mechanics::joint_angles(joint, mechanics::child_to_parent(R, joint));
+    R[at(i)] = R[at(body.parent)] * mechanics::joint_rotation(joint, angles);
+  }
 }
 
 // Quaternions without jumps of sign, position and control of every node, one column each.
@@ -145,6 +160,7 @@ NodePath refined(const System& system, const NodePath& coarse, int steps) {
     const VectorXd node = path.value(static_cast<double>(k) / steps);
     Rotations R(at(system.body_count()));
     for (int i = 0; i < system.body_count(); ++i) R[at(i)] = lie::rotation_of_quaternion(node.segment<4>(4 * i));
+    fit_joints(system, R);
     if (k > 0) fine.cayley.push_back(cayley_between(fine.rotation.back(), R));
     fine.rotation.push_back(R);
     fine.position.push_back(node.segment<3>(4 * system.body_count()));

@@ -27,7 +27,10 @@ bool unchanged(const Matrix3d& matrix, const Matrix3d& P) {
 bool swimmer_unchanged(const System& system, const Matrix3d& P) {
   for (const model::Body& body : system.bodies())
     if (!unchanged(body.mass_matrix, P) || !unchanged(body.inertia_matrix, P)) return false;
+  for (const model::Body& body : system.bodies())
+    if (body.coupled) return false;  // not looked into
   for (const model::Joint& joint : system.joints()) {
+    if (!joint.free() || joint.stiffness > 0.0) return false;  // nor are axes and zero angles
     if (joint.parent_offset != P * joint.parent_offset || joint.child_offset != P * joint.child_offset) return false;
     if (!unchanged(joint.actuation * joint.actuation.transpose(), P)) return false;
   }

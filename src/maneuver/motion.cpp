@@ -1,5 +1,7 @@
 #include "maneuver/motion.hpp"
 
+#include "mechanics/step_balance.hpp"
+
 namespace lamprey::maneuver {
 
 namespace {
@@ -51,22 +53,25 @@ void append_node(const System& system, double time, const integrator::State& sta
 void describe_motion(const System& system, mechanics::DiscreteLagrangian lagrangian, double time_step,
                      const NodePath& path, Solution& solution) {
   const int steps = static_cast<int>(path.cayley.size());
-  mechanics::Interval step(system.body_count());
-  mechanics::DiscreteMomenta momenta(system.body_count());
+  mechanics::Interval interval(system.body_count());
+  mechanics::StepBalance balance(system.body_count());
   for (int k = 0; k <= steps; ++k) {
     const mechanics::Moments u = joint_moments(system, path.control[at(k)]);
-    integrator::State state{path.rotation[at(k)], path.position[at(k)], VectorXd()};
-    const VectorXd half_impulse = 0.5 * time_step * mechanics::generalized_force(system, state.rotation, u);
     if (k < steps) {
-      step.rotation = path.rotation[at(k)];
-      step.cayley = path.cayley[at(k)];
-      step.displacement = path.position[at(k + 1)] - path.position[at(k)];
-      mechanics::update_interval(system, step);
-      mechanics::discrete_momenta(system, lagrangian, time_step, step, momenta);
-      state.momentum = stacked(system, momenta.minus, momenta.linear) - half_impulse;
-    } else {
-      state.momentum = stacked(system, momenta.plus, momenta.linear) + half_impulse;
+      const Vector3d displacement = path.position[at(k + 1)] - path.position[at(k)];
+      if (system.only_free_joints()) {  // ζ as found carries more digits than rotations do
+        interval.rotation = path.rotation[at(k)];
+        interval.cayley = path.cayley[at(k)];
+        interval.displacement = displacement;
+        mechanics::update_interval(system, interval);
+      } else {
+        mechanics::interval_between(system, path.rotation[at(k)], path.rotation[at(k + 1)], displacement, interval);
+      }
     }
+    // μ_k = E⁻ of the step that begins here, μ_N = E⁺ of the last
+    evaluate_balance({system, lagrangian, time_step, interval, u, u}, balance);
+    integrator::State state{path.rotation[at(k)], path.position[at(k)], VectorXd()};
+    state.momentum = stacked(system, k < steps ? balance.minus : balance.plus, balance.linear);
     append_node(system, k * time_step, state, u, solution);
   }
 }

@@ -37,6 +37,10 @@ ShapeStep::ShapeStep(const System& system) : interval(system.body_count()) {}
 
 template <typename Target>
 void ShapeKernel::project(const Freedoms& freedoms, Target&& coordinates) {
+  if (shape_ == along_.size()) {  // all coordinates: nothing to project
+    read_shape(system_, freedoms, coordinates);
+    return;
+  }
   read_shape(system_, freedoms, along_);
   coordinates.noalias() = coordinates_.transpose() * along_;
 }

@@ -32,6 +32,16 @@ void centre_rates(const System& system, const Interval& step, const Vector3d& ro
   }
 }
 
+// Which bodies a direction leaves where they are: their rates vanish.
+void find_still(const System& system, StepRate& rate) {
+  for (int i : system.root_to_leaves()) {
+    const std::size_t n = at(i);
+    const int parent = system.body(i).parent;
+    rate.still[n] = (parent < 0 || rate.still[at(parent)]) && rate.turn[n].isZero(0.0) &&
+                    rate.turn_next[n].isZero(0.0) && rate.centre[n].isZero(0.0);
+  }
+}
+
 // The same to second order: turns along `first` change by `changes` when the ends turn along `second`.
 void centre_second_rates(const System& system, const Interval& step, const StepRate& first, const StepRate& second,
                          const Vectors& change, const Vectors& change_next, Vectors& centre) {
@@ -108,6 +118,7 @@ StepRate::StepRate(int bodies)
       turn_next(at(bodies)),
       centre(at(bodies)),
       seen(at(bodies)),
+      still(at(bodies)),
       gradient(at(bodies)),
       force(at(bodies)),
       moment(at(bodies)),
@@ -161,6 +172,7 @@ void evaluate_rate(const ForcedStep& step, const StepBalance& balance, const Ste
   body_turns(system, interval.rotation, d.left, rate.turn);
   body_turns(system, interval.next_rotation, d.right, rate.turn_next);
   centre_rates(system, interval, d.displacement, rate.turn, rate.turn_next, rate.centre);
+  find_still(system, rate);
 
   const NodeTurns left{d.left, rate.turn};
   const NodeTurns right{d.right, rate.turn_next};
@@ -175,6 +187,14 @@ void evaluate_rate(const ForcedStep& step, const StepBalance& balance, const Ste
 
   for (int i = 0; i < system.body_count(); ++i) {
     const std::size_t n = at(i);
+    if (rate.still[n]) {
+      rate.seen[n] = {Vector3d::Zero(), Vector3d::Zero()};
+      rate.gradient[n] = {Vector3d::Zero(), Vector3d::Zero()};
+      rate.force[n].setZero();
+      rate.moment[n] = rate.joint_minus.body[n];
+      rate.moment_next[n] = rate.joint_plus.body[n];
+      continue;
+    }
     const Matrix3d& R = interval.rotation[n];
     const Matrix3d& F = interval.relative_rotation[n];
     const Vector3d& w = p.shift[n];
@@ -229,6 +249,12 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
 
   for (int i = 0; i < system.body_count(); ++i) {
     const std::size_t n = at(i);
+    if (second_rate.still[n]) {
+      work.force[n].setZero();
+      work.moment[n] = work.joint_minus.body[n];
+      work.moment_next[n] = work.joint_plus.body[n];
+      continue;
+    }
     const Matrix3d& R = interval.rotation[n];
     const Matrix3d& F = interval.relative_rotation[n];
     const Vector3d& w = p.shift[n];

@@ -47,6 +47,7 @@ struct StepRate {
   Vectors turn, turn_next;          // [bodies] η_i, η'_i, body frames at k and at k + 1
   Vectors centre;                   // [bodies] world
   std::vector<BodyDirection> seen;  // [bodies] a_i, b_i: change of F_i and w_i
+  std::vector<char> still;          // [bodies] whether neither the body nor any on its path moves
   // what that changes
   std::vector<BodyGradient> gradient;  // [bodies] γ_i, β_i
   Vectors force;                       // [bodies] world, over subtrees

@@ -69,6 +69,13 @@ Vector3d joint_angles(const Joint& joint, const Matrix3d& Q) {
   return angles;
 }
 
+Matrix3d joint_rotation(const Joint& joint, const Vector3d& angles) {
+  if (joint.kind == JointKind::hinge) return joint.reference_rotation * lie::exp(angles[0] * joint.child_axis);
+  if (joint.kind == JointKind::universal)
+    return lie::exp(angles[0] * joint.parent_axis) * joint.reference_rotation * lie::exp(angles[1] * joint.child_axis);
+  return joint.reference_rotation;
+}
+
 void body_turns(const System& system, const Rotations& R, const Freedoms& freedoms, Vectors& turns) {
   for (int i : system.root_to_leaves()) {
     const Body& body = system.body(i);

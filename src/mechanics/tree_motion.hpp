@@ -47,6 +47,9 @@ void pack(const model::System& system, const Freedoms& freedoms, const Vector3d&
 /// Angles of the joint to body i's parent about its axes, rad in (−π, π]; entries beyond its freedoms are 0.
 Vector3d joint_angles(const model::Joint& joint, const Matrix3d& child_to_parent);
 
+/// Q = R_pᵀ R_c of a joint that leads its child, at angles about its axes (equation 8.1).
+Matrix3d joint_rotation(const model::Joint& joint, const Vector3d& angles);
+
 /// Body-frame turns η_i of all bodies along freedoms (equation 8.3).
 void body_turns(const model::System& system, const Rotations& R, const Freedoms& freedoms, Vectors& turns);
 

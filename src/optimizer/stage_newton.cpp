@@ -12,6 +12,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double most_end_change = 0.5;  // rad, m or N m that one step takes off the end rows
 constexpr double first_shift = 0.03;     // in units of the states' metric
+constexpr double least_shift = 1e-7;
 constexpr double largest_shift = 1e8;
 constexpr double shift_growth = 3.0;        // where a step fails; where one succeeds the shift falls by its square
 constexpr double most_multiplier = 1.0;     // that the end rows' removal may add, relative to what they have
@@ -26,18 +27,23 @@ constexpr double violation_worth = 0.3;  // of the multipliers: promises beyond 
 constexpr int most_corrections = 2;      // of second order, for one step
 constexpr double met = 1e-9;             // violation
 constexpr double nearly_met = 1e-5;
+constexpr double nearly_stationary = 1e-2;
 constexpr double saddle = 2e-3;  // stationarity at which an indefinite Hessian means a saddle
 constexpr int saddle_halvings = 12;
-constexpr double bend_unit = 1e8;  // input, more than any step is allowed to take
+constexpr double saddle_gain = 1e-9;  // least decrease, relative
+constexpr double bend_unit = 1e8;     // input, more than any step is allowed to take
 
 }  // namespace
 
 StageNewton::StageNewton(const StageSizes& sizes)
     : sizes_(sizes), model_(sizes), riccati_(sizes), step_(sizes), corrected_(sizes) {}
 
-// The least shift that makes the Hessian positive definite, found by trial.
+// The least shift that makes the Hessian positive definite, found by trial. Next to a solution small shifts come first:
+// along a flat valley of solutions the Hessian is singular.
 bool StageNewton::factor(double least) {
-  for (shift_ = least; shift_ < largest_shift; shift_ = std::max(first_shift, shift_growth * shift_))
+  const double first = change_ < nearly_stationary ? least_shift : first_shift;
+  const double growth = change_ < nearly_stationary ? shift_growth * shift_growth : shift_growth;
+  for (shift_ = least; shift_ < largest_shift; shift_ = std::max(first, growth * shift_))
     if (riccati_.factor(model_, shift_, penalty_per_cost * highest_cost_)) return true;
   return false;
 }
@@ -128,8 +134,9 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
 void StageNewton::ease_or_damp(double ratio) {
   damping_ = shift_;
   if (ratio > good_ratio) damping_ = shift_ / (shift_growth * shift_growth);
-  if (ratio < poor_ratio) damping_ = std::max(first_shift, shift_growth * shift_);
-  if (damping_ < 0.1 * first_shift) damping_ = 0.0;
+  if (ratio < poor_ratio)
+    damping_ = std::max(change_ < nearly_stationary ? least_shift : first_shift, shift_growth * shift_);
+  if (damping_ < (change_ < nearly_stationary ? least_shift : 0.1 * first_shift)) damping_ = 0.0;
 }
 
 // At a saddle: along the negative curvature that the sweep has met, as far as the cost falls.
@@ -137,12 +144,14 @@ bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
   if (riccati_.factor(model_, 0.0, penalty_per_cost * highest_cost_)) return false;
   riccati_.bend(model_, bend_unit, step_);
   const Merit here = program.merit();
+  const double worth = 2.0 * end_multiplier_.lpNorm<1>();  // of violations, in cost
   double length = program.longest(step_);
   for (int halving = 0; halving < saddle_halvings; ++halving, length *= 0.5)
     for (double sign : {1.0, -1.0}) {
       const Merit* there = program.try_step(step_, sign * length);
       ++outcome.evaluations;
-      if (!there || there->cost > (1.0 - 1e-10) * here.cost || there->violation > funnel_) continue;
+      if (!there || there->violation > funnel_) continue;
+      if (there->cost + worth * there->violation > (1.0 - saddle_gain) * here.cost + worth * here.violation) continue;
       program.accept();
       return true;
     }
@@ -188,6 +197,7 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
     return outcome;
   };
   damping_ = 0.0;
+  change_ = 1.0;
   highest_cost_ = std::max(program.merit().cost, 1e-300);
   funnel_ = std::max(widest_funnel, program.merit().violation);
   // multipliers first: a step's without the curvature that they bring

@@ -139,7 +139,7 @@ class NewtonMethod : public Method {
 
 bool newton_takes(const System& system, const Problem& problem) {
   if (problem.control != maneuver::ControlKind::steps) return false;
-  if (integrator::composition(problem.scheme).stages() > 1) return false;
+  if (!integrator::single_step(problem.scheme)) return false;
   const integrator::State start = maneuver::start_state(system, problem.start);
   const auto total = mechanics::spatial_momentum(system, start.rotation, start.position, start.momentum);
   return total.linear.isZero(0.0) && total.angular.isZero(0.0);
