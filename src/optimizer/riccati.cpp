@@ -102,6 +102,7 @@ bool Riccati::factor(const StageModel& model, double shift, double penalty) {
     if (shift > 0.0) gain.P += shift * stage.metric;
     gain.P.noalias() += stage.A.transpose() * PA_;
     gain.P.noalias() -= gain.feedback.transpose() * gain.feedback;
+    gain.P.triangularView<Eigen::StrictlyUpper>() = gain.P.transpose();  // asymmetry would grow from stage to stage
     L.transpose().solveInPlace(gain.feedback);
     gain.feedback = -gain.feedback;
     gain.end_input.noalias() = stage.B.transpose() * next.end;

@@ -38,6 +38,13 @@ std::string mean_line(const char* what, const char* unit, double mean, double as
                      what[0] == 'l' ? "move" : "turn");
 }
 
+// There the bodies' momentum is the total, and nothing is left to compare it with.
+bool in_a_vacuum(const file::ResolvedProblem& problem) {
+  return std::all_of(problem.bodies.begin(), problem.bodies.end(), [](const file::ResolvedBody& body) {
+    return body.mass_matrix.isApprox(body.mass * Eigen::Matrix3d::Identity());
+  });
+}
+
 }  // namespace
 
 std::vector<std::string> momentum_lines(const file::Results& results) {
@@ -46,7 +53,7 @@ std::vector<std::string> momentum_lines(const file::Results& results) {
   if (solution.time.size() < 2 || !results.problem.goal) return lines;
   const double moving = largest(solution.linear_momentum.bodies) + largest(solution.angular_momentum.bodies);
   const double start = solution.linear_momentum.bodies.front().norm() + solution.angular_momentum.bodies.front().norm();
-  if (moving == 0.0) return lines;
+  if (moving == 0.0 || in_a_vacuum(results.problem)) return lines;
   if (start < 1e-9 * moving) lines.push_back(zero_line(solution.linear_momentum, solution.angular_momentum));
   const maneuver::Goal& goal = *results.problem.goal;
   if (goal.move[0] && *goal.move[0] != 0.0)

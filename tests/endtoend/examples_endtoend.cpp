@@ -16,8 +16,11 @@ INSTANTIATE_TEST_SUITE_P(
         close_to("translation", "translation", coarse, 243080.02, 1e-6),
         Example{"translation_in_space", "translation_in_space", {{"steps", "100"}, {"starts", "4"}}, 125000, 0, false},
         Example{"rotation", "rotation", {{"steps", "100"}, {"starts", "8"}}, 15500, 0, false},
-        // cheaper minima are known (169,753); 32 random starts did not meet them
-        Example{"as_printed_translation", "as_printed/translation", coarse, 650000, 0, false},
+        close_to("yaw", "yaw", {{"steps", "200"}}, 155720.5, 1e-6),
+        close_to("sideways", "sideways", coarse, 362517.3, 1e-6),
+        close_to("falling_cat_flip", "falling_cat_flip", coarse, 0.16619978, 1e-6),
+        // a cheaper minimum is known (169,753); 64 random starts did not meet it
+        Example{"as_printed_translation", "as_printed/translation", coarse, 280000, 0, false},
         Example{"as_printed_rotation", "as_printed/rotation", {{"steps", "100"}, {"starts", "4"}}, 40000, 0, false},
         close_to("paper_scheme_11_points", "paper_scheme/translation", {{"steps", "100"}, {"points", "11"}}, 248860,
                  5e-4),
