@@ -274,7 +274,7 @@ std::string fins_with_a_goal() {
       text.replace(n, old.size(), with);
   };
   replace("duration = 6.0", "duration = 2.0");
-  replace("steps = 1200", "steps = 100");
+  replace("steps = 1200", "steps = 400");
   replace("stiffness = 5.0", "stiffness = 0.5");
   replace("damping = 0.5", "damping = 0.05");
   return text + "\n[goal]\nturn = [0.0, 0.0, 0.1]\n";

@@ -78,7 +78,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     step_ = std::make_unique<StageStep>(sizes);
     // some multipliers, and a direction that obeys the model
     program_->linearize(*model_);
-    for (double& multiplier : step_->end_multiplier) multiplier = random_.normal();
+    for (double& multiplier : step_->end_multiplier) multiplier = 1e3 * random_.normal();  // so that the goal counts
     program_->take_multipliers(*step_, 1.0);
     program_->linearize(*model_);
     for (int k = 0; k < steps; ++k) {
