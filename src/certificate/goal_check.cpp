@@ -13,23 +13,6 @@ using model::at;
 // Largest number of rows a goal can state for a swimmer.
 int row_bound(const model::System& system) { return 6 * system.body_count() + 3; }
 
-// Body-frame turn of a body by all freedoms: its own, or those of the bodies that lead it.
-MatrixXd turn_by_freedoms(const model::System& system, const mechanics::Rotations& rotation, int body) {
-  MatrixXd turn = MatrixXd::Zero(3, system.velocity_count() - 3);
-  Matrix3d seen = Matrix3d::Identity();  // from the body on the way to the one asked for
-  for (int i = body;; i = system.body(i).parent) {
-    const model::Body& on_path = system.body(i);
-    if (on_path.freedoms == 3) {
-      turn.middleCols<3>(on_path.velocity_offset) = seen;
-      return turn;
-    }
-    const mechanics::JointFrame frame =
-        mechanics::joint_frame(system.joint(on_path.joint), rotation[at(on_path.parent)], rotation[at(i)]);
-    turn.middleCols(on_path.velocity_offset, on_path.freedoms) = seen * frame.axes.leftCols(on_path.freedoms);
-    seen = (seen * frame.child_to_parent.transpose()).eval();
-  }
-}
-
 }  // namespace
 
 std::vector<std::optional<Matrix3d>> asked_rotations(const model::System& system, const maneuver::Problem& problem) {
@@ -80,7 +63,7 @@ GoalRows goal_rows(const model::System& system, const maneuver::Problem& problem
     const Vector3d error = lie::log(asked[at(i)]->transpose() * end.rotation[at(i)]);
     rows.value.segment<3>(count) = error;
     rows.by_end_state.block(count, 0, 3, layout.position()) =
-        lie::exp_tangent(error).inverse() * turn_by_freedoms(system, end.rotation, i);
+        lie::exp_tangent(error).inverse() * mechanics::turn_by_freedoms(system, end.rotation, i);
     count += 3;
   }
   for (int c = 0; c < 3; ++c) {

@@ -7,19 +7,9 @@ namespace {
 using model::at;
 using model::System;
 
-// Turns of body `body` by the shape's coordinates, body frame, the root held: [3][shape].
+// Turns of a body that is not the root by the shape's coordinates, body frame: [3][shape].
 MatrixXd turns_by_shape(const System& system, const mechanics::Rotations& rotation, int body) {
-  MatrixXd turns = MatrixXd::Zero(3, shape_size(system));
-  mechanics::Freedoms unit(at(system.body_count()), Vector3d::Zero());
-  mechanics::Vectors moved(at(system.body_count()));
-  for (int i = 1; i < system.body_count(); ++i)
-    for (int f = 0; f < system.body(i).freedoms; ++f) {
-      unit[at(i)][f] = 1.0;
-      mechanics::body_turns(system, rotation, unit, moved);
-      turns.col(shape_offset(system.body(i)) + f) = moved[at(body)];
-      unit[at(i)][f] = 0.0;
-    }
-  return turns;
+  return mechanics::turn_by_freedoms(system, rotation, body).rightCols(shape_size(system));
 }
 
 }  // namespace

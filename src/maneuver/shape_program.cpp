@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-
-#include "maneuver/row_space.hpp"
 
 namespace lamprey::maneuver {
 
@@ -21,83 +18,8 @@ using optimizer::StageModel;
 using optimizer::StageStep;
 
 constexpr double longest_turn = 0.6;  // rad, of one shape coordinate in one step of the search
-constexpr double dependence = 1e-9;   // singular directions end this far below the leading one
-constexpr double reach_threshold = 1e-7;
-constexpr int window_steps = 6;
-
-// Orthonormal columns beside a joint's actuation that complete the moments it can exert.
-std::vector<Vector3d> idle_directions(const model::Joint& joint, int freedoms) {
-  std::vector<Vector3d> found;
-  for (Eigen::Index c = 0; c < joint.actuation.cols(); ++c) found.push_back(joint.actuation.col(c));
-  const std::size_t actuated = found.size();
-  for (int c = 0; c < freedoms && static_cast<int>(found.size()) < freedoms; ++c) {
-    Vector3d rest = Vector3d::Unit(c);
-    for (const Vector3d& known : found) rest -= known.dot(rest) * known;
-    if (rest.norm() > 0.5) found.push_back(rest.normalized());  // of three unit vectors one always has more left
-  }
-  return {found.begin() + static_cast<std::ptrdiff_t>(actuated), found.end()};
-}
-
-// Calls f(freedoms, coordinate) with each coordinate of a shape as a unit of freedoms.
-template <typename Function>
-void for_each_coordinate(const System& system, const Function& f) {
-  Freedoms unit(at(system.body_count()), Vector3d::Zero());
-  for (int i = 1; i < system.body_count(); ++i)
-    for (int c = 0; c < system.body(i).freedoms; ++c) {
-      unit[at(i)][c] = 1.0;
-      f(unit, shape_offset(system.body(i)) + c);
-      unit[at(i)][c] = 0.0;
-    }
-}
-
-// Virtual work of the moments along each coordinate of a shape: [shape_size][moments].
-MatrixXd virtual_work(const System& system, const Rotations& rotation, const JointMoments& moments) {
-  MatrixXd work(shape_size(system), moments.size());
-  mechanics::Vectors turns(at(system.body_count()));
-  Moments by_joint(at(system.joint_count()));
-  VectorXd row(moments.size());
-  for_each_coordinate(system, [&](const Freedoms& unit, int coordinate) {
-    mechanics::body_turns(system, rotation, unit, turns);
-    mechanics::control_work(system, rotation, {unit, turns}, by_joint);
-    moments.gather(by_joint, row);
-    work.row(coordinate) = row.transpose();
-  });
-  return work;
-}
 
 }  // namespace
-
-JointMoments::JointMoments(const System& system, const MatrixXd& shape_basis, const Rotations& rotation)
-    : system_(system) {
-  std::vector<Column> idle;
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const model::Joint& joint = system.joint(j);
-    for (Eigen::Index c = 0; c < joint.actuation.cols(); ++c) column_.push_back({j, joint.actuation.col(c)});
-    for (const Vector3d& direction : idle_directions(joint, system.body(joint.child).freedoms))
-      idle.push_back({j, direction});
-  }
-  column_.insert(column_.end(), idle.begin(), idle.end());
-  if (shape_basis.rows() == shape_basis.cols()) return;
-  // of the idle ones as many as add to what the coordinates feel
-  const MatrixXd felt = virtual_work(system, rotation, *this).transpose() * shape_basis;
-  const Eigen::Index controls = system.control_count();
-  column_.resize(at(system.control_count()));
-  const MatrixXd beside = felt.bottomRows(felt.rows() - controls) * null_space(felt.topRows(controls));
-  if (beside.cols() == 0) return;
-  std::vector<int> kept = independent_rows(beside, dependence);
-  std::sort(kept.begin(), kept.end());
-  for (int c : kept) column_.push_back(idle[at(c)]);
-}
-
-Moments JointMoments::controls(const VectorXd& moment) const {
-  Moments u(at(system_.joint_count()), Vector3d::Zero());
-  for (int c = 0; c < system_.control_count(); ++c) u[at(column_[at(c)].joint)] += moment[c] * column_[at(c)].direction;
-  return u;
-}
-
-void JointMoments::gather(const Moments& by_joint, Eigen::Ref<VectorXd> result) const {
-  for (int c = 0; c < size(); ++c) result[c] = column_[at(c)].direction.dot(by_joint[at(column_[at(c)].joint)]);
-}
 
 ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                            std::vector<EndRow> end_rows)
@@ -199,7 +121,7 @@ void ShapeProgram::measure(Motion& motion) {
 }
 
 void ShapeProgram::impulse_by_moments(const Rotations& rotation, int node, MatrixXd& impulse) {
-  impulse.noalias() = shape_basis_.transpose() * virtual_work(system_, rotation, moments_);
+  impulse.noalias() = shape_basis_.transpose() * moments_.virtual_work(rotation);
   impulse *= impulse_time(node);
 }
 
@@ -247,7 +169,7 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
                     hessian_);
   const int ends = 2 * shape_;
   // the hessian takes the root's turn ρ at the beginning, which is ρ' at the end less what the step adds
-  const MatrixXd added = step.interval.next_rotation[0] * after_.root.topRows<3>();
+  const auto added = after_.pose.topRows<3>();
   const auto pose_turn = pose_basis_.topRows<3>();
   const auto by_turn = hessian_.topRightCorner(ends, 3);
   const auto turn_turn = hessian_.bottomRightCorner<3, 3>();
@@ -272,7 +194,6 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
 // Where moments at node k lead, and what they cost.
 void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   const int n = shape_;
-  const ShapeStep& step = now_.step[at(k)];
   const Eigen::PartialPivLU<MatrixXd> by_next(after_.minus.rightCols(n));
   MatrixXd by_state(n, 2 * n);  // of the shape k + 1
   by_state.rightCols(n) = -after_.minus.leftCols(n);
@@ -281,12 +202,9 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   by_state = by_next.solve(by_state).eval();
   const MatrixXd by_moments = by_next.solve(now_.impulse[at(k)]);
 
-  MatrixXd pose(6, 2 * n);  // what the shapes at both ends add to the root's pose
-  pose.topRows<3>() = step.interval.next_rotation[0] * after_.root.topRows<3>();
-  pose.bottomRows<3>() = step.interval.rotation[0] * after_.root.bottomRows<3>();
-  pose = (pose_basis_.transpose() * pose).eval();
+  const MatrixXd pose = pose_basis_.transpose() * after_.pose;
   Matrix6d carried = Matrix6d::Identity();
-  carried.bottomLeftCorner<3, 3>() = -lie::hat(step.interval.displacement);
+  carried.bottomLeftCorner<3, 3>() = -lie::hat(now_.step[at(k)].interval.displacement);
   stage.A.block(0, n, n, n).setIdentity();
   stage.A.block(n, 0, n, 2 * n) = by_state;
   stage.A.block(2 * n, 0, pose_, 2 * n).noalias() = pose.rightCols(n) * by_state;
@@ -309,8 +227,6 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
 // At rest the last moments follow from the last two shapes.
 void ShapeProgram::model_end(const NodeModel& node, StageModel& model) const {
   model.q_end.setZero();
-  model.C.setZero();
-  model.c = now_.end_rows;
   if (!maneuver_.rest) return;
   const int n = shape_;
   const MatrixXd by_state = -now_.impulse.back().partialPivLu().solve(before_.plus);
@@ -326,7 +242,10 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) const {
       model.C.row(static_cast<Eigen::Index>(r)).head(2 * n) = by_state.row(end_rows_[r].index);
 }
 
+// The end rows but those of moments.
 void ShapeProgram::model_goal(StageModel& model) const {
+  model.C.setZero();
+  model.c = now_.end_rows;
   const Eigen::Index all = shape_basis_.rows();
   Eigen::RowVectorXd derivative(all + 6);
   for (std::size_t r = 0; r < end_rows_.size(); ++r) {
@@ -357,7 +276,6 @@ void ShapeProgram::linearize(StageModel& model) {
     std::swap(before_, after_);
   }
   model_end(node, model);
-  model_goal(model);
 }
 
 const Merit* ShapeProgram::try_step(const StageStep& along, double length) {
@@ -404,83 +322,6 @@ double ShapeProgram::goal_error() const {
     if (end_rows_[r].kind != EndRow::Kind::moment)
       error = std::max(error, std::abs(now_.end_rows[static_cast<Eigen::Index>(r)]));
   return error;
-}
-
-double ShapeProgram::lagrangian() const {
-  double value = now_.merit.cost + end_multiplier_.dot(now_.end_rows);
-  for (int k = 0; k < steps_; ++k) value += idle_multiplier_[at(k)].dot(now_.moment[at(k)].tail(idle()));
-  return value;
-}
-
-ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& maneuver, const NodePath& path) {
-  const ShapeCoordinates all(system);
-  ShapeProgram program(system, maneuver, all, {});
-  if (!program.go_to(path)) return all;
-  const optimizer::StageSizes sizes = program.sizes();
-  StageModel model(sizes);
-  program.linearize(model);
-  const Eigen::Index shape = all.shape.cols();
-  const bool unsupported = program.merit().violation > dependence;  // idle moments that nothing exerts
-  MatrixXd reached(0, sizes.states);  // rows span what moments before a node can move there
-  MatrixXd shapes(0, shape), poses(0, 6);
-  const auto gather = [](MatrixXd& rows, const MatrixXd& more) {
-    MatrixXd both(rows.rows() + more.rows(), more.cols());
-    both << rows, more;
-    rows = span_of_rows(both, reach_threshold).transpose();
-  };
-  // over short windows: what is unstable would carry round-off everywhere
-  for (int begin = 0; begin + window_steps <= maneuver.steps; ++begin) {
-    reached.resize(0, sizes.states);
-    for (int k = begin; k < begin + window_steps; ++k) {
-      const Stage& stage = model.stage[at(k)];
-      MatrixXd moved = reached * stage.A.transpose();
-      MatrixXd driven(sizes.inputs + (unsupported ? 1 : 0), sizes.states);
-      driven.topRows(sizes.inputs) = stage.B.transpose();
-      if (unsupported) driven.bottomRows<1>() = stage.gap.transpose();
-      for (MatrixXd* rows : {&moved, &driven}) rows->rowwise().normalize();
-      reached = moved;
-      gather(reached, driven);
-      gather(shapes, reached.middleCols(shape, shape));
-      gather(poses, reached.rightCols(6));
-    }
-  }
-  ShapeCoordinates found = all;
-  if (shapes.rows() < shape) found.shape = shapes.transpose();
-  if (poses.rows() < 6) found.pose = poses.transpose();
-  return found;
-}
-
-std::vector<EndRow> independent_end_rows(const System& system, const Maneuver& maneuver,
-                                         const ShapeCoordinates& coordinates, const NodePath& path) {
-  std::vector<int> idle;
-  const auto moments = static_cast<int>(coordinates.shape.cols());
-  for (int place = system.control_count(); place < moments; ++place) idle.push_back(place);
-  const std::vector<EndRow> stated = stated_end_rows(system, maneuver, idle);
-  ShapeProgram program(system, maneuver, coordinates, stated);
-  StageModel model(program.sizes());
-  if (!program.go_to(path)) return stated;
-  program.linearize(model);
-  const auto rows = static_cast<Eigen::Index>(stated.size());
-  const Eigen::Index inputs = system.control_count();
-  MatrixXd sensitivity(rows, inputs * maneuver.steps);
-  MatrixXd carried = model.C;
-  for (int k = maneuver.steps - 1; k >= 0; --k) {
-    sensitivity.middleCols(inputs * k, inputs).noalias() = carried * model.stage[at(k)].B;
-    carried = (carried * model.stage[at(k)].A).eval();
-  }
-  std::map<EndRow::Kind, double> unit;  // rad, m and N m side by side: each kind counts by its largest row
-  for (Eigen::Index r = 0; r < rows; ++r) {
-    double& size = unit[stated[static_cast<std::size_t>(r)].kind];
-    size = std::max(size, sensitivity.row(r).norm());
-  }
-  for (Eigen::Index r = 0; r < rows; ++r)
-    if (const double size = unit[stated[static_cast<std::size_t>(r)].kind]; size > 0.0) sensitivity.row(r) /= size;
-  std::vector<char> kept(stated.size());
-  for (int r : independent_rows(sensitivity, dependence)) kept[at(r)] = 1;
-  std::vector<EndRow> independent;
-  for (std::size_t r = 0; r < stated.size(); ++r)
-    if (kept[r]) independent.push_back(stated[r]);
-  return independent;
 }
 
 }  // namespace lamprey::maneuver

@@ -1,34 +1,14 @@
-// A maneuver in the shapes of its nodes alone (chapter 9): total momentum zero fixes the root's
-// motion, inverse dynamics the moments, so that every point of the search is a motion of the swimmer and only the goal
-// remains to be met. As an optimizer::StageProgram: state s_k = (shape k − 1, shape k, root's turn ρ and position χ in the
+// A maneuver in the shapes of its nodes alone (chapter 9): total momentum zero fixes the root's motion, inverse dynamics the
+// moments, so that every point of the search is a motion of the swimmer and only the goal remains to be met. As an optimizer::StageProgram: state s_k = (shape k − 1, shape k, root's turn ρ and position χ in the
 // world), input = moments along the joints' actuation at node k.
 #pragma once
 
 #include "maneuver/end_rows.hpp"
+#include "maneuver/moment_basis.hpp"
 #include "maneuver/node_path.hpp"
 #include "optimizer/stage_program.hpp"
 
 namespace lamprey::maneuver {
-
-/// The moments that a swimmer's joints can exert as one vector: along the actuation of all joints, then the idle ones that
-/// nothing drives, as many as make the impulses along the coordinates complete.
-class JointMoments {
- public:
-  JointMoments(const model::System& system, const MatrixXd& shape_basis, const mechanics::Rotations& rotation);
-  int size() const { return static_cast<int>(column_.size()); }
-  /// Places of idle moments: controls … size − 1.
-  mechanics::Moments controls(const VectorXd& moment) const;
-  /// Gathers what belongs to these moments, in their order, from three numbers for each joint.
-  void gather(const mechanics::Moments& by_joint, Eigen::Ref<VectorXd> result) const;
-
- private:
-  struct Column {
-    int joint;
-    Vector3d direction;
-  };
-  const model::System& system_;
-  std::vector<Column> column_;
-};
 
 class ShapeProgram : public optimizer::StageProgram {
  public:
@@ -39,8 +19,6 @@ class ShapeProgram : public optimizer::StageProgram {
   /// Goes to a motion: its shapes and, as a first guess, its root's motion. Returns false where none is found.
   bool go_to(const NodePath& path);
   NodePath path() const;
-  /// Value at the point of the Lagrangian with the point's multipliers, for tests.
-  double lagrangian() const;
 
   optimizer::StageSizes sizes() const override;
   const optimizer::Merit& merit() const override { return now_.merit; }
@@ -91,7 +69,7 @@ class ShapeProgram : public optimizer::StageProgram {
   int steps_, shape_, pose_, controls_;
   double h_;
   ShapeKernel kernel_;
-  JointMoments moments_;
+  MomentBasis moments_;
   Motion now_, trial_;
   VectorXd end_multiplier_;
   std::vector<VectorXd> idle_multiplier_;  // [N][idle]
@@ -101,14 +79,5 @@ class ShapeProgram : public optimizer::StageProgram {
   ShapeTangent before_, after_;
   MatrixXd hessian_;
 };
-
-/// Coordinates that moments can move along a motion and near it: fewer than all where symmetry keeps the swimmer in a
-/// plane, say.
-ShapeCoordinates reachable_coordinates(const model::System& system, const Maneuver& maneuver, const NodePath& path);
-
-/// Of the conditions a maneuver states those that are independent along a motion, where every moment counts that the
-/// joints can exert: momentum conservation and symmetry make others follow from them.
-std::vector<EndRow> independent_end_rows(const model::System& system, const Maneuver& maneuver,
-                                         const ShapeCoordinates& coordinates, const NodePath& path);
 
 }  // namespace lamprey::maneuver

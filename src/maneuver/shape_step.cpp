@@ -184,6 +184,9 @@ void ShapeKernel::tangent(double time_step, const mechanics::Moments& control, c
   step.momentum_inverse = Matrix6d(momentum_.rightCols<6>()).inverse();
   const auto ends = 2 * shape_;
   tangent.root.noalias() = -step.momentum_inverse * momentum_.leftCols(ends);
+  tangent.pose.resize(6, ends);
+  tangent.pose.topRows<3>() = step.interval.next_rotation[0] * tangent.root.topRows<3>();
+  tangent.pose.bottomRows<3>() = step.interval.rotation[0] * tangent.root.bottomRows<3>();
   tangent.minus = minus_.leftCols(ends);
   tangent.minus.noalias() += minus_.rightCols<6>() * tangent.root;
   tangent.plus = plus_.leftCols(ends);

@@ -46,6 +46,7 @@ struct ShapeStep {
 /// First derivatives of a step by the shapes (left, right) at its ends, controls at its ends held.
 struct ShapeTangent {
   MatrixXd root;   // [6][2 f] root's turn (body frame at the end) and shift (root frame at the beginning)
+  MatrixXd pose;   // [6][2 f] the same in the world: what the step adds to the root's turn and position
   MatrixXd minus;  // [f][2 f]
   MatrixXd plus;   // [f][2 f]
 };

@@ -88,6 +88,21 @@ void body_turns(const System& system, const Rotations& R, const Freedoms& freedo
   }
 }
 
+MatrixXd turn_by_freedoms(const System& system, const Rotations& R, int asked) {
+  MatrixXd turn = MatrixXd::Zero(3, system.velocity_count() - 3);
+  Matrix3d seen = Matrix3d::Identity();  // from the body on the way to the one asked for
+  for (int i = asked;; i = system.body(i).parent) {
+    const Body& body = system.body(i);
+    if (body.freedoms == 3) {
+      turn.middleCols<3>(body.velocity_offset) = seen;
+      return turn;
+    }
+    const JointFrame frame = joint_frame(system.joint(body.joint), R[at(body.parent)], R[at(i)]);
+    turn.middleCols(body.velocity_offset, body.freedoms) = seen * frame.axes.leftCols(body.freedoms);
+    seen = (seen * frame.child_to_parent.transpose()).eval();
+  }
+}
+
 void body_turn_changes(const System& system, const Rotations& R, const Freedoms& first, const Vectors& first_turns,
                        const Freedoms& second, Vectors& changes) {
   for (int i : system.root_to_leaves()) {

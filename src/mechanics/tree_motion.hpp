@@ -53,6 +53,9 @@ Matrix3d joint_rotation(const model::Joint& joint, const Vector3d& angles);
 /// Body-frame turns η_i of all bodies along freedoms (equation 8.3).
 void body_turns(const model::System& system, const Rotations& R, const Freedoms& freedoms, Vectors& turns);
 
+/// Body-frame turn of one body by all freedoms, [3][velocity_count − 3].
+MatrixXd turn_by_freedoms(const model::System& system, const Rotations& R, int body);
+
 /// Change of the turns along `first` (constant freedoms) when the bodies turn along `second` (equation 8.4).
 void body_turn_changes(const model::System& system, const Rotations& R, const Freedoms& first,
                        const Vectors& first_turns, const Freedoms& second, Vectors& changes);

@@ -7,7 +7,7 @@
 
 namespace lamprey::optimizer {
 
-/// Factors and solves a StageModel; no allocation after construction.
+/// Factors and solves models of one size.
 class Riccati {
  public:
   explicit Riccati(const StageSizes& sizes);

@@ -38,12 +38,13 @@ constexpr double bend_unit = 1e8;     // input, more than any step is allowed to
 StageNewton::StageNewton(const StageSizes& sizes)
     : sizes_(sizes), model_(sizes), riccati_(sizes), step_(sizes), corrected_(sizes) {}
 
+double StageNewton::smallest_shift() const { return change_ < nearly_stationary ? least_shift : first_shift; }
+
 // The least shift that makes the Hessian positive definite, found by trial. Next to a solution small shifts come first:
 // along a flat valley of solutions the Hessian is singular.
 bool StageNewton::factor(double least) {
-  const double first = change_ < nearly_stationary ? least_shift : first_shift;
   const double growth = change_ < nearly_stationary ? shift_growth * shift_growth : shift_growth;
-  for (shift_ = least; shift_ < largest_shift; shift_ = std::max(first, growth * shift_))
+  for (shift_ = least; shift_ < largest_shift; shift_ = std::max(smallest_shift(), growth * shift_))
     if (riccati_.factor(model_, shift_, penalty_per_cost * highest_cost_)) return true;
   return false;
 }
@@ -134,9 +135,8 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
 void StageNewton::ease_or_damp(double ratio) {
   damping_ = shift_;
   if (ratio > good_ratio) damping_ = shift_ / (shift_growth * shift_growth);
-  if (ratio < poor_ratio)
-    damping_ = std::max(change_ < nearly_stationary ? least_shift : first_shift, shift_growth * shift_);
-  if (damping_ < (change_ < nearly_stationary ? least_shift : 0.1 * first_shift)) damping_ = 0.0;
+  if (ratio < poor_ratio) damping_ = std::max(smallest_shift(), shift_growth * shift_);
+  if (damping_ < 0.1 * smallest_shift()) damping_ = 0.0;
 }
 
 // At a saddle: along the negative curvature that the sweep has met, as far as the cost falls.

@@ -7,7 +7,7 @@
 
 namespace lamprey::optimizer {
 
-/// Owns its workspace: programs of the same sizes are solved one after another without new buffers.
+/// Owns its workspace, for programs of one size.
 class StageNewton {
  public:
   explicit StageNewton(const StageSizes& sizes);
@@ -19,6 +19,7 @@ class StageNewton {
  private:
   enum class Verdict { accepted, rejected, converged, stuck };
 
+  double smallest_shift() const;
   bool factor(double least_shift);
   void find_step();
   Verdict improve(StageProgram& program, const Options& options, Outcome& outcome);

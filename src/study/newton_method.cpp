@@ -6,6 +6,7 @@
 
 #include "integrator/scheme.hpp"
 #include "maneuver/guess.hpp"
+#include "maneuver/reach.hpp"
 #include "maneuver/shape_program.hpp"
 #include "optimizer/stage_newton.hpp"
 #include "study/method.hpp"

@@ -3,6 +3,7 @@
 
 #include "chains.hpp"
 #include "maneuver/guess.hpp"
+#include "maneuver/reach.hpp"
 #include "maneuver/shape_program.hpp"
 #include "maneuver/transcription.hpp"
 #include "optimizer/ipopt.hpp"

@@ -1,0 +1,95 @@
+#include "maneuver/reach.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "maneuver/row_space.hpp"
+#include "maneuver/shape_program.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using model::at;
+using model::System;
+using optimizer::Stage;
+using optimizer::StageModel;
+
+constexpr double dependence_threshold = 1e-9;  // singular directions end this far below the leading one
+constexpr double reach_threshold = 1e-7;
+constexpr int window_steps = 6;
+
+}  // namespace
+
+ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& maneuver, const NodePath& path) {
+  const ShapeCoordinates all(system);
+  ShapeProgram program(system, maneuver, all, {});
+  if (!program.go_to(path)) return all;
+  const optimizer::StageSizes sizes = program.sizes();
+  StageModel model(sizes);
+  program.linearize(model);
+  const Eigen::Index shape = all.shape.cols();
+  const bool unsupported = program.merit().violation > dependence_threshold;  // idle moments that nothing exerts
+  MatrixXd reached(0, sizes.states);  // rows span what moments before a node can move there
+  MatrixXd shapes(0, shape), poses(0, 6);
+  const auto gather = [](MatrixXd& rows, const MatrixXd& more) {
+    MatrixXd both(rows.rows() + more.rows(), more.cols());
+    both << rows, more;
+    rows = span_of_rows(both, reach_threshold).transpose();
+  };
+  // over short windows: what is unstable would carry round-off everywhere
+  for (int begin = 0; begin + window_steps <= maneuver.steps; ++begin) {
+    reached.resize(0, sizes.states);
+    for (int k = begin; k < begin + window_steps; ++k) {
+      const Stage& stage = model.stage[at(k)];
+      MatrixXd moved = reached * stage.A.transpose();
+      MatrixXd driven(sizes.inputs + (unsupported ? 1 : 0), sizes.states);
+      driven.topRows(sizes.inputs) = stage.B.transpose();
+      if (unsupported) driven.bottomRows<1>() = stage.gap.transpose();
+      for (MatrixXd* rows : {&moved, &driven}) rows->rowwise().normalize();
+      reached = moved;
+      gather(reached, driven);
+      gather(shapes, reached.middleCols(shape, shape));
+      gather(poses, reached.rightCols(6));
+    }
+  }
+  ShapeCoordinates found = all;
+  if (shapes.rows() < shape) found.shape = shapes.transpose();
+  if (poses.rows() < 6) found.pose = poses.transpose();
+  return found;
+}
+
+std::vector<EndRow> independent_end_rows(const System& system, const Maneuver& maneuver,
+                                         const ShapeCoordinates& coordinates, const NodePath& path) {
+  std::vector<int> idle;
+  const auto moments = static_cast<int>(coordinates.shape.cols());
+  for (int place = system.control_count(); place < moments; ++place) idle.push_back(place);
+  const std::vector<EndRow> stated = stated_end_rows(system, maneuver, idle);
+  ShapeProgram program(system, maneuver, coordinates, stated);
+  StageModel model(program.sizes());
+  if (!program.go_to(path)) return stated;
+  program.linearize(model);
+  const auto rows = static_cast<Eigen::Index>(stated.size());
+  const Eigen::Index inputs = system.control_count();
+  MatrixXd sensitivity(rows, inputs * maneuver.steps);
+  MatrixXd carried = model.C;
+  for (int k = maneuver.steps - 1; k >= 0; --k) {
+    sensitivity.middleCols(inputs * k, inputs).noalias() = carried * model.stage[at(k)].B;
+    carried = (carried * model.stage[at(k)].A).eval();
+  }
+  std::map<EndRow::Kind, double> unit;  // rad, m and N m side by side: each kind counts by its largest row
+  for (Eigen::Index r = 0; r < rows; ++r) {
+    double& size = unit[stated[static_cast<std::size_t>(r)].kind];
+    size = std::max(size, sensitivity.row(r).norm());
+  }
+  for (Eigen::Index r = 0; r < rows; ++r)
+    if (const double size = unit[stated[static_cast<std::size_t>(r)].kind]; size > 0.0) sensitivity.row(r) /= size;
+  std::vector<char> kept(stated.size());
+  for (int r : independent_rows(sensitivity, dependence_threshold)) kept[at(r)] = 1;
+  std::vector<EndRow> independent;
+  for (std::size_t r = 0; r < stated.size(); ++r)
+    if (kept[r]) independent.push_back(stated[r]);
+  return independent;
+}
+
+}  // namespace lamprey::maneuver
