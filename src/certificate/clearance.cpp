@@ -14,8 +14,7 @@ namespace {
 using model::at;
 
 // Finds the least gap of a sequence of placements. Pairs that bounds show to be no nearer than the nearest yet are not
-// computed: bounding spheres, and the last gap computed less the way that either body has moved since, as seen from the
-// other.
+// computed: bounding balls, and the planes across the line of centres or across the direction of the pair's last gap.
 class NearestPair {
  public:
   explicit NearestPair(const model::System& system) : system_(system), order_(at(system.body_count())) {
@@ -34,13 +33,6 @@ class NearestPair {
   const Clearance& least() const { return least_; }
 
  private:
-  struct Seen {
-    double bound;     // m, not above the gap at that time
-    Vector3d offset;  // of the second body, then, all three in the frame of the first
-    Matrix3d rotation;
-    Vector3d direction;
-  };
-
   // Bodies by where they begin along the axis in which they are spread most.
   void sweep(const Placement& placed, double time) {
     Vector3d low = placed.position.front(), high = low;
@@ -60,32 +52,27 @@ class NearestPair {
 
   void look_at_pair(const Placement& placed, int i, int j, double time) {
     const Vector3d offset = placed.position[at(j)] - placed.position[at(i)];
-    if (offset.norm() - radius_[at(i)] - radius_[at(j)] >= least_.gap) return;
+    const double distance = offset.norm();
+    if (distance - radius_[at(i)] - radius_[at(j)] >= least_.gap) return;
     const Matrix3d& R = placed.rotation[at(i)];
-    const Vector3d here = R.transpose() * offset;
-    const Matrix3d turned = R.transpose() * placed.rotation[at(j)];
-    const auto [memory, is_new] =
-        seen_.try_emplace(static_cast<std::uint64_t>(i) * at(system_.body_count()) + at(j), Seen{});
-    Seen& last = memory->second;
-    if (!is_new) {
-      // a point of j moves by no more than |Δc| + r |ΔQ|, and the gap by no more than such a point
-      const double moved =
-          (here - last.offset).norm() + radius_[at(j)] * (turned - last.rotation).norm() * std::sqrt(0.5);
-      if (last.bound - moved >= least_.gap) return;
-    }
-    const fluid::EllipsoidPair pair{system_.body(i).semi_axes, system_.body(j).semi_axes, Matrix3d::Identity(), turned,
-                                    here};
-    fluid::Gap gap = is_new ? fluid::gap(pair) : fluid::gap(pair, last.direction);
+    const fluid::EllipsoidPair pair{system_.body(i).semi_axes, system_.body(j).semi_axes, R, placed.rotation[at(j)],
+                                    offset};
+    if (distance > 0.0 && fluid::separation_along(pair, offset.stableNormalized()) >= least_.gap) return;
+    const auto number = static_cast<std::uint64_t>(i) * at(system_.body_count()) + at(j);
+    const auto [last, is_new] = direction_.try_emplace(number, Vector3d::Zero());
+    const Vector3d near = R * last->second;
+    if (!is_new && fluid::separation_along(pair, near) >= least_.gap) return;
+    fluid::Gap gap = is_new ? fluid::gap(pair) : fluid::gap(pair, near);
     if (!is_new && gap.value < least_.gap && gap.value < 0.0) gap = fluid::gap(pair);  // there may be a shorter way out
-    last = {gap.value, here, turned, gap.direction};
+    last->second = R.transpose() * gap.direction;
     if (gap.value < least_.gap) least_ = {gap.value, time, i, j};
   }
 
   static constexpr double infinite = std::numeric_limits<double>::infinity();
   const model::System& system_;
-  std::vector<double> radius_;  // m, of bounding spheres
-  std::vector<int> order_;      // of the sweep before: nearly that of this one
-  std::unordered_map<std::uint64_t, Seen> seen_;
+  std::vector<double> radius_;                             // m, of bounding spheres
+  std::vector<int> order_;                                 // of the sweep before: nearly that of this one
+  std::unordered_map<std::uint64_t, Vector3d> direction_;  // of a pair's last gap, frame of its first body
   Clearance least_;
 };
 

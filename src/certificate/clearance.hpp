@@ -34,7 +34,7 @@ class StepPath {
 };
 
 /// Least gap (equation 1.19) at the nodes and at the ends of the parts between them, with the time and the two bodies;
-/// the first of equal ones. Nothing for a single body; NaN where stored numbers are not finite.
+/// the earliest of equal ones. Nothing for a single body; NaN where stored numbers are not finite.
 std::optional<Clearance> clearance(const StoredMotion& motion);
 
 }  // namespace lamprey::certificate

@@ -162,6 +162,11 @@ Gap gap_at(const Climb& climb) {
 
 }  // namespace
 
+double separation_along(const EllipsoidPair& pair, const Vector3d& direction) {
+  return direction.dot(pair.offset) - pair.semi_axes_1.cwiseProduct(pair.rotation_1.transpose() * direction).norm() -
+         pair.semi_axes_2.cwiseProduct(pair.rotation_2.transpose() * direction).norm();
+}
+
 Gap gap(const EllipsoidPair& pair, const Vector3d& near) {
   const Search search(pair);
   Climb best = climb(search, near.stableNormalized().normalized());

@@ -39,6 +39,10 @@ Gap gap(const EllipsoidPair& pair);
 /// leads to, not necessarily the shortest: a smooth function of the pair, and never above the gap.
 Gap gap(const EllipsoidPair& pair, const Eigen::Vector3d& near);
 
+/// φ(n), m: how far apart the planes with this unit normal are that touch 1 in front and 2 behind. Never above the gap,
+/// and equal to it at `Gap::direction`: a bound at the price of two lengths.
+double separation_along(const EllipsoidPair& pair, const Eigen::Vector3d& direction);
+
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 

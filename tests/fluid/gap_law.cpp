@@ -172,6 +172,16 @@ TEST(Gap, is_the_least_move_after_which_the_bodies_touch) {
   }
 }
 
+TEST(Gap, bounds_the_separation_along_every_direction_and_is_it_along_its_own) {
+  PairDraw draw(19);
+  for (int n = 0; n < 300; ++n) {
+    const EllipsoidPair pair = draw.pair(10.0, 0.6);
+    const Gap result = gap(pair);
+    EXPECT_NEAR(separation_along(pair, result.direction), result.value, tests::tolerance(1e-14 * size_of(pair)));
+    for (int m = 0; m < 20; ++m) EXPECT_LT(separation_along(pair, draw.vector(1.0).normalized()), result.value);
+  }
+}
+
 TEST(Gap, from_a_near_direction_is_the_same_for_bodies_apart_and_never_larger_for_overlapping_ones) {
   PairDraw draw(17);
   int apart = 0, smaller = 0;
@@ -190,6 +200,26 @@ TEST(Gap, from_a_near_direction_is_the_same_for_bodies_apart_and_never_larger_fo
   }
   EXPECT_GT(apart, 200);
   EXPECT_GT(smaller, 20) << "no pair with several ways out: the test says nothing of them";
+}
+
+// Some of these have a way out that only a few starts lead to.
+TEST(Gap, of_deep_overlap_is_not_beaten_from_random_directions) {
+  PairDraw draw(18);
+  for (int n = 0; n < 3000; ++n) {
+    EllipsoidPair pair = draw.pair(100.0, n % 2 == 0 ? 0.02 : 0.1);
+    if (n % 3 == 0)  // needles and discs
+      for (double& axis : pair.semi_axes_1) axis = draw.uniform(0.0, 1.0) < 0.5 ? 1.0 : 0.01;
+    const Gap best = gap(pair);
+    ASSERT_TRUE(best.converged);
+    for (int m = 0; m < 8; ++m) {
+      const Vector3d start = draw.vector(1.0).normalized();
+      const Gap found = gap(pair, start);
+      ASSERT_TRUE(found.converged);
+      const double error = tests::tolerance(1e-12 * size_of(pair));
+      ASSERT_LE(found.value, best.value + error) << n;
+      ASSERT_GE(found.value, separation_along(pair, start) - error) << "climbed down";
+    }
+  }
 }
 
 TEST(Gap, of_the_straight_chain_of_the_paper_is_1_30_m_and_equal_centres_leave_by_the_shortest_axes) {
