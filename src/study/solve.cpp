@@ -148,8 +148,10 @@ class Search {
     }
     path = turned_as_asked(path);
     Solution solution;
-    describe_motion(system_, full_.lagrangian, full_.time_step(), path, solution);
-    solution.cost = maneuver::cost_of(full_.node_weight, solution.control);
+    const double duration = found.duration > 0.0 ? found.duration : full_.duration;
+    describe_motion(system_, full_.lagrangian, duration / full_.steps, path, solution);
+    solution.cost = maneuver::cost_of(duration / full_.duration * full_.node_weight, solution.control) +
+                    full_.time_weight * duration;
     solution.solver.name = method_->name() + (shooting ? ", single shooting" : "");
     solution.solver.wall_seconds = budget_.seconds();
     for (const optimizer::Iteration& step : outcome.history)
