@@ -19,7 +19,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.equation_residual = balance.equation_residual;
   if (!problem.goal || solution.status == maneuver::Status::simulated) return proof;
 
-  if (!problem.goal->periodic) proof.goal_error = goal_error(motion);
+  proof.goal_error = goal_error(motion);
   if (!motion.steps_known) return proof;
   proof.rest_error = balance.end_momentum;
   const ControlSpace space = control_space(motion);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "file/json_document.hpp"
+#include "file/limits_json.hpp"
 #include "file/solution_file.hpp"
 #include "file/text_file.hpp"
 #include "file/words.hpp"
@@ -140,6 +141,14 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
     problem.points = reader.at("control").at("points").integer(0, largest);
   }
   if (reader.has("effort")) problem.effort = reader.at("effort").number();
+  if (reader.has("time_weight")) problem.time_weight = reader.at("time_weight").number();
+  if (reader.has("limits")) problem.limits = read_limits(reader.at("limits"));
+  if (reader.has("waypoints")) problem.waypoints = read_waypoints(reader.at("waypoints"));
+  if (reader.has("free_duration")) {
+    problem.free_duration = true;
+    problem.between = {reader.at("free_duration").at("min").number(), reader.at("free_duration").at("max").number()};
+  }
+  if (reader.has("free_shape")) problem.free_shape = reader.at("free_shape").boolean();
   if (reader.has("tolerance")) problem.tolerance = reader.at("tolerance").number();
   return problem;
 }
@@ -266,6 +275,9 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
   results.solution.cost = reader.at("cost").number_or_nan();
   results.problem = read_resolved(reader.at("problem"));
   read_motion(reader, results.problem, results.solution);
+  if (reader.has("limit_multipliers"))
+    results.solution.limit_multipliers =
+        read_limit_multipliers(reader.at("limit_multipliers"), results.solution.time.size());
   if (!reader.at("certificate").is_null()) results.certificate = read_certificate(reader.at("certificate"));
   if (!reader.at("search").is_null()) results.solution.search = read_search(reader.at("search"));
   if (!reader.at("solver").is_null()) results.solution.solver = read_solver(reader.at("solver"));

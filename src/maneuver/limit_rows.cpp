@@ -357,13 +357,16 @@ void add_body_rows(const System& system, const Problem& problem, std::vector<Lim
         rows.push_back(row);
       }
     row.other_body = -1;
+    row.component = 0;
     for (const KeepOutSphere& sphere : limits.spheres) {
       row.kind = Kind::sphere;
       row.key = "limits.sphere";
       row.centre = sphere.centre;
       row.bound = sphere.radius;
       rows.push_back(row);
+      ++row.component;
     }
+    row.component = 0;
     for (const KeepOutHalfSpace& half : limits.half_spaces) {
       row.kind = Kind::half_space;
       row.key = "limits.half_space";
@@ -371,6 +374,7 @@ void add_body_rows(const System& system, const Problem& problem, std::vector<Lim
       row.normal = half.normal.normalized();
       row.bound = 0.0;
       rows.push_back(row);
+      ++row.component;
     }
   }
 }
@@ -460,6 +464,25 @@ void limit_derivatives(const System& system, const LimitRow& row, const LimitedN
     case Kind::angle_above:
     case Kind::angle_below:
       return;
+  }
+}
+
+double price_of_bound(const LimitRow& row, double time_step) {
+  switch (row.kind) {
+    case Kind::torque:
+    case Kind::torque_component:
+      return 2.0 / row.bound / row.unit;
+    case Kind::swing:
+      return std::sin(row.bound) / row.unit;
+    case Kind::speed: {
+      const double angle = row.bound * time_step;
+      return 2.0 * std::sin(angle) * time_step / (angle * angle) / row.unit;
+    }
+    case Kind::not_shorter:
+    case Kind::not_longer:
+      return 1.0 / row.bound / row.unit;
+    default:
+      return 1.0 / row.unit;
   }
 }
 

@@ -43,6 +43,7 @@ struct LimitRow {
   Matrix3d asked = Matrix3d::Identity();      // body → world at a waypoint
   double time = -1.0;                         // s of a waypoint; negative: at each node
   bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
+  bool upper() const { return kind == Kind::angle_below || kind == Kind::not_longer; }
   bool of_duration() const { return kind == Kind::not_shorter || kind == Kind::not_longer; }
   bool of_moments() const { return kind == Kind::torque || kind == Kind::torque_component; }
 };
@@ -73,5 +74,8 @@ void limit_derivatives(const model::System& system, const LimitRow& row, const L
 /// The same of a torque row by the moments along the actuation: [controls], squared.
 void torque_derivatives(const model::System& system, const LimitRow& row, const VectorXd& moment, VectorXd& gradient,
                         MatrixXd& hessian);
+
+/// Change of a row's value, where the limit holds, for each N m, rad, rad/s, m or s by which it gives way.
+double price_of_bound(const LimitRow& row, double time_step);
 
 }  // namespace lamprey::maneuver

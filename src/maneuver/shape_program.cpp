@@ -45,7 +45,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       start_impulse_(VectorXd::Zero(shape_)),
       end_multiplier_(VectorXd::Zero(static_cast<Eigen::Index>(end_rows_.size()))),
       idle_multiplier_(at(steps_), VectorXd::Zero(shape_ - controls_)),
-      next_by_idle_(at(steps_), MatrixXd(2 * shape_ + pose_, shape_ - controls_)),
+      next_by_idle_(at(steps_), MatrixXd::Zero(states(), shape_ - controls_)),
       buffer_(system.body_count()),
       hessian_(2 * shape_ + 3, 2 * shape_ + 3) {
   if (!maneuver.periodic)
