@@ -30,12 +30,22 @@ struct Refinement {
   double observed_order = unset;
 };
 
+/// Limits and waypoints along the stored motion.
+struct LimitsKept {
+  double violation = unset;        // largest: rad, m or s, moments and rates against the bound; 0 where all are kept
+  std::string key;                 // of the worst, as in the problem file
+  double time = unset;             // s, of the worst
+  double complementarity = unset;  // largest |multiplier · margin| / (cost / duration)
+  double negative = unset;         // most negative multiplier / the largest; 0 where none is
+};
+
 struct Certificate {
   double goal_error = unset;      // max over goal rows, rad or m
   double rest_error = unset;      // max |μ_N| / scale
   double momentum_drift = unset;  // max |p − p_0| / scale
   double rotation_drift = unset;  // max |RᵀR − I|
   double kkt = unset;             // scaled, in the space of controls
+  std::optional<LimitsKept> limits;  // where the problem has any, or waypoints, or a free duration
   std::optional<SecondOrder> second_order;
   std::optional<Replay> replay;
   std::optional<Refinement> refinement;

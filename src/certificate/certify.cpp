@@ -2,6 +2,7 @@
 
 #include "certificate/balance.hpp"
 #include "certificate/goal_check.hpp"
+#include "certificate/limit_check.hpp"
 #include "certificate/optimality.hpp"
 #include "certificate/replay.hpp"
 
@@ -24,8 +25,11 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.rest_error = balance.end_momentum;
   const ControlSpace space = control_space(motion);
   proof.control_error = space.outside;
-  const bool equalities_only = !problem.goal->periodic && !problem.limits.any() && !problem.duration.free;
-  if (options.optimality && equalities_only) proof.kkt = kkt_residual(motion, space, balance.scale);
+  if (problem.limits.any() || problem.duration.free || !problem.waypoints.empty()) {
+    const LimitCheck kept = check_limits(motion);
+    proof.limits = {kept.violation, kept.key, kept.time, kept.complementarity, kept.negative};
+  }
+  if (options.optimality) proof.kkt = kkt_residual(motion, space, balance.scale);
   if (options.replay) proof.replay = replay(motion, options.replay_window, options.replay_tolerance);
   return proof;
 }

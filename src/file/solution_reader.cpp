@@ -210,6 +210,11 @@ certificate::Certificate read_certificate(const JsonReader& reader) {
                      replay.at("whole_rotation_error").number_or_nan(),
                      replay.at("whole_position_error").number_or_nan(),
                      replay.at("growth_rate").number_or_nan()};
+  if (reader.has("limits")) {
+    const JsonReader limits = reader.at("limits");
+    result.limits = {limits.at("violation").number_or_nan(), limits.at("key").text(), limits.at("time").number_or_nan(),
+                     limits.at("complementarity").number_or_nan(), limits.at("negative").number_or_nan()};
+  }
   if (const JsonReader refinement = reader.at("refinement"); !refinement.is_null())
     result.refinement = {refinement.at("cost_half_step").number_or_nan(),
                          refinement.at("observed_order").number_or_nan()};

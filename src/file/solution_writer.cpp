@@ -194,6 +194,12 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   text.add("start_error", json(certificate->start_error));
   text.add("control_error", json(certificate->control_error));
   text.add("kkt", json(certificate->kkt));
+  if (certificate->limits)
+    text.add("limits",
+             fmt::format(
+                 "{{\"violation\": {}, \"key\": {}, \"time\": {}, \"complementarity\": {}, \"negative\": {}}}",
+                 json(certificate->limits->violation), json(certificate->limits->key), json(certificate->limits->time),
+                 json(certificate->limits->complementarity), json(certificate->limits->negative)));
   const auto& second = certificate->second_order;
   text.add("second_order", second ? fmt::format("{{\"smallest_eigenvalue\": {}, \"positive\": {}}}",
                                                 json(second->smallest_eigenvalue), json(second->positive))

@@ -408,6 +408,32 @@ void add_waypoint_rows(const System& system, const Problem& problem, std::vector
 
 }  // namespace
 
+const char* LimitRow::unit_name() const {
+  switch (kind) {
+    case Kind::torque:
+    case Kind::torque_component:
+      return "(1 - square of moment over bound)";
+    case Kind::swing:
+      return "(cosine)";
+    case Kind::twist:
+    case Kind::angle_above:
+    case Kind::angle_below:
+    case Kind::pass_turn:
+      return "rad";
+    case Kind::speed:
+      return "(1 - square of rate over bound)";
+    case Kind::not_shorter:
+    case Kind::not_longer:
+      return "of the bound";
+    case Kind::clearance:
+    case Kind::sphere:
+    case Kind::half_space:
+    case Kind::pass_position:
+      break;
+  }
+  return "m";
+}
+
 std::vector<LimitRow> limit_rows(const System& system, const Problem& problem) {
   std::vector<LimitRow> rows;
   add_joint_rows(system, problem, rows);

@@ -44,6 +44,8 @@ struct LimitRow {
   double time = -1.0;                         // s of a waypoint; negative: at each node
   bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
   bool upper() const { return kind == Kind::angle_below || kind == Kind::not_longer; }
+  /// What a value times `unit` is counted in.
+  const char* unit_name() const;
   bool of_duration() const { return kind == Kind::not_shorter || kind == Kind::not_longer; }
   bool of_moments() const { return kind == Kind::torque || kind == Kind::torque_component; }
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace lamprey::maneuver {
 
@@ -20,6 +21,15 @@ using optimizer::StageStep;
 constexpr double longest_turn = 0.6;      // rad, of one shape coordinate in one step of the search
 constexpr double longest_stretch = 0.3;   // of the logarithm of the duration
 constexpr double free_shape_hold = 1e-3;  // metric of a free first shape against that of turns between nodes
+
+constexpr double worth_telling = 1e-7;    // rad, m, N m
+
+std::string in_words(double value) {
+  std::ostringstream text;
+  text.precision(3);
+  text << value;
+  return text.str();
+}
 
 }  // namespace
 
@@ -565,6 +575,41 @@ double ShapeProgram::goal_error() const {
     if (end_rows_[r].kind != EndRow::Kind::moment)
       error = std::max(error, std::abs(now_.end_rows[static_cast<Eigen::Index>(r)]));
   return error;
+}
+
+std::string ShapeProgram::largest_miss() const {
+  if (end_rows_.empty()) return "";
+  Eigen::Index worst = 0;
+  const double value = now_.end_rows.cwiseAbs().maxCoeff(&worst);
+  if (value < worth_telling) return "";
+  const EndRow& row = end_rows_[at(static_cast<int>(worst))];
+  const std::string size = in_words(value);
+  const std::string axis = " e_" + std::to_string(row.component + 1);
+  switch (row.kind) {
+    case EndRow::Kind::position:
+      return "goal.move along" + axis + " is missed by " + size + " m";
+    case EndRow::Kind::moment:
+      return "an unactuated joint would need a moment of " + size + " N m to end as asked";
+    case EndRow::Kind::closure:
+      return "the shape of " + system_.body(row.index).name + " does not close by " + size + " rad";
+    case EndRow::Kind::orientation:
+    case EndRow::Kind::shape:
+      break;
+  }
+  return "the end attitude of " + system_.body(row.index).name + " is missed by " + size + " rad";
+}
+
+std::string ShapeProgram::largest_violation() const {
+  if (limits_.empty()) return "";
+  const LimitError worst = worst_limit();
+  if (worst.value < worth_telling || worst.row < 0) return "";
+  const LimitRow& row = limits_.rows()[at(worst.row)];
+  std::string who;
+  if (row.joint >= 0) who = " at joint " + system_.joint(row.joint).name;
+  if (row.body >= 0) who = " of " + system_.body(row.body).name;
+  if (row.other_body >= 0) who += " and " + system_.body(row.other_body).name;
+  return row.key + who + " cannot be kept: broken by " + in_words(worst.value * row.unit) + " " + row.unit_name() +
+         " at " + in_words(worst.node * h_ * now_.stretch) + " s";
 }
 
 }  // namespace lamprey::maneuver

@@ -32,6 +32,10 @@ class ShapeProgram : public optimizer::StageProgram {
   const LimitMultipliers& limit_multipliers() const { return limits_.multipliers(); }
   LimitError worst_limit() const { return limits_.error(now_.limit_value); }
   const std::vector<LimitRow>& limit_rows() const { return limits_.rows(); }
+  /// The end row that is missed most, in words; empty where the goal is met.
+  std::string largest_miss() const;
+  /// The limit that is broken most, in words; empty where all are kept.
+  std::string largest_violation() const;
 
   optimizer::StageSizes sizes() const override;
   const optimizer::Merit& merit() const override { return now_.merit; }

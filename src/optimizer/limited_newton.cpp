@@ -39,8 +39,8 @@ Outcome solve_within_limits(StageNewton& newton, StageProgram& program, const Op
     add_effort(before, outcome);
     if (gave_up(outcome.termination)) return outcome;
     const bool met = program.limit_error() <= limit_tolerance;
+    program.renew_limits();  // at the answer too: its multipliers are those that make it stationary
     if (met && round.tolerance == options.tolerance) return outcome;
-    program.renew_limits();
   }
   if (program.limit_error() > out_of_reach) {
     outcome.termination = Termination::infeasible;

@@ -11,6 +11,7 @@ namespace {
 using certificate::unset;
 
 constexpr double goal_mark = 1e-9;       // rad, m; also rest
+constexpr double limit_mark = 1e-7;       // rad, m, s, of the bound
 constexpr double momentum_mark = 1e-11;  // of the scale
 constexpr double equation_mark = 1e-10;
 constexpr double replay_mark = 1e-3;     // rad at a window's end
@@ -50,7 +51,7 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
   const certificate::Refinement refinement = proof.refinement.value_or(certificate::Refinement{});
   const double asked = problem.goal ? goal_mark : unset;
   const double rests = problem.goal && problem.goal->rest ? goal_mark : unset;
-  return {
+  std::vector<CertificateRow> rows = {
       held("Goal error", proof.goal_error, "", asked,
            "Largest distance of the end from what the goal asks, over all its rows, in rad or m."),
       held("Rest error", proof.rest_error, "", rests,
@@ -85,6 +86,12 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
             "Cost of the same problem solved with twice the steps."),
       shown("Observed order", refinement.observed_order, "", "Order at which the cost settles as the step is halved."),
   };
+  if (proof.limits)
+    rows.insert(rows.begin() + 1,
+                held("Limits", proof.limits->violation, "", limit_mark,
+                     "Largest violation of a limit or miss of a waypoint at the nodes, in rad, m or s; of moments and "
+                     "rates relative to the bound."));
+  return rows;
 }
 
 }  // namespace lamprey::report

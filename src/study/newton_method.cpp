@@ -127,6 +127,8 @@ class NewtonMethod : public Method {
     if (grid.program.go_to(from)) {
       outcome = optimizer::solve_within_limits(grid.newton, grid.program,
                                                budget_.optimizer_options(most_iterations, tolerance), limit_tolerance);
+      for (const std::string& detail : {grid.program.largest_violation(), grid.program.largest_miss()})
+        if (!detail.empty()) outcome.reason += "; " + detail;
       found.path = grid.program.path();
       found.cost = grid.program.cost();
       found.duration = grid.program.duration();
