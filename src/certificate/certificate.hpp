@@ -39,6 +39,14 @@ struct LimitsKept {
   double negative = unset;         // most negative multiplier / the largest; 0 where none is
 };
 
+/// Where two bodies come nearest to each other.
+struct Clearance {
+  double gap = unset;   // m; below zero they overlap, and this is minus the shortest way out
+  double time = unset;  // s
+  int first = -1;       // body indices, first < second
+  int second = -1;
+};
+
 struct Certificate {
   double goal_error = unset;      // max over goal rows, rad or m
   double rest_error = unset;      // max |μ_N| / scale
@@ -52,6 +60,8 @@ struct Certificate {
   double equation_residual = unset;  // largest residual of the discrete equations, both ends included, / scale
   double start_error = unset;        // largest difference of node 0 from the problem's start, rad or m
   double control_error = unset;      // largest part of a moment that joints or control kind forbid / largest moment
+
+  std::optional<Clearance> clearance;  // least gap of two bodies; nothing for a single one
 };
 
 }  // namespace lamprey::certificate

@@ -1,6 +1,7 @@
 #include "certificate/certify.hpp"
 
 #include "certificate/balance.hpp"
+#include "certificate/clearance.hpp"
 #include "certificate/goal_check.hpp"
 #include "certificate/limit_check.hpp"
 #include "certificate/optimality.hpp"
@@ -16,6 +17,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   const Balance balance = check_balance(motion);
   proof.rotation_drift = balance.rotation_drift;
   proof.start_error = start_error(motion);
+  proof.clearance = clearance(motion);
   proof.momentum_drift = balance.momentum_drift;
   proof.equation_residual = balance.equation_residual;
   if (!problem.goal || solution.status == maneuver::Status::simulated) return proof;

@@ -10,6 +10,7 @@
 #include "file/text_table.hpp"
 #include "file/words.hpp"
 #include "fluid/ellipsoid.hpp"
+#include "fluid/gap.hpp"
 #include "fluid/overlap.hpp"
 #include "lie/so3.hpp"
 #include "model/input_error.hpp"
@@ -170,12 +171,15 @@ std::string neighbours_section(const Problem& problem, const System& system) {
       const auto& first = placed[static_cast<std::size_t>(a)];
       const auto& second = placed[static_cast<std::size_t>(b)];
       if (!joined(a, b) && far_apart(first, second)) continue;
-      const fluid::Contact contact = fluid::contact(first, second);
-      table.add_row({printable(system.body(a).name), printable(system.body(b).name), short_number(contact.value),
-                     short_number(contact.centre_line_gap), contact.value > 1.0 ? "apart" : "OVERLAP"});
+      const fluid::Gap gap = fluid::gap(
+          {first.semi_axes, second.semi_axes, first.rotation, second.rotation, second.centre - first.centre});
+      table.add_row({printable(system.body(a).name), printable(system.body(b).name),
+                     short_number(fluid::contact(first, second).value), short_number(gap.value),
+                     gap.value > 0.0 ? "apart" : "OVERLAP"});
     }
   }
-  return "\nNeighbours at the start: above 1 the bodies are apart; gap along the line of their centres\n" +
+  return "\nNeighbours at the start, joined or near: the least distance of their surfaces is the gap; where they\n"
+         "overlap, minus the shortest way out (contact function below 1)\n" +
          table.text();
 }
 

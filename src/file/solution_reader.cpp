@@ -190,7 +190,7 @@ void read_motion(const JsonReader& reader, const ResolvedProblem& problem, maneu
   read_momentum(reader.at("momentum").at("angular"), nodes, solution.angular_momentum);
 }
 
-certificate::Certificate read_certificate(const JsonReader& reader) {
+certificate::Certificate read_certificate(const JsonReader& reader, int bodies) {
   certificate::Certificate result;
   result.goal_error = reader.at("goal_error").number_or_nan();
   result.rest_error = reader.at("rest_error").number_or_nan();
@@ -199,6 +199,14 @@ certificate::Certificate read_certificate(const JsonReader& reader) {
   if (reader.has("equation_residual")) result.equation_residual = reader.at("equation_residual").number_or_nan();
   if (reader.has("start_error")) result.start_error = reader.at("start_error").number_or_nan();
   if (reader.has("control_error")) result.control_error = reader.at("control_error").number_or_nan();
+  if (reader.has("clearance") && !reader.at("clearance").is_null()) {
+    const JsonReader clearance = reader.at("clearance");
+    const JsonReader pair = clearance.at("bodies");
+    pair.require_array(2);
+    result.clearance = certificate::Clearance{clearance.at("gap").number_or_nan(), clearance.at("time").number_or_nan(),
+                                              pair.at(std::size_t{0}).integer(-1, bodies - 1),
+                                              pair.at(std::size_t{1}).integer(-1, bodies - 1)};
+  }
   result.kkt = reader.at("kkt").number_or_nan();
   if (const JsonReader second = reader.at("second_order"); !second.is_null())
     result.second_order = {second.at("smallest_eigenvalue").number_or_nan(), second.at("positive").boolean()};
@@ -283,7 +291,9 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
   if (reader.has("limit_multipliers"))
     results.solution.limit_multipliers =
         read_limit_multipliers(reader.at("limit_multipliers"), results.solution.time.size());
-  if (!reader.at("certificate").is_null()) results.certificate = read_certificate(reader.at("certificate"));
+  if (!reader.at("certificate").is_null()) {
+    results.certificate = read_certificate(reader.at("certificate"), static_cast<int>(results.problem.bodies.size()));
+  }
   if (!reader.at("search").is_null()) results.solution.search = read_search(reader.at("search"));
   if (!reader.at("solver").is_null()) results.solution.solver = read_solver(reader.at("solver"));
   if (reader.has("divided_steps")) results.solution.divided = read_divided(reader.at("divided_steps"));

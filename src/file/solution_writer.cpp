@@ -193,6 +193,11 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   text.add("equation_residual", json(certificate->equation_residual));
   text.add("start_error", json(certificate->start_error));
   text.add("control_error", json(certificate->control_error));
+  const auto& clearance = certificate->clearance;
+  text.add("clearance", clearance
+                            ? fmt::format("{{\"gap\": {}, \"time\": {}, \"bodies\": [{}, {}]}}", json(clearance->gap),
+                                          json(clearance->time), clearance->first, clearance->second)
+                            : "null");
   text.add("kkt", json(certificate->kkt));
   if (certificate->limits)
     text.add("limits",

@@ -110,20 +110,25 @@ struct Climb {
   bool converged;
 };
 
-// Newton's method on the sphere, kept within a radius that trusts the quadratic model. Where the gain is lost in
-// round-off, the slope goes on to fall until it is round-off too.
+// At the top to round-off of φ the direction is not yet: the slope goes on to fall until it is round-off too.
+Separation polished(const Search& search, Separation here, double noise) {
+  for (int n = 0; n < 10; ++n) {
+    const Separation there = search.at(moved(here, model_step(here, 1.0).tangent));
+    if (!(there.slope.norm() < 0.5 * here.slope.norm()) || there.value < here.value - noise) break;
+    here = there;
+  }
+  return here;
+}
+
+// Newton's method on the sphere, kept within a radius that trusts the quadratic model.
 Climb climb(const Search& search, const Vector3d& start) {
   const double noise = 8.0 * round_off * search.size;
   Separation here = search.at(start);
   double radius = 0.5;
   for (int n = 0; n < 200; ++n) {
     const Step step = model_step(here, radius);
+    if (step.gain <= noise) return {polished(search, here, noise), true};
     const Separation there = search.at(moved(here, step.tangent));
-    if (step.gain <= noise) {
-      if (!(there.slope.norm() < 0.5 * here.slope.norm()) || there.value < here.value - noise) return {here, true};
-      here = there;
-      continue;
-    }
     const double quality = (there.value - here.value) / step.gain;
     if (quality > 0.1) here = there;
     if (quality < 0.25) {

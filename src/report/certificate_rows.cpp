@@ -45,6 +45,15 @@ CertificateRow second_order_row(const std::optional<certificate::SecondOrder>& s
 
 }  // namespace
 
+std::string clearance_words(const certificate::Clearance& clearance, const file::ResolvedProblem& problem) {
+  if (std::isnan(clearance.gap) || clearance.first < 0 || clearance.second < 0) return number(unset);
+  const std::string pair = fmt::format("{} and {}", problem.bodies[static_cast<std::size_t>(clearance.first)].name,
+                                       problem.bodies[static_cast<std::size_t>(clearance.second)].name);
+  const std::string time = number(clearance.time, 3) + " s";
+  if (clearance.gap >= 0.0) return fmt::format("{} m: {} at {}", number(clearance.gap, 3), pair, time);
+  return fmt::format("bodies pass through each other: {} by {} m at {}", pair, number(-clearance.gap, 3), time);
+}
+
 std::vector<CertificateRow> certificate_rows(const certificate::Certificate& proof,
                                              const file::ResolvedProblem& problem) {
   const certificate::Replay replay = proof.replay.value_or(certificate::Replay{});
@@ -66,6 +75,13 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
            "Joint moments act in pairs, so nothing may change it."),
       shown("Rotation drift", proof.rotation_drift, "",
             "Largest entry of RᵀR − I: how far stored rotations are from rotations."),
+      {"Clearance",
+       proof.clearance ? clearance_words(*proof.clearance, problem)
+                       : (problem.bodies.size() == 1 ? "one body" : number(unset)),
+       "", std::nullopt,
+       "Least distance of two bodies at the nodes and between them, with joints turning evenly from node to node. "
+       "Where "
+       "bodies overlap: the shortest way out of each other. Nothing in the mechanics keeps bodies apart."},
       held("First-order optimality (KKT)", proof.kkt, "", problem.tolerance,
            "Largest part of the cost’s gradient that no multiplier of the goal explains, relative to the gradient "
            "itself."),

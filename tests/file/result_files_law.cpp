@@ -56,6 +56,11 @@ TEST(SolutionFile, every_double_comes_back_bit_for_bit) {
   EXPECT_EQ(back.name, results.name);
   EXPECT_EQ(back.certificate->kkt, 1e-300);
   EXPECT_TRUE(std::isnan(back.certificate->rest_error));
+  ASSERT_TRUE(back.certificate->clearance);
+  EXPECT_EQ(back.certificate->clearance->gap, results.certificate->clearance->gap);
+  EXPECT_EQ(back.certificate->clearance->time, results.certificate->clearance->time);
+  EXPECT_EQ(back.certificate->clearance->first, 1);
+  EXPECT_EQ(back.certificate->clearance->second, 2);
   EXPECT_EQ(back.provenance.seed, 18446744073709551615U);
 }
 
@@ -164,7 +169,7 @@ TEST(SolutionFile, fields_have_the_names_and_the_order_of_the_interface) {
   EXPECT_EQ(keys_in_order(document["momentum"]["angular"]), (Keys{"bodies", "fluid", "total"}));
   EXPECT_EQ(keys_in_order(document["certificate"]),
             (Keys{"goal_error", "rest_error", "momentum_drift", "rotation_drift", "equation_residual", "start_error",
-                  "control_error", "kkt", "second_order", "replay", "refinement"}));
+                  "control_error", "clearance", "kkt", "second_order", "replay", "refinement"}));
   EXPECT_EQ(document["status"], "optimal");
   EXPECT_EQ(document["problem"]["scheme"], "paper");
   EXPECT_EQ(document["problem"]["goal"]["move"], json::parse(R"([2, "free", "free"])"));

@@ -133,6 +133,7 @@ inline file::Results sample_results(int steps) {
       "structured", 7, 21, sample.number(), {{0, sample.number(), 0.5, 0.25, 0.125}, {1, 2.0, 3.0, 4.0, std::nan("")}}};
   certificate::Certificate certificate;
   certificate.goal_error = sample.number();
+  certificate.clearance = {sample.number(), sample.number(), 1, 2};
   certificate.kkt = 1e-300;
   certificate.second_order = {sample.number(), true};
   certificate.replay = {"dopri",         0.05,           sample.number(), sample.number(), sample.number(),
