@@ -89,6 +89,8 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     if (options.progress) options.progress("certifying");
     proofs.push_back(certificate::certify(system, problem, solution));
     judge(problem, proofs.back(), solution);
+    if (options.progress && solution.status != Status::optimal)
+      options.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
     return solution.status == Status::optimal && resolved(proofs.back());
   };
   const std::vector<Solution> solutions = solve(system, problem, certified);
