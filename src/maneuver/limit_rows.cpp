@@ -251,11 +251,10 @@ double plain_value(const System& system, const LimitRow& row, const LimitedNode&
   switch (row.kind) {
     case Kind::torque: {
       const auto& actuation = system.joint(row.joint).actuation;
-      return 1.0 - (actuation * node.moment.segment(first_moment(system, row.joint), actuation.cols())).squaredNorm() /
-                       (row.bound * row.bound);
+      return 1.0 - (actuation * node.moment.segment(first_moment(system, row.joint), actuation.cols())).norm() / row.bound;
     }
     case Kind::torque_component:
-      return 1.0 - std::pow(node.moment[first_moment(system, row.joint) + row.component] / row.bound, 2);
+      return 1.0 - std::abs(node.moment[first_moment(system, row.joint) + row.component]) / row.bound;
     case Kind::swing: {
       const Joint& joint = system.joint(row.joint);
       return parent_arm(joint).dot(mechanics::child_to_parent(node.rotation, joint) * child_arm(joint)) -
@@ -412,7 +411,7 @@ const char* LimitRow::unit_name() const {
   switch (kind) {
     case Kind::torque:
     case Kind::torque_component:
-      return "(1 - square of moment over bound)";
+      return "of the bound";
     case Kind::swing:
       return "(cosine)";
     case Kind::twist:
@@ -497,7 +496,7 @@ double price_of_bound(const LimitRow& row, double time_step) {
   switch (row.kind) {
     case Kind::torque:
     case Kind::torque_component:
-      return 2.0 / row.bound / row.unit;
+      return 1.0 / row.bound / row.unit;
     case Kind::swing:
       return std::sin(row.bound) / row.unit;
     case Kind::speed: {
@@ -517,17 +516,20 @@ void torque_derivatives(const System& system, const LimitRow& row, const VectorX
   gradient.setZero(system.control_count());
   hessian.setZero(gradient.size(), gradient.size());
   const Eigen::Index first = first_moment(system, row.joint);
-  const double scale = -2.0 / (row.bound * row.bound * row.unit);
+  const double scale = -1.0 / (row.bound * row.unit);
   if (row.kind == Kind::torque_component) {
-    hessian(first + row.component, first + row.component) = scale;
-    gradient[first + row.component] = scale * moment[first + row.component];
+    gradient[first + row.component] = moment[first + row.component] < 0.0 ? -scale : scale;
     return;
   }
   const auto& actuation = system.joint(row.joint).actuation;
   const Eigen::Index columns = actuation.cols();
-  hessian.block(first, first, columns, columns) = scale * actuation.transpose() * actuation;
-  gradient.segment(first, columns) =
-      hessian.block(first, first, columns, columns) * moment.segment(first, columns);
+  const Vector3d u = actuation * moment.segment(first, columns);
+  const double size = u.norm();
+  if (size == 0.0) return;  // far from any bound
+  const VectorXd along = actuation.transpose() * (u / size);
+  gradient.segment(first, columns) = scale * along;
+  hessian.block(first, first, columns, columns) =
+      scale / size * (actuation.transpose() * actuation - along * along.transpose());
 }
 
 }  // namespace lamprey::maneuver

@@ -17,7 +17,7 @@ namespace lamprey::maneuver {
 /// One row at each node, or at one node alone.
 struct LimitRow {
   enum class Kind {
-    torque,            // |u_j|² ≤ bound², as 1 − (|u_j|/bound)²
+    torque,            // |u_j| ≤ bound, as 1 − |u_j|/bound
     torque_component,  // each |u_jc| ≤ bound, likewise
     swing,             // cosine of the angle between the joint's two arms ≥ cos(bound)
     twist,             // |turn about the child's arm| ≤ bound, rad

@@ -15,6 +15,7 @@ using model::System;
 
 constexpr double first_weight = 30.0;     // of the cost over the duration
 constexpr double weight_growth = 8.0;     // where the error has not fallen
+constexpr double largest_weight = 1e7;    // of the first
 constexpr double enough_progress = 0.25;  // share of the error that may be left
 
 // Γ·(change of the bodies' turns along two coordinates of the shape), where joints lead bodies: [shape_size] squared.
@@ -198,7 +199,8 @@ void LimitTerms::renew(const MatrixXd& value) {
     for (std::size_t r = 0; r < rows_.size(); ++r)
       if (applies(rows_[r], k))
         multipliers_.value(static_cast<Eigen::Index>(r), k) = pull(r, k, value(static_cast<Eigen::Index>(r), k));
-  if (last_error_ > 0.0 && error > enough_progress * last_error_) multipliers_.weight *= weight_growth;
+  if (last_error_ > 0.0 && error > enough_progress * last_error_) 
+    multipliers_.weight = std::min(weight_growth * multipliers_.weight, multipliers_.largest_weight);
   last_error_ = error;
 }
 
@@ -206,6 +208,7 @@ void LimitTerms::take(const LimitMultipliers& from, double cost) {
   last_error_ = 0.0;
   multipliers_.value.setZero();
   multipliers_.weight = from.weight > 0.0 ? from.weight : first_weight * cost / duration_;
+  multipliers_.largest_weight = from.weight > 0.0 ? from.largest_weight : largest_weight * multipliers_.weight;
   const auto coarse = static_cast<int>(from.value.cols()) - 1;
   if (coarse < 1) return;
   for (int k = 0; k <= steps_; ++k) {

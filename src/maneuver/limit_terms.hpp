@@ -22,6 +22,7 @@ struct LimitError {
 struct LimitMultipliers {
   MatrixXd value;       // [rows][N + 1] (N m)², waypoints (N m)² s; not negative but for waypoints
   double weight = 0.0;  // the same: of ½ g² where a row is violated; 0: not chosen yet
+  double largest_weight = 0.0;
 };
 
 /// What limits add to the model of a node.

@@ -307,6 +307,7 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   stage.S.middleCols(n, n) = node.control_by_shape;
   stage.R = node.by_control_twice;
   stage.r = node.by_control;
+  stage.gradient = stage.weight * now_.moment[at(k)].head(controls_).lpNorm<Eigen::Infinity>();
   if (!maneuver_.free_duration) return;
   // equations 10.8 and 10.9
   const VectorXd& moment = now_.moment[at(k)];

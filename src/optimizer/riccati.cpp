@@ -41,6 +41,7 @@ StageModel::StageModel(const StageSizes& z)
     s = {MatrixXd::Zero(z.states, z.states), MatrixXd::Zero(z.states, z.inputs), VectorXd::Zero(z.states),
          MatrixXd::Zero(z.states, z.states), MatrixXd::Zero(z.inputs, z.states), MatrixXd::Zero(z.inputs, z.inputs),
          VectorXd::Zero(z.states),           VectorXd::Zero(z.inputs),           1.0,
+         0.0,
          MatrixXd::Zero(z.states, z.states)};
 }
 

@@ -69,7 +69,7 @@ double StageNewton::stationarity() const {
   double change = 0.0, gradient = 0.0;
   for (std::size_t k = 0; k < model_.stage.size(); ++k) {
     change = std::max(change, model_.stage[k].weight * step_.input[k].lpNorm<Eigen::Infinity>());
-    gradient = std::max(gradient, model_.stage[k].r.lpNorm<Eigen::Infinity>());
+    gradient = std::max(gradient, model_.stage[k].gradient);
   }
   return change / std::max(gradient, 1e-300);
 }

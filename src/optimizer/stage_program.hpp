@@ -29,6 +29,7 @@ struct Stage {
   VectorXd q;       // [n]
   VectorXd r;       // [m]
   double weight;    // of ½|v|² in the metric of the inputs
+  double gradient;  // size of the cost's own derivative by the inputs, which stationarity is measured against
   MatrixXd metric;  // [n][n] of the states: what a shift of the Hessian adds
 };
 
