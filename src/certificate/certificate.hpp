@@ -10,10 +10,12 @@ namespace lamprey::certificate {
 inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 
 /// Marks of an optimal answer; that of kkt is the problem's tolerance.
-inline constexpr double goal_mark = 1e-9;        // rad, m
-inline constexpr double rest_mark = 1e-9;        // of the scale
-inline constexpr double equation_mark = 1e-10;   // of the scale
-inline constexpr double curvature_mark = 1e-6;   // of the effort's own
+inline constexpr double goal_mark = 1e-9;             // rad, m
+inline constexpr double rest_mark = 1e-9;             // of the scale
+inline constexpr double equation_mark = 1e-10;        // of the scale
+inline constexpr double limit_mark = 1e-7;            // rad, m, s, of the bound
+inline constexpr double complementarity_mark = 1e-6;  // of the cost over the duration; of the largest multiplier
+inline constexpr double curvature_mark = 1e-6;        // of the effort's own
 
 /// Eigenvalues of the Lagrangian's Hessian among changes of the moments that keep the goal, against the effort metric.
 struct SecondOrder {
@@ -51,12 +53,30 @@ struct Refinement {
   double observed_order = unset;
 };
 
+/// Limits and waypoints along the stored motion.
+struct LimitsKept {
+  double violation = unset;        // largest: rad, m or s, moments and rates against the bound; 0 where all are kept
+  std::string key;                 // of the worst, as in the problem file
+  double time = unset;             // s, of the worst
+  double complementarity = unset;  // largest |multiplier · margin| / (cost / duration)
+  double negative = unset;         // most negative multiplier / the largest; 0 where none is
+};
+
+/// Where two bodies come nearest to each other.
+struct Clearance {
+  double gap = unset;   // m; below zero they overlap, and this is minus the shortest way out
+  double time = unset;  // s
+  int first = -1;       // body indices, first < second
+  int second = -1;
+};
+
 struct Certificate {
   double goal_error = unset;      // max over goal rows, rad or m
   double rest_error = unset;      // max |μ_N| / scale
   double momentum_drift = unset;  // max |p − p_0| / scale
   double rotation_drift = unset;  // max |RᵀR − I|
   double kkt = unset;             // scaled, in the space of controls
+  std::optional<LimitsKept> limits;  // where the problem has any, or waypoints, or a free duration
   std::optional<SecondOrder> second_order;
   std::optional<AllAxes> all_axes;  // where control_axes confine an actuated joint
   std::optional<Verdict> verdict;   // of sought motions
@@ -65,6 +85,8 @@ struct Certificate {
   double equation_residual = unset;  // largest residual of the discrete equations, both ends included, / scale
   double start_error = unset;        // largest difference of node 0 from the problem's start, rad or m
   double control_error = unset;      // largest part of a moment that joints or control kind forbid / largest moment
+
+  std::optional<Clearance> clearance;  // least gap of two bodies; nothing for a single one
 };
 
 }  // namespace lamprey::certificate

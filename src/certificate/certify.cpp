@@ -1,7 +1,9 @@
 #include "certificate/certify.hpp"
 
 #include "certificate/balance.hpp"
+#include "certificate/clearance.hpp"
 #include "certificate/goal_check.hpp"
+#include "certificate/limit_check.hpp"
 #include "certificate/optimality.hpp"
 #include "certificate/replay.hpp"
 #include "certificate/second_order.hpp"
@@ -21,7 +23,14 @@ bool confined(const model::System& system, const model::Joint& joint) {
 
 bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
   return proof.equation_residual <= equation_mark && proof.goal_error <= goal_mark &&
-         (!problem.goal->rest || proof.rest_error <= rest_mark);
+         (!problem.goal->rest || proof.rest_error <= rest_mark) &&
+         (!proof.limits || proof.limits->violation <= limit_mark);
+}
+
+bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
+  return proof.kkt <= problem.search.tolerance &&
+         (!proof.limits || (proof.limits->complementarity <= complementarity_mark &&
+                            proof.limits->negative <= complementarity_mark));
 }
 
 // The second-order test with all that confined joints leave free.
@@ -54,17 +63,22 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   const Balance balance = check_balance(motion);
   proof.rotation_drift = balance.rotation_drift;
   proof.start_error = start_error(motion);
+  proof.clearance = clearance(motion);
   proof.momentum_drift = balance.momentum_drift;
   proof.equation_residual = balance.equation_residual;
   if (!problem.goal || solution.status == maneuver::Status::simulated) return proof;
 
-  if (!problem.goal->periodic) proof.goal_error = goal_error(motion);
+  proof.goal_error = goal_error(motion);
   proof.verdict = Verdict::not_optimal;
   if (!motion.steps_known) return proof;
   proof.rest_error = balance.end_momentum;
   const ControlSpace space = control_space(motion);
   proof.control_error = space.outside;
-  if (options.optimality && equalities_only(problem)) proof.kkt = kkt_residual(motion, space, balance.scale);
+  if (problem.limits.any() || problem.duration.free || !problem.waypoints.empty()) {
+    const LimitCheck kept = check_limits(motion);
+    proof.limits = {kept.violation, kept.key, kept.time, kept.complementarity, kept.negative};
+  }
+  if (options.optimality) proof.kkt = kkt_residual(motion, space, balance.scale);
   proof.verdict = verdict(problem, proof);
   if (options.second_order) add_second_order(system, problem, solution, proof);
   if (options.replay) proof.replay = replay(motion, options.replay_window, options.replay_tolerance);
@@ -72,7 +86,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
 }
 
 Verdict verdict(const maneuver::Problem& problem, const Certificate& proof) {
-  if (!problem.goal || !meets_goal(problem, proof) || !(proof.kkt <= problem.search.tolerance))
+  if (!problem.goal || !meets_goal(problem, proof) || !stationary(problem, proof))
     return Verdict::not_optimal;
   return proof.second_order && proof.second_order->positive ? Verdict::proved : Verdict::stationary;
 }

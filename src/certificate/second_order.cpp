@@ -11,7 +11,7 @@ namespace {
 using model::at;
 
 constexpr double dependent_goal_row = 1e-9;    // of the longest
-constexpr double stationary = 1e-4;       // beyond it multipliers are no costates
+constexpr double costates_hold = 1e-4;     // residual: beyond it multipliers are no costates
 constexpr double penalty_per_cost = 1e4;  // of the end rows
 
 MatrixXd moments_by_node(const StoredMotion& motion) {
@@ -171,7 +171,7 @@ std::optional<SecondOrder> second_order(const StoredMotion& motion, double momen
   std::optional<EffortChain> effort = effort_chain(motion, momentum_scale);
   if (!effort) return std::nullopt;
   const Costates costates = costates_by_least_squares(motion, *effort);
-  if (!(costates.residual <= stationary)) return std::nullopt;
+  if (!(costates.residual <= costates_hold)) return std::nullopt;
   effort->tangents.A.clear();
   const Chain chain = lagrangian_chain(motion, std::move(*effort), costates);
   ChainSolver solver(chain, penalty_per_cost * cost_of(motion));

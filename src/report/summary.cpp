@@ -114,6 +114,8 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   const bool sought = solution.status != Status::simulated;
   std::vector<std::pair<std::string, std::string>> rows;
   if (sought && !std::isnan(solution.cost)) rows.emplace_back("Cost", grouped(solution.cost) + " (N m)² s");
+  if (results.certificate && results.certificate->clearance)
+    rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
   rows.emplace_back("Duration", number(problem.duration) + " s");
   rows.emplace_back("Steps", fmt::format("{} of {} s", problem.steps, number(problem.time_step)));
   rows.emplace_back("Scheme", scheme_name(problem.scheme));

@@ -36,8 +36,8 @@ SecondOrder second_order_of(const maneuver::Problem& problem, const maneuver::So
 
 maneuver::Problem in_the_plane(int count) {
   maneuver::Problem problem = chain_problem(count, 1.0);
-  problem.goal->turn = Vector3d(0, 0, 0.6);
-  problem.goal->move = {1.0, std::nullopt, std::nullopt};
+  problem.goal->turn = Vector3d(0, 0, 0.3);
+  problem.goal->move = {0.5, std::nullopt, std::nullopt};
   for (model::JointDescription& joint : problem.swimmer.joints) joint.control_axes = {Vector3d(0, 0, 1)};
   problem.search.starts = 4;
   return problem;
@@ -50,6 +50,8 @@ maneuver::Problem with_all_axes(maneuver::Problem problem) {
 
 maneuver::Problem in_space(int count) {
   maneuver::Problem problem = chain_problem(count, 1.0);
+  problem.goal->turn = Vector3d(0.05, -0.03, 0.08);
+  problem.goal->move = {0.1, std::nullopt, std::nullopt};
   problem.search.starts = 4;
   return problem;
 }
@@ -191,7 +193,7 @@ void expect_eigenvalues(const maneuver::Problem& problem, const maneuver::Soluti
 }
 
 TEST(SecondOrder, in_the_plane_and_out_of_it_is_that_of_the_transcription) {
-  const maneuver::Problem problem = in_the_plane(20);
+  const maneuver::Problem problem = in_the_plane(24);
   const maneuver::Solution solution = solved(problem);
   const VectorXd values = transcribed_eigenvalues(problem, solution);
   EXPECT_GT(values[0], 0.0);
@@ -204,7 +206,7 @@ TEST(SecondOrder, in_the_plane_and_out_of_it_is_that_of_the_transcription) {
 
 TEST(SecondOrder, in_space_is_that_of_the_transcription) {
   for (const maneuver::Scheme scheme : {maneuver::Scheme::paper, maneuver::Scheme::trapezoid}) {
-    maneuver::Problem problem = in_space(16);
+    maneuver::Problem problem = in_space(24);
     problem.scheme = scheme;
     const maneuver::Solution solution = solved(problem);
     expect_eigenvalues(problem, solution, transcribed_eigenvalues(problem, solution));
