@@ -194,6 +194,7 @@ int verify(const std::string& folder) {
   if (problem.goal) study::judge(problem, proof, results.solution);
   fmt::print("{}\n  recomputed from {}/solution.json\n", results.name, folder);
   print_certificate(proof, results.problem);
+  if (proof.verdict) fmt::print("  Verdict: {}.\n", file::word(*proof.verdict));
   const bool holds = claimed != Status::optimal || results.solution.status == Status::optimal;
   fmt::print("  {}\n",
              holds ? "The stored status holds." : "The stored status does not hold: " + results.solution.message);

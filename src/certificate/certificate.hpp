@@ -9,9 +9,32 @@ namespace lamprey::certificate {
 
 inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 
+/// Marks of an optimal answer; that of kkt is the problem's tolerance.
+inline constexpr double goal_mark = 1e-9;             // rad, m
+inline constexpr double rest_mark = 1e-9;             // of the scale
+inline constexpr double equation_mark = 1e-10;        // of the scale
+inline constexpr double limit_mark = 1e-7;            // rad, m, s, of the bound
+inline constexpr double complementarity_mark = 1e-6;  // of the cost over the duration; of the largest multiplier
+inline constexpr double curvature_mark = 1e-6;        // of the effort's own
+
+/// Eigenvalues of the Lagrangian's Hessian among changes of the moments that keep the goal, against the effort metric.
 struct SecondOrder {
-  double smallest_eigenvalue = unset;
-  bool positive = false;
+  double smallest_eigenvalue = unset;  // 1: pure effort
+  bool positive = false;               // smallest eigenvalue above 1e-6
+  std::optional<int> negative_eigenvalues = {};
+};
+
+/// The same with every direction moved that actuated joints leave free: control_axes set aside.
+struct AllAxes {
+  double kkt = unset;  // among all these moments; unless it is small the eigenvalues mean nothing and are unset
+  SecondOrder second_order;
+};
+
+/// What the numbers add up to.
+enum class Verdict {
+  proved,      // goal met, stationary, positive on the tangent space: a strict local minimum
+  stationary,  // goal met, stationary; curvature not positive or not known
+  not_optimal
 };
 
 /// The stored controls through an independent high-order integrator of the continuous equations.
@@ -55,6 +78,8 @@ struct Certificate {
   double kkt = unset;             // scaled, in the space of controls
   std::optional<LimitsKept> limits;  // where the problem has any, or waypoints, or a free duration
   std::optional<SecondOrder> second_order;
+  std::optional<AllAxes> all_axes;  // where control_axes confine an actuated joint
+  std::optional<Verdict> verdict;   // of sought motions
   std::optional<Replay> replay;
   std::optional<Refinement> refinement;
   double equation_residual = unset;  // largest residual of the discrete equations, both ends included, / scale

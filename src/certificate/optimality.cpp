@@ -51,16 +51,6 @@ double difference(const StoredMotion& motion, const MatrixXd& moments) {
   return outside.relative_to(largest.value());
 }
 
-// Weight of each node's ½|u|² in the cost, s.
-VectorXd node_weights(const StoredMotion& motion) {
-  VectorXd weights = VectorXd::Constant(motion.steps + 1, motion.problem.effort * motion.time_step);
-  if (motion.problem.cost_rule() == maneuver::CostRule::trapezoid) {
-    weights[0] *= 0.5;
-    weights[motion.steps] *= 0.5;
-  }
-  return weights;
-}
-
 // Rows by the moments at all nodes turned into rows by the free numbers.
 MatrixXd by_free_numbers(const StoredMotion& motion, const ControlSpace& space, const MatrixXd& by_nodes) {
   if (space.basis.size() == 0) return by_nodes;
@@ -99,6 +89,15 @@ ControlSpace control_space(const StoredMotion& motion) {
                                                         VectorXd::LinSpaced(motion.steps + 1, 0.0, duration));
   const MatrixXd points = maneuver::least_squares(basis, moments);
   return {points.transpose().reshaped(), basis, difference(motion, basis * points)};
+}
+
+VectorXd node_weights(const StoredMotion& motion) {
+  VectorXd weights = VectorXd::Constant(motion.steps + 1, motion.problem.effort * motion.time_step);
+  if (motion.problem.cost_rule() == maneuver::CostRule::trapezoid) {
+    weights[0] *= 0.5;
+    weights[motion.steps] *= 0.5;
+  }
+  return weights;
 }
 
 VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space) {

@@ -14,6 +14,9 @@ struct ControlSpace {
 
 ControlSpace control_space(const StoredMotion& motion);
 
+/// Weight of each node's ½|u|² in the cost, [N+1] s.
+VectorXd node_weights(const StoredMotion& motion);
+
 /// Gradient of the cost by the free numbers of the space.
 VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space);
 

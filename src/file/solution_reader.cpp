@@ -190,6 +190,13 @@ void read_motion(const JsonReader& reader, const ResolvedProblem& problem, maneu
   read_momentum(reader.at("momentum").at("angular"), nodes, solution.angular_momentum);
 }
 
+certificate::SecondOrder read_curvature(const JsonReader& reader) {
+  certificate::SecondOrder result{reader.at("smallest_eigenvalue").number_or_nan(), reader.at("positive").boolean(), {}};
+  if (reader.has("negative_eigenvalues") && !reader.at("negative_eigenvalues").is_null())
+    result.negative_eigenvalues = reader.at("negative_eigenvalues").integer(0, largest);
+  return result;
+}
+
 certificate::Certificate read_certificate(const JsonReader& reader, int bodies) {
   certificate::Certificate result;
   result.goal_error = reader.at("goal_error").number_or_nan();
@@ -209,7 +216,13 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
   }
   result.kkt = reader.at("kkt").number_or_nan();
   if (const JsonReader second = reader.at("second_order"); !second.is_null())
-    result.second_order = {second.at("smallest_eigenvalue").number_or_nan(), second.at("positive").boolean()};
+    result.second_order = read_curvature(second);
+  if (reader.has("second_order_all_axes") && !reader.at("second_order_all_axes").is_null()) {
+    const JsonReader all = reader.at("second_order_all_axes");
+    result.all_axes = {all.at("kkt").number_or_nan(), read_curvature(all)};
+  }
+  if (reader.has("verdict") && !reader.at("verdict").is_null())
+    result.verdict = read_word(reader.at("verdict"), verdicts);
   if (const JsonReader replay = reader.at("replay"); !replay.is_null())
     result.replay = {replay.at("scheme").text(),
                      replay.at("window").number_or_nan(),

@@ -183,6 +183,12 @@ std::string problem_text(const ResolvedProblem& problem) {
   return text.finished();
 }
 
+std::string curvature_text(const certificate::SecondOrder& second) {
+  return fmt::format("\"smallest_eigenvalue\": {}, \"positive\": {}, \"negative_eigenvalues\": {}",
+                     json(second.smallest_eigenvalue), json(second.positive),
+                     second.negative_eigenvalues ? json(*second.negative_eigenvalues) : "null");
+}
+
 std::string certificate_text(const std::optional<certificate::Certificate>& certificate) {
   if (!certificate) return "null";
   ObjectText text(1);
@@ -205,10 +211,13 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
                  "{{\"violation\": {}, \"key\": {}, \"time\": {}, \"complementarity\": {}, \"negative\": {}}}",
                  json(certificate->limits->violation), json(certificate->limits->key), json(certificate->limits->time),
                  json(certificate->limits->complementarity), json(certificate->limits->negative)));
-  const auto& second = certificate->second_order;
-  text.add("second_order", second ? fmt::format("{{\"smallest_eigenvalue\": {}, \"positive\": {}}}",
-                                                json(second->smallest_eigenvalue), json(second->positive))
-                                  : "null");
+  text.add("second_order", certificate->second_order ? "{" + curvature_text(*certificate->second_order) + "}" : "null");
+  if (const auto& all = certificate->all_axes)
+    text.add("second_order_all_axes",
+             fmt::format("{{\"kkt\": {}, {}}}", json(all->kkt), curvature_text(all->second_order)));
+  else
+    text.add("second_order_all_axes", "null");
+  text.add("verdict", certificate->verdict ? json(word(*certificate->verdict)) : "null");
   if (const auto& replay = certificate->replay) {
     ObjectText inner(2);
     inner.add("scheme", json(replay->scheme));

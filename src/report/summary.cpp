@@ -1,10 +1,12 @@
 #include "report/summary.hpp"
 #include "report/transport.hpp"
 
+#include <cctype>
 #include <cmath>
 
 #include <fmt/format.h>
 
+#include "file/words.hpp"
 #include "report/wording.hpp"
 
 namespace lamprey::report {
@@ -88,6 +90,10 @@ bool succeeded(const file::Results& results) {
 
 std::string verdict(const file::Results& results) {
   std::string words = status_words(results.solution.status);
+  if (results.solution.status == Status::optimal && results.certificate && results.certificate->verdict) {
+    words = file::word(*results.certificate->verdict);
+    words[0] = static_cast<char>(std::toupper(words[0]));
+  }
   if (results.solution.status == Status::simulated || !results.certificate) return words;
   const Certificate& proof = *results.certificate;
   std::vector<std::string> parts;
@@ -98,8 +104,8 @@ std::string verdict(const file::Results& results) {
   }
   if (!std::isnan(proof.rest_error)) parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));
   if (!std::isnan(proof.kkt)) parts.push_back(fmt::format("optimality conditions within {}", number(proof.kkt, 2)));
-  if (results.solution.status == Status::optimal && proof.second_order && proof.second_order->positive)
-    parts.emplace_back("a strict local minimum");
+  if (proof.second_order)
+    parts.push_back(fmt::format("smallest curvature {}", number(proof.second_order->smallest_eigenvalue, 2)));
   return parts.empty() ? words : fmt::format("{}: {}", words, fmt::join(parts, ", "));
 }
 

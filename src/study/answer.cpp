@@ -11,6 +11,11 @@ namespace lamprey::study {
 namespace {
 
 using certificate::Certificate;
+using certificate::equation_mark;
+using certificate::complementarity_mark;
+using certificate::goal_mark;
+using certificate::limit_mark;
+using certificate::rest_mark;
 using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
@@ -41,6 +46,29 @@ std::string advice(const Problem& problem) {
   if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
   if (problem.search.starts == 1) return "try [search] starts = 8, another seed, or a nearer goal";
   return "try more starts, another seed, or a nearer goal; check that control_axes can reach it";
+}
+
+// What second derivatives say, as sentences.
+std::string curvature_words(const Certificate& proof) {
+  const auto saddle = [](const certificate::SecondOrder& second) {
+    return second.negative_eigenvalues && *second.negative_eigenvalues > 0;
+  };
+  const auto directions = [](const certificate::SecondOrder& second) {
+    return std::to_string(*second.negative_eigenvalues) +
+           (*second.negative_eigenvalues == 1 ? " direction lowers" : " directions lower") + " the cost";
+  };
+  std::string words;
+  if (!proof.second_order)
+    words = " Whether it is a minimum was not computed.";
+  else if (proof.second_order->positive)
+    words = " A strict local minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
+  else if (saddle(*proof.second_order))
+    words = " A saddle: " + directions(*proof.second_order) + ".";
+  else
+    words = " Not proved a minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
+  if (proof.all_axes && saddle(proof.all_axes->second_order))
+    words += " With control_axes set aside it is a saddle: " + directions(proof.all_axes->second_order) + ".";
+  return words;
 }
 
 // Whether the steps are fine enough for the motion: an independent integrator stays with it between restarts.
@@ -87,7 +115,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   SolveOptions certified = options;
   certified.accept = [&](Solution& solution) {
     if (options.progress) options.progress("certifying");
-    proofs.push_back(certificate::certify(system, problem, solution));
+    proofs.push_back(certificate::certify(system, problem, solution, {.second_order = false}));
     judge(problem, proofs.back(), solution);
     if (options.progress && solution.status != Status::optimal)
       options.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
@@ -98,6 +126,11 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   for (std::size_t n = 0; n < solutions.size(); ++n) found.push_back({solutions[n], proofs[n]});
   Answer best =
       *std::min_element(found.begin(), found.end(), [](const Answer& a, const Answer& b) { return rank(a) < rank(b); });
+  if (best.solution.status == Status::optimal) {
+    if (options.progress) options.progress("proving");
+    certificate::add_second_order(system, problem, best.solution, best.certificate);
+    best.solution.message += curvature_words(best.certificate);
+  }
   for (const Answer& other : found)
     if (other.solution.status == Status::optimal && !resolved(other.certificate) &&
         other.solution.cost < best.solution.cost)
