@@ -52,7 +52,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
 }
 
 optimizer::StageSizes ShapeProgram::sizes() const {
-  return {steps_, 2 * shape_ + pose_, controls_, static_cast<int>(end_rows_.size())};
+  return {steps_, 2 * shape_ + pose_, controls_, static_cast<int>(end_rows_.size()), shape_};
 }
 
 bool ShapeProgram::go_to(const NodePath& path) {

@@ -16,6 +16,9 @@ struct StageSizes {
   int states;    // n
   int inputs;    // m
   int end_rows;  // conditions on the last state
+  /// What every stage hands on: the first `shifted` states of the next node are the next `shifted` ones of this node, and
+  /// the first rows of A are [0 I 0], those of B zero.
+  int shifted = 0;
 };
 
 /// One stage: s' = A s + B v + gap, and ½ sᵀQs + vᵀSs + ½ vᵀRv + q·s + r·v of the Lagrangian.
