@@ -35,7 +35,7 @@ StageStep::StageStep(const StageSizes& z)
 Riccati::Riccati(const StageSizes& z)
     : sizes_(z),
       gain_(at(z.stages + 1)),
-      transposed_(z.states + z.inputs, z.states - z.shifted),
+      transposed_(z.states + z.inputs, z.states),
       PA_(z.states, z.states),
       PB_(z.states, z.inputs),
       by_input_(z.end_rows + z.states + z.inputs, z.inputs),
@@ -75,9 +75,10 @@ bool Riccati::factor(const StageModel& model, double shift, double penalty) {
 
 // What the stage makes of the Hessian still to come: (A, B)ᵀP(A, B) and its own, before inputs are eliminated.
 void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, Gain& gain) {
-  const int n = sizes_.states, m = sizes_.inputs, shifted = sizes_.shifted, rest = n - shifted;
-  transposed_.topRows(n) = stage.A.bottomRows(rest).transpose();
-  transposed_.bottomRows(m) = stage.B.bottomRows(rest).transpose();
+  const int n = sizes_.states, m = sizes_.inputs, shifted = stage.shifted, rest = n - shifted;
+  auto transposed = transposed_.leftCols(rest);
+  transposed.topRows(n) = stage.A.bottomRows(rest).transpose();
+  transposed.bottomRows(m) = stage.B.bottomRows(rest).transpose();
   PA_.setZero();
   PA_.middleCols(shifted, shifted) = next.P.leftCols(shifted);
   add_product(1.0, next.P.rightCols(rest), stage.A.bottomRows(rest), PA_);
@@ -88,16 +89,16 @@ void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, 
   own.topRows(n) = stage.S.transpose();
   own.bottomRows(m) = stage.R;
   own.middleRows(shifted, shifted) += PB_.topRows(shifted);
-  add_product(1.0, transposed_, PB_.bottomRows(rest), own);
+  add_product(1.0, transposed, PB_.bottomRows(rest), own);
 
   gain.P = stage.Q;
   if (shift > 0.0) gain.P += shift * stage.metric;
   gain.P.middleRows(shifted, shifted) += PA_.topRows(shifted);
-  add_lower_product(1.0, transposed_.topRows(n), PA_.bottomRows(rest), gain.P);
+  add_lower_product(1.0, transposed.topRows(n), PA_.bottomRows(rest), gain.P);
 }
 
 void Riccati::carry_end(const Stage& stage, const Gain& next, Gain& gain) {
-  const int shifted = sizes_.shifted, rest = sizes_.states - shifted;
+  const int shifted = stage.shifted, rest = sizes_.states - shifted;
   const auto kept = next.end.rightCols(rest);
   gain.end.setZero();
   gain.end.middleCols(shifted, shifted) = next.end.leftCols(shifted);
@@ -144,8 +145,7 @@ bool Riccati::eliminate_inputs(Gain& gain) {
 }
 
 const VectorXd& Riccati::look_back(const StageModel& model, double share) {
-  const int n = sizes_.states, m = sizes_.inputs, shifted = sizes_.shifted, rest = n - shifted;
-  const int rows = sizes_.end_rows;
+  const int n = sizes_.states, m = sizes_.inputs, rows = sizes_.end_rows;
   reached_ = share * model.c;
   gain_.back().p = model.q_end;
   gain_.back().p.noalias() += penalty_ * (model.C.transpose() * reached_);
@@ -154,6 +154,7 @@ const VectorXd& Riccati::look_back(const StageModel& model, double share) {
     const Stage& stage = model.stage[at(k)];
     const Gain& next = gain_[at(k + 1)];
     Gain& gain = gain_[at(k)];
+    const int shifted = stage.shifted, rest = n - shifted;
     ahead_ = next.p;
     if (!stage.gap.isZero(0.0)) {
       add_image(1.0, next.P, stage.gap, ahead_);
@@ -208,7 +209,7 @@ void Riccati::solve(const StageModel& model, double share, StageStep& step) {
 
 // The next state without the gap.
 void Riccati::move(const Stage& stage, const VectorXd& input, const VectorXd& state, VectorXd& next) const {
-  const int shifted = sizes_.shifted, rest = sizes_.states - shifted;
+  const int shifted = stage.shifted, rest = sizes_.states - shifted;
   next.head(shifted) = state.segment(shifted, shifted);
   next.tail(rest).setZero();
   add_image(1.0, stage.A.bottomRows(rest), state, next.tail(rest));

@@ -16,9 +16,6 @@ struct StageSizes {
   int states;    // n
   int inputs;    // m
   int end_rows;  // conditions on the last state
-  /// What every stage hands on: the first `shifted` states of the next node are the next `shifted` ones of this node, and
-  /// the first rows of A are [0 I 0], those of B zero.
-  int shifted = 0;
 };
 
 /// One stage: s' = A s + B v + gap, and ½ sᵀQs + vᵀSs + ½ vᵀRv + q·s + r·v of the Lagrangian.
@@ -33,6 +30,8 @@ struct Stage {
   VectorXd r;       // [m]
   double weight;    // of ½|v|² in the metric of the inputs
   MatrixXd metric;  // [n][n] of the states: what a shift of the Hessian adds
+  /// So many first states s' are but the next so many of s: the first rows of A are [0 I 0], those of B are 0.
+  int shifted = 0;
 };
 
 /// The whole program near a point; the first state does not change.
@@ -80,6 +79,12 @@ class StageProgram {
   virtual double longest(const StageStep& step) const = 0;
   /// A number a person understands: how far the point is from the goal.
   virtual double goal_error() const = 0;
+  /// Whether there are limits at all.
+  virtual bool limited() const { return false; }
+  /// Limits that are terms of the cost with multipliers: how far they are from being met and complementary, 0 without.
+  virtual double limit_error() const { return 0.0; }
+  /// Takes the limits' multipliers that belong to the point; the cost changes by it.
+  virtual void renew_limits() {}
 };
 
 }  // namespace lamprey::optimizer
