@@ -290,6 +290,7 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   const MatrixXd by_moments = by_next.solve(now_.impulse[at(k)]);
 
   const MatrixXd pose = pose_basis_.transpose() * after_.pose;
+  stage.shifted = n;
   stage.A.block(0, n, n, n).setIdentity();
   stage.A.block(n, 0, n, 2 * n) = by_state;
   stage.A.block(2 * n, 0, pose_, 2 * n).noalias() = pose.rightCols(n) * by_state;

@@ -31,6 +31,8 @@ struct Stage {
   double weight;    // of ½|v|² in the metric of the inputs
   double gradient;  // size of the cost's own derivative by the inputs, which stationarity is measured against
   MatrixXd metric;  // [n][n] of the states: what a shift of the Hessian adds
+  /// So many first states s' are but the next so many of s: the first rows of A are [0 I 0], those of B are 0.
+  int shifted = 0;
 };
 
 /// The whole program near a point; the first state does not change.
