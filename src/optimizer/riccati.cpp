@@ -41,7 +41,7 @@ StageModel::StageModel(const StageSizes& z)
     s = {MatrixXd::Zero(z.states, z.states), MatrixXd::Zero(z.states, z.inputs), VectorXd::Zero(z.states),
          MatrixXd::Zero(z.states, z.states), MatrixXd::Zero(z.inputs, z.states), MatrixXd::Zero(z.inputs, z.inputs),
          VectorXd::Zero(z.states),           VectorXd::Zero(z.inputs),           1.0,
-         MatrixXd::Zero(z.states, z.states)};
+         MatrixXd::Zero(z.states, z.states), MatrixXd(),                         MatrixXd()};
 }
 
 StageStep::StageStep(const StageSizes& z)
@@ -83,7 +83,9 @@ bool Riccati::factor(const StageModel& model, double shift, double penalty) {
     Gain& gain = gain_[at(k)];
     PB_.noalias() = next.P * stage.B;
     PA_.noalias() = next.P * stage.A;
+    const bool shifted_inputs = shift > 0.0 && stage.metric_input.size() > 0;
     gain.factor = stage.R;
+    if (shifted_inputs) gain.factor += shift * stage.metric_input;
     gain.factor.noalias() += stage.B.transpose() * PB_;
     if (const Eigen::Index column = cholesky(gain.factor); column < sizes_.inputs) {
       failed_stage_ = k;
@@ -95,6 +97,7 @@ bool Riccati::factor(const StageModel& model, double shift, double penalty) {
       return false;
     }
     gain.feedback = stage.S;
+    if (shifted_inputs) gain.feedback += shift * stage.metric_mixed;
     gain.feedback.noalias() += PB_.transpose() * stage.A;
     const auto L = std::as_const(gain.factor).triangularView<Eigen::Lower>();
     L.solveInPlace(gain.feedback);

@@ -30,6 +30,9 @@ struct Stage {
   VectorXd r;       // [m]
   double weight;    // of ½|v|² in the metric of the inputs
   MatrixXd metric;  // [n][n] of the states: what a shift of the Hessian adds
+  // the rest of it where inputs move what the state does not show, else empty
+  MatrixXd metric_mixed;  // [m][n]
+  MatrixXd metric_input;  // [m][m]
 };
 
 /// The whole program near a point; the first state does not change.
@@ -49,6 +52,7 @@ struct StageStep {
   std::vector<VectorXd> input;    // [N][m]
   std::vector<VectorXd> costate;  // [N + 1][n] gradient of what is still to come by the state
   VectorXd end_multiplier;        // [end_rows]
+  bool shifted = false;           // whether the model's Hessian had to be: its multipliers are then those of the shift too
   explicit StageStep(const StageSizes& sizes);
 };
 
