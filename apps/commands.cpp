@@ -134,6 +134,10 @@ int solve(const SolveArguments& arguments) {
     study::Answer answer = study::answer(system, problem_file.problem, options);
     results.solution = std::move(answer.solution);
     results.certificate = answer.certificate;
+    if (problem_file.problem.duration.free) {
+      results.problem.duration = results.solution.time.back();
+      results.problem.time_step = results.problem.duration / results.problem.steps;
+    }
   } catch (const model::InputError& error) {
     throw file::located(error, problem_file);
   }

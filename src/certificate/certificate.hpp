@@ -30,18 +30,38 @@ struct Refinement {
   double observed_order = unset;
 };
 
+/// Limits and waypoints along the stored motion.
+struct LimitsKept {
+  double violation = unset;        // largest: rad, m or s, moments and rates against the bound; 0 where all are kept
+  std::string key;                 // of the worst, as in the problem file
+  double time = unset;             // s, of the worst
+  double complementarity = unset;  // largest |multiplier · margin| / (cost / duration)
+  double negative = unset;         // most negative multiplier / the largest; 0 where none is
+};
+
+/// Where two bodies come nearest to each other.
+struct Clearance {
+  double gap = unset;   // m; below zero they overlap, and this is minus the shortest way out
+  double time = unset;  // s
+  int first = -1;       // body indices, first < second
+  int second = -1;
+};
+
 struct Certificate {
   double goal_error = unset;      // max over goal rows, rad or m
   double rest_error = unset;      // max |μ_N| / scale
   double momentum_drift = unset;  // max |p − p_0| / scale
   double rotation_drift = unset;  // max |RᵀR − I|
   double kkt = unset;             // scaled, in the space of controls
+  std::optional<LimitsKept> limits;  // where the problem has any, or waypoints, or a free duration
   std::optional<SecondOrder> second_order;
   std::optional<Replay> replay;
   std::optional<Refinement> refinement;
   double equation_residual = unset;  // largest residual of the discrete equations, both ends included, / scale
   double start_error = unset;        // largest difference of node 0 from the problem's start, rad or m
   double control_error = unset;      // largest part of a moment that joints or control kind forbid / largest moment
+
+  std::optional<Clearance> clearance;  // least gap of two bodies; nothing for a single one
 };
 
 }  // namespace lamprey::certificate

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "file/json_document.hpp"
+#include "file/limits_json.hpp"
 #include "file/solution_file.hpp"
 #include "file/text_file.hpp"
 #include "file/words.hpp"
@@ -140,6 +141,14 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
     problem.points = reader.at("control").at("points").integer(0, largest);
   }
   if (reader.has("effort")) problem.effort = reader.at("effort").number();
+  if (reader.has("time_weight")) problem.time_weight = reader.at("time_weight").number();
+  if (reader.has("limits")) problem.limits = read_limits(reader.at("limits"));
+  if (reader.has("waypoints")) problem.waypoints = read_waypoints(reader.at("waypoints"));
+  if (reader.has("free_duration")) {
+    problem.free_duration = true;
+    problem.between = {reader.at("free_duration").at("min").number(), reader.at("free_duration").at("max").number()};
+  }
+  if (reader.has("free_shape")) problem.free_shape = reader.at("free_shape").boolean();
   if (reader.has("tolerance")) problem.tolerance = reader.at("tolerance").number();
   return problem;
 }
@@ -181,7 +190,7 @@ void read_motion(const JsonReader& reader, const ResolvedProblem& problem, maneu
   read_momentum(reader.at("momentum").at("angular"), nodes, solution.angular_momentum);
 }
 
-certificate::Certificate read_certificate(const JsonReader& reader) {
+certificate::Certificate read_certificate(const JsonReader& reader, int bodies) {
   certificate::Certificate result;
   result.goal_error = reader.at("goal_error").number_or_nan();
   result.rest_error = reader.at("rest_error").number_or_nan();
@@ -190,6 +199,14 @@ certificate::Certificate read_certificate(const JsonReader& reader) {
   if (reader.has("equation_residual")) result.equation_residual = reader.at("equation_residual").number_or_nan();
   if (reader.has("start_error")) result.start_error = reader.at("start_error").number_or_nan();
   if (reader.has("control_error")) result.control_error = reader.at("control_error").number_or_nan();
+  if (reader.has("clearance") && !reader.at("clearance").is_null()) {
+    const JsonReader clearance = reader.at("clearance");
+    const JsonReader pair = clearance.at("bodies");
+    pair.require_array(2);
+    result.clearance = certificate::Clearance{clearance.at("gap").number_or_nan(), clearance.at("time").number_or_nan(),
+                                              pair.at(std::size_t{0}).integer(-1, bodies - 1),
+                                              pair.at(std::size_t{1}).integer(-1, bodies - 1)};
+  }
   result.kkt = reader.at("kkt").number_or_nan();
   if (const JsonReader second = reader.at("second_order"); !second.is_null())
     result.second_order = {second.at("smallest_eigenvalue").number_or_nan(), second.at("positive").boolean()};
@@ -201,6 +218,11 @@ certificate::Certificate read_certificate(const JsonReader& reader) {
                      replay.at("whole_rotation_error").number_or_nan(),
                      replay.at("whole_position_error").number_or_nan(),
                      replay.at("growth_rate").number_or_nan()};
+  if (reader.has("limits")) {
+    const JsonReader limits = reader.at("limits");
+    result.limits = {limits.at("violation").number_or_nan(), limits.at("key").text(), limits.at("time").number_or_nan(),
+                     limits.at("complementarity").number_or_nan(), limits.at("negative").number_or_nan()};
+  }
   if (const JsonReader refinement = reader.at("refinement"); !refinement.is_null())
     result.refinement = {refinement.at("cost_half_step").number_or_nan(),
                          refinement.at("observed_order").number_or_nan()};
@@ -266,7 +288,12 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
   results.solution.cost = reader.at("cost").number_or_nan();
   results.problem = read_resolved(reader.at("problem"));
   read_motion(reader, results.problem, results.solution);
-  if (!reader.at("certificate").is_null()) results.certificate = read_certificate(reader.at("certificate"));
+  if (reader.has("limit_multipliers"))
+    results.solution.limit_multipliers =
+        read_limit_multipliers(reader.at("limit_multipliers"), results.solution.time.size());
+  if (!reader.at("certificate").is_null()) {
+    results.certificate = read_certificate(reader.at("certificate"), static_cast<int>(results.problem.bodies.size()));
+  }
   if (!reader.at("search").is_null()) results.solution.search = read_search(reader.at("search"));
   if (!reader.at("solver").is_null()) results.solution.solver = read_solver(reader.at("solver"));
   if (reader.has("divided_steps")) results.solution.divided = read_divided(reader.at("divided_steps"));

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "file/limits_json.hpp"
 #include "file/result_shapes.hpp"
 #include "file/solution_file.hpp"
 #include "file/words.hpp"
@@ -171,6 +172,13 @@ std::string problem_text(const ResolvedProblem& problem) {
   text.add("goal", problem.goal ? goal_text(*problem.goal) : "null");
   text.add("control", fmt::format("{{\"kind\": {}, \"points\": {}}}", json(word(problem.control)), problem.points));
   text.add("effort", json(problem.effort));
+  if (problem.time_weight != 0.0) text.add("time_weight", json(problem.time_weight));
+  if (problem.limits.any()) text.add("limits", limits_text(problem.limits));
+  if (!problem.waypoints.empty()) text.add("waypoints", waypoints_text(problem.waypoints));
+  if (problem.free_duration)
+    text.add("free_duration",
+             fmt::format("{{\"min\": {}, \"max\": {}}}", json(problem.between[0]), json(problem.between[1])));
+  if (problem.free_shape) text.add("free_shape", json(true));
   text.add("tolerance", json(problem.tolerance));
   return text.finished();
 }
@@ -185,7 +193,18 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   text.add("equation_residual", json(certificate->equation_residual));
   text.add("start_error", json(certificate->start_error));
   text.add("control_error", json(certificate->control_error));
+  const auto& clearance = certificate->clearance;
+  text.add("clearance", clearance
+                            ? fmt::format("{{\"gap\": {}, \"time\": {}, \"bodies\": [{}, {}]}}", json(clearance->gap),
+                                          json(clearance->time), clearance->first, clearance->second)
+                            : "null");
   text.add("kkt", json(certificate->kkt));
+  if (certificate->limits)
+    text.add("limits",
+             fmt::format(
+                 "{{\"violation\": {}, \"key\": {}, \"time\": {}, \"complementarity\": {}, \"negative\": {}}}",
+                 json(certificate->limits->violation), json(certificate->limits->key), json(certificate->limits->time),
+                 json(certificate->limits->complementarity), json(certificate->limits->negative)));
   const auto& second = certificate->second_order;
   text.add("second_order", second ? fmt::format("{{\"smallest_eigenvalue\": {}, \"positive\": {}}}",
                                                 json(second->smallest_eigenvalue), json(second->positive))
@@ -285,6 +304,8 @@ std::string solution_text(const Results& results) {
   text.add("cost", json(solution.cost));
   text.add("problem", problem_text(results.problem));
   add_arrays(shaped_arrays(results), text);
+  if (!solution.limit_multipliers.empty())
+    text.add("limit_multipliers", limit_multipliers_text(solution.limit_multipliers));
   text.add("certificate", certificate_text(results.certificate));
   text.add("search", search_text(solution.search));
   text.add("solver", solver_text(solution.solver));

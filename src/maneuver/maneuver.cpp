@@ -65,6 +65,10 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
       maneuver.end_position[static_cast<std::size_t>(c)] =
           maneuver.start.position[c] + *goal.move[static_cast<std::size_t>(c)];
   maneuver.rest = goal.rest;
+  maneuver.periodic = goal.periodic;
+  maneuver.free_shape = problem.start.free_shape;
+  maneuver.free_duration = problem.duration.free;
+  maneuver.time_weight = problem.time_weight;
   maneuver.lagrangian = integrator::lagrangian_of(problem.scheme);
   maneuver.duration = problem.duration.value;
   maneuver.steps = steps;

@@ -20,6 +20,10 @@ struct Maneuver {
   std::vector<std::optional<Matrix3d>> end_rotation;  // [bodies] body → world; nothing: free
   std::array<std::optional<double>, 3> end_position;  // m, root's mass centre; nothing: free
   bool rest = true;
+  bool periodic = false;       // shape and its velocity at the end are those at the start, and free
+  bool free_shape = false;     // whether the shape at the start of a periodic motion is free too
+  bool free_duration = false;  // `duration` is a first guess
+  double time_weight = 0.0;    // (N m)², what a second costs
   mechanics::DiscreteLagrangian lagrangian = mechanics::DiscreteLagrangian::trapezoid;
   double duration = 1.0;  // s
   int steps = 0;

@@ -53,6 +53,18 @@ struct DividedSteps {
   double smallest_step = 0.0;  // s, of the substeps
 };
 
+/// What a limit or a waypoint costs at the nodes: by how much the cost would fall for each unit that the limit gave way,
+/// density in time; of waypoints, at their node alone.
+struct LimitMultiplier {
+  std::string key;         // of the problem file
+  int joint = -1;          // index, −1: none
+  int body = -1;           // index, −1: none
+  int other_body = -1;     // the second of a pair
+  int component = -1;      // of a moment, a position or a turn; number of a sphere or half-space
+  bool upper = false;      // of two bounds the upper one
+  std::vector<double> multiplier;  // [N+1] (N m)² for each N m, rad, rad/s, m or s of the limit
+};
+
 struct Solution {
   Status status = Status::stalled;
   std::string message;
@@ -67,6 +79,7 @@ struct Solution {
   MomentumHistory angular_momentum;                    // kg m²/s
   std::vector<std::vector<double>> stage_time;         // [N][s] s, nodes of a scheme's stages; above order 2 only
   std::vector<std::vector<Vectors>> control_stages;    // [N][s][joints] N m, on the parent, parent's frame at that time
+  std::vector<LimitMultiplier> limit_multipliers;      // of limits that hold somewhere
   DividedSteps divided;                                // of a march that divides its steps
   SearchRecord search;                                 // starts = 0: no search was made
   SolverRecord solver;

@@ -81,6 +81,12 @@ class StageProgram {
   virtual double longest(const StageStep& step) const = 0;
   /// A number a person understands: how far the point is from the goal.
   virtual double goal_error() const = 0;
+  /// Whether there are limits at all.
+  virtual bool limited() const { return false; }
+  /// Limits that are terms of the cost with multipliers: how far they are from being met and complementary, 0 without.
+  virtual double limit_error() const { return 0.0; }
+  /// Takes the limits' multipliers that belong to the point; the cost changes by it.
+  virtual void renew_limits() {}
 };
 
 }  // namespace lamprey::optimizer

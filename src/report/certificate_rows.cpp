@@ -11,6 +11,7 @@ namespace {
 using certificate::unset;
 
 constexpr double goal_mark = 1e-9;       // rad, m; also rest
+constexpr double limit_mark = 1e-7;       // rad, m, s, of the bound
 constexpr double momentum_mark = 1e-11;  // of the scale
 constexpr double equation_mark = 1e-10;
 constexpr double replay_mark = 1e-3;     // rad at a window's end
@@ -44,13 +45,22 @@ CertificateRow second_order_row(const std::optional<certificate::SecondOrder>& s
 
 }  // namespace
 
+std::string clearance_words(const certificate::Clearance& clearance, const file::ResolvedProblem& problem) {
+  if (std::isnan(clearance.gap) || clearance.first < 0 || clearance.second < 0) return number(unset);
+  const std::string pair = fmt::format("{} and {}", problem.bodies[static_cast<std::size_t>(clearance.first)].name,
+                                       problem.bodies[static_cast<std::size_t>(clearance.second)].name);
+  const std::string time = number(clearance.time, 3) + " s";
+  if (clearance.gap >= 0.0) return fmt::format("{} m: {} at {}", number(clearance.gap, 3), pair, time);
+  return fmt::format("bodies pass through each other: {} by {} m at {}", pair, number(-clearance.gap, 3), time);
+}
+
 std::vector<CertificateRow> certificate_rows(const certificate::Certificate& proof,
                                              const file::ResolvedProblem& problem) {
   const certificate::Replay replay = proof.replay.value_or(certificate::Replay{});
   const certificate::Refinement refinement = proof.refinement.value_or(certificate::Refinement{});
   const double asked = problem.goal ? goal_mark : unset;
   const double rests = problem.goal && problem.goal->rest ? goal_mark : unset;
-  return {
+  std::vector<CertificateRow> rows = {
       held("Goal error", proof.goal_error, "", asked,
            "Largest distance of the end from what the goal asks, over all its rows, in rad or m."),
       held("Rest error", proof.rest_error, "", rests,
@@ -65,6 +75,13 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
            "Joint moments act in pairs, so nothing may change it."),
       shown("Rotation drift", proof.rotation_drift, "",
             "Largest entry of RᵀR − I: how far stored rotations are from rotations."),
+      {"Clearance",
+       proof.clearance ? clearance_words(*proof.clearance, problem)
+                       : (problem.bodies.size() == 1 ? "one body" : number(unset)),
+       "", std::nullopt,
+       "Least distance of two bodies at the nodes and between them, with joints turning evenly from node to node. "
+       "Where "
+       "bodies overlap: the shortest way out of each other. Nothing in the mechanics keeps bodies apart."},
       held("First-order optimality (KKT)", proof.kkt, "", problem.tolerance,
            "Largest part of the cost’s gradient that no multiplier of the goal explains, relative to the gradient "
            "itself."),
@@ -85,6 +102,12 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
             "Cost of the same problem solved with twice the steps."),
       shown("Observed order", refinement.observed_order, "", "Order at which the cost settles as the step is halved."),
   };
+  if (proof.limits)
+    rows.insert(rows.begin() + 1,
+                held("Limits", proof.limits->violation, "", limit_mark,
+                     "Largest violation of a limit or miss of a waypoint at the nodes, in rad, m or s; of moments and "
+                     "rates relative to the bound."));
+  return rows;
 }
 
 }  // namespace lamprey::report

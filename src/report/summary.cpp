@@ -1,4 +1,5 @@
 #include "report/summary.hpp"
+#include "report/transport.hpp"
 
 #include <cmath>
 
@@ -108,6 +109,13 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   const bool sought = solution.status != Status::simulated;
   std::vector<std::pair<std::string, std::string>> rows;
   if (sought && !std::isnan(solution.cost)) rows.emplace_back("Cost", grouped(solution.cost) + " (N m)² s");
+  if (results.certificate && results.certificate->clearance)
+    rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
+  if (const std::optional<Transport> moved = transport(results); sought && moved) {
+    rows.emplace_back("Work of the joints", number(moved->work, 5) + " J, nothing won back");
+    if (problem.goal && problem.goal->periodic && moved->distance > 0.0)
+      rows.emplace_back("Cost of transport", number(moved->work / moved->distance, 5) + " J/m");
+  }
   rows.emplace_back("Duration", number(problem.duration) + " s");
   rows.emplace_back("Steps", fmt::format("{} of {} s", problem.steps, number(problem.time_step)));
   rows.emplace_back("Scheme", scheme_name(problem.scheme));

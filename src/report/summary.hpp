@@ -19,6 +19,10 @@ std::string verdict(const file::Results& results);
 /// Name and value with its unit, in the order to be read; entries without meaning for the status are left out.
 std::vector<std::pair<std::string, std::string>> facts(const file::Results& results);
 
+/// "0.52 m: front and back at 0.42 s", or, where they overlap, "bodies pass through each other: front and back by 0.31 m
+/// at 0.42 s".
+std::string clearance_words(const certificate::Clearance& clearance, const file::ResolvedProblem& problem);
+
 struct CertificateRow {
   std::string name;
   std::string value;          // with unit; "not computed" where it is

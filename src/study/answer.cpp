@@ -29,6 +29,9 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
            number(proof.equation_residual) + " of the momentum's scale, goal by " + number(proof.goal_error) +
            " rad or m)";
   if (!(proof.goal_error <= goal_mark)) return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
+  if (proof.limits && !(proof.limits->violation <= limit_mark))
+    return proof.limits->key + " is broken by " + number(proof.limits->violation) + " at " +
+           number(proof.limits->time, 3) + " s (rad or m; of moments and rates the share of the bound)";
   if (problem.goal && problem.goal->rest && !(proof.rest_error <= rest_mark))
     return "the end is not at rest: momentum " + number(proof.rest_error) + " of its scale is left";
   return "";
@@ -52,7 +55,9 @@ std::tuple<bool, bool, double> rank(const Answer& answer) {
 
 void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
   const std::string missing = unmet(problem, proof);
-  const bool stationary = proof.kkt <= problem.search.tolerance;
+  const bool multipliers_fit = !proof.limits || (proof.limits->complementarity <= complementarity_mark &&
+                                                 proof.limits->negative <= complementarity_mark);
+  const bool stationary = proof.kkt <= problem.search.tolerance && multipliers_fit;
   const std::string stopped = solution.message.empty() ? "" : " The optimiser stopped: " + solution.message + ".";
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
   if (missing.empty() && stationary) {
@@ -64,7 +69,15 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
     solution.message = "The goal is met, but the cost is stationary to " + number(proof.kkt) + " only, not to " +
                        number(problem.search.tolerance) + "." + stopped + " To mend it: " + advice(problem) + ".";
   } else {
-    if (!cut_short && solution.status != Status::infeasible) solution.status = Status::stalled;
+    const bool beyond_moments = solution.status == Status::optimal && !(proof.goal_error <= goal_mark);
+    if (!cut_short && solution.status != Status::infeasible)
+      solution.status = beyond_moments ? Status::infeasible : Status::stalled;
+    if (beyond_moments) {
+      solution.message = "Out of reach: " + missing +
+                         ", and no moment of these joints changes that. What may help: other control_axes or joints, "
+                         "or a goal that leaves this free.";
+      return;
+    }
     solution.message = "Not solved: " + missing + "." + stopped + " What may help: " + advice(problem) + ".";
   }
 }
@@ -76,6 +89,8 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     if (options.progress) options.progress("certifying");
     proofs.push_back(certificate::certify(system, problem, solution));
     judge(problem, proofs.back(), solution);
+    if (options.progress && solution.status != Status::optimal)
+      options.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
     return solution.status == Status::optimal && resolved(proofs.back());
   };
   const std::vector<Solution> solutions = solve(system, problem, certified);

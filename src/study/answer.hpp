@@ -21,6 +21,8 @@ void judge(const maneuver::Problem& problem, const certificate::Certificate& cer
 
 /// Marks of an optimal answer.
 inline constexpr double goal_mark = 1e-9;       // rad, m
+inline constexpr double limit_mark = 1e-7;            // rad, m, s, of the bound
+inline constexpr double complementarity_mark = 1e-6;  // of the cost over the duration; of the largest multiplier
 inline constexpr double rest_mark = 1e-9;       // of the scale
 inline constexpr double equation_mark = 1e-10;  // of the scale
 /// Mark of a resolved one: windowed replay, rad.

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "maneuver/limit_terms.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/node_path.hpp"
 #include "optimizer/outcome.hpp"
@@ -17,6 +18,8 @@ struct Found {
   optimizer::Outcome outcome;
   maneuver::NodePath path;  // empty: none
   double cost = 0.0;        // by the file's rule
+  double duration = 0.0;    // s
+  maneuver::LimitMultipliers limit_multipliers;
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
 };
 

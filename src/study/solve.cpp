@@ -148,8 +148,11 @@ class Search {
     }
     path = turned_as_asked(path);
     Solution solution;
-    describe_motion(system_, full_.lagrangian, full_.time_step(), path, solution);
-    solution.cost = maneuver::cost_of(full_.node_weight, solution.control);
+    const double duration = found.duration > 0.0 ? found.duration : full_.duration;
+    describe_motion(system_, full_.lagrangian, duration / full_.steps, path, solution);
+    solution.cost = maneuver::cost_of(duration / full_.duration * full_.node_weight, solution.control) +
+                    full_.time_weight * duration;
+    solution.limit_multipliers = limit_multipliers(found, duration / full_.steps);
     solution.solver.name = method_->name() + (shooting ? ", single shooting" : "");
     solution.solver.wall_seconds = budget_.seconds();
     for (const optimizer::Iteration& step : outcome.history)
@@ -160,9 +163,31 @@ class Search {
     return solution;
   }
 
+  // In the units of the limits; those that hold nowhere are left out.
+  std::vector<maneuver::LimitMultiplier> limit_multipliers(const Found& found, double time_step) const {
+    std::vector<maneuver::LimitMultiplier> result;
+    if (found.limit_multipliers.value.size() == 0) return result;
+    const std::vector<maneuver::LimitRow> rows = maneuver::limit_rows(system_, problem_);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const auto values = found.limit_multipliers.value.row(static_cast<Eigen::Index>(r));
+      if (values.isZero(0.0)) continue;
+      const maneuver::LimitRow& row = rows[r];
+      maneuver::LimitMultiplier own{row.key, row.joint, row.body, row.other_body, row.component, row.upper(), {}};
+      const bool density = row.time < 0.0 && !row.of_duration();  // in the time of the first guess
+      const double price =
+          maneuver::price_of_bound(row, time_step) * (density ? full_.time_step() / time_step : 1.0);
+      for (double value : values) own.multiplier.push_back(value * price);
+      result.push_back(own);
+    }
+    return result;
+  }
+
   // Of two mirror images of equal cost the one that turns as the goal's rotation vector does.
   NodePath turned_as_asked(const NodePath& path) const {
     const auto& turn = problem_.goal->turn;
+    const maneuver::Limits& limits = problem_.limits;  // those that know left from right stay as they are
+    const bool sided = !limits.spheres.empty() || !limits.half_spaces.empty() || !limits.angle.empty();
+    if (sided || !problem_.waypoints.empty()) return path;
     if (!turn || turn->norm() == 0.0 || !maneuver::turns_against(*turn, path)) return path;
     const std::optional<int> axis = maneuver::mirror_axis(system_, full_);
     return axis ? maneuver::mirrored(system_, path, *axis) : path;

@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "file/text_table.hpp"
 #include "fluid/ellipsoid.hpp"
+#include "fluid/gap.hpp"
 #include "model/input_error.hpp"
 
 namespace lamprey::file {
@@ -57,7 +59,31 @@ TEST(ModelTable, tells_bodies_that_overlap_from_bodies_that_do_not) {
   EXPECT_TRUE(contains(table_of(problem), "0.25  apart")) << table_of(problem);
   EXPECT_FALSE(contains(table_of(problem), "OVERLAP"));
   problem.swimmer.joints[0].parent_offset.x() = -0.7;
-  EXPECT_TRUE(contains(table_of(problem), "-0.15  OVERLAP")) << table_of(problem);
+  const auto& bodies = problem.swimmer.bodies;
+  const Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
+  const double gap = fluid::gap({bodies[0].semi_axes, bodies[1].semi_axes, upright, upright, {-1.35, 0.0, 0.0}}).value;
+  EXPECT_LT(gap, 0.0);
+  EXPECT_GT(gap, -0.15) << "the way out sideways is shorter than along";
+  EXPECT_TRUE(contains(table_of(problem), short_number(gap) + "  OVERLAP")) << table_of(problem);
+}
+
+TEST(ModelTable, shows_the_least_distance_of_neighbours_and_leaves_out_far_bodies_that_no_joint_holds) {
+  maneuver::Problem problem = two_bodies();
+  problem.swimmer.joints[0].parent_offset = {0.6, 0.5, 0.0};
+  problem.swimmer.joints[0].child_offset = {-0.3, 0.0, 0.0};
+  const auto& bodies = problem.swimmer.bodies;
+  const Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
+  const double gap = fluid::gap({bodies[0].semi_axes, bodies[1].semi_axes, upright, upright, {0.9, 0.5, 0.0}}).value;
+  EXPECT_TRUE(contains(table_of(problem), short_number(gap) + "  apart")) << table_of(problem);
+  problem.swimmer.bodies.push_back(problem.swimmer.bodies[1]);
+  problem.swimmer.bodies[2].name = "fin";
+  problem.swimmer.joints.push_back(problem.swimmer.joints[0]);
+  problem.swimmer.joints[1].name = problem.swimmer.joints[1].child = "fin";
+  problem.swimmer.joints[1].parent_offset = {0.0, -5.0, 0.0};
+  problem.start.rotation.assign(3, Vector3d::Zero());
+  problem.start.angular_velocity.assign(3, Vector3d::Zero());
+  EXPECT_TRUE(contains(table_of(problem), "\n  head  fin ")) << table_of(problem);
+  EXPECT_FALSE(contains(table_of(problem), "\n  tail  fin "));
 }
 
 TEST(ModelTable, says_which_matrices_the_file_gave_and_shows_their_off_diagonal_entries) {

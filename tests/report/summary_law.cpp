@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "report/sample_results.hpp"
@@ -64,6 +66,19 @@ TEST(CertificateRows, give_no_mark_to_what_was_not_computed_or_not_asked_for) {
   results.problem.goal->rest = false;
   EXPECT_FALSE(row(results, "Rest error").holds.has_value());
   EXPECT_EQ(row(results, "Rest error").mark, "");
+}
+
+TEST(Clearance, is_told_with_bodies_and_time_and_overlap_as_a_plain_fact) {
+  file::Results results = tests::sample_results(5);
+  EXPECT_EQ(row(results, "Clearance").value, "0.519 m: middle and front at 0.42 s");
+  results.certificate->clearance = certificate::Clearance{-0.31, 0.42, 1, 2};
+  const std::string overlap = "bodies pass through each other: front and rear by 0.31 m at 0.42 s";
+  EXPECT_EQ(row(results, "Clearance").value, overlap);
+  EXPECT_FALSE(row(results, "Clearance").holds.has_value());
+  const auto told = report::facts(results);
+  EXPECT_NE(std::find(told.begin(), told.end(), std::pair<std::string, std::string>("Clearance", overlap)), told.end());
+  results.certificate->clearance = certificate::Clearance{};
+  EXPECT_EQ(row(results, "Clearance").value, "not computed");
 }
 
 TEST(Verdict, calls_optimal_only_what_is) {

@@ -1,0 +1,55 @@
+#include "optimizer/limited_newton.hpp"
+
+#include <algorithm>
+
+namespace lamprey::optimizer {
+
+namespace {
+
+constexpr int most_rounds = 40;
+constexpr double first_tolerance = 1e-3;  // of a search while the multipliers are still rough
+constexpr double tolerance_share = 0.1;   // of the limits' error, that searches are worth
+constexpr double out_of_reach = 1e-3;     // limit error that is no matter of a few more rounds
+
+void add_effort(const Outcome& before, Outcome& outcome) {
+  for (Iteration& step : outcome.history) step.iteration += before.iterations;
+  outcome.history.insert(outcome.history.begin(), before.history.begin(), before.history.end());
+  outcome.iterations += before.iterations;
+  outcome.evaluations += before.evaluations;
+}
+
+bool gave_up(Termination termination) {
+  return termination == Termination::time_limit || termination == Termination::interrupted;
+}
+
+}  // namespace
+
+Outcome solve_within_limits(StageNewton& newton, StageProgram& program, const Options& options,
+                            double limit_tolerance) {
+  if (!program.limited()) return newton.solve(program, options);
+  Outcome outcome;
+  Options round = options;
+  for (int n = 0; n < most_rounds; ++n) {
+    const double error = program.limit_error();
+    round.tolerance =
+        std::clamp(tolerance_share * error, options.tolerance, std::max(first_tolerance, options.tolerance));
+    if (error <= limit_tolerance) round.tolerance = options.tolerance;
+    const Outcome before = outcome;
+    outcome = newton.solve(program, round);
+    add_effort(before, outcome);
+    if (gave_up(outcome.termination)) return outcome;
+    const bool met = program.limit_error() <= limit_tolerance;
+    program.renew_limits();  // at the answer too: its multipliers are those that make it stationary
+    if (met && round.tolerance == options.tolerance) return outcome;
+  }
+  if (program.limit_error() > out_of_reach) {
+    outcome.termination = Termination::infeasible;
+    outcome.reason = "limits stay violated however much they weigh";
+  } else if (outcome.termination == Termination::converged) {
+    outcome.termination = Termination::stalled;
+    outcome.reason = "limits are met slowly";
+  }
+  return outcome;
+}
+
+}  // namespace lamprey::optimizer
