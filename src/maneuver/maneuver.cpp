@@ -72,6 +72,7 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
   maneuver.lagrangian = integrator::lagrangian_of(problem.scheme);
   maneuver.duration = problem.duration.value;
   maneuver.steps = steps;
+  maneuver.effort = problem.effort;
   maneuver.node_weight = node_weights(problem.cost_rule(), problem.effort, maneuver.time_step(), steps);
   maneuver.spline_points = problem.control == ControlKind::spline ? problem.points : 0;
   refuse_contradictions(system, problem, maneuver);

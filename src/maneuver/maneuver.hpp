@@ -27,6 +27,7 @@ struct Maneuver {
   mechanics::DiscreteLagrangian lagrangian = mechanics::DiscreteLagrangian::trapezoid;
   double duration = 1.0;  // s
   int steps = 0;
+  double effort = 1.0;    // weight of ∫ ½ Σ_j |u_j|² dt
   VectorXd node_weight;   // [N+1] s, the cost is ½ Σ_k weight_k Σ_j |u_jk|²
   int spline_points = 0;  // 0: one free value at each node
 

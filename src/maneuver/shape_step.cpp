@@ -113,7 +113,7 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
                         balance_.momenta.impulse[at(i)].lpNorm<Eigen::Infinity>()});
     const double residual = missed.lpNorm<Eigen::Infinity>();
     if (!std::isfinite(residual)) return false;
-    const double noise = round_off * inertia_ / time_step;
+    const double noise = round_off * inertia_ / std::abs(time_step);
     if (residual <= settled * scale || (residual <= noise && residual >= 0.5 * before)) {
       step.minus.resize(shape_);
       step.plus.resize(shape_);

@@ -24,7 +24,7 @@ StageModel::StageModel(const StageSizes& z)
          MatrixXd::Zero(z.states, z.states), MatrixXd::Zero(z.inputs, z.states), MatrixXd::Zero(z.inputs, z.inputs),
          VectorXd::Zero(z.states),           VectorXd::Zero(z.inputs),           1.0,
          0.0,
-         MatrixXd::Zero(z.states, z.states)};
+         MatrixXd::Zero(z.states, z.states), MatrixXd(),                         MatrixXd()};
 }
 
 StageStep::StageStep(const StageSizes& z)
@@ -89,6 +89,10 @@ void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, 
   auto own = by_input_.bottomRows(n + m);
   own.topRows(n) = stage.S.transpose();
   own.bottomRows(m) = stage.R;
+  if (shift > 0.0 && stage.metric_input.size() > 0) {
+    own.topRows(n) += shift * stage.metric_mixed.transpose();
+    own.bottomRows(m) += shift * stage.metric_input;
+  }
   own.middleRows(shifted, shifted) += PB_.topRows(shifted);
   add_product(1.0, transposed, PB_.bottomRows(rest), own);
 

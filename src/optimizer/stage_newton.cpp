@@ -62,6 +62,7 @@ void StageNewton::find_step() {
     if (share_ * added > bearable) share_ = bearable / added;
   }
   riccati_.solve(model_, share_, step_);
+  step_.shifted = shift_ > 0.0;
 }
 
 // What a Newton step still changes in the cost's gradient, relative to that gradient.

@@ -31,6 +31,9 @@ struct Stage {
   double weight;    // of ½|v|² in the metric of the inputs
   double gradient;  // size of the cost's own derivative by the inputs, which stationarity is measured against
   MatrixXd metric;  // [n][n] of the states: what a shift of the Hessian adds
+  // the rest of it where inputs move what the state does not show, else empty
+  MatrixXd metric_mixed;  // [m][n]
+  MatrixXd metric_input;  // [m][m]
   /// So many first states s' are but the next so many of s: the first rows of A are [0 I 0], those of B are 0.
   int shifted = 0;
 };
@@ -52,6 +55,7 @@ struct StageStep {
   std::vector<VectorXd> input;    // [N][m]
   std::vector<VectorXd> costate;  // [N + 1][n] gradient of what is still to come by the state
   VectorXd end_multiplier;        // [end_rows]
+  bool shifted = false;           // whether the model's Hessian had to be: its multipliers are then those of the shift too
   explicit StageStep(const StageSizes& sizes);
 };
 
