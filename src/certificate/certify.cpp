@@ -12,9 +12,10 @@ namespace lamprey::certificate {
 
 namespace {
 
-// Whether the conditions of optimality are those of equations alone.
-bool equalities_only(const maneuver::Problem& problem) {
-  return problem.goal && !problem.goal->periodic && !problem.limits.any() && !problem.duration.free;
+// Whether moments at the nodes are all that a problem leaves free.
+bool moments_alone(const maneuver::Problem& problem) {
+  return problem.goal && !problem.goal->periodic && !problem.duration.free &&
+         problem.control == maneuver::ControlKind::steps;
 }
 
 bool confined(const model::System& system, const model::Joint& joint) {
@@ -36,6 +37,7 @@ bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
 // The second-order test with all that confined joints leave free.
 std::optional<AllAxes> all_axes(const model::System& system, const maneuver::Problem& problem,
                                 const maneuver::Solution& solution, double momentum_scale) {
+  if (problem.limits.any()) return std::nullopt;  // limits on moments name axes
   maneuver::Problem free = problem;
   bool any = false;
   for (int j = 0; j < system.joint_count(); ++j)
@@ -93,7 +95,7 @@ Verdict verdict(const maneuver::Problem& problem, const Certificate& proof) {
 
 void add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                       Certificate& proof) {
-  if (!equalities_only(problem) || problem.control != maneuver::ControlKind::steps) return;
+  if (!moments_alone(problem)) return;
   if (verdict(problem, proof) == Verdict::not_optimal) return;
   const StoredMotion motion(system, problem, solution);
   const double scale = check_balance(motion).scale;

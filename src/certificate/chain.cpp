@@ -98,15 +98,16 @@ std::optional<int> ChainSolver::factor(double shift) {
   return negative - static_cast<int>((gram.eigenvalues().array() <= 0.0).count());
 }
 
-Inputs ChainSolver::solve(const Inputs& gradient) {
+Inputs ChainSolver::solve(const ChainGradient& gradient) {
   const std::size_t stages = chain_.stage.size();
   Inputs solution(stages);
   VectorXd p = VectorXd::Zero(chain_.end_form.rows()), y = p;  // gradient of what is still to come, without multiplier
   for (std::size_t k = stages; k-- > 0;) {
     const ChainStage& stage = chain_.stage[k];
-    const VectorXd force = gradient[k] + stage.B.transpose() * p;
+    const VectorXd force = gradient.by_input[k] + stage.B.transpose() * p;
     solution[k] = -gain_[k].pivot_inverse * force;
     p = (stage.A.transpose() * p + gain_[k].feedback.transpose() * force).eval();
+    if (!gradient.by_state.empty()) p += gradient.by_state[k];
   }
   VectorXd reached = VectorXd::Zero(chain_.end_rows.rows());
   const auto follow = [&](bool with_multiplier) {
@@ -127,7 +128,7 @@ Inputs ChainSolver::solve(const Inputs& gradient) {
   return solution;
 }
 
-std::vector<VectorXd> ChainSolver::costates(const Inputs& gradient, const Inputs& solution) const {
+std::vector<VectorXd> ChainSolver::costates(const ChainGradient& gradient, const Inputs& solution) const {
   const std::size_t stages = chain_.stage.size();
   std::vector<VectorXd> y(stages + 1, VectorXd::Zero(chain_.end_form.rows())), costate(stages + 1);
   for (std::size_t k = 0; k < stages; ++k) {
@@ -139,9 +140,10 @@ std::vector<VectorXd> ChainSolver::costates(const Inputs& gradient, const Inputs
     const ChainStage& stage = chain_.stage[k];
     const MatrixXd& feedback = gain_[k].feedback;
     // Bᵀ costate is what stationarity in the input says
-    const VectorXd force = stage.R * solution[k] - shift_ * stage.weight * solution[k] + stage.S * y[k] + gradient[k];
+    const VectorXd force = stage.R * solution[k] - shift_ * stage.weight * solution[k] + stage.S * y[k] + gradient.by_input[k];
     costate[k] = stage.A.transpose() * costate[k + 1] + stage.Q * y[k] + stage.S.transpose() * solution[k] +
                  feedback.transpose() * (stage.B.transpose() * costate[k + 1] + force);
+    if (!gradient.by_state.empty()) costate[k] += gradient.by_state[k];
   }
   return costate;
 }
@@ -160,7 +162,7 @@ SmallestEigenvalue smallest_eigenvalue(const Chain& chain, ChainSolver& solver) 
   std::vector<double> diagonal, beside;
   const auto weighed = [&](Inputs inputs) {
     for (std::size_t k = 0; k < inputs.size(); ++k) inputs[k] *= -chain.stage[k].weight;
-    return inputs;
+    return ChainGradient{std::move(inputs), {}};
   };
   Inputs next = solver.solve(weighed(scattered(chain)));
   double value = std::numeric_limits<double>::infinity();

@@ -1,5 +1,5 @@
 // Quadratic forms of inputs along a linear chain of stages, with rows that the chain's end has to keep: definite or not
-// where the rows are kept, how many negative eigenvalues, the smallest one. Cost linear in the stages (chapter 10).
+// where the rows are kept, how many negative eigenvalues, the smallest one. Cost linear in the stages (chapter 6).
 #pragma once
 
 #include <optional>
@@ -32,6 +32,12 @@ struct Chain {
 
 using Inputs = std::vector<VectorXd>;  // [stages][inputs]
 
+/// What a problem pulls at: inputs, and states y at the stages' beginnings (empty: nothing).
+struct ChainGradient {
+  Inputs by_input;
+  std::vector<VectorXd> by_state;  // [stages][states] or empty
+};
+
 /// Solves with form − shift · metric on the inputs that keep the end rows.
 class ChainSolver {
  public:
@@ -39,16 +45,16 @@ class ChainSolver {
 
   /// One sweep from the end. The end rows count with `penalty` in the form, which changes nothing where they are kept
   /// but steadies the sweep. Returns the number of negative eigenvalues of form − shift · metric where the end rows are
-  /// kept (equation 10.10); nothing where a pivot is singular to working accuracy.
+  /// kept (equation 6.15); nothing where a pivot is singular to working accuracy.
   std::optional<int> factor(double shift);
 
-  /// Inputs where form/2 − shift/2 · metric + gradient · inputs is stationary among those that keep the end rows.
+  /// Inputs where form/2 − shift/2 · metric + gradient is stationary among those that keep the end rows.
   /// After a factor that returned a number.
-  Inputs solve(const Inputs& gradient);
+  Inputs solve(const ChainGradient& gradient);
 
   /// Gradients by y at all ends of stages, [stages + 1], at what solve has just returned: the first belongs to the
-  /// chain's beginning. Carried along the closed loop, where errors do not grow.
-  std::vector<VectorXd> costates(const Inputs& gradient, const Inputs& solution) const;
+  /// chain's beginning. Carried along the closed loop, where errors do not grow (equation 6.12).
+  std::vector<VectorXd> costates(const ChainGradient& gradient, const Inputs& solution) const;
 
  private:
   struct Gain {

@@ -1,6 +1,7 @@
 #include "certificate/limit_check.hpp"
 
 #include <functional>
+#include <tuple>
 
 #include "certificate/certificate.hpp"
 #include "fluid/gap.hpp"
@@ -336,6 +337,126 @@ LimitPulls limit_pulls(const StoredMotion& motion) {
     }
   }
   return pulls;
+}
+
+namespace {
+
+constexpr double second_difference_step = 5e-3;  // rad, m or relative; differences of order four
+constexpr double least_pull = 1e-9;              // of the largest
+
+// Rotations turned along freedoms of all bodies at once, [freedoms].
+mechanics::Rotations moved(const System& system, const mechanics::Rotations& R, const VectorXd& along) {
+  mechanics::Interval interval(system.body_count());
+  interval.rotation = R;
+  interval.displacement.setZero();
+  for (int i = 0; i < system.body_count(); ++i) {
+    const model::Body& body = system.body(i);
+    const auto own = along.segment(body.velocity_offset, body.freedoms);
+    interval.cayley[at(i)].setZero();
+    interval.joint_turn[at(i)].setZero();
+    if (body.freedoms == 3)
+      interval.cayley[at(i)] = lie::inverse_cayley(lie::exp(own));
+    else
+      interval.joint_turn[at(i)].head(body.freedoms) = own;
+  }
+  mechanics::update_interval(system, interval);
+  return interval.next_rotation;
+}
+
+// Margin where the place is moved by z along exponentials.
+double margin_beside(const StoredMotion& motion, const Bound& bound, const Place& here, bool of_moments,
+                     const VectorXd& z) {
+  Place place = here;
+  if (of_moments) {
+    place.moment += z;
+    return margin(motion, bound, place);
+  }
+  const Eigen::Index turns = motion.system.velocity_count() - 3;
+  place.rotation = moved(motion.system, here.rotation, z.head(turns));
+  place.position += z.segment<3>(turns);
+  if (z.size() > turns + 3) place.rotation_before = moved(motion.system, here.rotation_before, z.segment(turns + 3, turns));
+  return margin(motion, bound, place);
+}
+
+// Whether a margin can depend on body i's freedoms.
+bool looks_at(const System& system, const Bound& bound, int i) {
+  const auto below = [&](int body) {
+    if (body < 0) return false;
+    for (const model::PathPoint& point : system.body(body).path)
+      if (point.body == i) return true;
+    return false;
+  };
+  const int child = bound.joint >= 0 && !bound.equality() ? system.joint(bound.joint).child : -1;
+  return below(bound.body) || below(bound.other_body) || below(child);
+}
+
+std::vector<Eigen::Index> coordinates_of(const System& system, const Bound& bound) {
+  const Eigen::Index turns = system.velocity_count() - 3;
+  std::vector<Eigen::Index> result;
+  if (bound.kind == Kind::torque || bound.kind == Kind::torque_component) {
+    Eigen::Index first = 0;
+    for (int j = 0; j < bound.joint; ++j) first += system.joint(j).actuation.cols();
+    for (Eigen::Index c = 0; c < system.joint(bound.joint).actuation.cols(); ++c) result.push_back(first + c);
+    return result;
+  }
+  for (const bool before : {false, true}) {
+    if (before && bound.kind != Kind::angular_velocity) break;
+    for (int i = 0; i < system.body_count(); ++i)
+      for (int f = 0; f < system.body(i).freedoms && looks_at(system, bound, i); ++f)
+        result.push_back((before ? turns + 3 : 0) + system.body(i).velocity_offset + f);
+  }
+  if (bound.kind == Kind::sphere || bound.kind == Kind::half_space || bound.kind == Kind::pass_position)
+    for (int c = 0; c < 3; ++c) result.push_back(turns + c);
+  return result;
+}
+
+PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int node, double pull) {
+  const System& system = motion.system;
+  const Eigen::Index turns = system.velocity_count() - 3;
+  const bool of_moments = bound.kind == Kind::torque || bound.kind == Kind::torque_component;
+  const Eigen::Index size = of_moments                              ? system.control_count()
+                            : bound.kind == Kind::angular_velocity ? 2 * turns + 3
+                                                                    : turns + 3;
+  PullingBound result{node, of_moments, pull, VectorXd::Zero(size), MatrixXd::Zero(size, size)};
+  const Place here = place_of(motion, node);
+  const double step = second_difference_step * (of_moments ? bound.value : 1.0);
+  const double own = margin(motion, bound, here);
+  const auto second = [&](const VectorXd& direction) {  // and the first, by the way
+    const auto f = [&](double e) { return margin_beside(motion, bound, here, of_moments, e * direction); };
+    const double near = f(step), near_back = f(-step), far = f(2.0 * step), far_back = f(-2.0 * step);
+    return std::pair((8.0 * (near - near_back) - (far - far_back)) / (12.0 * step),
+                     (16.0 * (near + near_back) - (far + far_back) - 30.0 * own) / (12.0 * step * step));
+  };
+  const std::vector<Eigen::Index> coordinates = coordinates_of(system, bound);
+  for (Eigen::Index a : coordinates)
+    std::tie(result.gradient[a], result.curvature(a, a)) = second(VectorXd::Unit(size, a));
+  for (Eigen::Index a : coordinates)
+    for (Eigen::Index b : coordinates) {
+      if (b >= a) continue;
+      const double both = second(VectorXd::Unit(size, a) + VectorXd::Unit(size, b)).second;
+      result.curvature(a, b) = 0.5 * (both - result.curvature(a, a) - result.curvature(b, b));
+      result.curvature(b, a) = result.curvature(a, b);
+    }
+  return result;
+}
+
+}  // namespace
+
+std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
+  std::vector<PullingBound> result;
+  double largest = 0.0;
+  for (const maneuver::LimitMultiplier& own : motion.solution.limit_multipliers)
+    for (double multiplier : own.multiplier) largest = std::max(largest, std::abs(multiplier));
+  for (const Bound& bound : bounds_of(motion)) {
+    const std::vector<double>* multipliers = multipliers_of(motion, bound);
+    if (!multipliers || bound.kind == Kind::duration) continue;
+    for (int k = 0; k <= motion.steps; ++k) {
+      const double multiplier = (*multipliers)[at(k)];
+      if (!applies(motion, bound, k) || !(std::abs(multiplier) > least_pull * largest)) continue;
+      result.push_back(pulling_bound(motion, bound, k, multiplier * node_time(motion, bound, k)));
+    }
+  }
+  return result;
 }
 
 }  // namespace lamprey::certificate

@@ -57,4 +57,17 @@ struct LimitPulls {
 
 LimitPulls limit_pulls(const StoredMotion& motion);
 
+/// A bound that pulls at a node: the Lagrangian has −pull · margin there. Its margin's derivatives are by `place`, which
+/// is the moments of the node, or the freedoms and the root's position at the node, and after them at the node before
+/// where the margin looks there.
+struct PullingBound {
+  int node;
+  bool of_moments;
+  double pull;         // multiplier × time; of waypoints of either sign
+  VectorXd gradient;   // [place]
+  MatrixXd curvature;  // [place][place] along exponentials
+};
+
+std::vector<PullingBound> pulling_bounds(const StoredMotion& motion);
+
 }  // namespace lamprey::certificate

@@ -9,7 +9,7 @@
 namespace lamprey::certificate {
 
 /// Perturbations of states (integrator::StateLayout) in units `scale`, by perturbations of the moments along
-/// Joint::actuation. What arrives at a node is its state less the impulse of its own moments (equation 10.2).
+/// Joint::actuation. What arrives at a node is its state less the impulse of its own moments (equation 6.9).
 struct StepTangents {
   VectorXd scale;                 // [n] rad, m, kg m²/s, kg m/s
   std::vector<MatrixXd> A;        // [N][n][n] from node to node
@@ -21,7 +21,7 @@ struct StepTangents {
 StepTangents step_tangents(const StoredMotion& motion);
 
 /// Orthonormal bases of what moments reach at each node, [N + 1][n][reached], the first unset: nothing has arrived
-/// there. The spaces are found at the ends of windows and carried from there with the tangents. Empty where they do not
+/// there (equation 6.10). Empty where they do not
 /// fit together.
 std::vector<MatrixXd> reached_bases(const StepTangents& tangents);
 

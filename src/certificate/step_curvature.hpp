@@ -13,7 +13,7 @@ class StepCurvature {
  public:
   explicit StepCurvature(const model::System& system);
 
-  /// Of −E⁻·λ_k + E⁺·λ_{k+1} + p_x·(difference of the costates of p_x), along exponentials (equation 10.5). Costates are
+  /// Of −E⁻·λ_k + E⁺·λ_{k+1} + p_x·(difference of the costates of p_x), along exponentials (equation 6.13). Costates are
   /// gradients by the states at both ends, as integrator::StateLayout.
   void evaluate(const mechanics::ForcedStep& step, const VectorXd& costate, const VectorXd& costate_next);
 

@@ -55,6 +55,7 @@ VectorXd stacked(const Inputs& parts) {
 // Form and metric by all inputs at once, and a basis of the inputs that keep the end rows.
 struct Dense {
   MatrixXd form, metric, kept;
+  std::vector<MatrixXd> state;  // [stages] at their beginnings, by all inputs
   explicit Dense(const Chain& chain) {
     const int stages = static_cast<int>(chain.stage.size()), size = inputs * stages;
     form = MatrixXd::Zero(size, size);
@@ -67,6 +68,7 @@ struct Dense {
       const MatrixXd mixed = u.transpose() * stage.S * y;
       form += y.transpose() * stage.Q * y + mixed + mixed.transpose() + u.transpose() * stage.R * u;
       metric += stage.weight * u.transpose() * u;
+      state.push_back(y);
       y = stage.A * y + stage.B * u;
     }
     form += y.transpose() * chain.end_form * y;
@@ -140,12 +142,18 @@ TEST(Chain, solves_what_the_dense_form_says) {
     const Chain chain = random_chain(seed, 8, 1.0);
     const Dense dense(chain);
     Random random(seed + 100);
-    Inputs gradient;
-    for (std::size_t k = 0; k < chain.stage.size(); ++k) gradient.push_back(random_matrix(random, inputs, 1));
+    certificate::ChainGradient gradient;
+    VectorXd dense_gradient = VectorXd::Zero(dense.form.rows());
+    for (std::size_t k = 0; k < chain.stage.size(); ++k) {
+      gradient.by_input.push_back(random_matrix(random, inputs, 1));
+      gradient.by_state.push_back(random_matrix(random, states, 1));
+      dense_gradient += dense.state[k].transpose() * gradient.by_state[k];
+    }
+    dense_gradient += stacked(gradient.by_input);
     const double shift = dense.eigenvalues()[0] - 0.5;
     const MatrixXd& Z = dense.kept;
     const MatrixXd shifted = dense.form - shift * dense.metric;
-    const VectorXd expected = -Z * (Z.transpose() * shifted * Z).ldlt().solve(Z.transpose() * stacked(gradient));
+    const VectorXd expected = -Z * (Z.transpose() * shifted * Z).ldlt().solve(Z.transpose() * dense_gradient);
     for (double penalty : {0.0, 1e3}) {
       ChainSolver solver(chain, penalty);
       ASSERT_TRUE(solver.factor(shift).has_value());
@@ -158,12 +166,12 @@ TEST(Chain, solves_what_the_dense_form_says) {
       for (std::size_t k = 0; k < chain.stage.size(); ++k) {
         const ChainStage& stage = chain.stage[k];
         const VectorXd& u = solution[k];
-        EXPECT_LE((gradient[k] + stage.R * u - shift * stage.weight * u + stage.S * y +
+        EXPECT_LE((gradient.by_input[k] + stage.R * u - shift * stage.weight * u + stage.S * y +
                    stage.B.transpose() * costate[k + 1])
                       .norm(),
                   tolerance(1e-8));
         EXPECT_LE(
-            (stage.Q * y + stage.S.transpose() * u + stage.A.transpose() * costate[k + 1] - costate[k]).norm(),
+            (gradient.by_state[k] + stage.Q * y + stage.S.transpose() * u + stage.A.transpose() * costate[k + 1] - costate[k]).norm(),
             tolerance(1e-8));
         y = stage.A * y + stage.B * u;
       }

@@ -82,7 +82,7 @@ void check_hessian(MarchedAnswer answer, unsigned seed, double size) {
   VectorXd direction(value.size());
   for (double& entry : direction) entry = size * random.normal();
   const Chain chain =
-      certificate::lagrangian_chain(motion, *effort, swept_costates(motion, *effort, multipliers));
+      certificate::lagrangian_chain(motion, *effort, swept_costates(motion, *effort, multipliers), {});
   expect_second_order_differences(
       [&](double t) {
         return lagrangian_gradient(answer.problem, moments_along_joints(system, value + t * direction, motion.steps), multipliers);
