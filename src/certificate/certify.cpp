@@ -30,4 +30,10 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   return proof;
 }
 
+void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                      Certificate& certificate, const Options& options) {
+  if (certificate.replay)
+    replay_with_feedback(StoredMotion(system, problem, solution), options.replay_tolerance, *certificate.replay);
+}
+
 }  // namespace lamprey::certificate

@@ -22,4 +22,8 @@ struct Options {
 Certificate certify(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                     const Options& options = {});
 
+/// Adds the replay with feedback to the certificate of a solution that was given its gains since.
+void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                      Certificate& certificate, const Options& options = {});
+
 }  // namespace lamprey::certificate
