@@ -18,7 +18,9 @@ class Riccati {
   bool factor(const StageModel& model, double shift, double penalty);
 
   /// After factor: how a stage's optimal input answers its state, [m][n].
-  const MatrixXd& feedback(int stage) const { return gain_[static_cast<std::size_t>(stage)].feedback; }
+  MatrixXd feedback(int stage) const {
+    return -gain_[static_cast<std::size_t>(stage)].by_back.bottomRows(sizes_.states).transpose();
+  }
 
   /// The end rows' multipliers of the step that solve() finds with this share.
   const VectorXd& look_back(const StageModel& model, double share);

@@ -77,7 +77,8 @@ TEST(Replay, with_the_stored_gains_stays_with_an_unstable_motion) {
   EXPECT_TRUE(std::isnan(replayed(answer).feedback_rotation_error)) << "no gains are stored";
   maneuver::Solution full = maneuver::simulate(
       system, problem,
-      [&](double t) { return moments[static_cast<std::size_t>(std::lround(t / problem.time_step()))]; }, {});
+      [&](double t) { return moments[static_cast<std::size_t>(std::lround(t / problem.time_step()))]; },
+      maneuver::SimulateOptions{});
   answer.solution.feedback = maneuver::design_feedback(system, problem, full);
   const Replay held = replayed(answer);
   EXPECT_LT(held.feedback_rotation_error, 0.1 * held.whole_rotation_error);
