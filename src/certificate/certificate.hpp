@@ -41,12 +41,14 @@ enum class Verdict {
 /// The stored controls through an independent high-order integrator of the continuous equations.
 struct Replay {
   std::string scheme;
-  double window = unset;                // s between restarts from the stored state
-  double rotation_error = unset;        // rad, largest at a window's end
-  double position_error = unset;        // m, largest at a window's end
-  double whole_rotation_error = unset;  // rad, never restarted
-  double whole_position_error = unset;  // m, never restarted
-  double growth_rate = unset;           // 1/s of small perturbations
+  double window = unset;                   // s between restarts from the stored state
+  double rotation_error = unset;           // rad, largest at a window's end
+  double position_error = unset;           // m, largest at a window's end
+  double whole_rotation_error = unset;     // rad, never restarted
+  double whole_position_error = unset;     // m, never restarted
+  double growth_rate = unset;              // 1/s of small perturbations
+  double feedback_rotation_error = unset;  // rad, never restarted, with the stored gains; at the end
+  double feedback_position_error = unset;  // m, likewise
 };
 
 struct GridCost {

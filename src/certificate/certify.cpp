@@ -116,4 +116,10 @@ void add_second_order(const model::System& system, const maneuver::Problem& prob
   proof.verdict = verdict(problem, proof);
 }
 
+void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                      Certificate& certificate, const Options& options) {
+  if (certificate.replay)
+    replay_with_feedback(StoredMotion(system, problem, solution), options.replay_tolerance, *certificate.replay);
+}
+
 }  // namespace lamprey::certificate

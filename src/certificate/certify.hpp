@@ -30,4 +30,8 @@ Verdict verdict(const maneuver::Problem& problem, const Certificate& certificate
 void add_second_order(const model::System& system, const maneuver::Problem& problem,
                       const maneuver::Solution& solution, Certificate& certificate);
 
+/// Adds the replay with feedback to the certificate of a solution that was given its gains since.
+void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                      Certificate& certificate, const Options& options = {});
+
 }  // namespace lamprey::certificate

@@ -6,6 +6,7 @@
 
 #include "file/json_document.hpp"
 #include "file/limits_json.hpp"
+#include "file/result_shapes.hpp"
 #include "file/solution_file.hpp"
 #include "file/text_file.hpp"
 #include "file/words.hpp"
@@ -168,6 +169,38 @@ void read_stages(const JsonReader& reader, std::size_t steps, std::size_t joints
   for (std::size_t k = 0; k < steps; ++k) read_nodes(control.at(k), stages, joints, solution.control_stages[k]);
 }
 
+void read_feedback(const JsonReader& reader, const ResolvedProblem& problem, maneuver::Feedback& feedback) {
+  const JsonReader time = reader.at("time");
+  time.require_array();
+  const std::size_t nodes = time.size();
+  read_nodes(time, nodes, feedback.time);
+  for (std::size_t m = 1; m < nodes; ++m)
+    if (!(feedback.time[m] > feedback.time[m - 1])) time.at(m).refuse("times that rise (s)");
+  const std::size_t controls = control_coordinates(problem).size(), states = state_coordinates(problem).size();
+  const JsonReader gain = reader.at("gain");
+  gain.require_array(nodes);
+  for (std::size_t m = 0; m < nodes; ++m) {
+    gain.at(m).require_array(controls);
+    Eigen::MatrixXd matrix(controls, states);
+    for (std::size_t row = 0; row < controls; ++row) {
+      gain.at(m).at(row).require_array(states);
+      for (std::size_t column = 0; column < states; ++column)
+        matrix(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) =
+            gain.at(m).at(row).at(column).number();
+    }
+    feedback.gain.push_back(matrix);
+  }
+}
+
+maneuver::Tracking read_tracking(const JsonReader& reader) {
+  return {reader.at("maneuver").text(),
+          reader.at("rotation_error").number_or_nan(),
+          reader.at("position_error").number_or_nan(),
+          reader.at("largest_rotation_error").number_or_nan(),
+          reader.at("largest_position_error").number_or_nan(),
+          reader.at("largest_correction").number_or_nan()};
+}
+
 void read_momentum(const JsonReader& reader, std::size_t nodes, maneuver::MomentumHistory& momentum) {
   read_nodes(reader.at("bodies"), nodes, momentum.bodies);
   read_nodes(reader.at("fluid"), nodes, momentum.fluid);
@@ -239,7 +272,7 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
   }
   if (reader.has("verdict") && !reader.at("verdict").is_null())
     result.verdict = read_word(reader.at("verdict"), verdicts);
-  if (const JsonReader replay = reader.at("replay"); !replay.is_null())
+  if (const JsonReader replay = reader.at("replay"); !replay.is_null()) {
     result.replay = {replay.at("scheme").text(),
                      replay.at("window").number_or_nan(),
                      replay.at("rotation_error").number_or_nan(),
@@ -247,6 +280,11 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
                      replay.at("whole_rotation_error").number_or_nan(),
                      replay.at("whole_position_error").number_or_nan(),
                      replay.at("growth_rate").number_or_nan()};
+    if (replay.has("feedback_rotation_error")) {
+      result.replay->feedback_rotation_error = replay.at("feedback_rotation_error").number_or_nan();
+      result.replay->feedback_position_error = replay.at("feedback_position_error").number_or_nan();
+    }
+  }
   if (reader.has("limits")) {
     const JsonReader limits = reader.at("limits");
     result.limits = {limits.at("violation").number_or_nan(), limits.at("key").text(), limits.at("time").number_or_nan(),
@@ -320,6 +358,9 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
   if (reader.has("limit_multipliers"))
     results.solution.limit_multipliers =
         read_limit_multipliers(reader.at("limit_multipliers"), results.solution.time.size());
+  if (reader.has("feedback")) read_feedback(reader.at("feedback"), results.problem, results.solution.feedback);
+  if (reader.has("marched_by")) results.solution.marched_by = reader.at("marched_by").text();
+  if (reader.has("tracking")) results.solution.tracking = read_tracking(reader.at("tracking"));
   if (!reader.at("certificate").is_null()) {
     results.certificate = read_certificate(reader.at("certificate"), static_cast<int>(results.problem.bodies.size()));
   }

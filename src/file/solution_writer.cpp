@@ -228,6 +228,8 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
     inner.add("whole_rotation_error", json(replay->whole_rotation_error));
     inner.add("whole_position_error", json(replay->whole_position_error));
     inner.add("growth_rate", json(replay->growth_rate));
+    inner.add("feedback_rotation_error", json(replay->feedback_rotation_error));
+    inner.add("feedback_position_error", json(replay->feedback_position_error));
     text.add("replay", inner.finished());
   } else {
     text.add("replay", "null");
@@ -290,6 +292,34 @@ std::string provenance_text(const Provenance& provenance) {
   return text.finished();
 }
 
+std::string tracking_text(const maneuver::Tracking& tracking) {
+  ObjectText text(1);
+  text.add("maneuver", json(tracking.maneuver));
+  text.add("rotation_error", json(tracking.rotation_error));
+  text.add("position_error", json(tracking.position_error));
+  text.add("largest_rotation_error", json(tracking.largest_rotation_error));
+  text.add("largest_position_error", json(tracking.largest_position_error));
+  text.add("largest_correction", json(tracking.largest_correction));
+  return text.finished();
+}
+
+// What rows and columns of the gains are, then the gains.
+std::string feedback_text(const ResolvedProblem& problem, const std::vector<ShapedArray>& arrays) {
+  const auto control = [](const ControlCoordinate& c) {
+    return fmt::format("\n      {{\"joint\": {}, \"axis\": {}}}", json(c.joint), c.axis);
+  };
+  const auto state = [](const StateCoordinate& c) {
+    return fmt::format("\n      {{\"quantity\": {}, \"of\": {}, \"axis\": {}, \"unit\": {}}}", json(c.quantity),
+                       json(c.of), c.axis, json(c.unit));
+  };
+  ObjectText text(1);
+  text.add("control_coordinates", json_list(control_coordinates(problem), control));
+  text.add("state_coordinates", json_list(state_coordinates(problem), state));
+  for (const ShapedArray& array : arrays)
+    if (array.group == "feedback") text.add(array.name, array_text(array, 2));
+  return text.finished();
+}
+
 // The arrays in order, those of one group gathered into one object (groups nest: momentum/linear).
 void add_arrays(const std::vector<ShapedArray>& arrays, ObjectText& text) {
   ObjectText velocity(1);
@@ -320,12 +350,16 @@ std::string solution_text(const Results& results) {
   text.add("message", json(solution.message));
   text.add("cost", json(solution.cost));
   text.add("problem", problem_text(results.problem));
-  add_arrays(shaped_arrays(results), text);
+  const std::vector<ShapedArray> arrays = shaped_arrays(results);
+  add_arrays(arrays, text);
+  if (!solution.feedback.gain.empty()) text.add("feedback", feedback_text(results.problem, arrays));
   if (!solution.limit_multipliers.empty())
     text.add("limit_multipliers", limit_multipliers_text(solution.limit_multipliers));
   text.add("certificate", certificate_text(results.certificate));
   text.add("search", search_text(solution.search));
   text.add("solver", solver_text(solution.solver));
+  if (!solution.marched_by.empty()) text.add("marched_by", json(solution.marched_by));
+  if (solution.tracking) text.add("tracking", tracking_text(*solution.tracking));
   if (solution.divided.steps > 0) text.add("divided_steps", divided_text(solution.divided));
   text.add("provenance", provenance_text(results.provenance));
   return text.finished() + "\n";

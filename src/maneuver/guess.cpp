@@ -5,6 +5,7 @@
 
 #include "lie/so3.hpp"
 #include "maneuver/control_path.hpp"
+#include "maneuver/random.hpp"
 #include "maneuver/step_polynomial.hpp"
 
 namespace lamprey::maneuver {
@@ -18,26 +19,6 @@ constexpr int harmonics = 4;
 constexpr double amplitude = 0.8;  // rad, of the first harmonic; 0.3 to 0.8 serve alike
 
 using model::at;
-
-// Deterministic on every machine and library: SplitMix64, and normal numbers by Box and Muller.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-
-  double uniform() {  // in (0, 1)
-    state_ += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
-    z ^= z >> 31;
-    return (static_cast<double>(z >> 11) + 0.5) * 0x1.0p-53;
-  }
-
-  double normal() { return std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * std::numbers::pi * uniform()); }
-
- private:
-  std::uint64_t state_;
-};
 
 // Rises from 0 to 1 at rest at both ends.
 double blend(double s) { return s * s * s * (10.0 + s * (6.0 * s - 15.0)); }

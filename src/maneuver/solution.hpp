@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,22 @@ struct LimitMultiplier {
   std::vector<double> multiplier;  // [N+1] (N m)² for each N m, rad, rad/s, m or s of the limit
 };
 
+/// How moments answer deviations from the motion: u = u* + K s, with s as integrator::deviation has it.
+struct Feedback {
+  std::vector<double> time;           // [M+1] s, from the motion's start to its end; gains run linearly between
+  std::vector<Eigen::MatrixXd> gain;  // [M+1][controls][2 velocity_count] N m by rad, m, rad/s, m/s; none: no feedback
+};
+
+/// How a march with feedback kept to the maneuver that it follows.
+struct Tracking {
+  std::string maneuver;                 // its name
+  double rotation_error = 0.0;          // rad, of a body, at the end
+  double position_error = 0.0;          // m, of the root's mass centre, at the end
+  double largest_rotation_error = 0.0;  // rad, at any node
+  double largest_position_error = 0.0;  // m, at any node
+  double largest_correction = 0.0;      // N m, of a joint's moment against the planned one, at any node
+};
+
 struct Solution {
   Status status = Status::stalled;
   std::string message;
@@ -82,6 +99,9 @@ struct Solution {
   std::vector<std::vector<double>> stage_time;         // [N][s] s, nodes of a scheme's stages; above order 2 only
   std::vector<std::vector<Vectors>> control_stages;    // [N][s][joints] N m, on the parent, parent's frame at that time
   std::vector<LimitMultiplier> limit_multipliers;      // of limits that hold somewhere
+  Feedback feedback;                                   // about the motion; of optimal ones
+  std::optional<Tracking> tracking;                    // of a march with feedback
+  std::string marched_by;                              // what marched in place of the scheme; empty: the scheme
   DividedSteps divided;                                // of a march that divides its steps
   SearchRecord search;                                 // starts = 0: no search was made
   SolverRecord solver;

@@ -17,6 +17,9 @@ class Riccati {
   /// only there. Returns false where it is not.
   bool factor(const StageModel& model, double shift, double penalty);
 
+  /// After factor: how a stage's optimal input answers its state, [m][n].
+  const MatrixXd& feedback(int stage) const { return gain_[static_cast<std::size_t>(stage)].feedback; }
+
   /// The end rows' multipliers of the step that solve() finds with this share.
   const VectorXd& look_back(const StageModel& model, double share);
 

@@ -7,13 +7,12 @@ namespace lamprey::optimizer {
 
 namespace {
 
-using Eigen::Index;
 using Four = Eigen::Array<double, 4, 1>;
 
 // Entries of a matrix wherever they lie.
 struct Strided {
   const double* data;
-  Index row, column;  // strides
+  Eigen::Index row, column;  // strides
 };
 
 Strided plain(const MatrixIn& m) { return {m.data(), 1, m.outerStride()}; }
@@ -21,7 +20,7 @@ Strided transposed(const MatrixIn& m) { return {m.data(), m.outerStride(), 1}; }
 
 // `height` rows and `width` columns of the product, kept in registers along the sum: as fours, a pair and a single one.
 template <int height, int width>
-void add_tile(double factor, Index depth, const double* a, Index a_stride, Strided b, double* c, Index c_stride) {
+void add_tile(double factor, Eigen::Index depth, const double* a, Eigen::Index a_stride, Strided b, double* c, Eigen::Index c_stride) {
   constexpr int fours = height / 4, pair = height % 4 / 2, single = height % 2;
   using Two = Eigen::Array<double, 2, 1>;
   Four four[width][fours > 0 ? fours : 1];
@@ -32,7 +31,7 @@ void add_tile(double factor, Index depth, const double* a, Index a_stride, Strid
     two[j].setZero();
     one[j] = 0.0;
   }
-  for (Index p = 0; p < depth; ++p) {
+  for (Eigen::Index p = 0; p < depth; ++p) {
     const double* left = a + p * a_stride;
     const double* right = b.data + p * b.row;
     Four left_four[fours > 0 ? fours : 1];
@@ -55,10 +54,10 @@ void add_tile(double factor, Index depth, const double* a, Index a_stride, Strid
 }
 
 template <int width>
-void add_columns(double factor, Index rows, Index depth, const double* a, Index a_stride, Strided b, double* c,
-                 Index c_stride) {
+void add_columns(double factor, Eigen::Index rows, Eigen::Index depth, const double* a, Eigen::Index a_stride, Strided b, double* c,
+                 Eigen::Index c_stride) {
   for (; rows >= 12; rows -= 12, a += 12, c += 12) add_tile<12, width>(factor, depth, a, a_stride, b, c, c_stride);
-  using Tile = void (*)(double, Index, const double*, Index, Strided, double*, Index);
+  using Tile = void (*)(double, Eigen::Index, const double*, Eigen::Index, Strided, double*, Eigen::Index);
   static constexpr Tile rest[] = {add_tile<1, width>, add_tile<2, width>, add_tile<3, width>, add_tile<4, width>,
                            add_tile<5, width>, add_tile<6, width>, add_tile<7, width>, add_tile<8, width>,
                            add_tile<9, width>, add_tile<10, width>, add_tile<11, width>};
@@ -66,12 +65,12 @@ void add_columns(double factor, Index rows, Index depth, const double* a, Index 
 }
 
 void add_strided(double factor, const MatrixIn& A, Strided b, MatrixOut& C, bool lower) {
-  const Index depth = A.cols(), stride = A.outerStride(), c_stride = C.outerStride(), columns = C.cols();
-  using Columns = void (*)(double, Index, Index, const double*, Index, Strided, double*, Index);
+  const Eigen::Index depth = A.cols(), stride = A.outerStride(), c_stride = C.outerStride(), columns = C.cols();
+  using Columns = void (*)(double, Eigen::Index, Eigen::Index, const double*, Eigen::Index, Strided, double*, Eigen::Index);
   static constexpr Columns of_width[] = {add_columns<1>, add_columns<2>, add_columns<3>, add_columns<4>};
-  for (Index j = 0; j < columns; j += 4) {
-    const Index skipped = lower ? j : 0;
-    of_width[std::min<Index>(columns - j, 4) - 1](factor, C.rows() - skipped, depth, A.data() + skipped, stride,
+  for (Eigen::Index j = 0; j < columns; j += 4) {
+    const Eigen::Index skipped = lower ? j : 0;
+    of_width[std::min<Eigen::Index>(columns - j, 4) - 1](factor, C.rows() - skipped, depth, A.data() + skipped, stride,
                                                   {b.data + j * b.column, b.row, b.column},
                                                   C.data() + j * c_stride + skipped, c_stride);
   }
@@ -97,9 +96,9 @@ void add_lower_product_transposed(double factor, const MatrixIn& A, const Matrix
 
 void mirror_lower(MatrixOut C) {
   double* c = C.data();
-  const Index stride = C.outerStride();
-  for (Index j = 0; j < C.cols(); ++j)
-    for (Index i = j + 1; i < C.rows(); ++i) c[i * stride + j] = c[j * stride + i];
+  const Eigen::Index stride = C.outerStride();
+  for (Eigen::Index j = 0; j < C.cols(); ++j)
+    for (Eigen::Index i = j + 1; i < C.rows(); ++i) c[i * stride + j] = c[j * stride + i];
 }
 
 void add_image(double factor, const MatrixIn& A, const VectorIn& x, VectorOut y) {
@@ -108,13 +107,13 @@ void add_image(double factor, const MatrixIn& A, const VectorIn& x, VectorOut y)
 }
 
 void add_transposed_image(double factor, const MatrixIn& A, const VectorIn& x, VectorOut y) {
-  const Index rows = A.rows(), stride = A.outerStride();
+  const Eigen::Index rows = A.rows(), stride = A.outerStride();
   const double* v = x.data();
   double* to = y.data();
-  for (Index j = 0; j < A.cols(); ++j) {
+  for (Eigen::Index j = 0; j < A.cols(); ++j) {
     const double* a = A.data() + j * stride;
     Four sum = Four::Zero();
-    Index i = 0;
+    Eigen::Index i = 0;
     for (; i + 4 <= rows; i += 4) sum += Eigen::Map<const Four>(a + i) * Eigen::Map<const Four>(v + i);
     double rest = sum.sum();
     for (; i < rows; ++i) rest += a[i] * v[i];
@@ -123,27 +122,27 @@ void add_transposed_image(double factor, const MatrixIn& A, const VectorIn& x, V
 }
 
 void solve_equations(MatrixOut equations) {
-  const Index unknowns = equations.cols(), length = equations.rows();
+  const Eigen::Index unknowns = equations.cols(), length = equations.rows();
   double* e = equations.data();
-  const Index stride = equations.outerStride();
-  const auto column = [&](Index i) { return e + i * stride; };
-  const auto subtract = [&](double factor, const double* from, double* to, Index first) {
-    Index i = first;
+  const Eigen::Index stride = equations.outerStride();
+  const auto column = [&](Eigen::Index i) { return e + i * stride; };
+  const auto subtract = [&](double factor, const double* from, double* to, Eigen::Index first) {
+    Eigen::Index i = first;
     for (; i + 4 <= length; i += 4) Eigen::Map<Four>(to + i) -= factor * Eigen::Map<const Four>(from + i);
     for (; i < length; ++i) to[i] -= factor * from[i];
   };
-  for (Index k = 0; k < unknowns; ++k) {
-    Index pivot = k;
-    for (Index i = k + 1; i < unknowns; ++i)
+  for (Eigen::Index k = 0; k < unknowns; ++k) {
+    Eigen::Index pivot = k;
+    for (Eigen::Index i = k + 1; i < unknowns; ++i)
       if (std::abs(column(i)[k]) > std::abs(column(pivot)[k])) pivot = i;
     if (pivot != k) std::swap_ranges(column(k) + k, column(k) + length, column(pivot) + k);
     const double inverse = 1.0 / column(k)[k];
-    for (Index i = k + 1; i < unknowns; ++i) subtract(inverse * column(i)[k], column(k), column(i), k + 1);
+    for (Eigen::Index i = k + 1; i < unknowns; ++i) subtract(inverse * column(i)[k], column(k), column(i), k + 1);
   }
-  for (Index k = unknowns - 1; k >= 0; --k) {
+  for (Eigen::Index k = unknowns - 1; k >= 0; --k) {
     const double inverse = 1.0 / column(k)[k];
-    for (Index i = unknowns; i < length; ++i) column(k)[i] *= inverse;
-    for (Index i = 0; i < k; ++i) subtract(column(i)[k], column(k), column(i), unknowns);
+    for (Eigen::Index i = unknowns; i < length; ++i) column(k)[i] *= inverse;
+    for (Eigen::Index i = 0; i < k; ++i) subtract(column(i)[k], column(k), column(i), unknowns);
   }
 }
 

@@ -17,6 +17,7 @@ using certificate::unset;
 
 constexpr double momentum_mark = 1e-11;  // of the scale
 constexpr double replay_mark = 1e-3;     // rad at a window's end
+constexpr double feedback_mark = 1e-2;   // rad at the end
 
 std::string with_unit(double value, const char* unit) {
   if (std::isnan(value) || *unit == '\0') return number(value, 3);
@@ -113,6 +114,10 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
             "The same replay, never restarted. Unstable motions amplify any difference, so this is no fault of the "
             "solution."),
       shown("Whole replay, position", replay.whole_position_error, "m", "The same for the root’s position."),
+      held("Replay with feedback, rotation", replay.feedback_rotation_error, "rad", feedback_mark,
+           "The same replay, never restarted, with the stored gains: moments answer how far it is off the answer, as a "
+           "vehicle’s would."),
+      shown("Replay with feedback, position", replay.feedback_position_error, "m", "The same for the root’s position."),
       shown("Growth rate", replay.growth_rate, "1/s",
             "How fast small perturbations grow along the motion: as e to this rate × time."),
       shown("Cost at half the step", refinement.cost_half_step, "(N m)² s",

@@ -82,6 +82,16 @@ std::string goal_words(const maneuver::Goal& goal) {
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
+void append_tracking(const maneuver::Tracking& tracking, std::vector<std::pair<std::string, std::string>>& rows) {
+  const auto off = [](double rotation, double position) {
+    return fmt::format("{} rad, {} m", number(rotation, 3), number(position, 3));
+  };
+  rows.emplace_back("Follows", tracking.maneuver);
+  rows.emplace_back("Off the plan at the end", off(tracking.rotation_error, tracking.position_error));
+  rows.emplace_back("Off the plan at most", off(tracking.largest_rotation_error, tracking.largest_position_error));
+  rows.emplace_back("Largest correction", number(tracking.largest_correction, 3) + " N m");
+}
+
 }  // namespace
 
 bool succeeded(const file::Results& results) {
@@ -102,7 +112,8 @@ std::string verdict(const file::Results& results) {
     parts.push_back(fmt::format("goal {} {} {}", missed ? "missed by" : "reached within", number(proof.goal_error, 2),
                                 goal_unit(results.problem)));
   }
-  if (!std::isnan(proof.rest_error)) parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));
+  const bool rests = results.problem.goal && results.problem.goal->rest;
+  if (rests && !std::isnan(proof.rest_error)) parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));
   if (!std::isnan(proof.kkt)) parts.push_back(fmt::format("optimality conditions within {}", number(proof.kkt, 2)));
   if (proof.second_order)
     parts.push_back(fmt::format("smallest curvature {}", number(proof.second_order->smallest_eigenvalue, 2)));
@@ -124,7 +135,8 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   }
   rows.emplace_back("Duration", number(problem.duration) + " s");
   rows.emplace_back("Steps", fmt::format("{} of {} s", problem.steps, number(problem.time_step)));
-  rows.emplace_back("Scheme", scheme_name(problem.scheme));
+  rows.emplace_back("Scheme", solution.marched_by.empty() ? scheme_name(problem.scheme) : solution.marched_by);
+  if (solution.tracking) append_tracking(*solution.tracking, rows);
   if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solution.solver.name);
   if (sought && solution.solver.iterations > 0) {
     rows.emplace_back("Iterations",

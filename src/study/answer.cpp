@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <sstream>
+#include <stdexcept>
 #include <tuple>
 
 #include "certificate/certify.hpp"
+#include "maneuver/feedback.hpp"
 #include "study/refinement.hpp"
 
 namespace lamprey::study {
@@ -80,6 +82,17 @@ std::tuple<bool, bool, double> rank(const Answer& answer) {
   return {answer.solution.status != Status::optimal, !resolved(answer.certificate), answer.solution.cost};
 }
 
+// Gains about the answer, and its replay with them.
+void add_feedback(const model::System& system, const Problem& problem, Answer& answer) {
+  try {
+    answer.solution.feedback = maneuver::design_feedback(system, problem, answer.solution);
+  } catch (const std::domain_error& error) {
+    answer.solution.message += std::string(" It comes without feedback: ") + error.what() + ".";
+    return;
+  }
+  certificate::certify_feedback(system, problem, answer.solution, answer.certificate);
+}
+
 }  // namespace
 
 void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
@@ -146,6 +159,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
       best.solution.message +=
           " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: its replay misses by " +
           number(other.certificate.replay->rotation_error) + " rad, so these steps are too coarse for it.";
+  if (best.solution.status == Status::optimal) add_feedback(system, problem, best);
   return best;
 }
 

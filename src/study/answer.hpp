@@ -13,6 +13,7 @@ struct Answer {
 
 /// Solves and certifies every candidate; status and message say what the certificate shows. Of the proven candidates the cheapest
 /// one that its steps resolve is the answer: coarse grids hold motions that cost little only because they are wrong.
+/// An optimal answer comes with gains about it.
 Answer answer(const model::System& system, const maneuver::Problem& problem, const SolveOptions& options);
 
 /// Sets status and message from the numbers of the certificate: "optimal" needs the discrete equations, the goal, rest and the

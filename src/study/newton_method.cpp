@@ -31,6 +31,7 @@ constexpr double rough_tolerance = 1e-4;
 constexpr double fine_tolerance = 1e-7;  // before a last Newton step
 constexpr double rough_limits = 1e-3;    // error of limits, in units of their rows
 constexpr double fine_limits = 1e-9;
+constexpr double limited_share = 1e-2;   // of the tolerance: a last Newton step is no good where limits begin to hold
 
 // A program and its solver at one resolution.
 struct Grid {
@@ -119,7 +120,9 @@ class NewtonMethod : public Method {
 
   // Effort and history of `found` go on.
   void solve(Grid& grid, const NodePath& from, double tolerance, Found& found) const {
-    const double limit_tolerance = tolerance > fine_tolerance ? rough_limits : fine_limits;
+    const bool rough = tolerance > fine_tolerance;
+    const double limit_tolerance = rough ? rough_limits : fine_limits;
+    if (!rough && !limits_.empty()) tolerance *= limited_share;
     const optimizer::Outcome before = found.outcome;
     optimizer::Outcome& outcome = found.outcome;
     outcome = optimizer::Outcome();

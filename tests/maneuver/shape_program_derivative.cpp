@@ -123,7 +123,8 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
         step_->end_multiplier[static_cast<Eigen::Index>(r)] = 1e3 * random_.normal();
     program_->take_multipliers(*step_, 1.0);
     program_->linearize(*model_);
-    const double size = GetParam().periodic || GetParam().free_duration ? 0.01 : 0.3;
+    const bool kinks = GetParam().limited && GetParam().swimmer == Swimmer::any_joint;  // where a moment's sign changes
+    const double size = GetParam().periodic || GetParam().free_duration || kinks ? 0.01 : 0.3;
     for (std::size_t n = 0; n < model_->stage.size(); ++n) {
       for (Eigen::Index c = 0; c < sizes.inputs; ++c)
         if (!model_->stage[n].B.col(c).isZero(0.0)) step_->input[n][c] = size * random_.normal();
@@ -186,7 +187,8 @@ TEST_P(ShapeDerivatives, the_curvature_of_the_lagrangian_matches_second_differen
   const double here = lagrangian_at(0.0), expected = curvature();
   const auto error = [&](double t) { return (lagrangian_at(t) + lagrangian_at(-t) - 2.0 * here) / (t * t) - expected; };
   const double coarse = error(1.0), fine = error(0.25);
-  EXPECT_NEAR(std::log2(std::abs(coarse / fine)) / 2.0, 2.0, 0.2) << coarse << " and " << fine << " of " << expected;
+  if (std::abs(coarse) > 1e-5 * std::abs(expected))  // else as good as exact
+    EXPECT_NEAR(std::log2(std::abs(coarse / fine)) / 2.0, 2.0, 0.2) << coarse << " and " << fine << " of " << expected;
   EXPECT_LE(std::abs((16.0 * fine - coarse) / 15.0), tolerance(1e-4) * std::abs(expected));
 }
 
