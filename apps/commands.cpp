@@ -179,6 +179,7 @@ int solve(const SolveArguments& arguments) {
   options.workers = arguments.workers > 0 ? arguments.workers : static_cast<int>(std::thread::hardware_concurrency());
   if (arguments.solver == "newton") options.solver = study::Solver::newton;
   if (arguments.solver == "ipopt") options.solver = study::Solver::ipopt;
+  options.refinement = arguments.refinement;
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
   options.interrupted = interrupted;
   Results results = assemble(problem_file, system, arguments.command);
@@ -242,7 +243,8 @@ int verify(const std::string& folder) {
   Results results = file::read_solution(folder);
   const Problem problem = file::problem_of(results);
   const model::System system(problem.swimmer);
-  const certificate::Certificate proof = certificate::certify(system, problem, results.solution);
+  certificate::Certificate proof = certificate::certify(system, problem, results.solution);
+  if (results.certificate) proof.refinement = results.certificate->refinement;  // by solving: as stored
   const Status claimed = results.solution.status;
   if (problem.goal) study::judge(problem, proof, results.solution);
   fmt::print("{}\n  recomputed from {}/solution.json\n", results.name, folder);

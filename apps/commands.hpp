@@ -1,6 +1,7 @@
 // The commands of the program; each returns the exit code of the interface.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct SolveArguments {
   bool json = false;
   int workers = 0;     // 0: one for each core
   std::string solver;  // newton or ipopt; empty: as suits the problem
+  std::optional<bool> refinement = {};  // default: where it is cheap
 };
 
 struct SimulateArguments {

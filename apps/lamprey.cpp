@@ -59,6 +59,8 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
       ->add_option("--solver", arguments.solve.solver,
                    "newton: our own along the steps; ipopt: the full transcription (default: newton where it can)")
       ->check(CLI::IsMember({"newton", "ipopt"}));
+  solve->add_flag("--refinement,!--no-refinement", arguments.solve.refinement,
+                  "solve on half and on twice the steps too, for the certificate's refinement (default: with newton)");
   solve->add_flag("--json", arguments.solve.json, "print solution.json on standard output");
 }
 
@@ -100,7 +102,8 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
 void describe_others(CLI::App& app, Arguments& arguments) {
   CLI::App* check = app.add_subcommand("check", "Validate a problem file and print the resolved model");
   check->add_option("problem", arguments.problem, "problem file (TOML)")->required();
-  CLI::App* verify = app.add_subcommand("verify", "Recompute the certificate from the files alone");
+  CLI::App* verify = app.add_subcommand(
+      "verify", "Recompute the certificate from the files alone; refinement, which takes solving, is kept as stored");
   verify->add_option("folder", arguments.folder, "folder of a solution.json")->required();
   CLI::App* report = app.add_subcommand("report", "Write the report again; with two folders, compare them");
   report->add_option("folders", arguments.folders, "one folder, or two to compare")->required()->expected(1, 2);

@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace lamprey::certificate {
 
@@ -50,9 +51,18 @@ struct Replay {
   double feedback_position_error = unset;  // m, likewise
 };
 
+struct GridCost {
+  int steps;
+  double cost;
+};
+
+/// The same minimum on other grids (equation 6.8); found by solving, so not by this room.
 struct Refinement {
   double cost_half_step = unset;
-  double observed_order = unset;
+  double observed_order = unset;  // from the three grids
+  double cost_limit = unset;      // extrapolated to no step at all
+  double cost_error = unset;      // of the answer's cost against it
+  std::vector<GridCost> grids;    // by rising steps
 };
 
 /// Limits and waypoints along the stored motion.
@@ -77,6 +87,7 @@ struct Certificate {
   double rest_error = unset;      // max |μ_N| / scale
   double momentum_drift = unset;  // max |p − p_0| / scale
   double rotation_drift = unset;  // max |RᵀR − I|
+  double iterates_momentum = unset;  // largest total momentum / scale over all iterates that the solver recorded
   double kkt = unset;             // scaled, in the space of controls
   std::optional<LimitsKept> limits;  // where the problem has any, or waypoints, or a free duration
   std::optional<SecondOrder> second_order;

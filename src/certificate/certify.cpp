@@ -34,6 +34,17 @@ bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
                             proof.limits->negative <= complementarity_mark));
 }
 
+// Largest of the iterates; NaN where one was not measured, or there is none.
+double iterates_momentum(const maneuver::SolverRecord& solver) {
+  if (solver.history.empty()) return unset;
+  double largest = 0.0;
+  for (const maneuver::SolverIteration& iterate : solver.history) {
+    if (std::isnan(iterate.momentum)) return unset;
+    largest = std::max(largest, iterate.momentum);
+  }
+  return largest;
+}
+
 // The second-order test with all that confined joints leave free.
 std::optional<AllAxes> all_axes(const model::System& system, const maneuver::Problem& problem,
                                 const maneuver::Solution& solution, double momentum_scale) {
@@ -70,6 +81,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.equation_residual = balance.equation_residual;
   if (!problem.goal || solution.status == maneuver::Status::simulated) return proof;
 
+  proof.iterates_momentum = iterates_momentum(solution.solver);
   proof.goal_error = goal_error(motion);
   proof.verdict = Verdict::not_optimal;
   if (!motion.steps_known) return proof;

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <filesystem>
 #include <limits>
 
@@ -223,6 +224,20 @@ void read_motion(const JsonReader& reader, const ResolvedProblem& problem, maneu
   read_momentum(reader.at("momentum").at("angular"), nodes, solution.angular_momentum);
 }
 
+certificate::Refinement read_refinement(const JsonReader& reader) {
+  certificate::Refinement result;
+  result.cost_half_step = reader.at("cost_half_step").number_or_nan();
+  result.observed_order = reader.at("observed_order").number_or_nan();
+  if (!reader.has("grids")) return result;
+  result.cost_limit = reader.at("cost_limit").number_or_nan();
+  result.cost_error = reader.at("cost_error").number_or_nan();
+  const JsonReader grids = reader.at("grids");
+  grids.require_array();
+  for (std::size_t i = 0; i < grids.size(); ++i)
+    result.grids.push_back({grids.at(i).at("steps").integer(1, largest), grids.at(i).at("cost").number_or_nan()});
+  return result;
+}
+
 certificate::SecondOrder read_curvature(const JsonReader& reader) {
   certificate::SecondOrder result{reader.at("smallest_eigenvalue").number_or_nan(), reader.at("positive").boolean(), {}};
   if (reader.has("negative_eigenvalues") && !reader.at("negative_eigenvalues").is_null())
@@ -236,6 +251,7 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
   result.rest_error = reader.at("rest_error").number_or_nan();
   result.momentum_drift = reader.at("momentum_drift").number_or_nan();
   result.rotation_drift = reader.at("rotation_drift").number_or_nan();
+  if (reader.has("iterates_momentum")) result.iterates_momentum = reader.at("iterates_momentum").number_or_nan();
   if (reader.has("equation_residual")) result.equation_residual = reader.at("equation_residual").number_or_nan();
   if (reader.has("start_error")) result.start_error = reader.at("start_error").number_or_nan();
   if (reader.has("control_error")) result.control_error = reader.at("control_error").number_or_nan();
@@ -275,8 +291,7 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
                      limits.at("complementarity").number_or_nan(), limits.at("negative").number_or_nan()};
   }
   if (const JsonReader refinement = reader.at("refinement"); !refinement.is_null())
-    result.refinement = {refinement.at("cost_half_step").number_or_nan(),
-                         refinement.at("observed_order").number_or_nan()};
+    result.refinement = read_refinement(refinement);
   return result;
 }
 
@@ -303,7 +318,8 @@ maneuver::SolverRecord read_solver(const JsonReader& reader) {
     const JsonReader entry = history.at(i);
     solver.history.push_back({entry.at("iteration").integer(0, largest), entry.at("cost").number_or_nan(),
                               entry.at("goal_error").number_or_nan(), entry.at("kkt").number_or_nan(),
-                              entry.at("step").number_or_nan()});
+                              entry.at("step").number_or_nan(),
+                              entry.has("momentum") ? entry.at("momentum").number_or_nan() : std::nan("")});
   }
   return solver;
 }

@@ -196,6 +196,7 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   text.add("rest_error", json(certificate->rest_error));
   text.add("momentum_drift", json(certificate->momentum_drift));
   text.add("rotation_drift", json(certificate->rotation_drift));
+  text.add("iterates_momentum", json(certificate->iterates_momentum));
   text.add("equation_residual", json(certificate->equation_residual));
   text.add("start_error", json(certificate->start_error));
   text.add("control_error", json(certificate->control_error));
@@ -234,9 +235,16 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
     text.add("replay", "null");
   }
   const auto& refinement = certificate->refinement;
-  text.add("refinement", refinement ? fmt::format("{{\"cost_half_step\": {}, \"observed_order\": {}}}",
-                                                  json(refinement->cost_half_step), json(refinement->observed_order))
-                                    : "null");
+  const auto grid = [](const certificate::GridCost& g) {
+    return fmt::format("{{\"steps\": {}, \"cost\": {}}}", g.steps, json(g.cost));
+  };
+  text.add("refinement",
+           refinement ? fmt::format("{{\"cost_half_step\": {}, \"observed_order\": {}, \"cost_limit\": {}, "
+                                    "\"cost_error\": {}, \"grids\": {}}}",
+                                    json(refinement->cost_half_step), json(refinement->observed_order),
+                                    json(refinement->cost_limit), json(refinement->cost_error),
+                                    json_list(refinement->grids, grid))
+                      : "null");
   return text.finished();
 }
 
@@ -255,8 +263,8 @@ std::string search_text(const maneuver::SearchRecord& search) {
 std::string solver_text(const maneuver::SolverRecord& solver) {
   if (solver.name.empty()) return "null";
   const auto entry = [](const maneuver::SolverIteration& i) {
-    return fmt::format("\n      {{\"iteration\": {}, \"cost\": {}, \"goal_error\": {}, \"kkt\": {}, \"step\": {}}}",
-                       i.iteration, json(i.cost), json(i.goal_error), json(i.kkt), json(i.step));
+    return fmt::format("\n      {{\"iteration\": {}, \"cost\": {}, \"goal_error\": {}, \"kkt\": {}, \"step\": {}, \"momentum\": {}}}",
+                       i.iteration, json(i.cost), json(i.goal_error), json(i.kkt), json(i.step), json(i.momentum));
   };
   ObjectText text(1);
   text.add("name", json(solver.name));

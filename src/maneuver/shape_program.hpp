@@ -46,6 +46,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void take_multipliers(const optimizer::StageStep& step, double length) override;
   double longest(const optimizer::StageStep& step) const override;
   double goal_error() const override;
+  double drift() const override { return momentum_left(now_.step, now_.rotation, now_.position); }
   bool limited() const override { return !limits_.empty(); }
   double limit_error() const override { return limits_.empty() ? 0.0 : worst_limit().value; }
   void renew_limits() override;

@@ -1,6 +1,7 @@
 // Solution: a motion and how it was found, in the words and shapes of solution.json.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ struct SolverIteration {
   double goal_error = 0.0;
   double kkt = 0.0;
   double step = 0.0;
+  double momentum = std::numeric_limits<double>::quiet_NaN();  // largest total momentum of the iterate / its scale
 };
 
 struct SolverRecord {

@@ -2,6 +2,7 @@
 // (on whatever manifold it lives) and its multipliers; the solver sees linear-quadratic models of it.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -84,6 +85,8 @@ class StageProgram {
   virtual double longest(const StageStep& step) const = 0;
   /// A number a person understands: how far the point is from the goal.
   virtual double goal_error() const = 0;
+  /// How far the point is from keeping what every point of the program keeps, of its own scale; NaN: not measured.
+  virtual double drift() const { return std::numeric_limits<double>::quiet_NaN(); }
   /// Whether there are limits at all.
   virtual bool limited() const { return false; }
   /// Limits that are terms of the cost with multipliers: how far they are from being met and complementary, 0 without.

@@ -81,6 +81,9 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
            "Largest change of the total linear and angular momentum, relative to the largest momentum or impulse of a "
            "step. "
            "Joint moments act in pairs, so nothing may change it."),
+      held("Momentum over all iterates", proof.iterates_momentum, "", momentum_mark,
+           "Largest total momentum of any point that the solver went through, as it measured it, relative to that "
+           "point's largest momentum: the search cannot live on momentum that leaks."),
       shown("Rotation drift", proof.rotation_drift, "",
             "Largest entry of RᵀR − I: how far stored rotations are from rotations."),
       {"Clearance",
@@ -120,6 +123,8 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
       shown("Cost at half the step", refinement.cost_half_step, "(N m)² s",
             "Cost of the same problem solved with twice the steps."),
       shown("Observed order", refinement.observed_order, "", "Order at which the cost settles as the step is halved."),
+      shown("Cost in the limit", refinement.cost_limit, "(N m)² s", "Cost extrapolated to steps of no length."),
+      shown("Error of the cost", refinement.cost_error, "(N m)² s", "Distance of the answer’s cost from that."),
   };
   if (proof.limits)
     rows.insert(rows.begin() + 1,

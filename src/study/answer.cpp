@@ -7,6 +7,7 @@
 
 #include "certificate/certify.hpp"
 #include "maneuver/feedback.hpp"
+#include "study/refinement.hpp"
 
 namespace lamprey::study {
 
@@ -134,15 +135,23 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
       options.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
     return solution.status == Status::optimal && resolved(proofs.back());
   };
-  const std::vector<Solution> solutions = solve(system, problem, certified);
+  const Candidates candidates = find_candidates(system, problem, certified);
   std::vector<Answer> found;
-  for (std::size_t n = 0; n < solutions.size(); ++n) found.push_back({solutions[n], proofs[n]});
-  Answer best =
-      *std::min_element(found.begin(), found.end(), [](const Answer& a, const Answer& b) { return rank(a) < rank(b); });
+  for (std::size_t n = 0; n < candidates.solution.size(); ++n) found.push_back({candidates.solution[n], proofs[n]});
+  const auto chosen =
+      std::min_element(found.begin(), found.end(), [](const Answer& a, const Answer& b) { return rank(a) < rank(b); });
+  Answer best = *chosen;
   if (best.solution.status == Status::optimal) {
     if (options.progress) options.progress("proving");
     certificate::add_second_order(system, problem, best.solution, best.certificate);
     best.solution.message += curvature_words(best.certificate);
+    if (candidates.cost_on_grid) {
+      if (options.progress) options.progress("on other grids");
+      best.certificate.refinement = refine_cost(problem, best.solution.cost, [&](int steps) {
+        return candidates.cost_on_grid(static_cast<std::size_t>(chosen - found.begin()), steps);
+      });
+      best.solution.message += refinement_words(*best.certificate.refinement);
+    }
   }
   for (const Answer& other : found)
     if (other.solution.status == Status::optimal && !resolved(other.certificate) &&

@@ -46,6 +46,10 @@ class Method {
   virtual std::vector<Found> solve_starts(int first, int count) = 0;
   /// Carries motions on to full resolution.
   virtual std::vector<Found> refine(const std::vector<const Found*>& coarse) = 0;
+  /// Carries a motion on to another number of steps.
+  virtual Found carry(const Found& from, int steps) = 0;
+  /// Whether that takes less than the search.
+  virtual bool carries_cheaply() const = 0;
 };
 
 /// Steps of the grid on which starts are told apart: enough to tell minima apart, few enough to be quick.

@@ -73,6 +73,9 @@ class NewtonMethod : public Method {
     });
   }
 
+  Found carry(const Found& from, int steps) override { return carry_on(from, steps, fine_tolerance); }
+  bool carries_cheaply() const override { return true; }
+
  private:
   static int coarse_of(int steps) { return std::min(steps, coarse_steps); }
 

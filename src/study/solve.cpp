@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <numeric>
 
 #include "maneuver/goal_rank.hpp"
@@ -65,6 +66,14 @@ class Search {
     return solutions_;
   }
 
+  bool refines() const { return options_.refinement.value_or(method_->carries_cheaply()); }
+
+  std::optional<double> cost_on_grid(std::size_t candidate, int steps) const {
+    if (candidate >= found_.size() || budget_.stopped()) return std::nullopt;
+    const Found carried = method_->carry(found_[candidate], steps);
+    return carried.converged() ? std::optional(carried.cost) : std::nullopt;
+  }
+
  private:
   void count_effort(const Outcome& outcome) {
     iterations_ += outcome.iterations;
@@ -115,6 +124,7 @@ class Search {
         count_effort(fine.outcome);
         if (fine.path.rotation.empty()) continue;
         solutions_.push_back(describe(fine));
+        found_.push_back(fine);
         if (options_.accept && options_.accept(solutions_.back()))
           accepted_cost = std::min(accepted_cost, solutions_.back().cost);
       }
@@ -157,7 +167,7 @@ class Search {
     solution.solver.wall_seconds = budget_.seconds();
     for (const optimizer::Iteration& step : outcome.history)
       solution.solver.history.push_back(
-          {step.iteration, step.objective, step.goal_error, step.dual_infeasibility, step.step});
+          {step.iteration, step.objective, step.goal_error, step.dual_infeasibility, step.step, step.drift});
     solution.status = status_of(outcome);
     solution.message = outcome.reason;
     return solution;
@@ -222,6 +232,7 @@ class Search {
   std::vector<std::size_t> candidates_;  // starts to refine, by rising cost
   maneuver::SearchRecord record_;
   std::vector<Solution> solutions_;
+  std::vector<Found> found_;  // of the solutions
   int iterations_ = 0;
   int evaluations_ = 0;
 };
@@ -254,6 +265,16 @@ std::uint64_t seed_of_start(const Problem& problem, int start) {
 
 std::vector<Solution> solve(const System& system, const Problem& problem, const SolveOptions& options) {
   return Search(system, problem, options).run();
+}
+
+Candidates find_candidates(const System& system, const Problem& problem, const SolveOptions& options) {
+  const auto search = std::make_shared<Search>(system, problem, options);
+  Candidates candidates{search->run(), {}};
+  if (search->refines())
+    candidates.cost_on_grid = [search](std::size_t candidate, int steps) {
+      return search->cost_on_grid(candidate, steps);
+    };
+  return candidates;
 }
 
 }  // namespace lamprey::study
