@@ -4,10 +4,12 @@
 
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <thread>
 
 #include "certificate/certify.hpp"
 #include "file/controls_file.hpp"
+#include "file/followed_file.hpp"
 #include "file/io_error.hpp"
 #include "file/model_table.hpp"
 #include "file/problem_file.hpp"
@@ -17,7 +19,9 @@
 #include "file/words.hpp"
 #include "interrupt.hpp"
 #include "maneuver/control_path.hpp"
+#include "maneuver/feedback.hpp"
 #include "maneuver/simulate.hpp"
+#include "maneuver/tracking.hpp"
 #include "report/momentum_lines.hpp"
 #include "report/report.hpp"
 #include "report/summary.hpp"
@@ -116,6 +120,54 @@ void override_march(const SimulateArguments& arguments, Problem& problem) {
       "found \"" + arguments.scheme + "\"; allowed: paper, trapezoid, midpoint, order4, order6; choose one of them");
 }
 
+// A maneuver to follow, and the swimmer that it was made for.
+struct Followed {
+  Results results;
+  model::System system;
+  integrator::FeedbackLaw law;
+
+  Followed(Results read, const std::string& folder)
+      : results(std::move(read)),
+        system(file::problem_of(results).swimmer),
+        law(maneuver::feedback_law(
+            system, results.solution,
+            controls_of(file::read_controls(folder + "/solution.json", system.joint_count()), system))) {}
+  Followed(const Followed&) = delete;
+  Followed& operator=(const Followed&) = delete;
+};
+
+void perturb(const SimulateArguments& arguments, const model::System& system, const Followed* followed,
+             Problem& problem) {
+  if (arguments.perturb == 0.0) return;
+  const int turns = system.velocity_count() - 3;
+  problem.start =
+      maneuver::turned_start(system, problem.start, arguments.perturb, arguments.seed,
+                             followed ? maneuver::answered_turns(system, followed->results.solution.feedback)
+                                      : Eigen::MatrixXd(Eigen::MatrixXd::Identity(turns, turns)));
+}
+
+// By the scheme or the reference integrator, under moments in time or under feedback.
+maneuver::Solution march(const SimulateArguments& arguments, const model::System& system, const Problem& problem,
+                         const Followed* followed) {
+  maneuver::SimulateOptions options{arguments.adaptive, interrupted};
+  maneuver::ControlFunction control = maneuver::no_control(system);
+  if (!arguments.controls.empty())
+    control = controls_of(file::read_controls(arguments.controls, system.joint_count()), system);
+  if (followed) {
+    control = [followed](double time) { return followed->law.planned(time); };
+    options.feedback = [followed](double time, const integrator::ReferenceState& state) {
+      return followed->law.moments(time, state);
+    };
+  }
+  maneuver::Solution solution = arguments.reference ? maneuver::simulate_by_reference(system, problem, control, options)
+                                                    : maneuver::simulate(system, problem, control, options);
+  if (followed) {
+    solution.tracking = maneuver::tracking_of(followed->law, solution);
+    solution.tracking->maneuver = followed->results.name;
+  }
+  return solution;
+}
+
 }  // namespace
 
 int solve(const SolveArguments& arguments) {
@@ -127,6 +179,7 @@ int solve(const SolveArguments& arguments) {
   options.workers = arguments.workers > 0 ? arguments.workers : static_cast<int>(std::thread::hardware_concurrency());
   if (arguments.solver == "newton") options.solver = study::Solver::newton;
   if (arguments.solver == "ipopt") options.solver = study::Solver::ipopt;
+  options.refinement = arguments.refinement;
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
   options.interrupted = interrupted;
   Results results = assemble(problem_file, system, arguments.command);
@@ -134,6 +187,10 @@ int solve(const SolveArguments& arguments) {
     study::Answer answer = study::answer(system, problem_file.problem, options);
     results.solution = std::move(answer.solution);
     results.certificate = answer.certificate;
+    if (problem_file.problem.duration.free) {
+      results.problem.duration = results.solution.time.back();
+      results.problem.time_step = results.problem.duration / results.problem.steps;
+    }
   } catch (const model::InputError& error) {
     throw file::located(error, problem_file);
   }
@@ -153,12 +210,13 @@ int simulate(const SimulateArguments& arguments) {
   file::require_supported(problem_file, file::Purpose::simulate);
   const model::System system = build_system(problem_file);
   problem_file.problem.goal.reset();  // marching seeks no goal
-  maneuver::ControlFunction control = maneuver::no_control(system);
-  if (!arguments.controls.empty())
-    control = controls_of(file::read_controls(arguments.controls, system.joint_count()), system);
+  std::unique_ptr<Followed> followed;
+  if (!arguments.feedback.empty())
+    followed = std::make_unique<Followed>(
+        file::read_followed(arguments.feedback, system, problem_file.problem.duration.value), arguments.feedback);
+  perturb(arguments, system, followed.get(), problem_file.problem);
   Results results = assemble(problem_file, system, arguments.command);
-  results.solution = maneuver::simulate(system, problem_file.problem, control,
-                                        maneuver::SimulateOptions{arguments.adaptive, interrupted});
+  results.solution = march(arguments, system, problem_file.problem, followed.get());
   if (results.solution.status == Status::stalled) {
     fmt::print(stderr, "lamprey: {}\n", results.solution.message);
     return numerical_failure;
@@ -185,11 +243,13 @@ int verify(const std::string& folder) {
   Results results = file::read_solution(folder);
   const Problem problem = file::problem_of(results);
   const model::System system(problem.swimmer);
-  const certificate::Certificate proof = certificate::certify(system, problem, results.solution);
+  certificate::Certificate proof = certificate::certify(system, problem, results.solution);
+  if (results.certificate) proof.refinement = results.certificate->refinement;  // by solving: as stored
   const Status claimed = results.solution.status;
   if (problem.goal) study::judge(problem, proof, results.solution);
   fmt::print("{}\n  recomputed from {}/solution.json\n", results.name, folder);
   print_certificate(proof, results.problem);
+  if (proof.verdict) fmt::print("  Verdict: {}.\n", file::word(*proof.verdict));
   const bool holds = claimed != Status::optimal || results.solution.status == Status::optimal;
   fmt::print("  {}\n",
              holds ? "The stored status holds." : "The stored status does not hold: " + results.solution.message);

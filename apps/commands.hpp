@@ -1,6 +1,7 @@
 // The commands of the program; each returns the exit code of the interface.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,13 +24,18 @@ struct SolveArguments {
   bool json = false;
   int workers = 0;     // 0: one for each core
   std::string solver;  // newton or ipopt; empty: as suits the problem
+  std::optional<bool> refinement = {};  // default: where it is cheap
 };
 
 struct SimulateArguments {
   std::string problem, out, command, controls, scheme;
-  int steps = 0;          // 0: the file's
-  double duration = 0.0;  // 0: the file's
-  bool adaptive = false;  // divide steps that do not converge
+  int steps = 0;                // 0: the file's
+  double duration = 0.0;        // 0: the file's
+  bool adaptive = false;        // divide steps that do not converge
+  std::string feedback;         // folder of the maneuver to follow; empty: none
+  double perturb = 0.0;         // rad, by which each body is turned at the start
+  unsigned long long seed = 1;  // of the axes
+  bool reference = false;       // by the reference integrator in place of the scheme
 };
 
 int solve(const SolveArguments& arguments);

@@ -59,6 +59,8 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
       ->add_option("--solver", arguments.solve.solver,
                    "newton: our own along the steps; ipopt: the full transcription (default: newton where it can)")
       ->check(CLI::IsMember({"newton", "ipopt"}));
+  solve->add_flag("--refinement,!--no-refinement", arguments.solve.refinement,
+                  "solve on half and on twice the steps too, for the certificate's refinement (default: with newton)");
   solve->add_flag("--json", arguments.solve.json, "print solution.json on standard output");
 }
 
@@ -67,14 +69,30 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
   simulate->add_option("problem", arguments.simulate.problem, "problem file (TOML)")->required();
   simulate->add_option("--out", arguments.simulate.out, "folder for solution.json, trajectory.h5, report.html")
       ->required();
-  simulate->add_option(
+  CLI::Option* controls = simulate->add_option(
       "--controls", arguments.simulate.controls,
       "solution.json, or CSV: t, then 3 columns for each joint: N m on the parent, in the parent's frame with "
       "the joint at its zero angle; what the joint cannot exert is left out");
-  simulate->add_option("--scheme", arguments.simulate.scheme,
-                       "paper | trapezoid | midpoint | order4 | order6 instead of the file's");
-  simulate->add_flag("--adaptive", arguments.simulate.adaptive,
-                     "divide steps that do not converge, into 4096 at most, instead of ending there");
+  CLI::Option* scheme = simulate->add_option("--scheme", arguments.simulate.scheme,
+                                             "paper | trapezoid | midpoint | order4 | order6 instead of the file's");
+  CLI::Option* adaptive =
+      simulate->add_flag("--adaptive", arguments.simulate.adaptive,
+                         "divide steps that do not converge, into 4096 at most, instead of ending there");
+  simulate
+      ->add_option("--feedback", arguments.simulate.feedback,
+                   "folder of a maneuver: follow it by its moments and gains")
+      ->excludes(controls);
+  simulate
+      ->add_flag("--reference", arguments.simulate.reference,
+                 "march the continuous equations by a Runge-Kutta method of order 8 instead of a scheme")
+      ->excludes(scheme)
+      ->excludes(adaptive);
+  simulate
+      ->add_option("--perturb", arguments.simulate.perturb,
+                   "rad by which each body is turned at the start about a random axis; with --feedback one that the "
+                   "gains answer")
+      ->check(CLI::Range(0.0, 3.0));
+  simulate->add_option("--seed", arguments.simulate.seed, "of the random axes (default 1)");
   simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
       ->check(CLI::Range(1, 10'000'000));
   simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")
@@ -84,7 +102,8 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
 void describe_others(CLI::App& app, Arguments& arguments) {
   CLI::App* check = app.add_subcommand("check", "Validate a problem file and print the resolved model");
   check->add_option("problem", arguments.problem, "problem file (TOML)")->required();
-  CLI::App* verify = app.add_subcommand("verify", "Recompute the certificate from the files alone");
+  CLI::App* verify = app.add_subcommand(
+      "verify", "Recompute the certificate from the files alone; refinement, which takes solving, is kept as stored");
   verify->add_option("folder", arguments.folder, "folder of a solution.json")->required();
   CLI::App* report = app.add_subcommand("report", "Write the report again; with two folders, compare them");
   report->add_option("folders", arguments.folders, "one folder, or two to compare")->required()->expected(1, 2);

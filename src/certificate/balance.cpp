@@ -46,12 +46,18 @@ VectorXd force(const StoredMotion& motion, int k) {
   return mechanics::generalized_force(motion.system, motion.solution.rotation[at(k)], motion.control[at(k)]);
 }
 
+// Momentum along the freedoms with which a motion begins: a periodic one's is that of its end.
+VectorXd first_momentum(const StoredMotion& motion, const integrator::State& start) {
+  if (!motion.problem.goal || !motion.problem.goal->periodic) return start.momentum;
+  return step_momenta(motion, motion.steps - 1).plus + 0.5 * motion.time_step * force(motion, motion.steps);
+}
+
 Balance check_steps(const StoredMotion& motion, const integrator::State& start) {
   const model::System& system = motion.system;
   const double h = motion.time_step;
   Drift drift(motion, start);
   Largest scale, residual;
-  VectorXd arriving = start.momentum;  // what E⁻_k − (impulse at the node) has to be
+  VectorXd arriving = first_momentum(motion, start);  // what E⁻_k − (impulse at the node) has to be
   for (int k = 0; k < motion.steps; ++k) {
     const StepMomenta momenta = step_momenta(motion, k);
     const VectorXd U = force(motion, k);

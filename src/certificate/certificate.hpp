@@ -4,30 +4,82 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace lamprey::certificate {
 
 inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 
+/// Marks of an optimal answer; that of kkt is the problem's tolerance.
+inline constexpr double goal_mark = 1e-9;             // rad, m
+inline constexpr double rest_mark = 1e-9;             // of the scale
+inline constexpr double equation_mark = 1e-10;        // of the scale
+inline constexpr double limit_mark = 1e-7;            // rad, m, s, of the bound
+inline constexpr double complementarity_mark = 1e-6;  // of the cost over the duration; of the largest multiplier
+inline constexpr double curvature_mark = 1e-6;        // of the effort's own
+
+/// Eigenvalues of the Lagrangian's Hessian among changes of the moments that keep the goal, against the effort metric.
 struct SecondOrder {
-  double smallest_eigenvalue = unset;
-  bool positive = false;
+  double smallest_eigenvalue = unset;  // 1: pure effort
+  bool positive = false;               // smallest eigenvalue above 1e-6
+  std::optional<int> negative_eigenvalues = {};
+};
+
+/// The same with every direction moved that actuated joints leave free: control_axes set aside.
+struct AllAxes {
+  double kkt = unset;  // among all these moments; unless it is small the eigenvalues mean nothing and are unset
+  SecondOrder second_order;
+};
+
+/// What the numbers add up to.
+enum class Verdict {
+  proved,      // goal met, stationary, positive on the tangent space: a strict local minimum
+  stationary,  // goal met, stationary; curvature not positive or not known
+  not_optimal
 };
 
 /// The stored controls through an independent high-order integrator of the continuous equations.
 struct Replay {
   std::string scheme;
-  double window = unset;                // s between restarts from the stored state
-  double rotation_error = unset;        // rad, largest at a window's end
-  double position_error = unset;        // m, largest at a window's end
-  double whole_rotation_error = unset;  // rad, never restarted
-  double whole_position_error = unset;  // m, never restarted
-  double growth_rate = unset;           // 1/s of small perturbations
+  double window = unset;                   // s between restarts from the stored state
+  double rotation_error = unset;           // rad, largest at a window's end
+  double position_error = unset;           // m, largest at a window's end
+  double whole_rotation_error = unset;     // rad, never restarted
+  double whole_position_error = unset;     // m, never restarted
+  double growth_rate = unset;              // 1/s of small perturbations
+  double feedback_rotation_error = unset;  // rad, never restarted, with the stored gains; at the end
+  double feedback_position_error = unset;  // m, likewise
 };
 
+struct GridCost {
+  int steps;
+  double cost;
+};
+
+/// The same minimum on other grids (equation 6.8); found by solving, so not by this room.
 struct Refinement {
   double cost_half_step = unset;
-  double observed_order = unset;
+  double observed_order = unset;  // from the three grids
+  double cost_limit = unset;      // extrapolated to no step at all
+  double cost_error = unset;      // of the answer's cost against it
+  std::vector<GridCost> grids;    // by rising steps
+};
+
+/// Limits and waypoints along the stored motion.
+struct LimitsKept {
+  double violation = unset;        // largest: rad, m or s, moments and rates against the bound; 0 where all are kept
+  std::string key;                 // of the worst, as in the problem file
+  double time = unset;             // s, of the worst
+  double complementarity = unset;  // largest |multiplier · margin| / (cost / duration)
+  double negative = unset;         // most negative multiplier / the largest; 0 where none is
+};
+
+/// Where two bodies come nearest to each other.
+struct Clearance {
+  double gap = unset;   // m; below zero they overlap, and this is minus the shortest way out
+  double time = unset;  // s
+  int first = -1;       // body indices, first < second
+  int second = -1;
 };
 
 /// Where two bodies come nearest to each other.
@@ -43,8 +95,12 @@ struct Certificate {
   double rest_error = unset;      // max |μ_N| / scale
   double momentum_drift = unset;  // max |p − p_0| / scale
   double rotation_drift = unset;  // max |RᵀR − I|
+  double iterates_momentum = unset;  // largest total momentum / scale over all iterates that the solver recorded
   double kkt = unset;             // scaled, in the space of controls
+  std::optional<LimitsKept> limits;  // where the problem has any, or waypoints, or a free duration
   std::optional<SecondOrder> second_order;
+  std::optional<AllAxes> all_axes;  // where control_axes confine an actuated joint
+  std::optional<Verdict> verdict;   // of sought motions
   std::optional<Replay> replay;
   std::optional<Refinement> refinement;
   double equation_residual = unset;  // largest residual of the discrete equations, both ends included, / scale

@@ -3,10 +3,70 @@
 #include "certificate/balance.hpp"
 #include "certificate/clearance.hpp"
 #include "certificate/goal_check.hpp"
+#include "certificate/limit_check.hpp"
 #include "certificate/optimality.hpp"
 #include "certificate/replay.hpp"
+#include "certificate/second_order.hpp"
 
 namespace lamprey::certificate {
+
+namespace {
+
+// Whether moments at the nodes are all that a problem leaves free.
+bool moments_alone(const maneuver::Problem& problem) {
+  return problem.goal && !problem.goal->periodic && !problem.duration.free &&
+         problem.control == maneuver::ControlKind::steps;
+}
+
+bool confined(const model::System& system, const model::Joint& joint) {
+  return joint.actuation.cols() > 0 && joint.actuation.cols() < system.body(joint.child).freedoms;
+}
+
+bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
+  return proof.equation_residual <= equation_mark && proof.goal_error <= goal_mark &&
+         (!problem.goal->rest || proof.rest_error <= rest_mark) &&
+         (!proof.limits || proof.limits->violation <= limit_mark);
+}
+
+bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
+  return proof.kkt <= problem.search.tolerance &&
+         (!proof.limits || (proof.limits->complementarity <= complementarity_mark &&
+                            proof.limits->negative <= complementarity_mark));
+}
+
+// Largest of the iterates; NaN where one was not measured, or there is none.
+double iterates_momentum(const maneuver::SolverRecord& solver) {
+  if (solver.history.empty()) return unset;
+  double largest = 0.0;
+  for (const maneuver::SolverIteration& iterate : solver.history) {
+    if (std::isnan(iterate.momentum)) return unset;
+    largest = std::max(largest, iterate.momentum);
+  }
+  return largest;
+}
+
+// The second-order test with all that confined joints leave free.
+std::optional<AllAxes> all_axes(const model::System& system, const maneuver::Problem& problem,
+                                const maneuver::Solution& solution, double momentum_scale) {
+  if (problem.limits.any()) return std::nullopt;  // limits on moments name axes
+  maneuver::Problem free = problem;
+  bool any = false;
+  for (int j = 0; j < system.joint_count(); ++j)
+    if (confined(system, system.joint(j))) {
+      free.swimmer.joints[model::at(j)].control_axes.reset();
+      any = true;
+    }
+  if (!any) return std::nullopt;
+  const model::System free_system(free.swimmer);
+  const StoredMotion motion(free_system, free, solution);
+  AllAxes result;
+  result.kkt = kkt_residual(motion, control_space(motion), momentum_scale);
+  if (result.kkt <= problem.search.tolerance)
+    result.second_order = second_order(motion, momentum_scale).value_or(SecondOrder());
+  return result;
+}
+
+}  // namespace
 
 Certificate certify(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                     const Options& options) {
@@ -21,15 +81,45 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.equation_residual = balance.equation_residual;
   if (!problem.goal || solution.status == maneuver::Status::simulated) return proof;
 
-  if (!problem.goal->periodic) proof.goal_error = goal_error(motion);
+  proof.iterates_momentum = iterates_momentum(solution.solver);
+  proof.goal_error = goal_error(motion);
+  proof.verdict = Verdict::not_optimal;
   if (!motion.steps_known) return proof;
   proof.rest_error = balance.end_momentum;
   const ControlSpace space = control_space(motion);
   proof.control_error = space.outside;
-  const bool equalities_only = !problem.goal->periodic && !problem.limits.any() && !problem.duration.free;
-  if (options.optimality && equalities_only) proof.kkt = kkt_residual(motion, space, balance.scale);
+  if (problem.limits.any() || problem.duration.free || !problem.waypoints.empty()) {
+    const LimitCheck kept = check_limits(motion);
+    proof.limits = {kept.violation, kept.key, kept.time, kept.complementarity, kept.negative};
+  }
+  if (options.optimality) proof.kkt = kkt_residual(motion, space, balance.scale);
+  proof.verdict = verdict(problem, proof);
+  if (options.second_order) add_second_order(system, problem, solution, proof);
   if (options.replay) proof.replay = replay(motion, options.replay_window, options.replay_tolerance);
   return proof;
+}
+
+Verdict verdict(const maneuver::Problem& problem, const Certificate& proof) {
+  if (!problem.goal || !meets_goal(problem, proof) || !stationary(problem, proof))
+    return Verdict::not_optimal;
+  return proof.second_order && proof.second_order->positive ? Verdict::proved : Verdict::stationary;
+}
+
+void add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                      Certificate& proof) {
+  if (!moments_alone(problem)) return;
+  if (verdict(problem, proof) == Verdict::not_optimal) return;
+  const StoredMotion motion(system, problem, solution);
+  const double scale = check_balance(motion).scale;
+  proof.second_order = second_order(motion, scale);
+  proof.all_axes = all_axes(system, problem, solution, scale);
+  proof.verdict = verdict(problem, proof);
+}
+
+void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                      Certificate& certificate, const Options& options) {
+  if (certificate.replay)
+    replay_with_feedback(StoredMotion(system, problem, solution), options.replay_tolerance, *certificate.replay);
 }
 
 }  // namespace lamprey::certificate

@@ -10,6 +10,7 @@ namespace lamprey::certificate {
 
 struct Options {
   bool optimality = true;  // compute kkt
+  bool second_order = true;
   bool replay = true;
   double replay_window = 0.05;      // s between restarts
   double replay_tolerance = 1e-12;  // of a step of the reference integrator
@@ -21,5 +22,16 @@ struct Options {
 /// not tell then whether the steps between them obey the law; goal_error and kkt of periodic goals; kkt with limits or a free duration. Judges nothing.
 Certificate certify(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                     const Options& options = {});
+
+/// What a certificate's numbers add up to.
+Verdict verdict(const maneuver::Problem& problem, const Certificate& certificate);
+
+/// Adds what second derivatives say, and the verdict, to a certificate of the same answer.
+void add_second_order(const model::System& system, const maneuver::Problem& problem,
+                      const maneuver::Solution& solution, Certificate& certificate);
+
+/// Adds the replay with feedback to the certificate of a solution that was given its gains since.
+void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                      Certificate& certificate, const Options& options = {});
 
 }  // namespace lamprey::certificate

@@ -18,7 +18,8 @@ int row_bound(const model::System& system) { return 6 * system.body_count() + 3;
 std::vector<std::optional<Matrix3d>> asked_rotations(const model::System& system, const maneuver::Problem& problem) {
   std::vector<std::optional<Matrix3d>> asked(at(system.body_count()));
   if (!problem.goal) return asked;
-  for (int i = 0; i < system.body_count(); ++i) {
+  const int bodies = problem.goal->periodic ? 1 : system.body_count();  // the others close their shape
+  for (int i = 0; i < bodies; ++i) {
     const auto named = problem.goal->rotation.find(system.body(i).name);
     if (named != problem.goal->rotation.end()) {
       if (named->second) asked[at(i)] = lie::exp(*named->second);
@@ -38,13 +39,17 @@ double goal_error(const StoredMotion& motion) {
   for (int c = 0; c < 3; ++c)
     if (const auto& move = motion.problem.goal->move[at(c)])
       error.add(std::abs(motion.solution.position.back()[c] - motion.problem.start.position[c] - *move));
+  const auto& begin = motion.solution.rotation.front();
+  for (std::size_t i = 1; i < end.size() && motion.problem.goal->periodic; ++i)
+    error.add(lie::rotation_angle((begin[0].transpose() * begin[i]).transpose() * (end[0].transpose() * end[i])));
   return error.value();
 }
 
 double start_error(const StoredMotion& motion) {
   Largest error;
   const integrator::State start = start_of(motion.system, motion.problem.start);
-  for (std::size_t i = 0; i < start.rotation.size(); ++i)
+  const std::size_t given = motion.problem.start.free_shape ? 1 : start.rotation.size();
+  for (std::size_t i = 0; i < given; ++i)
     error.add(lie::rotation_angle(start.rotation[i].transpose() * motion.solution.rotation.front()[i]));
   error.add((start.position - motion.solution.position.front()).norm());
   return error.value();

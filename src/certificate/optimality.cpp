@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "certificate/goal_check.hpp"
+#include "certificate/limit_check.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/control_path.hpp"
 #include "maneuver/row_space.hpp"
@@ -13,6 +14,7 @@ namespace lamprey::certificate {
 namespace {
 
 using model::at;
+using model::System;
 
 constexpr double dependent_row = 1e-11;  // of the largest pivot
 constexpr int most_segments = 20;        // a growth of 1e20 over the whole is 10 over each
@@ -47,16 +49,6 @@ double difference(const StoredMotion& motion, const MatrixXd& moments) {
     }
   }
   return outside.relative_to(largest.value());
-}
-
-// Weight of each node's ½|u|² in the cost, s.
-VectorXd node_weights(const StoredMotion& motion) {
-  VectorXd weights = VectorXd::Constant(motion.steps + 1, motion.problem.effort * motion.time_step);
-  if (motion.problem.cost_rule() == maneuver::CostRule::trapezoid) {
-    weights[0] *= 0.5;
-    weights[motion.steps] *= 0.5;
-  }
-  return weights;
 }
 
 // Rows by the moments at all nodes turned into rows by the free numbers.
@@ -99,6 +91,15 @@ ControlSpace control_space(const StoredMotion& motion) {
   return {points.transpose().reshaped(), basis, difference(motion, basis * points)};
 }
 
+VectorXd node_weights(const StoredMotion& motion) {
+  VectorXd weights = VectorXd::Constant(motion.steps + 1, motion.problem.effort * motion.time_step);
+  if (motion.problem.cost_rule() == maneuver::CostRule::trapezoid) {
+    weights[0] *= 0.5;
+    weights[motion.steps] *= 0.5;
+  }
+  return weights;
+}
+
 VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space) {
   const int controls = motion.system.control_count();
   if (space.basis.size() == 0)
@@ -111,8 +112,98 @@ MatrixXd control_jacobian(const StoredMotion& motion, const ControlSpace& space,
   return by_free_numbers(motion, space, sweep(motion, {0, motion.steps}, end_rows).by_control);
 }
 
-MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, const MatrixXd& end_rows) {
+namespace {
+
+// What beside the moments is free, as columns after them: the logarithm of a free duration, a periodic motion's first
+// shape and its momentum.
+struct FreeColumns {
+  bool duration = false;
+  MatrixXd start;  // [n][columns] directions of the first state
+  Eigen::Index count() const { return (duration ? 1 : 0) + start.cols(); }
+};
+
+// Rows of a range's end state, pulled back to its start and the moments on the way; and by the logarithm of the time
+// step, by what momenta and impulses scale with: h μ and h² u (equation 10.8).
+struct RangeRows {
+  integrator::SweptGradients swept;
+  VectorXd by_log_time_step;  // [rows]
+};
+
+struct Tables {
+  const StoredMotion& motion;
+  std::vector<integrator::State> state;  // [N + 1]
+  MatrixXd moment;                       // [controls][N + 1]
+};
+
+RangeRows pull_back(const Tables& tables, integrator::StepRange range, const MatrixXd& rows) {
+  RangeRows result{sweep(tables.motion, range, rows), {}};
+  const Eigen::Index momenta = tables.motion.system.velocity_count();
+  result.by_log_time_step =
+      result.swept.by_start.rightCols(momenta) * tables.state[at(range.first)].momentum +
+      2.0 * result.swept.by_control * tables.moment.middleCols(range.first, range.nodes()).reshaped() -
+      rows.rightCols(momenta) * tables.state[at(range.last)].momentum;
+  return result;
+}
+
+// Directions of the first state of a periodic motion, of a swimmer without total momentum: turns of the bodies but the
+// root (where the shape is free), then momenta along their freedoms; the root's momentum makes up for both.
+MatrixXd periodic_start(const StoredMotion& motion, const integrator::State& first, double momentum_scale) {
+  const System& system = motion.system;
+  const integrator::StateLayout layout{system};
+  const int freedoms = system.velocity_count() - 6;
+  const bool shape = motion.problem.start.free_shape;
+  MatrixXd directions = MatrixXd::Zero(layout.size(), (shape ? 2 : 1) * freedoms);
+  int column = 0;
+  for (const bool turns : {true, false}) {
+    if (turns && !shape) continue;
+    for (int i = 1; i < system.body_count(); ++i)
+      for (int f = 0; f < system.body(i).freedoms; ++f, ++column) {
+        auto direction = directions.col(column);
+        const Matrix3d seen = first.rotation[0].transpose() * first.rotation[at(i)];
+        const bool free = system.body(i).freedoms == 3;
+        const Vector3d momentum = free ? Vector3d(first.momentum.segment<3>(layout.freedom(i))) : Vector3d::Zero();
+        if (turns) {
+          direction[layout.freedom(i) + f] = 1.0;
+          if (free) direction.segment<3>(layout.momentum(0)) = -seen * Vector3d::Unit(f).cross(momentum);
+        } else {
+          direction[layout.momentum(i) + f] = momentum_scale;
+          if (free) direction.segment<3>(layout.momentum(0)) = -momentum_scale * seen.col(f);
+        }
+      }
+  }
+  return directions;
+}
+
+// Rows of a periodic motion's last state that its first state has to share: shape and momenta.
+MatrixXd closure_rows(const StoredMotion& motion, const integrator::State& last, double momentum_scale) {
+  const System& system = motion.system;
+  const integrator::StateLayout layout{system};
+  const int freedoms = system.velocity_count() - 6;
+  MatrixXd rows = MatrixXd::Zero(2 * freedoms, layout.size());
+  int row = 0;
+  for (int i = 1; i < system.body_count(); ++i) {
+    const int own = system.body(i).freedoms;
+    rows.block(row, layout.freedom(i), own, own).setIdentity();
+    if (own == 3) rows.block<3, 3>(row, layout.freedom(0)) = -last.rotation[at(i)].transpose() * last.rotation[0];
+    rows.block(freedoms + row, layout.momentum(i), own, own) = MatrixXd::Identity(own, own) / momentum_scale;
+    row += own;
+  }
+  return rows;
+}
+
+// The conditions of optimality: gradient + shift is a combination of the rows, all by the moments at the nodes and the
+// free columns. Costates at the ends of short segments are unknowns tied by the segments' transition, so that no
+// perturbation grows far; what limits pull at enters ties and gradient with their given multipliers.
+struct Conditions {
+  MatrixXd rows;   // [combinations][moments + free columns]
+  VectorXd shift;  // [moments + free columns]
+};
+
+Conditions spanning_conditions(const Tables& tables, const MatrixXd& end_rows, const MatrixXd& end_rows_by_start,
+                               const LimitPulls& pulls, const FreeColumns& free) {
+  const StoredMotion& motion = tables.motion;
   const int controls = motion.system.control_count();
+  const Eigen::Index moments = Eigen::Index{controls} * (motion.steps + 1);
   const int segments = std::min(most_segments, motion.steps);
   const auto node = [&](int s) { return static_cast<int>(std::int64_t{motion.steps} * s / segments); };
   const VectorXd scale = state_scale(motion, motion.time_step * node(1));
@@ -120,27 +211,103 @@ MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, co
   // unknowns: scaled costates at the inner segment ends, then the goal's multipliers
   const auto unknowns = static_cast<int>(end_rows.rows()) + size * (segments - 1);
   MatrixXd ties = MatrixXd::Zero(size * (segments - 1), unknowns);
-  MatrixXd by_nodes = MatrixXd::Zero(unknowns, controls * (motion.steps + 1));
+  VectorXd pulled = VectorXd::Zero(ties.rows());
+  MatrixXd by_columns = MatrixXd::Zero(unknowns, moments + free.count());
+  Conditions conditions{MatrixXd(), VectorXd::Zero(by_columns.cols())};
+  const Eigen::Index first_start = moments + (free.duration ? 1 : 0);
   for (int s = 0; s < segments; ++s) {
     const bool last = s + 1 == segments;
     const MatrixXd rows = last ? end_rows : MatrixXd(scale.cwiseInverse().asDiagonal());
-    const auto swept = sweep(motion, {node(s), node(s + 1)}, rows);
-    by_nodes.block(size * s, controls * node(s), rows.rows(), swept.by_control.cols()) += swept.by_control;
-    if (s == 0) continue;
+    const RangeRows range = pull_back(tables, {node(s), node(s + 1)}, rows);
+    auto own = by_columns.middleRows(size * s, rows.rows());
+    own.middleCols(controls * node(s), range.swept.by_control.cols()) += range.swept.by_control;
+    if (free.duration) own.col(moments) += range.by_log_time_step;
+    if (s == 0 && free.start.cols() > 0) own.rightCols(free.start.cols()) += range.swept.by_start * free.start;
+    MatrixXd carried = MatrixXd::Zero(1, size);
+    for (int k = node(s + 1) - 1; k >= node(s) && pulls.any; --k) {
+      carried += pulls.by_state[at(k + 1)].transpose();
+      if (carried.isZero(0.0)) continue;
+      const RangeRows step = pull_back(tables, {k, k + 1}, carried);
+      conditions.shift.segment(controls * k, 2 * controls) -= step.swept.by_control.transpose();
+      if (free.duration) conditions.shift[moments] -= step.by_log_time_step[0];
+      carried = step.swept.by_start;
+    }
+    if (s == 0) {
+      if (free.start.cols() > 0)
+        conditions.shift.tail(free.start.cols()) -= (carried * free.start).transpose();
+      continue;
+    }
     ties.block(size * (s - 1), size * (s - 1), size, size).setIdentity();
-    ties.block(size * (s - 1), size * s, size, rows.rows()) = -(scale.asDiagonal() * swept.by_start.transpose());
+    ties.block(size * (s - 1), size * s, size, rows.rows()) = -(scale.asDiagonal() * range.swept.by_start.transpose());
+    pulled.segment(size * (s - 1), size) = scale.asDiagonal() * carried.transpose();
   }
-  return by_free_numbers(motion, space, maneuver::null_space(ties).transpose() * by_nodes);
+  if (end_rows_by_start.size() > 0)
+    by_columns.block(size * (segments - 1), first_start, end_rows.rows(), free.start.cols()) += end_rows_by_start;
+  if (pulls.any) {
+    for (int k = 0; k <= motion.steps; ++k)
+      conditions.shift.segment(controls * k, controls) -= pulls.by_control[at(k)];
+    if (free.duration) conditions.shift[moments] -= pulls.by_log_time_step;
+    if (!pulled.isZero(0.0)) {  // one choice of costates that the limits pull at; the ties' null space holds all others
+      const VectorXd costates = ties.transpose() * maneuver::least_squares(ties * ties.transpose(), pulled);
+      conditions.shift -= by_columns.transpose() * costates;
+    }
+  }
+  conditions.rows = maneuver::null_space(ties).transpose() * by_columns;
+  return conditions;
+}
+
+Tables tables_of(const StoredMotion& motion) {
+  return {motion, node_states(motion), actuated_moments(motion).transpose()};
+}
+
+}  // namespace
+
+MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, const MatrixXd& end_rows) {
+  return by_free_numbers(motion, space, spanning_conditions(tables_of(motion), end_rows, {}, {}, {}).rows);
 }
 
 double kkt_residual(const StoredMotion& motion, const ControlSpace& space, double momentum_scale) {
-  const VectorXd gradient = cost_gradient(motion, space);
-  const integrator::State end = node_states(motion).back();
-  const GoalRows goal = goal_rows(motion.system, motion.problem, end, momentum_scale);
-  const MatrixXd rows = spanning_rows(motion, space, goal.unit.cwiseInverse().asDiagonal() * goal.by_end_state);
+  const Tables tables = tables_of(motion);
+  const GoalRows goal = goal_rows(motion.system, motion.problem, tables.state.back(), momentum_scale);
+  MatrixXd end_rows = goal.unit.cwiseInverse().asDiagonal() * goal.by_end_state;
+  VectorXd gradient = cost_gradient(motion, space);
+  Conditions conditions;
+  const LimitPulls pulls = limit_pulls(motion);
+  if (space.basis.size() > 0) {
+    conditions.rows = spanning_rows(motion, space, end_rows);
+    conditions.shift.setZero(gradient.size());
+  } else {
+    FreeColumns free;
+    MatrixXd end_rows_by_start;
+    free.duration = motion.problem.duration.free;
+    if (motion.problem.goal->periodic) {
+      free.start = periodic_start(motion, tables.state.front(), momentum_scale);
+      const MatrixXd closure = closure_rows(motion, tables.state.back(), momentum_scale);
+      MatrixXd all(end_rows.rows() + closure.rows(), end_rows.cols());
+      all << end_rows, closure;
+      end_rows_by_start.setZero(all.rows(), free.start.cols());
+      end_rows_by_start.bottomRightCorner(free.start.cols(), free.start.cols()) =
+          -MatrixXd::Identity(free.start.cols(), free.start.cols());
+      end_rows = all;
+    }
+    conditions = spanning_conditions(tables, end_rows, end_rows_by_start, pulls, free);
+    const Eigen::Index moments = gradient.size();
+    gradient.conservativeResize(moments + free.count());
+    gradient.tail(free.count()).setZero();
+    if (free.duration) {
+      const double duration = motion.time_step * motion.steps;
+      gradient[moments] = 0.5 * gradient.head(moments).dot(space.value) + motion.problem.time_weight * duration;
+    }
+    // a state or the duration changes all nodes' moments: as one of them it counts
+    const double share = 1.0 / (motion.steps + 1);
+    gradient.tail(free.count()) *= share;
+    conditions.shift.tail(free.count()) *= share;
+    conditions.rows.rightCols(free.count()) *= share;
+  }
   Largest left, whole;
   // multipliers, which may be large along an unstable motion, are not formed
-  for (double entry : maneuver::beyond_rows(gradient, rows, dependent_row)) left.add(std::abs(entry));
+  for (double entry : maneuver::beyond_rows(gradient + conditions.shift, conditions.rows, dependent_row))
+    left.add(std::abs(entry));
   for (double entry : gradient) whole.add(std::abs(entry));
   return left.relative_to(whole.value());
 }

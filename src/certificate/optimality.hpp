@@ -14,6 +14,9 @@ struct ControlSpace {
 
 ControlSpace control_space(const StoredMotion& motion);
 
+/// Weight of each node's ½|u|² in the cost, [N+1] s.
+VectorXd node_weights(const StoredMotion& motion);
+
 /// Gradient of the cost by the free numbers of the space.
 VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space);
 
@@ -29,7 +32,8 @@ MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, co
 
 /// ‖∇cost + Aᵀλ‖∞/‖∇cost‖∞ (equation 6.5) with λ by rank-revealing least squares; `momentum_scale` makes goal rows
 /// comparable.
-/// Knows neither limits nor a free duration: with those it is not defined here.
+/// Limits and waypoints count with the multipliers that the solution gives; a free duration and a periodic motion's free
+/// start are columns beside the moments.
 double kkt_residual(const StoredMotion& motion, const ControlSpace& space, double momentum_scale);
 
 }  // namespace lamprey::certificate

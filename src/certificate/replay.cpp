@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "certificate/optimality.hpp"
-#include "integrator/reference_integrator.hpp"
+#include "integrator/feedback_law.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/control_path.hpp"
 #include "maneuver/row_space.hpp"
@@ -124,6 +124,25 @@ double growth_rate(const StoredMotion& motion) {
   return std::isfinite(steepest) ? steepest / (span * stride * motion.time_step) : unset;
 }
 
+void replay_with_feedback(const StoredMotion& motion, double tolerance, Replay& result) {
+  const maneuver::Feedback& feedback = motion.solution.feedback;
+  if (feedback.gain.empty()) return;
+  integrator::NodeMotion nodes{motion.solution.time, {}};
+  const std::vector<State> states = node_states(motion);
+  for (const State& state : states) nodes.state.push_back(reference_state(motion.system, state));
+  const integrator::FeedbackLaw law(integrator::MotionPath(motion.system, nodes), control_function(motion),
+                                    feedback.time, feedback.gain);
+  ReferenceIntegrator integrator(motion.system, integrator::StateControl([&](double t, const ReferenceState& state) {
+                                   return law.moments(t, state);
+                                 }),
+                                 tolerance);
+  ReferenceState state = nodes.state.front();
+  if (!carry(motion, 0, motion.steps, integrator, state)) return;
+  const Distance miss = distance(state, states.back());
+  result.feedback_rotation_error = miss.rotation;
+  result.feedback_position_error = miss.position;
+}
+
 Replay replay(const StoredMotion& motion, double window, double tolerance) {
   const int length = static_cast<int>(std::clamp(std::round(window / motion.time_step), 1.0, double(motion.steps)));
   const std::vector<State> states = node_states(motion);
@@ -133,6 +152,7 @@ Replay replay(const StoredMotion& motion, double window, double tolerance) {
   ReferenceIntegrator integrator(motion.system, control_function(motion), tolerance);
   replay_windows(motion, states, length, integrator, result);
   replay_whole(motion, states, integrator, result);
+  replay_with_feedback(motion, tolerance, result);
   result.growth_rate = growth_rate(motion);
   return result;
 }

@@ -10,6 +10,10 @@ namespace lamprey::certificate {
 /// once without restart. Moments run linearly between nodes, or as the spline through its points. What fails stays NaN.
 Replay replay(const StoredMotion& motion, double window, double tolerance);
 
+/// The whole of it once more with the stored gains: moments answer how far the replay is off the stored motion. Fills the
+/// two `feedback_…` errors; they stay NaN where no gains are stored.
+void replay_with_feedback(const StoredMotion& motion, double tolerance, Replay& result);
+
 /// Growth of small perturbations, 1/s. With G(t) the largest factor by which turns η of the bodies at the start have
 /// grown by t under the linearised step maps (largest singular value of dη(t)/dη(0) at given μ, body side, moments as
 /// stored): the steepest mean slope of ln G over any quarter of the duration. Shorter transients count less; growth in

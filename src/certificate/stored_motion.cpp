@@ -27,7 +27,8 @@ StoredMotion::StoredMotion(const model::System& system_, const maneuver::Problem
       steps(static_cast<int>(solution_.time.size()) - 1),
       time_step((solution_.time.back() - solution_.time.front()) / steps),
       lagrangian(integrator::lagrangian_of(problem_.scheme)),
-      steps_known(integrator::single_step(problem_.scheme) && solution_.divided.steps == 0) {
+      steps_known(integrator::single_step(problem_.scheme) && solution_.divided.steps == 0 &&
+                  solution_.marched_by.empty()) {
   for (std::size_t k = 0; k < solution.control.size(); ++k)
     control.push_back(mechanics::moments_of_applied(system, solution.rotation[k], solution.control[k]));
 }

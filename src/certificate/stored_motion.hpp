@@ -26,7 +26,7 @@ struct StoredMotion {
   mechanics::DiscreteLagrangian lagrangian;
   std::vector<mechanics::Moments> control;  // [N+1] along the joints
   /// Whether each step obeys the discrete Lagrangian between its two nodes: not above order 2, whose steps have nodes
-  /// within, nor where a march divided its steps.
+  /// within, nor where a march divided its steps or was not the scheme's.
   bool steps_known;
 
   StoredMotion(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution);

@@ -125,6 +125,8 @@ JsonReader JsonReader::at(std::size_t index) const {
   return {(*value_)[index], fmt::format("{}/{}", pointer_, index), *path_};
 }
 
+bool JsonReader::is_object() const { return value_->is_object(); }
+
 std::vector<std::string> JsonReader::keys() const {
   if (!value_->is_object()) refuse("an object");
   std::vector<std::string> keys;

@@ -221,6 +221,14 @@ void add_limits(TextTable& table, const maneuver::Limits& limits) {
   if (limits.torque) lines.push_back(fmt::format("moment at each joint up to {} N m", short_number(*limits.torque)));
   for (const auto& [name, value] : limits.joint_torque)
     lines.push_back(fmt::format("moment at {} up to {} N m", printable(name), short_number(value)));
+  if (limits.torque_component)
+    lines.push_back(fmt::format("each component of the moments up to {} N m", short_number(*limits.torque_component)));
+  for (const auto& [name, value] : limits.joint_torque_component)
+    lines.push_back(fmt::format("each component at {} up to {} N m", printable(name), short_number(value)));
+  if (limits.angular_velocity)
+    lines.push_back(fmt::format("joints turn by up to {} rad/s", short_number(*limits.angular_velocity)));
+  for (const auto& [name, value] : limits.joint_angular_velocity)
+    lines.push_back(fmt::format("{} turns by up to {} rad/s", printable(name), short_number(value)));
   for (const auto& [name, value] : limits.swing)
     lines.push_back(fmt::format("swing of {} up to {} rad", printable(name), short_number(value)));
   for (const auto& [name, value] : limits.twist)
@@ -229,8 +237,27 @@ void add_limits(TextTable& table, const maneuver::Limits& limits) {
     lines.push_back(
         fmt::format("angle of {} in [{}, {}] rad", printable(name), short_number(range[0]), short_number(range[1])));
   if (limits.clearance) lines.push_back(fmt::format("bodies stay {} m apart", short_number(*limits.clearance)));
+  for (const maneuver::KeepOutSphere& sphere : limits.spheres)
+    lines.push_back(fmt::format("bodies stay out of the sphere of {} m about {} m", short_number(sphere.radius),
+                                vector_text(sphere.centre)));
+  for (const maneuver::KeepOutHalfSpace& half : limits.half_spaces)
+    lines.push_back(fmt::format("bodies stay beyond the plane through {} m, on the side of {}", vector_text(half.point),
+                                vector_text(half.normal)));
   if (lines.empty()) lines.push_back("none");
   for (std::size_t n = 0; n < lines.size(); ++n) table.add_row({n == 0 ? "limits" : "", lines[n]});
+}
+
+void add_waypoints(TextTable& table, const std::vector<maneuver::Waypoint>& waypoints) {
+  for (std::size_t n = 0; n < waypoints.size(); ++n) {
+    const maneuver::Waypoint& waypoint = waypoints[n];
+    std::string text = fmt::format("at {} s:", short_number(waypoint.time));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (waypoint.move[axis]) text += fmt::format(" e_{} by {} m", axis + 1, short_number(*waypoint.move[axis]));
+    if (waypoint.turn) text += fmt::format(" every body turned by {} rad", vector_text(*waypoint.turn));
+    for (const auto& [name, rotation] : waypoint.rotation)
+      text += fmt::format(" {} at {} rad", printable(name), vector_text(rotation));
+    table.add_row({n == 0 ? "waypoints" : "", text});
+  }
 }
 
 std::string time_text(const Problem& problem) {
@@ -273,6 +300,7 @@ std::string task_section(const Problem& problem) {
                            integrator::single_step(problem.scheme) ? word(problem.cost_rule()) : "the scheme's own")});
   table.add_row({"control", control_kind_text(problem)});
   add_limits(table, problem.limits);
+  add_waypoints(table, problem.waypoints);
   table.add_row({"search", search_text(problem.search)});
   return "\nTask\n" + table.text();
 }

@@ -396,6 +396,27 @@ void check_limits(const Problem& problem) {
   }
 }
 
+void check_waypoints(const Problem& problem) {
+  for (std::size_t n = 0; n < problem.waypoints.size(); ++n) {
+    const maneuver::Waypoint& waypoint = problem.waypoints[n];
+    const std::string key = fmt::format("waypoint[{}]", n);
+    if (!problem.goal) refuse(key, "a waypoint without [goal]", "waypoints of a maneuver", "add a [goal], or remove it");
+    const double step = waypoint.time / problem.time_step();
+    const bool on_node = std::abs(step - std::round(step)) < 1e-6;
+    if (!problem.duration.free && (!on_node || std::round(step) < 1.0 || std::round(step) >= problem.steps))
+      refuse(key + ".time", fmt::format("{} s", waypoint.time),
+             fmt::format("a whole number of steps of {} s, after the start and before the end at {} s",
+                         problem.time_step(), problem.duration.value),
+             fmt::format("as in {}", problem.time_step() * std::clamp(std::round(step), 1.0, problem.steps - 1.0)));
+    if (problem.duration.free)
+      refuse(key, "a waypoint with a free duration", "waypoints at fixed times", "fix time.duration");
+    bool moves = false;
+    for (const auto& entry : waypoint.move) moves = moves || entry.has_value();
+    if (!moves && !waypoint.turn && waypoint.rotation.empty())
+      refuse(key, "nothing asked for", "at least one of move, turn, rotation.NAME", "add one, or remove the waypoint");
+  }
+}
+
 void check_transcription(const Problem& problem) {
   const bool high_order = problem.scheme == Scheme::order4 || problem.scheme == Scheme::order6;
   if (high_order && problem.rule)

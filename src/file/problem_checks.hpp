@@ -23,6 +23,9 @@ void check_goal(const maneuver::Problem& problem);
 /// Limits name joints that exist and quantities that these joints have.
 void check_limits(const maneuver::Problem& problem);
 
+/// Waypoints ask for something, at nodes between start and end.
+void check_waypoints(const maneuver::Problem& problem);
+
 /// Cost rule, spline points and search method go with scheme, steps and control kind.
 void check_transcription(const maneuver::Problem& problem);
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "file/problem_checks.hpp"
+#include "file/problem_limits.hpp"
 #include "file/text_file.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
@@ -25,7 +26,7 @@ constexpr std::int64_t step_limit = 10'000'000;
 constexpr double pi = 3.14159265358979323846;
 
 const std::vector<std::string> sections = {"schema", "name", "source", "fluid",   "body",       "joint",  "start",
-                                           "goal",   "time", "cost",   "control", "integrator", "limits", "search"};
+                                           "goal",   "time", "cost",   "control", "integrator", "limits", "waypoint", "search"};
 
 std::string name_of(const TableReader& table) {
   table.require("name", "a text, unique in the file");
@@ -170,21 +171,6 @@ void read_start(const TableReader& table, Problem& problem) {
   start.free_shape = table.boolean("free_shape").value_or(false);
 }
 
-bool says_free(const TomlValue& value) { return value.kind == TomlValue::Kind::string && value.text == "free"; }
-
-std::array<std::optional<double>, 3> read_move(const TableReader& table) {
-  std::array<std::optional<double>, 3> move;
-  const TomlValue* value = table.find("move");
-  if (!value) return move;
-  const std::string allowed = "three entries, each a number (m) or \"free\"";
-  if (value->kind != TomlValue::Kind::array || value->items.size() != 3)
-    refuse(table.key("move"), shown(*value), allowed, "as in [2.0, \"free\", \"free\"]");
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (!says_free(value->items[axis]))
-      move[axis] = table.number_in(value->items[axis], "move", any_number("m"), *value, allowed);
-  return move;
-}
-
 void read_goal(const TableReader& table, Problem& problem) {
   if (!table.present()) return;
   table.allow_only({"move", "turn", "rotation", "rest", "periodic"});
@@ -236,8 +222,9 @@ void read_time(const TableReader& table, Problem& problem) {
 
 void read_transcription(const TableReader& document, Problem& problem) {
   const TableReader cost = document.table("cost");
-  cost.allow_only({"effort", "rule"});
+  cost.allow_only({"effort", "time", "rule"});
   problem.effort = cost.number("effort", positive("weight")).value_or(1.0);
+  problem.time_weight = cost.number("time", not_negative("(N m)²")).value_or(0.0);
   problem.rule = cost.word("rule", cost_rules);
   const TableReader control = document.table("control");
   control.allow_only({"kind", "points"});
@@ -246,42 +233,6 @@ void read_transcription(const TableReader& document, Problem& problem) {
   const TableReader integrator = document.table("integrator");
   integrator.allow_only({"scheme"});
   problem.scheme = integrator.word("scheme", schemes).value_or(Scheme::trapezoid);
-}
-
-std::map<std::string, double> read_by_joint(const TableReader& table, const std::vector<std::string>& names,
-                                            const Range& range) {
-  table.allow_only(names);
-  std::map<std::string, double> values;
-  for (const TomlValue& member : table.members()) values[member.key] = *table.number(member.key, range);
-  return values;
-}
-
-void read_limits(const TableReader& table, Problem& problem) {
-  table.allow_only({"torque", "swing", "twist", "angle", "clearance"});
-  std::vector<std::string> names;
-  for (const model::JointDescription& joint : problem.swimmer.joints) names.push_back(joint.name);
-  maneuver::Limits& limits = problem.limits;
-  const TomlValue* torque = table.find("torque");
-  if (torque && torque->kind == TomlValue::Kind::table)
-    limits.joint_torque = read_by_joint(table.table("torque"), names, positive("N m"));
-  else
-    limits.torque = table.number("torque", positive("N m"));
-  const Range angles{.low = 0.0, .high = pi, .unit = "rad"};
-  limits.swing = read_by_joint(table.table("swing"), names, angles);
-  limits.twist = read_by_joint(table.table("twist"), names, angles);
-  const TableReader angle = table.table("angle");
-  angle.allow_only(names);
-  for (const TomlValue& member : angle.members()) {
-    const std::string allowed = "[min, max] with min < max (rad)";
-    if (member.kind != TomlValue::Kind::array || member.items.size() != 2)
-      refuse(angle.key(member.key), shown(member), allowed, "as in [-0.5, 0.5]");
-    std::array<double, 2> bounds{};
-    for (std::size_t i = 0; i < 2; ++i)
-      bounds[i] = angle.number_in(member.items[i], member.key, any_number("rad"), member, allowed);
-    if (!(bounds[0] < bounds[1])) refuse(angle.key(member.key), shown(member), allowed, "exchange or widen the bounds");
-    limits.angle[member.key] = bounds;
-  }
-  limits.clearance = table.number("clearance", not_negative("m"));
 }
 
 void read_search(const TableReader& table, Problem& problem) {
@@ -308,10 +259,12 @@ Problem read_document(const TableReader& document, const std::string& path) {
   read_time(document.table("time"), problem);
   read_transcription(document, problem);
   read_limits(document.table("limits"), problem);
+  read_waypoints(document, problem);
   read_search(document.table("search"), problem);
   check_start(problem);
   check_goal(problem);
   check_limits(problem);
+  check_waypoints(problem);
   check_transcription(problem);
   return problem;
 }

@@ -54,25 +54,35 @@ std::string first_limit(const maneuver::Limits& limits) {
   if (!limits.swing.empty()) return first("limits.swing", limits.swing);
   if (!limits.twist.empty()) return first("limits.twist", limits.twist);
   if (!limits.angle.empty()) return first("limits.angle", limits.angle);
+  if (limits.torque_component) return "limits.torque_component";
+  if (!limits.joint_torque_component.empty())
+    return first("limits.torque_component", limits.joint_torque_component);
+  if (limits.angular_velocity) return "limits.angular_velocity";
+  if (!limits.joint_angular_velocity.empty())
+    return first("limits.angular_velocity", limits.joint_angular_velocity);
+  if (!limits.spheres.empty()) return "limits.sphere";
+  if (!limits.half_spaces.empty()) return "limits.half_space";
   return "limits.clearance";
 }
 
-void require_supported_maneuver(const maneuver::Problem& problem) {
+void require_supported_maneuver(const maneuver::Problem& problem, bool transcribed) {
   if (!problem.goal)
     refuse("goal", "no [goal]", "a [goal] with move, turn, rotation.NAME or rest",
            "add one; `lamprey simulate` needs none");
   if (problem.duration.free)
-    refuse_unsupported(
-        "time.duration", "\"free\"", "a number > 0 (s)",
-        fmt::format("fix it, for instance at {}, and compare the costs of several", problem.duration.value));
-  if (problem.goal->periodic)
-    refuse_unsupported("goal.periodic", "true", "false",
-                       "remove it and give the end by turn or rotation.NAME, and rest");
-  if (problem.start.free_shape)
-    refuse_unsupported("start.free_shape", "true", "false", "remove it; the start rotations are then kept");
-  if (problem.limits.any())
-    refuse_unsupported(first_limit(problem.limits), "a limit", "no [limits]",
-                       "remove it, solve, and look for the largest value in the result");
+    for (std::size_t j = 0; j < problem.swimmer.joints.size(); ++j) {
+      const model::JointDescription& joint = problem.swimmer.joints[j];
+      if (joint.stiffness > 0.0 || joint.damping > 0.0)
+        refuse_unsupported("time.duration", "\"free\" with a spring or damper at a joint", "a number > 0 (s)",
+                           fmt::format("fix it, for instance at {}, and compare the costs of several",
+                                       problem.duration.value));
+    }
+  if (!transcribed) return;
+  const std::string mend = "use control.kind = \"steps\" without --solver ipopt";
+  if (problem.limits.any()) refuse_unsupported(first_limit(problem.limits), "a limit", "no [limits]", mend);
+  if (problem.duration.free) refuse_unsupported("time.duration", "\"free\"", "a number > 0 (s)", mend);
+  if (problem.goal->periodic) refuse_unsupported("goal.periodic", "true", "false", mend);
+  if (!problem.waypoints.empty()) refuse_unsupported("waypoint[0]", "a waypoint", "no [[waypoint]]", mend);
 }
 
 }  // namespace
@@ -84,7 +94,7 @@ void require_supported(const ProblemFile& file, Purpose purpose) {
   try {
     if (transcribed) require_supported_swimmer(problem.swimmer);
     require_supported_scheme(problem.scheme, transcribed);
-    require_supported_maneuver(file.problem);
+    require_supported_maneuver(file.problem, transcribed);
   } catch (const model::InputError& error) {
     throw located(error, file);
   }

@@ -59,6 +59,12 @@ ResolvedProblem resolve(const model::System& system, const maneuver::Problem& pr
   resolved.control = problem.control;
   resolved.points = problem.points;
   resolved.effort = problem.effort;
+  resolved.limits = problem.limits;
+  resolved.waypoints = problem.waypoints;
+  resolved.time_weight = problem.time_weight;
+  resolved.free_duration = problem.duration.free;
+  if (problem.duration.free) resolved.between = {problem.duration.min, problem.duration.max};
+  resolved.free_shape = problem.start.free_shape;
   resolved.tolerance = problem.search.tolerance;
   return resolved;
 }
@@ -105,6 +111,13 @@ maneuver::Problem problem_of(const Results& results) {
   problem.points = results.problem.points;
   problem.scheme = results.problem.scheme;
   problem.effort = results.problem.effort;
+  problem.limits = results.problem.limits;
+  problem.waypoints = results.problem.waypoints;
+  problem.time_weight = results.problem.time_weight;
+  problem.duration.free = results.problem.free_duration;
+  problem.duration.min = results.problem.between[0];
+  problem.duration.max = results.problem.between[1];
+  problem.start.free_shape = results.problem.free_shape;
   problem.search.tolerance = results.problem.tolerance;
   return problem;
 }

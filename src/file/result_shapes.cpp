@@ -88,7 +88,54 @@ void add_stages(const maneuver::Solution& s, std::size_t steps, std::size_t join
   arrays.push_back(by_node_and_part(ShapedArray{"", "stage_time", "s", {}, {}}, s.stage_time, steps, stages, {}));
 }
 
+// Gains at their own times, in rows by control.
+void add_feedback(const Results& results, std::vector<ShapedArray>& arrays) {
+  const maneuver::Feedback& feedback = results.solution.feedback;
+  if (feedback.gain.empty()) return;
+  const std::size_t controls = control_coordinates(results.problem).size();
+  const std::size_t states = state_coordinates(results.problem).size();
+  const std::size_t nodes = feedback.time.size();
+  arrays.push_back(by_node(ShapedArray{"feedback", "time", "s", {}, {}}, feedback.time, nodes, {}));
+  ShapedArray gain{"feedback", "gain", "N m by rad, m, rad/s, m/s", {nodes, controls, states}, {}};
+  require_length(gain, feedback.gain.size(), nodes);
+  for (const Eigen::MatrixXd& matrix : feedback.gain) {
+    require_length(gain, static_cast<std::size_t>(matrix.rows()), controls);
+    require_length(gain, static_cast<std::size_t>(matrix.cols()), states);
+    for (Eigen::Index row = 0; row < matrix.rows(); ++row)
+      for (Eigen::Index column = 0; column < matrix.cols(); ++column) gain.values.push_back(matrix(row, column));
+  }
+  require_finite(gain);
+  arrays.push_back(gain);
+}
+
 }  // namespace
+
+std::vector<ControlCoordinate> control_coordinates(const ResolvedProblem& problem) {
+  std::vector<ControlCoordinate> coordinates;
+  for (const ResolvedJoint& joint : problem.joints)
+    for (std::size_t axis = 0; axis < joint.control_axes.size(); ++axis)
+      coordinates.push_back({joint.name, static_cast<int>(axis)});
+  return coordinates;
+}
+
+std::vector<StateCoordinate> state_coordinates(const ResolvedProblem& problem) {
+  std::vector<StateCoordinate> coordinates;
+  for (const bool rate : {false, true}) {
+    for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
+      const ResolvedJoint* up = nullptr;
+      for (const ResolvedJoint& joint : problem.joints)
+        if (static_cast<std::size_t>(joint.child) == body) up = &joint;
+      const bool led = up != nullptr && up->kind != model::JointKind::ball;
+      const int freedoms = !led ? 3 : up->axes ? 2 : up->axis ? 1 : 0;
+      for (int axis = 0; axis < freedoms; ++axis)
+        coordinates.push_back({led ? (rate ? "angle_rate" : "angle") : (rate ? "angular_velocity" : "turn"),
+                               led ? up->name : problem.bodies[body].name, axis, rate ? "rad/s" : "rad"});
+    }
+    for (int axis = 0; axis < 3; ++axis)
+      coordinates.push_back({rate ? "velocity" : "position", problem.bodies.front().name, axis, rate ? "m/s" : "m"});
+  }
+  return coordinates;
+}
 
 std::vector<ShapedArray> shaped_arrays(const Results& results) {
   const maneuver::Solution& s = results.solution;
@@ -117,6 +164,7 @@ std::vector<ShapedArray> shaped_arrays(const Results& results) {
   arrays.push_back(by_node(named(angular, "bodies", "kg m²/s"), s.angular_momentum.bodies, nodes, {3}));
   arrays.push_back(by_node(named(angular, "fluid", "kg m²/s"), s.angular_momentum.fluid, nodes, {3}));
   arrays.push_back(by_node(named(angular, "total", "kg m²/s"), s.angular_momentum.total, nodes, {3}));
+  add_feedback(results, arrays);
   return arrays;
 }
 

@@ -1,9 +1,12 @@
+#include <cmath>
 #include <filesystem>
 #include <limits>
 
 #include <fmt/format.h>
 
 #include "file/json_document.hpp"
+#include "file/limits_json.hpp"
+#include "file/result_shapes.hpp"
 #include "file/solution_file.hpp"
 #include "file/text_file.hpp"
 #include "file/words.hpp"
@@ -140,6 +143,14 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
     problem.points = reader.at("control").at("points").integer(0, largest);
   }
   if (reader.has("effort")) problem.effort = reader.at("effort").number();
+  if (reader.has("time_weight")) problem.time_weight = reader.at("time_weight").number();
+  if (reader.has("limits")) problem.limits = read_limits(reader.at("limits"));
+  if (reader.has("waypoints")) problem.waypoints = read_waypoints(reader.at("waypoints"));
+  if (reader.has("free_duration")) {
+    problem.free_duration = true;
+    problem.between = {reader.at("free_duration").at("min").number(), reader.at("free_duration").at("max").number()};
+  }
+  if (reader.has("free_shape")) problem.free_shape = reader.at("free_shape").boolean();
   if (reader.has("tolerance")) problem.tolerance = reader.at("tolerance").number();
   return problem;
 }
@@ -156,6 +167,38 @@ void read_stages(const JsonReader& reader, std::size_t steps, std::size_t joints
   control.require_array(steps);
   solution.control_stages.resize(steps);
   for (std::size_t k = 0; k < steps; ++k) read_nodes(control.at(k), stages, joints, solution.control_stages[k]);
+}
+
+void read_feedback(const JsonReader& reader, const ResolvedProblem& problem, maneuver::Feedback& feedback) {
+  const JsonReader time = reader.at("time");
+  time.require_array();
+  const std::size_t nodes = time.size();
+  read_nodes(time, nodes, feedback.time);
+  for (std::size_t m = 1; m < nodes; ++m)
+    if (!(feedback.time[m] > feedback.time[m - 1])) time.at(m).refuse("times that rise (s)");
+  const std::size_t controls = control_coordinates(problem).size(), states = state_coordinates(problem).size();
+  const JsonReader gain = reader.at("gain");
+  gain.require_array(nodes);
+  for (std::size_t m = 0; m < nodes; ++m) {
+    gain.at(m).require_array(controls);
+    Eigen::MatrixXd matrix(controls, states);
+    for (std::size_t row = 0; row < controls; ++row) {
+      gain.at(m).at(row).require_array(states);
+      for (std::size_t column = 0; column < states; ++column)
+        matrix(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) =
+            gain.at(m).at(row).at(column).number();
+    }
+    feedback.gain.push_back(matrix);
+  }
+}
+
+maneuver::Tracking read_tracking(const JsonReader& reader) {
+  return {reader.at("maneuver").text(),
+          reader.at("rotation_error").number_or_nan(),
+          reader.at("position_error").number_or_nan(),
+          reader.at("largest_rotation_error").number_or_nan(),
+          reader.at("largest_position_error").number_or_nan(),
+          reader.at("largest_correction").number_or_nan()};
 }
 
 void read_momentum(const JsonReader& reader, std::size_t nodes, maneuver::MomentumHistory& momentum) {
@@ -181,12 +224,34 @@ void read_motion(const JsonReader& reader, const ResolvedProblem& problem, maneu
   read_momentum(reader.at("momentum").at("angular"), nodes, solution.angular_momentum);
 }
 
+certificate::Refinement read_refinement(const JsonReader& reader) {
+  certificate::Refinement result;
+  result.cost_half_step = reader.at("cost_half_step").number_or_nan();
+  result.observed_order = reader.at("observed_order").number_or_nan();
+  if (!reader.has("grids")) return result;
+  result.cost_limit = reader.at("cost_limit").number_or_nan();
+  result.cost_error = reader.at("cost_error").number_or_nan();
+  const JsonReader grids = reader.at("grids");
+  grids.require_array();
+  for (std::size_t i = 0; i < grids.size(); ++i)
+    result.grids.push_back({grids.at(i).at("steps").integer(1, largest), grids.at(i).at("cost").number_or_nan()});
+  return result;
+}
+
+certificate::SecondOrder read_curvature(const JsonReader& reader) {
+  certificate::SecondOrder result{reader.at("smallest_eigenvalue").number_or_nan(), reader.at("positive").boolean(), {}};
+  if (reader.has("negative_eigenvalues") && !reader.at("negative_eigenvalues").is_null())
+    result.negative_eigenvalues = reader.at("negative_eigenvalues").integer(0, largest);
+  return result;
+}
+
 certificate::Certificate read_certificate(const JsonReader& reader, int bodies) {
   certificate::Certificate result;
   result.goal_error = reader.at("goal_error").number_or_nan();
   result.rest_error = reader.at("rest_error").number_or_nan();
   result.momentum_drift = reader.at("momentum_drift").number_or_nan();
   result.rotation_drift = reader.at("rotation_drift").number_or_nan();
+  if (reader.has("iterates_momentum")) result.iterates_momentum = reader.at("iterates_momentum").number_or_nan();
   if (reader.has("equation_residual")) result.equation_residual = reader.at("equation_residual").number_or_nan();
   if (reader.has("start_error")) result.start_error = reader.at("start_error").number_or_nan();
   if (reader.has("control_error")) result.control_error = reader.at("control_error").number_or_nan();
@@ -200,8 +265,14 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
   }
   result.kkt = reader.at("kkt").number_or_nan();
   if (const JsonReader second = reader.at("second_order"); !second.is_null())
-    result.second_order = {second.at("smallest_eigenvalue").number_or_nan(), second.at("positive").boolean()};
-  if (const JsonReader replay = reader.at("replay"); !replay.is_null())
+    result.second_order = read_curvature(second);
+  if (reader.has("second_order_all_axes") && !reader.at("second_order_all_axes").is_null()) {
+    const JsonReader all = reader.at("second_order_all_axes");
+    result.all_axes = {all.at("kkt").number_or_nan(), read_curvature(all)};
+  }
+  if (reader.has("verdict") && !reader.at("verdict").is_null())
+    result.verdict = read_word(reader.at("verdict"), verdicts);
+  if (const JsonReader replay = reader.at("replay"); !replay.is_null()) {
     result.replay = {replay.at("scheme").text(),
                      replay.at("window").number_or_nan(),
                      replay.at("rotation_error").number_or_nan(),
@@ -209,9 +280,18 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
                      replay.at("whole_rotation_error").number_or_nan(),
                      replay.at("whole_position_error").number_or_nan(),
                      replay.at("growth_rate").number_or_nan()};
+    if (replay.has("feedback_rotation_error")) {
+      result.replay->feedback_rotation_error = replay.at("feedback_rotation_error").number_or_nan();
+      result.replay->feedback_position_error = replay.at("feedback_position_error").number_or_nan();
+    }
+  }
+  if (reader.has("limits")) {
+    const JsonReader limits = reader.at("limits");
+    result.limits = {limits.at("violation").number_or_nan(), limits.at("key").text(), limits.at("time").number_or_nan(),
+                     limits.at("complementarity").number_or_nan(), limits.at("negative").number_or_nan()};
+  }
   if (const JsonReader refinement = reader.at("refinement"); !refinement.is_null())
-    result.refinement = {refinement.at("cost_half_step").number_or_nan(),
-                         refinement.at("observed_order").number_or_nan()};
+    result.refinement = read_refinement(refinement);
   return result;
 }
 
@@ -238,7 +318,8 @@ maneuver::SolverRecord read_solver(const JsonReader& reader) {
     const JsonReader entry = history.at(i);
     solver.history.push_back({entry.at("iteration").integer(0, largest), entry.at("cost").number_or_nan(),
                               entry.at("goal_error").number_or_nan(), entry.at("kkt").number_or_nan(),
-                              entry.at("step").number_or_nan()});
+                              entry.at("step").number_or_nan(),
+                              entry.has("momentum") ? entry.at("momentum").number_or_nan() : std::nan("")});
   }
   return solver;
 }
@@ -274,6 +355,12 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
   results.solution.cost = reader.at("cost").number_or_nan();
   results.problem = read_resolved(reader.at("problem"));
   read_motion(reader, results.problem, results.solution);
+  if (reader.has("limit_multipliers"))
+    results.solution.limit_multipliers =
+        read_limit_multipliers(reader.at("limit_multipliers"), results.solution.time.size());
+  if (reader.has("feedback")) read_feedback(reader.at("feedback"), results.problem, results.solution.feedback);
+  if (reader.has("marched_by")) results.solution.marched_by = reader.at("marched_by").text();
+  if (reader.has("tracking")) results.solution.tracking = read_tracking(reader.at("tracking"));
   if (!reader.at("certificate").is_null()) {
     results.certificate = read_certificate(reader.at("certificate"), static_cast<int>(results.problem.bodies.size()));
   }

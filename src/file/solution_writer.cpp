@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "file/limits_json.hpp"
 #include "file/result_shapes.hpp"
 #include "file/solution_file.hpp"
 #include "file/words.hpp"
@@ -171,8 +172,21 @@ std::string problem_text(const ResolvedProblem& problem) {
   text.add("goal", problem.goal ? goal_text(*problem.goal) : "null");
   text.add("control", fmt::format("{{\"kind\": {}, \"points\": {}}}", json(word(problem.control)), problem.points));
   text.add("effort", json(problem.effort));
+  if (problem.time_weight != 0.0) text.add("time_weight", json(problem.time_weight));
+  if (problem.limits.any()) text.add("limits", limits_text(problem.limits));
+  if (!problem.waypoints.empty()) text.add("waypoints", waypoints_text(problem.waypoints));
+  if (problem.free_duration)
+    text.add("free_duration",
+             fmt::format("{{\"min\": {}, \"max\": {}}}", json(problem.between[0]), json(problem.between[1])));
+  if (problem.free_shape) text.add("free_shape", json(true));
   text.add("tolerance", json(problem.tolerance));
   return text.finished();
+}
+
+std::string curvature_text(const certificate::SecondOrder& second) {
+  return fmt::format("\"smallest_eigenvalue\": {}, \"positive\": {}, \"negative_eigenvalues\": {}",
+                     json(second.smallest_eigenvalue), json(second.positive),
+                     second.negative_eigenvalues ? json(*second.negative_eigenvalues) : "null");
 }
 
 std::string certificate_text(const std::optional<certificate::Certificate>& certificate) {
@@ -182,6 +196,7 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   text.add("rest_error", json(certificate->rest_error));
   text.add("momentum_drift", json(certificate->momentum_drift));
   text.add("rotation_drift", json(certificate->rotation_drift));
+  text.add("iterates_momentum", json(certificate->iterates_momentum));
   text.add("equation_residual", json(certificate->equation_residual));
   text.add("start_error", json(certificate->start_error));
   text.add("control_error", json(certificate->control_error));
@@ -191,10 +206,19 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
                                           json(clearance->time), clearance->first, clearance->second)
                             : "null");
   text.add("kkt", json(certificate->kkt));
-  const auto& second = certificate->second_order;
-  text.add("second_order", second ? fmt::format("{{\"smallest_eigenvalue\": {}, \"positive\": {}}}",
-                                                json(second->smallest_eigenvalue), json(second->positive))
-                                  : "null");
+  if (certificate->limits)
+    text.add("limits",
+             fmt::format(
+                 "{{\"violation\": {}, \"key\": {}, \"time\": {}, \"complementarity\": {}, \"negative\": {}}}",
+                 json(certificate->limits->violation), json(certificate->limits->key), json(certificate->limits->time),
+                 json(certificate->limits->complementarity), json(certificate->limits->negative)));
+  text.add("second_order", certificate->second_order ? "{" + curvature_text(*certificate->second_order) + "}" : "null");
+  if (const auto& all = certificate->all_axes)
+    text.add("second_order_all_axes",
+             fmt::format("{{\"kkt\": {}, {}}}", json(all->kkt), curvature_text(all->second_order)));
+  else
+    text.add("second_order_all_axes", "null");
+  text.add("verdict", certificate->verdict ? json(word(*certificate->verdict)) : "null");
   if (const auto& replay = certificate->replay) {
     ObjectText inner(2);
     inner.add("scheme", json(replay->scheme));
@@ -204,14 +228,23 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
     inner.add("whole_rotation_error", json(replay->whole_rotation_error));
     inner.add("whole_position_error", json(replay->whole_position_error));
     inner.add("growth_rate", json(replay->growth_rate));
+    inner.add("feedback_rotation_error", json(replay->feedback_rotation_error));
+    inner.add("feedback_position_error", json(replay->feedback_position_error));
     text.add("replay", inner.finished());
   } else {
     text.add("replay", "null");
   }
   const auto& refinement = certificate->refinement;
-  text.add("refinement", refinement ? fmt::format("{{\"cost_half_step\": {}, \"observed_order\": {}}}",
-                                                  json(refinement->cost_half_step), json(refinement->observed_order))
-                                    : "null");
+  const auto grid = [](const certificate::GridCost& g) {
+    return fmt::format("{{\"steps\": {}, \"cost\": {}}}", g.steps, json(g.cost));
+  };
+  text.add("refinement",
+           refinement ? fmt::format("{{\"cost_half_step\": {}, \"observed_order\": {}, \"cost_limit\": {}, "
+                                    "\"cost_error\": {}, \"grids\": {}}}",
+                                    json(refinement->cost_half_step), json(refinement->observed_order),
+                                    json(refinement->cost_limit), json(refinement->cost_error),
+                                    json_list(refinement->grids, grid))
+                      : "null");
   return text.finished();
 }
 
@@ -230,8 +263,8 @@ std::string search_text(const maneuver::SearchRecord& search) {
 std::string solver_text(const maneuver::SolverRecord& solver) {
   if (solver.name.empty()) return "null";
   const auto entry = [](const maneuver::SolverIteration& i) {
-    return fmt::format("\n      {{\"iteration\": {}, \"cost\": {}, \"goal_error\": {}, \"kkt\": {}, \"step\": {}}}",
-                       i.iteration, json(i.cost), json(i.goal_error), json(i.kkt), json(i.step));
+    return fmt::format("\n      {{\"iteration\": {}, \"cost\": {}, \"goal_error\": {}, \"kkt\": {}, \"step\": {}, \"momentum\": {}}}",
+                       i.iteration, json(i.cost), json(i.goal_error), json(i.kkt), json(i.step), json(i.momentum));
   };
   ObjectText text(1);
   text.add("name", json(solver.name));
@@ -256,6 +289,34 @@ std::string provenance_text(const Provenance& provenance) {
   text.add("command", json(provenance.command));
   text.add("problem_sha256", json(provenance.problem_sha256));
   text.add("seed", fmt::format("{}", provenance.seed));
+  return text.finished();
+}
+
+std::string tracking_text(const maneuver::Tracking& tracking) {
+  ObjectText text(1);
+  text.add("maneuver", json(tracking.maneuver));
+  text.add("rotation_error", json(tracking.rotation_error));
+  text.add("position_error", json(tracking.position_error));
+  text.add("largest_rotation_error", json(tracking.largest_rotation_error));
+  text.add("largest_position_error", json(tracking.largest_position_error));
+  text.add("largest_correction", json(tracking.largest_correction));
+  return text.finished();
+}
+
+// What rows and columns of the gains are, then the gains.
+std::string feedback_text(const ResolvedProblem& problem, const std::vector<ShapedArray>& arrays) {
+  const auto control = [](const ControlCoordinate& c) {
+    return fmt::format("\n      {{\"joint\": {}, \"axis\": {}}}", json(c.joint), c.axis);
+  };
+  const auto state = [](const StateCoordinate& c) {
+    return fmt::format("\n      {{\"quantity\": {}, \"of\": {}, \"axis\": {}, \"unit\": {}}}", json(c.quantity),
+                       json(c.of), c.axis, json(c.unit));
+  };
+  ObjectText text(1);
+  text.add("control_coordinates", json_list(control_coordinates(problem), control));
+  text.add("state_coordinates", json_list(state_coordinates(problem), state));
+  for (const ShapedArray& array : arrays)
+    if (array.group == "feedback") text.add(array.name, array_text(array, 2));
   return text.finished();
 }
 
@@ -289,10 +350,16 @@ std::string solution_text(const Results& results) {
   text.add("message", json(solution.message));
   text.add("cost", json(solution.cost));
   text.add("problem", problem_text(results.problem));
-  add_arrays(shaped_arrays(results), text);
+  const std::vector<ShapedArray> arrays = shaped_arrays(results);
+  add_arrays(arrays, text);
+  if (!solution.feedback.gain.empty()) text.add("feedback", feedback_text(results.problem, arrays));
+  if (!solution.limit_multipliers.empty())
+    text.add("limit_multipliers", limit_multipliers_text(solution.limit_multipliers));
   text.add("certificate", certificate_text(results.certificate));
   text.add("search", search_text(solution.search));
   text.add("solver", solver_text(solution.solver));
+  if (!solution.marched_by.empty()) text.add("marched_by", json(solution.marched_by));
+  if (solution.tracking) text.add("tracking", tracking_text(*solution.tracking));
   if (solution.divided.steps > 0) text.add("divided_steps", divided_text(solution.divided));
   text.add("provenance", provenance_text(results.provenance));
   return text.finished() + "\n";

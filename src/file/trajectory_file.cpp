@@ -55,8 +55,11 @@ void write_unit(hid_t dataset, const std::string& unit, const std::string& path)
   require(H5Awrite(attribute, type, unit.data()), path);
 }
 
-void write_groups(hid_t file, const std::string& path) {
-  for (const char* group : {"velocity", "momentum", "momentum/linear", "momentum/angular"}) {
+void write_groups(hid_t file, const std::vector<ShapedArray>& arrays, const std::string& path) {
+  std::vector<const char*> groups = {"velocity", "momentum", "momentum/linear", "momentum/angular"};
+  for (const ShapedArray& array : arrays)
+    if (array.path() == "feedback/gain") groups.push_back("feedback");
+  for (const char* group : groups) {
     const Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, path);
     require(H5Pset_obj_track_times(properties, false), path);
     const Handle created(H5Gcreate2(file, group, H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose, path);
@@ -86,7 +89,7 @@ std::string file_image(const std::vector<ShapedArray>& arrays) {
   const Handle properties(H5Pcreate(H5P_FILE_CREATE), H5Pclose, name);
   require(H5Pset_obj_track_times(properties, false), name);
   const Handle file(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, properties, access), H5Fclose, name);
-  write_groups(file, name);
+  write_groups(file, arrays, name);
   for (const ShapedArray& array : arrays) write_array(file, array, name);
   require(H5Fflush(file, H5F_SCOPE_GLOBAL), name);
   const ssize_t size = H5Fget_file_image(file, nullptr, 0);

@@ -4,6 +4,7 @@
 #include <array>
 #include <string_view>
 
+#include "certificate/certificate.hpp"
 #include "maneuver/problem.hpp"
 #include "maneuver/solution.hpp"
 #include "model/description.hpp"
@@ -22,6 +23,7 @@ using CostRule = maneuver::CostRule;
 using ControlKind = maneuver::ControlKind;
 using SearchMethod = maneuver::SearchMethod;
 using Status = maneuver::Status;
+using Verdict = certificate::Verdict;
 
 inline constexpr std::array<Word<JointKind>, 4> joint_kinds{{{JointKind::ball, "ball"},
                                                              {JointKind::universal, "universal"},
@@ -46,12 +48,17 @@ inline constexpr std::array<Word<Status>, 7> statuses{{{Status::optimal, "optima
                                                        {Status::time_limit, "time_limit"},
                                                        {Status::interrupted, "interrupted"}}};
 
+inline constexpr std::array<Word<Verdict>, 3> verdicts{{{Verdict::proved, "proved local minimum"},
+                                                        {Verdict::stationary, "stationary, not proved"},
+                                                        {Verdict::not_optimal, "not optimal"}}};
+
 constexpr const auto& words(JointKind) { return joint_kinds; }
 constexpr const auto& words(Scheme) { return schemes; }
 constexpr const auto& words(CostRule) { return cost_rules; }
 constexpr const auto& words(ControlKind) { return control_kinds; }
 constexpr const auto& words(SearchMethod) { return search_methods; }
 constexpr const auto& words(Status) { return statuses; }
+constexpr const auto& words(Verdict) { return verdicts; }
 
 /// The word of an enumeration's value, as in word(Scheme::paper) == "paper".
 template <class Enumeration>

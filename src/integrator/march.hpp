@@ -11,8 +11,8 @@ namespace lamprey::integrator {
 /// Moments at the stages' nodes: 0 at the step's beginning, `stages` at its end; nodes lie at March::nodes.
 using StageControl = std::function<const Moments&(int node)>;
 
-/// Told of each stage as it is done: the stage's motion and the state after it.
-using StageWitness = std::function<void(const mechanics::Interval& interval, const State& state)>;
+/// Told of each stage as it is done: the stage's motion and the state after it, whose momentum it may change.
+using StageWitness = std::function<void(const mechanics::Interval& interval, State& state)>;
 
 /// Steps of a scheme; owns the buffers of all its stages.
 class March {

@@ -43,12 +43,17 @@ Flat flatten(const ReferenceState& state) {
   return y;
 }
 
+ReferenceState state_of(const System& system, const Flat& y) {
+  const int bodies = system.body_count();
+  return {rotations(y, bodies), part(y, 4 * bodies, 3), part(y, 4 * bodies + 3, system.velocity_count())};
+}
+
 // q̇_i = ½ q_i ∘ (0, Ω_i), ẋ, ξ̇. Bodies that their joints lead turn by their own quaternions too: how far they leave
 // their joints is part of the error that the tolerance bounds.
-void rate(const System& system, const ControlFunction& control, const Flat& y, Flat& dydt, double t) {
+void rate(const System& system, const StateControl& control, const Flat& y, Flat& dydt, double t) {
   const int bodies = system.body_count();
-  const VectorXd velocity = part(y, 4 * bodies + 3, system.velocity_count());
-  const mechanics::Rotations R = rotations(y, bodies);
+  const ReferenceState state = state_of(system, y);
+  const auto& [R, position, velocity] = state;
   const mechanics::Vectors Omega = mechanics::angular_velocities(system, R, velocity);
   for (int i = 0; i < bodies; ++i) {
     Vector4 spin = Vector4::Zero();
@@ -56,7 +61,7 @@ void rate(const System& system, const ControlFunction& control, const Flat& y, F
     put(dydt, 4 * i, 0.5 * lie::quaternion_product(part(y, 4 * i, 4), spin));
   }
   put(dydt, 4 * bodies, velocity.tail<3>());
-  put(dydt, 4 * bodies + 3, mechanics::acceleration(system, R, velocity, control(t)));
+  put(dydt, 4 * bodies + 3, mechanics::acceleration(system, R, velocity, control(t, state)));
 }
 
 }  // namespace
@@ -67,8 +72,12 @@ std::string reference_scheme(double tolerance) {
   return text;
 }
 
-ReferenceIntegrator::ReferenceIntegrator(const System& system, ControlFunction control, double tolerance)
+ReferenceIntegrator::ReferenceIntegrator(const System& system, StateControl control, double tolerance)
     : system_(system), control_(std::move(control)), tolerance_(tolerance) {}
+
+ReferenceIntegrator::ReferenceIntegrator(const System& system, ControlFunction control, double tolerance)
+    : ReferenceIntegrator(
+          system, [control = std::move(control)](double t, const ReferenceState&) { return control(t); }, tolerance) {}
 
 bool ReferenceIntegrator::advance(double begin, double end, ReferenceState& state) {
   using Stepper = odeint::runge_kutta_fehlberg78<Flat>;
@@ -89,10 +98,7 @@ bool ReferenceIntegrator::advance(double begin, double end, ReferenceState& stat
     const bool finite = std::isfinite(part(y, 0, static_cast<int>(y.size())).sum());
     if (!finite || trial >= max_trials || !(step > 1e-14 * std::max(1.0, std::abs(end)))) return false;
   }
-  const int bodies = system_.body_count();
-  state.rotation = rotations(y, bodies);
-  state.position = part(y, 4 * bodies, 3);
-  state.velocity = part(y, 4 * bodies + 3, system_.velocity_count());
+  state = state_of(system_, y);
   return true;
 }
 

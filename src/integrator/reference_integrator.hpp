@@ -20,6 +20,9 @@ struct ReferenceState {
 /// Joint moments at a time in s.
 using ControlFunction = std::function<mechanics::Moments(double time)>;
 
+/// Joint moments at a time in s and a state: a controller.
+using StateControl = std::function<mechanics::Moments(double time, const ReferenceState& state)>;
+
 /// What the method is called in result files.
 std::string reference_scheme(double tolerance);
 
@@ -27,6 +30,8 @@ class ReferenceIntegrator {
  public:
   /// `tolerance`: error of a step, relative and absolute, in each component (quaternions, m, rad/s, m/s).
   ReferenceIntegrator(const model::System& system, ControlFunction control, double tolerance);
+  /// The same under a controller.
+  ReferenceIntegrator(const model::System& system, StateControl control, double tolerance);
 
   /// Carries the state from `begin` to `end`, s; moments must be smooth in between, so stop at each kink.
   /// Returns false, with the state as it was, when the step size falls to nothing or numbers leave the finite.
@@ -34,7 +39,7 @@ class ReferenceIntegrator {
 
  private:
   const model::System& system_;
-  ControlFunction control_;
+  StateControl control_;
   double tolerance_;
   double step_ = 0.0;  // s, the last one that held its tolerance
 };

@@ -1,5 +1,8 @@
 #include "maneuver/end_rows.hpp"
 
+#include <cmath>
+#include <numbers>
+
 namespace lamprey::maneuver {
 
 namespace {
@@ -18,13 +21,16 @@ std::vector<EndRow> stated_end_rows(const System& system, const Maneuver& maneuv
                                     const std::vector<int>& unactuated) {
   std::vector<EndRow> rows;
   const bool root = maneuver.end_rotation[0].has_value();
-  for (int i = 0; i < system.body_count(); ++i)
+  if (maneuver.periodic)
+    for (int i = 1; i < system.body_count(); ++i)
+      for (int c = 0; c < system.body(i).freedoms; ++c) rows.push_back({EndRow::Kind::closure, i, c});
+  for (int i = 0; i < (maneuver.periodic ? 1 : system.body_count()); ++i)
     if (maneuver.end_rotation[at(i)])
       for (int c = 0; c < 3; ++c)
         rows.push_back({i > 0 && root ? EndRow::Kind::shape : EndRow::Kind::orientation, i, c});
   for (int c = 0; c < 3; ++c)
     if (maneuver.end_position[at(c)]) rows.push_back({EndRow::Kind::position, 0, c});
-  if (maneuver.rest)
+  if (maneuver.rest || maneuver.periodic)
     for (int place : unactuated) rows.push_back({EndRow::Kind::moment, place, 0});
   return rows;
 }
@@ -51,6 +57,28 @@ double end_row(const System& system, const Maneuver& maneuver, const EndRow& row
   if (row.index > 0) derivative.head(shape) = by_turn * now * turns_by_shape(system, R, row.index);
   derivative.segment<3>(shape) = by_turn;
   return error[row.component];
+}
+
+double closure_row(const System& system, const EndRow& row, const mechanics::Rotations& first,
+                   const mechanics::Rotations& last, Eigen::Ref<Eigen::RowVectorXd> by_first,
+                   Eigen::Ref<Eigen::RowVectorXd> by_last) {
+  const model::Body& body = system.body(row.index);
+  by_first.setZero();
+  by_last.setZero();
+  const int place = shape_offset(body);
+  if (body.freedoms == 3) {
+    const Vector3d error = lie::log(first[at(row.index)].transpose() * last[at(row.index)]);
+    by_last.segment<3>(place) = lie::log_tangent(error).row(row.component);
+    by_first.segment<3>(place) = -lie::log_tangent(-error).row(row.component);
+    return error[row.component];
+  }
+  const model::Joint& joint = system.joint(body.joint);
+  const auto angle = [&](const mechanics::Rotations& R) {
+    return mechanics::joint_angles(joint, mechanics::child_to_parent(R, joint))[row.component];
+  };
+  by_last[place + row.component] = 1.0;
+  by_first[place + row.component] = -1.0;
+  return std::remainder(angle(last) - angle(first), 2.0 * std::numbers::pi);
 }
 
 }  // namespace lamprey::maneuver

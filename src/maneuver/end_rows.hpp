@@ -14,7 +14,8 @@ struct EndRow {
     orientation,  // log of the body's rotation against the one asked for, world axes, rad
     shape,        // the same of a body seen from the root, body axes, rad
     position,     // of the root's mass centre, m
-    moment        // of an unactuated direction of a joint, N m: rest asks for none there
+    moment,       // of an unactuated direction of a joint, N m: rest and periodicity ask for none there
+    closure       // a coordinate of a body's shape at the end against that at the start, rad
   } kind;
   int index;      // body; of a moment: its place among all moments
   int component;  // 0, 1, 2
@@ -29,5 +30,11 @@ std::vector<EndRow> stated_end_rows(const model::System& system, const Maneuver&
 double end_row(const model::System& system, const Maneuver& maneuver, const EndRow& row,
                const mechanics::Rotations& rotation, const Vector3d& position,
                Eigen::Ref<Eigen::RowVectorXd> derivative);
+
+/// Value of a closure row: of log(Q_startᵀ Q_end) where a body turns on its own, of a joint's angle otherwise; its
+/// derivatives by the first shape's and the last shape's coordinates, as end_row's. Rotations seen from the root.
+double closure_row(const model::System& system, const EndRow& row, const mechanics::Rotations& first,
+                   const mechanics::Rotations& last, Eigen::Ref<Eigen::RowVectorXd> by_first,
+                   Eigen::Ref<Eigen::RowVectorXd> by_last);
 
 }  // namespace lamprey::maneuver

@@ -5,6 +5,8 @@
 
 #include "lie/so3.hpp"
 #include "maneuver/control_path.hpp"
+#include "maneuver/random.hpp"
+#include "maneuver/step_polynomial.hpp"
 
 namespace lamprey::maneuver {
 
@@ -17,26 +19,6 @@ constexpr int harmonics = 4;
 constexpr double amplitude = 0.8;  // rad, of the first harmonic; 0.3 to 0.8 serve alike
 
 using model::at;
-
-// Deterministic on every machine and library: SplitMix64, and normal numbers by Box and Muller.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-
-  double uniform() {  // in (0, 1)
-    state_ += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
-    z ^= z >> 31;
-    return (static_cast<double>(z >> 11) + 0.5) * 0x1.0p-53;
-  }
-
-  double normal() { return std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * std::numbers::pi * uniform()); }
-
- private:
-  std::uint64_t state_;
-};
 
 // Rises from 0 to 1 at rest at both ends.
 double blend(double s) { return s * s * s * (10.0 + s * (6.0 * s - 15.0)); }
@@ -125,6 +107,32 @@ MatrixXd stacked_nodes(const System& system, const NodePath& path) {
   return nodes;
 }
 
+// Cubic splines through the nodes of a motion, over fractions of its duration.
+class NodeSplines {
+ public:
+  NodeSplines(const System& system, const NodePath& nodes)
+      : system_(system),
+        path_(Interpolation::not_a_knot_cubic, VectorXd::LinSpaced(static_cast<Eigen::Index>(nodes.rotation.size()), 0.0, 1.0),
+              stacked_nodes(system, nodes)) {}
+
+  VectorXd control(double fraction) const { return path_.value(fraction).tail(system_.control_count()); }
+
+  void append(double fraction, NodePath& fine) const {
+    const VectorXd node = path_.value(fraction);
+    Rotations R(at(system_.body_count()));
+    for (int i = 0; i < system_.body_count(); ++i) R[at(i)] = lie::rotation_of_quaternion(node.segment<4>(4 * i));
+    fit_joints(system_, R);
+    if (!fine.rotation.empty()) fine.cayley.push_back(cayley_between(fine.rotation.back(), R));
+    fine.rotation.push_back(R);
+    fine.position.push_back(node.segment<3>(4 * system_.body_count()));
+    fine.control.push_back(node.tail(system_.control_count()));
+  }
+
+ private:
+  const System& system_;
+  ControlPath path_;
+};
+
 }  // namespace
 
 NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint64_t seed) {
@@ -152,21 +160,39 @@ NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint6
 }
 
 NodePath refined(const System& system, const NodePath& coarse, int steps) {
-  const int from = static_cast<int>(coarse.cayley.size());
-  const ControlPath path(Interpolation::not_a_knot_cubic, VectorXd::LinSpaced(from + 1, 0.0, 1.0),
-                         stacked_nodes(system, coarse));
+  const NodeSplines splines(system, coarse);
   NodePath fine;
-  for (int k = 0; k <= steps; ++k) {
-    const VectorXd node = path.value(static_cast<double>(k) / steps);
-    Rotations R(at(system.body_count()));
-    for (int i = 0; i < system.body_count(); ++i) R[at(i)] = lie::rotation_of_quaternion(node.segment<4>(4 * i));
-    fit_joints(system, R);
-    if (k > 0) fine.cayley.push_back(cayley_between(fine.rotation.back(), R));
-    fine.rotation.push_back(R);
-    fine.position.push_back(node.segment<3>(4 * system.body_count()));
-    fine.control.push_back(node.tail(system.control_count()));
-  }
+  for (int k = 0; k <= steps; ++k) splines.append(static_cast<double>(k) / steps, fine);
   return fine;
+}
+
+NodePath refined(const System& system, const NodePath& coarse, int steps, integrator::Scheme scheme) {
+  const NodeSplines splines(system, coarse);
+  const std::vector<double> fractions = stage_fractions(scheme);
+  const int terms = polynomial_terms(scheme);
+  const GaussRule rule = gauss_rule(terms);
+  NodePath fine;
+  for (int k = 0; k < steps; ++k) {
+    for (std::size_t s = 0; s + 1 < fractions.size(); ++s) splines.append((k + fractions[s]) / steps, fine);
+    MatrixXd coefficients = MatrixXd::Zero(system.control_count(), terms);
+    for (std::size_t g = 0; g < rule.weight.size(); ++g)
+      coefficients +=
+          rule.weight[g] * splines.control((k + rule.fraction[g]) / steps) * legendre(rule.fraction[g], terms).transpose();
+    fine.polynomial.push_back(coefficients.reshaped());
+  }
+  splines.append(1.0, fine);
+  return fine;
+}
+
+NodePath nodes_of_steps(const NodePath& path, int stages) {
+  NodePath nodes;
+  for (std::size_t n = 0; n < path.rotation.size(); n += at(stages)) {
+    if (n > 0) nodes.cayley.push_back(cayley_between(nodes.rotation.back(), path.rotation[n]));
+    nodes.rotation.push_back(path.rotation[n]);
+    nodes.position.push_back(path.position[n]);
+    nodes.control.push_back(path.control[n]);
+  }
+  return nodes;
 }
 
 }  // namespace lamprey::maneuver

@@ -14,4 +14,10 @@ NodePath random_guess(const model::System& system, const Maneuver& maneuver, std
 /// The motion on a grid of `steps`: cubic splines through its quaternions, positions and controls, so that velocities stay smooth.
 NodePath refined(const model::System& system, const NodePath& coarse, int steps);
 
+/// The same at the nodes of all stages of a scheme above order 2, with the polynomials of its moments.
+NodePath refined(const model::System& system, const NodePath& coarse, int steps, integrator::Scheme scheme);
+
+/// Every `stages`-th node of a motion.
+NodePath nodes_of_steps(const NodePath& path, int stages);
+
 }  // namespace lamprey::maneuver

@@ -65,9 +65,14 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
       maneuver.end_position[static_cast<std::size_t>(c)] =
           maneuver.start.position[c] + *goal.move[static_cast<std::size_t>(c)];
   maneuver.rest = goal.rest;
+  maneuver.periodic = goal.periodic;
+  maneuver.free_shape = problem.start.free_shape;
+  maneuver.free_duration = problem.duration.free;
+  maneuver.time_weight = problem.time_weight;
   maneuver.lagrangian = integrator::lagrangian_of(problem.scheme);
   maneuver.duration = problem.duration.value;
   maneuver.steps = steps;
+  maneuver.effort = problem.effort;
   maneuver.node_weight = node_weights(problem.cost_rule(), problem.effort, maneuver.time_step(), steps);
   maneuver.spline_points = problem.control == ControlKind::spline ? problem.points : 0;
   refuse_contradictions(system, problem, maneuver);

@@ -20,9 +20,14 @@ struct Maneuver {
   std::vector<std::optional<Matrix3d>> end_rotation;  // [bodies] body → world; nothing: free
   std::array<std::optional<double>, 3> end_position;  // m, root's mass centre; nothing: free
   bool rest = true;
+  bool periodic = false;       // shape and its velocity at the end are those at the start, and free
+  bool free_shape = false;     // whether the shape at the start of a periodic motion is free too
+  bool free_duration = false;  // `duration` is a first guess
+  double time_weight = 0.0;    // (N m)², what a second costs
   mechanics::DiscreteLagrangian lagrangian = mechanics::DiscreteLagrangian::trapezoid;
   double duration = 1.0;  // s
   int steps = 0;
+  double effort = 1.0;    // weight of ∫ ½ Σ_j |u_j|² dt
   VectorXd node_weight;   // [N+1] s, the cost is ½ Σ_k weight_k Σ_j |u_jk|²
   int spline_points = 0;  // 0: one free value at each node
 

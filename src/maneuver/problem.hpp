@@ -44,16 +44,42 @@ struct Duration {
   double max = std::numeric_limits<double>::quiet_NaN();  // s, with free
 };
 
+struct KeepOutSphere {
+  Eigen::Vector3d centre;  // m, world
+  double radius;           // m
+};
+
+struct KeepOutHalfSpace {
+  Eigen::Vector3d point;   // m, on its face, world
+  Eigen::Vector3d normal;  // out of it, any length
+};
+
 struct Limits {
-  std::optional<double> torque;                        // N m, every joint
-  std::map<std::string, double> joint_torque;          // N m by joint
+  std::optional<double> torque;                            // N m, every joint
+  std::map<std::string, double> joint_torque;              // N m by joint
+  std::optional<double> torque_component;                  // N m, each component of every joint
+  std::map<std::string, double> joint_torque_component;    // N m by joint
+  std::optional<double> angular_velocity;                  // rad/s, every joint
+  std::map<std::string, double> joint_angular_velocity;    // rad/s by joint
   std::map<std::string, double> swing;                 // rad by joint
   std::map<std::string, double> twist;                 // rad by joint
   std::map<std::string, std::array<double, 2>> angle;  // rad by hinge
   std::optional<double> clearance;                     // m
+  std::vector<KeepOutSphere> spheres;
+  std::vector<KeepOutHalfSpace> half_spaces;
   bool any() const {
-    return torque || clearance || !joint_torque.empty() || !swing.empty() || !twist.empty() || !angle.empty();
+    return torque || torque_component || angular_velocity || clearance || !joint_torque.empty() ||
+           !joint_torque_component.empty() || !joint_angular_velocity.empty() || !swing.empty() || !twist.empty() ||
+           !angle.empty() || !spheres.empty() || !half_spaces.empty();
   }
+};
+
+/// What the swimmer passes on its way.
+struct Waypoint {
+  double time;                                      // s
+  std::array<std::optional<double>, 3> move;        // m, as in Goal
+  std::optional<Eigen::Vector3d> turn;              // rad, as in Goal
+  std::map<std::string, Eigen::Vector3d> rotation;  // rad by body, absolute
 };
 
 struct Search {
@@ -73,11 +99,13 @@ struct Problem {
   Duration duration;
   int steps = 1000;
   double effort = 1.0;           // weight of ∫ ½ Σ_j |u_j|² dt
+  double time_weight = 0.0;      // (N m)², weight of the duration
   std::optional<CostRule> rule;  // absent: trapezoid
   ControlKind control = ControlKind::steps;
   int points = 0;  // with spline control
   Scheme scheme = Scheme::trapezoid;
   Limits limits;
+  std::vector<Waypoint> waypoints;
   Search search;
 
   CostRule cost_rule() const { return rule.value_or(CostRule::trapezoid); }

@@ -21,7 +21,9 @@ constexpr int window_steps = 6;
 
 }  // namespace
 
-ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& maneuver, const NodePath& path) {
+ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& asked, const NodePath& path) {
+  Maneuver maneuver = asked;  // what is free besides the moments does not matter here
+  maneuver.periodic = maneuver.free_duration = false;
   const ShapeCoordinates all(system);
   ShapeProgram program(system, maneuver, all, {});
   if (!program.go_to(path)) return all;
@@ -71,9 +73,10 @@ std::vector<EndRow> independent_end_rows(const System& system, const Maneuver& m
   program.linearize(model);
   const auto rows = static_cast<Eigen::Index>(stated.size());
   const Eigen::Index inputs = system.control_count();
-  MatrixXd sensitivity(rows, inputs * maneuver.steps);
+  const auto stages = static_cast<int>(model.stage.size());
+  MatrixXd sensitivity(rows, inputs * stages);
   MatrixXd carried = model.C;
-  for (int k = maneuver.steps - 1; k >= 0; --k) {
+  for (int k = stages - 1; k >= 0; --k) {
     sensitivity.middleCols(inputs * k, inputs).noalias() = carried * model.stage[at(k)].B;
     carried = (carried * model.stage[at(k)].A).eval();
   }

@@ -40,6 +40,12 @@ MatrixXd span_of_rows(const MatrixXd& rows, double threshold) {
   return qr.householderQ() * MatrixXd(MatrixXd::Identity(rows.cols(), qr.rank()));
 }
 
+MatrixXd condensed_rows(const MatrixXd& rows) {
+  if (rows.rows() <= rows.cols()) return rows;
+  const Eigen::HouseholderQR<MatrixXd> qr(rows);
+  return qr.matrixQR().topRows(rows.cols()).triangularView<Eigen::Upper>();
+}
+
 VectorXd beyond_rows(const VectorXd& g, const MatrixXd& rows, double threshold) {
   if (rows.rows() == 0) return g;
   const Pivoted qr = factored(rows, threshold);

@@ -22,6 +22,9 @@ std::vector<int> independent_rows(const MatrixXd& rows, double threshold);
 /// Orthonormal columns that span the rows, with the threshold of independent_rows.
 MatrixXd span_of_rows(const MatrixXd& rows, double threshold);
 
+/// At most as many rows as columns whose sums of squares along any direction are those of the rows.
+MatrixXd condensed_rows(const MatrixXd& rows);
+
 /// What is left of g when the best combination of the rows is taken off: by an orthonormal basis, so that the
 /// combination's coefficients, which may be large, need not be formed.
 VectorXd beyond_rows(const VectorXd& g, const MatrixXd& rows, double threshold);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace lamprey::maneuver {
 
@@ -17,12 +18,23 @@ using optimizer::Stage;
 using optimizer::StageModel;
 using optimizer::StageStep;
 
-constexpr double longest_turn = 0.6;  // rad, of one shape coordinate in one step of the search
+constexpr double longest_turn = 0.6;      // rad, of one shape coordinate in one step of the search
+constexpr double longest_stretch = 0.3;   // of the logarithm of the duration
+constexpr double free_shape_hold = 1e-3;  // metric of a free first shape against that of turns between nodes
+
+constexpr double worth_telling = 1e-7;    // rad, m, N m
+
+std::string in_words(double value) {
+  std::ostringstream text;
+  text.precision(3);
+  text << value;
+  return text.str();
+}
 
 }  // namespace
 
 ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
-                           std::vector<EndRow> end_rows)
+                           std::vector<EndRow> end_rows, std::vector<LimitRow> limits)
     : system_(system),
       maneuver_(maneuver),
       end_rows_(std::move(end_rows)),
@@ -32,14 +44,22 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       shape_(static_cast<int>(shape_basis_.cols())),
       pose_(static_cast<int>(pose_basis_.cols())),
       controls_(system.control_count()),
+      leads_((states() - tau() + controls_ - 1) / controls_),
       h_(maneuver.time_step()),
       kernel_(system, maneuver.lagrangian, shape_basis_),
       moments_(system, shape_basis_, maneuver.start.rotation),
+      limits_(system, std::move(limits), coordinates, maneuver.steps, maneuver.duration),
+      limit_model_(at(steps_ + 1)),
+      pose_turn_(at(steps_ + 1)),
+      pose_shift_(at(steps_ + 1)),
+      start_impulse_(VectorXd::Zero(shape_)),
       end_multiplier_(VectorXd::Zero(static_cast<Eigen::Index>(end_rows_.size()))),
       idle_multiplier_(at(steps_), VectorXd::Zero(shape_ - controls_)),
-      next_by_idle_(at(steps_), MatrixXd(2 * shape_ + pose_, shape_ - controls_)),
+      next_by_idle_(at(steps_), MatrixXd::Zero(states(), shape_ - controls_)),
       buffer_(system.body_count()),
       hessian_(2 * shape_ + 3, 2 * shape_ + 3) {
+  if (!maneuver.periodic)
+    start_impulse_ = shape_basis_.transpose() * maneuver.start.momentum.segment(3, shape_basis_.rows());
   for (Motion* motion : {&now_, &trial_}) {
     motion->shape.assign(at(steps_ + 1), Rotations(at(system.body_count()), Matrix3d::Identity()));
     motion->rotation = motion->shape;
@@ -48,11 +68,12 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
     motion->impulse.assign(at(steps_ + 1), MatrixXd(shape_, shape_));
     motion->moment.assign(at(steps_ + 1), VectorXd::Zero(shape_));
     motion->end_rows = VectorXd::Zero(end_multiplier_.size());
+    motion->limit_value.setZero(static_cast<Eigen::Index>(limits_.rows().size()), steps_ + 1);
   }
 }
 
 optimizer::StageSizes ShapeProgram::sizes() const {
-  return {steps_, 2 * shape_ + pose_, controls_, static_cast<int>(end_rows_.size())};
+  return {leads_ + steps_, states(), controls_, static_cast<int>(end_rows_.size())};
 }
 
 bool ShapeProgram::go_to(const NodePath& path) {
@@ -66,7 +87,14 @@ bool ShapeProgram::go_to(const NodePath& path) {
   }
   end_multiplier_.setZero();
   for (VectorXd& multiplier : idle_multiplier_) multiplier.setZero();
-  return roll_out(now_);
+  if (limits_.empty()) return roll_out(now_);
+  const LimitMultipliers before = limit_start_.value_or(LimitMultipliers());
+  limits_.take(before, 1.0);
+  if (!roll_out(now_)) return false;
+  if (before.weight > 0.0) return true;
+  limits_.take(before, now_.cost);  // a weight fit for what the guess costs
+  measure(now_);
+  return true;
 }
 
 NodePath ShapeProgram::path() const {
@@ -81,10 +109,13 @@ NodePath ShapeProgram::path() const {
 // Shapes become a motion from node to node.
 bool ShapeProgram::roll_out(Motion& motion) {
   motion.rotation.front() = maneuver_.start.rotation;
+  if (maneuver_.periodic)
+    for (std::size_t i = 1; i < motion.shape.front().size(); ++i)
+      motion.rotation.front()[i] = maneuver_.start.rotation[0] * motion.shape.front()[i];
   motion.position.front() = maneuver_.start.position;
   for (int k = 0; k < steps_; ++k) {
     ShapeStep& step = motion.step[at(k)];
-    if (!kernel_.solve(h_, motion.rotation[at(k)], motion.shape[at(k + 1)], step)) return false;
+    if (!kernel_.solve(h_ * motion.stretch, motion.rotation[at(k)], motion.shape[at(k + 1)], step)) return false;
     motion.rotation[at(k + 1)] = step.interval.next_rotation;
     for (Matrix3d& R : motion.rotation[at(k + 1)]) R = lie::renormalized(R);
     motion.position[at(k + 1)] = motion.position[at(k)] + step.interval.displacement;
@@ -97,45 +128,95 @@ bool ShapeProgram::roll_out(Motion& motion) {
 void ShapeProgram::measure(Motion& motion) {
   Merit& merit = motion.merit;
   merit = Merit();
+  const bool periodic = maneuver_.periodic;
   double needed = 0.0, idle_sum = 0.0;
   for (int k = 0; k <= steps_; ++k) {
-    impulse_by_moments(motion.rotation[at(k)], k, motion.impulse[at(k)]);
+    MatrixXd& impulse = motion.impulse[at(k)];
+    impulse_by_moments(motion, k, impulse);
     VectorXd& moment = motion.moment[at(k)];
     moment.setZero();
-    if (k == steps_ && !maneuver_.rest) break;  // the end is free, and cheapest without moments
-    if (k == 0) moment.noalias() -= shape_basis_.transpose() * maneuver_.start.momentum.segment(3, shape_basis_.rows());
+    if (periodic && k == 0) continue;  // the last node's
+    if (k == steps_ && !maneuver_.rest && !periodic) break;  // the end is free, and cheapest without moments
+    if (k == 0) moment -= start_impulse_;
     if (k > 0) moment -= motion.step[at(k - 1)].plus;
     if (k < steps_) moment += motion.step[at(k)].minus;
-    moment = motion.impulse[at(k)].partialPivLu().solve(moment).eval();
-    merit.cost += 0.5 * maneuver_.node_weight[k] * moment.head(controls_).squaredNorm();
+    if (periodic && k == steps_) {
+      moment += motion.step.front().minus;
+      impulse += motion.impulse.front();
+    }
+    moment = impulse.partialPivLu().solve(moment).eval();
+    const double weight =
+        node_weight(motion, k) + (periodic && k == steps_ ? node_weight(motion, 0) : 0.0);
+    merit.cost += 0.5 * weight * moment.head(controls_).squaredNorm();
     needed = std::max(needed, moment.lpNorm<Eigen::Infinity>());
     if (k < steps_) idle_sum += moment.tail(idle()).lpNorm<1>() / steps_;
   }
+  if (periodic) motion.moment.front() = motion.moment.back();
+  merit.cost += maneuver_.time_weight * h_ * motion.stretch * steps_;
   Eigen::RowVectorXd unused(shape_size(system_) + 6);
-  for (std::size_t r = 0; r < end_rows_.size(); ++r)
-    motion.end_rows[static_cast<Eigen::Index>(r)] =
-        end_rows_[r].kind == EndRow::Kind::moment
-            ? motion.moment.back()[end_rows_[r].index]
-            : end_row(system_, maneuver_, end_rows_[r], motion.rotation.back(), motion.position.back(), unused);
+  for (std::size_t r = 0; r < end_rows_.size(); ++r) {
+    const EndRow& row = end_rows_[r];
+    double& value = motion.end_rows[static_cast<Eigen::Index>(r)];
+    if (row.kind == EndRow::Kind::moment)
+      value = motion.moment.back()[row.index];
+    else if (row.kind == EndRow::Kind::closure)
+      value = closure_row(system_, row, motion.shape.front(), motion.shape.back(), unused, unused);
+    else
+      value = end_row(system_, maneuver_, row, motion.rotation.back(), motion.position.back(), unused);
+  }
   merit.violation = motion.end_rows.lpNorm<1>() + idle_sum / std::max(needed, 1e-300);
+  motion.cost = merit.cost;
+  add_limits(motion);
 }
 
-void ShapeProgram::impulse_by_moments(const Rotations& rotation, int node, MatrixXd& impulse) {
-  impulse.noalias() = shape_basis_.transpose() * moments_.virtual_work(rotation);
-  impulse *= impulse_time(node);
+LimitedNode ShapeProgram::limited_node(const Motion& motion, int k) const {
+  return {motion.rotation[at(k)], motion.rotation[at(std::max(k - 1, 0))], motion.position[at(k)], motion.moment[at(k)],
+          h_ * motion.stretch, h_ * motion.stretch * steps_};
+}
+
+void ShapeProgram::add_limits(Motion& motion) {
+  if (limits_.empty()) return;
+  for (int k = 0; k <= steps_; ++k) {
+    limits_.measure(k, limited_node(motion, k), motion.limit_value.col(k));
+    motion.merit.cost += limits_.cost(k, motion.limit_value.col(k));
+  }
+}
+
+void ShapeProgram::renew_limits() {
+  limits_.renew(now_.limit_value);
+  measure(now_);
+}
+
+void ShapeProgram::impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse) {
+  impulse.noalias() = shape_basis_.transpose() * moments_.virtual_work(motion.rotation[at(node)]);
+  impulse *= impulse_time(motion, node);
 }
 
 void ShapeProgram::model_node(int k, NodeModel& node) {
   const VectorXd& moment = now_.moment[at(k)];
   node.control = moments_.controls(moment);
   VectorXd by_moments = VectorXd::Zero(shape_);  // derivative of cost and idle rows
-  if (k < steps_ || maneuver_.rest) by_moments.head(controls_) = maneuver_.node_weight[k] * moment.head(controls_);
+  const double weight = node_weight(now_, k);
+  node.by_control = weight * moment.head(controls_);
+  node.by_control_twice = weight * MatrixXd::Identity(controls_, controls_);
+  if (!limits_.empty())
+    limits_.add_by_moments(k, limited_node(now_, k), now_.limit_value.col(k), node.by_control, node.by_control_twice);
+  if (maneuver_.periodic && k == steps_) {
+    node.by_control += first_node_.by_control;
+    node.by_control_twice += first_node_.by_control_twice;
+  }
+  if (k < steps_ || maneuver_.rest || maneuver_.periodic) by_moments.head(controls_) = node.by_control;
   if (k < steps_) by_moments.tail(idle()) = idle_multiplier_[at(k)];
   if (k == steps_)
     for (std::size_t r = 0; r < end_rows_.size(); ++r)
       if (end_rows_[r].kind == EndRow::Kind::moment)
         by_moments[end_rows_[r].index] = end_multiplier_[static_cast<Eigen::Index>(r)];
+  if (maneuver_.periodic && k == 0) return;  // the last node's multiplier
   node.multiplier = now_.impulse[at(k)].transpose().partialPivLu().solve(by_moments);
+  model_controls(k, node);
+}
+
+void ShapeProgram::model_controls(int k, NodeModel& node) {
 
   // −h_k λ·U is bilinear in the moments and the joints' attitude
   const Rotations& R = now_.rotation[at(k)];
@@ -144,7 +225,7 @@ void ShapeProgram::model_node(int k, NodeModel& node) {
   mechanics::Vectors turns(bodies), unit_turns(bodies), changes(bodies);
   Moments rate(at(system_.joint_count()));
   VectorXd row(shape_);
-  const VectorXd spread = -impulse_time(k) * (shape_basis_ * node.multiplier);
+  const VectorXd spread = -impulse_time(now_, k) * (shape_basis_ * node.multiplier);
   for_each_coordinate(system_, [&](const Freedoms& unit, int coordinate) {
     for (std::size_t i = 1; i < bodies; ++i) along[i] += spread[coordinate] * unit[i];
   });
@@ -164,8 +245,9 @@ void ShapeProgram::model_node(int k, NodeModel& node) {
 void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& next, const Vector3d& turn,
                               const Vector3d& shift, StageModel& model) {
   ShapeStep& step = now_.step[at(k)];
-  kernel_.tangent(h_, node.control, next.control, step, after_);
-  kernel_.curvature(h_, node.control, next.control, step, after_, {node.multiplier, next.multiplier, turn, shift},
+  const double h = h_ * now_.stretch;
+  kernel_.tangent(h, node.control, next.control, step, after_);
+  kernel_.curvature(h, node.control, next.control, step, after_, {node.multiplier, next.multiplier, turn, shift},
                     hessian_);
   const int ends = 2 * shape_;
   // the hessian takes the root's turn ρ at the beginning, which is ρ' at the end less what the step adds
@@ -174,16 +256,21 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
   const auto by_turn = hessian_.topRightCorner(ends, 3);
   const auto turn_turn = hessian_.bottomRightCorner<3, 3>();
   const bool last = k + 1 == steps_;
-  MatrixXd& Q = last ? model.Q_end : model.stage[at(k + 1)].Q;
+  MatrixXd& Q = last ? model.Q_end : model.stage[at(leads_ + k + 1)].Q;
   const MatrixXd mixed = by_turn * added;
   const MatrixXd bent = added.transpose() * turn_turn;
   Q.topLeftCorner(ends, ends) = hessian_.topLeftCorner(ends, ends) - mixed - mixed.transpose() + bent * added;
-  Q.topRightCorner(ends, pose_) = (by_turn - bent) * pose_turn;
-  Q.bottomLeftCorner(pose_, ends) = Q.topRightCorner(ends, pose_).transpose();
-  Q.bottomRightCorner(pose_, pose_) = pose_turn.transpose() * turn_turn * pose_turn;
+  Q.block(0, ends, ends, pose_) = (by_turn - bent) * pose_turn;
+  Q.block(ends, 0, pose_, ends) = Q.block(0, ends, ends, pose_).transpose();
+  Q.block(ends, ends, pose_, pose_) = pose_turn.transpose() * turn_turn * pose_turn;
+  if (maneuver_.free_duration) {  // equation 10.9
+    Q.row(tau()).head(ends).noalias() =
+        next.multiplier.transpose() * after_.plus - node.multiplier.transpose() * after_.minus;
+    Q.col(tau()).head(ends) = Q.row(tau()).head(ends).transpose();
+  }
 
   // turns against the node before, weighed by the joints' inertia
-  MatrixXd& metric = last ? model.metric_end : model.stage[at(k + 1)].metric;
+  MatrixXd& metric = last ? model.metric_end : model.stage[at(leads_ + k + 1)].metric;
   const auto inertia = (metric_scale_ * after_.minus.rightCols(shape_).diagonal().cwiseAbs()).eval();
   metric.topLeftCorner(shape_, shape_) = inertia.asDiagonal();
   metric.block(shape_, shape_, shape_, shape_) = inertia.asDiagonal();
@@ -203,43 +290,140 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   const MatrixXd by_moments = by_next.solve(now_.impulse[at(k)]);
 
   const MatrixXd pose = pose_basis_.transpose() * after_.pose;
-  Matrix6d carried = Matrix6d::Identity();
-  carried.bottomLeftCorner<3, 3>() = -lie::hat(now_.step[at(k)].interval.displacement);
+  stage.shifted = n;
   stage.A.block(0, n, n, n).setIdentity();
   stage.A.block(n, 0, n, 2 * n) = by_state;
   stage.A.block(2 * n, 0, pose_, 2 * n).noalias() = pose.rightCols(n) * by_state;
   stage.A.block(2 * n, n, pose_, n) += pose.leftCols(n);
-  stage.A.bottomRightCorner(pose_, pose_) = pose_basis_.transpose() * carried * pose_basis_;
+  carry_on(k, stage);
   stage.B.middleRows(n, n) = by_moments.leftCols(controls_);
-  stage.B.bottomRows(pose_).noalias() = pose.rightCols(n) * by_moments.leftCols(controls_);
+  stage.B.middleRows(2 * n, pose_).noalias() = pose.rightCols(n) * by_moments.leftCols(controls_);
   MatrixXd& by_idle = next_by_idle_[at(k)];
   by_idle.topRows(n).setZero();
   by_idle.middleRows(n, n) = by_moments.rightCols(idle());
-  by_idle.bottomRows(pose_).noalias() = pose.rightCols(n) * by_moments.rightCols(idle());
+  by_idle.middleRows(2 * n, pose_).noalias() = pose.rightCols(n) * by_moments.rightCols(idle());
   stage.gap.noalias() = -by_idle * now_.moment[at(k)].tail(idle());
 
-  stage.weight = maneuver_.node_weight[k];
+  stage.weight = node_weight(now_, k);
   stage.S.middleCols(n, n) = node.control_by_shape;
-  stage.R.diagonal().setConstant(stage.weight);
-  stage.r = stage.weight * now_.moment[at(k)].head(controls_);
+  stage.R = node.by_control_twice;
+  stage.r = node.by_control;
+  stage.gradient = stage.weight * now_.moment[at(k)].head(controls_).lpNorm<Eigen::Infinity>();
+  if (!maneuver_.free_duration) return;
+  // equations 10.8 and 10.9
+  const VectorXd& moment = now_.moment[at(k)];
+  VectorXd rate = 2.0 * (by_moments * moment);
+  if (k == 0) rate += by_next.solve(start_impulse_);
+  stage.A.block(n, tau(), n, 1) = rate;
+  stage.A.block(2 * n, tau(), pose_, 1).noalias() = pose.rightCols(n) * rate;
+  add_duration(node, moment, stage.weight, stage.Q, stage.q);
+  stage.S.col(tau()) = stage.weight * moment.head(controls_) - node.by_control;
+  if (k == 0) stage.Q(tau(), tau()) += node.multiplier.dot(start_impulse_);
 }
 
-// At rest the last moments follow from the last two shapes.
+// What the logarithm of the duration does at a node: the effort lasts longer, moments fall with its square.
+void ShapeProgram::add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q,
+                                VectorXd& q) const {
+  const auto controls = moment.head(controls_);
+  const double effort = 0.5 * weight * controls.squaredNorm();
+  q[tau()] += effort;
+  Q(tau(), tau()) += effort;
+  const VectorXd mixed = 2.0 * node.control_by_shape.transpose() * controls;
+  Q.row(tau()).segment(shape_, shape_) += mixed.transpose();
+  Q.col(tau()).segment(shape_, shape_) += mixed;
+}
+
+// What a step only carries on.
+void ShapeProgram::carry_on(int k, Stage& stage) const {
+  Matrix6d carried = Matrix6d::Identity();
+  carried.bottomLeftCorner<3, 3>() = -lie::hat(now_.step[at(k)].interval.displacement);
+  stage.A.block(2 * shape_, 2 * shape_, pose_, pose_) = pose_basis_.transpose() * carried * pose_basis_;
+  const int more = states() - tau();
+  stage.A.bottomRightCorner(more, more).setIdentity();
+}
+
+// The first step of a periodic motion: its two shapes are known, its moments those of the end.
+void ShapeProgram::model_first_shapes(Stage& stage) {
+  const int n = shape_;
+  stage.A.setZero();
+  stage.A.block(0, copies(), 2 * n, 2 * n).setIdentity();
+  stage.A.block(2 * n, copies(), pose_, 2 * n).noalias() = pose_basis_.transpose() * after_.pose;
+  carry_on(0, stage);
+  stage.B.setZero();
+  stage.gap.setZero();
+  stage.S.setZero();
+  stage.weight = node_weight(now_, 1);
+  stage.R = stage.weight * MatrixXd::Identity(controls_, controls_);
+  stage.r.setZero();
+  stage.Q.setZero();
+  stage.q.setZero();
+}
+
+// Stages before the first step set the logarithm of the duration and the first two shapes, a few at a time.
+void ShapeProgram::model_leads(StageModel& model) const {
+  for (int s = 0; s < leads_; ++s) {
+    Stage& stage = model.stage[at(s)];
+    stage.A.setIdentity();
+    stage.B.setZero();
+    stage.R.setZero();
+    stage.weight = metric_scale_;
+    for (int c = 0; c < controls_; ++c) {
+      const int place = tau() + s * controls_ + c;
+      const bool held = maneuver_.periodic && !maneuver_.free_shape && place >= copies() && place < copies() + shape_;
+      if (place < states() && !held)
+        stage.B(place, c) = 1.0;
+      else
+        stage.R(c, c) = metric_scale_;  // nothing to set
+    }
+  }
+  if (maneuver_.free_duration) model.metric_end(tau(), tau()) = now_.cost;
+  if (maneuver_.periodic) {
+    const int n = shape_;
+    const auto hold = free_shape_hold * metric_scale_ * first_minus_.rightCols(n).diagonal().cwiseAbs();
+    model.metric_end.block(copies(), copies(), n, n) = hold.asDiagonal();
+    model.metric_end.block(copies() + n, copies() + n, n, n) = hold.asDiagonal();
+  }
+}
+
+// At rest the last moments follow from the last two shapes; those of a periodic motion from the first two as well.
 void ShapeProgram::model_end(const NodeModel& node, StageModel& model) const {
   model.q_end.setZero();
-  if (!maneuver_.rest) return;
+  if (maneuver_.free_duration) {
+    const double cost = maneuver_.time_weight * h_ * now_.stretch * steps_;
+    model.q_end[tau()] += cost;
+    model.Q_end(tau(), tau()) += cost;
+  }
+  if (!maneuver_.rest && !maneuver_.periodic) return;
   const int n = shape_;
-  const MatrixXd by_state = -now_.impulse.back().partialPivLu().solve(before_.plus);
+  const Eigen::PartialPivLU<MatrixXd> by_impulse(now_.impulse.back());
+  const VectorXd& moment = now_.moment.back();
+  MatrixXd by_state = MatrixXd::Zero(n, states());
+  by_state.leftCols(2 * n) = -by_impulse.solve(before_.plus);
+  if (maneuver_.periodic) by_state.middleCols(copies(), 2 * n) = by_impulse.solve(first_minus_);
+  if (maneuver_.free_duration) by_state.col(tau()) = -2.0 * moment;
   const auto controls = by_state.topRows(controls_);
-  const double weight = maneuver_.node_weight[steps_];
-  const MatrixXd mixed = node.control_by_shape.transpose() * controls;
-  model.Q_end.topLeftCorner(2 * n, 2 * n).noalias() += weight * controls.transpose() * controls;
-  model.Q_end.block(n, 0, n, 2 * n) += mixed;
-  model.Q_end.block(0, n, 2 * n, n) += mixed.transpose();
-  model.q_end.head(2 * n).noalias() = weight * controls.transpose() * now_.moment.back().head(controls_);
+  model.Q_end.noalias() += controls.transpose() * node.by_control_twice * controls;
+  model.q_end.noalias() += controls.transpose() * node.by_control;
+  const auto add_mixed = [&](const MatrixXd& by_controls, int place) {  // second derivatives by moments and some states
+    const MatrixXd mixed = by_controls.transpose() * controls;
+    model.Q_end.middleRows(place, mixed.rows()) += mixed;
+    model.Q_end.middleCols(place, mixed.rows()) += mixed.transpose();
+  };
+  add_mixed(node.control_by_shape, n);
+  if (maneuver_.periodic) add_mixed(first_node_.control_by_shape, copies());
+  if (maneuver_.free_duration) {
+    const double weight = node_weight(now_, steps_) + (maneuver_.periodic ? node_weight(now_, 0) : 0.0);
+    add_mixed(weight * moment.head(controls_) - node.by_control, tau());
+    add_duration(node, moment, weight, model.Q_end, model.q_end);
+    if (maneuver_.periodic) {
+      const VectorXd mixed = 2.0 * first_node_.control_by_shape.transpose() * moment.head(controls_);
+      model.Q_end.row(tau()).segment(copies(), n) += mixed.transpose();
+      model.Q_end.col(tau()).segment(copies(), n) += mixed;
+    }
+  }
   for (std::size_t r = 0; r < end_rows_.size(); ++r)
     if (end_rows_[r].kind == EndRow::Kind::moment)
-      model.C.row(static_cast<Eigen::Index>(r)).head(2 * n) = by_state.row(end_rows_[r].index);
+      model.C.row(static_cast<Eigen::Index>(r)) = by_state.row(end_rows_[r].index);
 }
 
 // The end rows but those of moments.
@@ -250,10 +434,17 @@ void ShapeProgram::model_goal(StageModel& model) const {
   Eigen::RowVectorXd derivative(all + 6);
   for (std::size_t r = 0; r < end_rows_.size(); ++r) {
     if (end_rows_[r].kind == EndRow::Kind::moment) continue;
-    end_row(system_, maneuver_, end_rows_[r], now_.rotation.back(), now_.position.back(), derivative);
     auto row = model.C.row(static_cast<Eigen::Index>(r));
+    if (end_rows_[r].kind == EndRow::Kind::closure) {
+      Eigen::RowVectorXd by_first(all + 6);
+      closure_row(system_, end_rows_[r], now_.shape.front(), now_.shape.back(), by_first, derivative);
+      row.segment(copies(), shape_).noalias() = by_first.head(all) * shape_basis_;
+      row.segment(shape_, shape_).noalias() = derivative.head(all) * shape_basis_;
+      continue;
+    }
+    end_row(system_, maneuver_, end_rows_[r], now_.rotation.back(), now_.position.back(), derivative);
     row.segment(shape_, shape_).noalias() = derivative.head(all) * shape_basis_;
-    row.tail(pose_).noalias() = derivative.tail<6>() * pose_basis_;
+    row.segment(2 * shape_, pose_).noalias() = derivative.tail<6>() * pose_basis_;
   }
 }
 
@@ -262,44 +453,105 @@ void ShapeProgram::linearize(StageModel& model) {
   for (const VectorXd& moment : now_.moment) metric_scale_ += moment.squaredNorm() / (steps_ + 1);
   metric_scale_ = std::sqrt(metric_scale_);
   model_goal(model);
-  // multipliers of the root's pose at the end: its position's stays, its turn's takes up the lever on the way back
-  const VectorXd pose = pose_basis_ * (model.C.rightCols(pose_).transpose() * end_multiplier_);
-  const Vector3d turn = pose.head<3>(), shift = pose.tail<3>();
+  model_limits();
+  lay_pose_multipliers(model);
+  if (leads_ > 0) {
+    for (Stage& stage : model.stage) {
+      stage.Q.setZero();
+      stage.q.setZero();
+    }
+    model.Q_end.setZero();
+  }
   NodeModel node, next;
-  model_node(0, node);
+  if (maneuver_.periodic) {
+    model_node(0, first_node_);
+    model_node(steps_, node);
+    first_node_.control = node.control;
+    first_node_.multiplier = node.multiplier;
+    model_controls(0, first_node_);
+    node = first_node_;
+  } else {
+    model_node(0, node);
+  }
   for (int k = 0; k < steps_; ++k) {
     model_node(k + 1, next);
-    const Vector3d lever = now_.position.back() - now_.position[at(k + 1)];
-    model_step(k, node, next, turn + lever.cross(shift), shift, model);
-    model_stage(k, node, model.stage[at(k)]);
+    model_step(k, node, next, pose_turn_[at(k + 1)], pose_shift_[at(k + 1)], model);
+    Stage& stage = model.stage[at(leads_ + k)];
+    if (k > 0) stage.q.setZero();
+    if (k == 0) first_minus_ = after_.minus;
+    if (k == 0 && maneuver_.periodic)
+      model_first_shapes(stage);
+    else
+      model_stage(k, node, stage);
     std::swap(node, next);
     std::swap(before_, after_);
   }
   model_end(node, model);
+  if (leads_ > 0) model_leads(model);
+  add_limit_models(model);
+}
+
+void ShapeProgram::add_limit_models(StageModel& model) const {
+  const int size = maneuver_.free_duration ? tau() + 1 : tau();
+  for (int k = 1; k <= steps_; ++k) {
+    const LimitModel& limited = limit_model_[at(k)];
+    if (!limited.any) continue;
+    const bool last = k == steps_;
+    (last ? model.Q_end : model.stage[at(leads_ + k)].Q).topLeftCorner(size, size) +=
+        limited.Q.topLeftCorner(size, size);
+    (last ? model.q_end : model.stage[at(leads_ + k)].q).head(size) += limited.q.head(size);
+  }
+}
+
+void ShapeProgram::model_limits() {
+  if (limits_.empty()) return;
+  for (int k = 1; k <= steps_; ++k)
+    limits_.model(k, limited_node(now_, k), now_.limit_value.col(k), limit_model_[at(k)]);
+}
+
+// Multipliers of the root's pose at the nodes, from the end: a position's stays on the way back, a turn's takes up its lever.
+void ShapeProgram::lay_pose_multipliers(const StageModel& model) {
+  const VectorXd pose = pose_basis_ * (model.C.middleCols(2 * shape_, pose_).transpose() * end_multiplier_);
+  Vector3d turn = pose.head<3>(), shift = pose.tail<3>();
+  for (int k = steps_; k > 0; --k) {
+    if (k < steps_) turn += (now_.position[at(k + 1)] - now_.position[at(k)]).cross(shift);
+    if (limit_model_[at(k)].any) {
+      turn += limit_model_[at(k)].turn;
+      shift += limit_model_[at(k)].shift;
+    }
+    pose_turn_[at(k)] = turn;
+    pose_shift_[at(k)] = shift;
+  }
 }
 
 const Merit* ShapeProgram::try_step(const StageStep& along, double length) {
+  const VectorXd& first = along.state[at(leads_)];
+  trial_.stretch = now_.stretch;
+  if (maneuver_.free_duration) trial_.stretch *= std::exp(length * first[tau()]);
   trial_.shape.front() = now_.shape.front();
+  if (maneuver_.periodic)
+    move_shape(system_, now_.shape.front(), length * (shape_basis_ * first.segment(copies(), shape_)), buffer_,
+               trial_.shape.front());
   for (int k = 0; k < steps_; ++k) {
-    const VectorXd& there = along.state[at(k + 1)];
+    const VectorXd& there = along.state[at(leads_ + k + 1)];
     move_shape(system_, now_.shape[at(k + 1)], length * (shape_basis_ * there.segment(shape_, shape_)), buffer_,
                trial_.shape[at(k + 1)]);
     // the root's motion to first order
-    const Vector6d pose = pose_basis_ * along.state[at(k)].tail(pose_);
-    const Vector6d change = pose_basis_ * there.tail(pose_) - pose;
+    const Vector6d pose = pose_basis_ * along.state[at(leads_ + k)].segment(2 * shape_, pose_);
+    const Vector6d change = pose_basis_ * there.segment(2 * shape_, pose_) - pose;
     const ShapeStep& from = now_.step[at(k)];
     ShapeStep& to = trial_.step[at(k)];
     const Vector3d moved = change.tail<3>() - pose.head<3>().cross(from.interval.displacement);
     to.root_turn =
         from.root_turn * lie::cayley(0.5 * length * (from.interval.next_rotation[0].transpose() * change.head<3>()));
     to.root_shift = from.root_shift + length * (from.interval.rotation[0].transpose() * moved);
-    to.momentum_inverse = from.momentum_inverse;
+    to.momentum_inverse = (trial_.stretch / now_.stretch) * from.momentum_inverse;
   }
   return roll_out(trial_) ? &trial_.merit : nullptr;
 }
 
 VectorXd ShapeProgram::idle_multiplier(const StageStep& step, int k) const {
-  return -(next_by_idle_[at(k)].transpose() * step.costate[at(k + 1)]);
+  return -(next_by_idle_[at(k)].transpose() * step.costate[at(leads_ + k + 1)]);
 }
 
 void ShapeProgram::take_multipliers(const StageStep& step, double length) {
@@ -313,7 +565,10 @@ double ShapeProgram::longest(const StageStep& step) const {
   double turn = 0.0;
   for (std::size_t k = 1; k < step.state.size(); ++k)
     turn = std::max(turn, step.state[k].segment(shape_, shape_).lpNorm<Eigen::Infinity>());
-  return turn > longest_turn ? longest_turn / turn : 1.0;
+  const double length = turn > longest_turn ? longest_turn / turn : 1.0;
+  if (!maneuver_.free_duration) return length;
+  const double stretch = std::abs(step.state[at(leads_)][tau()]);
+  return stretch * length > longest_stretch ? longest_stretch / stretch : length;
 }
 
 double ShapeProgram::goal_error() const {
@@ -322,6 +577,41 @@ double ShapeProgram::goal_error() const {
     if (end_rows_[r].kind != EndRow::Kind::moment)
       error = std::max(error, std::abs(now_.end_rows[static_cast<Eigen::Index>(r)]));
   return error;
+}
+
+std::string ShapeProgram::largest_miss() const {
+  if (end_rows_.empty()) return "";
+  Eigen::Index worst = 0;
+  const double value = now_.end_rows.cwiseAbs().maxCoeff(&worst);
+  if (value < worth_telling) return "";
+  const EndRow& row = end_rows_[at(static_cast<int>(worst))];
+  const std::string size = in_words(value);
+  const std::string axis = " e_" + std::to_string(row.component + 1);
+  switch (row.kind) {
+    case EndRow::Kind::position:
+      return "goal.move along" + axis + " is missed by " + size + " m";
+    case EndRow::Kind::moment:
+      return "an unactuated joint would need a moment of " + size + " N m to end as asked";
+    case EndRow::Kind::closure:
+      return "the shape of " + system_.body(row.index).name + " does not close by " + size + " rad";
+    case EndRow::Kind::orientation:
+    case EndRow::Kind::shape:
+      break;
+  }
+  return "the end attitude of " + system_.body(row.index).name + " is missed by " + size + " rad";
+}
+
+std::string ShapeProgram::largest_violation() const {
+  if (limits_.empty()) return "";
+  const LimitError worst = worst_limit();
+  if (worst.value < worth_telling || worst.row < 0) return "";
+  const LimitRow& row = limits_.rows()[at(worst.row)];
+  std::string who;
+  if (row.joint >= 0) who = " at joint " + system_.joint(row.joint).name;
+  if (row.body >= 0) who = " of " + system_.body(row.body).name;
+  if (row.other_body >= 0) who += " and " + system_.body(row.other_body).name;
+  return row.key + who + " cannot be kept: broken by " + in_words(worst.value * row.unit) + " " + row.unit_name() +
+         " at " + in_words(worst.node * h_ * now_.stretch) + " s";
 }
 
 }  // namespace lamprey::maneuver

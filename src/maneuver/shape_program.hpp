@@ -1,9 +1,11 @@
 // A maneuver in the shapes of its nodes alone (chapter 9): total momentum zero fixes the root's motion, inverse dynamics the
 // moments, so that every point of the search is a motion of the swimmer and only the goal remains to be met. As an optimizer::StageProgram: state s_k = (shape k − 1, shape k, root's turn ρ and position χ in the
-// world), input = moments along the joints' actuation at node k.
+// world), input = moments along the joints' actuation at node k. A free duration adds its logarithm τ to the state, a
+// periodic motion its first two shapes; stages before the first step set them (chapter 10).
 #pragma once
 
 #include "maneuver/end_rows.hpp"
+#include "maneuver/limit_terms.hpp"
 #include "maneuver/moment_basis.hpp"
 #include "maneuver/node_path.hpp"
 #include "optimizer/stage_program.hpp"
@@ -14,11 +16,26 @@ class ShapeProgram : public optimizer::StageProgram {
  public:
   /// Start must carry no total momentum. Control is free at each node.
   ShapeProgram(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
-               std::vector<EndRow> end_rows);
+               std::vector<EndRow> end_rows, std::vector<LimitRow> limits = {});
 
   /// Goes to a motion: its shapes and, as a first guess, its root's motion. Returns false where none is found.
   bool go_to(const NodePath& path);
   NodePath path() const;
+  double duration() const { return h_ * now_.stretch * steps_; }
+  /// Starts from another duration, where it is free. Before go_to.
+  void take_duration(double duration) { now_.stretch = duration / (h_ * steps_); }
+  /// The cost by its rule, without what limits add.
+  double cost() const { return now_.cost; }
+
+  /// Takes over limits' multipliers, of any grid; empty ones before a first search. Before go_to.
+  void take_limit_multipliers(const LimitMultipliers& multipliers) { limit_start_ = multipliers; }
+  const LimitMultipliers& limit_multipliers() const { return limits_.multipliers(); }
+  LimitError worst_limit() const { return limits_.error(now_.limit_value); }
+  const std::vector<LimitRow>& limit_rows() const { return limits_.rows(); }
+  /// The end row that is missed most, in words; empty where the goal is met.
+  std::string largest_miss() const;
+  /// The limit that is broken most, in words; empty where all are kept.
+  std::string largest_violation() const;
 
   optimizer::StageSizes sizes() const override;
   const optimizer::Merit& merit() const override { return now_.merit; }
@@ -29,10 +46,15 @@ class ShapeProgram : public optimizer::StageProgram {
   void take_multipliers(const optimizer::StageStep& step, double length) override;
   double longest(const optimizer::StageStep& step) const override;
   double goal_error() const override;
+  double drift() const override { return momentum_left(now_.step, now_.rotation, now_.position); }
+  bool limited() const override { return !limits_.empty(); }
+  double limit_error() const override { return limits_.empty() ? 0.0 : worst_limit().value; }
+  void renew_limits() override;
 
  private:
   // A motion through given shapes.
   struct Motion {
+    double stretch = 1.0;                        // of the time step, exp(τ)
     std::vector<mechanics::Rotations> shape;     // [N + 1][bodies] seen from the root
     std::vector<mechanics::Rotations> rotation;  // [N + 1][bodies] body → world
     mechanics::Vectors position;                 // [N + 1] m, root, world
@@ -40,26 +62,46 @@ class ShapeProgram : public optimizer::StageProgram {
     std::vector<MatrixXd> impulse;               // [N + 1][f][f] impulse along the coordinates by moments, N m s/(N m)
     std::vector<VectorXd> moment;                // [N + 1][f] N m by inverse dynamics: actuated ones, then idle ones
     VectorXd end_rows;
+    MatrixXd limit_value;  // [limits][N + 1]
+    double cost = 0.0;     // by its rule alone
     optimizer::Merit merit;
   };
   // A node's part in the model.
   struct NodeModel {
     MatrixXd control_by_shape;  // [controls][f] second derivative of the Lagrangian by controls and shape
     VectorXd multiplier;        // [f] of the balance of impulses at the node
+    VectorXd by_control;        // [controls] derivative of the cost, limits included
+    MatrixXd by_control_twice;  // [controls] squared
     mechanics::Moments control;
   };
 
   bool roll_out(Motion& motion);
   void measure(Motion& motion);
-  void impulse_by_moments(const mechanics::Rotations& rotation, int node, MatrixXd& impulse);
+  void impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse);
   void model_node(int k, NodeModel& node);
+  void model_controls(int k, NodeModel& node);
+  void add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q, VectorXd& q) const;
+  void carry_on(int k, optimizer::Stage& stage) const;
+  void add_limit_models(optimizer::StageModel& model) const;
   void model_step(int k, const NodeModel& node, const NodeModel& next, const Eigen::Vector3d& turn,
                   const Eigen::Vector3d& shift, optimizer::StageModel& model);
   void model_stage(int k, const NodeModel& node, optimizer::Stage& stage);
+  void model_first_shapes(optimizer::Stage& stage);
+  void model_leads(optimizer::StageModel& model) const;
   void model_end(const NodeModel& node, optimizer::StageModel& model) const;
   void model_goal(optimizer::StageModel& model) const;
+  void model_limits();
+  void lay_pose_multipliers(const optimizer::StageModel& model);
+  LimitedNode limited_node(const Motion& motion, int k) const;
+  void add_limits(Motion& motion);
   VectorXd idle_multiplier(const optimizer::StageStep& step, int k) const;
-  double impulse_time(int node) const { return node == 0 || node == steps_ ? 0.5 * h_ : h_; }
+  double impulse_time(const Motion& motion, int node) const {
+    return (node == 0 || node == steps_ ? 0.5 : 1.0) * h_ * motion.stretch;
+  }
+  double node_weight(const Motion& motion, int node) const { return maneuver_.node_weight[node] * motion.stretch; }
+  int tau() const { return 2 * shape_ + pose_; }                               // its place in a state
+  int copies() const { return tau() + (maneuver_.free_duration ? 1 : 0); }     // likewise of the first two shapes
+  int states() const { return copies() + (maneuver_.periodic ? 2 * shape_ : 0); }
   int idle() const { return shape_ - controls_; }
 
   const model::System& system_;
@@ -67,16 +109,24 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<EndRow> end_rows_;
   MatrixXd shape_basis_, pose_basis_;  // [shape_size][f], [6][p]
   int steps_, shape_, pose_, controls_;
+  int leads_;  // stages before the first step
   double h_;
   ShapeKernel kernel_;
   MomentBasis moments_;
+  LimitTerms limits_;
+  std::optional<LimitMultipliers> limit_start_;  // for the next go_to
+  std::vector<LimitModel> limit_model_;          // [N + 1]
+  mechanics::Vectors pose_turn_, pose_shift_;    // [N + 1] multipliers of the root's pose at the nodes, world
   Motion now_, trial_;
+  VectorXd start_impulse_;  // [f] momentum along the shape's coordinates that the start brings
   VectorXd end_multiplier_;
   std::vector<VectorXd> idle_multiplier_;  // [N][idle]
   std::vector<MatrixXd> next_by_idle_;     // [N][n][idle] next state by idle moments
   double metric_scale_ = 1.0;              // N m, what moments are like
   mechanics::Interval buffer_;
   ShapeTangent before_, after_;
+  MatrixXd first_minus_;  // [f][2 f] of the first step
+  NodeModel first_node_;  // of periodic motions
   MatrixXd hessian_;
 };
 

@@ -113,12 +113,15 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
                         balance_.momenta.impulse[at(i)].lpNorm<Eigen::Infinity>()});
     const double residual = missed.lpNorm<Eigen::Infinity>();
     if (!std::isfinite(residual)) return false;
-    const double noise = round_off * inertia_ / time_step;
+    const double noise = round_off * inertia_ / std::abs(time_step);
     if (residual <= settled * scale || (residual <= noise && residual >= 0.5 * before)) {
       step.minus.resize(shape_);
       step.plus.resize(shape_);
       project(balance_.minus, step.minus);
       project(balance_.plus, step.plus);
+      step.momentum = missed;
+      step.largest_momentum = 0.0;
+      for (const Vector3d& own : balance_.minus) step.largest_momentum = std::max(step.largest_momentum, own.norm());
       return true;
     }
     if (step.momentum_inverse.isZero(0.0) || (residual > slow * before && !renewed)) {
@@ -272,6 +275,19 @@ void ShapeKernel::curvature(double time_step, const mechanics::Moments& control,
   coupling.noalias() -= hat(m.shift) * R * by_shift;
   hessian.topRightCorner(2 * shape_, 3) = coupling.transpose();
   hessian.bottomRightCorner<3, 3>() = lie::double_cross(m.shift, shift);
+}
+
+double momentum_left(const std::vector<ShapeStep>& steps, const std::vector<Rotations>& rotation,
+                     const mechanics::Vectors& position) {
+  double left = 0.0, scale = 0.0;
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    const Matrix3d& R = rotation[k][0];
+    const Vector3d linear = R * steps[k].momentum.tail<3>();
+    const Vector3d angular = R * steps[k].momentum.head<3>() + position[k].cross(linear);
+    left = std::max({left, linear.norm(), angular.norm()});
+    scale = std::max(scale, steps[k].largest_momentum);
+  }
+  return left == 0.0 ? 0.0 : left / scale;
 }
 
 void move_shape(const System& system, const Rotations& shape, const VectorXd& along, mechanics::Interval& buffer,

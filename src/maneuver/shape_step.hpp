@@ -40,6 +40,8 @@ struct ShapeStep {
   mechanics::Interval interval;                  // updated, world
   VectorXd minus;                                // [f] E⁻ along the coordinates at its beginning without controls
   VectorXd plus;                                 // [f] E⁺ at its end
+  Vector6d momentum = Vector6d::Zero();          // total, about the root's mass centre, seen from the root: round-off
+  double largest_momentum = 0.0;                 // |E⁻| of any body
   explicit ShapeStep(const model::System& system);
 };
 
@@ -111,6 +113,11 @@ class ShapeKernel {
   MatrixXd left_left_, turn_right_;  // [shape_size] squared, [3][shape_size]
   MatrixXd full_, map_, half_;
 };
+
+/// Largest total momentum of a motion's solved steps, linear or angular about the world's origin, against the largest
+/// momentum of any body; rotations and positions at the steps' beginnings.
+double momentum_left(const std::vector<ShapeStep>& steps, const std::vector<mechanics::Rotations>& rotation,
+                     const mechanics::Vectors& position);
 
 /// Moves a shape along all its coordinates, [shape_size]; rotations seen from the root.
 void move_shape(const model::System& system, const mechanics::Rotations& shape, const VectorXd& along,

@@ -13,6 +13,7 @@ namespace lamprey::maneuver {
 
 namespace {
 
+using integrator::exerted;
 using integrator::March;
 using integrator::State;
 using integrator::StepReport;
@@ -21,16 +22,6 @@ using model::System;
 
 constexpr int most_halvings = 12;    // of a step that is divided
 constexpr int probed_halvings = 20;  // of a step that failed, to say what would have worked
-
-// The share of the moments that the joints can exert.
-mechanics::Moments exerted(const System& system, mechanics::Moments u) {
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const auto& actuation = system.joint(j).actuation;
-    Vector3d& moment = u[at(j)];
-    moment = actuation * (actuation.transpose() * moment);
-  }
-  return u;
-}
 
 bool finite(const State& state) {
   bool all = state.position.allFinite() && state.momentum.allFinite();
@@ -45,25 +36,53 @@ struct Span {
   double at(double fraction) const { return fraction == 1.0 ? end : begin + fraction * (end - begin); }
 };
 
-// Steps of a scheme under moments that run through time.
+integrator::ReferenceState measured(const System& system, const State& state) {
+  return {state.rotation, state.position, integrator::velocity_of_state(system, state)};
+}
+
+// Steps of a scheme under moments that run through time, or under a controller that answers the state.
 class ControlledMarch {
  public:
-  ControlledMarch(const System& system, Scheme scheme, const ControlFunction& control)
-      : system_(system), march_(system, scheme), control_(control), sample_(march_.nodes().size()) {}
+  ControlledMarch(const System& system, Scheme scheme, const ControlFunction& control,
+                  const integrator::StateControl& feedback)
+      : system_(system),
+        march_(system, scheme),
+        control_(control),
+        feedback_(feedback),
+        sample_(march_.nodes().size()) {}
 
   /// One step of the scheme; on failure the state is left as it was.
   StepReport advance(const Span& span, double time_step, State& state, const integrator::StageWitness& witness = {}) {
     for (std::size_t s = 0; s < sample_.size(); ++s)
       sample_[s] = exerted(system_, control_(span.at(march_.nodes()[s])));
+    if (feedback_) sample_.front() = moments(span.begin, state);
     saved_ = state;
+    std::size_t stage = 0;
+    integrator::StageWitness settle;
+    if (feedback_)
+      settle = [&](const mechanics::Interval& interval, State& reached) {
+        const double length = time_step * (march_.nodes()[stage + 1] - march_.nodes()[stage]);
+        ++stage;
+        sample_[stage] = integrator::settled_moments(system_, feedback_, span.at(march_.nodes()[stage]), length,
+                                                     sample_[stage], reached);
+        if (witness) witness(interval, reached);
+      };
     StepReport report = march_.advance(
-        time_step, [&](int node) -> const mechanics::Moments& { return sample_[at(node)]; }, state, witness);
+        time_step, [&](int node) -> const mechanics::Moments& { return sample_[at(node)]; }, state,
+        feedback_ ? settle : witness);
     if (report.converged && !finite(state)) {
       report.converged = false;
       state = saved_;
     }
     return report;
   }
+
+  /// Moments at a time and a state.
+  mechanics::Moments moments(double time, const State& state) const {
+    return exerted(system_, feedback_ ? feedback_(time, measured(system_, state)) : control_(time));
+  }
+  /// Moments at a stage's node of the latest step.
+  const mechanics::Moments& sample(std::size_t node) const { return sample_[node]; }
 
   void restart() { march_.restart(); }
   const std::vector<double>& nodes() const { return march_.nodes(); }
@@ -72,59 +91,69 @@ class ControlledMarch {
   const System& system_;
   March march_;
   const ControlFunction& control_;
+  const integrator::StateControl& feedback_;
   std::vector<mechanics::Moments> sample_;  // [stages + 1] of the latest step
   State saved_;
 };
 
-// Where the bodies stand at a scheme's stages within a step: moments along joints' axes become vectors there.
-class StageRotations {
+// Where the bodies stand at a scheme's stages within a step, and the moments there: along joints' axes they become
+// vectors where the axes stand.
+class StageNodes {
  public:
-  explicit StageRotations(const std::vector<double>& nodes)
-      : nodes_(nodes), rotation_(nodes.size()), passed_(nodes.size()) {}
+  struct Node {
+    mechanics::Rotations rotation;
+    mechanics::Moments moments;
+  };
+  explicit StageNodes(const std::vector<double>& nodes) : nodes_(nodes), kept_(nodes.size()), passed_(nodes.size()) {}
 
-  void begin(const mechanics::Rotations& R) {
+  void begin(const Node& node) {
     distance_.assign(nodes_.size(), std::numeric_limits<double>::infinity());
-    take(0.0, R);
+    take(0.0, node);
   }
-  /// Told of the rotations after each stage of a part of the step that may yet fail.
-  void pass(std::size_t stage, const mechanics::Rotations& R) { passed_[stage] = R; }
+  /// Told of the node after each stage of a part of the step that may yet fail.
+  void pass(std::size_t stage, const Node& node) { passed_[stage] = node; }
   /// The part, one of `parts`, has not failed.
   void commit(int part, int parts) {
     for (std::size_t s = 1; s < nodes_.size(); ++s) take((part + nodes_[s]) / parts, passed_[s]);
   }
-  const mechanics::Rotations& at_node(std::size_t s) const { return rotation_[s]; }
+  const Node& at_node(std::size_t s) const { return kept_[s]; }
 
  private:
-  // Each node keeps the rotations nearest to it, which are its own in a whole step.
-  void take(double fraction, const mechanics::Rotations& R) {
+  // Each node keeps what is nearest to it, which is its own in a whole step.
+  void take(double fraction, const Node& node) {
     for (std::size_t s = 0; s < nodes_.size(); ++s) {
       const double distance = std::abs(fraction - nodes_[s]);
       if (distance >= distance_[s]) continue;
       distance_[s] = distance;
-      rotation_[s] = R;
+      kept_[s] = node;
     }
   }
 
   const std::vector<double>& nodes_;
-  std::vector<double> distance_;                // of rotation_, in steps
-  std::vector<mechanics::Rotations> rotation_;  // [stages + 1]
-  std::vector<mechanics::Rotations> passed_;    // [stages + 1] of the present part
+  std::vector<double> distance_;  // of kept_, in steps
+  std::vector<Node> kept_;        // [stages + 1]
+  std::vector<Node> passed_;      // [stages + 1] of the present part
 };
 
 class Simulation {
  public:
-  Simulation(const System& system, const Problem& problem, const ControlFunction& control)
+  Simulation(const System& system, const Problem& problem, const ControlFunction& control,
+             const integrator::StateControl& feedback)
       : system_(system),
         scheme_(problem.scheme),
         control_(control),
+        feedback_(feedback),
         h_(problem.time_step()),
-        march_(system, problem.scheme, control),
+        march_(system, problem.scheme, control, feedback),
         stages_(march_.nodes()) {}
+
+  /// Moments at a time and a state.
+  mechanics::Moments moments(double time, const State& state) const { return march_.moments(time, state); }
 
   /// Step k, whole or, if allowed, in pieces; on failure the state is where it last was.
   bool advance(int k, bool adaptive, State& state, Solution& solution) {
     const Span span{k * h_, (k + 1) * h_};
-    if (keeps_stages()) stages_.begin(state.rotation);
+    if (keeps_stages()) stages_.begin({state.rotation, moments(span.begin, state)});
     const bool done = advance_part(span, 0, 1, state) || (adaptive && advance_in_pieces(span, state, solution.divided));
     if (done && keeps_stages()) append_stages(span, solution);
     return done;
@@ -163,7 +192,10 @@ class Simulation {
     std::size_t stage = 0;
     integrator::StageWitness witness;
     if (keeps_stages())
-      witness = [&](const mechanics::Interval&, const State& reached) { stages_.pass(++stage, reached.rotation); };
+      witness = [&](const mechanics::Interval&, const State& reached) {
+        ++stage;
+        stages_.pass(stage, {reached.rotation, march_.sample(stage)});
+      };
     const StepReport report = march_.advance(span, length, state, witness);
     if (report.converged && keeps_stages()) stages_.commit(part, pieces);
     if (report.converged) return true;
@@ -202,14 +234,16 @@ class Simulation {
     std::vector<Vectors> moments;
     for (std::size_t s = 0; s < march_.nodes().size(); ++s) {
       times.push_back(span.at(march_.nodes()[s]));
-      moments.push_back(mechanics::applied_moments(system_, stages_.at_node(s), exerted(system_, control_(times[s]))));
+      const StageNodes::Node& node = stages_.at_node(s);
+      const mechanics::Moments u = feedback_ ? node.moments : exerted(system_, control_(times[s]));
+      moments.push_back(mechanics::applied_moments(system_, node.rotation, u));
     }
     solution.stage_time.push_back(times);
     solution.control_stages.push_back(moments);
   }
 
   double largest_working_step(const State& state) const {
-    ControlledMarch probe(system_, scheme_, control_);
+    ControlledMarch probe(system_, scheme_, control_, feedback_);
     double length = failed_step_;
     for (int n = 0; n < probed_halvings; ++n) {
       length *= 0.5;
@@ -223,9 +257,10 @@ class Simulation {
   const System& system_;
   Scheme scheme_;
   const ControlFunction& control_;
+  const integrator::StateControl& feedback_;
   double h_;  // s, of whole steps
   ControlledMarch march_;
-  StageRotations stages_;
+  StageNodes stages_;
   StepReport report_;         // of the part that failed last
   Span failed_{0.0, 0.0};     // its time
   double failed_step_ = 0.0;  // s, its length
@@ -288,9 +323,9 @@ Solution simulate(const System& system, const Problem& problem, const ControlFun
   solution.cost = std::numeric_limits<double>::quiet_NaN();
   const double h = problem.time_step();
   State state = start_state(system, problem.start);
-  Simulation simulation(system, problem, control);
+  Simulation simulation(system, problem, control, options.feedback);
   const auto append = [&](double time) {
-    append_node(system, time, state, exerted(system, control(time)), solution);
+    append_node(system, time, state, simulation.moments(time, state), solution);
     return std::isfinite(solution.linear_velocity.back().sum());
   };
   const auto stop = [&](Status status, const std::string& message) {
@@ -320,6 +355,44 @@ Solution simulate(const System& system, const Problem& problem, const ControlFun
 Solution simulate(const System& system, const Problem& problem, const ControlFunction& control,
                   const std::function<bool()>& interrupted) {
   return simulate(system, problem, control, SimulateOptions{.adaptive = false, .interrupted = interrupted});
+}
+
+Solution simulate_by_reference(const System& system, const Problem& problem, const ControlFunction& control,
+                               const SimulateOptions& options, double tolerance) {
+  Solution solution;
+  solution.status = Status::simulated;
+  solution.cost = std::numeric_limits<double>::quiet_NaN();
+  solution.marched_by = integrator::reference_scheme(tolerance);
+  const integrator::StateControl applied = [&](double time, const integrator::ReferenceState& state) {
+    return exerted(system, options.feedback ? options.feedback(time, state) : control(time));
+  };
+  integrator::ReferenceIntegrator integrator(system, applied, tolerance);
+  const double h = problem.time_step();
+  integrator::ReferenceState state = measured(system, start_state(system, problem.start));
+  const auto append = [&](double time) {
+    append_node(system, time, integrator::state_of_velocity(system, state.rotation, state.position, state.velocity),
+                applied(time, state), solution);
+  };
+  append(0.0);
+  for (int k = 0; k < problem.steps; ++k) {
+    std::ostringstream time;
+    time << "t = " << k * h << " s";
+    if (options.interrupted && options.interrupted()) {
+      solution.status = Status::interrupted;
+      solution.message = "Interrupted at " + time.str() + ".";
+      return solution;
+    }
+    if (!integrator.advance(k * h, (k + 1) * h, state)) {
+      solution.status = Status::stalled;
+      solution.message = "the reference integrator finds no way on from " + time.str() +
+                         ": its steps fall to nothing or numbers leave the finite; look at the moments and the joints' "
+                         "angles at that time";
+      return solution;
+    }
+    append((k + 1) * h);
+  }
+  solution.message = "Marched by " + solution.marched_by + ".";
+  return solution;
 }
 
 }  // namespace lamprey::maneuver

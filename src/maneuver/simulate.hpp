@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "integrator/feedback_law.hpp"
 #include "maneuver/problem.hpp"
 #include "maneuver/solution.hpp"
 #include "mechanics/continuous.hpp"
@@ -28,6 +29,8 @@ ControlFunction stage_polynomials(const std::vector<double>& time, const std::ve
 struct SimulateOptions {
   bool adaptive = false;              // divide steps that do not converge
   std::function<bool()> interrupted;  // asked at every step; may be empty
+  /// A controller that answers the state, affine in the velocity, in place of the moments in time; may be empty.
+  integrator::StateControl feedback = {};
 };
 
 /// Marches from the problem's start by its scheme, duration and steps, the controls sampled at the nodes of all stages.
@@ -37,6 +40,11 @@ struct SimulateOptions {
 /// from there, and the arrays hold the nodes before it.
 Solution simulate(const model::System& system, const Problem& problem, const ControlFunction& control,
                   const SimulateOptions& options);
+
+/// The same by the reference integrator of the continuous equations in place of the problem's scheme, whose steps are the
+/// nodes of the result; nothing is divided. `tolerance`: of ReferenceIntegrator.
+Solution simulate_by_reference(const model::System& system, const Problem& problem, const ControlFunction& control,
+                               const SimulateOptions& options, double tolerance = 1e-12);
 
 /// The same without dividing steps.
 Solution simulate(const model::System& system, const Problem& problem, const ControlFunction& control,

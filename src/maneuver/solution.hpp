@@ -1,6 +1,8 @@
 // Solution: a motion and how it was found, in the words and shapes of solution.json.
 #pragma once
 
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,7 @@ struct SolverIteration {
   double goal_error = 0.0;
   double kkt = 0.0;
   double step = 0.0;
+  double momentum = std::numeric_limits<double>::quiet_NaN();  // largest total momentum of the iterate / its scale
 };
 
 struct SolverRecord {
@@ -53,6 +56,34 @@ struct DividedSteps {
   double smallest_step = 0.0;  // s, of the substeps
 };
 
+/// What a limit or a waypoint costs at the nodes: by how much the cost would fall for each unit that the limit gave way,
+/// density in time; of waypoints, at their node alone.
+struct LimitMultiplier {
+  std::string key;         // of the problem file
+  int joint = -1;          // index, −1: none
+  int body = -1;           // index, −1: none
+  int other_body = -1;     // the second of a pair
+  int component = -1;      // of a moment, a position or a turn; number of a sphere or half-space
+  bool upper = false;      // of two bounds the upper one
+  std::vector<double> multiplier;  // [N+1] (N m)² for each N m, rad, rad/s, m or s of the limit
+};
+
+/// How moments answer deviations from the motion: u = u* + K s, with s as integrator::deviation has it.
+struct Feedback {
+  std::vector<double> time;           // [M+1] s, from the motion's start to its end; gains run linearly between
+  std::vector<Eigen::MatrixXd> gain;  // [M+1][controls][2 velocity_count] N m by rad, m, rad/s, m/s; none: no feedback
+};
+
+/// How a march with feedback kept to the maneuver that it follows.
+struct Tracking {
+  std::string maneuver;                 // its name
+  double rotation_error = 0.0;          // rad, of a body, at the end
+  double position_error = 0.0;          // m, of the root's mass centre, at the end
+  double largest_rotation_error = 0.0;  // rad, at any node
+  double largest_position_error = 0.0;  // m, at any node
+  double largest_correction = 0.0;      // N m, of a joint's moment against the planned one, at any node
+};
+
 struct Solution {
   Status status = Status::stalled;
   std::string message;
@@ -67,6 +98,10 @@ struct Solution {
   MomentumHistory angular_momentum;                    // kg m²/s
   std::vector<std::vector<double>> stage_time;         // [N][s] s, nodes of a scheme's stages; above order 2 only
   std::vector<std::vector<Vectors>> control_stages;    // [N][s][joints] N m, on the parent, parent's frame at that time
+  std::vector<LimitMultiplier> limit_multipliers;      // of limits that hold somewhere
+  Feedback feedback;                                   // about the motion; of optimal ones
+  std::optional<Tracking> tracking;                    // of a march with feedback
+  std::string marched_by;                              // what marched in place of the scheme; empty: the scheme
   DividedSteps divided;                                // of a march that divides its steps
   SearchRecord search;                                 // starts = 0: no search was made
   SolverRecord solver;

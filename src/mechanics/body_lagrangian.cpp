@@ -30,7 +30,10 @@ void for_each_node(const Quadrature& weights, const BodyStep& step, const Functi
 }
 
 // ż = ½ (I + ẑ + zzᵀ) c: change of the Cayley vector z when cayley(z) turns by c on its right.
-Vector3d cayley_rate(const Vector3d& z, const Vector3d& c) { return 0.5 * (c + z.cross(c) + z * z.dot(c)); }
+template <typename V>
+V cayley_rate(const Vector3d& z, const V& c) {
+  return 0.5 * (c + cross(z, c) + along(dot(z, c), z));
+}
 
 // φ = vee(F) stands for hΩ in the coupling energy; its rates along constant turns, and transposed maps.
 struct Spin {
@@ -38,14 +41,26 @@ struct Spin {
   const Matrix3d& F;
   Vector3d value;
   double trace;
-  Vector3d rate(const Vector3d& a) const { return 0.5 * (trace * a - F.transpose() * a); }
-  Vector3d second_rate(const Vector3d& a1, const Vector3d& a2) const {
-    return -value.dot(a2) * a1 + 0.5 * a2.cross(F.transpose() * a1);
+  template <typename V>
+  V rate(const V& a) const {
+    return 0.5 * (trace * a - Matrix3d(F.transpose()) * a);
   }
-  Vector3d pull(const Vector3d& p) const { return 0.5 * (trace * p - F * p); }
-  Vector3d pull_rate(const Vector3d& a, const Vector3d& p) const { return -value.dot(a) * p - 0.5 * (F * a.cross(p)); }
-  Vector3d pull_second_rate(const Vector3d& a1, const Vector3d& a2, const Vector3d& p) const {
-    return -rate(a2).dot(a1) * p - 0.5 * (F * a2.cross(a1.cross(p)));
+  template <typename V>
+  V second_rate(const Vector3d& a1, const V& a2) const {
+    return along(-dot(value, a2), a1) + 0.5 * cross(a2, Vector3d(F.transpose() * a1));
+  }
+  template <typename V>
+  V pull(const V& p) const {
+    return 0.5 * (trace * p - F * p);
+  }
+  template <typename V, typename W>
+  auto pull_rate(const V& a, const W& p) const {
+    const auto turned = cross(a, p);
+    return decltype(turned)(along(-dot(value, a), p) - 0.5 * (F * turned));
+  }
+  template <typename V>
+  V pull_second_rate(const Vector3d& a1, const V& a2, const Vector3d& p) const {
+    return along(-dot(a1, rate(a2)), p) - 0.5 * (F * cross(a2, Vector3d(a1.cross(p))));
   }
 };
 
@@ -122,7 +137,7 @@ BodyGradient BodyLagrangian::gradient(const BodyStep& step) const {
       result.shift += node.G * p;
       mean += node.weight * y;
     });
-    if (coupled_) result.turn += spin.pull(C_.transpose() * mean);
+    if (coupled_) result.turn += spin.pull(Vector3d(C_.transpose() * mean));
   }
   if (trace_form_) {  // J' = J − d̂ M d̂, and what s takes out
     result.turn += 2.0 * vee((*Jd_ - system_trace_weight_) * step.rotation_minus_identity);
@@ -195,126 +210,138 @@ BodyHessian BodyLagrangian::hessian(const BodyStep& step) const {
   return H;
 }
 
-BodyGradient BodyLagrangian::gradient_rate(const BodyStep& step, const BodyDirection& along) const {
+template <typename V>
+TurnAndShift<V> BodyLagrangian::gradient_rate(const BodyStep& step, const TurnAndShift<V>& direction) const {
+  const V& a = direction.turn;
+  const V& b = direction.shift;
   const Matrix3d& F = step.rotation;
-  const Vector3d& a = along.turn;
-  const Matrix3d X = *Jd_ * F;
-  BodyGradient rate{X.trace() * a - X.transpose() * a, Vector3d::Zero()};
+  const Matrix3d Ft = F.transpose();
+  const Matrix3d Xt = Ft * *Jd_;
+  V by_turn = Xt.trace() * a - Xt * a;
   if (plain()) {
-    const Vector3d y = F.transpose() * step.shift;
+    const Vector3d y = Ft * step.shift;
     const Vector3d p = weights_.right * (M_ * y);
-    const Vector3d y_rate = y.cross(a) + F.transpose() * along.shift;
-    const Vector3d p_rate = weights_.right * (M_ * y_rate);
-    rate.turn += p_rate.cross(y) + p.cross(y_rate);
-    rate.shift = weights_.left * (M_ * along.shift) + F * (a.cross(p) + p_rate);
-    rate.turn *= rate_;
-    rate.shift *= rate_;
-    return rate;
+    const V y_rate = cross(y, a) + Ft * b;
+    const V p_rate = weights_.right * (M_ * y_rate);
+    by_turn += cross(p_rate, y) + cross(p, y_rate);
+    const V by_shift = weights_.left * (M_ * b) + F * V(cross(a, p) + p_rate);
+    return {rate_ * by_turn, rate_ * by_shift};
   }
   const Spin spin(F);
+  const Matrix3d Ct = C_.transpose();
   const Vector3d C_spin = coupled_ ? Vector3d(C_ * spin.value) : Vector3d(Vector3d::Zero());
-  const Vector3d C_spin_rate = coupled_ ? Vector3d(C_ * spin.rate(a)) : Vector3d(Vector3d::Zero());
+  const V C_spin_rate = coupled_ ? V(C_ * spin.rate(a)) : zero_direction<V>();
   Vector3d mean = Vector3d::Zero();
-  Vector3d mean_rate = Vector3d::Zero();
+  V mean_rate = zero_direction<V>(), by_shift = zero_direction<V>();
   for_each_node(weights_, step, [&](const Node& node) {
     const double k = node.weight;
-    const Vector3d c = node.N * a;
-    const Vector3d y = node.G.transpose() * step.shift;
-    const Vector3d y_rate = y.cross(c) + node.G.transpose() * along.shift;
+    const Matrix3d Gt = node.G.transpose();
+    const V c = node.N * a;
+    const Vector3d y = Gt * step.shift;
+    const V y_rate = cross(y, c) + Gt * b;
     const Vector3d p = k * (M_ * y + C_spin);
-    const Vector3d p_rate = k * (M_ * y_rate + C_spin_rate);
-    rate.shift += node.G * (c.cross(p) + p_rate);
-    rate.turn += node.N.transpose() * (p_rate.cross(y) + p.cross(y_rate));
-    if (node.middle) rate.turn += 0.5 * p.cross(y).cross(cayley_rate(node.quarter, c));
+    const V p_rate = k * (M_ * y_rate + C_spin_rate);
+    by_shift += node.G * V(cross(c, p) + p_rate);
+    by_turn += Matrix3d(node.N.transpose()) * V(cross(p_rate, y) + cross(p, y_rate));
+    if (node.middle) by_turn += 0.5 * cross(Vector3d(p.cross(y)), cayley_rate(node.quarter, c));
     mean += k * y;
     mean_rate += k * y_rate;
   });
-  if (coupled_) rate.turn += spin.pull_rate(a, C_.transpose() * mean) + spin.pull(C_.transpose() * mean_rate);
+  if (coupled_) by_turn += spin.pull_rate(a, Vector3d(Ct * mean)) + spin.pull(V(Ct * mean_rate));
   if (trace_form_) {
-    const Vector3d q = F.transpose() * (M_ * (step.rotation_minus_identity * arm_));
-    const Vector3d q_rate = q.cross(a) + F.transpose() * (M_ * (F * a.cross(arm_)));
-    rate.turn -= arm_.cross(q_rate);
+    const Vector3d q = Ft * (M_ * (step.rotation_minus_identity * arm_));
+    const V turned = F * cross(a, arm_);
+    by_turn -= cross(arm_, V(cross(q, a) + Ft * V(M_ * turned)));
   }
-  rate.turn *= rate_;
-  rate.shift *= rate_;
-  return rate;
+  return {rate_ * by_turn, rate_ * by_shift};
 }
 
-BodyGradient BodyLagrangian::gradient_second_rate(const BodyStep& step, const BodyDirection& first,
-                                                  const BodyDirection& second) const {
+template <typename V>
+TurnAndShift<V> BodyLagrangian::gradient_second_rate(const BodyStep& step, const BodyDirection& first,
+                                                     const TurnAndShift<V>& second) const {
   const Matrix3d& F = step.rotation;
+  const Matrix3d Ft = F.transpose();
   const Vector3d& a1 = first.turn;
-  const Vector3d& a2 = second.turn;
+  const V& a2 = second.turn;
+  const V& b2 = second.shift;
   const Matrix3d X = *Jd_ * F;
-  BodyGradient rate{-2.0 * vee(X).dot(a2) * a1 + a2.cross(X.transpose() * a1), Vector3d::Zero()};
+  V by_turn = along(-2.0 * dot(vee(X), a2), a1) + cross(a2, Vector3d(X.transpose() * a1));
   if (plain()) {
     const double k = weights_.right;
-    const Vector3d y = F.transpose() * step.shift;
-    const Vector3d seen_1 = F.transpose() * first.shift;
+    const Vector3d y = Ft * step.shift;
+    const Vector3d seen_1 = Ft * first.shift;
     const Vector3d y_1 = y.cross(a1) + seen_1;
-    const Vector3d y_2 = y.cross(a2) + F.transpose() * second.shift;
-    const Vector3d y_12 = y_2.cross(a1) - a2.cross(seen_1);
-    const Vector3d p = k * (M_ * y), p_1 = k * (M_ * y_1), p_2 = k * (M_ * y_2), p_12 = k * (M_ * y_12);
-    rate.shift = rate_ * (F * (a2.cross(a1.cross(p) + p_1) + a1.cross(p_2) + p_12));
-    rate.turn += p_12.cross(y) + p_1.cross(y_2) + p_2.cross(y_1) + p.cross(y_12);
-    rate.turn *= rate_;
-    return rate;
+    const V y_2 = cross(y, a2) + Ft * b2;
+    const V y_12 = cross(y_2, a1) - cross(a2, seen_1);
+    const Vector3d p = k * (M_ * y), p_1 = k * (M_ * y_1);
+    const V p_2 = k * (M_ * y_2), p_12 = k * (M_ * y_12);
+    const V by_shift = F * V(cross(a2, Vector3d(a1.cross(p) + p_1)) + cross(a1, p_2) + p_12);
+    by_turn += cross(p_12, y) + cross(p_1, y_2) + cross(p_2, y_1) + cross(p, y_12);
+    return {rate_ * by_turn, rate_ * by_shift};
   }
   const Spin spin(F);
-  const auto coupling = [&](const Vector3d& v) { return coupled_ ? Vector3d(C_ * v) : Vector3d(Vector3d::Zero()); };
-  const Vector3d C_spin = coupling(spin.value);
-  const Vector3d C_spin_1 = coupling(spin.rate(a1));
-  const Vector3d C_spin_2 = coupling(spin.rate(a2));
-  const Vector3d C_spin_12 = coupling(spin.second_rate(a1, a2));
-  Vector3d mean = Vector3d::Zero(), mean_1 = Vector3d::Zero(), mean_2 = Vector3d::Zero(), mean_12 = Vector3d::Zero();
+  const Matrix3d Ct = C_.transpose();
+  const Vector3d none = Vector3d::Zero();
+  const V zero = zero_direction<V>();
+  const Vector3d C_spin = coupled_ ? Vector3d(C_ * spin.value) : none;
+  const Vector3d C_spin_1 = coupled_ ? Vector3d(C_ * spin.rate(a1)) : none;
+  const V C_spin_2 = coupled_ ? V(C_ * spin.rate(a2)) : zero;
+  const V C_spin_12 = coupled_ ? V(C_ * spin.second_rate(a1, a2)) : zero;
+  Vector3d mean = none, mean_1 = none;
+  V mean_2 = zero, mean_12 = zero, by_shift = zero;
   for_each_node(weights_, step, [&](const Node& node) {
     const double k = node.weight;
     const Matrix3d& N = node.N;
+    const Matrix3d Gt = node.G.transpose();
     const Vector3d& z = node.quarter;
     const Vector3d c1 = N * a1;
-    const Vector3d c2 = N * a2;
+    const V c2 = N * a2;
     // rates of N and of z, which are there half way alone
-    const Vector3d z_1 = node.middle ? cayley_rate(z, c1) : Vector3d(Vector3d::Zero());
-    const Vector3d z_2 = node.middle ? cayley_rate(z, c2) : Vector3d(Vector3d::Zero());
-    const Vector3d c_12 = 0.5 * z_2.cross(a1);
-    const Vector3d z_12 =
-        node.middle ? Vector3d(cayley_rate(z, c_12) + 0.5 * (z_2.cross(c1) + z_2 * z.dot(c1) + z * z_2.dot(c1)))
-                    : Vector3d(Vector3d::Zero());
-    const Vector3d y = node.G.transpose() * step.shift;
-    const Vector3d seen_1 = node.G.transpose() * first.shift;
+    const Vector3d z_1 = node.middle ? cayley_rate(z, c1) : none;
+    const V z_2 = node.middle ? cayley_rate(z, c2) : zero;
+    const V c_12 = 0.5 * cross(z_2, a1);
+    const V z_12 = node.middle
+                       ? V(cayley_rate(z, c_12) +
+                           0.5 * (cross(z_2, c1) + along(z.dot(c1), z_2) + along(dot(c1, z_2), z)))
+                       : zero;
+    const Vector3d y = Gt * step.shift;
+    const Vector3d seen_1 = Gt * first.shift;
     const Vector3d y_1 = y.cross(c1) + seen_1;
-    const Vector3d y_2 = y.cross(c2) + node.G.transpose() * second.shift;
-    const Vector3d y_12 = y_2.cross(c1) + y.cross(c_12) - c2.cross(seen_1);
-    const Vector3d p = k * (M_ * y + C_spin);
-    const Vector3d p_1 = k * (M_ * y_1 + C_spin_1);
-    const Vector3d p_2 = k * (M_ * y_2 + C_spin_2);
-    const Vector3d p_12 = k * (M_ * y_12 + C_spin_12);
-    rate.shift += node.G * (c2.cross(c1.cross(p) + p_1) + c_12.cross(p) + c1.cross(p_2) + p_12);
+    const V y_2 = cross(y, c2) + Gt * b2;
+    const V y_12 = cross(y_2, c1) + cross(y, c_12) - cross(c2, seen_1);
+    const Vector3d p = k * (M_ * y + C_spin), p_1 = k * (M_ * y_1 + C_spin_1);
+    const V p_2 = k * (M_ * y_2 + C_spin_2), p_12 = k * (M_ * y_12 + C_spin_12);
+    by_shift += node.G * V(cross(c2, Vector3d(c1.cross(p) + p_1)) + cross(c_12, p) + cross(c1, p_2) + p_12);
     const Vector3d q = p.cross(y);
     const Vector3d q_1 = p_1.cross(y) + p.cross(y_1);
-    const Vector3d q_2 = p_2.cross(y) + p.cross(y_2);
-    const Vector3d q_12 = p_12.cross(y) + p_1.cross(y_2) + p_2.cross(y_1) + p.cross(y_12);
-    rate.turn += N.transpose() * q_12 + 0.5 * (q.cross(z_12) + q_2.cross(z_1) + q_1.cross(z_2));
+    const V q_2 = cross(p_2, y) + cross(p, y_2);
+    const V q_12 = cross(p_12, y) + cross(p_1, y_2) + cross(p_2, y_1) + cross(p, y_12);
+    by_turn += Matrix3d(N.transpose()) * q_12 + 0.5 * (cross(q, z_12) + cross(q_2, z_1) + cross(q_1, z_2));
     mean += k * y;
     mean_1 += k * y_1;
     mean_2 += k * y_2;
     mean_12 += k * y_12;
   });
   if (coupled_)
-    rate.turn += spin.pull_second_rate(a1, a2, C_.transpose() * mean) + spin.pull_rate(a1, C_.transpose() * mean_2) +
-                 spin.pull_rate(a2, C_.transpose() * mean_1) + spin.pull(C_.transpose() * mean_12);
+    by_turn += spin.pull_second_rate(a1, a2, Vector3d(Ct * mean)) + spin.pull_rate(a1, V(Ct * mean_2)) +
+               spin.pull_rate(a2, Vector3d(Ct * mean_1)) + spin.pull(V(Ct * mean_12));
   if (trace_form_) {
-    const auto weighed = [&](const Vector3d& v) { return Vector3d(F.transpose() * (M_ * (F * v))); };
-    const Vector3d q = F.transpose() * (M_ * (step.rotation_minus_identity * arm_));
+    const Matrix3d weighed = Ft * M_ * F;
+    const Vector3d q = Ft * (M_ * (step.rotation_minus_identity * arm_));
     const Vector3d e1 = a1.cross(arm_);
-    const Vector3d q_2 = q.cross(a2) + weighed(a2.cross(arm_));
-    const Vector3d q_12 = q_2.cross(a1) + weighed(e1).cross(a2) + weighed(a2.cross(e1));
-    rate.turn -= arm_.cross(q_12);
+    const V q_2 = cross(q, a2) + weighed * cross(a2, arm_);
+    const V q_12 = cross(q_2, a1) + cross(Vector3d(weighed * e1), a2) + weighed * cross(a2, e1);
+    by_turn -= cross(arm_, q_12);
   }
-  rate.turn *= rate_;
-  rate.shift *= rate_;
-  return rate;
+  return {rate_ * by_turn, rate_ * by_shift};
 }
+
+template TurnAndShift<Vector3d> BodyLagrangian::gradient_rate(const BodyStep&, const TurnAndShift<Vector3d>&) const;
+template TurnAndShift<Four3> BodyLagrangian::gradient_rate(const BodyStep&, const TurnAndShift<Four3>&) const;
+template TurnAndShift<Vector3d> BodyLagrangian::gradient_second_rate(const BodyStep&, const BodyDirection&,
+                                                                     const TurnAndShift<Vector3d>&) const;
+template TurnAndShift<Four3> BodyLagrangian::gradient_second_rate(const BodyStep&, const BodyDirection&,
+                                                                  const TurnAndShift<Four3>&) const;
 
 void BodyLagrangian::add_inertia_gradient(const BodyStep& step, const BodyDirection& along, double weight,
                                           BodyInertiaGradient& result) const {

@@ -3,12 +3,10 @@
 #pragma once
 
 #include "lie/so3.hpp"
+#include "mechanics/directions.hpp"
 #include "model/system.hpp"
 
 namespace lamprey::mechanics {
-
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
 
 /// paper: left-rectangle with the paper's trace form, order 1. trapezoid, midpoint: symmetric, order 2.
 enum class DiscreteLagrangian { paper, trapezoid, midpoint };
@@ -37,17 +35,17 @@ struct BodyStep {
   Vector3d shift;                           // w, m
 };
 
-/// By F (body side on the right) and by w.
-struct BodyGradient {
-  Vector3d turn;   // γ, kg m²/s
-  Vector3d shift;  // β, kg m/s
+/// Two parts, by or of F (body side on the right) and w; V: Vector3d, or Four3 of four directions at once.
+template <typename V>
+struct TurnAndShift {
+  V turn, shift;
 };
 
-/// Change of F (body side on the right: F → F exp(turn)) and of w.
-struct BodyDirection {
-  Vector3d turn;   // a, rad
-  Vector3d shift;  // b, m
-};
+/// By F and by w: γ, kg m²/s, and β, kg m/s.
+using BodyGradient = TurnAndShift<Vector3d>;
+
+/// Change of F (F → F exp(turn)) and of w: a, rad, and b, m.
+using BodyDirection = TurnAndShift<Vector3d>;
 
 /// Rates of the gradient: rows turn and shift, columns by a and by b.
 struct BodyHessian {
@@ -77,11 +75,13 @@ class BodyLagrangian {
   bool plain() const { return !coupled_ && !trace_form_ && weights_.middle == 0.0; }
   const Quadrature& weights() const { return weights_; }
   const Matrix3d& trace_weight() const { return *Jd_; }
-  /// Rate of the gradient along a constant direction (equation 8.11).
-  BodyGradient gradient_rate(const BodyStep& step, const BodyDirection& along) const;
+  /// Rate of the gradient along a constant direction or four (equation 8.11).
+  template <typename V>
+  TurnAndShift<V> gradient_rate(const BodyStep& step, const TurnAndShift<V>& along) const;
   /// Rate along `second` of the rate along `first`, both directions constant (equation 8.12).
-  BodyGradient gradient_second_rate(const BodyStep& step, const BodyDirection& first,
-                                    const BodyDirection& second) const;
+  template <typename V>
+  TurnAndShift<V> gradient_second_rate(const BodyStep& step, const BodyDirection& first,
+                                       const TurnAndShift<V>& second) const;
   /// Adds weight times the derivative by the inertia of l's rate along a direction.
   void add_inertia_gradient(const BodyStep& step, const BodyDirection& along, double weight,
                             BodyInertiaGradient& result) const;

@@ -172,6 +172,41 @@ VectorXd generalized_momentum(const System& system, const Rotations& R, const Ve
   return gathered(system, R, force, moment);
 }
 
+VectorXd generalized_momentum_rate(const System& system, const Rotations& R, const VectorXd& velocity,
+                                   const Freedoms& turn) {
+  const std::size_t bodies = at(system.body_count());
+  const BodyMotion motion = body_motion(system, R, velocity);
+  Vectors eta(bodies), Omega_rate(bodies), centre_rate(bodies);
+  body_turns(system, R, turn, eta);
+  body_turn_changes(system, R, motion.freedoms, motion.turn, turn, Omega_rate);
+  spread(
+      system, R, Vector3d::Zero(),
+      [&](int i, const Vector3d& offset) {
+        return Vector3d(eta[at(i)].cross(motion.turn[at(i)].cross(offset)) + Omega_rate[at(i)].cross(offset));
+      },
+      centre_rate);
+  Vectors force(bodies), moment(bodies), force_rate(bodies), moment_rate(bodies);
+  for (int i = 0; i < system.body_count(); ++i) {
+    const Body& body = system.body(i);
+    const Vector3d V = R[at(i)].transpose() * motion.velocity[at(i)];
+    const Vector3d V_rate = R[at(i)].transpose() * centre_rate[at(i)] - eta[at(i)].cross(V);
+    const BodyMomentum p = body_momentum(body, V, motion.turn[at(i)]);
+    const BodyMomentum p_rate = body_momentum(body, V_rate, Omega_rate[at(i)]);
+    force[at(i)] = R[at(i)] * p.linear;
+    moment[at(i)] = p.angular;
+    force_rate[at(i)] = R[at(i)] * (p_rate.linear + eta[at(i)].cross(p.linear));
+    moment_rate[at(i)] = p_rate.angular;
+  }
+  sum_subtrees(system, force);
+  sum_subtrees(system, force_rate);
+  Freedoms along(bodies), rate(bodies);
+  gather(system, R, force, moment, along);
+  gather_rate(system, R, force, moment, {turn, eta, force_rate}, moment_rate, rate);
+  VectorXd result;
+  pack(system, rate, force_rate[0], result);
+  return result;
+}
+
 VectorXd bias(const System& system, const Rotations& R, const VectorXd& velocity) {
   const std::size_t bodies = at(system.body_count());
   const BodyMotion motion = body_motion(system, R, velocity);

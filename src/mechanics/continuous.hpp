@@ -50,6 +50,10 @@ double energy(const model::System& system, const Rotations& rotation, const Vect
 /// 𝕀(R) ξ without forming 𝕀.
 VectorXd generalized_momentum(const model::System& system, const Rotations& rotation, const VectorXd& velocity);
 
+/// Change of 𝕀(R) ξ when the bodies turn along freedoms and ξ keeps its numbers (equation 11.3).
+VectorXd generalized_momentum_rate(const model::System& system, const Rotations& rotation, const VectorXd& velocity,
+                                   const Freedoms& turn);
+
 /// Velocity-dependent part of the equations of motion: 𝕀 ξ̇ + bias = U.
 VectorXd bias(const model::System& system, const Rotations& rotation, const VectorXd& velocity);
 

@@ -15,56 +15,69 @@ using FreedomRows = std::vector<Rows3>;
 /// Rows to allocate for so many directions: the operations below work on four at a time.
 constexpr Eigen::Index rows_for(Eigen::Index directions) { return (directions + 3) / 4 * 4; }
 
+/// Rows first … end − 1, and those up to the next multiple of four; `first` is one.
+struct RowRange {
+  Eigen::Index first, end;
+  RowRange(Eigen::Index count) : first(0), end(count) {}
+  RowRange(Eigen::Index first_, Eigen::Index end_) : first(first_), end(end_) {}
+};
+
 using Four = Eigen::Array<double, 4, 1>;
 
 /// Three numbers for four directions.
 struct Four3 {
   Four x, y, z;
-  Four3(const Rows3& rows, Eigen::Index first)
-      : x(part(rows, first, 0)), y(part(rows, first, 1)), z(part(rows, first, 2)) {}
 
+  static Four3 of_rows(const Rows3& rows, Eigen::Index first) {
+    return {part(rows, first, 0), part(rows, first, 1), part(rows, first, 2)};
+  }
+  static Four3 zero() { return {Four::Zero(), Four::Zero(), Four::Zero()}; }
   static Eigen::Map<const Four> part(const Rows3& rows, Eigen::Index first, int column) {
     return Eigen::Map<const Four>(rows.data() + column * rows.rows() + first);
   }
 };
 
-/// y = A x for the first `count` rows, and for those up to the next multiple of four; x and y the same or not.
-inline void set_product(const Eigen::Matrix3d& A, const Rows3& x, Eigen::Index count, Rows3& y) {
+/// y = A x; x and y the same or not.
+inline void set_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range, Rows3& y) {
+  const Eigen::Matrix3d a = A;
   double* to = y.data();
   const Eigen::Index rows = y.rows();
-  for (Eigen::Index r = 0; r < count; r += 4) {
-    const Four3 v(x, r);
-    for (int c = 0; c < 3; ++c) Eigen::Map<Four>(to + c * rows + r) = A(c, 0) * v.x + A(c, 1) * v.y + A(c, 2) * v.z;
+  for (Eigen::Index r = range.first; r < range.end; r += 4) {
+    const Four3 v = Four3::of_rows(x, r);
+    for (int c = 0; c < 3; ++c) Eigen::Map<Four>(to + c * rows + r) = a(c, 0) * v.x + a(c, 1) * v.y + a(c, 2) * v.z;
   }
 }
 
 /// y += A x, likewise.
-inline void add_product(const Eigen::Matrix3d& A, const Rows3& x, Eigen::Index count, Rows3& y) {
+inline void add_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range, Rows3& y) {
+  const Eigen::Matrix3d a = A;
   double* to = y.data();
   const Eigen::Index rows = y.rows();
-  for (Eigen::Index r = 0; r < count; r += 4) {
-    const Four3 v(x, r);
-    for (int c = 0; c < 3; ++c) Eigen::Map<Four>(to + c * rows + r) += A(c, 0) * v.x + A(c, 1) * v.y + A(c, 2) * v.z;
+  for (Eigen::Index r = range.first; r < range.end; r += 4) {
+    const Four3 v = Four3::of_rows(x, r);
+    for (int c = 0; c < 3; ++c) Eigen::Map<Four>(to + c * rows + r) += a(c, 0) * v.x + a(c, 1) * v.y + a(c, 2) * v.z;
   }
 }
 
 /// y += factor x, likewise.
-inline void add_rows(double factor, const Rows3& x, Eigen::Index count, Rows3& y) {
+inline void add_rows(double factor, const Rows3& x, RowRange range, Rows3& y) {
   for (int c = 0; c < 3; ++c)
-    for (Eigen::Index r = 0; r < count; r += 4)
+    for (Eigen::Index r = range.first; r < range.end; r += 4)
       Eigen::Map<Four>(y.data() + c * y.rows() + r) += factor * Four3::part(x, r, c);
 }
 
 /// y = x, likewise.
-inline void copy_rows(const Rows3& x, Eigen::Index count, Rows3& y) {
+inline void copy_rows(const Rows3& x, RowRange range, Rows3& y) {
   for (int c = 0; c < 3; ++c)
-    for (Eigen::Index r = 0; r < count; r += 4) Eigen::Map<Four>(y.data() + c * y.rows() + r) = Four3::part(x, r, c);
+    for (Eigen::Index r = range.first; r < range.end; r += 4)
+      Eigen::Map<Four>(y.data() + c * y.rows() + r) = Four3::part(x, r, c);
 }
 
 /// y = 0, likewise.
-inline void clear_rows(Eigen::Index count, Rows3& y) {
+inline void clear_rows(RowRange range, Rows3& y) {
   for (int c = 0; c < 3; ++c)
-    for (Eigen::Index r = 0; r < count; r += 4) Eigen::Map<Four>(y.data() + c * y.rows() + r).setZero();
+    for (Eigen::Index r = range.first; r < range.end; r += 4)
+      Eigen::Map<Four>(y.data() + c * y.rows() + r).setZero();
 }
 
 }  // namespace lamprey::mechanics

@@ -69,6 +69,56 @@ void add_brackets(const System& system, const Freedoms& turn, const Freedoms& mo
     if (system.body(i).freedoms == 3) result[at(i)] += weight * turn[at(i)].cross(momentum[at(i)]);
 }
 
+// A second direction, or four, as one body sees it, and how the first one changes along it.
+template <typename V>
+struct SecondMotion {
+  V turn;          // η_2
+  V seen, shift;   // a_2, b_2
+  V gamma, beta;   // rates along it
+  V turn_change, next_turn_change, centre_change;  // η_12, η'_12, δD_12
+};
+
+// Second rates of a body's momenta: P_12, π⁻_12, π⁺_12 of equation 8.31.
+template <typename V>
+struct SecondMomenta {
+  V force, moment, next;
+};
+
+template <typename V>
+SecondMomenta<V> second_momenta(const ForcedStep& step, const DiscreteMomenta& p, const StepRate& first_rate, int i,
+                                const SecondMotion<V>& second) {
+  const std::size_t n = at(i);
+  const Matrix3d& R = step.interval.rotation[n];
+  const Matrix3d Rt = R.transpose();
+  const Matrix3d& F = step.interval.relative_rotation[n];
+  const Matrix3d Ft = F.transpose();
+  const Vector3d& w = p.shift[n];
+  const Vector3d& gamma = p.turn[n];
+  const Vector3d& beta = p.impulse[n];
+  const Vector3d& eta_1 = first_rate.turn[n];
+  const auto& [a_1, b_1] = first_rate.seen[n];
+  const auto& [gamma_1, beta_1] = first_rate.gradient[n];
+  const V& eta_2 = second.turn;
+  const V& eta_12 = second.turn_change;
+  const V a_12 = second.next_turn_change - Ft * eta_12 + cross(second.seen, Vector3d(Ft * eta_1));
+  const V b_12 = cross(second.shift, eta_1) + cross(w, eta_12) - cross(eta_2, Vector3d(Rt * first_rate.centre[n])) +
+                 Rt * second.centre_change;
+  const BodyLagrangian body(step.system, step.lagrangian, step.time_step, i);
+  const BodyStep moved = body_step(step.interval, p, i);
+  const TurnAndShift<V> constant = body.gradient_second_rate(moved, first_rate.seen[n], TurnAndShift<V>{second.seen, second.shift});
+  const TurnAndShift<V> changed = body.gradient_rate(moved, TurnAndShift<V>{a_12, b_12});
+  const V gamma_12 = constant.turn + changed.turn;
+  const V beta_12 = constant.shift + changed.shift;
+  SecondMomenta<V> result;
+  result.force = R * V(cross(eta_2, Vector3d(eta_1.cross(beta) + beta_1)) + cross(eta_12, beta) +
+                       cross(eta_1, second.beta) + beta_12);
+  result.moment = F * V(cross(second.seen, Vector3d(a_1.cross(gamma) + gamma_1)) + cross(a_12, gamma) +
+                        cross(a_1, second.gamma) + gamma_12) +
+                  cross(b_12, beta) + cross(b_1, second.beta) + cross(second.shift, beta_1) + cross(w, beta_12);
+  result.next = gamma_12;
+  return result;
+}
+
 // Block of a body whose translation is weighed at the ends of the step alone (equation 4.15).
 void plain_block(const Matrix3d& M, const BodyLagrangian& body, double time_step, const Interval& interval,
                  const Vector3d& w, std::size_t n, BodyBlock& block) {
@@ -255,32 +305,13 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
       work.moment_next[n] = work.joint_plus.body[n];
       continue;
     }
-    const Matrix3d& R = interval.rotation[n];
-    const Matrix3d& F = interval.relative_rotation[n];
-    const Vector3d& w = p.shift[n];
-    const Vector3d& gamma = p.turn[n];
-    const Vector3d& beta = p.impulse[n];
-    const Vector3d& eta_1 = first_rate.turn[n];
-    const Vector3d& eta_2 = second_rate.turn[n];
-    const Vector3d& eta_12 = work.turn_change[n];
-    const auto& [a_1, b_1] = first_rate.seen[n];
-    const auto& [a_2, b_2] = second_rate.seen[n];
-    const auto& [gamma_1, beta_1] = first_rate.gradient[n];
-    const auto& [gamma_2, beta_2] = second_rate.gradient[n];
-    const Vector3d a_12 = work.turn_change_next[n] - F.transpose() * eta_12 + a_2.cross(F.transpose() * eta_1);
-    const Vector3d b_12 = b_2.cross(eta_1) + w.cross(eta_12) - eta_2.cross(R.transpose() * first_rate.centre[n]) +
-                          R.transpose() * work.centre_change[n];
-    const BodyLagrangian body(system, step.lagrangian, step.time_step, i);
-    const BodyStep moved = body_step(interval, p, i);
-    const BodyGradient constant = body.gradient_second_rate(moved, first_rate.seen[n], second_rate.seen[n]);
-    const BodyGradient changed = body.gradient_rate(moved, {a_12, b_12});
-    const Vector3d gamma_12 = constant.turn + changed.turn;
-    const Vector3d beta_12 = constant.shift + changed.shift;
-    work.force[n] = R * (eta_2.cross(eta_1.cross(beta) + beta_1) + eta_12.cross(beta) + eta_1.cross(beta_2) + beta_12);
-    work.moment[n] = F * (a_2.cross(a_1.cross(gamma) + gamma_1) + a_12.cross(gamma) + a_1.cross(gamma_2) + gamma_12) +
-                     b_12.cross(beta) + b_1.cross(beta_2) + b_2.cross(beta_1) + w.cross(beta_12) +
-                     work.joint_minus.body[n];
-    work.moment_next[n] = gamma_12 + work.joint_plus.body[n];
+    const SecondMomenta<Vector3d> momenta = second_momenta<Vector3d>(
+        step, p, first_rate, i,
+        {second_rate.turn[n], second_rate.seen[n].turn, second_rate.seen[n].shift, second_rate.gradient[n].turn,
+         second_rate.gradient[n].shift, work.turn_change[n], work.turn_change_next[n], work.centre_change[n]});
+    work.force[n] = momenta.force;
+    work.moment[n] = momenta.moment + work.joint_minus.body[n];
+    work.moment_next[n] = momenta.next + work.joint_plus.body[n];
   }
   sum_subtrees(system, work.force);
   linear = work.force[0];
@@ -297,6 +328,29 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
   add_brackets(system, first.left, second_rate.minus, 1.0, minus);
   add_brackets(system, first.right, second_rate.plus, 1.0, plus);
   for (Vector3d& entry : minus) entry = -entry;
+}
+
+void body_second_rates(const ForcedStep& step, const StepBalance& balance, const StepRate& first_rate,
+                       std::vector<BodySecondRates>& rates) {
+  const DiscreteMomenta& p = balance.momenta;
+  const Four3 none = Four3::zero();
+  for (int i = 0; i < step.system.body_count(); ++i) {
+    const std::size_t n = at(i);
+    const BodyLagrangian body(step.system, step.lagrangian, step.time_step, i);
+    const BodyStep moved = body_step(step.interval, p, i);
+    const auto along = [&](const Four3& turn, const Four3& seen, const Four3& shift, BodyMomentaRates& by) {
+      const TurnAndShift<Four3> rate = body.gradient_rate(moved, TurnAndShift<Four3>{seen, shift});
+      const SecondMomenta<Four3> momenta =
+          second_momenta<Four3>(step, p, first_rate, i, {turn, seen, shift, rate.turn, rate.shift, none, none, none});
+      read_columns(momenta.force, by.force);
+      read_columns(momenta.moment, by.moment);
+      read_columns(momenta.next, by.next);
+    };
+    const Four3 unit = columns(Matrix3d::Identity());
+    along(unit, columns(-step.interval.relative_rotation[n].transpose()), columns(hat(p.shift[n])), rates[n].by_left);
+    along(none, unit, none, rates[n].by_right);
+    along(none, none, columns(step.interval.rotation[n].transpose()), rates[n].by_shift);
+  }
 }
 
 void set_block(const Interval& interval, const DiscreteMomenta& p, const BodyHessian& H, std::size_t n,

@@ -13,57 +13,64 @@ using model::Body;
 using model::Joint;
 using model::System;
 
-void turns_of_rows(const System& system, const Rotations& R, const FreedomRows& freedoms, Index count,
-                   FreedomRows& turns) {
-  for (int i : system.root_to_leaves()) {
-    const Body& body = system.body(i);
-    if (body.freedoms == 3) {
-      copy_rows(freedoms[at(i)], count, turns[at(i)]);
-      continue;
-    }
-    const JointFrame frame = joint_frame(system.joint(body.joint), R[at(body.parent)], R[at(i)]);
-    set_product(frame.child_to_parent.transpose(), turns[at(body.parent)], count, turns[at(i)]);
-    add_product(frame.axes, freedoms[at(i)], count, turns[at(i)]);
-  }
-}
+// Which rows turn the left end, which turn the right end and displace the root, and all of them.
+struct Ends {
+  RowRange left, right, all;
+};
 
 // Displacement that turns at one node (sign +1: the next one, −1: this one) give a mass centre, seen from its parent's.
 void add_centre_turns(const System& system, const Rotations& R, int i, double sign, const FreedomRows& turns,
-                      Index count, Rows3& centre) {
+                      RowRange range, Rows3& centre) {
   const Joint& up = system.joint(system.body(i).joint);
-  add_product(lie::times_hat(R[at(up.parent)], -sign * up.parent_offset), turns[at(up.parent)], count, centre);
-  add_product(lie::times_hat(R[at(i)], sign * up.child_offset), turns[at(i)], count, centre);
+  add_product(lie::times_hat(R[at(up.parent)], -sign * up.parent_offset), turns[at(up.parent)], range, centre);
+  add_product(lie::times_hat(R[at(i)], sign * up.child_offset), turns[at(i)], range, centre);
 }
 
-void relative_rows(const Joint& joint, const Matrix3d& Q, const FreedomRows& turns, Index count, Rows3& relative) {
-  set_product(-Q.transpose(), turns[at(joint.parent)], count, relative);
-  add_rows(1.0, turns[at(joint.child)], count, relative);
+// Displacements of the mass centres, and the forces that come of all motions.
+void add_up_forces(const System& system, const Interval& interval, const std::vector<BodyBlock>& blocks,
+                   const std::vector<BodyRates>& rates, const StepDirections& d, const Ends& ends, StepJacobian& J) {
+  for (int i : system.root_to_leaves()) {
+    const std::size_t n = at(i);
+    const int parent = system.body(i).parent;
+    if (parent < 0) {
+      clear_rows(ends.all, J.centre[n]);
+      copy_rows(d.displacement, ends.right, J.centre[n]);
+    } else {
+      copy_rows(J.centre[at(parent)], ends.all, J.centre[n]);
+      add_centre_turns(system, interval.rotation, i, -1.0, J.turn, ends.left, J.centre[n]);
+      add_centre_turns(system, interval.next_rotation, i, 1.0, J.turn_next, ends.right, J.centre[n]);
+    }
+    set_product(blocks[n].force_by_shift, J.centre[n], ends.all, J.force[n]);
+    add_product(blocks[n].force_by_turn, J.turn_next[n], ends.right, J.force[n]);
+    add_product(rates[n].force_by_left, J.turn[n], ends.left, J.force[n]);
+  }
+  sum_row_subtrees(system, ends.all, J.force);
 }
 
 // Controls and springs at a node.
 void add_node_rows(const System& system, const Rotations& R, const Moments& control, double weight,
-                   const FreedomRows& freedoms, Index count, StepJacobian& J, const FreedomRows& turns,
-                   FreedomRows& along) {
+                   const FreedomRows& freedoms, const FreedomRows& turns, RowRange range, Rows3& relative,
+                   FreedomRows& moment, FreedomRows& along) {
   for (int j = 0; j < system.joint_count(); ++j) {
     const Joint& joint = system.joint(j);
-    Rows3& on_child = J.moment[at(joint.child)];
+    Rows3& on_child = moment[at(joint.child)];
     if (!joint.free()) {
       if (joint.stiffness > 0.0)
-        add_rows(-weight * joint.stiffness, freedoms[at(joint.child)], count, along[at(joint.child)]);
+        add_rows(-weight * joint.stiffness, freedoms[at(joint.child)], range, along[at(joint.child)]);
       continue;
     }
     const Matrix3d Q = child_to_parent(R, joint);
     // −y on the child turns by ρ × y; the parent's moment stays
     const Matrix3d y = hat(weight * (Q.transpose() * control[at(j)]));
-    add_product(-y, turns[at(joint.child)], count, on_child);
-    add_product(y * Q.transpose(), turns[at(joint.parent)], count, on_child);
+    add_product(-y, turns[at(joint.child)], range, on_child);
+    add_product(y * Q.transpose(), turns[at(joint.parent)], range, on_child);
     if (joint.stiffness == 0.0) continue;
     const Vector3d phi = lie::log(joint.reference_rotation.transpose() * Q);
     const double k = weight * joint.stiffness;
     const Matrix3d T = -k * lie::log_tangent(phi);
-    relative_rows(joint, Q, turns, count, J.relative);
-    add_product(T, J.relative, count, on_child);
-    add_product(-Q * (T + k * hat(phi)), J.relative, count, J.moment[at(joint.parent)]);
+    relative_rows(joint, Q, turns, range, relative);
+    add_product(T, relative, range, on_child);
+    add_product(-Q * (T + k * hat(phi)), relative, range, moment[at(joint.parent)]);
   }
 }
 
@@ -80,90 +87,102 @@ struct DampedBall {
   Vector3d impulse;
 };
 
-// A moment of `sign` × the impulse on the child, its opposite on the parent: their rates.
-void add_damped_pair(const Joint& joint, const Matrix3d& Q, const Vector3d& impulse, const Rows3& relative, double sign,
-                     Index count, StepJacobian& J) {
-  add_rows(sign, J.rate, count, J.moment[at(joint.child)]);
-  add_product(-sign * Q, J.rate, count, J.moment[at(joint.parent)]);
-  add_product(sign * (Q * hat(impulse)), relative, count, J.moment[at(joint.parent)]);
-}
-
-void add_damping_at_beginning(const System& system, const Interval& step, const StepDirections& d, Index count,
-                              StepJacobian& J) {
-  for (const Joint& joint : system.joints()) {
-    if (joint.damping == 0.0) continue;
-    if (!joint.free()) {
-      add_rows(-0.5 * joint.damping, d.left[at(joint.child)], count, J.minus[at(joint.child)]);
-      continue;
-    }
-    const DampedBall ball(step, joint);
-    relative_rows(joint, ball.Q, J.turn, count, J.relative);
-    set_product(ball.left, J.relative, count, J.rate);
-    add_damped_pair(joint, ball.Q, ball.impulse, J.relative, 1.0, count, J);
-  }
-}
-
-void add_damping_at_end(const System& system, const Interval& step, const StepDirections& d, Index count,
-                        Index left_count, StepJacobian& J) {
+// Adds `sign` × the rates of dampers' momenta at one node: there their moments turn with `turned` rows of turns.
+void add_damping_rows(const System& system, const Interval& step, const StepDirections& d, const Ends& ends,
+                      double sign, bool at_end, StepJacobian& J, FreedomRows& moment, FreedomRows& along) {
   for (const Joint& joint : system.joints()) {
     if (joint.damping == 0.0) continue;
     const std::size_t c = at(joint.child);
     if (!joint.free()) {
-      add_rows(0.5 * joint.damping, d.left[c], left_count, J.plus[c]);
-      add_rows(-0.5 * joint.damping, d.right[c], count, J.plus[c]);
+      add_rows(-sign * 0.5 * joint.damping, d.left[c], ends.left, along[c]);
+      add_rows(sign * 0.5 * joint.damping, d.right[c], ends.right, along[c]);
       continue;
     }
     const DampedBall ball(step, joint);
-    relative_rows(joint, ball.Q, J.turn, left_count, J.relative);
-    relative_rows(joint, ball.Q_next, J.turn_next, count, J.relative_next);
-    set_product(ball.right, J.relative_next, count, J.rate);
-    add_product(ball.left, J.relative, left_count, J.rate);
-    add_damped_pair(joint, ball.Q_next, ball.impulse, J.relative_next, -1.0, count, J);
+    const Matrix3d& Q = at_end ? ball.Q_next : ball.Q;
+    relative_rows(joint, ball.Q, J.turn, ends.left, J.relative);
+    relative_rows(joint, ball.Q_next, J.turn_next, ends.right, J.relative_next);
+    clear_rows(ends.all, J.rate);
+    add_product(ball.left, J.relative, ends.left, J.rate);
+    add_product(ball.right, J.relative_next, ends.right, J.rate);
+    // a moment of the impulse on the child, its opposite on the parent
+    add_rows(sign, J.rate, ends.all, moment[c]);
+    add_product(-sign * Q, J.rate, ends.all, moment[at(joint.parent)]);
+    add_product(sign * (Q * hat(ball.impulse)), at_end ? J.relative_next : J.relative, at_end ? ends.right : ends.left,
+                moment[at(joint.parent)]);
   }
 }
 
-void sum_row_subtrees(const System& system, Index count, FreedomRows& force) {
-  const std::vector<int>& order = system.root_to_leaves();
-  for (auto position = order.rbegin(); position != order.rend(); ++position)
-    if (system.body(*position).parent >= 0)
-      add_rows(1.0, force[at(*position)], count, force[at(system.body(*position).parent)]);
-}
-
-// Rates of gather's result, added to `result`; of the first `count` directions.
+// Rates of gather's result, added to `result`; of all rows, of which `turned` turn the bodies at this node.
 void gather_rows(const System& system, const Rotations& R, const Vectors& force, const Vectors& moment,
-                 const FreedomRows& freedoms, const FreedomRows& turns, Index count, StepJacobian& J,
-                 FreedomRows& result) {
+                 const FreedomRows& freedoms, const FreedomRows& turns, RowRange all, RowRange turned,
+                 const FreedomRows& force_rows, FreedomRows& moment_rows, FreedomRows& result) {
   const std::vector<int>& order = system.root_to_leaves();
   for (auto position = order.rbegin(); position != order.rend(); ++position) {
     const int i = *position;
     const Body& body = system.body(i);
-    Rows3& rows = J.moment[at(i)];
+    Rows3& rows = moment_rows[at(i)];
     Rows3& out = result[at(i)];
     if (body.parent < 0) {
-      add_rows(1.0, rows, count, out);
+      add_rows(1.0, rows, all, out);
       continue;
     }
     const Joint& joint = system.joint(body.joint);
     const std::size_t p = at(body.parent);
-    Rows3& parent_rows = J.moment[p];
+    Rows3& parent_rows = moment_rows[p];
     const auto add_lever = [&](std::size_t b, const Vector3d& lever, Rows3& sum) {  // lever × rate of RᵀP
-      add_product(-lie::times_hat(R[b], lever).transpose(), J.force[at(i)], count, sum);
-      add_product(lie::times_hat(hat(lever), R[b].transpose() * force[at(i)]), turns[b], count, sum);
+      add_product(-lie::times_hat(R[b], lever).transpose(), force_rows[at(i)], all, sum);
+      add_product(lie::times_hat(hat(lever), R[b].transpose() * force[at(i)]), turns[b], turned, sum);
     };
     add_lever(at(i), -joint.child_offset, rows);
     add_lever(p, joint.parent_offset, parent_rows);
     if (joint.free()) {
-      add_rows(1.0, rows, count, out);
+      add_rows(1.0, rows, all, out);
       continue;
     }
     const JointFrame frame = joint_frame(joint, R[p], R[at(i)]);
-    add_product(frame.axes.transpose(), rows, count, out);
+    add_product(frame.axes.transpose(), rows, all, out);
     if (joint.kind == model::JointKind::universal)  // the first axis moves with the second angle
-      out.col(0).head(count) +=
-          frame.axes.col(0).cross(joint.child_axis).dot(moment[at(i)]) * freedoms[at(i)].col(1).head(count);
-    add_product(frame.child_to_parent, rows, count, parent_rows);
-    add_product(-frame.child_to_parent * hat(moment[at(i)]) * frame.axes, freedoms[at(i)], count, parent_rows);
+      out.col(0).segment(turned.first, turned.end - turned.first) +=
+          frame.axes.col(0).cross(joint.child_axis).dot(moment[at(i)]) *
+          freedoms[at(i)].col(1).segment(turned.first, turned.end - turned.first);
+    add_product(frame.child_to_parent, rows, all, parent_rows);
+    add_product(-frame.child_to_parent * hat(moment[at(i)]) * frame.axes, freedoms[at(i)], turned, parent_rows);
   }
+}
+
+void minus_rows(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
+                const std::vector<BodyRates>& rates, const StepDirections& d, const Ends& ends, StepJacobian& J) {
+  const System& system = step.system;
+  for (std::size_t n = 0; n < blocks.size(); ++n) {
+    set_product(blocks[n].moment_by_shift, J.centre[n], ends.all, J.moment[n]);
+    add_product(rates[n].moment_by_left, J.turn[n], ends.left, J.moment[n]);
+    add_product(blocks[n].moment_by_turn, J.turn_next[n], ends.right, J.moment[n]);
+    clear_rows(ends.all, J.minus[n]);
+  }
+  const Rotations& R = step.interval.rotation;
+  add_node_rows(system, R, step.control, -0.5 * step.time_step, d.left, J.turn, ends.left, J.relative, J.moment,
+                J.minus);
+  add_damping_rows(system, step.interval, d, ends, 1.0, false, J, J.moment, J.minus);
+  gather_rows(system, R, balance.momenta.subtree_linear, balance.moment, d.left, J.turn, ends.all, ends.left, J.force,
+              J.moment, J.minus);
+}
+
+void plus_rows(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
+               const std::vector<BodyRates>& rates, const StepDirections& d, const Ends& ends, StepJacobian& J) {
+  const System& system = step.system;
+  for (std::size_t n = 0; n < blocks.size(); ++n) {
+    set_product(rates[n].next_by_shift, J.centre[n], ends.all, J.moment_next[n]);
+    add_product(rates[n].next_by_left, J.turn[n], ends.left, J.moment_next[n]);
+    add_product(rates[n].next_by_turn, J.turn_next[n], ends.right, J.moment_next[n]);
+    clear_rows(ends.all, J.plus[n]);
+  }
+  const Rotations& R = step.interval.next_rotation;
+  add_node_rows(system, R, step.control_next, 0.5 * step.time_step, d.right, J.turn_next, ends.right, J.relative,
+                J.moment_next, J.plus);
+  add_damping_rows(system, step.interval, d, ends, -1.0, true, J, J.moment_next, J.plus);
+  gather_rows(system, R, balance.momenta.subtree_linear, balance.moment_next, d.right, J.turn_next, ends.all,
+              ends.right, J.force, J.moment_next, J.plus);
 }
 
 }  // namespace
@@ -182,6 +201,7 @@ StepJacobian::StepJacobian(int bodies, Index directions)
       centre(minus),
       force(minus),
       moment(minus),
+      moment_next(minus),
       relative(linear),
       relative_next(linear),
       rate(linear) {}
@@ -208,65 +228,60 @@ void body_rates(const ForcedStep& step, const DiscreteMomenta& p, std::vector<Bo
   }
 }
 
+void turns_of_rows(const System& system, const Rotations& R, const FreedomRows& freedoms, RowRange range,
+                   FreedomRows& turns) {
+  for (int i : system.root_to_leaves()) {
+    const Body& body = system.body(i);
+    if (body.freedoms == 3) {
+      copy_rows(freedoms[at(i)], range, turns[at(i)]);
+      continue;
+    }
+    const JointFrame frame = joint_frame(system.joint(body.joint), R[at(body.parent)], R[at(i)]);
+    set_product(frame.child_to_parent.transpose(), turns[at(body.parent)], range, turns[at(i)]);
+    add_product(frame.axes, freedoms[at(i)], range, turns[at(i)]);
+  }
+}
+
+void relative_rows(const Joint& joint, const Matrix3d& Q, const FreedomRows& turns, RowRange range, Rows3& relative) {
+  set_product(-Q.transpose(), turns[at(joint.parent)], range, relative);
+  add_rows(1.0, turns[at(joint.child)], range, relative);
+}
+
+void sum_row_subtrees(const System& system, RowRange range, FreedomRows& force) {
+  const std::vector<int>& order = system.root_to_leaves();
+  for (auto position = order.rbegin(); position != order.rend(); ++position)
+    if (system.body(*position).parent >= 0)
+      add_rows(1.0, force[at(*position)], range, force[at(system.body(*position).parent)]);
+}
+
 void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
                         const std::vector<BodyRates>& rates, const StepDirections& d, Index count, StepJacobian& J) {
-  const System& system = step.system;
-  const Interval& interval = step.interval;
-  const DiscreteMomenta& p = balance.momenta;
-  turns_of_rows(system, interval.rotation, d.left, count, J.turn);
-  for (int i : system.root_to_leaves()) {
-    const std::size_t n = at(i);
-    const int parent = system.body(i).parent;
-    if (parent < 0) {
-      clear_rows(count, J.centre[n]);
-    } else {
-      copy_rows(J.centre[at(parent)], count, J.centre[n]);
-      add_centre_turns(system, interval.rotation, i, -1.0, J.turn, count, J.centre[n]);
-    }
-    set_product(rates[n].force_by_left, J.turn[n], count, J.force[n]);
-    add_product(blocks[n].force_by_shift, J.centre[n], count, J.force[n]);
-    set_product(rates[n].moment_by_left, J.turn[n], count, J.moment[n]);
-    add_product(blocks[n].moment_by_shift, J.centre[n], count, J.moment[n]);
-    clear_rows(count, J.minus[n]);
-  }
-  sum_row_subtrees(system, count, J.force);
-  copy_rows(J.force[0], count, J.linear);
-  add_node_rows(system, interval.rotation, step.control, -0.5 * step.time_step, d.left, count, J, J.turn, J.minus);
-  add_damping_at_beginning(system, interval, d, count, J);
-  gather_rows(system, interval.rotation, p.subtree_linear, balance.moment, d.left, J.turn, count, J, J.minus);
+  const Ends ends{count, 0, count};
+  turns_of_rows(step.system, step.interval.rotation, d.left, ends.left, J.turn);
+  add_up_forces(step.system, step.interval, blocks, rates, d, ends, J);
+  copy_rows(J.force[0], ends.all, J.linear);
+  minus_rows(step, balance, blocks, rates, d, ends, J);
 }
 
 void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
                   const std::vector<BodyRates>& rates, const StepDirections& d, Index count, Index left_count,
                   StepJacobian& J) {
-  const System& system = step.system;
-  const Interval& interval = step.interval;
-  const DiscreteMomenta& p = balance.momenta;
-  turns_of_rows(system, interval.next_rotation, d.right, count, J.turn_next);
-  for (int i : system.root_to_leaves()) {
-    const std::size_t n = at(i);
-    const int parent = system.body(i).parent;
-    if (parent < 0) {
-      copy_rows(d.displacement, count, J.centre[n]);
-    } else {
-      copy_rows(J.centre[at(parent)], count, J.centre[n]);
-      add_centre_turns(system, interval.rotation, i, -1.0, J.turn, left_count, J.centre[n]);
-      add_centre_turns(system, interval.next_rotation, i, 1.0, J.turn_next, count, J.centre[n]);
-    }
-    set_product(blocks[n].force_by_turn, J.turn_next[n], count, J.force[n]);
-    add_product(blocks[n].force_by_shift, J.centre[n], count, J.force[n]);
-    add_product(rates[n].force_by_left, J.turn[n], left_count, J.force[n]);
-    set_product(rates[n].next_by_turn, J.turn_next[n], count, J.moment[n]);
-    add_product(rates[n].next_by_shift, J.centre[n], count, J.moment[n]);
-    add_product(rates[n].next_by_left, J.turn[n], left_count, J.moment[n]);
-    clear_rows(count, J.plus[n]);
-  }
-  sum_row_subtrees(system, count, J.force);
-  add_node_rows(system, interval.next_rotation, step.control_next, 0.5 * step.time_step, d.right, count, J, J.turn_next,
-                J.plus);
-  add_damping_at_end(system, interval, d, count, left_count, J);
-  gather_rows(system, interval.next_rotation, p.subtree_linear, balance.moment_next, d.right, J.turn_next, count, J,
-              J.plus);
+  const Ends ends{left_count, count, count};
+  turns_of_rows(step.system, step.interval.next_rotation, d.right, ends.right, J.turn_next);
+  add_up_forces(step.system, step.interval, blocks, rates, d, ends, J);
+  plus_rows(step, balance, blocks, rates, d, ends, J);
+}
+
+void rates_at_both_ends(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
+                        const std::vector<BodyRates>& rates, const StepDirections& d, Index left_count, Index count,
+                        StepJacobian& J) {
+  const Ends ends{left_count, {left_count, count}, count};
+  turns_of_rows(step.system, step.interval.rotation, d.left, ends.left, J.turn);
+  turns_of_rows(step.system, step.interval.next_rotation, d.right, ends.right, J.turn_next);
+  add_up_forces(step.system, step.interval, blocks, rates, d, ends, J);
+  copy_rows(J.force[0], ends.all, J.linear);
+  minus_rows(step, balance, blocks, rates, d, ends, J);
+  plus_rows(step, balance, blocks, rates, d, ends, J);
 }
 
 void add_control_rows(const System& system, const Rotations& R, double weight, Index first, FreedomRows& result) {

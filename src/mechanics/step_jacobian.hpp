@@ -17,7 +17,9 @@ struct StepDirections {
 struct StepJacobian {
   FreedomRows minus, plus;  // [bodies][directions]
   Rows3 linear;             // [directions]
-  FreedomRows turn, turn_next, centre, force, moment;
+  FreedomRows turn, turn_next, centre;
+  FreedomRows force;                // over subtrees
+  FreedomRows moment, moment_next;  // through the joints
   Rows3 relative, relative_next, rate;  // of one joint
   StepJacobian(int bodies, Eigen::Index directions);
 };
@@ -43,6 +45,23 @@ void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, cons
 void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
                   const std::vector<BodyRates>& rates, const StepDirections& directions, Eigen::Index count,
                   Eigen::Index left_count, StepJacobian& result);
+
+/// Rates of E⁻, E⁺ and p_x along the first `count` directions, the moments held: minus, plus and linear. The first
+/// `left_count`, a multiple of four, have left turns alone, the others right turns and displacements alone.
+void rates_at_both_ends(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
+                        const std::vector<BodyRates>& rates, const StepDirections& directions, Eigen::Index left_count,
+                        Eigen::Index count, StepJacobian& result);
+
+/// Body-frame turns of all bodies along rows of freedoms.
+void turns_of_rows(const model::System& system, const Rotations& R, const FreedomRows& freedoms, RowRange range,
+                   FreedomRows& turns);
+
+/// Turns of a joint's child against its parent, child's frame, from the bodies' turns.
+void relative_rows(const model::Joint& joint, const Matrix3d& child_to_parent, const FreedomRows& turns, RowRange range,
+                   Rows3& relative);
+
+/// Sums rows over subtrees, in place.
+void sum_row_subtrees(const model::System& system, RowRange range, FreedomRows& force);
 
 /// Adds weight × U of unit moments of all actuated directions at a node to rows first … first + controls − 1.
 void add_control_rows(const model::System& system, const Rotations& R, double weight, Eigen::Index first,

@@ -1,32 +1,14 @@
 #include "optimizer/riccati.hpp"
 
 #include <cmath>
-#include <utility>
+
+#include "optimizer/small_dense.hpp"
 
 namespace lamprey::optimizer {
 
 namespace {
 
 constexpr std::size_t at(int n) { return static_cast<std::size_t>(n); }
-
-// In-place lower Cholesky factor. Returns the first column whose pivot is not positive, or the number of columns.
-Eigen::Index cholesky(MatrixXd& m) {
-  const Eigen::Index size = m.rows();
-  for (Eigen::Index c = 0; c < size; ++c) {
-    const double pivot = m(c, c) - m.row(c).head(c).squaredNorm();
-    if (!(pivot > 0.0) || !std::isfinite(pivot)) return c;
-    const double root = std::sqrt(pivot);
-    m(c, c) = root;
-    for (Eigen::Index r = c + 1; r < size; ++r) m(r, c) = (m(r, c) - m.row(r).head(c).dot(m.row(c).head(c))) / root;
-  }
-  return size;
-}
-
-template <typename Target>
-void solve_factored(const MatrixXd& factor, Target& x) {
-  factor.triangularView<Eigen::Lower>().solveInPlace(x);
-  factor.transpose().triangularView<Eigen::Upper>().solveInPlace(x);
-}
 
 }  // namespace
 
@@ -41,7 +23,8 @@ StageModel::StageModel(const StageSizes& z)
     s = {MatrixXd::Zero(z.states, z.states), MatrixXd::Zero(z.states, z.inputs), VectorXd::Zero(z.states),
          MatrixXd::Zero(z.states, z.states), MatrixXd::Zero(z.inputs, z.states), MatrixXd::Zero(z.inputs, z.inputs),
          VectorXd::Zero(z.states),           VectorXd::Zero(z.inputs),           1.0,
-         MatrixXd::Zero(z.states, z.states)};
+         0.0,
+         MatrixXd::Zero(z.states, z.states), MatrixXd(),                         MatrixXd()};
 }
 
 StageStep::StageStep(const StageSizes& z)
@@ -53,20 +36,21 @@ StageStep::StageStep(const StageSizes& z)
 Riccati::Riccati(const StageSizes& z)
     : sizes_(z),
       gain_(at(z.stages + 1)),
+      transposed_(z.states + z.inputs, z.states),
       PA_(z.states, z.states),
       PB_(z.states, z.inputs),
+      by_input_(z.end_rows + z.states + z.inputs, z.inputs),
       end_gram_(z.end_rows, z.end_rows),
+      end_solver_(z.end_rows),
       ahead_(z.states),
       state_(z.states),
-      input_(z.inputs) {
+      input_(z.inputs),
+      back_(z.end_rows + z.states),
+      reached_(z.end_rows),
+      multiplier_(z.end_rows) {
   for (Gain& g : gain_)
-    g = {MatrixXd(z.states, z.states),
-         MatrixXd(z.inputs, z.inputs),
-         MatrixXd(z.inputs, z.states),
-         MatrixXd(z.states, z.end_rows),
-         MatrixXd(z.inputs, z.end_rows),
-         VectorXd(z.states),
-         VectorXd(z.inputs)};
+    g = {MatrixXd(z.states, z.states),   MatrixXd(z.inputs, z.inputs), MatrixXd(z.end_rows + z.states, z.inputs),
+         MatrixXd(z.end_rows, z.states), VectorXd(z.states),           VectorXd(z.inputs)};
 }
 
 bool Riccati::factor(const StageModel& model, double shift, double penalty) {
@@ -75,68 +59,131 @@ bool Riccati::factor(const StageModel& model, double shift, double penalty) {
   last.P = model.Q_end;
   if (shift > 0.0) last.P += shift * model.metric_end;
   last.P.noalias() += penalty * model.C.transpose() * model.C;
-  last.end = model.C.transpose();
+  last.end = model.C;
   end_gram_.setZero();
   for (int k = sizes_.stages - 1; k >= 0; --k) {
-    const Stage& stage = model.stage[at(k)];
-    const Gain& next = gain_[at(k + 1)];
     Gain& gain = gain_[at(k)];
-    PB_.noalias() = next.P * stage.B;
-    PA_.noalias() = next.P * stage.A;
-    gain.factor = stage.R;
-    gain.factor.noalias() += stage.B.transpose() * PB_;
-    if (const Eigen::Index column = cholesky(gain.factor); column < sizes_.inputs) {
+    carry_hessian(model.stage[at(k)], shift, gain_[at(k + 1)], gain);
+    carry_end(model.stage[at(k)], gain_[at(k + 1)], gain);
+    if (!eliminate_inputs(gain)) {
       failed_stage_ = k;
-      failed_input_.setZero(sizes_.inputs);
-      failed_input_[column] = 1.0;
-      auto before = failed_input_.head(column);
-      before = -gain.factor.row(column).head(column).transpose();
-      gain.factor.topLeftCorner(column, column).triangularView<Eigen::Lower>().transpose().solveInPlace(before);
       return false;
     }
-    gain.feedback = stage.S;
-    gain.feedback.noalias() += PB_.transpose() * stage.A;
-    const auto L = std::as_const(gain.factor).triangularView<Eigen::Lower>();
-    L.solveInPlace(gain.feedback);
-    gain.P = stage.Q;
-    if (shift > 0.0) gain.P += shift * stage.metric;
-    gain.P.noalias() += stage.A.transpose() * PA_;
-    gain.P.noalias() -= gain.feedback.transpose() * gain.feedback;
-    gain.P.triangularView<Eigen::StrictlyUpper>() = gain.P.transpose();  // asymmetry would grow from stage to stage
-    L.transpose().solveInPlace(gain.feedback);
-    gain.feedback = -gain.feedback;
-    gain.end_input.noalias() = stage.B.transpose() * next.end;
-    gain.end.noalias() = stage.A.transpose() * next.end;
-    gain.end.noalias() += gain.feedback.transpose() * gain.end_input;
-    L.solveInPlace(gain.end_input);
-    end_gram_.noalias() += gain.end_input.transpose() * gain.end_input;
-    L.transpose().solveInPlace(gain.end_input);
   }
   end_solver_.compute(end_gram_);
   return sizes_.end_rows == 0 || end_solver_.info() == Eigen::Success;
 }
 
+// What the stage makes of the Hessian still to come: (A, B)ᵀP(A, B) and its own, before inputs are eliminated.
+void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, Gain& gain) {
+  const int n = sizes_.states, m = sizes_.inputs, shifted = stage.shifted, rest = n - shifted;
+  auto transposed = transposed_.leftCols(rest);
+  transposed.topRows(n) = stage.A.bottomRows(rest).transpose();
+  transposed.bottomRows(m) = stage.B.bottomRows(rest).transpose();
+  PA_.setZero();
+  PA_.middleCols(shifted, shifted) = next.P.leftCols(shifted);
+  add_product(1.0, next.P.rightCols(rest), stage.A.bottomRows(rest), PA_);
+  PB_.setZero();
+  add_product(1.0, next.P.rightCols(rest), stage.B.bottomRows(rest), PB_);
+
+  auto own = by_input_.bottomRows(n + m);
+  own.topRows(n) = stage.S.transpose();
+  own.bottomRows(m) = stage.R;
+  if (shift > 0.0 && stage.metric_input.size() > 0) {
+    own.topRows(n) += shift * stage.metric_mixed.transpose();
+    own.bottomRows(m) += shift * stage.metric_input;
+  }
+  own.middleRows(shifted, shifted) += PB_.topRows(shifted);
+  add_product(1.0, transposed, PB_.bottomRows(rest), own);
+
+  gain.P = stage.Q;
+  if (shift > 0.0) gain.P += shift * stage.metric;
+  gain.P.middleRows(shifted, shifted) += PA_.topRows(shifted);
+  add_lower_product(1.0, transposed.topRows(n), PA_.bottomRows(rest), gain.P);
+}
+
+void Riccati::carry_end(const Stage& stage, const Gain& next, Gain& gain) {
+  const int shifted = stage.shifted, rest = sizes_.states - shifted;
+  const auto kept = next.end.rightCols(rest);
+  gain.end.setZero();
+  gain.end.middleCols(shifted, shifted) = next.end.leftCols(shifted);
+  add_product(1.0, kept, stage.A.bottomRows(rest), gain.end);
+  auto by_input = by_input_.topRows(sizes_.end_rows);
+  by_input.setZero();
+  add_product(1.0, kept, stage.B.bottomRows(rest), by_input);
+}
+
+// Cholesky factor L of the inputs' own block, everything else by inputs times L⁻ᵀ, and what that leaves of states and end
+// rows. Returns false at the first pivot that is not positive.
+bool Riccati::eliminate_inputs(Gain& gain) {
+  const int n = sizes_.states, m = sizes_.inputs, others = sizes_.end_rows + n;
+  for (int c = 0; c < m; ++c) {
+    const auto row = input_.head(c);
+    input_.head(c) = by_input_.row(others + c).head(c).transpose();
+    add_image(-1.0, by_input_.leftCols(c), row, by_input_.col(c));
+    const double pivot = by_input_(others + c, c);
+    if (!(pivot > 0.0) || !std::isfinite(pivot)) {
+      failed_input_.setZero(m);
+      failed_input_[c] = 1.0;
+      for (int i = c - 1; i >= 0; --i)
+        failed_input_[i] =
+            -(row[i] + by_input_.col(i).segment(others + i + 1, c - i - 1).dot(failed_input_.segment(i + 1, c - i - 1))) *
+            gain.factor(i, i);
+      return false;
+    }
+    gain.factor(c, c) = 1.0 / std::sqrt(pivot);
+    by_input_.col(c) *= gain.factor(c, c);
+    gain.factor.col(c).tail(m - 1 - c) = by_input_.col(c).tail(m - 1 - c);
+  }
+  const auto by_end = by_input_.topRows(sizes_.end_rows);
+  const auto by_state = by_input_.middleRows(sizes_.end_rows, n);
+  add_lower_product_transposed(-1.0, by_state, by_state, gain.P);
+  mirror_lower(gain.P);  // asymmetry would grow from stage to stage
+  add_product_transposed(-1.0, by_end, by_state, gain.end);
+  add_lower_product_transposed(1.0, by_end, by_end, end_gram_);
+  gain.by_back = by_input_.topRows(others);
+  for (int c = m - 1; c >= 0; --c) {
+    add_image(-1.0, gain.by_back.rightCols(m - 1 - c), gain.factor.col(c).tail(m - 1 - c), gain.by_back.col(c));
+    gain.by_back.col(c) *= gain.factor(c, c);
+  }
+  return true;
+}
+
 const VectorXd& Riccati::look_back(const StageModel& model, double share) {
-  target_ = share * model.c;
-  gain_.back().p = model.q_end + penalty_ * (model.C.transpose() * target_);
-  reached_ = target_;  // C s_N + target, before the end rows' multipliers act
+  const int n = sizes_.states, m = sizes_.inputs, rows = sizes_.end_rows;
+  reached_ = share * model.c;
+  gain_.back().p = model.q_end;
+  gain_.back().p.noalias() += penalty_ * (model.C.transpose() * reached_);
+  back_.head(rows) = reached_;  // C s_N + target, before the end rows' multipliers act
   for (int k = sizes_.stages - 1; k >= 0; --k) {
     const Stage& stage = model.stage[at(k)];
     const Gain& next = gain_[at(k + 1)];
     Gain& gain = gain_[at(k)];
-    ahead_.noalias() = next.P * stage.gap;
-    ahead_ += next.p;
+    const int shifted = stage.shifted, rest = n - shifted;
+    ahead_ = next.p;
+    if (!stage.gap.isZero(0.0)) {
+      add_image(1.0, next.P, stage.gap, ahead_);
+      add_image(1.0, next.end, stage.gap, back_.head(rows));
+    }
     input_ = -stage.r;
-    input_.noalias() -= stage.B.transpose() * ahead_;
-    gain.p = stage.q;
-    gain.p.noalias() += stage.A.transpose() * ahead_;
-    gain.p.noalias() -= gain.feedback.transpose() * input_;
-    solve_factored(gain.factor, input_);
+    add_transposed_image(-1.0, stage.B.bottomRows(rest), ahead_.tail(rest), input_);
+    back_.tail(n) = stage.q;
+    back_.segment(rows + shifted, shifted) += ahead_.head(shifted);
+    add_transposed_image(1.0, stage.A.bottomRows(rest), ahead_.tail(rest), back_.tail(n));
+    add_image(1.0, gain.by_back, input_, back_);
+    gain.p = back_.tail(n);
+    // (L Lᵀ)⁻¹
+    for (int c = 0; c < m; ++c) {
+      input_[c] *= gain.factor(c, c);
+      for (int i = c + 1; i < m; ++i) input_[i] -= gain.factor(i, c) * input_[c];
+    }
+    for (int c = m - 1; c >= 0; --c) {
+      for (int i = c + 1; i < m; ++i) input_[c] -= gain.factor(i, c) * input_[i];
+      input_[c] *= gain.factor(c, c);
+    }
     gain.input = input_;
-    state_ = stage.gap;
-    state_.noalias() += stage.B * gain.input;
-    reached_.noalias() += next.end.transpose() * state_;
   }
+  reached_ = back_.head(rows);
   multiplier_ = end_solver_.solve(reached_);
   return multiplier_;
 }
@@ -144,57 +191,61 @@ const VectorXd& Riccati::look_back(const StageModel& model, double share) {
 void Riccati::solve(const StageModel& model, double share, StageStep& step) {
   step.end_multiplier = look_back(model, share);
   step.state.front().setZero();
-  for (int k = 0; k < sizes_.stages; ++k) follow(model, k, step);
+  back_.head(sizes_.end_rows) = step.end_multiplier;
+  for (int k = 0; k < sizes_.stages; ++k) {
+    const Stage& stage = model.stage[at(k)];
+    const Gain& gain = gain_[at(k)];
+    const VectorXd& state = step.state[at(k)];
+    back_.tail(sizes_.states) = state;
+    step.input[at(k)] = gain.input;
+    add_transposed_image(-1.0, gain.by_back, back_, step.input[at(k)]);
+    VectorXd& next = step.state[at(k + 1)];
+    move(stage, step.input[at(k)], state, next);
+    next += stage.gap;
+  }
   for (int k = 0; k <= sizes_.stages; ++k) {
     const Gain& gain = gain_[at(k)];
     VectorXd& costate = step.costate[at(k)];
     costate = gain.p;
-    costate.noalias() += gain.P * step.state[at(k)];
-    costate.noalias() += gain.end * step.end_multiplier;
+    add_image(1.0, gain.P, step.state[at(k)], costate);
+    add_transposed_image(1.0, gain.end, step.end_multiplier, costate);
   }
 }
 
-void Riccati::follow(const StageModel& model, int k, StageStep& step) const {
-  const Stage& stage = model.stage[at(k)];
-  const Gain& gain = gain_[at(k)];
-  VectorXd& input = step.input[at(k)];
-  input = gain.input;
-  input.noalias() += gain.feedback * step.state[at(k)];
-  input.noalias() -= gain.end_input * step.end_multiplier;
-  VectorXd& next = step.state[at(k + 1)];
-  next = stage.gap;
-  next.noalias() += stage.A * step.state[at(k)];
-  next.noalias() += stage.B * input;
+// The next state without the gap.
+void Riccati::move(const Stage& stage, const VectorXd& input, const VectorXd& state, VectorXd& next) const {
+  const int shifted = stage.shifted, rest = sizes_.states - shifted;
+  next.head(shifted) = state.segment(shifted, shifted);
+  next.tail(rest).setZero();
+  add_image(1.0, stage.A.bottomRows(rest), state, next.tail(rest));
+  add_image(1.0, stage.B.bottomRows(rest), input, next.tail(rest));
 }
 
 void Riccati::bend(const StageModel& model, double size, StageStep& step) const {
   for (VectorXd& state : step.state) state.setZero();
   for (VectorXd& input : step.input) input.setZero();
   for (int k = failed_stage_; k < sizes_.stages; ++k) {
-    const Stage& stage = model.stage[at(k)];
     VectorXd& input = step.input[at(k)];
     if (k == failed_stage_)
       input = size * failed_input_;
     else
-      input.noalias() = gain_[at(k)].feedback * step.state[at(k)];
-    step.state[at(k + 1)].noalias() = stage.A * step.state[at(k)];
-    step.state[at(k + 1)].noalias() += stage.B * input;
+      add_transposed_image(-1.0, gain_[at(k)].by_back.bottomRows(sizes_.states), step.state[at(k)], input);
+    move(model.stage[at(k)], input, step.state[at(k)], step.state[at(k + 1)]);
   }
 }
 
 void Riccati::correct(const StageModel& model, const VectorXd& end_rows, StageStep& step) {
-  const VectorXd multiplier = end_solver_.solve(end_rows);
-  VectorXd state = VectorXd::Zero(sizes_.states);
+  multiplier_ = end_solver_.solve(end_rows);
+  back_.head(sizes_.end_rows) = multiplier_;
+  state_.setZero();
   for (int k = 0; k < sizes_.stages; ++k) {
-    const Stage& stage = model.stage[at(k)];
-    const Gain& gain = gain_[at(k)];
-    input_.noalias() = gain.feedback * state;
-    input_.noalias() -= gain.end_input * multiplier;
+    back_.tail(sizes_.states) = state_;
+    input_.setZero();
+    add_transposed_image(-1.0, gain_[at(k)].by_back, back_, input_);
     step.input[at(k)] += input_;
-    ahead_.noalias() = stage.A * state;
-    ahead_.noalias() += stage.B * input_;
-    state = ahead_;
-    step.state[at(k + 1)] += state;
+    move(model.stage[at(k)], input_, state_, ahead_);
+    state_.swap(ahead_);
+    step.state[at(k + 1)] += state_;
   }
 }
 

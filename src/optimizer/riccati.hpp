@@ -17,6 +17,11 @@ class Riccati {
   /// only there. Returns false where it is not.
   bool factor(const StageModel& model, double shift, double penalty);
 
+  /// After factor: how a stage's optimal input answers its state, [m][n].
+  MatrixXd feedback(int stage) const {
+    return -gain_[static_cast<std::size_t>(stage)].by_back.bottomRows(sizes_.states).transpose();
+  }
+
   /// The end rows' multipliers of the step that solve() finds with this share.
   const VectorXd& look_back(const StageModel& model, double share);
 
@@ -33,21 +38,26 @@ class Riccati {
 
  private:
   struct Gain {
-    MatrixXd P;          // [n][n] Hessian of what is still to come
-    MatrixXd factor;     // [m][m] lower Cholesky factor of R + BᵀPB
-    MatrixXd feedback;   // [m][n]
-    MatrixXd end;        // [n][end_rows] closed-loop sensitivity of the end rows
-    MatrixXd end_input;  // [m][end_rows] input by end multiplier, sign reversed
-    VectorXd p;          // [n] gradient of what is still to come at s = 0
-    VectorXd input;      // [m] at s = 0
+    MatrixXd P;        // [n][n] Hessian of what is still to come
+    MatrixXd factor;   // [m][m] lower Cholesky factor of R + BᵀPB, the inverse of its diagonal on the diagonal
+    MatrixXd by_back;  // [end_rows + n][m] inputs, sign reversed: by the end rows' multipliers and by the state
+    MatrixXd end;      // [end_rows][n] closed-loop sensitivity of the end rows
+    VectorXd p;        // [n] gradient of what is still to come at s = 0
+    VectorXd input;    // [m] at s = 0
   };
-  void follow(const StageModel& model, int stage, StageStep& step) const;
+  void carry_hessian(const Stage& stage, double shift, const Gain& next, Gain& gain);
+  void carry_end(const Stage& stage, const Gain& next, Gain& gain);
+  bool eliminate_inputs(Gain& gain);
+  void move(const Stage& stage, const VectorXd& input, const VectorXd& state, VectorXd& next) const;
 
   StageSizes sizes_;
   std::vector<Gain> gain_;  // [N + 1], the last without gains
-  MatrixXd PA_, PB_, end_gram_;
+  MatrixXd transposed_;      // [n + m][n] of the rows of (A, B) that are not shifted ones
+  MatrixXd PA_, PB_;         // P A, P B
+  MatrixXd by_input_;        // [end_rows + n + m][m] what inputs do to end rows, to the states' gradient and to their own
+  MatrixXd end_gram_;        // [end_rows] squared
   Eigen::LLT<MatrixXd> end_solver_;
-  VectorXd ahead_, state_, input_, target_, reached_, multiplier_;
+  VectorXd ahead_, state_, input_, back_, reached_, multiplier_;
   double penalty_ = 0.0;
   int failed_stage_ = 0;
   VectorXd failed_input_;  // [m] along which the sweep met negative curvature

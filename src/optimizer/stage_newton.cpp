@@ -62,6 +62,7 @@ void StageNewton::find_step() {
     if (share_ * added > bearable) share_ = bearable / added;
   }
   riccati_.solve(model_, share_, step_);
+  step_.shifted = shift_ > 0.0;
 }
 
 // What a Newton step still changes in the cost's gradient, relative to that gradient.
@@ -69,7 +70,7 @@ double StageNewton::stationarity() const {
   double change = 0.0, gradient = 0.0;
   for (std::size_t k = 0; k < model_.stage.size(); ++k) {
     change = std::max(change, model_.stage[k].weight * step_.input[k].lpNorm<Eigen::Infinity>());
-    gradient = std::max(gradient, model_.stage[k].r.lpNorm<Eigen::Infinity>());
+    gradient = std::max(gradient, model_.stage[k].gradient);
   }
   return change / std::max(gradient, 1e-300);
 }
@@ -217,7 +218,8 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
                     "no step makes progress any more");
     ++outcome.iterations;
     outcome.history.push_back(
-        {outcome.iterations, program.merit().cost, program.merit().violation, change_, program.goal_error(), length_});
+        {outcome.iterations, program.merit().cost, program.merit().violation, change_, program.goal_error(), length_,
+         program.drift()});
     if (options.interrupted && options.interrupted()) return finish(Termination::interrupted, "interrupted");
     if (std::chrono::duration<double>(Clock::now() - begin).count() > options.time_limit)
       return finish(Termination::time_limit, "the time limit was reached");

@@ -2,6 +2,7 @@
 // (on whatever manifold it lives) and its multipliers; the solver sees linear-quadratic models of it.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -29,7 +30,13 @@ struct Stage {
   VectorXd q;       // [n]
   VectorXd r;       // [m]
   double weight;    // of ½|v|² in the metric of the inputs
+  double gradient;  // size of the cost's own derivative by the inputs, which stationarity is measured against
   MatrixXd metric;  // [n][n] of the states: what a shift of the Hessian adds
+  // the rest of it where inputs move what the state does not show, else empty
+  MatrixXd metric_mixed;  // [m][n]
+  MatrixXd metric_input;  // [m][m]
+  /// So many first states s' are but the next so many of s: the first rows of A are [0 I 0], those of B are 0.
+  int shifted = 0;
 };
 
 /// The whole program near a point; the first state does not change.
@@ -49,6 +56,7 @@ struct StageStep {
   std::vector<VectorXd> input;    // [N][m]
   std::vector<VectorXd> costate;  // [N + 1][n] gradient of what is still to come by the state
   VectorXd end_multiplier;        // [end_rows]
+  bool shifted = false;           // whether the model's Hessian had to be: its multipliers are then those of the shift too
   explicit StageStep(const StageSizes& sizes);
 };
 
@@ -77,6 +85,14 @@ class StageProgram {
   virtual double longest(const StageStep& step) const = 0;
   /// A number a person understands: how far the point is from the goal.
   virtual double goal_error() const = 0;
+  /// How far the point is from keeping what every point of the program keeps, of its own scale; NaN: not measured.
+  virtual double drift() const { return std::numeric_limits<double>::quiet_NaN(); }
+  /// Whether there are limits at all.
+  virtual bool limited() const { return false; }
+  /// Limits that are terms of the cost with multipliers: how far they are from being met and complementary, 0 without.
+  virtual double limit_error() const { return 0.0; }
+  /// Takes the limits' multipliers that belong to the point; the cost changes by it.
+  virtual void renew_limits() {}
 };
 
 }  // namespace lamprey::optimizer

@@ -8,13 +8,16 @@
 namespace lamprey::report {
 namespace {
 
+using certificate::curvature_mark;
+using certificate::equation_mark;
+using certificate::goal_mark;
+using certificate::limit_mark;
+using certificate::rest_mark;
 using certificate::unset;
 
-constexpr double goal_mark = 1e-9;       // rad, m; also rest
 constexpr double momentum_mark = 1e-11;  // of the scale
-constexpr double equation_mark = 1e-10;
 constexpr double replay_mark = 1e-3;     // rad at a window's end
-constexpr double curvature_mark = 1e-6;  // of the effort's own
+constexpr double feedback_mark = 1e-2;   // rad at the end
 
 std::string with_unit(double value, const char* unit) {
   if (std::isnan(value) || *unit == '\0') return number(value, 3);
@@ -32,11 +35,17 @@ CertificateRow shown(const char* name, double value, const char* unit, const cha
   return {name, with_unit(value, unit), "", std::nullopt, meaning};
 }
 
-CertificateRow second_order_row(const std::optional<certificate::SecondOrder>& second_order) {
-  const double value = second_order ? second_order->smallest_eigenvalue : unset;
+std::string curvature_value(const certificate::SecondOrder& second_order) {
+  std::string text = number(second_order.smallest_eigenvalue, 3);
+  if (second_order.negative_eigenvalues.value_or(0) > 0)
+    text += fmt::format(", {} of descent", *second_order.negative_eigenvalues);
+  return text;
+}
+
+CertificateRow second_order_row(const certificate::SecondOrder& second_order) {
   std::optional<bool> holds;
-  if (!std::isnan(value)) holds = second_order->positive;
-  return {"Smallest curvature", number(value, 3), fmt::format("> {}", number(curvature_mark)), holds,
+  if (!std::isnan(second_order.smallest_eigenvalue)) holds = second_order.positive;
+  return {"Smallest curvature", curvature_value(second_order), fmt::format("> {}", number(curvature_mark)), holds,
           "Smallest eigenvalue of the Lagrangian’s Hessian among the changes of control that keep the goal, relative "
           "to the "
           "effort alone (1 = pure effort). Above zero: a strict local minimum; below: a saddle."};
@@ -58,8 +67,8 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
   const certificate::Replay replay = proof.replay.value_or(certificate::Replay{});
   const certificate::Refinement refinement = proof.refinement.value_or(certificate::Refinement{});
   const double asked = problem.goal ? goal_mark : unset;
-  const double rests = problem.goal && problem.goal->rest ? goal_mark : unset;
-  return {
+  const double rests = problem.goal && problem.goal->rest ? rest_mark : unset;
+  std::vector<CertificateRow> rows = {
       held("Goal error", proof.goal_error, "", asked,
            "Largest distance of the end from what the goal asks, over all its rows, in rad or m."),
       held("Rest error", proof.rest_error, "", rests,
@@ -72,6 +81,9 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
            "Largest change of the total linear and angular momentum, relative to the largest momentum or impulse of a "
            "step. "
            "Joint moments act in pairs, so nothing may change it."),
+      held("Momentum over all iterates", proof.iterates_momentum, "", momentum_mark,
+           "Largest total momentum of any point that the solver went through, as it measured it, relative to that "
+           "point's largest momentum: the search cannot live on momentum that leaks."),
       shown("Rotation drift", proof.rotation_drift, "",
             "Largest entry of RᵀR − I: how far stored rotations are from rotations."),
       {"Clearance",
@@ -84,7 +96,14 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
       held("First-order optimality (KKT)", proof.kkt, "", problem.tolerance,
            "Largest part of the cost’s gradient that no multiplier of the goal explains, relative to the gradient "
            "itself."),
-      second_order_row(proof.second_order),
+      second_order_row(proof.second_order.value_or(certificate::SecondOrder{})),
+      {"Curvature, all axes free",
+       proof.all_axes || !proof.second_order
+           ? curvature_value(proof.all_axes.value_or(certificate::AllAxes{}).second_order)
+           : "no axes are confined",
+       "", std::nullopt,
+       "The same with every direction moved that the joints leave free, where control_axes confine them. Below zero: "
+       "moments out of these axes would lower the cost."},
       held("Replay, rotation", replay.rotation_error, "rad", replay_mark,
            "The stored controls through another integrator of the continuous equations, restarted from the stored "
            "state at "
@@ -95,12 +114,24 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
             "The same replay, never restarted. Unstable motions amplify any difference, so this is no fault of the "
             "solution."),
       shown("Whole replay, position", replay.whole_position_error, "m", "The same for the root’s position."),
+      held("Replay with feedback, rotation", replay.feedback_rotation_error, "rad", feedback_mark,
+           "The same replay, never restarted, with the stored gains: moments answer how far it is off the answer, as a "
+           "vehicle’s would."),
+      shown("Replay with feedback, position", replay.feedback_position_error, "m", "The same for the root’s position."),
       shown("Growth rate", replay.growth_rate, "1/s",
             "How fast small perturbations grow along the motion: as e to this rate × time."),
       shown("Cost at half the step", refinement.cost_half_step, "(N m)² s",
             "Cost of the same problem solved with twice the steps."),
       shown("Observed order", refinement.observed_order, "", "Order at which the cost settles as the step is halved."),
+      shown("Cost in the limit", refinement.cost_limit, "(N m)² s", "Cost extrapolated to steps of no length."),
+      shown("Error of the cost", refinement.cost_error, "(N m)² s", "Distance of the answer’s cost from that."),
   };
+  if (proof.limits)
+    rows.insert(rows.begin() + 1,
+                held("Limits", proof.limits->violation, "", limit_mark,
+                     "Largest violation of a limit or miss of a waypoint at the nodes, in rad, m or s; of moments and "
+                     "rates relative to the bound."));
+  return rows;
 }
 
 }  // namespace lamprey::report

@@ -1,9 +1,12 @@
 #include "report/summary.hpp"
+#include "report/transport.hpp"
 
+#include <cctype>
 #include <cmath>
 
 #include <fmt/format.h>
 
+#include "file/words.hpp"
 #include "report/wording.hpp"
 
 namespace lamprey::report {
@@ -79,6 +82,16 @@ std::string goal_words(const maneuver::Goal& goal) {
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
+void append_tracking(const maneuver::Tracking& tracking, std::vector<std::pair<std::string, std::string>>& rows) {
+  const auto off = [](double rotation, double position) {
+    return fmt::format("{} rad, {} m", number(rotation, 3), number(position, 3));
+  };
+  rows.emplace_back("Follows", tracking.maneuver);
+  rows.emplace_back("Off the plan at the end", off(tracking.rotation_error, tracking.position_error));
+  rows.emplace_back("Off the plan at most", off(tracking.largest_rotation_error, tracking.largest_position_error));
+  rows.emplace_back("Largest correction", number(tracking.largest_correction, 3) + " N m");
+}
+
 }  // namespace
 
 bool succeeded(const file::Results& results) {
@@ -87,6 +100,10 @@ bool succeeded(const file::Results& results) {
 
 std::string verdict(const file::Results& results) {
   std::string words = status_words(results.solution.status);
+  if (results.solution.status == Status::optimal && results.certificate && results.certificate->verdict) {
+    words = file::word(*results.certificate->verdict);
+    words[0] = static_cast<char>(std::toupper(words[0]));
+  }
   if (results.solution.status == Status::simulated || !results.certificate) return words;
   const Certificate& proof = *results.certificate;
   std::vector<std::string> parts;
@@ -95,10 +112,11 @@ std::string verdict(const file::Results& results) {
     parts.push_back(fmt::format("goal {} {} {}", missed ? "missed by" : "reached within", number(proof.goal_error, 2),
                                 goal_unit(results.problem)));
   }
-  if (!std::isnan(proof.rest_error)) parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));
+  const bool rests = results.problem.goal && results.problem.goal->rest;
+  if (rests && !std::isnan(proof.rest_error)) parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));
   if (!std::isnan(proof.kkt)) parts.push_back(fmt::format("optimality conditions within {}", number(proof.kkt, 2)));
-  if (results.solution.status == Status::optimal && proof.second_order && proof.second_order->positive)
-    parts.emplace_back("a strict local minimum");
+  if (proof.second_order)
+    parts.push_back(fmt::format("smallest curvature {}", number(proof.second_order->smallest_eigenvalue, 2)));
   return parts.empty() ? words : fmt::format("{}: {}", words, fmt::join(parts, ", "));
 }
 
@@ -110,9 +128,15 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (sought && !std::isnan(solution.cost)) rows.emplace_back("Cost", grouped(solution.cost) + " (N m)² s");
   if (results.certificate && results.certificate->clearance)
     rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
+  if (const std::optional<Transport> moved = transport(results); sought && moved) {
+    rows.emplace_back("Work of the joints", number(moved->work, 5) + " J, nothing won back");
+    if (problem.goal && problem.goal->periodic && moved->distance > 0.0)
+      rows.emplace_back("Cost of transport", number(moved->work / moved->distance, 5) + " J/m");
+  }
   rows.emplace_back("Duration", number(problem.duration) + " s");
   rows.emplace_back("Steps", fmt::format("{} of {} s", problem.steps, number(problem.time_step)));
-  rows.emplace_back("Scheme", scheme_name(problem.scheme));
+  rows.emplace_back("Scheme", solution.marched_by.empty() ? scheme_name(problem.scheme) : solution.marched_by);
+  if (solution.tracking) append_tracking(*solution.tracking, rows);
   if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solution.solver.name);
   if (sought && solution.solver.iterations > 0) {
     rows.emplace_back("Iterations",

@@ -13,7 +13,7 @@ namespace lamprey::report {
 /// Whether the run did what was asked: optimal, or simulated.
 bool succeeded(const file::Results& results);
 
-/// One line, as "Optimal: goal reached within 3.1×10⁻¹² rad, at rest within …".
+/// One line, as "Proved local minimum: goal reached within 3.1×10⁻¹² rad, at rest within …".
 std::string verdict(const file::Results& results);
 
 /// Name and value with its unit, in the order to be read; entries without meaning for the status are left out.

@@ -2,15 +2,23 @@
 
 #include <algorithm>
 #include <sstream>
+#include <stdexcept>
 #include <tuple>
 
 #include "certificate/certify.hpp"
+#include "maneuver/feedback.hpp"
+#include "study/refinement.hpp"
 
 namespace lamprey::study {
 
 namespace {
 
 using certificate::Certificate;
+using certificate::equation_mark;
+using certificate::complementarity_mark;
+using certificate::goal_mark;
+using certificate::limit_mark;
+using certificate::rest_mark;
 using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
@@ -29,6 +37,9 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
            number(proof.equation_residual) + " of the momentum's scale, goal by " + number(proof.goal_error) +
            " rad or m)";
   if (!(proof.goal_error <= goal_mark)) return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
+  if (proof.limits && !(proof.limits->violation <= limit_mark))
+    return proof.limits->key + " is broken by " + number(proof.limits->violation) + " at " +
+           number(proof.limits->time, 3) + " s (rad or m; of moments and rates the share of the bound)";
   if (problem.goal && problem.goal->rest && !(proof.rest_error <= rest_mark))
     return "the end is not at rest: momentum " + number(proof.rest_error) + " of its scale is left";
   return "";
@@ -40,6 +51,29 @@ std::string advice(const Problem& problem) {
   return "try more starts, another seed, or a nearer goal; check that control_axes can reach it";
 }
 
+// What second derivatives say, as sentences.
+std::string curvature_words(const Certificate& proof) {
+  const auto saddle = [](const certificate::SecondOrder& second) {
+    return second.negative_eigenvalues && *second.negative_eigenvalues > 0;
+  };
+  const auto directions = [](const certificate::SecondOrder& second) {
+    return std::to_string(*second.negative_eigenvalues) +
+           (*second.negative_eigenvalues == 1 ? " direction lowers" : " directions lower") + " the cost";
+  };
+  std::string words;
+  if (!proof.second_order)
+    words = " Whether it is a minimum was not computed.";
+  else if (proof.second_order->positive)
+    words = " A strict local minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
+  else if (saddle(*proof.second_order))
+    words = " A saddle: " + directions(*proof.second_order) + ".";
+  else
+    words = " Not proved a minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
+  if (proof.all_axes && saddle(proof.all_axes->second_order))
+    words += " With control_axes set aside it is a saddle: " + directions(proof.all_axes->second_order) + ".";
+  return words;
+}
+
 // Whether the steps are fine enough for the motion: an independent integrator stays with it between restarts.
 bool resolved(const Certificate& proof) { return proof.replay && proof.replay->rotation_error <= replay_mark; }
 
@@ -48,11 +82,24 @@ std::tuple<bool, bool, double> rank(const Answer& answer) {
   return {answer.solution.status != Status::optimal, !resolved(answer.certificate), answer.solution.cost};
 }
 
+// Gains about the answer, and its replay with them.
+void add_feedback(const model::System& system, const Problem& problem, Answer& answer) {
+  try {
+    answer.solution.feedback = maneuver::design_feedback(system, problem, answer.solution);
+  } catch (const std::domain_error& error) {
+    answer.solution.message += std::string(" It comes without feedback: ") + error.what() + ".";
+    return;
+  }
+  certificate::certify_feedback(system, problem, answer.solution, answer.certificate);
+}
+
 }  // namespace
 
 void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
   const std::string missing = unmet(problem, proof);
-  const bool stationary = proof.kkt <= problem.search.tolerance;
+  const bool multipliers_fit = !proof.limits || (proof.limits->complementarity <= complementarity_mark &&
+                                                 proof.limits->negative <= complementarity_mark);
+  const bool stationary = proof.kkt <= problem.search.tolerance && multipliers_fit;
   const std::string stopped = solution.message.empty() ? "" : " The optimiser stopped: " + solution.message + ".";
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
   if (missing.empty() && stationary) {
@@ -64,7 +111,15 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
     solution.message = "The goal is met, but the cost is stationary to " + number(proof.kkt) + " only, not to " +
                        number(problem.search.tolerance) + "." + stopped + " To mend it: " + advice(problem) + ".";
   } else {
-    if (!cut_short && solution.status != Status::infeasible) solution.status = Status::stalled;
+    const bool beyond_moments = solution.status == Status::optimal && !(proof.goal_error <= goal_mark);
+    if (!cut_short && solution.status != Status::infeasible)
+      solution.status = beyond_moments ? Status::infeasible : Status::stalled;
+    if (beyond_moments) {
+      solution.message = "Out of reach: " + missing +
+                         ", and no moment of these joints changes that. What may help: other control_axes or joints, "
+                         "or a goal that leaves this free.";
+      return;
+    }
     solution.message = "Not solved: " + missing + "." + stopped + " What may help: " + advice(problem) + ".";
   }
 }
@@ -74,21 +129,37 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   SolveOptions certified = options;
   certified.accept = [&](Solution& solution) {
     if (options.progress) options.progress("certifying");
-    proofs.push_back(certificate::certify(system, problem, solution));
+    proofs.push_back(certificate::certify(system, problem, solution, {.second_order = false}));
     judge(problem, proofs.back(), solution);
+    if (options.progress && solution.status != Status::optimal)
+      options.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
     return solution.status == Status::optimal && resolved(proofs.back());
   };
-  const std::vector<Solution> solutions = solve(system, problem, certified);
+  const Candidates candidates = find_candidates(system, problem, certified);
   std::vector<Answer> found;
-  for (std::size_t n = 0; n < solutions.size(); ++n) found.push_back({solutions[n], proofs[n]});
-  Answer best =
-      *std::min_element(found.begin(), found.end(), [](const Answer& a, const Answer& b) { return rank(a) < rank(b); });
+  for (std::size_t n = 0; n < candidates.solution.size(); ++n) found.push_back({candidates.solution[n], proofs[n]});
+  const auto chosen =
+      std::min_element(found.begin(), found.end(), [](const Answer& a, const Answer& b) { return rank(a) < rank(b); });
+  Answer best = *chosen;
+  if (best.solution.status == Status::optimal) {
+    if (options.progress) options.progress("proving");
+    certificate::add_second_order(system, problem, best.solution, best.certificate);
+    best.solution.message += curvature_words(best.certificate);
+    if (candidates.cost_on_grid) {
+      if (options.progress) options.progress("on other grids");
+      best.certificate.refinement = refine_cost(problem, best.solution.cost, [&](int steps) {
+        return candidates.cost_on_grid(static_cast<std::size_t>(chosen - found.begin()), steps);
+      });
+      best.solution.message += refinement_words(*best.certificate.refinement);
+    }
+  }
   for (const Answer& other : found)
     if (other.solution.status == Status::optimal && !resolved(other.certificate) &&
         other.solution.cost < best.solution.cost)
       best.solution.message +=
           " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: its replay misses by " +
           number(other.certificate.replay->rotation_error) + " rad, so these steps are too coarse for it.";
+  if (best.solution.status == Status::optimal) add_feedback(system, problem, best);
   return best;
 }
 

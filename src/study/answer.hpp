@@ -13,17 +13,14 @@ struct Answer {
 
 /// Solves and certifies every candidate; status and message say what the certificate shows. Of the proven candidates the cheapest
 /// one that its steps resolve is the answer: coarse grids hold motions that cost little only because they are wrong.
+/// An optimal answer comes with gains about it.
 Answer answer(const model::System& system, const maneuver::Problem& problem, const SolveOptions& options);
 
 /// Sets status and message from the numbers of the certificate: "optimal" needs the discrete equations, the goal, rest and the
 /// KKT residual to hold, whatever the optimiser thought.
 void judge(const maneuver::Problem& problem, const certificate::Certificate& certificate, maneuver::Solution& solution);
 
-/// Marks of an optimal answer.
-inline constexpr double goal_mark = 1e-9;       // rad, m
-inline constexpr double rest_mark = 1e-9;       // of the scale
-inline constexpr double equation_mark = 1e-10;  // of the scale
-/// Mark of a resolved one: windowed replay, rad.
+/// Mark of a resolved answer: windowed replay, rad.
 inline constexpr double replay_mark = 1e-3;
 
 }  // namespace lamprey::study

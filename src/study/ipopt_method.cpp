@@ -50,8 +50,14 @@ class IpoptMethod : public Method {
 
   std::vector<Found> refine(const std::vector<const Found*>& coarse) override {
     return in_workers(static_cast<int>(coarse.size()), "refined", full_,
-                      [&](int n) { return refine(*coarse[static_cast<std::size_t>(n)]); });
+                      [&](int n) { return refine(*coarse[static_cast<std::size_t>(n)], full_); });
   }
+
+  Found carry(const Found& from, int steps) override {
+    const Maneuver grid = maneuver::make_maneuver(system_, problem_, steps);
+    return in_workers(1, "carried", grid, [&](int) { return refine(from, grid); }).front();
+  }
+  bool carries_cheaply() const override { return false; }
 
  private:
   optimizer::Options optimizer_options(int max_iterations) const {
@@ -89,11 +95,11 @@ class IpoptMethod : public Method {
         program.pack(maneuver::random_guess(system_, coarse_, seed_of_start(problem_, start))));
   }
 
-  Outcome refine(const Found& start) const {
-    Transcription full(system_, full_, rows_);
+  Outcome refine(const Found& start, const Maneuver& grid) const {
+    Transcription full(system_, grid, rows_);
     const NodePath path =
         start.path.rotation.empty() ? maneuver::random_guess(system_, coarse_, seed_of_start(problem_, 0)) : start.path;
-    const VectorXd start_point = full.pack(maneuver::refined(system_, path, full_.steps));
+    const VectorXd start_point = full.pack(maneuver::refined(system_, path, grid.steps));
     optimizer::Options options = optimizer_options(quick_iterations);
     options.near_solution = true;
     Outcome outcome = optimizer::solve_with_ipopt(full, options, start_point);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "maneuver/limit_terms.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/node_path.hpp"
 #include "optimizer/outcome.hpp"
@@ -17,6 +18,8 @@ struct Found {
   optimizer::Outcome outcome;
   maneuver::NodePath path;  // empty: none
   double cost = 0.0;        // by the file's rule
+  double duration = 0.0;    // s
+  maneuver::LimitMultipliers limit_multipliers;
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
 };
 
@@ -43,6 +46,10 @@ class Method {
   virtual std::vector<Found> solve_starts(int first, int count) = 0;
   /// Carries motions on to full resolution.
   virtual std::vector<Found> refine(const std::vector<const Found*>& coarse) = 0;
+  /// Carries a motion on to another number of steps.
+  virtual Found carry(const Found& from, int steps) = 0;
+  /// Whether that takes less than the search.
+  virtual bool carries_cheaply() const = 0;
 };
 
 /// Steps of the grid on which starts are told apart: enough to tell minima apart, few enough to be quick.

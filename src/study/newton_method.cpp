@@ -8,7 +8,7 @@
 #include "maneuver/guess.hpp"
 #include "maneuver/reach.hpp"
 #include "maneuver/shape_program.hpp"
-#include "optimizer/stage_newton.hpp"
+#include "optimizer/limited_newton.hpp"
 #include "study/method.hpp"
 
 namespace lamprey::study {
@@ -29,6 +29,9 @@ constexpr int most_refinement = 10;  // times as many steps from one grid to the
 constexpr int most_iterations = 500;
 constexpr double rough_tolerance = 1e-4;
 constexpr double fine_tolerance = 1e-7;  // before a last Newton step
+constexpr double rough_limits = 1e-3;    // error of limits, in units of their rows
+constexpr double fine_limits = 1e-9;
+constexpr double limited_share = 1e-2;   // of the tolerance: a last Newton step is no good where limits begin to hold
 
 // A program and its solver at one resolution.
 struct Grid {
@@ -36,9 +39,9 @@ struct Grid {
   ShapeProgram program;
   optimizer::StageNewton newton;
   Grid(const System& system, const Problem& problem, int steps, const ShapeCoordinates& coordinates,
-       const std::vector<EndRow>& rows)
+       const std::vector<EndRow>& rows, const std::vector<maneuver::LimitRow>& limits)
       : maneuver(maneuver::make_maneuver(system, problem, steps)),
-        program(system, maneuver, coordinates, rows),
+        program(system, maneuver, coordinates, rows, limits),
         newton(program.sizes()) {}
 };
 
@@ -50,6 +53,7 @@ class NewtonMethod : public Method {
     const NodePath guess = maneuver::random_guess(system, probe, seed_of_start(problem, 0));
     coordinates_ = maneuver::reachable_coordinates(system, probe, guess);
     rows_ = maneuver::independent_end_rows(system, probe, coordinates_, guess);
+    limits_ = maneuver::limit_rows(system, problem);
   }
 
   std::string name() const override { return "lamprey newton"; }
@@ -68,6 +72,9 @@ class NewtonMethod : public Method {
       return found;
     });
   }
+
+  Found carry(const Found& from, int steps) override { return carry_on(from, steps, fine_tolerance); }
+  bool carries_cheaply() const override { return true; }
 
  private:
   static int coarse_of(int steps) { return std::min(steps, coarse_steps); }
@@ -97,14 +104,14 @@ class NewtonMethod : public Method {
     const int coarse = coarse_of(problem_.steps);
     Found found;
     const int steps = std::min(coarse, first_steps);
-    Grid grid(system_, problem_, steps, coordinates_, rows_);
+    Grid grid(system_, problem_, steps, coordinates_, rows_, limits_);
     solve(grid, maneuver::random_guess(system_, grid.maneuver, seed_of_start(problem_, start)),
           steps < coarse ? rough_tolerance : fine_tolerance, found);
     return steps < coarse && !found.path.rotation.empty() ? carry_on(found, coarse, fine_tolerance) : found;
   }
 
   Found carry_on(const Found& from, int steps, double tolerance) const {
-    Grid grid(system_, problem_, steps, coordinates_, rows_);
+    Grid grid(system_, problem_, steps, coordinates_, rows_, limits_);
     Found found = from;
     found.path = NodePath();
     solve(grid, maneuver::refined(system_, from.path, steps), tolerance, found);
@@ -113,14 +120,25 @@ class NewtonMethod : public Method {
 
   // Effort and history of `found` go on.
   void solve(Grid& grid, const NodePath& from, double tolerance, Found& found) const {
+    const bool rough = tolerance > fine_tolerance;
+    const double limit_tolerance = rough ? rough_limits : fine_limits;
+    if (!rough && !limits_.empty()) tolerance *= limited_share;
     const optimizer::Outcome before = found.outcome;
     optimizer::Outcome& outcome = found.outcome;
     outcome = optimizer::Outcome();
     outcome.reason = "no motion was found through the first guess of the shapes";
+    if (found.duration == 0.0) found.duration = problem_.duration.value;
+    grid.program.take_duration(found.duration);
+    grid.program.take_limit_multipliers(found.limit_multipliers);
     if (grid.program.go_to(from)) {
-      outcome = grid.newton.solve(grid.program, budget_.optimizer_options(most_iterations, tolerance));
+      outcome = optimizer::solve_within_limits(grid.newton, grid.program,
+                                               budget_.optimizer_options(most_iterations, tolerance), limit_tolerance);
+      for (const std::string& detail : {grid.program.largest_violation(), grid.program.largest_miss()})
+        if (!detail.empty()) outcome.reason += "; " + detail;
       found.path = grid.program.path();
-      found.cost = outcome.objective;
+      found.cost = grid.program.cost();
+      found.duration = grid.program.duration();
+      found.limit_multipliers = grid.program.limit_multipliers();
     }
     for (optimizer::Iteration& step : outcome.history) step.iteration += before.iterations;
     outcome.history.insert(outcome.history.begin(), before.history.begin(), before.history.end());
@@ -134,6 +152,7 @@ class NewtonMethod : public Method {
   const Budget& budget_;
   ShapeCoordinates coordinates_;
   std::vector<EndRow> rows_;
+  std::vector<maneuver::LimitRow> limits_;
 };
 
 }  // namespace

@@ -14,7 +14,7 @@ std::vector<double> numbers_of(const Outcome& outcome) {
                                  static_cast<double>(outcome.history.size())};
   for (const Iteration& step : outcome.history)
     numbers.insert(numbers.end(), {static_cast<double>(step.iteration), step.objective, step.infeasibility,
-                                   step.dual_infeasibility, step.goal_error, step.step});
+                                   step.dual_infeasibility, step.goal_error, step.step, step.drift});
   numbers.push_back(static_cast<double>(outcome.reason.size()));
   numbers.insert(numbers.end(), outcome.reason.begin(), outcome.reason.end());
   numbers.insert(numbers.end(), outcome.point.begin(), outcome.point.end());
@@ -30,8 +30,8 @@ Outcome outcome_of(const std::vector<double>& numbers) {
   outcome.iterations = static_cast<int>(*next++);
   outcome.evaluations = static_cast<int>(*next++);
   const auto count = static_cast<std::size_t>(*next++);
-  for (std::size_t n = 0; n < count; ++n, next += 6)
-    outcome.history.push_back({static_cast<int>(next[0]), next[1], next[2], next[3], next[4], next[5]});
+  for (std::size_t n = 0; n < count; ++n, next += 7)
+    outcome.history.push_back({static_cast<int>(next[0]), next[1], next[2], next[3], next[4], next[5], next[6]});
   outcome.reason.clear();
   const auto letters = static_cast<std::size_t>(*next++);
   for (std::size_t n = 0; n < letters; ++n) outcome.reason += static_cast<char>(*next++);

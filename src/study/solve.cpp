@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <numeric>
 
 #include "maneuver/goal_rank.hpp"
@@ -65,6 +66,14 @@ class Search {
     return solutions_;
   }
 
+  bool refines() const { return options_.refinement.value_or(method_->carries_cheaply()); }
+
+  std::optional<double> cost_on_grid(std::size_t candidate, int steps) const {
+    if (candidate >= found_.size() || budget_.stopped()) return std::nullopt;
+    const Found carried = method_->carry(found_[candidate], steps);
+    return carried.converged() ? std::optional(carried.cost) : std::nullopt;
+  }
+
  private:
   void count_effort(const Outcome& outcome) {
     iterations_ += outcome.iterations;
@@ -115,6 +124,7 @@ class Search {
         count_effort(fine.outcome);
         if (fine.path.rotation.empty()) continue;
         solutions_.push_back(describe(fine));
+        found_.push_back(fine);
         if (options_.accept && options_.accept(solutions_.back()))
           accepted_cost = std::min(accepted_cost, solutions_.back().cost);
       }
@@ -148,21 +158,46 @@ class Search {
     }
     path = turned_as_asked(path);
     Solution solution;
-    describe_motion(system_, full_.lagrangian, full_.time_step(), path, solution);
-    solution.cost = maneuver::cost_of(full_.node_weight, solution.control);
+    const double duration = found.duration > 0.0 ? found.duration : full_.duration;
+    describe_motion(system_, full_.lagrangian, duration / full_.steps, path, solution);
+    solution.cost = maneuver::cost_of(duration / full_.duration * full_.node_weight, solution.control) +
+                    full_.time_weight * duration;
+    solution.limit_multipliers = limit_multipliers(found, duration / full_.steps);
     solution.solver.name = method_->name() + (shooting ? ", single shooting" : "");
     solution.solver.wall_seconds = budget_.seconds();
     for (const optimizer::Iteration& step : outcome.history)
       solution.solver.history.push_back(
-          {step.iteration, step.objective, step.goal_error, step.dual_infeasibility, step.step});
+          {step.iteration, step.objective, step.goal_error, step.dual_infeasibility, step.step, step.drift});
     solution.status = status_of(outcome);
     solution.message = outcome.reason;
     return solution;
   }
 
+  // In the units of the limits; those that hold nowhere are left out.
+  std::vector<maneuver::LimitMultiplier> limit_multipliers(const Found& found, double time_step) const {
+    std::vector<maneuver::LimitMultiplier> result;
+    if (found.limit_multipliers.value.size() == 0) return result;
+    const std::vector<maneuver::LimitRow> rows = maneuver::limit_rows(system_, problem_);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const auto values = found.limit_multipliers.value.row(static_cast<Eigen::Index>(r));
+      if (values.isZero(0.0)) continue;
+      const maneuver::LimitRow& row = rows[r];
+      maneuver::LimitMultiplier own{row.key, row.joint, row.body, row.other_body, row.component, row.upper(), {}};
+      const bool density = row.time < 0.0 && !row.of_duration();  // in the time of the first guess
+      const double price =
+          maneuver::price_of_bound(row, time_step) * (density ? full_.time_step() / time_step : 1.0);
+      for (double value : values) own.multiplier.push_back(value * price);
+      result.push_back(own);
+    }
+    return result;
+  }
+
   // Of two mirror images of equal cost the one that turns as the goal's rotation vector does.
   NodePath turned_as_asked(const NodePath& path) const {
     const auto& turn = problem_.goal->turn;
+    const maneuver::Limits& limits = problem_.limits;  // those that know left from right stay as they are
+    const bool sided = !limits.spheres.empty() || !limits.half_spaces.empty() || !limits.angle.empty();
+    if (sided || !problem_.waypoints.empty()) return path;
     if (!turn || turn->norm() == 0.0 || !maneuver::turns_against(*turn, path)) return path;
     const std::optional<int> axis = maneuver::mirror_axis(system_, full_);
     return axis ? maneuver::mirrored(system_, path, *axis) : path;
@@ -197,6 +232,7 @@ class Search {
   std::vector<std::size_t> candidates_;  // starts to refine, by rising cost
   maneuver::SearchRecord record_;
   std::vector<Solution> solutions_;
+  std::vector<Found> found_;  // of the solutions
   int iterations_ = 0;
   int evaluations_ = 0;
 };
@@ -229,6 +265,16 @@ std::uint64_t seed_of_start(const Problem& problem, int start) {
 
 std::vector<Solution> solve(const System& system, const Problem& problem, const SolveOptions& options) {
   return Search(system, problem, options).run();
+}
+
+Candidates find_candidates(const System& system, const Problem& problem, const SolveOptions& options) {
+  const auto search = std::make_shared<Search>(system, problem, options);
+  Candidates candidates{search->run(), {}};
+  if (search->refines())
+    candidates.cost_on_grid = [search](std::size_t candidate, int steps) {
+      return search->cost_on_grid(candidate, steps);
+    };
+  return candidates;
 }
 
 }  // namespace lamprey::study

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,13 +20,24 @@ struct SolveOptions {
   int workers = 1;                                   // threads (Ipopt: processes); the answer does not depend on it
   std::function<void(const std::string&)> progress;  // a line for people, may be empty
   std::function<bool()> interrupted;                 // asked often; may be empty
+  std::optional<bool> refinement;  // whether answers are carried over to other grids; by default where that is cheap
   std::function<bool(maneuver::Solution&)>
       accept;  // whether a candidate can be the answer; may be empty: all are refined
+};
+
+struct Candidates {
+  std::vector<maneuver::Solution> solution;
+  /// Cost of a candidate's minimum on another number of steps; nothing where it is not found. Empty where it was not
+  /// asked for. Calls use what `find_candidates` was given.
+  std::function<std::optional<double>(std::size_t candidate, int steps)> cost_on_grid;
 };
 
 /// Candidates at full resolution, at least one. Status and message are the optimiser's own view, which a certificate confirms
 /// or not (see answer); `accept` may change them.
 /// Throws model::InputError where the problem itself is at fault.
+Candidates find_candidates(const model::System& system, const maneuver::Problem& problem, const SolveOptions& options);
+
+/// The candidates alone.
 std::vector<maneuver::Solution> solve(const model::System& system, const maneuver::Problem& problem,
                                       const SolveOptions& options);
 

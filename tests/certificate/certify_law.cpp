@@ -222,9 +222,6 @@ TEST(Certificate, above_order_2_and_of_divided_steps_knows_drifts_but_no_residua
 }
 
 TEST(Certificate, leaves_unset_what_it_does_not_know) {
-  MarchedAnswer limited = tumbling(Scheme::trapezoid, 10);
-  limited.problem.limits.torque = 1.0;
-  EXPECT_TRUE(std::isnan(certified(limited, {}).kkt));
   MarchedAnswer unknown_scheme = tumbling(Scheme::trapezoid, 10);
   unknown_scheme.problem.scheme = Scheme::order4;
   EXPECT_TRUE(std::isnan(certified(unknown_scheme).momentum_drift));

@@ -79,6 +79,20 @@ inline NodeMoments smooth_moments(int steps, double size, bool planar = false) {
   return moments;
 }
 
+/// Moments along the joints at nodes 0 … last from those along Joint::actuation, [controls · (last + 1)].
+inline NodeMoments moments_along_joints(const model::System& system, const VectorXd& value, int last) {
+  NodeMoments moments;
+  Eigen::Index first = 0;
+  for (int k = 0; k <= last; ++k) {
+    moments.emplace_back();
+    for (const model::Joint& joint : system.joints()) {
+      moments.back().push_back(joint.actuation * value.segment(first, joint.actuation.cols()));
+      first += joint.actuation.cols();
+    }
+  }
+  return moments;
+}
+
 inline MarchedAnswer march(const maneuver::Problem& problem, const NodeMoments& moments) {
   const model::System system(problem.swimmer);
   MarchedAnswer answer{problem, {}};
@@ -91,7 +105,7 @@ inline MarchedAnswer march(const maneuver::Problem& problem, const NodeMoments& 
     solution.time.push_back(k * problem.time_step());
     solution.position.push_back(state.position);
     solution.rotation.push_back(state.rotation);
-    solution.control.push_back(moments[n]);
+    solution.control.push_back(mechanics::applied_moments(system, state.rotation, moments[n]));
     if (k == problem.steps) break;
     const auto report = integrator::advance(system, integrator::lagrangian_of(problem.scheme), problem.time_step(),
                                             moments[n], moments[n + 1], state, work);

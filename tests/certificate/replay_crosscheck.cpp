@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "certificate/marched_answers.hpp"
+#include "maneuver/feedback.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -65,6 +66,26 @@ TEST(Replay, growth_rate_of_a_gliding_ellipsoid_is_the_known_one) {
   // θ'' J = V² (M_2 − M_1) M_1/M_2 θ at constant linear momentum
   const double rate = std::sqrt(0.8 * 0.8 * (2.0 - 1.0) * 1.0 / 2.0 / 1.5);
   EXPECT_NEAR(replay.growth_rate, rate, tolerance(0.01 * rate));
+}
+
+// A motion that feedback holds and that goes astray without it, in the hands of another integrator.
+TEST(Replay, with_the_stored_gains_stays_with_an_unstable_motion) {
+  maneuver::Problem problem = chain_problem(100, 1.0);
+  const NodeMoments moments = smooth_moments(100, 60.0);
+  MarchedAnswer answer = march(problem, moments);
+  const model::System system(problem.swimmer);
+  EXPECT_TRUE(std::isnan(replayed(answer).feedback_rotation_error)) << "no gains are stored";
+  maneuver::Solution full = maneuver::simulate(
+      system, problem,
+      [&](double t) { return moments[static_cast<std::size_t>(std::lround(t / problem.time_step()))]; },
+      maneuver::SimulateOptions{});
+  answer.solution.feedback = maneuver::design_feedback(system, problem, full);
+  const Replay held = replayed(answer);
+  EXPECT_LT(held.feedback_rotation_error, 0.1 * held.whole_rotation_error);
+  EXPECT_LT(held.feedback_rotation_error, 2e-3);
+  for (MatrixXd& gain : answer.solution.feedback.gain) gain = -gain;
+  const Replay driven = replayed(answer);
+  EXPECT_FALSE(driven.feedback_rotation_error < held.whole_rotation_error) << "gains of the wrong sign did no harm";
 }
 
 TEST(Replay, leaves_unset_what_leaves_all_bounds) {

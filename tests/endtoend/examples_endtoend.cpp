@@ -1,6 +1,8 @@
 // Every example through the program on a coarse grid; examples_long.cpp has them as they are.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "solved_example.hpp"
 
 namespace lamprey::tests {
@@ -19,6 +21,18 @@ INSTANTIATE_TEST_SUITE_P(
         close_to("yaw", "yaw", {{"steps", "200"}}, 155720.5, 1e-6),
         close_to("sideways", "sideways", coarse, 362517.3, 1e-6),
         close_to("falling_cat_flip", "falling_cat_flip", coarse, 0.16619978, 1e-6),
+        close_to("free_time", "free_time", coarse, 219120.39, 1e-6),
+        close_to("gait", "gait", {}, 101378.85, 1e-6),
+        close_to("gait_within_limits", "gait_within_limits", {{"starts", "2"}}, 479862.75, 1e-6),
+        Example{"rotation_with_clearance", "rotation_with_clearance", {{"steps", "100"}, {"starts", "2"}}, 29500, 0, false},
+        Example{"translation_with_clearance",
+                "translation_with_clearance",
+                {{"steps", "100"}, {"starts", "2"}},
+                120000,
+                0,
+                false},
+        close_to("around_an_obstacle", "around_an_obstacle", {{"starts", "1"}}, 115930.98, 1e-6),
+        Example{"eel_gait", "eel_gait", {{"steps", "50"}, {"starts", "1"}}, 1e-3, 0, false},
         // a cheaper minimum is known (169,753); 64 random starts did not meet it
         Example{"as_printed_translation", "as_printed/translation", coarse, 280000, 0, false},
         Example{"as_printed_rotation", "as_printed/rotation", {{"steps", "100"}, {"starts", "4"}}, 40000, 0, false},
@@ -34,6 +48,54 @@ INSTANTIATE_TEST_SUITE_P(
                 0,
                 false}),
     [](const auto& instance) { return instance.param.label; });
+
+TEST(Limits, are_kept_and_hold_the_answer) {
+  const Folder folder;
+  const std::string path = varied_example(folder, "rotation_with_clearance", {{"steps", "100"}, {"starts", "1"}});
+  ASSERT_EQ(lamprey(folder, "solve " + path + " --out " + (folder / "run")).exit_code, 0);
+  const file::Results results = file::read_solution(folder / "run");
+  EXPECT_LE(results.certificate->limits->violation, 1e-7);
+  EXPECT_NEAR(results.certificate->clearance->gap, 0.1, 1e-3);  // between nodes too
+  EXPECT_FALSE(results.solution.limit_multipliers.empty());
+  EXPECT_EQ(results.certificate->verdict, certificate::Verdict::proved);
+}
+
+// Without springs the effort falls with the third power of the duration: at the best one it is a third of the time's cost.
+TEST(FreeDuration, balances_effort_and_time) {
+  const Folder folder;
+  const std::string path =
+      varied_example(folder, "free_time", {{"steps", "100"}, {"starts", "4"}, {"torque", "1e6"}});
+  ASSERT_EQ(lamprey(folder, "solve " + path + " --out " + (folder / "run")).exit_code, 0);
+  const file::Results results = file::read_solution(folder / "run");
+  const double time = 1e5 * results.problem.duration;
+  EXPECT_NEAR((results.solution.cost - time) / time, 1.0 / 3.0, 1e-8);
+  EXPECT_NEAR(results.problem.duration, std::pow(3.0 * 243080.02 / 1e5, 0.25), 1e-6);
+}
+
+TEST(Gait, closes_its_shape_and_its_velocity) {
+  const Folder folder;
+  const std::string path = varied_example(folder, "gait", {{"steps", "100"}, {"starts", "4"}});
+  const ProgramRun run = lamprey(folder, "solve " + path + " --out " + (folder / "run"));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_NE(run.out.find("Cost of transport"), std::string::npos);
+  const file::Results results = file::read_solution(folder / "run");
+  const auto& solution = results.solution;
+  EXPECT_LE((solution.position.back() - solution.position.front() - Eigen::Vector3d(2.0, 0.0, 0.0))[0], 1e-9);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_LE((solution.rotation.back()[i] - solution.rotation.front()[i]).norm(), tolerance(1e-9));
+    EXPECT_LE((solution.angular_velocity.back()[i] - solution.angular_velocity.front()[i]).norm(), tolerance(1e-7));
+  }
+}
+
+TEST(OutOfReach, is_said_in_words_and_in_the_exit_code) {
+  const Folder folder;
+  const ProgramRun run = lamprey(folder, "solve " + example("out_of_reach") + " --out " + (folder / "run"));
+  EXPECT_EQ(run.exit_code, 4);
+  const file::Results results = file::read_solution(folder / "run");
+  EXPECT_EQ(results.solution.status, maneuver::Status::infeasible);
+  EXPECT_NE(results.solution.message.find("Out of reach"), std::string::npos) << results.solution.message;
+  EXPECT_NE(results.solution.message.find("control_axes"), std::string::npos) << results.solution.message;
+}
 
 TEST(Shooting, stays_at_the_answer_of_the_simultaneous_method) {
   const Folder folder;

@@ -15,6 +15,7 @@ VALID = (HERE / "valid.toml").read_text(encoding="utf-8")
 BODIES = VALID[VALID.index("[[body]]"):VALID.index("[[joint]]")]
 GOAL = VALID[VALID.index("[goal]"):VALID.index("[time]")]
 LIMITS = VALID[VALID.index("[limits]"):VALID.index("[search]")]
+FREE = "duration = \"free\"\nmin = 0.5\nmax = 2.5"
 BACK_START = "rotation.back = [0.0, 0.0, 0.75]"
 # name: (old text, new text (or a list of such pairs, None), text of the expected line, key, fragments: found, allowed, cure)
 CASES = {
@@ -119,6 +120,15 @@ CASES = {
     "syntax_text_without_quotes": ("scheme = \"midpoint\"", "scheme = midpoint", "scheme =", "integrator.scheme", ["TOML cannot read", "allowed: TOML", "mend this line"]),
     "nesting_brackets": ("turn = [0.0, 0.0, 0.5]", "turn = " + "[" * 65 + "]" * 65, "turn =", "file", ["deeper than 64", "at most 64", "flatten"]),
     "nesting_dots": ("turn = [0.0, 0.0, 0.5]", "turn" + ".x" * 100 + " = 1", "turn.x", "file", ["deeper than 64", "at most 64", "flatten"]),
+    "limit_sphere_without_radius": ("radius = 0.75\n", "", "[[limits.sphere]]", "limits.sphere[0].radius", ["found nothing", "a number > 0 (m)", "add this key"]),
+    "limit_half_space_without_direction": ("normal = [0.0, 0.5, 2.0]", "normal = [0, 0, 0]", "normal", "limits.half_space[0].normal", ["found [0, 0, 0]", "not all 0", "direction out"]),
+    "limit_angular_velocity_negative": ("angular_velocity.back = 12.0", "angular_velocity.back = -1", "angular_velocity.back = -1", "limits.angular_velocity.back", ["found -1", "a number > 0 (rad/s)", "choose"]),
+    "limit_torque_component_zero": ("torque_component = 900.0", "torque_component = 0", "torque_component", "limits.torque_component", ["found 0", "a number > 0 (N m)", "choose"]),
+    "cost_time_negative": ("time = 12.5", "time = -1", "time = -1", "cost.time", ["found -1", "a number ≥ 0 ((N m)²)", "choose"]),
+    "waypoint_of_a_free_duration": ("[search]", "[[waypoint]]\ntime = 0.5\nmove = [1.0, \"free\", \"free\"]\n\n[search]", "[[waypoint]]", "waypoint[0]", ["free duration", "fixed times", "fix time.duration"]),
+    "waypoint_between_nodes": ([(FREE, "duration = 1.0"), ("[search]", "[[waypoint]]\ntime = 0.505\nmove = [1.0, \"free\", \"free\"]\n\n[search]")], None, "time = 0.505", "waypoint[0].time", ["0.505 s", "a whole number of steps of 0.01 s", "as in 0.51"]),
+    "waypoint_asks_nothing": ([(FREE, "duration = 1.0"), ("[search]", "[[waypoint]]\ntime = 0.5\n\n[search]")], None, "[[waypoint]]", "waypoint[0]", ["nothing asked for", "at least one of", "remove the waypoint"]),
+    "waypoint_of_an_unknown_body": ([(FREE, "duration = 1.0"), ("[search]", "[[waypoint]]\ntime = 0.5\nrotation.nose = [0, 0, 1]\n\n[search]")], None, "rotation.nose", "waypoint[0].rotation.nose", ["unknown key", "front", "known key"]),
     "section_is_a_value": ([(LIMITS, ""), ("schema = 1", "schema = 1\nlimits = 3")], None, "limits = 3", "limits", ["found 3", "a table", "write [limits]"]),
     "goal_asks_nothing": ([(GOAL, "[goal]\nrest = false\n"), ("free_shape = true\n", "")], None, "[goal]", "goal", ["nothing asked for", "at least one of move", "add one"]),
     "syntax_comma_missing": ("[5.0, 0.8, 1.5]", "[5.0, 0.8 1.5]", "[5.0, 0.8 1.5]", "body[1].semi_axes", ["TOML cannot read", "allowed: TOML", "mend this line"]),

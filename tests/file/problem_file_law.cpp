@@ -110,6 +110,15 @@ TEST(ProblemFile, the_other_sections_hold_the_numbers_of_the_file) {
   EXPECT_EQ(problem.limits.twist.at("neck"), 0.5);
   EXPECT_EQ(problem.limits.angle.at("back"), (std::array<double, 2>{-0.5, 1.5}));
   EXPECT_EQ(problem.limits.clearance, 0.1);
+  EXPECT_EQ(problem.limits.torque_component, 900.0);
+  EXPECT_EQ(problem.limits.joint_angular_velocity.at("back"), 12.0);
+  ASSERT_EQ(problem.limits.spheres.size(), 1U);
+  EXPECT_EQ(problem.limits.spheres[0].centre, Vector3d(4.0, 3.0, -1.0));
+  EXPECT_EQ(problem.limits.spheres[0].radius, 0.75);
+  ASSERT_EQ(problem.limits.half_spaces.size(), 1U);
+  EXPECT_EQ(problem.limits.half_spaces[0].point, Vector3d(0.0, 0.0, -5.0));
+  EXPECT_EQ(problem.limits.half_spaces[0].normal, Vector3d(0.0, 0.5, 2.0));
+  EXPECT_EQ(problem.time_weight, 12.5);
   EXPECT_EQ(problem.search.starts, 16);
   EXPECT_EQ(problem.search.seed, 7U);
   EXPECT_EQ(problem.search.method, maneuver::SearchMethod::shooting);

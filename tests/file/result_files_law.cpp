@@ -45,6 +45,14 @@ TEST(SolutionFile, every_double_comes_back_bit_for_bit) {
   EXPECT_EQ(back.problem.points, 5);
   EXPECT_EQ(back.problem.effort, results.problem.effort);
   EXPECT_EQ(back.problem.tolerance, results.problem.tolerance);
+  EXPECT_EQ(back.problem.time_weight, results.problem.time_weight);
+  EXPECT_EQ(back.problem.limits.torque, results.problem.limits.torque);
+  EXPECT_EQ(back.problem.limits.joint_torque_component, results.problem.limits.joint_torque_component);
+  EXPECT_EQ(back.problem.limits.angle, results.problem.limits.angle);
+  EXPECT_EQ(back.problem.limits.half_spaces[0].normal, results.problem.limits.half_spaces[0].normal);
+  EXPECT_EQ(back.problem.waypoints[0].move, results.problem.waypoints[0].move);
+  EXPECT_EQ(back.problem.waypoints[1].rotation, results.problem.waypoints[1].rotation);
+  EXPECT_EQ(back.solution.limit_multipliers[0].multiplier, results.solution.limit_multipliers[0].multiplier);
   EXPECT_EQ(back.name, results.name);
   EXPECT_EQ(back.certificate->kkt, 1e-300);
   EXPECT_TRUE(std::isnan(back.certificate->rest_error));
@@ -154,9 +162,10 @@ TEST(SolutionFile, fields_have_the_names_and_the_order_of_the_interface) {
   using Keys = std::vector<std::string>;
   EXPECT_EQ(keys_in_order(document),
             (Keys{"schema", "name", "source", "status", "message", "cost", "problem", "time", "position", "rotation",
-                  "control", "velocity", "momentum", "certificate", "search", "solver", "provenance"}));
+                  "control", "velocity", "momentum", "limit_multipliers", "certificate", "search", "solver", "provenance"}));
   EXPECT_EQ(keys_in_order(document["problem"]), (Keys{"bodies", "joints", "scheme", "time_step", "duration", "steps",
-                                                      "cost_rule", "goal", "control", "effort", "tolerance"}));
+                                                      "cost_rule", "goal", "control", "effort", "time_weight", "limits", "waypoints",
+                                                      "tolerance"}));
   EXPECT_EQ(keys_in_order(document["momentum"]["angular"]), (Keys{"bodies", "fluid", "total"}));
   EXPECT_EQ(keys_in_order(document["certificate"]),
             (Keys{"goal_error", "rest_error", "momentum_drift", "rotation_drift", "equation_residual", "start_error",

@@ -101,6 +101,8 @@ inline void sample_motion(int steps, double time_step, SampleNumbers& sample, ma
     *momentum = {vectors(steps + 1), vectors(steps + 1), vectors(steps + 1)};
 }
 
+inline std::size_t at_nodes(int steps) { return static_cast<std::size_t>(steps) + 1; }
+
 /// Results of every field, three bodies and two joints.
 inline file::Results sample_results(int steps) {
   SampleNumbers sample;
@@ -108,11 +110,24 @@ inline file::Results sample_results(int steps) {
   results.name = "a \"name\" with\ttricks <é>";
   results.source = "made up";
   results.problem = sample_problem(steps, sample);
+  results.problem.time_weight = sample.number();
+  maneuver::Limits& limits = results.problem.limits;
+  limits.torque = sample.number();
+  limits.joint_torque_component["a \"joint\""] = sample.number();
+  limits.angular_velocity = sample.number();
+  limits.swing["b"] = sample.number();
+  limits.angle["c"] = {sample.number(), sample.number()};
+  limits.clearance = sample.number();
+  limits.spheres = {{Eigen::Vector3d(sample.number(), 0.0, -1.0), sample.number()}};
+  limits.half_spaces = {{Eigen::Vector3d(sample.number(), 0.0, -1.0), Eigen::Vector3d(sample.number(), 2.0, 0.0)}};
+  results.problem.waypoints = {{sample.number(), {sample.number(), std::nullopt, 2.0}, std::nullopt, {}},
+                               {sample.number(), {}, Eigen::Vector3d(sample.number(), 1.0, 2.0), {{"d", Eigen::Vector3d::Zero()}}}};
   maneuver::Solution& solution = results.solution;
   solution.status = maneuver::Status::optimal;
   solution.message = "Found.";
   solution.cost = sample.number();
   sample_motion(steps, results.problem.time_step, sample, solution);
+  solution.limit_multipliers = {{"limits.torque", 1, -1, -1, 2, true, std::vector<double>(at_nodes(steps), sample.number())}};
   solution.search = {4, 3, {{sample.number(), 2}, {sample.number(), 1}}};
   solution.solver = {
       "structured", 7, 21, sample.number(), {{0, sample.number(), 0.5, 0.25, 0.125}, {1, 2.0, 3.0, 4.0, std::nan("")}}};

@@ -35,6 +35,8 @@ TEST(CertificateRows, hold_within_their_marks_and_not_beyond) {
        [](Certificate& c) { c.second_order->positive = true; }},
       {"Replay, rotation", [](Certificate& c) { c.replay->rotation_error = 1.1e-3; },
        [](Certificate& c) { c.replay->rotation_error = 0.9e-3; }},
+      {"Replay with feedback, rotation", [](Certificate& c) { c.replay->feedback_rotation_error = 1.1e-2; },
+       [](Certificate& c) { c.replay->feedback_rotation_error = 0.9e-2; }},
   };
   for (const MarkedRow& marked : rows) {
     file::Results results = tests::sample_results(5);

@@ -1,0 +1,204 @@
+#include "certificate/chain.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace lamprey::certificate {
+
+namespace {
+
+constexpr double singular_pivot = 1e-14;  // of the pivot's largest eigenvalue
+constexpr int most_lanczos_steps = 120;
+constexpr double settled_value = 1e-9;    // relative change of Lanczos' value from step to step
+constexpr double bracket = 1e-3;          // of the eigenvalue
+constexpr double least_bracket = 1e-6;
+constexpr int most_halvings = 60;
+constexpr double first_shift = -0.01;
+constexpr double shift_growth = 8.0;
+constexpr double farthest_shift = -1e12;
+
+// Inverse of a symmetric matrix and its negative eigenvalues; −1: singular.
+int invert(const MatrixXd& pivot, MatrixXd& inverse) {
+  const Eigen::LLT<MatrixXd> positive(pivot);
+  if (positive.info() == Eigen::Success) {
+    inverse = positive.solve(MatrixXd::Identity(pivot.rows(), pivot.cols()));
+    return 0;
+  }
+  if (!pivot.allFinite()) return -1;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> split(pivot);
+  const VectorXd& values = split.eigenvalues();
+  if (values.cwiseAbs().minCoeff() <= singular_pivot * values.cwiseAbs().maxCoeff()) return -1;
+  inverse = split.eigenvectors() * values.cwiseInverse().asDiagonal() * split.eigenvectors().transpose();
+  return static_cast<int>((values.array() < 0.0).count());
+}
+
+double metric_product(const Chain& chain, const Inputs& a, const Inputs& b) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < a.size(); ++k) sum += chain.stage[k].weight * a[k].dot(b[k]);
+  return sum;
+}
+
+void add(double factor, const Inputs& terms, Inputs& sum) {
+  for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += factor * terms[k];
+}
+
+// Inputs without a pattern, the same each time.
+Inputs scattered(const Chain& chain) {
+  Inputs inputs;
+  double phase = 0.0;
+  for (const ChainStage& stage : chain.stage) {
+    inputs.emplace_back(stage.B.cols());
+    for (double& entry : inputs.back()) entry = std::sin(phase = std::fmod(phase * 1.7 + 2.399963229728653, 1e3));
+  }
+  return inputs;
+}
+
+}  // namespace
+
+std::optional<int> ChainSolver::factor(double shift) {
+  shift_ = shift;
+  int negative = 0;
+  gain_.resize(chain_.stage.size());
+  MatrixXd P = chain_.end_form;
+  P.noalias() += penalty_ * chain_.end_rows.transpose() * chain_.end_rows;
+  MatrixXd rows = chain_.end_rows.transpose();  // their sensitivity to y, multipliers free
+  end_gram_.setZero(rows.cols(), rows.cols());
+  MatrixXd PA, PB, pivot, mixed, driven;
+  for (std::size_t k = chain_.stage.size(); k-- > 0;) {
+    const ChainStage& stage = chain_.stage[k];
+    Gain& gain = gain_[k];
+    PB.noalias() = P * stage.B;
+    pivot = stage.R;
+    pivot.diagonal().array() -= shift * stage.weight;
+    pivot.noalias() += stage.B.transpose() * PB;
+    const int negative_here = invert(pivot, gain.pivot_inverse);
+    if (negative_here < 0) return std::nullopt;
+    negative += negative_here;
+    mixed = stage.S;
+    mixed.noalias() += PB.transpose() * stage.A;
+    gain.feedback.noalias() = -gain.pivot_inverse * mixed;
+    driven.noalias() = stage.B.transpose() * rows;
+    gain.by_multiplier.noalias() = gain.pivot_inverse * driven;
+    end_gram_.noalias() += driven.transpose() * gain.by_multiplier;
+    if (k == 0) break;
+    PA.noalias() = P * stage.A;
+    P = stage.Q;
+    P.noalias() += stage.A.transpose() * PA;
+    P.noalias() += mixed.transpose() * gain.feedback;
+    P.triangularView<Eigen::StrictlyUpper>() = P.transpose();  // asymmetry would grow from stage to stage
+    rows = (stage.A.transpose() * rows).eval();
+    rows.noalias() += gain.feedback.transpose() * driven;
+  }
+  if (end_gram_.rows() == 0) return negative;
+  // a row that is kept takes away an eigenvalue: a positive one where its part of the inverse is positive
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(end_gram_, Eigen::EigenvaluesOnly);
+  return negative - static_cast<int>((gram.eigenvalues().array() <= 0.0).count());
+}
+
+Inputs ChainSolver::solve(const ChainGradient& gradient) {
+  const std::size_t stages = chain_.stage.size();
+  Inputs solution(stages);
+  VectorXd p = VectorXd::Zero(chain_.end_form.rows()), y = p;  // gradient of what is still to come, without multiplier
+  for (std::size_t k = stages; k-- > 0;) {
+    const ChainStage& stage = chain_.stage[k];
+    const VectorXd force = gradient.by_input[k] + stage.B.transpose() * p;
+    solution[k] = -gain_[k].pivot_inverse * force;
+    p = (stage.A.transpose() * p + gain_[k].feedback.transpose() * force).eval();
+    if (!gradient.by_state.empty()) p += gradient.by_state[k];
+  }
+  VectorXd reached = VectorXd::Zero(chain_.end_rows.rows());
+  const auto follow = [&](bool with_multiplier) {
+    y.setZero();
+    for (std::size_t k = 0; k < stages; ++k) {
+      const ChainStage& stage = chain_.stage[k];
+      VectorXd input = solution[k] + gain_[k].feedback * y;
+      if (with_multiplier) input -= gain_[k].by_multiplier * multiplier_;
+      y = (stage.A * y + stage.B * input).eval();
+      if (with_multiplier) solution[k] = input;
+    }
+    reached = chain_.end_rows * y;
+  };
+  follow(false);
+  multiplier_.resize(reached.size());
+  if (reached.size() > 0) multiplier_ = end_gram_.ldlt().solve(reached);
+  follow(true);
+  return solution;
+}
+
+std::vector<VectorXd> ChainSolver::costates(const ChainGradient& gradient, const Inputs& solution) const {
+  const std::size_t stages = chain_.stage.size();
+  std::vector<VectorXd> y(stages + 1, VectorXd::Zero(chain_.end_form.rows())), costate(stages + 1);
+  for (std::size_t k = 0; k < stages; ++k) {
+    const ChainStage& stage = chain_.stage[k];
+    y[k + 1] = stage.A * y[k] + stage.B * solution[k];
+  }
+  costate[stages] = chain_.end_form * y[stages] + chain_.end_rows.transpose() * multiplier_;
+  for (std::size_t k = stages; k-- > 0;) {
+    const ChainStage& stage = chain_.stage[k];
+    const MatrixXd& feedback = gain_[k].feedback;
+    // Bᵀ costate is what stationarity in the input says
+    const VectorXd force = stage.R * solution[k] - shift_ * stage.weight * solution[k] + stage.S * y[k] + gradient.by_input[k];
+    costate[k] = stage.A.transpose() * costate[k + 1] + stage.Q * y[k] + stage.S.transpose() * solution[k] +
+                 feedback.transpose() * (stage.B.transpose() * costate[k + 1] + force);
+    if (!gradient.by_state.empty()) costate[k] += gradient.by_state[k];
+  }
+  return costate;
+}
+
+SmallestEigenvalue smallest_eigenvalue(const Chain& chain, ChainSolver& solver) {
+  const auto definite = [&](double shift) { return solver.factor(shift) == 0; };
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  double bound = 0.0;
+  for (double next = first_shift; !definite(bound); next *= shift_growth) {
+    bound = next;
+    if (bound < farthest_shift) return {unknown, unknown};
+  }
+
+  // Lanczos: the largest eigenvalue of (form − bound · metric)⁻¹ metric
+  std::vector<Inputs> basis;
+  std::vector<double> diagonal, beside;
+  const auto weighed = [&](Inputs inputs) {
+    for (std::size_t k = 0; k < inputs.size(); ++k) inputs[k] *= -chain.stage[k].weight;
+    return ChainGradient{std::move(inputs), {}};
+  };
+  Inputs next = solver.solve(weighed(scattered(chain)));
+  double value = std::numeric_limits<double>::infinity();
+  for (int n = 0; n < most_lanczos_steps; ++n) {
+    const double size = std::sqrt(metric_product(chain, next, next));
+    if (n > 0) {
+      if (!(size > 1e-13 * diagonal.front())) break;  // the whole space is spanned
+      beside.push_back(size);
+    } else if (!(size > 0.0)) {
+      return {unknown, bound};  // no input keeps the end rows
+    }
+    for (VectorXd& input : next) input /= size;
+    basis.push_back(next);
+    next = solver.solve(weighed(basis.back()));
+    diagonal.push_back(metric_product(chain, basis.back(), next));
+    for (int pass = 0; pass < 2; ++pass)
+      for (const Inputs& before : basis) add(-metric_product(chain, before, next), before, next);
+    const auto count = static_cast<Eigen::Index>(diagonal.size());
+    const VectorXd main = Eigen::Map<const VectorXd>(diagonal.data(), count);
+    const VectorXd side = Eigen::Map<const VectorXd>(beside.data(), count - 1);
+    Eigen::SelfAdjointEigenSolver<MatrixXd> tridiagonal;
+    tridiagonal.computeFromTridiagonal(main, side, Eigen::EigenvaluesOnly);
+    const double before = value;
+    value = bound + 1.0 / tridiagonal.eigenvalues()[count - 1];
+    if (n > 8 && std::abs(before - value) <= settled_value * std::max(std::abs(value - bound), std::abs(value))) break;
+  }
+
+  // from below: by definiteness
+  double width = std::max(bracket * std::abs(value), least_bracket);
+  double trial = value - width;
+  for (int n = 0; n < most_halvings && value - bound > width; ++n) {
+    if (trial > bound) (definite(trial) ? bound : value) = trial;
+    trial = 0.5 * (bound + value);
+    width = std::max(bracket * std::abs(value), least_bracket);
+  }
+  return {value, bound};
+}
+
+}  // namespace lamprey::certificate

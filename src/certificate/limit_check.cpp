@@ -1,0 +1,462 @@
+#include "certificate/limit_check.hpp"
+
+#include <functional>
+#include <tuple>
+
+#include "certificate/certificate.hpp"
+#include "fluid/gap.hpp"
+#include "integrator/step_derivatives.hpp"
+
+namespace lamprey::certificate {
+
+namespace {
+
+using model::at;
+using model::System;
+using Kind = Bound::Kind;
+
+constexpr double difference_step = 2e-4;  // rad, m or relative; differences of order four
+
+// What a margin looks at.
+struct Place {
+  mechanics::Rotations rotation, rotation_before;  // [bodies]
+  Vector3d position;
+  VectorXd moment;   // [controls] along Joint::actuation
+  double time_step;  // s
+};
+
+VectorXd moments_along(const System& system, const mechanics::Moments& control) {
+  VectorXd moment(system.control_count());
+  Eigen::Index first = 0;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const auto& actuation = system.joint(j).actuation;
+    moment.segment(first, actuation.cols()) = actuation.transpose() * control[at(j)];
+    first += actuation.cols();
+  }
+  return moment;
+}
+
+Place place_of(const StoredMotion& motion, int node) {
+  const maneuver::Solution& stored = motion.solution;
+  return {stored.rotation[at(node)], stored.rotation[at(std::max(node - 1, 0))], stored.position[at(node)],
+          moments_along(motion.system, stored.control.empty() ? mechanics::Moments() : motion.control[at(node)]),
+          motion.time_step};
+}
+
+// Angle between two directions, rad, accurate everywhere.
+double angle_between(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+// Turn of a joint about its child's arm, rad in (−π, π]: what is left when the arm is swung back by the shortest way.
+double twist_of(const model::Joint& joint, const Matrix3d& child_to_parent) {
+  const Vector3d arm = (joint.reference_rotation * -joint.child_offset).normalized();
+  const Matrix3d turned = child_to_parent * joint.reference_rotation.transpose();
+  const Vector3d seen = turned * arm;
+  const Vector3d axis = arm.cross(seen);
+  const double swing = angle_between(arm, seen);
+  const Matrix3d back = axis.norm() > 0.0 ? lie::exp(-swing * axis.normalized()) : Matrix3d(Matrix3d::Identity());
+  return arm.dot(lie::log(back * turned));
+}
+
+Vector3d centre_of(const System& system, const Place& place, int body) {
+  return system.mass_centres(place.rotation, place.position)[at(body)];
+}
+
+double torque_of(const System& system, const Place& place, int joint) {
+  Eigen::Index first = 0;
+  for (int j = 0; j < joint; ++j) first += system.joint(j).actuation.cols();
+  const auto& actuation = system.joint(joint).actuation;
+  return (actuation * place.moment.segment(first, actuation.cols())).norm();
+}
+
+double component_of(const System& system, const Place& place, const Bound& bound) {
+  Eigen::Index first = 0;
+  for (int j = 0; j < bound.joint; ++j) first += system.joint(j).actuation.cols();
+  return place.moment[first + bound.component];
+}
+
+double gap_of(const System& system, const Place& place, int body, const Vector3d& other_axes,
+              const Matrix3d& other_rotation, const Vector3d& other_centre) {
+  return fluid::gap({system.body(body).semi_axes, other_axes, place.rotation[at(body)], other_rotation,
+                     other_centre - centre_of(system, place, body)})
+      .value;
+}
+
+// How far a bound is from being broken, in its own unit; of a waypoint how far it is missed.
+double margin(const StoredMotion& motion, const Bound& bound, const Place& place) {
+  const System& system = motion.system;
+  const maneuver::Problem& problem = motion.problem;
+  const auto child_to_parent = [&](const mechanics::Rotations& R) {
+    return mechanics::child_to_parent(R, system.joint(bound.joint));
+  };
+  switch (bound.kind) {
+    case Kind::torque:
+      return bound.value - torque_of(system, place, bound.joint);
+    case Kind::torque_component:
+      return bound.value - std::abs(component_of(system, place, bound));
+    case Kind::swing: {
+      const model::Joint& joint = system.joint(bound.joint);
+      return bound.value - angle_between(joint.parent_offset, child_to_parent(place.rotation) * -joint.child_offset);
+    }
+    case Kind::twist:
+      return bound.value - std::abs(twist_of(system.joint(bound.joint), child_to_parent(place.rotation)));
+    case Kind::angle: {
+      const double angle = mechanics::joint_angles(system.joint(bound.joint), child_to_parent(place.rotation))[0];
+      return bound.upper ? bound.value - angle : angle - bound.value;
+    }
+    case Kind::angular_velocity:
+      return bound.value - lie::rotation_angle(child_to_parent(place.rotation_before).transpose() *
+                                               child_to_parent(place.rotation)) /
+                               place.time_step;
+    case Kind::clearance:
+      return gap_of(system, place, bound.body, system.body(bound.other_body).semi_axes,
+                    place.rotation[at(bound.other_body)], centre_of(system, place, bound.other_body)) -
+             bound.value;
+    case Kind::sphere: {
+      const maneuver::KeepOutSphere& sphere = problem.limits.spheres[at(bound.component)];
+      return gap_of(system, place, bound.body, Vector3d::Constant(sphere.radius), Matrix3d::Identity(), sphere.centre);
+    }
+    case Kind::half_space: {
+      const maneuver::KeepOutHalfSpace& half = problem.limits.half_spaces[at(bound.component)];
+      const Vector3d normal = half.normal.normalized();
+      const Vector3d extent = system.body(bound.body).semi_axes.asDiagonal() *
+                              (place.rotation[at(bound.body)].transpose() * normal);
+      return normal.dot(centre_of(system, place, bound.body) - half.point) - extent.norm();
+    }
+    case Kind::pass_position:
+      return place.position[bound.component] - bound.value;
+    case Kind::pass_turn: {
+      const maneuver::Waypoint& waypoint = problem.waypoints[at(bound.joint)];
+      const auto own = waypoint.rotation.find(system.body(bound.body).name);
+      const Matrix3d asked = own != waypoint.rotation.end()
+                                 ? lie::exp(own->second)
+                                 : Matrix3d(lie::exp(*waypoint.turn) * lie::exp(problem.start.rotation[at(bound.body)]));
+      return lie::log(asked.transpose() * place.rotation[at(bound.body)])[bound.component];
+    }
+    case Kind::duration: {
+      const double duration = place.time_step * motion.steps;
+      return bound.upper ? bound.value - duration : duration - bound.value;
+    }
+  }
+  return unset;
+}
+
+bool applies(const StoredMotion& motion, const Bound& bound, int node) {
+  if (bound.node >= 0) return node == bound.node;
+  const bool of_moments = bound.kind == Kind::torque || bound.kind == Kind::torque_component;
+  return of_moments ? !motion.solution.control.empty() : node > 0;
+}
+
+// Time for which a node counts, s; waypoints and the duration count once.
+double node_time(const StoredMotion& motion, const Bound& bound, int node) {
+  if (bound.node >= 0) return 1.0;
+  const bool of_moments = bound.kind == Kind::torque || bound.kind == Kind::torque_component;
+  return (of_moments && (node == 0 || node == motion.steps) ? 0.5 : 1.0) * motion.time_step;
+}
+
+// Multipliers of a bound at all nodes, or nothing.
+const std::vector<double>* multipliers_of(const StoredMotion& motion, const Bound& bound) {
+  for (const maneuver::LimitMultiplier& own : motion.solution.limit_multipliers) {
+    const bool waypoint = bound.equality() && own.key == bound.key && own.body == bound.body &&
+                          own.component == bound.component && own.multiplier.size() > at(bound.node) &&
+                          own.multiplier[at(bound.node)] != 0.0;
+    const bool same = own.key == bound.key && own.joint == bound.joint && own.body == bound.body &&
+                      own.other_body == bound.other_body && own.component == bound.component &&
+                      own.upper == bound.upper;
+    if ((waypoint || (same && !bound.equality())) && own.multiplier.size() == motion.solution.time.size())
+      return &own.multiplier;
+  }
+  return nullptr;
+}
+
+// Rotations turned along one freedom of one body.
+mechanics::Rotations moved(const System& system, const mechanics::Rotations& R, int body, int freedom, double by) {
+  mechanics::Interval interval(system.body_count());
+  interval.rotation = R;
+  for (Vector3d& v : interval.cayley) v.setZero();
+  for (Vector3d& v : interval.joint_turn) v.setZero();
+  interval.displacement.setZero();
+  if (system.body(body).freedoms == 3)
+    interval.cayley[at(body)][freedom] = std::tan(0.5 * by);
+  else
+    interval.joint_turn[at(body)][freedom] = by;
+  mechanics::update_interval(system, interval);
+  return interval.next_rotation;
+}
+
+// Central difference of order four.
+double slope(const std::function<double(double)>& f, double step) {
+  return (8.0 * (f(step) - f(-step)) - (f(2.0 * step) - f(-2.0 * step))) / (12.0 * step);
+}
+
+// Adds factor × the margin's gradient.
+void add_gradient(const StoredMotion& motion, const Bound& bound, int node, double factor, LimitPulls& pulls) {
+  const System& system = motion.system;
+  const integrator::StateLayout layout{system};
+  const Place here = place_of(motion, node);
+  const auto by = [&](const auto& change, double step) {
+    return factor * slope(
+                        [&](double e) {
+                          Place place = here;
+                          change(place, e);
+                          return margin(motion, bound, place);
+                        },
+                        step);
+  };
+  const bool of_moments = bound.kind == Kind::torque || bound.kind == Kind::torque_component;
+  if (of_moments) {
+    for (Eigen::Index c = 0; c < here.moment.size(); ++c)
+      pulls.by_control[at(node)][c] +=
+          by([c](Place& place, double e) { place.moment[c] += e; }, difference_step * bound.value);
+    return;
+  }
+  if (bound.kind == Kind::duration || bound.kind == Kind::angular_velocity)
+    pulls.by_log_time_step += by([](Place& place, double e) { place.time_step *= std::exp(e); }, difference_step);
+  if (bound.kind == Kind::duration) return;
+  for (int i = 0; i < system.body_count(); ++i)
+    for (int f = 0; f < system.body(i).freedoms; ++f) {
+      pulls.by_state[at(node)][layout.freedom(i) + f] += by(
+          [&](Place& place, double e) { place.rotation = moved(system, here.rotation, i, f, e); }, difference_step);
+      if (bound.kind == Kind::angular_velocity)
+        pulls.by_state[at(node - 1)][layout.freedom(i) + f] +=
+            by([&](Place& place, double e) { place.rotation_before = moved(system, here.rotation_before, i, f, e); },
+               difference_step);
+    }
+  for (int c = 0; c < 3; ++c)
+    pulls.by_state[at(node)][layout.position() + c] +=
+        by([c](Place& place, double e) { place.position[c] += e; }, difference_step);
+}
+
+// What violations are counted in: moments and rates against their bound.
+double unit_of(const Bound& bound) {
+  const bool relative =
+      bound.kind == Kind::torque || bound.kind == Kind::torque_component || bound.kind == Kind::angular_velocity;
+  return relative ? bound.value : 1.0;
+}
+
+void add_joint_bounds(const System& system, const maneuver::Limits& limits, std::vector<Bound>& bounds) {
+  const auto own_or_all = [](const std::optional<double>& all, const std::map<std::string, double>& by_joint,
+                             const std::string& name, const std::string& key, const auto& use) {
+    if (const auto own = by_joint.find(name); own != by_joint.end())
+      use(own->second, "limits." + key + "." + name);
+    else if (all)
+      use(*all, "limits." + key);
+  };
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const model::Joint& joint = system.joint(j);
+    const auto add = [&](Kind kind, int component, bool upper) {
+      return [&bounds, kind, component, upper, j](double value, const std::string& key) {
+        bounds.push_back({kind, key, j, -1, -1, component, upper, value, -1});
+      };
+    };
+    if (joint.actuation.cols() > 0) {
+      own_or_all(limits.torque, limits.joint_torque, joint.name, "torque", add(Kind::torque, -1, false));
+      for (int c = 0; c < static_cast<int>(joint.actuation.cols()); ++c)
+        own_or_all(limits.torque_component, limits.joint_torque_component, joint.name, "torque_component",
+                   add(Kind::torque_component, c, false));
+    }
+    own_or_all({}, limits.swing, joint.name, "swing", add(Kind::swing, -1, false));
+    own_or_all({}, limits.twist, joint.name, "twist", add(Kind::twist, -1, false));
+    own_or_all(limits.angular_velocity, limits.joint_angular_velocity, joint.name, "angular_velocity",
+               add(Kind::angular_velocity, -1, false));
+    if (const auto own = limits.angle.find(joint.name); own != limits.angle.end())
+      for (const bool upper : {false, true})
+        add(Kind::angle, -1, upper)(own->second[upper ? 1 : 0], "limits.angle." + joint.name);
+  }
+}
+
+}  // namespace
+
+std::vector<Bound> bounds_of(const StoredMotion& motion) {
+  const System& system = motion.system;
+  const maneuver::Problem& problem = motion.problem;
+  std::vector<Bound> bounds;
+  add_joint_bounds(system, problem.limits, bounds);
+  for (int i = 0; i < system.body_count(); ++i) {
+    if (problem.limits.clearance)
+      for (int other = i + 1; other < system.body_count(); ++other)
+        bounds.push_back({Kind::clearance, "limits.clearance", -1, i, other, -1, false, *problem.limits.clearance, -1});
+    for (std::size_t n = 0; n < problem.limits.spheres.size(); ++n)
+      bounds.push_back({Kind::sphere, "limits.sphere", -1, i, -1, static_cast<int>(n), false, 0.0, -1});
+    for (std::size_t n = 0; n < problem.limits.half_spaces.size(); ++n)
+      bounds.push_back({Kind::half_space, "limits.half_space", -1, i, -1, static_cast<int>(n), false, 0.0, -1});
+  }
+  for (std::size_t w = 0; w < problem.waypoints.size(); ++w) {
+    const maneuver::Waypoint& waypoint = problem.waypoints[w];
+    const int node = static_cast<int>(std::lround(waypoint.time / motion.time_step));
+    for (int c = 0; c < 3; ++c)
+      if (waypoint.move[at(c)])
+        bounds.push_back({Kind::pass_position, "waypoint", -1, -1, -1, c, false,
+                          problem.start.position[c] + *waypoint.move[at(c)], node});
+    for (int i = 0; i < system.body_count(); ++i)
+      if (waypoint.turn || waypoint.rotation.contains(system.body(i).name))
+        for (int c = 0; c < 3; ++c)
+          bounds.push_back({Kind::pass_turn, "waypoint", static_cast<int>(w), i, -1, c, false, 0.0, node});
+  }
+  if (problem.duration.free) {
+    bounds.push_back({Kind::duration, "time.min", -1, -1, -1, -1, false, problem.duration.min, motion.steps});
+    bounds.push_back({Kind::duration, "time.max", -1, -1, -1, -1, true, problem.duration.max, motion.steps});
+  }
+  return bounds;
+}
+
+LimitCheck check_limits(const StoredMotion& motion) {
+  LimitCheck check;
+  double largest = 0.0;
+  const double cost_rate = std::max(std::abs(motion.solution.cost), 1e-300) / (motion.time_step * motion.steps);
+  for (const Bound& bound : bounds_of(motion)) {
+    const std::vector<double>* multipliers = multipliers_of(motion, bound);
+    for (int k = 0; k <= motion.steps; ++k) {
+      if (!applies(motion, bound, k)) continue;
+      const double own = margin(motion, bound, place_of(motion, k));
+      const double violation = (bound.equality() ? std::abs(own) : -own) / unit_of(bound);
+      if (violation > check.violation || !std::isfinite(violation))
+        check.violation = violation, check.key = bound.key, check.time = k * motion.time_step;
+      if (!multipliers || bound.equality()) continue;
+      const double pull = (*multipliers)[at(k)];
+      check.complementarity = std::max(check.complementarity, std::abs(pull * own) / cost_rate);
+      check.negative = std::max(check.negative, -pull);
+      largest = std::max(largest, std::abs(pull));
+    }
+  }
+  if (largest > 0.0) check.negative /= largest;
+  return check;
+}
+
+LimitPulls limit_pulls(const StoredMotion& motion) {
+  const integrator::StateLayout layout{motion.system};
+  LimitPulls pulls;
+  pulls.by_state.assign(at(motion.steps + 1), VectorXd::Zero(layout.size()));
+  pulls.by_control.assign(at(motion.steps + 1), VectorXd::Zero(motion.system.control_count()));
+  for (const Bound& bound : bounds_of(motion)) {
+    const std::vector<double>* multipliers = multipliers_of(motion, bound);
+    if (!multipliers) continue;
+    for (int k = 0; k <= motion.steps; ++k) {
+      if (!applies(motion, bound, k) || (*multipliers)[at(k)] == 0.0) continue;
+      pulls.any = true;
+      add_gradient(motion, bound, k, (*multipliers)[at(k)] * node_time(motion, bound, k), pulls);
+    }
+  }
+  return pulls;
+}
+
+namespace {
+
+constexpr double second_difference_step = 5e-3;  // rad, m or relative; differences of order four
+constexpr double least_pull = 1e-9;              // of the largest
+
+// Rotations turned along freedoms of all bodies at once, [freedoms].
+mechanics::Rotations moved(const System& system, const mechanics::Rotations& R, const VectorXd& along) {
+  mechanics::Interval interval(system.body_count());
+  interval.rotation = R;
+  interval.displacement.setZero();
+  for (int i = 0; i < system.body_count(); ++i) {
+    const model::Body& body = system.body(i);
+    const auto own = along.segment(body.velocity_offset, body.freedoms);
+    interval.cayley[at(i)].setZero();
+    interval.joint_turn[at(i)].setZero();
+    if (body.freedoms == 3)
+      interval.cayley[at(i)] = lie::inverse_cayley(lie::exp(own));
+    else
+      interval.joint_turn[at(i)].head(body.freedoms) = own;
+  }
+  mechanics::update_interval(system, interval);
+  return interval.next_rotation;
+}
+
+// Margin where the place is moved by z along exponentials.
+double margin_beside(const StoredMotion& motion, const Bound& bound, const Place& here, bool of_moments,
+                     const VectorXd& z) {
+  Place place = here;
+  if (of_moments) {
+    place.moment += z;
+    return margin(motion, bound, place);
+  }
+  const Eigen::Index turns = motion.system.velocity_count() - 3;
+  place.rotation = moved(motion.system, here.rotation, z.head(turns));
+  place.position += z.segment<3>(turns);
+  if (z.size() > turns + 3) place.rotation_before = moved(motion.system, here.rotation_before, z.segment(turns + 3, turns));
+  return margin(motion, bound, place);
+}
+
+// Whether a margin can depend on body i's freedoms.
+bool looks_at(const System& system, const Bound& bound, int i) {
+  const auto below = [&](int body) {
+    if (body < 0) return false;
+    for (const model::PathPoint& point : system.body(body).path)
+      if (point.body == i) return true;
+    return false;
+  };
+  const int child = bound.joint >= 0 && !bound.equality() ? system.joint(bound.joint).child : -1;
+  return below(bound.body) || below(bound.other_body) || below(child);
+}
+
+std::vector<Eigen::Index> coordinates_of(const System& system, const Bound& bound) {
+  const Eigen::Index turns = system.velocity_count() - 3;
+  std::vector<Eigen::Index> result;
+  if (bound.kind == Kind::torque || bound.kind == Kind::torque_component) {
+    Eigen::Index first = 0;
+    for (int j = 0; j < bound.joint; ++j) first += system.joint(j).actuation.cols();
+    for (Eigen::Index c = 0; c < system.joint(bound.joint).actuation.cols(); ++c) result.push_back(first + c);
+    return result;
+  }
+  for (const bool before : {false, true}) {
+    if (before && bound.kind != Kind::angular_velocity) break;
+    for (int i = 0; i < system.body_count(); ++i)
+      for (int f = 0; f < system.body(i).freedoms && looks_at(system, bound, i); ++f)
+        result.push_back((before ? turns + 3 : 0) + system.body(i).velocity_offset + f);
+  }
+  if (bound.kind == Kind::sphere || bound.kind == Kind::half_space || bound.kind == Kind::pass_position)
+    for (int c = 0; c < 3; ++c) result.push_back(turns + c);
+  return result;
+}
+
+PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int node, double pull) {
+  const System& system = motion.system;
+  const Eigen::Index turns = system.velocity_count() - 3;
+  const bool of_moments = bound.kind == Kind::torque || bound.kind == Kind::torque_component;
+  const Eigen::Index size = of_moments                              ? system.control_count()
+                            : bound.kind == Kind::angular_velocity ? 2 * turns + 3
+                                                                    : turns + 3;
+  PullingBound result{node, of_moments, pull, VectorXd::Zero(size), MatrixXd::Zero(size, size)};
+  const Place here = place_of(motion, node);
+  const double step = second_difference_step * (of_moments ? bound.value : 1.0);
+  const double own = margin(motion, bound, here);
+  const auto second = [&](const VectorXd& direction) {  // and the first, by the way
+    const auto f = [&](double e) { return margin_beside(motion, bound, here, of_moments, e * direction); };
+    const double near = f(step), near_back = f(-step), far = f(2.0 * step), far_back = f(-2.0 * step);
+    return std::pair((8.0 * (near - near_back) - (far - far_back)) / (12.0 * step),
+                     (16.0 * (near + near_back) - (far + far_back) - 30.0 * own) / (12.0 * step * step));
+  };
+  const std::vector<Eigen::Index> coordinates = coordinates_of(system, bound);
+  for (Eigen::Index a : coordinates)
+    std::tie(result.gradient[a], result.curvature(a, a)) = second(VectorXd::Unit(size, a));
+  for (Eigen::Index a : coordinates)
+    for (Eigen::Index b : coordinates) {
+      if (b >= a) continue;
+      const double both = second(VectorXd::Unit(size, a) + VectorXd::Unit(size, b)).second;
+      result.curvature(a, b) = 0.5 * (both - result.curvature(a, a) - result.curvature(b, b));
+      result.curvature(b, a) = result.curvature(a, b);
+    }
+  return result;
+}
+
+}  // namespace
+
+std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
+  std::vector<PullingBound> result;
+  double largest = 0.0;
+  for (const maneuver::LimitMultiplier& own : motion.solution.limit_multipliers)
+    for (double multiplier : own.multiplier) largest = std::max(largest, std::abs(multiplier));
+  for (const Bound& bound : bounds_of(motion)) {
+    const std::vector<double>* multipliers = multipliers_of(motion, bound);
+    if (!multipliers || bound.kind == Kind::duration) continue;
+    for (int k = 0; k <= motion.steps; ++k) {
+      const double multiplier = (*multipliers)[at(k)];
+      if (!applies(motion, bound, k) || !(std::abs(multiplier) > least_pull * largest)) continue;
+      result.push_back(pulling_bound(motion, bound, k, multiplier * node_time(motion, bound, k)));
+    }
+  }
+  return result;
+}
+
+}  // namespace lamprey::certificate

@@ -1,0 +1,73 @@
+// Limits and waypoints of an answer, measured on the stored motion: margins in the units of the problem file, and what
+// their multipliers add to the conditions of optimality. Derivatives by central differences of the margins.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "certificate/stored_motion.hpp"
+
+namespace lamprey::certificate {
+
+/// One bound of the problem, or one condition of a waypoint.
+struct Bound {
+  enum class Kind {
+    torque,
+    torque_component,
+    swing,
+    twist,
+    angle,
+    angular_velocity,
+    clearance,
+    sphere,
+    half_space,
+    pass_position,
+    pass_turn,
+    duration
+  } kind;
+  std::string key;  // of the problem file
+  int joint = -1, body = -1, other_body = -1;
+  int component = -1;
+  bool upper = false;
+  double value = 0.0;
+  int node = -1;  // of a waypoint or of the end; −1: each node
+  bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
+};
+
+std::vector<Bound> bounds_of(const StoredMotion& motion);
+
+/// The tightest place of all limits.
+struct LimitCheck {
+  double violation = 0.0;        // largest: rad, m or s, of moments and rates against the bound; of waypoints the miss
+  std::string key;               // where: of the problem file
+  double time = 0.0;             // s
+  double complementarity = 0.0;  // largest |multiplier · margin| over the nodes, against the cost over the duration
+  double negative = 0.0;         // most negative multiplier of a limit, against the largest
+};
+
+LimitCheck check_limits(const StoredMotion& motion);
+
+/// Gradient of Σ multiplier · time · margin by what the margins look at.
+struct LimitPulls {
+  std::vector<VectorXd> by_state;    // [N + 1][n] as integrator::StateLayout
+  std::vector<VectorXd> by_control;  // [N + 1][controls]
+  double by_log_time_step = 0.0;     // states and moments held
+  bool any = false;
+};
+
+LimitPulls limit_pulls(const StoredMotion& motion);
+
+/// A bound that pulls at a node: the Lagrangian has −pull · margin there. Its margin's derivatives are by `place`, which
+/// is the moments of the node, or the freedoms and the root's position at the node, and after them at the node before
+/// where the margin looks there.
+struct PullingBound {
+  int node;
+  bool of_moments;
+  double pull;         // multiplier × time; of waypoints of either sign
+  VectorXd gradient;   // [place]
+  MatrixXd curvature;  // [place][place] along exponentials
+};
+
+std::vector<PullingBound> pulling_bounds(const StoredMotion& motion);
+
+}  // namespace lamprey::certificate

@@ -1,0 +1,117 @@
+#include "certificate/reached_tangent.hpp"
+
+#include <Eigen/QR>
+
+#include "integrator/step_derivatives.hpp"
+#include "maneuver/row_space.hpp"
+
+namespace lamprey::certificate {
+
+namespace {
+
+using model::at;
+
+constexpr int windows = 20;           // a growth of 1e20 over the whole is 10 over each
+constexpr int least_window = 12;      // steps: brackets of shapes take their time
+constexpr double beyond_reach = 1e-10;  // of what is reached most
+constexpr double misfit = 1e-6;
+
+int window_steps(int steps) { return std::min(steps, std::max(least_window, (steps + windows - 1) / windows)); }
+
+// Sizes of turns, shifts and momenta that belong together: a turn by 1 rad within `duration` s.
+VectorXd balanced_scale(const StoredMotion& motion, double duration) {
+  const VectorXd inertia =
+      mechanics::generalized_inertia(motion.system, motion.solution.rotation.front()).diagonal();
+  const Eigen::Index turns = inertia.size() - 3;
+  VectorXd size = VectorXd::Ones(inertia.size());
+  size.tail<3>().setConstant(std::sqrt(inertia.head(turns).maxCoeff() / inertia.tail<3>().maxCoeff()));
+  VectorXd scale(2 * inertia.size());
+  scale << size, inertia.cwiseProduct(size) / duration;
+  return scale;
+}
+
+// Orthonormal columns that span what `steps` steps up to a node reach there.
+MatrixXd reached_at(const StepTangents& tangents, int node, int steps) {
+  const Eigen::Index n = tangents.scale.size(), controls = tangents.B.front().cols();
+  MatrixXd root = MatrixXd::Zero(n, n), both(n + controls, n);
+  for (int k = std::max(0, node - steps); k < node; ++k) {
+    both.topRows(n).noalias() = (tangents.A[at(k)] * root).transpose();
+    both.bottomRows(controls) = tangents.B[at(k)].transpose();
+    const Eigen::HouseholderQR<MatrixXd> qr(both);
+    root = MatrixXd(qr.matrixQR().topRows(n).triangularView<Eigen::Upper>()).transpose();
+  }
+  return maneuver::span_of_rows(root.transpose(), beyond_reach);
+}
+
+MatrixXd orthonormal(const MatrixXd& columns) { return maneuver::span_of_rows(columns.transpose(), 0.0); }
+
+MatrixXd complement(const MatrixXd& orthonormal_columns) {
+  return maneuver::null_space(orthonormal_columns.transpose());
+}
+
+double misses(const MatrixXd& space, const MatrixXd& columns) {
+  return (columns - space * (space.transpose() * columns)).norm() / columns.norm();
+}
+
+}  // namespace
+
+StepTangents step_tangents(const StoredMotion& motion) {
+  const model::System& system = motion.system;
+  StepTangents result;
+  result.scale = balanced_scale(motion, motion.time_step * window_steps(motion.steps));
+  const auto unit = result.scale.cwiseInverse().asDiagonal();
+  integrator::TangentWorkspace work(system);
+  integrator::StepTangent tangent(system);
+  mechanics::Interval interval(system.body_count());
+  result.impulse.emplace_back(MatrixXd::Zero(result.scale.size(), system.control_count()));
+  for (int k = 0; k < motion.steps; ++k) {
+    read_interval(motion, k, interval);
+    integrator::linearize_step(system, motion.lagrangian, motion.time_step, interval, motion.control[at(k)],
+                               motion.control[at(k + 1)], work, tangent);
+    result.A.emplace_back(unit * tangent.A * result.scale.asDiagonal());
+    result.B.emplace_back(unit * tangent.B);
+    result.B.back().noalias() += result.A.back() * result.impulse.back();
+    result.impulse.emplace_back(unit * tangent.B_next);
+  }
+  result.B.push_back(result.impulse.back());
+  return result;
+}
+
+std::vector<MatrixXd> reached_bases(const StepTangents& tangents) {
+  const int steps = static_cast<int>(tangents.A.size());
+  const int window = window_steps(steps);
+  std::vector<MatrixXd> basis(at(steps + 1));
+  Eigen::Index most = 0;
+  std::vector<int> anchors;
+  for (int node = steps; node > 0; node -= window) {
+    if (node < window && !anchors.empty()) break;  // too short to reach everything
+    basis[at(node)] = reached_at(tangents, node, window);
+    most = std::max(most, basis[at(node)].cols());
+    anchors.push_back(node);
+  }
+  int last = 0;
+  for (int node : anchors)
+    if (basis[at(node)].cols() < most)
+      basis[at(node)].resize(0, 0);
+    else
+      last = std::max(last, node);
+  for (int k = last; k < steps; ++k) basis[at(k + 1)] = orthonormal(tangents.A[at(k)] * basis[at(k)]);
+  // what is not reached is carried back by the transposed steps
+  MatrixXd rest;
+  for (int k = steps; k > 0; --k) {
+    if (basis[at(k)].size() > 0) {
+      rest = complement(basis[at(k)]);
+    } else {
+      rest = orthonormal(tangents.A[at(k)].transpose() * rest);
+      basis[at(k)] = complement(rest);
+    }
+  }
+  for (int k = 0; k < steps; ++k) {
+    const MatrixXd& next = basis[at(k + 1)];
+    if (!(misses(next, tangents.B[at(k)]) <= misfit)) return {};
+    if (k > 0 && !(misses(next, tangents.A[at(k)] * basis[at(k)]) <= misfit)) return {};
+  }
+  return basis;
+}
+
+}  // namespace lamprey::certificate

@@ -1,0 +1,246 @@
+#include "certificate/second_order.hpp"
+
+#include "certificate/optimality.hpp"
+#include "certificate/step_curvature.hpp"
+#include "maneuver/row_space.hpp"
+
+namespace lamprey::certificate {
+
+namespace {
+
+using model::at;
+
+constexpr double dependent_goal_row = 1e-9;    // of the longest
+constexpr double costates_hold = 1e-4;     // residual: beyond it multipliers are no costates
+constexpr double penalty_per_cost = 1e4;  // of the end rows
+constexpr double bound_penalty = 1e6;     // of limits and waypoints that pull, against the cost or a moment's weight
+
+MatrixXd moments_by_node(const StoredMotion& motion) {
+  return control_space(motion).value.reshaped(motion.system.control_count(), motion.steps + 1);
+}
+
+double cost_of(const StoredMotion& motion) {
+  const VectorXd weights = node_weights(motion);
+  return 0.5 * moments_by_node(motion).colwise().squaredNorm().dot(weights);
+}
+
+// Curvature of the goal's rotations of led bodies along constant freedoms, [turns][turns]; at the goal that of a body
+// that turns on its own vanishes.
+MatrixXd goal_curvature(const StoredMotion& motion, const VectorXd& multipliers) {
+  const model::System& system = motion.system;
+  const Eigen::Index turns = system.velocity_count() - 3;
+  const mechanics::Rotations& R = motion.solution.rotation.back();
+  MatrixXd form = MatrixXd::Zero(turns, turns);
+  if (system.only_free_joints()) return form;
+  const auto asked = asked_rotations(system, motion.problem);
+  mechanics::Freedoms first(R.size()), second(R.size());
+  mechanics::Vectors first_turns(R.size()), changes(R.size());
+  VectorXd unit(system.velocity_count());
+  for (Eigen::Index a = 0; a < turns; ++a)
+    for (Eigen::Index b = 0; b < turns; ++b) {
+      mechanics::unpack(system, unit.setUnit(a), first);
+      mechanics::unpack(system, unit.setUnit(b), second);
+      mechanics::body_turns(system, R, first, first_turns);
+      mechanics::body_turn_changes(system, R, first, first_turns, second, changes);
+      Eigen::Index row = 0;
+      for (std::size_t i = 0; i < R.size(); ++i) {
+        if (!asked[i]) continue;
+        form(a, b) += multipliers.segment<3>(row).dot(changes[i]);
+        row += 3;
+      }
+    }
+  return 0.5 * (form + form.transpose());
+}
+
+// Turns and shift by y at a node, [turns + 3][reached].
+MatrixXd configuration(const EffortChain& effort, Eigen::Index size, int node) {
+  return effort.tangents.scale.head(size).asDiagonal() * effort.basis[at(node)].topRows(size);
+}
+
+// The Lagrangian's gradient by what bounds look at: that by moments added, that by states returned, [N + 1][n].
+std::vector<VectorXd> pull_on_states(const StoredMotion& motion, const std::vector<PullingBound>& bounds,
+                                     Inputs& by_input) {
+  const Eigen::Index place = motion.system.velocity_count();
+  std::vector<VectorXd> by_state(at(motion.steps + 1), VectorXd::Zero(2 * place));
+  for (const PullingBound& bound : bounds) {
+    if (bound.of_moments) {
+      by_input[at(bound.node)] -= bound.pull * bound.gradient;
+      continue;
+    }
+    by_state[at(bound.node)].head(place) -= bound.pull * bound.gradient.head(place);
+    const Eigen::Index before = bound.gradient.size() - place;
+    if (before > 0) by_state[at(bound.node - 1)].head(before) -= bound.pull * bound.gradient.tail(before);
+  }
+  return by_state;
+}
+
+// Curvature of a bound that pulls, and a penalty that keeps it.
+void add_bound(const StoredMotion& motion, const EffortChain& effort, const PullingBound& bound, Chain& chain) {
+  const Eigen::Index place = motion.system.velocity_count(), before = bound.gradient.size() - place;
+  const bool with_before = !bound.of_moments && before > 0;
+  ChainStage& stage = chain.stage[at(with_before ? bound.node - 1 : bound.node)];
+  const Eigen::Index reached = stage.A.rows(), controls = stage.B.cols();
+  MatrixXd map = MatrixXd::Zero(bound.gradient.size(), reached + controls);
+  if (bound.of_moments) {
+    map.rightCols(controls).setIdentity();
+  } else {
+    const MatrixXd here = configuration(effort, place, bound.node);
+    if (!with_before) {
+      map.leftCols(reached) = here;
+    } else {
+      map.topLeftCorner(place, reached) = here * stage.A;
+      map.topRightCorner(place, controls) = here * stage.B;
+      if (bound.node > 1)
+        map.bottomLeftCorner(before, reached) = configuration(effort, place, bound.node - 1).topRows(before);
+    }
+  }
+  const VectorXd row = map.transpose() * bound.gradient;
+  const double size = row.squaredNorm();
+  MatrixXd form = -bound.pull * (map.transpose() * bound.curvature * map);
+  if (size > 0.0)
+    form += bound_penalty * (bound.of_moments ? stage.weight : cost_of(motion)) / size * row * row.transpose();
+  stage.Q += form.topLeftCorner(reached, reached);
+  stage.S += form.bottomLeftCorner(controls, reached);
+  stage.R += form.bottomRightCorner(controls, controls);
+}
+
+}  // namespace
+
+std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momentum_scale) {
+  EffortChain effort{{}, step_tangents(motion), {}, {}, {}};
+  const StepTangents& tangents = effort.tangents;
+  for (const MatrixXd& A : tangents.A)
+    if (!A.allFinite()) return std::nullopt;
+  effort.basis = reached_bases(tangents);
+  if (effort.basis.empty()) return std::nullopt;
+  const MatrixXd& last = effort.basis.back();
+  const Eigen::Index reached = last.cols(), controls = motion.system.control_count();
+
+  const VectorXd weights = node_weights(motion);
+  const double moment = std::sqrt(moments_by_node(motion).squaredNorm() / (motion.steps + 1));
+  Chain& chain = effort.chain;
+  for (int k = 0; k <= motion.steps; ++k) {
+    const MatrixXd& next = k < motion.steps ? effort.basis[at(k + 1)] : last;
+    ChainStage stage;
+    stage.A = MatrixXd::Identity(reached, reached);
+    if (k == 0) stage.A.setZero();
+    if (k > 0 && k < motion.steps) stage.A = next.transpose() * tangents.A[at(k)] * effort.basis[at(k)];
+    stage.B = next.transpose() * tangents.B[at(k)];
+    stage.weight = weights[k];
+    stage.Q = weights[k] * moment * moment * MatrixXd::Identity(reached, reached);
+    stage.S = MatrixXd::Zero(controls, reached);
+    stage.R = weights[k] * MatrixXd::Identity(controls, controls);
+    chain.stage.push_back(stage);
+  }
+  chain.end_form = MatrixXd::Zero(reached, reached);
+
+  effort.goal = goal_rows(motion.system, motion.problem, node_states(motion).back(), momentum_scale);
+  effort.goal.by_end_state = effort.goal.unit.cwiseInverse().asDiagonal() * effort.goal.by_end_state;
+  const MatrixXd rows = effort.goal.by_end_state * tangents.scale.asDiagonal() * last;
+  if (rows.rows() > 0) effort.independent = maneuver::independent_rows(rows, dependent_goal_row);
+  chain.end_rows = maneuver::span_of_rows(rows(effort.independent, Eigen::all), 0.0).transpose();
+  return effort;
+}
+
+Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain& effort,
+                                   const std::vector<PullingBound>& bounds) {
+  const Chain& chain = effort.chain;
+  const MatrixXd moments = moments_by_node(motion);
+  const VectorXd& scale = effort.tangents.scale;
+  ChainGradient gradient;
+  for (int k = 0; k <= motion.steps; ++k) gradient.by_input.emplace_back(chain.stage[at(k)].weight * moments.col(k));
+  const std::vector<VectorXd> pulled = pull_on_states(motion, bounds, gradient.by_input);
+  if (!bounds.empty())
+    for (int k = 0; k <= motion.steps; ++k)
+      gradient.by_state.emplace_back(k == 0 ? VectorXd(VectorXd::Zero(chain.end_form.rows()))
+                                            : VectorXd(effort.basis[at(k)].transpose() *
+                                                       scale.cwiseProduct(pulled[at(k)])));
+  ChainSolver solver(chain, penalty_per_cost * cost_of(motion));
+  solver.factor(0.0);
+  const Inputs change = solver.solve(gradient);
+  const std::vector<VectorXd> reached = solver.costates(gradient, change);
+
+  Costates result{std::vector<VectorXd>(at(motion.steps + 1)), VectorXd::Zero(effort.goal.value.size()), 0.0};
+  double left = 0.0, whole = 0.0;
+  for (std::size_t k = 0; k < change.size(); ++k) {
+    left = std::max(left, chain.stage[k].weight * change[k].lpNorm<Eigen::Infinity>());
+    whole = std::max(whole, chain.stage[k].weight * moments.col(static_cast<Eigen::Index>(k)).lpNorm<Eigen::Infinity>());
+  }
+  result.residual = whole > 0.0 ? left / whole : 0.0;
+
+  const MatrixXd rows = effort.goal.by_end_state(effort.independent, Eigen::all) * scale.asDiagonal();
+  VectorXd costate = VectorXd::Zero(scale.size());
+  if (rows.rows() > 0) {
+    const VectorXd multipliers =
+        maneuver::least_squares((rows * effort.basis.back()).transpose(), reached[at(motion.steps + 1)]);
+    for (std::size_t r = 0; r < effort.independent.size(); ++r)
+      result.goal[effort.independent[r]] = multipliers[static_cast<Eigen::Index>(r)];
+    costate = rows.transpose() * multipliers;
+  }
+  costate += scale.cwiseProduct(pulled.back());
+  result.at_node.back() = costate.cwiseQuotient(scale);
+  for (int k = motion.steps - 1; k >= 0; --k) {
+    costate = (effort.tangents.A[at(k)].transpose() * costate + scale.cwiseProduct(pulled[at(k)])).eval();
+    if (k > 0) {
+      const MatrixXd& basis = effort.basis[at(k)];
+      costate += basis * (reached[at(k)] - basis.transpose() * costate);
+    }
+    result.at_node[at(k)] = costate.cwiseQuotient(scale);
+  }
+  return result;
+}
+
+Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Costates& costates,
+                       const std::vector<PullingBound>& bounds) {
+  const model::System& system = motion.system;
+  const Eigen::Index turns = system.velocity_count() - 3, motions = 2 * turns + 3;
+  const Eigen::Index reached = effort.basis.back().cols(), controls = system.control_count();
+  Chain chain = std::move(effort.chain);
+  StepCurvature curvature(system);
+  mechanics::Interval interval(system.body_count());
+  MatrixXd map(motions, reached + controls), half(motions, reached + controls);
+  MatrixXd here = MatrixXd::Zero(turns + 3, reached);
+  for (int k = 0; k < motion.steps; ++k) {
+    ChainStage& stage = chain.stage[at(k)];
+    const MatrixXd there = configuration(effort, turns + 3, k + 1);
+    read_interval(motion, k, interval);
+    curvature.evaluate({system, motion.lagrangian, motion.time_step, interval, motion.control[at(k)],
+                        motion.control[at(k + 1)]},
+                       costates.at_node[at(k)], costates.at_node[at(k + 1)]);
+    map.topRows(turns) << here.topRows(turns), MatrixXd::Zero(turns, controls);
+    map.bottomLeftCorner(turns + 3, reached).noalias() = there * stage.A;
+    map.bottomRightCorner(turns + 3, controls).noalias() = there * stage.B;
+    map.bottomLeftCorner(3, reached) -= here.bottomRows(3);
+    half.noalias() = curvature.by_motion() * map;
+    const MatrixXd form = map.transpose() * half;
+    stage.Q = form.topLeftCorner(reached, reached);
+    stage.S += form.bottomLeftCorner(controls, reached);
+    stage.R += form.bottomRightCorner(controls, controls);
+    stage.S.noalias() += curvature.by_control() * here.topRows(turns);
+    chain.stage[at(k + 1)].S.noalias() += curvature.by_next_control() * there.topRows(turns);
+    here = there;
+  }
+  chain.stage.back().Q.setZero();
+  for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, chain);
+  chain.end_form = here.topRows(turns).transpose() * goal_curvature(motion, costates.goal) * here.topRows(turns);
+  return chain;
+}
+
+std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale) {
+  std::optional<EffortChain> effort = effort_chain(motion, momentum_scale);
+  if (!effort) return std::nullopt;
+  const std::vector<PullingBound> bounds = pulling_bounds(motion);
+  const Costates costates = costates_by_least_squares(motion, *effort, bounds);
+  if (!(costates.residual <= costates_hold)) return std::nullopt;
+  effort->tangents.A.clear();
+  const Chain chain = lagrangian_chain(motion, std::move(*effort), costates, bounds);
+  ChainSolver solver(chain, penalty_per_cost * cost_of(motion));
+  SecondOrder result;
+  result.smallest_eigenvalue = smallest_eigenvalue(chain, solver).value;
+  if (std::isnan(result.smallest_eigenvalue)) return std::nullopt;
+  result.positive = solver.factor(curvature_mark) == 0;
+  result.negative_eigenvalues = solver.factor(0.0);
+  return result;
+}
+
+}  // namespace lamprey::certificate

@@ -1,0 +1,53 @@
+#include "file/followed_file.hpp"
+
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "file/solution_file.hpp"
+#include "file/words.hpp"
+#include "model/input_error.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+using model::InputError;
+
+constexpr double beyond = 1e-9;  // relative: how far a march may end past the maneuver
+
+}  // namespace
+
+Results read_followed(const std::string& folder, const model::System& follower, double duration) {
+  const std::string path = (std::filesystem::path(folder) / "solution.json").string();
+  const auto refuse = [&](const std::string& key, const std::string& found, const std::string& allowed,
+                          const std::string& cure) {
+    throw InputError(path, key, fmt::format("found {}; allowed: {}; {}", found, allowed, cure));
+  };
+  Results results = read_solution(folder);
+  const ResolvedProblem& problem = results.problem;
+  const auto bodies = static_cast<std::size_t>(follower.body_count());
+  if (problem.bodies.size() != bodies)
+    refuse("/problem/bodies", fmt::format("{} bodies", problem.bodies.size()),
+           fmt::format("the {} of the swimmer that shall follow", bodies), "choose a maneuver of the same swimmer");
+  for (std::size_t j = 0; j < problem.joints.size(); ++j) {
+    const ResolvedJoint& joint = problem.joints[j];
+    const model::Joint& own = follower.joint(static_cast<int>(j));
+    if (joint.kind != own.kind || joint.parent != own.parent || joint.child != own.child)
+      refuse(fmt::format("/problem/joints/{}", j),
+             fmt::format("a {} joint from body {} to body {}", word(joint.kind), joint.parent, joint.child),
+             fmt::format("a {} joint from body {} to body {}, as the swimmer that shall follow has", word(own.kind),
+                         own.parent, own.child),
+             "choose a maneuver of the same swimmer");
+  }
+  if (results.solution.feedback.gain.empty())
+    refuse("/feedback", "no gains", "those that lamprey solve stores with optimal maneuvers",
+           "solve the maneuver again");
+  const double end = results.solution.time.back();
+  if (!(duration <= end * (1.0 + beyond)))
+    refuse("/problem/duration", fmt::format("{} s, where the march takes {} s", end, duration),
+           "a maneuver that does not end before the march", "set a shorter --duration");
+  return results;
+}
+
+}  // namespace lamprey::file

@@ -1,0 +1,206 @@
+#include "file/limits_json.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace lamprey::file {
+
+namespace {
+
+using Eigen::Vector3d;
+using maneuver::LimitMultiplier;
+using maneuver::Limits;
+using maneuver::Waypoint;
+
+constexpr int most_index = 1'000'000;
+
+std::string number_text(double value) { return fmt::format("{:.17g}", value == 0.0 ? 0.0 : value); }
+std::string vector_json(const Vector3d& v) {
+  return fmt::format("[{}, {}, {}]", number_text(v[0]), number_text(v[1]), number_text(v[2]));
+}
+std::string quoted(const std::string& text) {
+  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+// Members of an object on one line.
+class Members {
+ public:
+  void add(const std::string& name, const std::string& value) {
+    text_ += fmt::format("{}{}: {}", text_.empty() ? "" : ", ", quoted(name), value);
+  }
+  std::string finished() const { return "{" + text_ + "}"; }
+
+ private:
+  std::string text_;
+};
+
+template <typename Values, typename Writer>
+std::string one_line_each(const Values& values, const std::string& indent, const Writer& writer) {
+  std::string text;
+  for (const auto& value : values) text += (text.empty() ? "\n" : ",\n") + indent + writer(value);
+  return text.empty() ? "[]" : "[" + text + "\n" + indent.substr(2) + "]";
+}
+
+std::string by_name(const std::map<std::string, double>& values) {
+  Members members;
+  for (const auto& [name, value] : values) members.add(name, number_text(value));
+  return members.finished();
+}
+
+void add_for_joints(const char* key, const std::optional<double>& all, const std::map<std::string, double>& by_joint,
+                    Members& members) {
+  if (all) members.add(key, number_text(*all));
+  if (!by_joint.empty()) members.add(key, by_name(by_joint));
+}
+
+Vector3d vector_of(const JsonReader& reader) {
+  reader.require_array(3);
+  return {reader.at(std::size_t{0}).number(), reader.at(std::size_t{1}).number(), reader.at(std::size_t{2}).number()};
+}
+
+std::map<std::string, double> numbers_by_name(const JsonReader& reader) {
+  std::map<std::string, double> values;
+  for (const std::string& name : reader.keys()) values[name] = reader.at(name.c_str()).number();
+  return values;
+}
+
+void read_for_joints(const JsonReader& reader, const char* key, std::optional<double>& all,
+                     std::map<std::string, double>& by_joint) {
+  if (!reader.has(key)) return;
+  const JsonReader value = reader.at(key);
+  if (value.is_object())
+    by_joint = numbers_by_name(value);
+  else
+    all = value.number();
+}
+
+}  // namespace
+
+std::string limits_text(const Limits& limits) {
+  Members members;
+  add_for_joints("torque", limits.torque, limits.joint_torque, members);
+  add_for_joints("torque_component", limits.torque_component, limits.joint_torque_component, members);
+  add_for_joints("angular_velocity", limits.angular_velocity, limits.joint_angular_velocity, members);
+  add_for_joints("swing", {}, limits.swing, members);
+  add_for_joints("twist", {}, limits.twist, members);
+  if (!limits.angle.empty()) {
+    Members angles;
+    for (const auto& [name, range] : limits.angle)
+      angles.add(name, fmt::format("[{}, {}]", number_text(range[0]), number_text(range[1])));
+    members.add("angle", angles.finished());
+  }
+  if (limits.clearance) members.add("clearance", number_text(*limits.clearance));
+  std::string list;
+  for (const maneuver::KeepOutSphere& sphere : limits.spheres)
+    list += fmt::format("{}{{\"centre\": {}, \"radius\": {}}}", list.empty() ? "" : ", ", vector_json(sphere.centre),
+                        number_text(sphere.radius));
+  if (!list.empty()) members.add("sphere", "[" + list + "]");
+  list.clear();
+  for (const maneuver::KeepOutHalfSpace& half : limits.half_spaces)
+    list += fmt::format("{}{{\"point\": {}, \"normal\": {}}}", list.empty() ? "" : ", ", vector_json(half.point),
+                        vector_json(half.normal));
+  if (!list.empty()) members.add("half_space", "[" + list + "]");
+  return members.finished();
+}
+
+Limits read_limits(const JsonReader& reader) {
+  Limits limits;
+  read_for_joints(reader, "torque", limits.torque, limits.joint_torque);
+  read_for_joints(reader, "torque_component", limits.torque_component, limits.joint_torque_component);
+  read_for_joints(reader, "angular_velocity", limits.angular_velocity, limits.joint_angular_velocity);
+  if (reader.has("swing")) limits.swing = numbers_by_name(reader.at("swing"));
+  if (reader.has("twist")) limits.twist = numbers_by_name(reader.at("twist"));
+  if (reader.has("angle")) {
+    const JsonReader angle = reader.at("angle");
+    for (const std::string& name : angle.keys()) {
+      const JsonReader range = angle.at(name.c_str());
+      range.require_array(2);
+      limits.angle[name] = {range.at(std::size_t{0}).number(), range.at(std::size_t{1}).number()};
+    }
+  }
+  if (reader.has("clearance")) limits.clearance = reader.at("clearance").number();
+  const auto each = [&](const char* key, const auto& use) {
+    if (!reader.has(key)) return;
+    const JsonReader list = reader.at(key);
+    list.require_array();
+    for (std::size_t i = 0; i < list.size(); ++i) use(list.at(i));
+  };
+  each("sphere", [&](const JsonReader& sphere) {
+    limits.spheres.push_back({vector_of(sphere.at("centre")), sphere.at("radius").number()});
+  });
+  each("half_space", [&](const JsonReader& half) {
+    limits.half_spaces.push_back({vector_of(half.at("point")), vector_of(half.at("normal"))});
+  });
+  return limits;
+}
+
+std::string waypoints_text(const std::vector<Waypoint>& waypoints) {
+  return one_line_each(waypoints, "      ", [](const Waypoint& waypoint) {
+    Members members, rotation;
+    members.add("time", number_text(waypoint.time));
+    std::string move;
+    for (const auto& entry : waypoint.move)
+      move += (move.empty() ? "" : ", ") + (entry ? number_text(*entry) : std::string("\"free\""));
+    members.add("move", "[" + move + "]");
+    members.add("turn", waypoint.turn ? vector_json(*waypoint.turn) : "null");
+    for (const auto& [name, value] : waypoint.rotation) rotation.add(name, vector_json(value));
+    members.add("rotation", rotation.finished());
+    return members.finished();
+  });
+}
+
+std::vector<Waypoint> read_waypoints(const JsonReader& reader) {
+  std::vector<Waypoint> waypoints;
+  reader.require_array();
+  for (std::size_t n = 0; n < reader.size(); ++n) {
+    const JsonReader own = reader.at(n);
+    Waypoint waypoint;
+    waypoint.time = own.at("time").number();
+    own.at("move").require_array(3);
+    for (std::size_t c = 0; c < 3; ++c)
+      if (!own.at("move").at(c).is_text("free")) waypoint.move[c] = own.at("move").at(c).number();
+    if (!own.at("turn").is_null()) waypoint.turn = vector_of(own.at("turn"));
+    for (const std::string& name : own.at("rotation").keys())
+      waypoint.rotation[name] = vector_of(own.at("rotation").at(name.c_str()));
+    waypoints.push_back(waypoint);
+  }
+  return waypoints;
+}
+
+std::string limit_multipliers_text(const std::vector<LimitMultiplier>& multipliers) {
+  return one_line_each(multipliers, "    ", [](const LimitMultiplier& own) {
+    Members members;
+    members.add("key", quoted(own.key));
+    members.add("joint", fmt::format("{}", own.joint));
+    members.add("bodies", fmt::format("[{}, {}]", own.body, own.other_body));
+    members.add("component", fmt::format("{}", own.component));
+    members.add("upper", own.upper ? "true" : "false");
+    std::string values;
+    for (double value : own.multiplier) values += (values.empty() ? "" : ", ") + number_text(value);
+    members.add("multiplier", "[" + values + "]");
+    return members.finished();
+  });
+}
+
+std::vector<LimitMultiplier> read_limit_multipliers(const JsonReader& reader, std::size_t nodes) {
+  std::vector<LimitMultiplier> multipliers;
+  reader.require_array();
+  for (std::size_t n = 0; n < reader.size(); ++n) {
+    const JsonReader own = reader.at(n);
+    LimitMultiplier entry;
+    entry.key = own.at("key").text();
+    entry.joint = own.at("joint").integer(-1, most_index);
+    own.at("bodies").require_array(2);
+    entry.body = own.at("bodies").at(std::size_t{0}).integer(-1, most_index);
+    entry.other_body = own.at("bodies").at(std::size_t{1}).integer(-1, most_index);
+    entry.component = own.at("component").integer(-1, most_index);
+    entry.upper = own.at("upper").boolean();
+    const JsonReader values = own.at("multiplier");
+    values.require_array(nodes);
+    for (std::size_t k = 0; k < nodes; ++k) entry.multiplier.push_back(values.at(k).number());
+    multipliers.push_back(entry);
+  }
+  return multipliers;
+}
+
+}  // namespace lamprey::file

@@ -1,0 +1,19 @@
+// The sections [limits] and [[waypoint]] of a problem file.
+#pragma once
+
+#include "file/toml_reader.hpp"
+#include "maneuver/problem.hpp"
+
+namespace lamprey::file {
+
+/// Whether a value is the word "free".
+bool says_free(const TomlValue& value);
+
+/// `move` of a goal or a waypoint: three entries, each a number (m) or "free"; all free where the key is absent.
+std::array<std::optional<double>, 3> read_move(const TableReader& table);
+
+/// After the swimmer.
+void read_limits(const TableReader& table, maneuver::Problem& problem);
+void read_waypoints(const TableReader& document, maneuver::Problem& problem);
+
+}  // namespace lamprey::file

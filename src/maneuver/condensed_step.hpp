@@ -1,0 +1,97 @@
+// The stages of one step as one: shapes between the step's ends are eliminated, which leaves a stage of the optimizer
+// whose state is (shape, momenta of the shape, root's turn ρ and position χ in the world) and whose inputs are the
+// coefficients of the step's moments (equations 10.4 to 10.7).
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "optimizer/stage_program.hpp"
+
+namespace lamprey::maneuver {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+/// One stage of the step: how momenta and the root's motion depend on the shapes at its ends.
+struct StageLink {
+  MatrixXd minus;         // [f][2 f] E⁻ by (left shape, right shape), moments held
+  MatrixXd plus;          // [f][2 f] E⁺
+  MatrixXd pose;          // [6][2 f] what the stage adds to the root's turn and position, world
+  MatrixXd hessian;       // [2 f + 3] squared, of the Lagrangian by (left shape, right shape, ρ at its beginning)
+  Vector3d displacement;  // m, of the root, world
+  VectorXd missing;       // [f] impulse that the moments at its beginning leave open
+};
+
+/// Moments at a node of the step.
+struct StageForce {
+  MatrixXd impulse;           // [f][m] along the shape's coordinates by unit moments over unit time
+  MatrixXd control_by_shape;  // [m][f] second derivative of the Lagrangian by moments and shape, over unit time
+  VectorXd value;             // [terms] polynomials at the node
+};
+
+/// Sizes of a step and its stages' lengths.
+struct StepLayout {
+  int shape;                 // f
+  int moments;               // m
+  int terms;                 // coefficients of each moment
+  std::vector<double> time;  // [stages] s, some negative
+  MatrixXd pose_basis;       // [6][p]
+  int stages() const { return static_cast<int>(time.size()); }
+  int inputs() const { return moments * terms; }
+  int poses() const { return static_cast<int>(pose_basis.cols()); }
+  int states() const { return 2 * shape + poses(); }
+};
+
+/// Costate at a node of the step: gradient of what is still to come by shape, its momenta and the root's pose.
+struct StepCostate {
+  VectorXd shape;     // [f]
+  VectorXd momentum;  // [f]
+  Eigen::Matrix<double, 6, 1> pose;
+};
+
+class CondensedStep {
+ public:
+  explicit CondensedStep(const StepLayout& layout);
+
+  /// To be filled: links [stages] and forces [stages + 1].
+  std::vector<StageLink> link;
+  std::vector<StageForce> force;
+
+  /// Eliminates the inner shapes: A, B, gap, Q, S, R, q, r of a stage, the effort left out. Returns false where a stage is singular.
+  bool condense(optimizer::Stage& stage);
+
+  /// Change of the shape at a node of the step, 1 … stages, along a change of state and inputs that also closes the gaps.
+  VectorXd shape_along(int node, const VectorXd& state, const VectorXd& input) const;
+
+  /// Costates at the nodes 0 … stages − 1 of the step from that at its end, along a change of state and inputs.
+  void carry_back(const VectorXd& state, const VectorXd& input, const StepCostate& end,
+                  std::vector<StepCostate>& costate) const;
+
+  /// The metric of a stage: Σ (θ_{s+1} − θ_s)ᵀ D_s (θ_{s+1} − θ_s) over the stages of the step, D_s = scale · |diag E⁻_{s,r}|.
+  void measure_rates(double scale, optimizer::Stage& stage) const;
+
+ private:
+  void add_force(int node, double weight, MatrixXd& rows) const;
+  void eliminate(int s);
+  void add_curvature(int s);
+  void add_mixed(int node, double weight);
+  double half_time(int node) const;
+  int columns() const { return 2 * layout_.shape + layout_.inputs() + 1; }
+  VectorXd packed(const VectorXd& state, const VectorXd& input) const;
+
+  const StepLayout& layout_;
+  // by (shape, momenta, inputs, 1) at the step's beginning: columns of all that follows
+  std::vector<MatrixXd> shape_;    // [stages + 1][f][columns]
+  std::vector<MatrixXd> pose_;     // [stages + 1][6][columns], beside what the pose at the beginning makes
+  std::vector<MatrixXd> inverse_;  // [stages][f][f] of E⁻ by the right shape
+  MatrixXd momentum_, next_momentum_;
+  MatrixXd ends_, half_;           // [2 f + 3][columns]
+  MatrixXd gram_;                  // [columns] squared
+  MatrixXd gram_turn_;             // [3][columns]
+  Eigen::Matrix3d turn_turn_;
+};
+
+}  // namespace lamprey::maneuver

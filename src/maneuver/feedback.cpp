@@ -1,0 +1,335 @@
+#include "maneuver/feedback.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <Eigen/LU>
+
+#include "integrator/scheme.hpp"
+#include "integrator/step_derivatives.hpp"
+#include "maneuver/row_space.hpp"
+#include "optimizer/riccati.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using integrator::ReferenceState;
+using integrator::State;
+using integrator::StepTangent;
+using model::at;
+using model::System;
+
+constexpr int most_gains = 1000;   // intervals between gains
+constexpr int reach_windows = 25;  // over which it is looked what moments can reach
+constexpr int least_window = 6;    // at least so many in each
+constexpr double reach_limit = 1e-10;
+constexpr double obeyed = 1e-7;  // rad, how near a step marched again ends to where it did
+
+// Change of the state at the end of a stage by that at its beginning and by the moments at both, which run linearly
+// between: (η, δx, δξ) as deviations are.
+struct StageTangent {
+  MatrixXd A;
+  MatrixXd B;
+  MatrixXd B_next;
+};
+
+// (η, δx, δμ) by (η, δx, δξ) at a node.
+MatrixXd momentum_by_velocity(const System& system, const ReferenceState& state) {
+  const int half = system.velocity_count();
+  MatrixXd T = MatrixXd::Identity(2 * half, 2 * half);
+  mechanics::Freedoms unit(at(system.body_count()), Vector3d::Zero());
+  for (int i = 0; i < system.body_count(); ++i)
+    for (int f = 0; f < system.body(i).freedoms; ++f) {
+      unit[at(i)][f] = 1.0;
+      T.block(half, system.body(i).velocity_offset + f, half, 1) =
+          mechanics::generalized_momentum_rate(system, state.rotation, state.velocity, unit);
+      unit[at(i)][f] = 0.0;
+    }
+  T.bottomRightCorner(half, half) = mechanics::generalized_inertia(system, state.rotation);
+  return T;
+}
+
+// The steps of a motion, one after another, linearised.
+class LinearMotion {
+ public:
+  LinearMotion(const System& system, const Problem& problem, const Solution& solution)
+      : system_(system),
+        solution_(solution),
+        motion_(node_motion(system, solution)),
+        composition_(integrator::composition(problem.scheme)),
+        step_(system),
+        work_(system),
+        tangent_(system),
+        interval_(system.body_count()) {}
+
+  int steps() const { return static_cast<int>(solution_.time.size()) - 1; }
+  const ReferenceState& state(int k) const { return motion_.state[at(k)]; }
+
+  /// Steps first … last − 1 as one stage.
+  StageTangent stage(int first, int last) {
+    const int size = 2 * system_.velocity_count();
+    StageTangent all{MatrixXd::Identity(size, size), MatrixXd::Zero(size, system_.control_count()),
+                     MatrixXd::Zero(size, system_.control_count())};
+    const double begin = solution_.time[at(first)], length = solution_.time[at(last)] - begin;
+    const auto append = [&](double from, double to) {
+      const double a = (from - begin) / length, b = (to - begin) / length;
+      all.A = (tangent_.A * all.A).eval();
+      all.B = (tangent_.A * all.B + (1.0 - a) * tangent_.B + (1.0 - b) * tangent_.B_next).eval();
+      all.B_next = (tangent_.A * all.B_next + a * tangent_.B + b * tangent_.B_next).eval();
+    };
+    for (int k = first; k < last; ++k) composition_.stages() == 1 ? append_step(k, append) : append_stages(k, append);
+    const auto by_velocity = momentum_by_velocity(system_, state(last)).partialPivLu();
+    return {by_velocity.solve(all.A * momentum_by_velocity(system_, state(first))), by_velocity.solve(all.B),
+            by_velocity.solve(all.B_next)};
+  }
+
+ private:
+  mechanics::Moments moments(int k) const {
+    return mechanics::moments_of_applied(system_, solution_.rotation[at(k)], solution_.control[at(k)]);
+  }
+
+  template <typename Append>
+  void append_step(int k, const Append& append) {
+    const auto n = at(k);
+    mechanics::interval_between(system_, solution_.rotation[n], solution_.rotation[n + 1],
+                                solution_.position[n + 1] - solution_.position[n], interval_);
+    const double h = solution_.time[n + 1] - solution_.time[n];
+    integrator::linearize_step(system_, composition_.lagrangian, h, interval_, moments(k), moments(k + 1), work_,
+                               tangent_);
+    append(solution_.time[n], solution_.time[n + 1]);
+  }
+
+  // A step of several stages is marched again: the nodes within are not stored.
+  template <typename Append>
+  void append_stages(int k, const Append& append) {
+    const std::vector<double>& times = solution_.stage_time[at(k)];
+    const std::vector<Vectors>& applied = solution_.control_stages[at(k)];
+    const ReferenceState& from = state(k);
+    State reached = integrator::state_of_velocity(system_, from.rotation, from.position, from.velocity);
+    const mechanics::Moments none(at(system_.joint_count()), Vector3d::Zero());
+    mechanics::Moments u = mechanics::moments_of_applied(system_, reached.rotation, applied.front()), u_next;
+    for (std::size_t s = 0; s + 1 < times.size(); ++s, u = u_next) {
+      const double h = (solution_.time[at(k) + 1] - solution_.time[at(k)]) * composition_.fractions[s];
+      if (!integrator::advance(system_, composition_.lagrangian, h, u, none, reached, step_).converged)
+        throw std::domain_error("step " + std::to_string(k) + " does not converge when marched again");
+      u_next = mechanics::moments_of_applied(system_, reached.rotation, applied[s + 1]);
+      reached.momentum += 0.5 * h *
+                          (mechanics::generalized_force(system_, reached.rotation, u_next) -
+                           mechanics::generalized_force(system_, reached.rotation, none));
+      integrator::linearize_step(system_, composition_.lagrangian, h, step_.interval, u, u_next, work_, tangent_);
+      append(times[s], times[s + 1]);
+    }
+    for (std::size_t i = 0; i < reached.rotation.size(); ++i)
+      if (!(lie::rotation_angle(reached.rotation[i].transpose() * state(k + 1).rotation[i]) < obeyed))
+        throw std::domain_error("step " + std::to_string(k) + " does not end where the motion says");
+  }
+
+  const System& system_;
+  const Solution& solution_;
+  integrator::NodeMotion motion_;
+  const integrator::Composition& composition_;
+  integrator::StepWorkspace step_;
+  integrator::TangentWorkspace work_;
+  StepTangent tangent_;
+  mechanics::Interval interval_;
+};
+
+// Sizes of a deviation's entries that count alike, [2 velocity_count]: 1 rad, a length, and both in a time.
+VectorXd units(const System& system, double time) {
+  double length = 0.0;
+  for (const model::Body& body : system.bodies()) length = std::max(length, body.semi_axes.maxCoeff());
+  VectorXd unit = VectorXd::Ones(2 * system.velocity_count());
+  unit.segment<3>(system.velocity_count() - 3).setConstant(length);
+  unit.tail(system.velocity_count()) = unit.head(system.velocity_count()) / time;
+  return unit;
+}
+
+// Σ_i |η_i|² over these bodies as a quadratic form in the freedoms.
+MatrixXd turn_form(const System& system, const mechanics::Rotations& R, const std::vector<char>& counted) {
+  const int turns = system.velocity_count() - 3;
+  MatrixXd form = MatrixXd::Zero(turns, turns);
+  for (int i = 0; i < system.body_count(); ++i) {
+    if (!counted[at(i)]) continue;
+    const MatrixXd turn = mechanics::turn_by_freedoms(system, R, i);
+    form += turn.transpose() * turn;
+  }
+  return form;
+}
+
+// What deviations cost, in units.
+class DeviationCost {
+ public:
+  DeviationCost(const System& system, const Problem& problem) : system_(system), problem_(problem) {}
+
+  MatrixXd along(const ReferenceState& state) const {
+    const int half = system_.velocity_count();
+    MatrixXd form = MatrixXd::Zero(2 * half, 2 * half);
+    form.topLeftCorner(half - 3, half - 3) = turn_form(system_, state.rotation, every_body());
+    form.block<3, 3>(half - 3, half - 3).setIdentity();
+    return form;
+  }
+
+  // Of what the goal asks for; without a goal of everything.
+  MatrixXd at_end(const ReferenceState& state) const {
+    const int half = system_.velocity_count();
+    const auto& goal = problem_.goal;
+    std::vector<char> asked = every_body();
+    for (std::size_t i = 0; i < asked.size() && goal; ++i) {
+      const auto named = goal->rotation.find(system_.bodies()[i].name);
+      asked[i] = named == goal->rotation.end() ? goal->turn.has_value() : named->second.has_value();
+    }
+    MatrixXd form = MatrixXd::Zero(2 * half, 2 * half);
+    form.topLeftCorner(half - 3, half - 3) = turn_form(system_, state.rotation, asked);
+    for (int c = 0; c < 3; ++c)
+      if (!goal || goal->move[at(c)]) form(half - 3 + c, half - 3 + c) = 1.0;
+    if (!goal || goal->rest)
+      form.block(half, half, half - 3, half - 3) = turn_form(system_, state.rotation, every_body());
+    return form;
+  }
+
+ private:
+  std::vector<char> every_body() const { return std::vector<char>(at(system_.body_count()), 1); }
+  const System& system_;
+  const Problem& problem_;
+};
+
+// Stages in units, with their place in time.
+struct LinearStages {
+  std::vector<int> node;              // [M+1] of the motion, where gains are
+  std::vector<double> weight;         // [M+1] s, of the trapezoid rule
+  std::vector<StageTangent> tangent;  // [M]
+  std::vector<ReferenceState> state;  // [M+1]
+  int count() const { return static_cast<int>(tangent.size()); }
+};
+
+LinearStages linear_stages(const System& system, const Problem& problem, const Solution& solution,
+                           const VectorXd& unit) {
+  LinearMotion motion(system, problem, solution);
+  const int stride = (motion.steps() + most_gains - 1) / most_gains;
+  LinearStages stages;
+  for (int k = 0; k < motion.steps(); k += stride) stages.node.push_back(k);
+  stages.node.push_back(motion.steps());
+  stages.weight.assign(stages.node.size(), 0.0);
+  for (std::size_t m = 0; m + 1 < stages.node.size(); ++m) {
+    StageTangent tangent = motion.stage(stages.node[m], stages.node[m + 1]);
+    tangent.A = (unit.cwiseInverse().asDiagonal() * tangent.A * unit.asDiagonal()).eval();
+    tangent.B = (unit.cwiseInverse().asDiagonal() * tangent.B).eval();
+    tangent.B_next = (unit.cwiseInverse().asDiagonal() * tangent.B_next).eval();
+    if (!tangent.A.allFinite() || !tangent.B.allFinite() || !tangent.B_next.allFinite())
+      throw std::domain_error("the motion passes where its steps or velocities are not defined, near t = " +
+                              std::to_string(solution.time[at(stages.node[m])]) + " s");
+    stages.tangent.push_back(std::move(tangent));
+    const double length = solution.time[at(stages.node[m + 1])] - solution.time[at(stages.node[m])];
+    stages.weight[m] += 0.5 * length;
+    stages.weight[m + 1] += 0.5 * length;
+  }
+  for (int k : stages.node) stages.state.push_back(motion.state(k));
+  return stages;
+}
+
+void add_rows(MatrixXd& rows, const MatrixXd& more) {
+  MatrixXd both(rows.rows() + more.rows(), more.cols());
+  both << rows, more;
+  rows = condensed_rows(both);
+}
+
+// Orthonormal columns that span the deviations which moments can make anywhere along the motion: all of them but where
+// symmetry keeps the swimmer in a plane, say. Over short windows: what is unstable would carry round-off everywhere.
+MatrixXd reachable_deviations(const LinearStages& stages) {
+  const Eigen::Index size = stages.tangent.front().A.rows();
+  const int window = std::max(least_window, (stages.count() + reach_windows - 1) / reach_windows);
+  MatrixXd all(0, size);
+  for (int begin = 0; begin < stages.count(); begin += window) {
+    MatrixXd reached(0, size);
+    for (int m = begin; m < std::min(begin + window, stages.count()); ++m) {
+      const StageTangent& tangent = stages.tangent[at(m)];
+      reached = (reached * tangent.A.transpose()).eval();
+      add_rows(reached, tangent.B.transpose().rowwise().normalized());
+      add_rows(reached, tangent.B_next.transpose().rowwise().normalized());
+    }
+    add_rows(all, reached);
+  }
+  const MatrixXd basis = span_of_rows(all, reach_limit);
+  return basis.cols() == size ? MatrixXd(MatrixXd::Identity(size, size)) : basis;
+}
+
+// Effort of the motion, (N m)² s, and what turning a body of mean inertia by a radian in its duration takes.
+double effort_scale(const System& system, const Solution& solution) {
+  const double duration = solution.time.back() - solution.time.front();
+  double effort = 0.0, inertia = 0.0;
+  for (std::size_t k = 0; k + 1 < solution.time.size(); ++k)
+    for (std::size_t end : {k, k + 1})
+      for (const Vector3d& u : solution.control[end])
+        effort += 0.5 * (solution.time[k + 1] - solution.time[k]) * u.squaredNorm();
+  for (const model::Body& body : system.bodies()) inertia += body.inertia_matrix.trace() / (3.0 * system.body_count());
+  return effort + inertia * inertia / (duration * duration * duration);
+}
+
+}  // namespace
+
+integrator::NodeMotion node_motion(const System& system, const Solution& solution) {
+  integrator::NodeMotion motion{solution.time, {}};
+  for (std::size_t k = 0; k < solution.time.size(); ++k) {
+    const mechanics::Rotations& R = solution.rotation[k];
+    motion.state.push_back(
+        {R, solution.position[k],
+         mechanics::velocity_of_bodies(system, R, solution.angular_velocity[k], R[0] * solution.linear_velocity[k])});
+  }
+  return motion;
+}
+
+integrator::FeedbackLaw feedback_law(const System& system, const Solution& solution,
+                                     integrator::ControlFunction planned) {
+  return {integrator::MotionPath(system, node_motion(system, solution)), std::move(planned), solution.feedback.time,
+          solution.feedback.gain};
+}
+
+// Stage m has the state y, before what u_m adds at the end of the stage before: z = y + B' u is the deviation at the
+// node (equation 11.7).
+Feedback design_feedback(const System& system, const Problem& problem, const Solution& solution,
+                         const FeedbackWeights& weights) {
+  const double duration = solution.time.back() - solution.time.front();
+  const VectorXd unit = units(system, weights.rate * duration);
+  const LinearStages stages = linear_stages(system, problem, solution, unit);
+  const MatrixXd basis = reachable_deviations(stages);
+  const int controls = system.control_count();
+  const optimizer::StageSizes sizes{stages.count() + 1, static_cast<int>(basis.cols()), controls, 0};
+  const double scale = effort_scale(system, solution);
+  const double along = scale / (duration * weights.path * weights.path);
+  const DeviationCost cost(system, problem);
+  optimizer::StageModel model(sizes);
+  std::vector<MatrixXd> late;  // B' of the stage before each node
+  for (int m = 0; m <= stages.count(); ++m) {
+    const double weight = stages.weight[at(m)];
+    const MatrixXd Q = weight * along * basis.transpose() * cost.along(stages.state[at(m)]) * basis;
+    late.push_back(m == 0 ? MatrixXd::Zero(basis.cols(), controls)
+                          : MatrixXd(basis.transpose() * stages.tangent[at(m - 1)].B_next));
+    optimizer::Stage& stage = model.stage[at(m)];
+    stage.Q = Q;
+    stage.S = late.back().transpose() * Q;
+    stage.R = weight * MatrixXd::Identity(controls, controls) + late.back().transpose() * Q * late.back();
+    stage.A.setIdentity();
+    stage.B.setZero();
+    if (m < stages.count()) {
+      stage.A = basis.transpose() * stages.tangent[at(m)].A * basis;
+      stage.B = basis.transpose() * stages.tangent[at(m)].B;
+    }
+    stage.B += stage.A * late.back();
+  }
+  model.Q_end = scale / (weights.end * weights.end) * basis.transpose() * cost.at_end(stages.state.back()) * basis;
+  optimizer::Riccati riccati(sizes);
+  if (!riccati.factor(model, 0.0, 0.0)) throw std::domain_error("the Riccati recursion does not stay positive");
+  Feedback feedback;
+  for (int m = 0; m <= stages.count(); ++m) {
+    const MatrixXd& answer = riccati.feedback(m);  // u = answer · y
+    const MatrixXd gain = (MatrixXd::Identity(controls, controls) + answer * late[at(m)]).partialPivLu().solve(answer);
+    feedback.time.push_back(solution.time[at(stages.node[at(m)])]);
+    feedback.gain.push_back(gain * basis.transpose() * unit.cwiseInverse().asDiagonal());
+    if (!feedback.gain.back().allFinite()) throw std::domain_error("the gains are not finite");
+  }
+  return feedback;
+}
+
+}  // namespace lamprey::maneuver

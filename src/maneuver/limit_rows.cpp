@@ -1,0 +1,535 @@
+#include "maneuver/limit_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fluid/gap.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using lie::double_cross;
+using lie::hat;
+using model::at;
+using model::Joint;
+using model::System;
+using Kind = LimitRow::Kind;
+using Vector9d = Eigen::Matrix<double, 9, 1>;
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+
+double reach(const model::Body& body) { return body.semi_axes.maxCoeff(); }
+
+// Where the pieces of the body coordinates lie.
+Eigen::Index turn_of(int body) { return 3 * body; }
+Eigen::Index position_of(const System& system) { return 3 * system.body_count(); }
+Eigen::Index turn_before_of(const System& system, int body) { return 3 * (system.body_count() + 1 + body); }
+
+Vector3d mass_centre(const System& system, const LimitedNode& node, int body) {
+  Vector3d x = node.position;
+  for (const model::PathPoint& point : system.body(body).path) x += node.rotation[at(point.body)] * point.offset;
+  return x;
+}
+
+// x_b − x_a = Σ R_i o_i over the bodies between them.
+std::vector<Vector3d> offsets_between(const System& system, int a, int b) {
+  std::vector<Vector3d> offset(at(system.body_count()), Vector3d::Zero());
+  for (const model::PathPoint& point : system.body(b).path) offset[at(point.body)] += point.offset;
+  for (const model::PathPoint& point : system.body(a).path) offset[at(point.body)] -= point.offset;
+  return offset;
+}
+
+// A quantity's derivatives by the turns of two bodies and the offset from one to the other (world, m), spread over the
+// body coordinates: the offset turns with the bodies between. `from` < 0: a fixed point instead of the first body.
+void spread_pair(const System& system, const LimitedNode& node, int from, int to, const std::vector<Vector3d>& offset,
+                 const Vector9d& local, const Matrix9d& local_hessian, VectorXd& gradient, MatrixXd& hessian) {
+  MatrixXd map = MatrixXd::Zero(9, body_coordinates(system));
+  if (from >= 0) map.block<3, 3>(0, turn_of(from)).setIdentity();
+  map.block<3, 3>(3, turn_of(to)).setIdentity();
+  if (from < 0) map.block<3, 3>(6, position_of(system)).setIdentity();
+  for (int i = 0; i < system.body_count(); ++i)
+    map.block<3, 3>(6, turn_of(i)) -= lie::times_hat(node.rotation[at(i)], offset[at(i)]);
+  gradient.noalias() = map.transpose() * local;
+  hessian.noalias() = map.transpose() * local_hessian * map;
+  for (int i = 0; i < system.body_count(); ++i) {
+    const Vector3d pull = node.rotation[at(i)].transpose() * local.tail<3>();
+    hessian.block<3, 3>(turn_of(i), turn_of(i)) += double_cross(pull, offset[at(i)]);
+  }
+}
+
+fluid::EllipsoidPair pair_of_bodies(const System& system, const LimitRow& row, const LimitedNode& node) {
+  Vector3d offset = Vector3d::Zero();
+  const std::vector<Vector3d> between = offsets_between(system, row.body, row.other_body);
+  for (std::size_t i = 0; i < between.size(); ++i) offset += node.rotation[i] * between[i];
+  return {system.body(row.body).semi_axes, system.body(row.other_body).semi_axes, node.rotation[at(row.body)],
+          node.rotation[at(row.other_body)], offset};
+}
+
+fluid::EllipsoidPair pair_with_sphere(const System& system, const LimitRow& row, const LimitedNode& node) {
+  return {Vector3d::Constant(row.bound), system.body(row.body).semi_axes, Matrix3d::Identity(),
+          node.rotation[at(row.body)], mass_centre(system, node, row.body) - row.centre};
+}
+
+// Equation 10.4: half the sum of a body's extents towards a half-space's face.
+double support(const Vector3d& semi_axes, const Vector3d& direction) { return semi_axes.cwiseProduct(direction).norm(); }
+
+// Arms of a joint: its parent's mass centre → joint in the parent's frame, joint → its child's in the child's, unit.
+Vector3d parent_arm(const Joint& joint) { return joint.parent_offset.normalized(); }
+Vector3d child_arm(const Joint& joint) { return -joint.child_offset.normalized(); }
+
+// Quaternion of a joint's turn from its zero angle, parent's frame, scalar part ≥ 0.
+lie::Vector4 turn_from_zero(const Joint& joint, const mechanics::Rotations& R) {
+  return lie::quaternion_of_rotation(mechanics::child_to_parent(R, joint) * joint.reference_rotation.transpose());
+}
+
+double twist(const Joint& joint, const mechanics::Rotations& R) {
+  const lie::Vector4 q = turn_from_zero(joint, R);
+  return 2.0 * std::atan2(q.tail<3>().dot(joint.reference_rotation * child_arm(joint)), q[0]);
+}
+
+lie::Vector4 pure(const Vector3d& v) { return {0.0, v.x(), v.y(), v.z()}; }
+
+// Equation 10.2: τ = 2 atan2(y, x) of the quaternion's scalar x and its part y along the arm; both are linear in it.
+void twist_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
+                       MatrixXd& hessian) {
+  const Joint& joint = system.joint(row.joint);
+  const lie::Vector4 q = turn_from_zero(joint, node.rotation);
+  const Matrix3d& zero = joint.reference_rotation;
+  const Vector3d arm = zero * child_arm(joint);
+  const auto read = [&](const lie::Vector4& p) { return Eigen::Vector2d(p[0], p.tail<3>().dot(arm)); };
+  const Eigen::Vector2d xy = read(q);
+  Eigen::Matrix<double, 2, 6> rate;  // of (x, y) by the turns of parent and child
+  std::array<Eigen::Matrix<double, 6, 6>, 2> second;
+  second.fill(Eigen::Matrix<double, 6, 6>::Zero());
+  for (int c = 0; c < 3; ++c) {
+    const lie::Vector4 parent = -0.5 * lie::quaternion_product(pure(Vector3d::Unit(c)), q);
+    rate.col(c) = read(parent);
+    rate.col(3 + c) = read(0.5 * lie::quaternion_product(q, pure(zero.col(c))));
+    for (int d = 0; d < 3; ++d) {
+      const Eigen::Vector2d mixed = read(0.5 * lie::quaternion_product(parent, pure(zero.col(d))));
+      for (int e = 0; e < 2; ++e) second[at(e)](c, 3 + d) = second[at(e)](3 + d, c) = mixed[e];
+    }
+    for (int e = 0; e < 2; ++e) second[at(e)](c, c) = second[at(e)](3 + c, 3 + c) = -0.25 * xy[e];
+  }
+  const double x = xy[0], y = xy[1], r2 = xy.squaredNorm();
+  const Eigen::RowVector2d slope(-2.0 * y / r2, 2.0 * x / r2);
+  Eigen::Matrix2d bend;
+  bend << 4.0 * x * y, 2.0 * (y * y - x * x), 2.0 * (y * y - x * x), -4.0 * x * y;
+  bend /= r2 * r2;
+  const double sign = (y < 0.0 ? 1.0 : -1.0) / row.unit;  // of bound − |τ|
+  const Eigen::Matrix<double, 6, 1> by_turns = sign * (slope * rate).transpose();
+  const Eigen::Matrix<double, 6, 6> curvature =
+      sign * (rate.transpose() * bend * rate + slope[0] * second[0] + slope[1] * second[1]);
+  const std::array<Eigen::Index, 2> place{turn_of(joint.parent), turn_of(joint.child)};
+  for (int a = 0; a < 2; ++a) {
+    gradient.segment<3>(place[at(a)]) = by_turns.segment<3>(3 * a);
+    for (int b = 0; b < 2; ++b) hessian.block<3, 3>(place[at(a)], place[at(b)]) = curvature.block<3, 3>(3 * a, 3 * b);
+  }
+}
+
+// Equation 10.1: cosine of the angle between the arms.
+void swing_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
+                       MatrixXd& hessian) {
+  const Joint& joint = system.joint(row.joint);
+  const Matrix3d Q = mechanics::child_to_parent(node.rotation, joint);
+  const Vector3d a = parent_arm(joint), b = child_arm(joint);
+  const Vector3d b_seen = Q * b, a_seen = Q.transpose() * a;
+  const Eigen::Index p = turn_of(joint.parent), c = turn_of(joint.child);
+  gradient.segment<3>(p) = a.cross(b_seen) / row.unit;
+  gradient.segment<3>(c) = b.cross(a_seen) / row.unit;
+  hessian.block<3, 3>(p, p) = double_cross(b_seen, a) / row.unit;
+  hessian.block<3, 3>(c, c) = double_cross(a_seen, b) / row.unit;
+  hessian.block<3, 3>(p, c) = -hat(a) * Q * hat(b) / row.unit;
+  hessian.block<3, 3>(c, p) = hessian.block<3, 3>(p, c).transpose();
+}
+
+// Equation 10.3: trace of the joint's turn over the step, 1 + 2 cos of its angle.
+void speed_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
+                       MatrixXd& hessian) {
+  const Joint& joint = system.joint(row.joint);
+  const Matrix3d before = mechanics::child_to_parent(node.rotation_before, joint);
+  const Matrix3d now = mechanics::child_to_parent(node.rotation, joint);
+  const Matrix3d M = before.transpose() * now, K = now * before.transpose();
+  const double scale = std::pow(row.bound * node.time_step, 2) * row.unit;
+  const std::array<Eigen::Index, 4> place{turn_before_of(system, joint.parent), turn_of(joint.parent),
+                                          turn_before_of(system, joint.child), turn_of(joint.child)};
+  const Matrix3d m = M - M.trace() * Matrix3d::Identity(), k = K - K.trace() * Matrix3d::Identity();
+  const Matrix3d kB = k * now;
+  const std::array<Vector3d, 4> slope{-2.0 * lie::vee(K), 2.0 * lie::vee(K), 2.0 * lie::vee(M), -2.0 * lie::vee(M)};
+  const auto symmetric = [](const Matrix3d& matrix) { return Matrix3d(0.5 * (matrix + matrix.transpose())); };
+  const auto set = [&](int a, int b, const Matrix3d& block) {
+    hessian.block<3, 3>(place[at(a)], place[at(b)]) = block / scale;
+    if (a != b) hessian.block<3, 3>(place[at(b)], place[at(a)]) = block.transpose() / scale;
+  };
+  for (int n = 0; n < 4; ++n) gradient.segment<3>(place[at(n)]) = slope[at(n)] / scale;
+  // by the logarithm of the time step
+  const double angle = row.bound * node.time_step;
+  const double value = (M.trace() - 1.0 - 2.0 * std::cos(angle)) / (angle * angle);
+  const double rate = 2.0 * std::sin(angle) / angle - 2.0 * value;
+  const Eigen::Index time = gradient.size() - 1;
+  gradient[time] = rate / row.unit;
+  hessian(time, time) = (2.0 * std::cos(angle) - 2.0 * std::sin(angle) / angle - 2.0 * rate) / row.unit;
+  hessian.col(time).head(time) = -2.0 * gradient.head(time);
+  hessian.row(time).head(time) = hessian.col(time).head(time).transpose();
+  set(0, 0, symmetric(k));
+  set(1, 1, symmetric(k));
+  set(0, 1, -k);
+  set(2, 2, symmetric(m));
+  set(3, 3, symmetric(m));
+  set(2, 3, -m.transpose());
+  set(0, 3, kB);
+  set(1, 3, -kB);
+  set(0, 2, -kB);
+  set(1, 2, kB);
+}
+
+void half_space_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
+                            MatrixXd& hessian) {
+  const model::Body& body = system.body(row.body);
+  const Vector3d m = node.rotation[at(row.body)].transpose() * row.normal;
+  const Matrix3d square = body.semi_axes.cwiseAbs2().asDiagonal();
+  const double h = support(body.semi_axes, m);
+  const Vector3d by_m = square * m / h;
+  const Matrix3d by_m_m = (square - by_m * by_m.transpose()) / h;
+  Vector9d local = Vector9d::Zero();
+  Matrix9d local_hessian = Matrix9d::Zero();
+  local.segment<3>(3) = -by_m.cross(m);
+  local.tail<3>() = row.normal;
+  local_hessian.block<3, 3>(3, 3) = -double_cross(by_m, m) - hat(m).transpose() * by_m_m * hat(m);
+  std::vector<Vector3d> offset(at(system.body_count()), Vector3d::Zero());
+  for (const model::PathPoint& point : body.path) offset[at(point.body)] += point.offset;
+  spread_pair(system, node, -1, row.body, offset, local / row.unit, local_hessian / row.unit, gradient, hessian);
+}
+
+void gap_row_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
+                         MatrixXd& hessian) {
+  const bool sphere = row.kind == Kind::sphere;
+  const fluid::EllipsoidPair pair = sphere ? pair_with_sphere(system, row, node) : pair_of_bodies(system, row, node);
+  Vector9d local;
+  Matrix9d local_hessian;
+  fluid::gap_derivatives(pair, fluid::gap(pair), local, local_hessian);
+  std::vector<Vector3d> offset(at(system.body_count()), Vector3d::Zero());
+  if (sphere) {
+    local.head<3>().setZero();  // a sphere does not turn
+    local_hessian.topRows<3>().setZero();
+    local_hessian.leftCols<3>().setZero();
+    for (const model::PathPoint& point : system.body(row.body).path) offset[at(point.body)] += point.offset;
+  } else {
+    offset = offsets_between(system, row.body, row.other_body);
+  }
+  spread_pair(system, node, sphere ? -1 : row.body, sphere ? row.body : row.other_body, offset, local / row.unit,
+              local_hessian / row.unit, gradient, hessian);
+}
+
+Vector3d turn_error(const LimitRow& row, const LimitedNode& node) {
+  return lie::log(row.asked.transpose() * node.rotation[at(row.body)]);
+}
+
+void pass_turn_derivatives(const LimitRow& row, const LimitedNode& node, VectorXd& gradient, MatrixXd& hessian) {
+  const Vector3d error = turn_error(row, node);
+  const Matrix3d tangent = lie::log_tangent(error);
+  const Eigen::Index place = turn_of(row.body);
+  gradient.segment<3>(place) = tangent.row(row.component).transpose() / row.unit;
+  Matrix3d second;
+  for (int c = 0; c < 3; ++c) second.col(c) = lie::log_tangent_rate(error, tangent.col(c)).row(row.component).transpose();
+  hessian.block<3, 3>(place, place) = 0.5 * (second + second.transpose()) / row.unit;
+}
+
+// Moments of a joint among all along the actuation.
+Eigen::Index first_moment(const System& system, int joint) {
+  Eigen::Index first = 0;
+  for (int j = 0; j < joint; ++j) first += system.joint(j).actuation.cols();
+  return first;
+}
+
+double angle_of(const System& system, const LimitRow& row, const LimitedNode& node) {
+  const Joint& joint = system.joint(row.joint);
+  return mechanics::joint_angles(joint, mechanics::child_to_parent(node.rotation, joint))[0];
+}
+
+double plain_value(const System& system, const LimitRow& row, const LimitedNode& node, double enough) {
+  switch (row.kind) {
+    case Kind::torque: {
+      const auto& actuation = system.joint(row.joint).actuation;
+      return 1.0 - (actuation * node.moment.segment(first_moment(system, row.joint), actuation.cols())).norm() / row.bound;
+    }
+    case Kind::torque_component:
+      return 1.0 - std::abs(node.moment[first_moment(system, row.joint) + row.component]) / row.bound;
+    case Kind::swing: {
+      const Joint& joint = system.joint(row.joint);
+      return parent_arm(joint).dot(mechanics::child_to_parent(node.rotation, joint) * child_arm(joint)) -
+             std::cos(row.bound);
+    }
+    case Kind::twist:
+      return row.bound - std::abs(twist(system.joint(row.joint), node.rotation));
+    case Kind::angle_above:
+      return angle_of(system, row, node) - row.bound;
+    case Kind::angle_below:
+      return row.bound - angle_of(system, row, node);
+    case Kind::speed: {
+      const Joint& joint = system.joint(row.joint);
+      const double angle = row.bound * node.time_step;
+      const Matrix3d turned = mechanics::child_to_parent(node.rotation_before, joint).transpose() *
+                              mechanics::child_to_parent(node.rotation, joint);
+      return (turned.trace() - 1.0 - 2.0 * std::cos(angle)) / (angle * angle);
+    }
+    case Kind::clearance: {
+      const fluid::EllipsoidPair pair = pair_of_bodies(system, row, node);
+      const double apart = pair.offset.norm() - reach(system.body(row.body)) - reach(system.body(row.other_body));
+      if (apart - row.bound > enough * row.unit) return apart - row.bound;
+      return fluid::gap(pair).value - row.bound;
+    }
+    case Kind::sphere: {
+      const fluid::EllipsoidPair pair = pair_with_sphere(system, row, node);
+      const double apart = pair.offset.norm() - reach(system.body(row.body)) - row.bound;
+      return apart > enough * row.unit ? apart : fluid::gap(pair).value;
+    }
+    case Kind::half_space:
+      return row.normal.dot(mass_centre(system, node, row.body) - row.centre) -
+             support(system.body(row.body).semi_axes, node.rotation[at(row.body)].transpose() * row.normal);
+    case Kind::pass_position:
+      return node.position[row.component] - row.bound;
+    case Kind::pass_turn:
+      return turn_error(row, node)[row.component];
+    case Kind::not_shorter:
+      return node.duration / row.bound - 1.0;
+    case Kind::not_longer:
+      return 1.0 - node.duration / row.bound;
+  }
+  return 0.0;
+}
+
+void add_joint_rows(const System& system, const Problem& problem, std::vector<LimitRow>& rows) {
+  const Limits& limits = problem.limits;
+  const auto add = [&](Kind kind, int j, const std::string& key, double bound, int component = -1) {
+    LimitRow row;
+    row.kind = kind;
+    row.key = "limits." + key;
+    row.joint = j;
+    row.bound = bound;
+    row.component = component;
+    rows.push_back(row);
+  };
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const Joint& joint = system.joint(j);
+    const auto of_joint = [&](const std::optional<double>& all, const std::map<std::string, double>& named,
+                              const std::string& key, const auto& use) {
+      const auto own = named.find(joint.name);
+      if (own != named.end())
+        use(own->second, key + "." + joint.name);
+      else if (all)
+        use(*all, key);
+    };
+    const int moments = static_cast<int>(joint.actuation.cols());
+    if (moments > 0) {
+      of_joint(limits.torque, limits.joint_torque, "torque",
+               [&](double bound, const std::string& key) { add(Kind::torque, j, key, bound); });
+      of_joint(limits.torque_component, limits.joint_torque_component, "torque_component",
+               [&](double bound, const std::string& key) {
+                 for (int c = 0; c < moments; ++c) add(Kind::torque_component, j, key, bound, c);
+               });
+    }
+    if (joint.kind == model::JointKind::fixed) continue;
+    of_joint({}, limits.swing, "swing", [&](double bound, const std::string& key) { add(Kind::swing, j, key, bound); });
+    of_joint({}, limits.twist, "twist", [&](double bound, const std::string& key) { add(Kind::twist, j, key, bound); });
+    of_joint(limits.angular_velocity, limits.joint_angular_velocity, "angular_velocity",
+             [&](double bound, const std::string& key) { add(Kind::speed, j, key, bound); });
+    if (const auto own = limits.angle.find(joint.name); own != limits.angle.end()) {
+      add(Kind::angle_above, j, "angle." + joint.name, own->second[0]);
+      add(Kind::angle_below, j, "angle." + joint.name, own->second[1]);
+    }
+  }
+}
+
+void add_body_rows(const System& system, const Problem& problem, std::vector<LimitRow>& rows) {
+  const Limits& limits = problem.limits;
+  for (int i = 0; i < system.body_count(); ++i) {
+    LimitRow row;
+    row.body = i;
+    row.unit = reach(system.body(i));
+    if (limits.clearance)
+      for (int other = i + 1; other < system.body_count(); ++other) {
+        row.kind = Kind::clearance;
+        row.key = "limits.clearance";
+        row.other_body = other;
+        row.bound = *limits.clearance;
+        rows.push_back(row);
+      }
+    row.other_body = -1;
+    row.component = 0;
+    for (const KeepOutSphere& sphere : limits.spheres) {
+      row.kind = Kind::sphere;
+      row.key = "limits.sphere";
+      row.centre = sphere.centre;
+      row.bound = sphere.radius;
+      rows.push_back(row);
+      ++row.component;
+    }
+    row.component = 0;
+    for (const KeepOutHalfSpace& half : limits.half_spaces) {
+      row.kind = Kind::half_space;
+      row.key = "limits.half_space";
+      row.centre = half.point;
+      row.normal = half.normal.normalized();
+      row.bound = 0.0;
+      rows.push_back(row);
+      ++row.component;
+    }
+  }
+}
+
+void add_waypoint_rows(const System& system, const Problem& problem, std::vector<LimitRow>& rows) {
+  for (const Waypoint& waypoint : problem.waypoints) {
+    LimitRow row;
+    row.key = "waypoint";
+    row.time = waypoint.time;
+    row.kind = Kind::pass_position;
+    for (int c = 0; c < 3; ++c)
+      if (waypoint.move[at(c)]) {
+        row.component = c;
+        row.bound = problem.start.position[c] + *waypoint.move[at(c)];
+        rows.push_back(row);
+      }
+    row.kind = Kind::pass_turn;
+    for (int i = 0; i < system.body_count(); ++i) {
+      const auto own = waypoint.rotation.find(system.body(i).name);
+      if (own != waypoint.rotation.end())
+        row.asked = lie::exp(own->second);
+      else if (waypoint.turn)
+        row.asked = lie::exp(*waypoint.turn) * lie::exp(problem.start.rotation[at(i)]);
+      else
+        continue;
+      row.body = i;
+      for (row.component = 0; row.component < 3; ++row.component) rows.push_back(row);
+    }
+  }
+}
+
+}  // namespace
+
+const char* LimitRow::unit_name() const {
+  switch (kind) {
+    case Kind::torque:
+    case Kind::torque_component:
+      return "of the bound";
+    case Kind::swing:
+      return "(cosine)";
+    case Kind::twist:
+    case Kind::angle_above:
+    case Kind::angle_below:
+    case Kind::pass_turn:
+      return "rad";
+    case Kind::speed:
+      return "(1 - square of rate over bound)";
+    case Kind::not_shorter:
+    case Kind::not_longer:
+      return "of the bound";
+    case Kind::clearance:
+    case Kind::sphere:
+    case Kind::half_space:
+    case Kind::pass_position:
+      break;
+  }
+  return "m";
+}
+
+std::vector<LimitRow> limit_rows(const System& system, const Problem& problem) {
+  std::vector<LimitRow> rows;
+  add_joint_rows(system, problem, rows);
+  add_body_rows(system, problem, rows);
+  add_waypoint_rows(system, problem, rows);
+  if (problem.duration.free) {
+    LimitRow row;
+    row.kind = Kind::not_shorter;
+    row.key = "time.min";
+    row.bound = problem.duration.min;
+    rows.push_back(row);
+    row.kind = Kind::not_longer;
+    row.key = "time.max";
+    row.bound = problem.duration.max;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+double limit_value(const System& system, const LimitRow& row, const LimitedNode& node, double enough) {
+  return plain_value(system, row, node, enough) / row.unit;
+}
+
+void limit_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
+                       MatrixXd& hessian) {
+  gradient.setZero(body_coordinates(system));
+  hessian.setZero(gradient.size(), gradient.size());
+  switch (row.kind) {
+    case Kind::swing:
+      return swing_derivatives(system, row, node, gradient, hessian);
+    case Kind::twist:
+      return twist_derivatives(system, row, node, gradient, hessian);
+    case Kind::speed:
+      return speed_derivatives(system, row, node, gradient, hessian);
+    case Kind::clearance:
+    case Kind::sphere:
+      return gap_row_derivatives(system, row, node, gradient, hessian);
+    case Kind::half_space:
+      return half_space_derivatives(system, row, node, gradient, hessian);
+    case Kind::pass_position:
+      gradient[position_of(system) + row.component] = 1.0 / row.unit;
+      return;
+    case Kind::pass_turn:
+      return pass_turn_derivatives(row, node, gradient, hessian);
+    case Kind::not_shorter:
+    case Kind::not_longer: {
+      const Eigen::Index time = gradient.size() - 1;
+      gradient[time] = hessian(time, time) =
+          (row.kind == Kind::not_shorter ? 1.0 : -1.0) * node.duration / row.bound / row.unit;
+      return;
+    }
+    case Kind::torque:
+    case Kind::torque_component:
+    case Kind::angle_above:
+    case Kind::angle_below:
+      return;
+  }
+}
+
+double price_of_bound(const LimitRow& row, double time_step) {
+  switch (row.kind) {
+    case Kind::torque:
+    case Kind::torque_component:
+      return 1.0 / row.bound / row.unit;
+    case Kind::swing:
+      return std::sin(row.bound) / row.unit;
+    case Kind::speed: {
+      const double angle = row.bound * time_step;
+      return 2.0 * std::sin(angle) * time_step / (angle * angle) / row.unit;
+    }
+    case Kind::not_shorter:
+    case Kind::not_longer:
+      return 1.0 / row.bound / row.unit;
+    default:
+      return 1.0 / row.unit;
+  }
+}
+
+void torque_derivatives(const System& system, const LimitRow& row, const VectorXd& moment, VectorXd& gradient,
+                        MatrixXd& hessian) {
+  gradient.setZero(system.control_count());
+  hessian.setZero(gradient.size(), gradient.size());
+  const Eigen::Index first = first_moment(system, row.joint);
+  const double scale = -1.0 / (row.bound * row.unit);
+  if (row.kind == Kind::torque_component) {
+    gradient[first + row.component] = moment[first + row.component] < 0.0 ? -scale : scale;
+    return;
+  }
+  const auto& actuation = system.joint(row.joint).actuation;
+  const Eigen::Index columns = actuation.cols();
+  const Vector3d u = actuation * moment.segment(first, columns);
+  const double size = u.norm();
+  if (size == 0.0) return;  // far from any bound
+  const VectorXd along = actuation.transpose() * (u / size);
+  gradient.segment(first, columns) = scale * along;
+  hessian.block(first, first, columns, columns) =
+      scale / size * (actuation.transpose() * actuation - along * along.transpose());
+}
+
+}  // namespace lamprey::maneuver

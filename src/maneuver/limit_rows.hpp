@@ -1,0 +1,83 @@
+// What a maneuver may not do, and where it must pass: rows g ≥ 0 (limits) and g = 0 (waypoints) at its nodes, with first
+// and second derivatives (chapter 10, equations 10.1 to 10.4).
+//
+// Derivatives of what depends on the swimmer's attitude are taken by the "body coordinates" of a node: turns of all
+// bodies in their own frames along exponentials, [3 bodies], the root's position, [3], the turns of all bodies at the node
+// before, [3 bodies], for rates of joints, and the logarithm of the time step.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "maneuver/maneuver.hpp"
+#include "model/system.hpp"
+
+namespace lamprey::maneuver {
+
+/// One row at each node, or at one node alone.
+struct LimitRow {
+  enum class Kind {
+    torque,            // |u_j| ≤ bound, as 1 − |u_j|/bound
+    torque_component,  // each |u_jc| ≤ bound, likewise
+    swing,             // cosine of the angle between the joint's two arms ≥ cos(bound)
+    twist,             // |turn about the child's arm| ≤ bound, rad
+    angle_above,       // hinge angle ≥ bound, rad
+    angle_below,       // hinge angle ≤ bound, rad
+    speed,             // a joint's mean rate over the step ≤ bound rad/s, as its cosine against bound, see there
+    clearance,         // gap of two bodies ≥ bound, m
+    sphere,            // gap of a body and a sphere ≥ 0, m
+    half_space,        // gap of a body and a half-space ≥ 0, m
+    pass_position,     // component of the root's position − bound = 0, m
+    pass_turn,         // component of log(askedᵀ R) = 0, rad
+    not_shorter,       // duration ≥ bound, as duration/bound − 1; at the end
+    not_longer         // duration ≤ bound, likewise
+  } kind;
+  std::string key;  // of the problem file
+  int joint = -1;
+  int body = -1, other_body = -1;
+  int component = -1;
+  double bound = 0.0;
+  double unit = 1.0;                          // what the value is divided by to become a number of order one
+  Vector3d centre = Vector3d::Zero();         // m, of a sphere; point on a half-space's face
+  Vector3d normal = Vector3d::Zero();         // out of the forbidden half-space, unit
+  Matrix3d asked = Matrix3d::Identity();      // body → world at a waypoint
+  double time = -1.0;                         // s of a waypoint; negative: at each node
+  bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
+  bool upper() const { return kind == Kind::angle_below || kind == Kind::not_longer; }
+  /// What a value times `unit` is counted in.
+  const char* unit_name() const;
+  bool of_duration() const { return kind == Kind::not_shorter || kind == Kind::not_longer; }
+  bool of_moments() const { return kind == Kind::torque || kind == Kind::torque_component; }
+};
+
+/// All limits and waypoints of a problem, in the order of the file's keys.
+std::vector<LimitRow> limit_rows(const model::System& system, const Problem& problem);
+
+/// A node as limits see it.
+struct LimitedNode {
+  const mechanics::Rotations& rotation;         // [bodies] body → world
+  const mechanics::Rotations& rotation_before;  // [bodies] at the node before; the same at node 0
+  const Vector3d& position;                     // m, root's mass centre
+  const VectorXd& moment;                       // [≥ controls] N m along the joints' actuation
+  double time_step;                             // s
+  double duration;                              // s
+};
+
+/// Number of body coordinates.
+inline int body_coordinates(const model::System& system) { return 6 * system.body_count() + 4; }
+
+/// Value of a row divided by its unit; where two bodies are far apart, a lower bound that is larger than `enough`.
+double limit_value(const model::System& system, const LimitRow& row, const LimitedNode& node, double enough);
+
+/// Gradient and Hessian of limit_value by the body coordinates, not of torque and angle rows: [body_coordinates], squared.
+void limit_derivatives(const model::System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
+                       MatrixXd& hessian);
+
+/// The same of a torque row by the moments along the actuation: [controls], squared.
+void torque_derivatives(const model::System& system, const LimitRow& row, const VectorXd& moment, VectorXd& gradient,
+                        MatrixXd& hessian);
+
+/// Change of a row's value, where the limit holds, for each N m, rad, rad/s, m or s by which it gives way.
+double price_of_bound(const LimitRow& row, double time_step);
+
+}  // namespace lamprey::maneuver

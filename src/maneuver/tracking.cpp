@@ -1,0 +1,76 @@
+#include "maneuver/tracking.hpp"
+
+#include <algorithm>
+
+#include "lie/so3.hpp"
+#include "maneuver/random.hpp"
+#include "maneuver/row_space.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using model::at;
+using model::System;
+
+constexpr double answered = 1e-9;  // of the largest gain
+
+}  // namespace
+
+Start turned_start(const System& system, const Start& start, double angle, std::uint64_t seed, const MatrixXd& turns) {
+  Random random(seed);
+  VectorXd drawn(turns.cols());
+  for (double& entry : drawn) entry = random.normal();
+  const VectorXd turn = turns * drawn;
+  mechanics::Rotations R;
+  for (const Eigen::Vector3d& vector : start.rotation) R.push_back(lie::exp(vector));
+  mechanics::Rotations turned = R;
+  for (int i : system.root_to_leaves()) {
+    const model::Body& body = system.body(i);
+    Eigen::Vector3d along = Eigen::Vector3d::Zero();
+    for (int f = 0; f < body.freedoms; ++f) along[f] = turn[body.velocity_offset + f];
+    if (along.norm() > answered * turn.norm()) along *= angle / along.norm();
+    if (body.freedoms == 3) {
+      turned[at(i)] = R[at(i)] * lie::exp(along);
+      continue;
+    }
+    const model::Joint& joint = system.joint(body.joint);
+    const Eigen::Vector3d angles = mechanics::joint_angles(joint, mechanics::child_to_parent(R, joint));
+    turned[at(i)] = turned[at(body.parent)] * mechanics::joint_rotation(joint, angles + along);
+  }
+  Start off = start;
+  for (std::size_t i = 0; i < turned.size(); ++i) off.rotation[i] = lie::log(turned[i]);
+  return off;
+}
+
+MatrixXd answered_turns(const System& system, const Feedback& feedback) {
+  const Eigen::Index turns = system.velocity_count() - 3;
+  MatrixXd all(0, turns);
+  for (const MatrixXd& gain : feedback.gain) {
+    MatrixXd both(all.rows() + gain.rows(), turns);
+    both << all, gain.leftCols(turns);
+    all = condensed_rows(both);
+  }
+  return span_of_rows(all, answered);
+}
+
+Tracking tracking_of(const integrator::FeedbackLaw& law, const Solution& marched) {
+  Tracking tracking;
+  for (std::size_t k = 0; k < marched.time.size(); ++k) {
+    const integrator::ReferenceState planned = law.path().at_time(marched.time[k]);
+    tracking.rotation_error = 0.0;
+    for (std::size_t i = 0; i < planned.rotation.size(); ++i)
+      tracking.rotation_error = std::max(tracking.rotation_error,
+                                         lie::rotation_angle(planned.rotation[i].transpose() * marched.rotation[k][i]));
+    tracking.position_error = (marched.position[k] - planned.position).norm();
+    tracking.largest_rotation_error = std::max(tracking.largest_rotation_error, tracking.rotation_error);
+    tracking.largest_position_error = std::max(tracking.largest_position_error, tracking.position_error);
+    const Vectors moments =
+        mechanics::applied_moments(law.path().system(), marched.rotation[k], law.planned(marched.time[k]));
+    for (std::size_t j = 0; j < moments.size(); ++j)
+      tracking.largest_correction = std::max(tracking.largest_correction, (marched.control[k][j] - moments[j]).norm());
+  }
+  return tracking;
+}
+
+}  // namespace lamprey::maneuver

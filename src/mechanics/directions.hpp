@@ -1,0 +1,61 @@
+// One direction, a Vector3d, or four at once, a Four3: what formulas need that are linear in it and written once for both.
+#pragma once
+
+#include "mechanics/rows.hpp"
+
+namespace lamprey::mechanics {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+template <typename V>
+V zero_direction();
+template <>
+inline Vector3d zero_direction<Vector3d>() {
+  return Vector3d::Zero();
+}
+template <>
+inline Four3 zero_direction<Four3>() {
+  return Four3::zero();
+}
+
+inline double dot(const Vector3d& u, const Vector3d& v) { return u.dot(v); }
+inline Vector3d cross(const Vector3d& u, const Vector3d& v) { return u.cross(v); }
+/// s v.
+inline Vector3d along(double s, const Vector3d& v) { return s * v; }
+
+inline Four3 operator+(const Four3& u, const Four3& v) { return {u.x + v.x, u.y + v.y, u.z + v.z}; }
+inline Four3 operator-(const Four3& u, const Four3& v) { return {u.x - v.x, u.y - v.y, u.z - v.z}; }
+inline Four3 operator-(const Four3& v) { return {-v.x, -v.y, -v.z}; }
+inline Four3 operator*(double s, const Four3& v) { return {s * v.x, s * v.y, s * v.z}; }
+inline Four3& operator+=(Four3& u, const Four3& v) { return u = u + v; }
+inline Four3& operator-=(Four3& u, const Four3& v) { return u = u - v; }
+inline Four3& operator*=(Four3& v, double s) { return v = s * v; }
+inline Four3 operator*(const Matrix3d& A, const Four3& v) {
+  return {A(0, 0) * v.x + A(0, 1) * v.y + A(0, 2) * v.z, A(1, 0) * v.x + A(1, 1) * v.y + A(1, 2) * v.z,
+          A(2, 0) * v.x + A(2, 1) * v.y + A(2, 2) * v.z};
+}
+inline Four dot(const Vector3d& u, const Four3& v) { return u[0] * v.x + u[1] * v.y + u[2] * v.z; }
+inline Four3 cross(const Vector3d& u, const Four3& v) {
+  return {u[1] * v.z - u[2] * v.y, u[2] * v.x - u[0] * v.z, u[0] * v.y - u[1] * v.x};
+}
+inline Four3 cross(const Four3& u, const Vector3d& v) {
+  return {u.y * v[2] - u.z * v[1], u.z * v[0] - u.x * v[2], u.x * v[1] - u.y * v[0]};
+}
+inline Four3 along(double s, const Four3& v) { return s * v; }
+inline Four3 along(const Four& s, const Vector3d& v) { return {s * v[0], s * v[1], s * v[2]}; }
+
+/// Three directions, the columns of A, and a zero one.
+inline Four3 columns(const Matrix3d& A) {
+  return {Four(A(0, 0), A(0, 1), A(0, 2), 0.0), Four(A(1, 0), A(1, 1), A(1, 2), 0.0),
+          Four(A(2, 0), A(2, 1), A(2, 2), 0.0)};
+}
+
+/// Back from `columns`.
+inline void read_columns(const Four3& v, Matrix3d& A) {
+  A.row(0) = v.x.head<3>().matrix().transpose();
+  A.row(1) = v.y.head<3>().matrix().transpose();
+  A.row(2) = v.z.head<3>().matrix().transpose();
+}
+
+}  // namespace lamprey::mechanics

@@ -1,0 +1,64 @@
+#include "optimizer/limited_newton.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace lamprey::optimizer {
+
+namespace {
+
+constexpr int most_rounds = 40;
+constexpr int most_idle_rounds = 6;        // without progress
+constexpr int most_round_iterations = 150;
+constexpr double least_tolerance = 1e-11;  // where a search's own error keeps the limits' from falling
+constexpr double first_tolerance = 1e-3;  // of a search while the multipliers are still rough
+constexpr double tolerance_share = 0.1;   // of the limits' error, that searches are worth
+constexpr double out_of_reach = 1e-3;     // limit error that is no matter of a few more rounds
+
+void add_effort(const Outcome& before, Outcome& outcome) {
+  for (Iteration& step : outcome.history) step.iteration += before.iterations;
+  outcome.history.insert(outcome.history.begin(), before.history.begin(), before.history.end());
+  outcome.iterations += before.iterations;
+  outcome.evaluations += before.evaluations;
+}
+
+bool gave_up(Termination termination) {
+  return termination == Termination::time_limit || termination == Termination::interrupted;
+}
+
+}  // namespace
+
+Outcome solve_within_limits(StageNewton& newton, StageProgram& program, const Options& options,
+                            double limit_tolerance) {
+  if (!program.limited()) return newton.solve(program, options);
+  Outcome outcome;
+  Options round = options;
+  round.max_iterations = std::min(options.max_iterations, most_round_iterations);
+  double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
+  int idle = 0;
+  for (int n = 0; n < most_rounds && idle < most_idle_rounds; ++n) {
+    const double error = program.limit_error();
+    idle = error < 0.5 * best ? 0 : idle + 1;
+    if (idle > 1) finest = std::max(least_tolerance, 0.1 * finest);
+    best = std::min(best, error);
+    round.tolerance = std::clamp(tolerance_share * error, finest, std::max(first_tolerance, finest));
+    if (error <= limit_tolerance) round.tolerance = finest;
+    const Outcome before = outcome;
+    outcome = newton.solve(program, round);
+    add_effort(before, outcome);
+    if (gave_up(outcome.termination)) return outcome;
+    const bool met = program.limit_error() <= limit_tolerance;
+    program.renew_limits();  // at the answer too: its multipliers are those that make it stationary
+    if (met && round.tolerance == finest && outcome.termination == Termination::converged) return outcome;
+  }
+  if (program.limit_error() > out_of_reach) {
+    outcome.termination = Termination::infeasible;
+    outcome.reason = "limits stay violated however much they weigh";
+  } else if (outcome.termination == Termination::converged) {
+    outcome.termination = Termination::stalled;
+    outcome.reason = "limits are met slowly";
+  }
+  return outcome;
+}
+
+}  // namespace lamprey::optimizer

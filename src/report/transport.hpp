@@ -1,0 +1,18 @@
+// What a motion's joints do along the way, and what that is for each metre.
+#pragma once
+
+#include <optional>
+
+#include "file/results.hpp"
+
+namespace lamprey::report {
+
+struct Transport {
+  double work;      // J, ∫ Σ |u·ω| dt over the joints: nothing is won back
+  double distance;  // m, of the root's mass centre from start to end
+};
+
+/// By the trapezoid rule over the nodes, moments against the stored velocities. Nothing where either is missing.
+std::optional<Transport> transport(const file::Results& results);
+
+}  // namespace lamprey::report

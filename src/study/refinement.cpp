@@ -1,0 +1,67 @@
+#include "study/refinement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "integrator/scheme.hpp"
+
+namespace lamprey::study {
+
+namespace {
+
+constexpr int least_steps = 20;     // of a grid that is halved
+constexpr double round_off = 1e-12;  // of the cost: differences below are none
+
+}  // namespace
+
+int expected_order(const maneuver::Problem& problem) {
+  const int rule = problem.cost_rule() == maneuver::CostRule::rectangle ? 1 : integrator::order(problem.scheme);
+  return std::min(integrator::order(problem.scheme), rule);
+}
+
+certificate::Refinement refinement_of(const std::vector<certificate::GridCost>& grids, int steps, int expected_order) {
+  certificate::Refinement result;
+  result.grids = grids;
+  for (const certificate::GridCost& grid : grids)
+    if (grid.steps == 2 * steps) result.cost_half_step = grid.cost;
+  if (grids.size() < 3) return result;
+  const double coarse = grids[0].cost - grids[1].cost, fine = grids[1].cost - grids[2].cost;
+  const double order = std::log2(coarse / fine);
+  const bool settled = std::abs(order - expected_order) <= 0.5 * expected_order;
+  if (std::abs(fine) <= round_off * std::abs(grids[2].cost) || !settled) return result;
+  result.observed_order = order;
+  result.cost_limit = grids[2].cost - fine / (std::exp2(expected_order) - 1.0);
+  for (const certificate::GridCost& grid : grids)
+    if (grid.steps == steps) result.cost_error = std::abs(grid.cost - result.cost_limit);
+  return result;
+}
+
+certificate::Refinement refine_cost(const maneuver::Problem& problem, double cost, const CostOnGrid& cost_on_grid) {
+  const int steps = problem.steps;
+  const bool halved = steps % 2 == 0 && steps >= least_steps && problem.waypoints.empty();
+  std::vector<certificate::GridCost> grids;
+  for (int grid : {steps / 2, steps, 2 * steps, 4 * steps}) {
+    if (grid == (halved ? 4 * steps : steps / 2)) continue;
+    const std::optional<double> found = grid == steps ? cost : cost_on_grid(grid);
+    if (found) grids.push_back({grid, *found});
+  }
+  return refinement_of(grids, steps, expected_order(problem));
+}
+
+std::string refinement_words(const certificate::Refinement& refinement) {
+  if (!std::isnan(refinement.observed_order) || refinement.grids.empty()) return "";
+  std::ostringstream text;
+  text.precision(8);
+  if (refinement.grids.size() < 3) {
+    text << " Its cost was not found on the other grids.";
+    return text.str();
+  }
+  text << " The cost has not settled:";
+  for (const certificate::GridCost& grid : refinement.grids)
+    text << (grid.steps == refinement.grids.front().steps ? " " : ", ") << grid.cost << " with " << grid.steps << " steps";
+  text << "; more steps are needed, or the grids hold different motions.";
+  return text.str();
+}
+
+}  // namespace lamprey::study

@@ -1,0 +1,223 @@
+// The test of second order at solved maneuvers, against dense linear algebra on second derivatives from elsewhere: those
+// of the transcription, in other unknowns, and differences of the gradient.
+#include "certificate/second_order.hpp"
+
+#include <gtest/gtest.h>
+#include <Eigen/Dense>
+
+#include "certificate/balance.hpp"
+#include "certificate/certify.hpp"
+#include "certificate/marched_answers.hpp"
+#include "certificate/optimality.hpp"
+#include "maneuver/goal_rank.hpp"
+#include "maneuver/row_space.hpp"
+#include "maneuver/transcription.hpp"
+#include "study/answer.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using certificate::SecondOrder;
+using certificate::StoredMotion;
+using model::at;
+
+maneuver::Solution solved(const maneuver::Problem& problem) {
+  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
+  EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+  return answer.solution;
+}
+
+SecondOrder second_order_of(const maneuver::Problem& problem, const maneuver::Solution& solution) {
+  const model::System system(problem.swimmer);
+  const StoredMotion motion(system, problem, solution);
+  return certificate::second_order(motion, certificate::check_balance(motion).scale).value_or(SecondOrder());
+}
+
+maneuver::Problem in_the_plane(int count) {
+  maneuver::Problem problem = chain_problem(count, 1.0);
+  problem.goal->turn = Vector3d(0, 0, 0.3);
+  problem.goal->move = {0.5, std::nullopt, std::nullopt};
+  for (model::JointDescription& joint : problem.swimmer.joints) joint.control_axes = {Vector3d(0, 0, 1)};
+  problem.search.starts = 4;
+  return problem;
+}
+
+maneuver::Problem with_all_axes(maneuver::Problem problem) {
+  for (model::JointDescription& joint : problem.swimmer.joints) joint.control_axes.reset();
+  return problem;
+}
+
+maneuver::Problem in_space(int count) {
+  maneuver::Problem problem = chain_problem(count, 1.0);
+  problem.goal->turn = Vector3d(0.05, -0.03, 0.08);
+  problem.goal->move = {0.1, std::nullopt, std::nullopt};
+  problem.search.starts = 4;
+  return problem;
+}
+
+// A hinge with a spring and a damper, a universal joint, a ball joint that nothing drives.
+maneuver::Problem of_mixed_joints(int count) {
+  Random random(3);
+  maneuver::Problem problem;
+  problem.swimmer = random_tree(random, 4);
+  for (std::size_t j = 0; j < 3; ++j) {
+    problem.swimmer.joints[j].parent = "body" + std::to_string(j);
+  }
+  model::JointDescription& hinge = problem.swimmer.joints[0];
+  hinge.kind = model::JointKind::hinge;
+  hinge.axis = random.vector();
+  hinge.stiffness = 3.0;
+  hinge.damping = 0.5;
+  model::JointDescription& universal = problem.swimmer.joints[1];
+  universal.kind = model::JointKind::universal;
+  universal.axes = {Vector3d(0, 1, 0), Vector3d(0, 0, 1)};
+  universal.damping = 0.3;
+  problem.swimmer.joints[2].stiffness = 2.0;
+  problem.start.rotation.assign(4, Vector3d::Zero());
+  problem.start.angular_velocity.assign(4, Vector3d::Zero());
+  problem.steps = count;
+  problem.scheme = maneuver::Scheme::midpoint;
+  problem.goal = maneuver::Goal{};
+  problem.goal->turn = Vector3d(0.1, 0.2, -0.1);
+  problem.goal->move = {0.1, std::nullopt, std::nullopt};
+  problem.search.starts = 4;
+  return problem;
+}
+
+struct Marched {
+  VectorXd gradient;  // of the cost
+  MatrixXd goal;      // rows by the moments
+};
+
+Marched marched(const maneuver::Problem& problem, const VectorXd& value) {
+  const model::System system(problem.swimmer);
+  const MarchedAnswer answer = march(problem, moments_along_joints(system, value, problem.steps));
+  const StoredMotion motion(system, answer.problem, answer.solution);
+  const auto space = certificate::control_space(motion);
+  const auto goal = certificate::goal_rows(system, problem, certificate::node_states(motion).back(), 1.0);
+  return {certificate::cost_gradient(motion, space), certificate::control_jacobian(motion, space, goal.by_end_state)};
+}
+
+// All eigenvalues by the definition: Hessian of cost + multipliers · goal by extrapolated central differences of its
+// gradient, the null space of the goal's rows, the metric of the effort.
+VectorXd dense_eigenvalues(const maneuver::Problem& problem, const maneuver::Solution& solution) {
+  const model::System system(problem.swimmer);
+  const StoredMotion motion(system, problem, solution);
+  const VectorXd value = certificate::control_space(motion).value;
+  const Eigen::Index size = value.size(), controls = system.control_count();
+  const Marched here = marched(problem, value);
+  const Eigen::CompleteOrthogonalDecomposition<MatrixXd> rows(here.goal.transpose());
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> ranked = rows;
+  ranked.setThreshold(1e-9);
+  const VectorXd multipliers = ranked.solve(-here.gradient);
+  EXPECT_LE((here.gradient + here.goal.transpose() * multipliers).norm(), 1e-6 * here.gradient.norm());
+  Eigen::FullPivLU<MatrixXd> lu(here.goal);
+  lu.setThreshold(1e-9);
+  const MatrixXd Z = lu.kernel();
+
+  const double step = 2e-4 * value.lpNorm<Eigen::Infinity>();
+  const auto gradient = [&](Eigen::Index column, double length) -> VectorXd {
+    const Marched there = marched(problem, value + length * VectorXd::Unit(size, column));
+    return there.gradient + there.goal.transpose() * multipliers;
+  };
+  MatrixXd hessian(size, size);
+  for (Eigen::Index c = 0; c < size; ++c) {
+    const auto quotient = [&](double length) -> VectorXd {
+      return (gradient(c, length) - gradient(c, -length)) / (2.0 * length);
+    };
+    hessian.col(c) = (4.0 * quotient(0.5 * step) - quotient(step)) / 3.0;
+  }
+  VectorXd metric(size);
+  const VectorXd weights = certificate::node_weights(motion);
+  for (Eigen::Index c = 0; c < size; ++c) metric[c] = weights[c / controls];
+  const MatrixXd reduced = Z.transpose() * hessian * Z;
+  return Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>(0.5 * (reduced + reduced.transpose()),
+                                                            Z.transpose() * metric.asDiagonal() * Z,
+                                                            Eigen::EigenvaluesOnly)
+      .eigenvalues();
+}
+
+// The same by the transcription's Hessian on the null space of its constraints.
+VectorXd transcribed_eigenvalues(const maneuver::Problem& problem, const maneuver::Solution& solution) {
+  const model::System system(problem.swimmer);
+  const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, problem.steps);
+  const StoredMotion motion(system, problem, solution);
+  const VectorXd value = certificate::control_space(motion).value;
+  maneuver::NodePath path;
+  path.rotation = solution.rotation;
+  path.position = solution.position;
+  for (int k = 0; k <= problem.steps; ++k) {
+    path.control.push_back(value.segment(system.control_count() * k, system.control_count()));
+    if (k == problem.steps) break;
+    path.cayley.emplace_back();
+    for (std::size_t i = 0; i < solution.rotation[at(k)].size(); ++i)
+      path.cayley.back().push_back(
+          lie::inverse_cayley(solution.rotation[at(k)][i].transpose() * solution.rotation[at(k + 1)][i]));
+  }
+  maneuver::Transcription program(system, maneuver, maneuver::independent_goal_rows(system, maneuver, path));
+  const VectorXd point = program.pack(path);
+  const auto dense = [](const optimizer::SparsePattern& pattern, const VectorXd& values, int height, int width) {
+    MatrixXd m = MatrixXd::Zero(height, width);
+    for (int n = 0; n < pattern.size(); ++n) m(pattern.rows[at(n)], pattern.columns[at(n)]) += values[n];
+    return m;
+  };
+  const int variables = program.variable_count(), constraints = program.constraint_count();
+  VectorXd values(program.jacobian_pattern().size()), gradient(variables), residual(constraints);
+  program.constraints(point, residual);
+  EXPECT_LE(residual.lpNorm<Eigen::Infinity>(), 1e-8);
+  program.jacobian(point, values);
+  const MatrixXd J = dense(program.jacobian_pattern(), values, constraints, variables);
+  program.gradient(point, gradient);
+  const VectorXd multipliers = maneuver::least_squares(J.transpose(), -gradient);
+  EXPECT_LE((gradient + J.transpose() * multipliers).norm(), 1e-7 * gradient.norm());
+  const MatrixXd Z = maneuver::null_space(J);
+  const auto reduced = [&](double factor, const VectorXd& weights) -> MatrixXd {
+    values.resize(program.hessian_pattern().size());
+    program.hessian(point, factor, weights, values);
+    const MatrixXd lower = dense(program.hessian_pattern(), values, variables, variables);
+    const MatrixXd whole = lower.selfadjointView<Eigen::Lower>();
+    return Z.transpose() * whole * Z;
+  };
+  return Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>(
+             reduced(1.0, multipliers), reduced(1.0, VectorXd::Zero(constraints)), Eigen::EigenvaluesOnly)
+      .eigenvalues();
+}
+
+void expect_eigenvalues(const maneuver::Problem& problem, const maneuver::Solution& solution, const VectorXd& values) {
+  const SecondOrder found = second_order_of(problem, solution);
+  EXPECT_NEAR(found.smallest_eigenvalue, values[0], tolerance(1e-6) * std::max(1.0, std::abs(values[0])));
+  ASSERT_TRUE(found.negative_eigenvalues.has_value());
+  EXPECT_EQ(*found.negative_eigenvalues, (values.array() < 0.0).count());
+  EXPECT_EQ(found.positive, values[0] > 1e-6);
+}
+
+TEST(SecondOrder, in_the_plane_and_out_of_it_is_that_of_the_transcription) {
+  const maneuver::Problem problem = in_the_plane(24);
+  const maneuver::Solution solution = solved(problem);
+  const VectorXd values = transcribed_eigenvalues(problem, solution);
+  EXPECT_GT(values[0], 0.0);
+  expect_eigenvalues(problem, solution, values);
+  const maneuver::Problem free = with_all_axes(problem);
+  const VectorXd free_values = transcribed_eigenvalues(free, solution);
+  EXPECT_LT(free_values[0], 0.0) << "a saddle once it may leave the plane";
+  expect_eigenvalues(free, solution, free_values);
+}
+
+TEST(SecondOrder, in_space_is_that_of_the_transcription) {
+  for (const maneuver::Scheme scheme : {maneuver::Scheme::paper, maneuver::Scheme::trapezoid}) {
+    maneuver::Problem problem = in_space(24);
+    problem.scheme = scheme;
+    const maneuver::Solution solution = solved(problem);
+    expect_eigenvalues(problem, solution, transcribed_eigenvalues(problem, solution));
+  }
+}
+
+TEST(SecondOrder, of_mixed_joints_with_springs_and_dampers_is_that_of_differences_of_the_gradient) {
+  const maneuver::Problem problem = of_mixed_joints(24);
+  const maneuver::Solution solution = solved(problem);
+  expect_eigenvalues(problem, solution, dense_eigenvalues(problem, solution));
+}
+
+}  // namespace
+}  // namespace lamprey::tests

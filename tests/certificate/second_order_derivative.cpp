@@ -1,0 +1,115 @@
+#include "certificate/second_order.hpp"
+
+#include <gtest/gtest.h>
+
+#include "certificate/marched_answers.hpp"
+#include "certificate/optimality.hpp"
+#include "difference_order.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using certificate::Chain;
+using certificate::ChainStage;
+using certificate::StoredMotion;
+using integrator::Scheme;
+using model::at;
+
+// The goal put where the motion ends.
+void aim_at_the_end(MarchedAnswer& answer) {
+  maneuver::Goal goal;
+  goal.rest = true;
+  for (std::size_t i = 0; i < answer.problem.swimmer.bodies.size(); ++i)
+    goal.rotation[answer.problem.swimmer.bodies[i].name] = lie::log(answer.solution.rotation.back()[i]);
+  for (std::size_t c = 0; c < 3; ++c)
+    goal.move[c] = answer.solution.position.back()[static_cast<Eigen::Index>(c)] -
+                   answer.problem.start.position[static_cast<Eigen::Index>(c)];
+  answer.problem.goal = goal;
+}
+
+// Gradient by the moments of cost + multipliers · goal rows.
+VectorXd lagrangian_gradient(const maneuver::Problem& problem, const NodeMoments& moments, const VectorXd& multipliers) {
+  const MarchedAnswer answer = march(problem, moments);
+  const model::System system(problem.swimmer);
+  const StoredMotion motion(system, answer.problem, answer.solution);
+  const auto space = certificate::control_space(motion);
+  const auto goal = certificate::goal_rows(system, problem, certificate::node_states(motion).back(), 1.0);
+  return certificate::cost_gradient(motion, space) +
+         certificate::control_jacobian(motion, space, goal.by_end_state).transpose() * multipliers;
+}
+
+// Costates of these multipliers by the plain sweep: these motions are short.
+certificate::Costates swept_costates(const StoredMotion& motion, const certificate::EffortChain& effort,
+                                     const VectorXd& multipliers) {
+  const auto& [scale, A, B, impulse] = effort.tangents;
+  certificate::Costates costates{std::vector<VectorXd>(at(motion.steps + 1)), multipliers, 0.0};
+  VectorXd costate = scale.asDiagonal() * effort.goal.by_end_state.transpose() * multipliers;
+  for (int k = motion.steps; k >= 0; --k) {
+    costates.at_node[at(k)] = costate.cwiseQuotient(scale);
+    if (k > 0) costate = (A[at(k - 1)].transpose() * costate).eval();
+  }
+  return costates;
+}
+
+// Rate of the gradient along a direction, as the chain says.
+VectorXd hessian_product(const Chain& chain, const VectorXd& direction) {
+  const auto stages = static_cast<int>(chain.stage.size());
+  const auto controls = chain.stage.front().B.cols();
+  std::vector<VectorXd> y = {VectorXd::Zero(chain.end_form.rows())};
+  const auto part = [&](int k) -> VectorXd { return direction.segment(controls * k, controls); };
+  for (int k = 0; k < stages; ++k)
+    y.push_back(chain.stage[at(k)].A * y.back() + chain.stage[at(k)].B * part(k));
+  VectorXd product(direction.size()), costate = chain.end_form * y.back();
+  for (int k = stages - 1; k >= 0; --k) {
+    const ChainStage& stage = chain.stage[at(k)];
+    product.segment(controls * k, controls) = stage.S * y[at(k)] + stage.R * part(k) + stage.B.transpose() * costate;
+    costate = (stage.A.transpose() * costate + stage.Q * y[at(k)] + stage.S.transpose() * part(k)).eval();
+  }
+  return product;
+}
+
+void check_hessian(MarchedAnswer answer, unsigned seed, double size) {
+  aim_at_the_end(answer);
+  const model::System system(answer.problem.swimmer);
+  const StoredMotion motion(system, answer.problem, answer.solution);
+  const auto effort = certificate::effort_chain(motion, 1.0);
+  ASSERT_TRUE(effort.has_value());
+  Random random(seed);
+  VectorXd multipliers(effort->goal.value.size());
+  for (double& entry : multipliers) entry = random.normal();
+  const VectorXd value = certificate::control_space(motion).value;
+  ASSERT_GT(value.size(), 0);
+  VectorXd direction(value.size());
+  for (double& entry : direction) entry = size * random.normal();
+  const Chain chain =
+      certificate::lagrangian_chain(motion, *effort, swept_costates(motion, *effort, multipliers), {});
+  expect_second_order_differences(
+      [&](double t) {
+        return lagrangian_gradient(answer.problem, moments_along_joints(system, value + t * direction, motion.steps), multipliers);
+      },
+      hessian_product(chain, direction), 1e-7);
+}
+
+TEST(LagrangianChain, matches_central_differences_of_the_gradient_along_the_chain) {
+  for (const Scheme scheme : {Scheme::paper, Scheme::trapezoid, Scheme::midpoint}) {
+    maneuver::Problem problem = chain_problem(15, 0.3);
+    problem.scheme = scheme;
+    check_hessian(march(problem, smooth_moments(15, 60.0)), 7, 60.0);
+  }
+}
+
+TEST(LagrangianChain, matches_them_with_joints_springs_dampers_and_coupled_inertia_of_any_kind) {
+  int trees = 0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const Scheme scheme = seed % 3 == 0 ? Scheme::paper : seed % 3 == 1 ? Scheme::trapezoid : Scheme::midpoint;
+    const MarchedAnswer answer = any_tree(seed, scheme, 14);
+    if (model::System(answer.problem.swimmer).control_count() == 0) continue;
+    SCOPED_TRACE(seed);
+    check_hessian(answer, seed, 1.0);
+    ++trees;
+  }
+  EXPECT_GT(trees, 8);
+}
+
+}  // namespace
+}  // namespace lamprey::tests

@@ -1,0 +1,86 @@
+// A maneuver solved, then followed with feedback through the program.
+#include <gtest/gtest.h>
+
+#include "solved_example.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+class Following : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<Folder>();
+    problem_ = varied_example(*folder_, "rotation", {{"steps", "200"}, {"starts", "4"}});
+    const ProgramRun run = lamprey(*folder_, "solve " + problem_ + " --out " + (*folder_ / "solved"));
+    ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static ProgramRun simulate(const std::string& arguments, const std::string& problem = problem_) {
+    return lamprey(*folder_, "simulate " + problem + " --out " + (*folder_ / "run") + " " + arguments);
+  }
+  static maneuver::Tracking tracking() {
+    return file::read_solution(*folder_ / "run").solution.tracking.value_or(maneuver::Tracking{"", INFINITY});
+  }
+  static std::string solved() { return *folder_ / "solved"; }
+
+  static std::unique_ptr<Folder> folder_;
+  static std::string problem_;
+};
+std::unique_ptr<Folder> Following::folder_;
+std::string Following::problem_;
+
+TEST_F(Following, certificate_tells_the_whole_replay_with_feedback) {
+  const file::Results results = file::read_solution(solved());
+  const certificate::Replay& replay = *results.certificate->replay;
+  EXPECT_LE(replay.feedback_rotation_error, tolerance(1e-2));
+  EXPECT_LE(replay.feedback_rotation_error, 0.1 * replay.whole_rotation_error);
+  EXPECT_EQ(results.solution.feedback.gain.size(), 201U);
+  const ProgramRun run = lamprey(*folder_, "verify " + solved());
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_NE(run.out.find("✓ Replay with feedback, rotation"), std::string::npos) << run.out;
+}
+
+TEST_F(Following, holds_a_perturbed_start_with_the_scheme_with_others_and_in_continuous_time) {
+  for (const char* how : {"", "--reference", "--scheme order4 --steps 60", "--scheme midpoint --steps 500"}) {
+    const ProgramRun run = simulate("--feedback " + solved() + " --perturb 1e-3 --seed 3 " + how);
+    ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+    EXPECT_LE(tracking().rotation_error, tolerance(1e-2)) << how;
+    EXPECT_GT(tracking().largest_rotation_error, 9e-4) << how;
+    EXPECT_NE(run.out.find("Off the plan at the end"), std::string::npos);
+  }
+}
+
+TEST_F(Following, on_the_plan_stays_on_it) {
+  ASSERT_EQ(simulate("--feedback " + solved()).exit_code, 0);
+  EXPECT_LE(tracking().largest_rotation_error, tolerance(1e-10));
+  EXPECT_EQ(tracking().maneuver, "Rotation about the long axis");
+  EXPECT_EQ(lamprey(*folder_, "verify " + (*folder_ / "run")).exit_code, 0);
+}
+
+TEST_F(Following, by_the_reference_integrator_claims_no_discrete_equations) {
+  ASSERT_EQ(simulate("--feedback " + solved() + " --reference --perturb 1e-3").exit_code, 0);
+  const ProgramRun run = lamprey(*folder_, "verify " + (*folder_ / "run"));
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_EQ(run.out.find("✗"), std::string::npos) << run.out;
+  EXPECT_NE(file::read_solution(*folder_ / "run").solution.marched_by, "");
+}
+
+TEST_F(Following, says_what_does_not_fit) {
+  const ProgramRun other = simulate("--feedback " + solved(), example("hinge_fins"));
+  EXPECT_EQ(other.exit_code, 3);
+  EXPECT_NE(other.err.find("choose a maneuver of the same swimmer"), std::string::npos) << other.err;
+  EXPECT_EQ(std::count(other.err.begin(), other.err.end(), '\n'), 1);
+  EXPECT_EQ(simulate("--feedback " + solved() + " --duration 2").exit_code, 3);
+  EXPECT_EQ(simulate("--feedback " + (*folder_ / "nowhere")).exit_code, 6);
+  EXPECT_EQ(simulate("--feedback " + solved() + " --controls " + solved() + "/solution.json").exit_code, 2);
+  EXPECT_EQ(simulate("--reference --scheme midpoint").exit_code, 2);
+  EXPECT_EQ(simulate("--perturb -1").exit_code, 2);
+  ASSERT_EQ(simulate("").exit_code, 0);
+  const ProgramRun bare = simulate("--feedback " + (*folder_ / "run"));
+  EXPECT_EQ(bare.exit_code, 3);
+  EXPECT_NE(bare.err.find("no gains"), std::string::npos) << bare.err;
+}
+
+}  // namespace
+}  // namespace lamprey::tests

@@ -1,0 +1,114 @@
+#include <gtest/gtest.h>
+
+#include "chains.hpp"
+#include "file/followed_file.hpp"
+#include "file/io_error.hpp"
+#include "file/resolve.hpp"
+#include "file/solution_file.hpp"
+#include "model/input_error.hpp"
+#include "samples.hpp"
+
+namespace lamprey {
+namespace {
+
+using Eigen::MatrixXd;
+
+// A maneuver of the paper's chain that lasts a second, with gains.
+file::Results maneuver_of_chain() {
+  file::Results results = tests::sample_results(4);
+  maneuver::Problem problem;
+  problem.swimmer = tests::paper_chain();
+  problem.steps = 4;
+  results.problem = file::resolve(model::System(problem.swimmer), problem);
+  for (std::size_t k = 0; k < 5; ++k) results.solution.time[k] = 0.25 * static_cast<double>(k);
+  results.solution.feedback.time = {0.0, 1.0};
+  results.solution.feedback.gain.assign(2, MatrixXd::Ones(6, 24));
+  return results;
+}
+
+std::string told(const std::string& folder, const model::SwimmerDescription& follower, double duration) {
+  try {
+    file::read_followed(folder, model::System(follower), duration);
+  } catch (const model::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(FollowedManeuver, is_taken_by_its_own_swimmer_whatever_that_weighs) {
+  const tests::TemporaryFolder folder;
+  file::write_solution(folder.path(), maneuver_of_chain());
+  model::SwimmerDescription heavy = tests::paper_chain();
+  *heavy.bodies[1].inertia_matrix *= 1.3;
+  EXPECT_EQ(told(folder.path(), heavy, 1.0), "");
+  EXPECT_THROW(file::read_followed(folder / "nowhere", model::System(heavy), 1.0), file::IoError);
+}
+
+TEST(FollowedManeuver, says_in_one_line_what_does_not_fit_and_what_would) {
+  const tests::TemporaryFolder folder;
+  file::Results results = maneuver_of_chain();
+  file::write_solution(folder.path(), results);
+  const std::string place = folder / "solution.json: ";
+  model::SwimmerDescription two = tests::paper_chain();
+  two.bodies.resize(2);
+  two.joints.resize(1);
+  EXPECT_EQ(told(folder.path(), two, 1.0),
+            place +
+                "/problem/bodies: found 3 bodies; allowed: the 2 of the swimmer that shall follow; choose a "
+                "maneuver of the same swimmer");
+  model::SwimmerDescription hinged = tests::paper_chain();
+  hinged.joints[1].kind = model::JointKind::hinge;
+  hinged.joints[1].axis = Eigen::Vector3d::UnitZ();
+  EXPECT_EQ(told(folder.path(), hinged, 1.0),
+            place +
+                "/problem/joints/1: found a ball joint from body 0 to body 2; allowed: a hinge joint from body 0 to "
+                "body 2, as the swimmer that shall follow has; choose a maneuver of the same swimmer");
+  EXPECT_EQ(told(folder.path(), tests::paper_chain(), 1.5),
+            place +
+                "/problem/duration: found 1 s, where the march takes 1.5 s; allowed: a maneuver that does not end "
+                "before the march; set a shorter --duration");
+  results.solution.feedback = {};
+  file::write_solution(folder.path(), results);
+  EXPECT_EQ(told(folder.path(), tests::paper_chain(), 1.0),
+            place +
+                "/feedback: found no gains; allowed: those that lamprey solve stores with optimal maneuvers; solve "
+                "the maneuver again");
+}
+
+TEST(FeedbackReader, tells_the_place_of_a_wrong_shape) {
+  file::Results results = maneuver_of_chain();
+  const auto refusal = [&] {
+    try {
+      file::parse_solution(file::solution_text(results), "solution.json");
+    } catch (const model::InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refusal(), "");
+  results.problem.joints[1].control_axes.pop_back();
+  EXPECT_THROW(file::solution_text(results), std::domain_error);
+  results = maneuver_of_chain();
+  results.solution.feedback.time = {0.5, 0.5};
+  EXPECT_NE(refusal().find("solution.json: /feedback/time/1: found 0.5; allowed: times that rise (s)"),
+            std::string::npos)
+      << refusal();
+  results = maneuver_of_chain();
+  const std::string text = file::solution_text(results);
+  const std::string key = "\"gain\": [\n      [[";
+  const std::size_t at = text.find(key);
+  ASSERT_NE(at, std::string::npos);
+  std::string longer = text;
+  longer.insert(at + key.size(), "7, ");
+  try {
+    file::parse_solution(longer, "solution.json");
+    FAIL() << "a row of 25 was read";
+  } catch (const model::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("/feedback/gain/0/0"), std::string::npos) << error.what();
+  }
+  results.solution.feedback.gain[1](3, 5) = std::nan("");
+  EXPECT_THROW(file::solution_text(results), std::domain_error);
+}
+
+}  // namespace
+}  // namespace lamprey
