@@ -82,14 +82,6 @@ struct Clearance {
   int second = -1;
 };
 
-/// Where two bodies come nearest to each other.
-struct Clearance {
-  double gap = unset;   // m; below zero they overlap, and this is minus the shortest way out
-  double time = unset;  // s
-  int first = -1;       // body indices, first < second
-  int second = -1;
-};
-
 struct Certificate {
   double goal_error = unset;      // max over goal rows, rad or m
   double rest_error = unset;      // max |μ_N| / scale

@@ -124,7 +124,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     program_->take_multipliers(*step_, 1.0);
     program_->linearize(*model_);
     const bool kinks = GetParam().limited && GetParam().swimmer == Swimmer::any_joint;  // where a moment's sign changes
-    const double size = GetParam().periodic || GetParam().free_duration || kinks ? 0.01 : 0.3;
+    const double size = GetParam().periodic || GetParam().free_duration || kinks ? 0.003 : 0.3;
     for (std::size_t n = 0; n < model_->stage.size(); ++n) {
       for (Eigen::Index c = 0; c < sizes.inputs; ++c)
         if (!model_->stage[n].B.col(c).isZero(0.0)) step_->input[n][c] = size * random_.normal();
