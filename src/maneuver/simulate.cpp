@@ -43,6 +43,11 @@ struct Span {
   double begin;
   double end;
   double at(double fraction) const { return fraction == 1.0 ? end : begin + fraction * (end - begin); }
+  /// The same, at the ends a hair within: moments may jump from one span to the next.
+  double within(double fraction) const {
+    if (fraction == 0.0) return std::nextafter(begin, end);
+    return fraction == 1.0 ? std::nextafter(end, begin) : at(fraction);
+  }
 };
 
 // Steps of a scheme under moments that run through time.
@@ -54,7 +59,7 @@ class ControlledMarch {
   /// One step of the scheme; on failure the state is left as it was.
   StepReport advance(const Span& span, double time_step, State& state, const integrator::StageWitness& witness = {}) {
     for (std::size_t s = 0; s < sample_.size(); ++s)
-      sample_[s] = exerted(system_, control_(span.at(march_.nodes()[s])));
+      sample_[s] = exerted(system_, control_(span.within(march_.nodes()[s])));
     saved_ = state;
     StepReport report = march_.advance(
         time_step, [&](int node) -> const mechanics::Moments& { return sample_[at(node)]; }, state, witness);
@@ -202,7 +207,8 @@ class Simulation {
     std::vector<Vectors> moments;
     for (std::size_t s = 0; s < march_.nodes().size(); ++s) {
       times.push_back(span.at(march_.nodes()[s]));
-      moments.push_back(mechanics::applied_moments(system_, stages_.at_node(s), exerted(system_, control_(times[s]))));
+      moments.push_back(mechanics::applied_moments(system_, stages_.at_node(s),
+                                                   exerted(system_, control_(span.within(march_.nodes()[s])))));
     }
     solution.stage_time.push_back(times);
     solution.control_stages.push_back(moments);
