@@ -6,14 +6,6 @@ namespace {
 
 using model::at;
 
-// Largest part of a generalised vector: a body's freedoms or the position.
-double largest_part(const model::System& system, const VectorXd& v) {
-  Largest largest;
-  for (const model::Body& body : system.bodies()) largest.add(v.segment(body.velocity_offset, body.freedoms).norm());
-  largest.add(v.tail<3>().norm());
-  return largest.value();
-}
-
 double rotation_drift(const maneuver::Solution& solution) {
   Largest drift;
   for (const auto& rotations : solution.rotation)
@@ -100,6 +92,13 @@ Balance check_nodes(const StoredMotion& motion, const integrator::State& start) 
 }
 
 }  // namespace
+
+double largest_part(const model::System& system, const VectorXd& v) {
+  Largest largest;
+  for (const model::Body& body : system.bodies()) largest.add(v.segment(body.velocity_offset, body.freedoms).norm());
+  largest.add(v.tail<3>().norm());
+  return largest.value();
+}
 
 Balance check_balance(const StoredMotion& motion) {
   const integrator::State start = start_of(motion.system, motion.problem.start);

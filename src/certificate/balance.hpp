@@ -18,6 +18,9 @@ struct Balance {
   double rotation_drift = 0.0;       // largest entry of |RᵀR − I|, no unit
 };
 
+/// Largest part of a generalised vector: a body's freedoms or the position, by Euclidean norm.
+double largest_part(const model::System& system, const VectorXd& v);
+
 Balance check_balance(const StoredMotion& motion);
 
 }  // namespace lamprey::certificate

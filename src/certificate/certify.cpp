@@ -7,6 +7,7 @@
 #include "certificate/optimality.hpp"
 #include "certificate/replay.hpp"
 #include "certificate/second_order.hpp"
+#include "certificate/stage_motion.hpp"
 
 namespace lamprey::certificate {
 
@@ -66,6 +67,18 @@ std::optional<AllAxes> all_axes(const model::System& system, const maneuver::Pro
   return result;
 }
 
+// What only the steps tell, of a scheme above order 2.
+void certify_stages(const StoredMotion& motion, const Options& options, double scale, bool sought, Certificate& proof) {
+  const std::optional<StageMotion> stages = march_again(motion);
+  if (!stages) return;
+  proof.equation_residual = step_residual(motion, *stages, scale);
+  if (!sought) return;
+  proof.rest_error = largest_part(motion.system, stages->node.back().momentum) / scale;
+  proof.control_error = stages->control_error;
+  if (options.optimality) proof.kkt = kkt_residual(motion, *stages, scale);
+  if (options.replay) proof.replay = replay(motion, *stages, options.replay_window, options.replay_tolerance);
+}
+
 }  // namespace
 
 Certificate certify(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
@@ -79,12 +92,17 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.clearance = clearance(motion);
   proof.momentum_drift = balance.momentum_drift;
   proof.equation_residual = balance.equation_residual;
-  if (!problem.goal || solution.status == maneuver::Status::simulated) return proof;
+  const bool sought = problem.goal && solution.status != maneuver::Status::simulated;
+  if (!motion.steps_known) certify_stages(motion, options, balance.scale, sought, proof);
+  if (!sought) return proof;
 
   proof.iterates_momentum = iterates_momentum(solution.solver);
   proof.goal_error = goal_error(motion);
   proof.verdict = Verdict::not_optimal;
-  if (!motion.steps_known) return proof;
+  if (!motion.steps_known) {
+    proof.verdict = verdict(problem, proof);
+    return proof;
+  }
   proof.rest_error = balance.end_momentum;
   const ControlSpace space = control_space(motion);
   proof.control_error = space.outside;

@@ -18,8 +18,8 @@ struct Options {
 
 /// Everything that can be checked of the answer. `system` is that of the problem's swimmer; `solution` has its shapes.
 /// Without a goal, or for a motion that was only simulated, the laws alone: drifts, equation residual, start, clearance. Left NaN:
-/// all but goal_error, start_error, clearance and the drifts above order 2 and where a march divided its steps, since nodes alone do
-/// not tell then whether the steps between them obey the law; goal_error and kkt of periodic goals; kkt with limits or a free duration. Judges nothing.
+/// all but goal_error, start_error, clearance and the drifts where a march divided its steps, since nodes alone do not tell
+/// then whether the steps between them obey the law (above order 2 each step is marched again); goal_error and kkt of periodic goals; kkt with limits or a free duration. Judges nothing.
 Certificate certify(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                     const Options& options = {});
 

@@ -1,6 +1,7 @@
 #include "certificate/replay.hpp"
 
 #include <algorithm>
+#include <memory>
 
 #include "certificate/optimality.hpp"
 #include "integrator/feedback_law.hpp"
@@ -38,6 +39,14 @@ maneuver::ControlPath control_path(const StoredMotion& motion) {
           VectorXd::LinSpaced(motion.problem.points, times[0], times[motion.steps]), points.transpose()};
 }
 
+// What is replayed: states at the nodes, and moments in each step.
+struct Course {
+  const StoredMotion& motion;
+  std::vector<State> states;
+  integrator::ControlFunction control;
+  std::shared_ptr<int> step = std::make_shared<int>(0);  // that runs now
+};
+
 integrator::ControlFunction control_function(const StoredMotion& motion) {
   return [path = control_path(motion), joints = motion.system.joint_count()](double t) {
     const VectorXd u = path.value(t);
@@ -45,6 +54,15 @@ integrator::ControlFunction control_function(const StoredMotion& motion) {
     for (int j = 0; j < joints; ++j) moments.push_back(u.segment<3>(3 * j));
     return moments;
   };
+}
+
+Course course_of(const StoredMotion& motion, const StageMotion& stages) {
+  Course course{motion, stages.node, {}};
+  course.control = [&motion, &stages, step = course.step](double t) {
+    const double fraction = (t - motion.solution.time[at(*step)]) / motion.time_step;
+    return moments_of_step(motion, stages, *step, fraction);
+  };
+  return course;
 }
 
 ReferenceState reference_state(const model::System& system, const State& state) {
@@ -65,20 +83,23 @@ Distance distance(const ReferenceState& state, const State& stored) {
 }
 
 // Carries the state from node to node, where linear moments have their kinks.
-bool carry(const StoredMotion& motion, int from, int to, ReferenceIntegrator& integrator, ReferenceState& state) {
-  for (int k = from; k < to; ++k)
-    if (!integrator.advance(motion.solution.time[at(k)], motion.solution.time[at(k + 1)], state)) return false;
+bool carry(const Course& course, int from, int to, ReferenceIntegrator& integrator, ReferenceState& state) {
+  const std::vector<double>& time = course.motion.solution.time;
+  for (int k = from; k < to; ++k) {
+    *course.step = k;
+    if (!integrator.advance(time[at(k)], time[at(k + 1)], state)) return false;
+  }
   return true;
 }
 
-void replay_windows(const StoredMotion& motion, const std::vector<State>& states, int length,
-                    ReferenceIntegrator& integrator, Replay& result) {
+void replay_windows(const Course& course, int length, ReferenceIntegrator& integrator, Replay& result) {
   Largest rotation, position;
-  for (int from = 0; from < motion.steps; from += length) {
-    const int to = std::min(from + length, motion.steps);
-    ReferenceState state = reference_state(motion.system, states[at(from)]);
-    if (!carry(motion, from, to, integrator, state)) return;
-    const Distance miss = distance(state, states[at(to)]);
+  const int steps = course.motion.steps;
+  for (int from = 0; from < steps; from += length) {
+    const int to = std::min(from + length, steps);
+    ReferenceState state = reference_state(course.motion.system, course.states[at(from)]);
+    if (!carry(course, from, to, integrator, state)) return;
+    const Distance miss = distance(state, course.states[at(to)]);
     rotation.add(miss.rotation);
     position.add(miss.position);
   }
@@ -86,31 +107,35 @@ void replay_windows(const StoredMotion& motion, const std::vector<State>& states
   result.position_error = position.value();
 }
 
-void replay_whole(const StoredMotion& motion, const std::vector<State>& states, ReferenceIntegrator& integrator,
-                  Replay& result) {
-  ReferenceState state = reference_state(motion.system, states.front());
-  if (!carry(motion, 0, motion.steps, integrator, state)) return;
-  const Distance miss = distance(state, states.back());
+void replay_whole(const Course& course, ReferenceIntegrator& integrator, Replay& result) {
+  ReferenceState state = reference_state(course.motion.system, course.states.front());
+  if (!carry(course, 0, course.motion.steps, integrator, state)) return;
+  const Distance miss = distance(state, course.states.back());
   result.whole_rotation_error = miss.rotation;
   result.whole_position_error = miss.position;
 }
 
-}  // namespace
+Replay replayed(const Course& course, double window, double tolerance) {
+  const StoredMotion& motion = course.motion;
+  const int length = static_cast<int>(std::clamp(std::round(window / motion.time_step), 1.0, double(motion.steps)));
+  Replay result;
+  result.scheme = integrator::reference_scheme(tolerance);
+  result.window = length * motion.time_step;
+  ReferenceIntegrator integrator(motion.system, course.control, tolerance);
+  replay_windows(course, length, integrator, result);
+  replay_whole(course, integrator, result);
+  return result;
+}
 
-double growth_rate(const StoredMotion& motion) {
+// Steepest slope of the growth, `advance` carrying perturbations through a step.
+double steepest_growth(const StoredMotion& motion, const std::function<void(int, MatrixXd&)>& advance) {
   const int stride = std::max(1, motion.steps / growth_samples);
   const int turns = motion.system.velocity_count() - 3;
-  integrator::TangentWorkspace work(motion.system);
-  integrator::StepTangent tangent(motion.system);
-  mechanics::Interval interval(motion.system.body_count());
   MatrixXd perturbed = MatrixXd::Identity(2 * motion.system.velocity_count(), turns);
   double log_size = 0.0;                   // of what was divided off
   std::vector<double> log_growth = {0.0};  // ln G at every stride-th node
   for (int k = 0; k < motion.steps; ++k) {
-    read_interval(motion, k, interval);
-    integrator::linearize_step(motion.system, motion.lagrangian, motion.time_step, interval, motion.control[at(k)],
-                               motion.control[at(k + 1)], work, tangent);
-    perturbed = tangent.A * perturbed;
+    advance(k, perturbed);
     if ((k + 1) % stride != 0) continue;
     log_growth.push_back(log_size + std::log(maneuver::largest_singular_value(perturbed.topRows(turns))));
     const double size = perturbed.norm();
@@ -122,6 +147,34 @@ double growth_rate(const StoredMotion& motion) {
   double steepest = -std::numeric_limits<double>::infinity();
   for (int s = span; s <= samples; ++s) steepest = std::max(steepest, log_growth[at(s)] - log_growth[at(s - span)]);
   return std::isfinite(steepest) ? steepest / (span * stride * motion.time_step) : unset;
+}
+
+}  // namespace
+
+double growth_rate(const StoredMotion& motion) {
+  integrator::TangentWorkspace work(motion.system);
+  integrator::StepTangent tangent(motion.system);
+  mechanics::Interval interval(motion.system.body_count());
+  return steepest_growth(motion, [&](int k, MatrixXd& perturbed) {
+    read_interval(motion, k, interval);
+    integrator::linearize_step(motion.system, motion.lagrangian, motion.time_step, interval, motion.control[at(k)],
+                               motion.control[at(k + 1)], work, tangent);
+    perturbed = tangent.A * perturbed;
+  });
+}
+
+double growth_rate(const StoredMotion& motion, const StageMotion& stages) {
+  integrator::TangentWorkspace work(motion.system);
+  integrator::StepTangent tangent(motion.system);
+  return steepest_growth(motion, [&](int k, MatrixXd& perturbed) {
+    for (int s = 0; s < stages.stages; ++s) {
+      const std::size_t node = at(k * (stages.stages + 1) + s);
+      integrator::linearize_step(motion.system, motion.lagrangian, stages.time_step[at(s)],
+                                 stages.interval[at(k * stages.stages + s)], stages.control[node],
+                                 stages.control[node + 1], work, tangent);
+      perturbed = tangent.A * perturbed;
+    }
+  });
 }
 
 void replay_with_feedback(const StoredMotion& motion, double tolerance, Replay& result) {
@@ -137,23 +190,22 @@ void replay_with_feedback(const StoredMotion& motion, double tolerance, Replay& 
                                  }),
                                  tolerance);
   ReferenceState state = nodes.state.front();
-  if (!carry(motion, 0, motion.steps, integrator, state)) return;
+  if (!carry({motion, states, {}}, 0, motion.steps, integrator, state)) return;
   const Distance miss = distance(state, states.back());
   result.feedback_rotation_error = miss.rotation;
   result.feedback_position_error = miss.position;
 }
 
 Replay replay(const StoredMotion& motion, double window, double tolerance) {
-  const int length = static_cast<int>(std::clamp(std::round(window / motion.time_step), 1.0, double(motion.steps)));
-  const std::vector<State> states = node_states(motion);
-  Replay result;
-  result.scheme = integrator::reference_scheme(tolerance);
-  result.window = length * motion.time_step;
-  ReferenceIntegrator integrator(motion.system, control_function(motion), tolerance);
-  replay_windows(motion, states, length, integrator, result);
-  replay_whole(motion, states, integrator, result);
+  Replay result = replayed({motion, node_states(motion), control_function(motion)}, window, tolerance);
   replay_with_feedback(motion, tolerance, result);
   result.growth_rate = growth_rate(motion);
+  return result;
+}
+
+Replay replay(const StoredMotion& motion, const StageMotion& stages, double window, double tolerance) {
+  Replay result = replayed(course_of(motion, stages), window, tolerance);
+  result.growth_rate = growth_rate(motion, stages);
   return result;
 }
 

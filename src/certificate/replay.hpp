@@ -2,6 +2,7 @@
 #pragma once
 
 #include "certificate/certificate.hpp"
+#include "certificate/stage_motion.hpp"
 #include "certificate/stored_motion.hpp"
 
 namespace lamprey::certificate {
@@ -14,10 +15,16 @@ Replay replay(const StoredMotion& motion, double window, double tolerance);
 /// two `feedback_…` errors; they stay NaN where no gains are stored.
 void replay_with_feedback(const StoredMotion& motion, double tolerance, Replay& result);
 
+/// The same of a motion above order 2: the moments are the polynomials of its steps.
+Replay replay(const StoredMotion& motion, const StageMotion& stages, double window, double tolerance);
+
 /// Growth of small perturbations, 1/s. With G(t) the largest factor by which turns η of the bodies at the start have
 /// grown by t under the linearised step maps (largest singular value of dη(t)/dη(0) at given μ, body side, moments as
 /// stored): the steepest mean slope of ln G over any quarter of the duration. Shorter transients count less; growth in
 /// proportion to time dies out.
 double growth_rate(const StoredMotion& motion);
+
+/// The same over the stages of a motion above order 2.
+double growth_rate(const StoredMotion& motion, const StageMotion& stages);
 
 }  // namespace lamprey::certificate

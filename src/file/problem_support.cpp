@@ -38,11 +38,10 @@ void require_supported_swimmer(const model::SwimmerDescription& swimmer) {
 }
 
 void require_supported_scheme(Scheme scheme, bool transcribed) {
-  if (!integrator::single_step(scheme) || (transcribed && scheme == Scheme::midpoint))
-    refuse_unsupported("integrator.scheme", in_quotes(word(scheme)),
-                       transcribed ? "\"trapezoid\" (order 2) or \"paper\" (order 1)"
-                                   : "\"trapezoid\" or \"midpoint\" (order 2), \"paper\" (order 1)",
-                       "use \"trapezoid\" with more steps, or `lamprey simulate`");
+  if (transcribed && scheme != Scheme::trapezoid && scheme != Scheme::paper)
+    refuse_unsupported("integrator.scheme", in_quotes(word(scheme)) + " with spline moments or --solver ipopt",
+                       "\"trapezoid\" (order 2) or \"paper\" (order 1)",
+                       "use \"trapezoid\", or set control.kind = \"steps\" without --solver ipopt");
 }
 
 std::string first_limit(const maneuver::Limits& limits) {
@@ -77,8 +76,10 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
                            fmt::format("fix it, for instance at {}, and compare the costs of several",
                                        problem.duration.value));
     }
-  if (!transcribed) return;
-  const std::string mend = "use control.kind = \"steps\" without --solver ipopt";
+  const bool composed = !integrator::single_step(problem.scheme);
+  if (!transcribed && !composed) return;
+  const std::string mend =
+      composed ? "use scheme = \"trapezoid\"" : "use control.kind = \"steps\" without --solver ipopt";
   if (problem.limits.any()) refuse_unsupported(first_limit(problem.limits), "a limit", "no [limits]", mend);
   if (problem.duration.free) refuse_unsupported("time.duration", "\"free\"", "a number > 0 (s)", mend);
   if (problem.goal->periodic) refuse_unsupported("goal.periodic", "true", "false", mend);

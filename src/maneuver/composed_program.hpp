@@ -1,5 +1,5 @@
 // A maneuver by a scheme above order 2, in the shapes at all nodes of its stages and the polynomials of the moments in its
-// steps (chapter 10). Total momentum zero fixes the root's motion, so every point of the search is a motion that
+// steps (chapter 12). Total momentum zero fixes the root's motion, so every point of the search is a motion that
 // conserves it; what a point may miss, beside the goal, is that the moments which its shapes need are the polynomials.
 // As an optimizer::StageProgram: a stage is a whole step, its state (shape, momenta of the shape, root's turn ρ and
 // position χ in the world), its input the coefficients of the moments.

@@ -1,6 +1,6 @@
 // The stages of one step as one: shapes between the step's ends are eliminated, which leaves a stage of the optimizer
 // whose state is (shape, momenta of the shape, root's turn ρ and position χ in the world) and whose inputs are the
-// coefficients of the step's moments (equations 10.4 to 10.7).
+// coefficients of the step's moments (equations 12.4 to 12.7).
 #pragma once
 
 #include <vector>

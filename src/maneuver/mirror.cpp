@@ -65,14 +65,14 @@ NodePath mirrored(const System& system, const NodePath& path, int axis) {
   for (Vector3d& x : image.position) x = path.position.front() + P * (x - path.position.front());
   for (auto& step : image.cayley)
     for (Vector3d& zeta : step) zeta = -P * zeta;
-  for (VectorXd& control : image.control) {
-    Eigen::Index column = 0;
-    for (const model::Joint& joint : system.joints()) {
-      auto values = control.segment(column, joint.actuation.cols());
-      values = (-joint.actuation.transpose() * P * joint.actuation * values).eval();
-      column += joint.actuation.cols();
-    }
-  }
+  for (std::vector<VectorXd>* moments : {&image.control, &image.polynomial})
+    for (VectorXd& values : *moments)
+      for (Eigen::Index first = 0; first < values.size();)  // all joints, and once more for each term
+        for (const model::Joint& joint : system.joints()) {
+          auto own = values.segment(first, joint.actuation.cols());
+          own = (-joint.actuation.transpose() * P * joint.actuation * own).eval();
+          first += joint.actuation.cols();
+        }
   return image;
 }
 

@@ -1,5 +1,6 @@
 #include "maneuver/motion.hpp"
 
+#include "maneuver/step_polynomial.hpp"
 #include "mechanics/step_balance.hpp"
 
 namespace lamprey::maneuver {
@@ -15,6 +16,20 @@ VectorXd stacked(const System& system, const mechanics::Freedoms& momenta, const
   VectorXd momentum;
   mechanics::pack(system, momenta, linear, momentum);
   return momentum;
+}
+
+// From node k to the next.
+void read_interval(const System& system, const NodePath& path, int k, mechanics::Interval& interval) {
+  const Vector3d displacement = path.position[at(k + 1)] - path.position[at(k)];
+  if (!system.only_free_joints()) {
+    mechanics::interval_between(system, path.rotation[at(k)], path.rotation[at(k + 1)], displacement, interval);
+    return;
+  }
+  // ζ as found carries more digits than rotations do
+  interval.rotation = path.rotation[at(k)];
+  interval.cayley = path.cayley[at(k)];
+  interval.displacement = displacement;
+  mechanics::update_interval(system, interval);
 }
 
 }  // namespace
@@ -57,23 +72,53 @@ void describe_motion(const System& system, mechanics::DiscreteLagrangian lagrang
   mechanics::StepBalance balance(system.body_count());
   for (int k = 0; k <= steps; ++k) {
     const mechanics::Moments u = joint_moments(system, path.control[at(k)]);
-    if (k < steps) {
-      const Vector3d displacement = path.position[at(k + 1)] - path.position[at(k)];
-      if (system.only_free_joints()) {  // ζ as found carries more digits than rotations do
-        interval.rotation = path.rotation[at(k)];
-        interval.cayley = path.cayley[at(k)];
-        interval.displacement = displacement;
-        mechanics::update_interval(system, interval);
-      } else {
-        mechanics::interval_between(system, path.rotation[at(k)], path.rotation[at(k + 1)], displacement, interval);
-      }
-    }
+    if (k < steps) read_interval(system, path, k, interval);
     // μ_k = E⁻ of the step that begins here, μ_N = E⁺ of the last
     evaluate_balance({system, lagrangian, time_step, interval, u, u}, balance);
     integrator::State state{path.rotation[at(k)], path.position[at(k)], VectorXd()};
     state.momentum = stacked(system, k < steps ? balance.minus : balance.plus, balance.linear);
     append_node(system, k * time_step, state, u, solution);
   }
+}
+
+void describe_composed_motion(const System& system, Scheme scheme, double time_step, const NodePath& path,
+                              Solution& solution) {
+  const integrator::Composition& composed = integrator::composition(scheme);
+  const std::vector<double> fractions = stage_fractions(scheme);
+  const int stages = composed.stages(), terms = polynomial_terms(scheme);
+  const int steps = static_cast<int>(path.polynomial.size());
+  mechanics::Interval interval(system.body_count());
+  mechanics::StepBalance balance(system.body_count());
+  for (int k = 0; k <= steps; ++k) {
+    const int step = std::min(k, steps - 1);
+    std::vector<mechanics::Moments> moments;  // of the step's nodes
+    for (double fraction : fractions)
+      moments.push_back(joint_moments(system, moments_at(path.polynomial[at(step)], fraction, terms)));
+    // μ_k = E⁻ of the stage that begins here, μ_N = E⁺ of the last
+    const bool last = k == steps;
+    const int s = last ? stages - 1 : 0, node = step * stages + s;
+    read_interval(system, path, node, interval);
+    evaluate_balance({system, composed.lagrangian, composed.fractions[at(s)] * time_step, interval, moments[at(s)],
+                      moments[at(s + 1)]},
+                     balance);
+    integrator::State state{path.rotation[at(k * stages)], path.position[at(k * stages)], VectorXd()};
+    state.momentum = stacked(system, last ? balance.plus : balance.minus, balance.linear);
+    append_node(system, k * time_step, state, joint_moments(system, path.control[at(k * stages)]), solution);
+    if (last) break;
+    solution.stage_time.emplace_back();
+    solution.control_stages.emplace_back();
+    for (int n = 0; n <= stages; ++n) {
+      solution.stage_time.back().push_back(n == stages ? (k + 1) * time_step : k * time_step + fractions[at(n)] * time_step);
+      solution.control_stages.back().push_back(
+          mechanics::applied_moments(system, path.rotation[at(k * stages + n)], moments[at(n)]));
+    }
+  }
+}
+
+double cost_of_polynomials(double effort, double time_step, const std::vector<VectorXd>& polynomial) {
+  double cost = 0.0;
+  for (const VectorXd& coefficients : polynomial) cost += 0.5 * effort * time_step * coefficients.squaredNorm();
+  return cost;
 }
 
 double cost_of(const VectorXd& node_weight, const std::vector<Vectors>& control) {

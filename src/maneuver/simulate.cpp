@@ -34,6 +34,11 @@ struct Span {
   double begin;
   double end;
   double at(double fraction) const { return fraction == 1.0 ? end : begin + fraction * (end - begin); }
+  /// The same, at the ends a hair within: moments may jump from one span to the next.
+  double within(double fraction) const {
+    if (fraction == 0.0) return std::nextafter(begin, end);
+    return fraction == 1.0 ? std::nextafter(end, begin) : at(fraction);
+  }
 };
 
 integrator::ReferenceState measured(const System& system, const State& state) {
@@ -54,7 +59,7 @@ class ControlledMarch {
   /// One step of the scheme; on failure the state is left as it was.
   StepReport advance(const Span& span, double time_step, State& state, const integrator::StageWitness& witness = {}) {
     for (std::size_t s = 0; s < sample_.size(); ++s)
-      sample_[s] = exerted(system_, control_(span.at(march_.nodes()[s])));
+      sample_[s] = exerted(system_, control_(span.within(march_.nodes()[s])));
     if (feedback_) sample_.front() = moments(span.begin, state);
     saved_ = state;
     std::size_t stage = 0;
@@ -235,7 +240,7 @@ class Simulation {
     for (std::size_t s = 0; s < march_.nodes().size(); ++s) {
       times.push_back(span.at(march_.nodes()[s]));
       const StageNodes::Node& node = stages_.at_node(s);
-      const mechanics::Moments u = feedback_ ? node.moments : exerted(system_, control_(times[s]));
+      const mechanics::Moments u = feedback_ ? node.moments : exerted(system_, control_(span.within(march_.nodes()[s])));
       moments.push_back(mechanics::applied_moments(system_, node.rotation, u));
     }
     solution.stage_time.push_back(times);

@@ -1,5 +1,5 @@
 // Moments as polynomials within a step, for schemes above order 2: orthonormal Legendre polynomials, so that the effort
-// of a step is a plain sum of squares (chapter 10).
+// of a step is a plain sum of squares (chapter 12).
 #pragma once
 
 #include <vector>

@@ -58,7 +58,8 @@ inline constexpr int coarse_steps = 100;
 /// Seed of a start's first guess.
 std::uint64_t seed_of_start(const maneuver::Problem& problem, int start);
 
-/// Whether the Newton method can take the problem: moments free at each node, a scheme of order 1 or 2, no total momentum.
+/// Whether the Newton method can take the problem: moments free at each node, no total momentum; above order 2 neither limits,
+/// waypoints, a periodic goal nor a free duration.
 bool newton_takes(const model::System& system, const maneuver::Problem& problem);
 
 std::unique_ptr<Method> newton_method(const model::System& system, const maneuver::Problem& problem,

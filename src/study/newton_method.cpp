@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "integrator/scheme.hpp"
+#include "maneuver/composed_program.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/reach.hpp"
 #include "maneuver/shape_program.hpp"
@@ -26,6 +27,7 @@ using model::System;
 constexpr int reach_steps = 20;      // rank and reach do not depend on the resolution
 constexpr int first_steps = 25;      // of the grid on which a first guess becomes a maneuver
 constexpr int most_refinement = 10;  // times as many steps from one grid to the next
+constexpr int composed_steps = 50;   // of the first grid of a scheme above order 2
 constexpr int most_iterations = 500;
 constexpr double rough_tolerance = 1e-4;
 constexpr double fine_tolerance = 1e-7;  // before a last Newton step
@@ -45,11 +47,25 @@ struct Grid {
         newton(program.sizes()) {}
 };
 
+// The problem whose coarse answers a search begins with: above order 2 that of the trapezoid.
+Problem coarse_problem(const Problem& problem) {
+  Problem coarse = problem;
+  if (integrator::single_step(problem.scheme)) return coarse;
+  coarse.scheme = maneuver::Scheme::trapezoid;
+  coarse.steps = coarse_steps;
+  return coarse;
+}
+
 class NewtonMethod : public Method {
  public:
   NewtonMethod(const System& system, const Problem& problem, const SolveOptions& options, const Budget& budget)
-      : system_(system), problem_(problem), options_(options), budget_(budget), coordinates_(system) {
-    const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, reach_steps));
+      : system_(system),
+        asked_(problem),
+        problem_(coarse_problem(problem)),
+        options_(options),
+        budget_(budget),
+        coordinates_(system) {
+    const Maneuver probe = maneuver::make_maneuver(system, problem_, std::min(problem_.steps, reach_steps));
     const NodePath guess = maneuver::random_guess(system, probe, seed_of_start(problem, 0));
     coordinates_ = maneuver::reachable_coordinates(system, probe, guess);
     rows_ = maneuver::independent_end_rows(system, probe, coordinates_, guess);
@@ -65,6 +81,7 @@ class NewtonMethod : public Method {
   std::vector<Found> refine(const std::vector<const Found*>& coarse) override {
     return in_threads(static_cast<int>(coarse.size()), "refined", [&](int n) {
       Found found = *coarse[static_cast<std::size_t>(n)];
+      if (!integrator::single_step(asked_.scheme)) return refine_composed(found);
       for (int steps = coarse_of(problem_.steps); steps < problem_.steps && !found.path.rotation.empty();) {
         steps = std::min(problem_.steps, steps * most_refinement);
         found = carry_on(found, steps, fine_tolerance);
@@ -118,6 +135,43 @@ class NewtonMethod : public Method {
     return found;
   }
 
+  // On to the scheme above order 2, from coarse to fine.
+  Found refine_composed(const Found& coarse) const {
+    Found found = coarse;
+    for (int steps = std::min(asked_.steps, composed_steps); !found.path.rotation.empty();
+         steps = std::min(asked_.steps, steps * most_refinement)) {
+      found = carry_on_composed(found, steps);
+      if (steps == asked_.steps) break;
+    }
+    return found;
+  }
+
+  Found carry_on_composed(const Found& from, int steps) const {
+    const int stages = integrator::composition(asked_.scheme).stages();
+    const NodePath nodes = from.path.polynomial.empty() ? from.path : maneuver::nodes_of_steps(from.path, stages);
+    const Maneuver maneuver = maneuver::make_maneuver(system_, asked_, steps);
+    maneuver::ComposedProgram program(system_, maneuver, asked_.scheme, coordinates_, rows_);
+    Found found = from;
+    found.path = NodePath();
+    found.outcome = optimizer::Outcome();
+    found.outcome.reason = "no motion was found through the first guess of the shapes";
+    if (program.go_to(maneuver::refined(system_, nodes, steps, asked_.scheme))) {
+      found.outcome = optimizer::StageNewton(program.sizes())
+                          .solve(program, budget_.optimizer_options(most_iterations, fine_tolerance));
+      found.path = program.path();
+      found.cost = program.merit().cost;
+    }
+    add_effort(from.outcome, found.outcome);
+    return found;
+  }
+
+  static void add_effort(const optimizer::Outcome& before, optimizer::Outcome& outcome) {
+    for (optimizer::Iteration& step : outcome.history) step.iteration += before.iterations;
+    outcome.history.insert(outcome.history.begin(), before.history.begin(), before.history.end());
+    outcome.iterations += before.iterations;
+    outcome.evaluations += before.evaluations;
+  }
+
   // Effort and history of `found` go on.
   void solve(Grid& grid, const NodePath& from, double tolerance, Found& found) const {
     const bool rough = tolerance > fine_tolerance;
@@ -140,14 +194,12 @@ class NewtonMethod : public Method {
       found.duration = grid.program.duration();
       found.limit_multipliers = grid.program.limit_multipliers();
     }
-    for (optimizer::Iteration& step : outcome.history) step.iteration += before.iterations;
-    outcome.history.insert(outcome.history.begin(), before.history.begin(), before.history.end());
-    outcome.iterations += before.iterations;
-    outcome.evaluations += before.evaluations;
+    add_effort(before, outcome);
   }
 
   const System& system_;
-  const Problem& problem_;
+  const Problem& asked_;
+  Problem problem_;  // of the grids up to order 2
   const SolveOptions& options_;
   const Budget& budget_;
   ShapeCoordinates coordinates_;
@@ -159,7 +211,9 @@ class NewtonMethod : public Method {
 
 bool newton_takes(const System& system, const Problem& problem) {
   if (problem.control != maneuver::ControlKind::steps) return false;
-  if (!integrator::single_step(problem.scheme)) return false;
+  const bool more = problem.limits.any() || problem.duration.free || !problem.waypoints.empty() ||
+                    (problem.goal && problem.goal->periodic);
+  if (!integrator::single_step(problem.scheme) && more) return false;
   const integrator::State start = maneuver::start_state(system, problem.start);
   const auto total = mechanics::spatial_momentum(system, start.rotation, start.position, start.momentum);
   return total.linear.isZero(0.0) && total.angular.isZero(0.0);

@@ -38,8 +38,13 @@ std::unique_ptr<Method> choose_method(const System& system, const Problem& probl
   const bool newton = newton_takes(system, problem);
   if (options.solver == Solver::newton && !newton)
     throw model::InputError("--solver",
-                            "found \"newton\", which takes control.kind = \"steps\" with schemes up to order 2 from a "
-                            "start without total momentum; use --solver ipopt for this problem, or none");
+                            "found \"newton\", which takes control.kind = \"steps\" from a start without total "
+                            "momentum; use --solver ipopt for this problem, or none");
+  if (!integrator::single_step(problem.scheme) && (options.solver == Solver::ipopt || !newton))
+    throw model::InputError("integrator.scheme",
+                            "found a scheme above order 2, which takes control.kind = \"steps\", no limits, waypoints, "
+                            "periodic goal or free duration, a start without total momentum, and not --solver ipopt; "
+                            "use \"trapezoid\" with more steps");
   if (options.solver == Solver::ipopt || !newton) return ipopt_method(system, problem, options, budget);
   return newton_method(system, problem, options, budget);
 }
@@ -133,6 +138,8 @@ class Search {
       return;  // otherwise nothing was found: the first guess, so that there is something to look at
     Found guess = starts_.front();
     guess.path = maneuver::random_guess(system_, full_, seed_of_start(problem_, 0));
+    if (!integrator::single_step(problem_.scheme))
+      guess.path = maneuver::refined(system_, guess.path, full_.steps, problem_.scheme);
     solutions_.push_back(describe(guess));
     if (options_.accept) options_.accept(solutions_.back());
   }
@@ -159,9 +166,14 @@ class Search {
     path = turned_as_asked(path);
     Solution solution;
     const double duration = found.duration > 0.0 ? found.duration : full_.duration;
-    describe_motion(system_, full_.lagrangian, duration / full_.steps, path, solution);
-    solution.cost = maneuver::cost_of(duration / full_.duration * full_.node_weight, solution.control) +
-                    full_.time_weight * duration;
+    if (path.polynomial.empty()) {
+      describe_motion(system_, full_.lagrangian, duration / full_.steps, path, solution);
+      solution.cost = maneuver::cost_of(duration / full_.duration * full_.node_weight, solution.control) +
+                      full_.time_weight * duration;
+    } else {
+      describe_composed_motion(system_, problem_.scheme, full_.time_step(), path, solution);
+      solution.cost = maneuver::cost_of_polynomials(full_.effort, full_.time_step(), path.polynomial);
+    }
     solution.limit_multipliers = limit_multipliers(found, duration / full_.steps);
     solution.solver.name = method_->name() + (shooting ? ", single shooting" : "");
     solution.solver.wall_seconds = budget_.seconds();

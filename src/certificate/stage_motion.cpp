@@ -1,0 +1,241 @@
+#include "certificate/stage_motion.hpp"
+
+#include <cstdint>
+
+#include "certificate/goal_check.hpp"
+#include "integrator/step_derivatives.hpp"
+#include "maneuver/row_space.hpp"
+#include "maneuver/step_polynomial.hpp"
+
+namespace lamprey::certificate {
+
+namespace {
+
+using mechanics::Moments;
+using model::at;
+using model::System;
+
+constexpr double dependent_stage_row = 1e-11;  // of the largest pivot
+constexpr int most_stage_segments = 20;        // a growth of 1e20 over the whole is 10 over each
+
+// Moments along the actuation axes, [controls].
+VectorXd along_actuation(const System& system, const Moments& control) {
+  VectorXd moments(system.control_count());
+  Eigen::Index column = 0;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const auto& actuation = system.joint(j).actuation;
+    moments.segment(column, actuation.cols()) = actuation.transpose() * control[at(j)];
+    column += actuation.cols();
+  }
+  return moments;
+}
+
+// What is outside the actuation axes, or beside given moments along them.
+double distance_from(const System& system, const Moments& control, const VectorXd& moments) {
+  Largest distance;
+  Eigen::Index column = 0;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const auto& actuation = system.joint(j).actuation;
+    distance.add((control[at(j)] - actuation * moments.segment(column, actuation.cols())).norm());
+    column += actuation.cols();
+  }
+  return distance.value();
+}
+
+integrator::State stored_node(const StoredMotion& motion, int k) {
+  const maneuver::Solution& stored = motion.solution;
+  const mechanics::Rotations& R = stored.rotation[at(k)];
+  const VectorXd velocity = mechanics::velocity_of_bodies(motion.system, R, stored.angular_velocity[at(k)],
+                                                          R[0] * stored.linear_velocity[at(k)]);
+  return {R, stored.position[at(k)], mechanics::generalized_momentum(motion.system, R, velocity)};
+}
+
+bool has_stages(const StoredMotion& motion, std::size_t nodes) {
+  const maneuver::Solution& stored = motion.solution;
+  if (integrator::single_step(motion.problem.scheme) || stored.divided.steps > 0) return false;
+  if (stored.control_stages.size() != at(motion.steps) || stored.angular_velocity.size() != stored.time.size() ||
+      stored.linear_velocity.size() != stored.time.size())
+    return false;
+  for (const auto& step : stored.control_stages)
+    if (step.size() != nodes) return false;
+  return true;
+}
+
+class Marcher {
+ public:
+  Marcher(const StoredMotion& motion, StageMotion& stages)
+      : motion_(motion),
+        stages_(stages),
+        work_(motion.system),
+        none_(at(motion.system.joint_count()), Vector3d::Zero()),
+        basis_(stages.stages + 1, stages.terms) {
+    work_.sought_residual = 0.0;
+    for (int s = 0; s <= stages.stages; ++s)
+      basis_.row(s) = maneuver::legendre(stages.fraction[at(s)], stages.terms).transpose();
+  }
+
+  // Step k; false where a stage does not converge.
+  bool march(int k) {
+    const System& system = motion_.system;
+    const auto& moments = motion_.solution.control_stages[at(k)];
+    integrator::State state = stages_.node[at(k)];
+    work_.predictor.forget();
+    stages_.control.push_back(mechanics::moments_of_applied(system, state.rotation, moments.front()));
+    for (int s = 0; s < stages_.stages; ++s) {
+      const double h = stages_.time_step[at(s)];
+      // how the joints stand at the stage's end tells which moment acts there
+      const Moments control = stages_.control.back();
+      if (!integrator::advance(system, motion_.lagrangian, h, control, none_, state, work_).converged) return false;
+      stages_.interval.push_back(work_.interval);
+      stages_.control.push_back(mechanics::moments_of_applied(system, state.rotation, moments[at(s + 1)]));
+      state.momentum += 0.5 * h * mechanics::generalized_force(system, state.rotation, stages_.control.back());
+    }
+    compare(k, state);
+    fit(k);
+    return true;
+  }
+
+  void finish() {
+    stages_.momentum_error = momentum_.value();
+    stages_.configuration_error = configuration_.value();
+    stages_.control_error = outside_.relative_to(largest_.value());
+  }
+
+ private:
+  void compare(int k, const integrator::State& state) {
+    const integrator::State& next = stages_.node[at(k + 1)];
+    momentum_.add((state.momentum - next.momentum).lpNorm<Eigen::Infinity>());
+    for (std::size_t i = 0; i < next.rotation.size(); ++i)
+      configuration_.add(lie::rotation_angle(next.rotation[i].transpose() * state.rotation[i]));
+    configuration_.add((state.position - next.position).norm());
+  }
+
+  void fit(int k) {
+    const int nodes = stages_.stages + 1, controls = motion_.system.control_count();
+    MatrixXd samples(nodes, controls);
+    for (int s = 0; s < nodes; ++s)
+      samples.row(s) = along_actuation(motion_.system, stages_.control[at(k * nodes + s)]).transpose();
+    const MatrixXd coefficients = maneuver::least_squares(basis_, samples);  // [terms][controls]
+    stages_.polynomial.push_back(coefficients.transpose().reshaped());
+    const MatrixXd fitted = basis_ * coefficients;
+    for (int s = 0; s < nodes; ++s) {
+      const Moments& control = stages_.control[at(k * nodes + s)];
+      outside_.add(distance_from(motion_.system, control, fitted.row(s).transpose()));
+      for (const Vector3d& u : control) largest_.add(u.norm());
+    }
+  }
+
+  const StoredMotion& motion_;
+  StageMotion& stages_;
+  integrator::StepWorkspace work_;
+  Moments none_;
+  MatrixXd basis_;  // [stages + 1][terms]
+  Largest momentum_, configuration_, outside_, largest_;
+};
+
+// Rows by the state at the end of a range of steps, carried to its beginning and to the coefficients on the way.
+struct StageSweep {
+  MatrixXd by_start;         // [rows][2 velocity_count]
+  MatrixXd by_coefficients;  // [rows][steps · inputs]
+};
+
+StageSweep sweep(const StoredMotion& motion, const StageMotion& stages, integrator::StepRange range,
+                 const MatrixXd& end_rows) {
+  const int controls = motion.system.control_count(), inputs = stages.terms * controls;
+  StageSweep result{end_rows, MatrixXd::Zero(end_rows.rows(), inputs * (range.last - range.first))};
+  integrator::TangentWorkspace work(motion.system);
+  integrator::StepTangent tangent(motion.system);
+  std::vector<VectorXd> value;
+  for (double fraction : stages.fraction) value.push_back(maneuver::legendre(fraction, stages.terms));
+  for (int k = range.last - 1; k >= range.first; --k)
+    for (int s = stages.stages - 1; s >= 0; --s) {
+      const std::size_t node = at(k * (stages.stages + 1) + s);
+      integrator::linearize_step(motion.system, motion.lagrangian, stages.time_step[at(s)],
+                                 stages.interval[at(k * stages.stages + s)], stages.control[node],
+                                 stages.control[node + 1], work, tangent);
+      integrator::PulledBack pulled = integrator::pull_back(tangent, result.by_start);
+      for (int term = 0; term < stages.terms; ++term)
+        result.by_coefficients.middleCols(inputs * (k - range.first) + term * controls, controls) +=
+            value[at(s)][term] * pulled.by_control + value[at(s + 1)][term] * pulled.by_next_control;
+      result.by_start.swap(pulled.by_state);
+    }
+  return result;
+}
+
+// Rows that span those of the end rows by all coefficients, as optimality.cpp's by the moments at the nodes.
+MatrixXd spanning_rows(const StoredMotion& motion, const StageMotion& stages, const MatrixXd& end_rows) {
+  const int inputs = stages.terms * motion.system.control_count();
+  const int segments = std::min(most_stage_segments, motion.steps);
+  const auto node = [&](int s) { return static_cast<int>(std::int64_t{motion.steps} * s / segments); };
+  const MatrixXd inertia = mechanics::generalized_inertia(motion.system, motion.solution.rotation.front());
+  VectorXd scale(2 * inertia.rows());
+  scale << VectorXd::Ones(inertia.rows()), inertia.diagonal() / (motion.time_step * node(1));
+  const int size = static_cast<int>(scale.size());
+  // unknowns: scaled costates at the inner segment ends, then the goal's multipliers
+  const auto unknowns = static_cast<int>(end_rows.rows()) + size * (segments - 1);
+  MatrixXd ties = MatrixXd::Zero(size * (segments - 1), unknowns);
+  MatrixXd rows_of_all = MatrixXd::Zero(unknowns, inputs * motion.steps);
+  for (int s = 0; s < segments; ++s) {
+    const bool last = s + 1 == segments;
+    const MatrixXd rows = last ? end_rows : MatrixXd(scale.cwiseInverse().asDiagonal());
+    const StageSweep swept = sweep(motion, stages, {node(s), node(s + 1)}, rows);
+    rows_of_all.block(size * s, inputs * node(s), rows.rows(), swept.by_coefficients.cols()) = swept.by_coefficients;
+    if (s == 0) continue;
+    ties.block(size * (s - 1), size * (s - 1), size, size).setIdentity();
+    ties.block(size * (s - 1), size * s, size, rows.rows()) = -(scale.asDiagonal() * swept.by_start.transpose());
+  }
+  return maneuver::null_space(ties).transpose() * rows_of_all;
+}
+
+}  // namespace
+
+std::optional<StageMotion> march_again(const StoredMotion& motion) {
+  if (integrator::single_step(motion.problem.scheme)) return std::nullopt;
+  const integrator::Composition& composed = integrator::composition(motion.problem.scheme);
+  if (!has_stages(motion, at(composed.stages() + 1))) return std::nullopt;
+  StageMotion stages{};
+  stages.stages = composed.stages();
+  stages.terms = maneuver::polynomial_terms(motion.problem.scheme);
+  stages.fraction = maneuver::stage_fractions(motion.problem.scheme);
+  for (double fraction : composed.fractions) stages.time_step.push_back(fraction * motion.time_step);
+  for (int k = 0; k <= motion.steps; ++k) stages.node.push_back(stored_node(motion, k));
+  Marcher marcher(motion, stages);
+  for (int k = 0; k < motion.steps; ++k)
+    if (!marcher.march(k)) return std::nullopt;
+  marcher.finish();
+  return stages;
+}
+
+Moments moments_of_step(const StoredMotion& motion, const StageMotion& stages, int k, double fraction) {
+  const VectorXd moments = maneuver::moments_at(stages.polynomial[at(k)], fraction, stages.terms);
+  Moments by_joint;
+  Eigen::Index column = 0;
+  for (const model::Joint& joint : motion.system.joints()) {
+    by_joint.emplace_back(joint.actuation * moments.segment(column, joint.actuation.cols()));
+    column += joint.actuation.cols();
+  }
+  return by_joint;
+}
+
+double step_residual(const StoredMotion& motion, const StageMotion& stages, double scale) {
+  const integrator::State start = start_of(motion.system, motion.problem.start);
+  Largest momentum;
+  momentum.add(stages.momentum_error);
+  momentum.add((start.momentum - stages.node.front().momentum).lpNorm<Eigen::Infinity>());
+  return std::max(momentum.relative_to(scale), stages.configuration_error);
+}
+
+double kkt_residual(const StoredMotion& motion, const StageMotion& stages, double momentum_scale) {
+  const int inputs = stages.terms * motion.system.control_count();
+  VectorXd gradient(inputs * motion.steps);
+  for (int k = 0; k < motion.steps; ++k)
+    gradient.segment(inputs * k, inputs) = motion.problem.effort * motion.time_step * stages.polynomial[at(k)];
+  const GoalRows goal = goal_rows(motion.system, motion.problem, stages.node.back(), momentum_scale);
+  const MatrixXd rows = spanning_rows(motion, stages, goal.unit.cwiseInverse().asDiagonal() * goal.by_end_state);
+  Largest left, whole;
+  for (double entry : maneuver::beyond_rows(gradient, rows, dependent_stage_row)) left.add(std::abs(entry));
+  for (double entry : gradient) whole.add(std::abs(entry));
+  return left.relative_to(whole.value());
+}
+
+}  // namespace lamprey::certificate

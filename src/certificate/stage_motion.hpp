@@ -1,0 +1,38 @@
+// Motions by schemes above order 2. Their nodes alone do not tell whether the steps between them obey the law, so each step
+// is marched again, from its stored node and under the stored moments of its stages, to where the next node should be.
+#pragma once
+
+#include <optional>
+
+#include "certificate/stored_motion.hpp"
+
+namespace lamprey::certificate {
+
+struct StageMotion {
+  int stages;
+  int terms;                                  // coefficients of each moment in a step
+  std::vector<double> time_step;              // [stages] s, some negative
+  std::vector<double> fraction;               // [stages + 1] of the step, at the stages' nodes
+  std::vector<integrator::State> node;        // [N+1] as stored: momenta of the stored velocities
+  std::vector<mechanics::Interval> interval;  // [N · stages]
+  std::vector<mechanics::Moments> control;    // [N · (stages + 1)] along the joints
+  std::vector<VectorXd> polynomial;           // [N][terms · controls] nearest to the stored moments
+  double momentum_error;                      // kg m²/s, largest difference of a marched end from the next node
+  double configuration_error;                 // rad or m, likewise
+  double control_error;  // largest distance of a stored moment from the polynomials, or its part outside the actuation / largest moment
+};
+
+/// Nothing for other schemes, without stored stages, where a march divided its steps and where a step does not converge.
+std::optional<StageMotion> march_again(const StoredMotion& motion);
+
+/// Moments of a step's polynomials at a fraction of it, [joints] along the joints.
+mechanics::Moments moments_of_step(const StoredMotion& motion, const StageMotion& stages, int k, double fraction);
+
+/// Largest change of what the march of the steps left open: of the momenta in units of `scale`, of rotations in rad and positions in m;
+/// with what the first node's momentum differs from the problem's.
+double step_residual(const StoredMotion& motion, const StageMotion& stages, double scale);
+
+/// ‖∇cost + Aᵀλ‖∞/‖∇cost‖∞ (equation 6.5) in the space of the polynomials' coefficients.
+double kkt_residual(const StoredMotion& motion, const StageMotion& stages, double momentum_scale);
+
+}  // namespace lamprey::certificate

@@ -1,0 +1,258 @@
+#include <gtest/gtest.h>
+
+#include "chains.hpp"
+#include "difference_order.hpp"
+#include "integrator/march.hpp"
+#include "maneuver/composed_program.hpp"
+#include "maneuver/motion.hpp"
+#include "maneuver/reach.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::VectorXd;
+using integrator::Scheme;
+using maneuver::ComposedProgram;
+using maneuver::Maneuver;
+using maneuver::NodePath;
+using maneuver::ShapeCoordinates;
+using optimizer::StageModel;
+using optimizer::StageStep;
+
+enum class ComposedSwimmer { paper_chain, in_the_plane, any_joint };
+
+struct ComposedSetting {
+  std::string name;
+  ComposedSwimmer swimmer;
+  Scheme scheme;
+  bool rest;
+};
+
+// A march of three steps under random polynomials, and what is asked of it: just the end that it has.
+class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
+ protected:
+  static constexpr int steps = 3;
+
+  ComposedDerivatives() : random_(29), system_(swimmer()), size_(GetParam().swimmer == ComposedSwimmer::any_joint ? 2.0 : 8.0) {
+    const bool planar = GetParam().swimmer == ComposedSwimmer::in_the_plane;
+    maneuver_.start.rotation =
+        planar ? mechanics::Rotations(3, Matrix3d::Identity()) : random_rotations(random_, system_);
+    maneuver_.start.position = random_.vector();
+    maneuver_.start.momentum = VectorXd::Zero(system_.velocity_count());
+    maneuver_.end_rotation.assign(maneuver_.start.rotation.size(), std::nullopt);
+    maneuver_.rest = GetParam().rest;
+    maneuver_.duration = 0.3;
+    maneuver_.steps = steps;
+    maneuver_.node_weight = maneuver::node_weights(maneuver::CostRule::trapezoid, 1.0, 0.1, steps);
+    const NodePath path = marched();
+    maneuver_.end_rotation[0] = path.rotation.back()[0];
+    if (system_.body(1).freedoms == 3) maneuver_.end_rotation[1] = path.rotation.back()[1];
+    maneuver_.end_position = {1.0, std::nullopt, -0.5};
+    ShapeCoordinates coordinates(system_);
+    if (planar) {
+      coordinates.shape = Eigen::MatrixXd::Zero(6, 2);
+      coordinates.shape(2, 0) = coordinates.shape(5, 1) = 1.0;
+      coordinates.pose = Eigen::MatrixXd::Zero(6, 3);
+      coordinates.pose(2, 0) = coordinates.pose(3, 1) = coordinates.pose(4, 2) = 1.0;
+    }
+    program_ = std::make_unique<ComposedProgram>(system_, maneuver_, GetParam().scheme, coordinates,
+                                                 maneuver::stated_end_rows(system_, maneuver_, {}));
+    begin_at(path);
+  }
+
+  model::SwimmerDescription swimmer() {
+    model::SwimmerDescription described =
+        GetParam().swimmer == ComposedSwimmer::any_joint ? random_swimmer(random_, 5) : paper_chain();
+    for (model::JointDescription& joint : described.joints)
+      if (GetParam().swimmer == ComposedSwimmer::in_the_plane) joint.control_axes = {Vector3d::UnitZ()};
+    return described;
+  }
+
+  // From rest, so that no impulse is missing anywhere.
+  NodePath marched() {
+    const int terms = maneuver::polynomial_terms(GetParam().scheme);
+    integrator::March march(system_, GetParam().scheme);
+    integrator::State state = maneuver_.start;
+    NodePath path;
+    path.rotation.push_back(state.rotation);
+    path.position.push_back(state.position);
+    for (int k = 0; k < steps; ++k) {
+      VectorXd coefficients(terms * system_.control_count());
+      for (double& c : coefficients) c = size_ * random_.normal();
+      path.polynomial.push_back(coefficients);
+      std::vector<mechanics::Moments> moments;
+      for (double node : march.nodes())
+        moments.push_back(maneuver::joint_moments(system_, maneuver::moments_at(coefficients, node, terms)));
+      const auto report = march.advance(
+          0.1, [&](int node) -> const mechanics::Moments& { return moments[model::at(node)]; }, state,
+          [&](const mechanics::Interval& interval, const integrator::State& reached) {
+            path.rotation.push_back(reached.rotation);
+            path.position.push_back(reached.position);
+            path.cayley.push_back(interval.cayley);
+          });
+      EXPECT_TRUE(report.converged);
+    }
+    return path;
+  }
+
+  // Random multipliers that belong to each other.
+  void begin_at(const NodePath& path) {
+    EXPECT_TRUE(program_->go_to(path));
+    const optimizer::StageSizes sizes = program_->sizes();
+    model_ = std::make_unique<StageModel>(sizes);
+    step_ = std::make_unique<StageStep>(sizes);
+    program_->linearize(*model_);
+    for (double& multiplier : step_->end_multiplier) multiplier = size_ * size_ * random_.normal();
+    for (VectorXd& costate : step_->costate)
+      for (double& entry : costate) entry = size_ * random_.normal();
+    step_->costate.back() = model_->C.transpose() * step_->end_multiplier;
+    program_->take_multipliers(*step_, 1.0);
+    program_->linearize(*model_);
+    for (VectorXd& input : step_->input)
+      for (double& entry : input) entry = 0.1 * size_ * random_.normal();
+  }
+
+  // States along the inputs; `gaps` times what closes the gaps.
+  std::vector<VectorXd> follow(double inputs, double gaps) const {
+    std::vector<VectorXd> state = step_->state;
+    for (std::size_t k = 0; k < model_->stage.size(); ++k)
+      state[k + 1] = model_->stage[k].A * state[k] + inputs * model_->stage[k].B * step_->input[k] +
+                     gaps * model_->stage[k].gap;
+    return state;
+  }
+
+  StageStep step_along(double inputs) const {
+    StageStep step = *step_;
+    step.state = follow(inputs, 1.0);
+    for (VectorXd& input : step.input) input *= inputs;
+    return step;
+  }
+
+  double lagrangian_at(const StageStep& step, double t) {
+    const optimizer::Merit* merit = program_->try_step(step, t);
+    EXPECT_NE(merit, nullptr);
+    double value = merit->cost + step_->end_multiplier.dot(program_->trial_end_rows());
+    for (std::size_t n = 0; n < program_->trial_gaps().size(); ++n)
+      value += program_->gap_multipliers()[n].dot(program_->trial_gaps()[n]);
+    return value;
+  }
+
+  VectorXd gaps_at(const StageStep& step, double t) {
+    EXPECT_NE(program_->try_step(step, t), nullptr);
+    const std::vector<VectorXd>& gaps = program_->trial_gaps();
+    VectorXd all(static_cast<Eigen::Index>(gaps.size()) * gaps[0].size());
+    for (std::size_t n = 0; n < gaps.size(); ++n) all.segment(static_cast<Eigen::Index>(n) * gaps[0].size(), gaps[0].size()) = gaps[n];
+    return all;
+  }
+
+  // sᵀHs without the end.
+  double curvature(const std::vector<VectorXd>& state) const {
+    double value = 0.0;
+    for (std::size_t k = 0; k < model_->stage.size(); ++k) {
+      const optimizer::Stage& stage = model_->stage[k];
+      const VectorXd& v = step_->input[k];
+      value += state[k].dot(stage.Q * state[k]) + 2.0 * v.dot(stage.S * state[k]) + v.dot(stage.R * v);
+    }
+    return value;
+  }
+
+  // The same motion with other moments: impulses are missing.
+  void leave_gaps() {
+    NodePath path = program_->path();
+    for (VectorXd& coefficients : path.polynomial)
+      for (double& c : coefficients) c += 0.3 * size_ * random_.normal();
+    begin_at(path);
+    EXPECT_GT(program_->gap(), 1e-2);
+  }
+
+  double second_difference(const StageStep& step, double t) {
+    return (lagrangian_at(step, t) + lagrangian_at(step, -t) - 2.0 * lagrangian_at(step, 0.0)) / (t * t);
+  }
+
+  static void expect_second_order(double coarse, double fine, double expected) {
+    EXPECT_GT(std::abs(expected), 0.0);
+    EXPECT_NEAR(std::log2(std::abs((coarse - expected) / (fine - expected))) / 2.0, 2.0, 0.25)
+        << coarse << " and " << fine << " of " << expected;
+    EXPECT_LE(std::abs((16.0 * fine - coarse) / 15.0 - expected), tolerance(1e-4) * std::abs(expected));
+  }
+
+  Random random_;
+  model::System system_;
+  double size_;  // N m
+  Maneuver maneuver_;
+  std::unique_ptr<ComposedProgram> program_;
+  std::unique_ptr<StageModel> model_;
+  std::unique_ptr<StageStep> step_;
+};
+
+TEST_P(ComposedDerivatives, a_march_leaves_no_gaps_and_no_total_momentum) {
+  EXPECT_LE(program_->gap(), tolerance(1e-12));
+  leave_gaps();
+  const NodePath path = program_->path();
+  maneuver::Solution solution;
+  maneuver::describe_composed_motion(system_, GetParam().scheme, 0.1, path, solution);
+  double scale = 0.0;
+  for (const Vector3d& p : solution.linear_momentum.bodies) scale = std::max(scale, p.norm());
+  EXPECT_GT(scale, 1e-2);
+  for (const auto* total : {&solution.linear_momentum.total, &solution.angular_momentum.total})
+    for (const Vector3d& p : *total) EXPECT_LE(p.norm(), tolerance(1e-12) * scale * 10.0);
+}
+
+TEST_P(ComposedDerivatives, the_slope_of_the_lagrangian_matches_central_differences) {
+  const StageStep step = step_along(1.0);
+  double slope = step_->end_multiplier.dot(model_->C * step.state.back());
+  for (std::size_t k = 0; k < model_->stage.size(); ++k) slope += model_->stage[k].r.dot(step.input[k]);
+  expect_second_order_differences([&](double t) { return VectorXd::Constant(1, lagrangian_at(step, t)); },
+                                  VectorXd::Constant(1, slope), 1e-8, 0.5);
+}
+
+TEST_P(ComposedDerivatives, the_end_rows_rates_match_central_differences) {
+  const StageStep step = step_along(1.0);
+  expect_second_order_differences(
+      [&](double t) {
+        EXPECT_NE(program_->try_step(step, t), nullptr);
+        return program_->trial_end_rows();
+      },
+      model_->C * step.state.back(), 1e-8, 0.5);
+}
+
+TEST_P(ComposedDerivatives, a_step_of_the_model_closes_gaps_at_second_order) {
+  leave_gaps();
+  const StageStep step = step_along(1.0);
+  const VectorXd here = gaps_at(step, 0.0);
+  expect_second_order_differences([&](double t) { return gaps_at(step, t); }, -here, 1e-8, 0.5);
+}
+
+// (L(t) + L(−t) − 2 L(0))/t² against sᵀHs: the error falls with t².
+TEST_P(ComposedDerivatives, the_curvature_of_the_lagrangian_matches_second_differences) {
+  const StageStep step = step_along(1.0);
+  expect_second_order(second_difference(step, 1.0), second_difference(step, 0.25), curvature(step.state));
+}
+
+// With gaps, the model's gradient holds what their closing makes of it: the part of the curvature that is odd in the inputs.
+TEST_P(ComposedDerivatives, gaps_bend_the_lagrangian_as_the_model_says) {
+  leave_gaps();
+  const StageStep forth = step_along(1.0), back = step_along(-1.0);
+  const std::vector<VectorXd> inputs_alone = follow(1.0, 0.0), gaps_alone = follow(0.0, 1.0);
+  double expected = 0.0;
+  const double weight = model_->stage[0].weight;
+  for (std::size_t k = 0; k < model_->stage.size(); ++k) {
+    const optimizer::Stage& stage = model_->stage[k];
+    expected += 4.0 * (inputs_alone[k].dot(stage.Q * gaps_alone[k] + stage.q) +
+                       step_->input[k].dot(stage.S * gaps_alone[k] + stage.r - weight * program_->path().polynomial[k]));
+  }
+  const auto odd = [&](double t) { return second_difference(forth, t) - second_difference(back, t); };
+  expect_second_order(odd(1.0), odd(0.25), expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Swimmers, ComposedDerivatives,
+    ::testing::Values(ComposedSetting{"paper_chain_by_order4", ComposedSwimmer::paper_chain, Scheme::order4, true},
+                      ComposedSetting{"paper_chain_by_order6_with_a_free_end", ComposedSwimmer::paper_chain, Scheme::order6, false},
+                      ComposedSetting{"in_the_plane", ComposedSwimmer::in_the_plane, Scheme::order4, true},
+                      ComposedSetting{"any_joint_by_order4", ComposedSwimmer::any_joint, Scheme::order4, true},
+                      ComposedSetting{"any_joint_by_order6", ComposedSwimmer::any_joint, Scheme::order6, true}),
+    [](const auto& instance) { return instance.param.name; });
+
+}  // namespace
+}  // namespace lamprey::tests
