@@ -7,8 +7,10 @@
 
 #include "certificate/balance.hpp"
 #include "certificate/certify.hpp"
+#include "certificate/limit_check.hpp"
 #include "certificate/marched_answers.hpp"
 #include "certificate/optimality.hpp"
+#include "integrator/step_derivatives.hpp"
 #include "maneuver/goal_rank.hpp"
 #include "maneuver/row_space.hpp"
 #include "maneuver/transcription.hpp"
@@ -45,6 +47,11 @@ maneuver::Problem in_the_plane(int count) {
 
 maneuver::Problem with_all_axes(maneuver::Problem problem) {
   for (model::JointDescription& joint : problem.swimmer.joints) joint.control_axes.reset();
+  return problem;
+}
+
+maneuver::Problem with_no_limits(maneuver::Problem problem) {
+  problem.limits = maneuver::Limits();
   return problem;
 }
 
@@ -86,17 +93,32 @@ maneuver::Problem of_mixed_joints(int count) {
 }
 
 struct Marched {
-  VectorXd gradient;  // of the cost
+  VectorXd gradient;  // of the cost less what limits pull
   MatrixXd goal;      // rows by the moments
 };
 
-Marched marched(const maneuver::Problem& problem, const VectorXd& value) {
+Marched marched(const maneuver::Problem& problem, const VectorXd& value,
+                const std::vector<maneuver::LimitMultiplier>& limits) {
   const model::System system(problem.swimmer);
-  const MarchedAnswer answer = march(problem, moments_along_joints(system, value, problem.steps));
+  MarchedAnswer answer = march(problem, moments_along_joints(system, value, problem.steps));
+  answer.solution.limit_multipliers = limits;
   const StoredMotion motion(system, answer.problem, answer.solution);
   const auto space = certificate::control_space(motion);
   const auto goal = certificate::goal_rows(system, problem, certificate::node_states(motion).back(), 1.0);
-  return {certificate::cost_gradient(motion, space), certificate::control_jacobian(motion, space, goal.by_end_state)};
+  Marched result{certificate::cost_gradient(motion, space),
+                 certificate::control_jacobian(motion, space, goal.by_end_state)};
+  const certificate::LimitPulls pulls = certificate::limit_pulls(motion);
+  const Eigen::Index controls = system.control_count();
+  for (int k = 0; k <= problem.steps && pulls.any; ++k) {
+    result.gradient.segment(controls * k, controls) -= pulls.by_control[at(k)];
+    if (k == 0 || pulls.by_state[at(k)].isZero(0.0)) continue;
+    const auto swept = integrator::gradient_sweep(
+        system, motion.lagrangian, motion.time_step,
+        [&](int step, mechanics::Interval& interval) { certificate::read_interval(motion, step, interval); },
+        motion.control, {0, k}, pulls.by_state[at(k)].transpose());
+    result.gradient.head(swept.by_control.cols()) -= swept.by_control.transpose();
+  }
+  return result;
 }
 
 // All eigenvalues by the definition: Hessian of cost + multipliers · goal by extrapolated central differences of its
@@ -106,19 +128,33 @@ VectorXd dense_eigenvalues(const maneuver::Problem& problem, const maneuver::Sol
   const StoredMotion motion(system, problem, solution);
   const VectorXd value = certificate::control_space(motion).value;
   const Eigen::Index size = value.size(), controls = system.control_count();
-  const Marched here = marched(problem, value);
+  const std::vector<maneuver::LimitMultiplier>& limits = solution.limit_multipliers;
+  const Marched here = marched(problem, value, limits);
   const Eigen::CompleteOrthogonalDecomposition<MatrixXd> rows(here.goal.transpose());
   Eigen::CompleteOrthogonalDecomposition<MatrixXd> ranked = rows;
   ranked.setThreshold(1e-9);
   const VectorXd multipliers = ranked.solve(-here.gradient);
   EXPECT_LE((here.gradient + here.goal.transpose() * multipliers).norm(), 1e-6 * here.gradient.norm());
-  Eigen::FullPivLU<MatrixXd> lu(here.goal);
+  std::vector<VectorXd> kept;
+  for (Eigen::Index r = 0; r < here.goal.rows(); ++r) kept.emplace_back(here.goal.row(r));
+  const VectorXd free = marched(problem, value, {}).gradient;
+  for (const maneuver::LimitMultiplier& own : limits)  // a row for each node that pulls
+    for (std::size_t k = 0; k < own.multiplier.size(); ++k) {
+      if (own.multiplier[k] <= 0.0) continue;
+      maneuver::LimitMultiplier single = own;
+      for (double& entry : single.multiplier) entry = 0.0;
+      single.multiplier[k] = 1.0;
+      kept.push_back((free - marched(problem, value, {single}).gradient).normalized());
+    }
+  MatrixXd all(static_cast<Eigen::Index>(kept.size()), size);
+  for (std::size_t r = 0; r < kept.size(); ++r) all.row(static_cast<Eigen::Index>(r)) = kept[r];
+  Eigen::FullPivLU<MatrixXd> lu(all);
   lu.setThreshold(1e-9);
   const MatrixXd Z = lu.kernel();
 
   const double step = 2e-4 * value.lpNorm<Eigen::Infinity>();
   const auto gradient = [&](Eigen::Index column, double length) -> VectorXd {
-    const Marched there = marched(problem, value + length * VectorXd::Unit(size, column));
+    const Marched there = marched(problem, value + length * VectorXd::Unit(size, column), limits);
     return there.gradient + there.goal.transpose() * multipliers;
   };
   MatrixXd hessian(size, size);
@@ -217,6 +253,105 @@ TEST(SecondOrder, of_mixed_joints_with_springs_and_dampers_is_that_of_difference
   const maneuver::Problem problem = of_mixed_joints(24);
   const maneuver::Solution solution = solved(problem);
   expect_eigenvalues(problem, solution, dense_eigenvalues(problem, solution));
+}
+
+// Half of what the unlimited maneuver swings and a little less than what it takes: both limits pull.
+TEST(SecondOrder, with_limits_that_pull_is_that_of_differences_of_the_gradient) {
+  maneuver::Problem problem = in_the_plane(24);
+  problem.goal->turn = Vector3d(0, 0, 0.15);
+  problem.goal->move = {0.1, std::nullopt, std::nullopt};
+  const maneuver::Solution unlimited = solved(problem);
+  double swing = 0.0, torque = 0.0;
+  for (const auto& R : unlimited.rotation) swing = std::max(swing, lie::rotation_angle(R[0].transpose() * R[1]));
+  for (const auto& u : unlimited.control) torque = std::max({torque, u[0].norm(), u[1].norm()});
+  problem.limits.swing["front"] = 0.9 * swing;
+  problem.limits.torque = 0.95 * torque;
+  const maneuver::Solution solution = solved(problem);
+  int swings = 0, torques = 0;
+  for (const maneuver::LimitMultiplier& own : solution.limit_multipliers)
+    for (double multiplier : own.multiplier)
+      if (multiplier > 0.0) ++(own.key == "limits.torque" ? torques : swings);
+  EXPECT_GT(swings, 0);
+  EXPECT_GT(torques, 0);
+  const VectorXd values = dense_eigenvalues(problem, solution);
+  const SecondOrder found = second_order_of(problem, solution);
+  EXPECT_NEAR(found.smallest_eigenvalue, values[0], tolerance(1e-4) * std::abs(values[0])) << "kept by a penalty";
+  EXPECT_EQ(found.positive, values[0] > 1e-6);
+  EXPECT_GT(std::abs(second_order_of(with_no_limits(problem), unlimited).smallest_eigenvalue - values[0]), 1e-3);
+}
+
+// The paper's translation: a minimum in the plane, a saddle in space with as many directions of descent as an independent
+// program found.
+TEST(SecondOrder, of_the_papers_translation_counts_fourteen_directions_out_of_the_plane) {
+  maneuver::Problem problem = chain_problem(40, 1.0);
+  problem.goal->turn = Vector3d::Zero();
+  problem.goal->move = {2.0, std::nullopt, std::nullopt};
+  problem.search.starts = 8;
+  for (model::JointDescription& joint : problem.swimmer.joints) joint.control_axes = {Vector3d(0, 0, 1)};
+  const model::System system(problem.swimmer);
+  const study::Answer answer = study::answer(system, problem, {});
+  ASSERT_EQ(answer.solution.status, maneuver::Status::optimal);
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved);
+  ASSERT_TRUE(answer.certificate.all_axes.has_value());
+  EXPECT_LE(answer.certificate.all_axes->kkt, tolerance(1e-10));
+  EXPECT_EQ(answer.certificate.all_axes->second_order.negative_eigenvalues, 14);
+  EXPECT_FALSE(answer.certificate.all_axes->second_order.positive);
+}
+
+// Two bodies on one axis: nothing curves but the steps themselves.
+TEST(SecondOrder, of_a_turn_about_one_axis_is_pure_effort_to_second_order_in_the_step) {
+  maneuver::Problem problem;
+  problem.swimmer.density = 0.0;
+  for (const char* name : {"body", "head"}) {
+    model::BodyDescription body;
+    body.name = name;
+    body.semi_axes = Vector3d(0.3, 0.2, 0.1);
+    body.mass = 2.0;
+    problem.swimmer.bodies.push_back(body);
+  }
+  model::JointDescription hinge;
+  hinge.name = "neck";
+  hinge.kind = model::JointKind::hinge;
+  hinge.parent = "body";
+  hinge.child = "head";
+  hinge.parent_offset = Vector3d(0, 0, 0.15);
+  hinge.child_offset = Vector3d(0, 0, -0.15);
+  hinge.axis = Vector3d(0, 0, 1);
+  problem.swimmer.joints.push_back(hinge);
+  problem.start.rotation.assign(2, Vector3d::Zero());
+  problem.start.angular_velocity.assign(2, Vector3d::Zero());
+  problem.goal = maneuver::Goal{};
+  problem.goal->rotation["head"] = Vector3d(0, 0, 0.6);
+  std::vector<double> off;
+  for (int count : {20, 40}) {
+    problem.steps = count;
+    off.push_back(1.0 - second_order_of(problem, solved(problem)).smallest_eigenvalue);
+  }
+  EXPECT_LE(std::abs(off[1]), 0.02);
+  EXPECT_NEAR(std::log2(off[0] / off[1]), 2.0, 0.2);
+}
+
+TEST(SecondOrder, does_not_depend_on_the_frame) {
+  maneuver::Problem problem = in_space(24);
+  problem.goal->move = {};
+  const maneuver::Solution solution = solved(problem);
+  const Matrix3d turn = lie::exp(Vector3d(0.4, -1.1, 0.7));
+  maneuver::Problem turned = problem;
+  maneuver::Solution moved = solution;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Matrix3d start = lie::exp(problem.start.rotation[i]);
+    turned.start.rotation[i] = lie::log(turn * start);
+    turned.goal->rotation[problem.swimmer.bodies[i].name] = lie::log(turn * lie::exp(*problem.goal->turn) * start);
+  }
+  turned.goal->turn.reset();
+  turned.start.position = Vector3d(3.0, -2.0, 1.0);
+  for (std::size_t k = 0; k < moved.rotation.size(); ++k) {
+    for (Matrix3d& R : moved.rotation[k]) R = turn * R;
+    moved.position[k] = turned.start.position + turn * (solution.position[k] - problem.start.position);
+  }
+  const SecondOrder here = second_order_of(problem, solution), there = second_order_of(turned, moved);
+  EXPECT_NEAR(here.smallest_eigenvalue, there.smallest_eigenvalue, tolerance(1e-7));
+  EXPECT_NE(here.smallest_eigenvalue, there.smallest_eigenvalue) << "bit-equal: the same path ran twice";
 }
 
 }  // namespace

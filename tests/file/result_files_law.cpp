@@ -168,13 +168,17 @@ TEST(SolutionFile, fields_have_the_names_and_the_order_of_the_interface) {
                                                       "tolerance"}));
   EXPECT_EQ(keys_in_order(document["momentum"]["angular"]), (Keys{"bodies", "fluid", "total"}));
   EXPECT_EQ(keys_in_order(document["certificate"]),
-            (Keys{"goal_error", "rest_error", "momentum_drift", "rotation_drift", "equation_residual", "start_error",
-                  "control_error", "clearance", "kkt", "second_order", "replay", "refinement"}));
+            (Keys{"goal_error", "rest_error", "momentum_drift", "rotation_drift", "iterates_momentum",
+                  "equation_residual", "start_error", "control_error", "clearance", "kkt", "second_order",
+                  "second_order_all_axes", "verdict", "replay", "refinement"}));
+  EXPECT_EQ(document["certificate"]["verdict"], "proved local minimum");
+  EXPECT_EQ(document["certificate"]["second_order_all_axes"]["negative_eigenvalues"], 14);
+  EXPECT_EQ(document["certificate"]["refinement"]["grids"][1]["cost"], 1.0);
   EXPECT_EQ(document["status"], "optimal");
   EXPECT_EQ(document["problem"]["scheme"], "paper");
   EXPECT_EQ(document["problem"]["goal"]["move"], json::parse(R"([2, "free", "free"])"));
   EXPECT_EQ(document["problem"]["goal"]["rotation"]["back"], "free");
-  EXPECT_TRUE(document["certificate"]["refinement"].is_null());
+  EXPECT_TRUE(document["certificate"]["refinement"]["cost_error"].is_null());
   EXPECT_TRUE(document["certificate"]["rest_error"].is_null());
   EXPECT_TRUE(document["solver"]["history"][1]["step"].is_null());
 }

@@ -135,7 +135,11 @@ inline file::Results sample_results(int steps) {
   certificate.goal_error = sample.number();
   certificate.clearance = {sample.number(), sample.number(), 1, 2};
   certificate.kkt = 1e-300;
-  certificate.second_order = {sample.number(), true};
+  certificate.second_order = {sample.number(), true, 0};
+  certificate.all_axes = {1e-12, {-sample.number(), false, 14}};
+  certificate.verdict = certificate::Verdict::proved;
+  certificate.iterates_momentum = sample.number();
+  certificate.refinement = {sample.number(), sample.number(), sample.number(), std::nan(""), {{10, sample.number()}, {20, 1.0}}};
   certificate.replay = {"dopri",         0.05,           sample.number(), sample.number(), sample.number(),
                         sample.number(), sample.number()};
   results.certificate = certificate;

@@ -30,6 +30,8 @@ TEST(CertificateRows, hold_within_their_marks_and_not_beyond) {
       {"Rest error", [](Certificate& c) { c.rest_error = 1.1e-9; }, [](Certificate& c) { c.rest_error = 0.9e-9; }},
       {"Momentum drift", [](Certificate& c) { c.momentum_drift = 1.1e-11; },
        [](Certificate& c) { c.momentum_drift = 0.9e-11; }},
+      {"Momentum over all iterates", [](Certificate& c) { c.iterates_momentum = 1.1e-11; },
+       [](Certificate& c) { c.iterates_momentum = 0.9e-11; }},
       {"First-order optimality (KKT)", [](Certificate& c) { c.kkt = 1.1e-8; }, [](Certificate& c) { c.kkt = 0.9e-8; }},
       {"Smallest curvature", [](Certificate& c) { c.second_order->positive = false; },
        [](Certificate& c) { c.second_order->positive = true; }},
@@ -86,15 +88,26 @@ TEST(Clearance, is_told_with_bodies_and_time_and_overlap_as_a_plain_fact) {
 TEST(Verdict, calls_optimal_only_what_is) {
   using maneuver::Status;
   file::Results results = tests::sample_results(5);
-  EXPECT_EQ(report::verdict(results).substr(0, 8), "Optimal:");
-  EXPECT_NE(report::verdict(results).find("a strict local minimum"), std::string::npos);
+  EXPECT_EQ(report::verdict(results).substr(0, 8), "Optimal:") << "of files without a verdict";
+  results.certificate->verdict = certificate::Verdict::stationary;
+  EXPECT_EQ(report::verdict(results).substr(0, 23), "Stationary, not proved:");
+  results.certificate->verdict = certificate::Verdict::proved;
+  EXPECT_EQ(report::verdict(results).substr(0, 21), "Proved local minimum:");
   for (const Status status :
        {Status::feasible, Status::infeasible, Status::stalled, Status::time_limit, Status::interrupted}) {
     results.solution.status = status;
     EXPECT_FALSE(report::succeeded(results));
     EXPECT_NE(report::verdict(results).substr(0, 7), "Optimal");
-    EXPECT_EQ(report::verdict(results).find("strict local minimum"), std::string::npos);
+    EXPECT_EQ(report::verdict(results).find("local minimum"), std::string::npos);
   }
+}
+
+TEST(CertificateRows, tell_directions_of_descent_and_whether_axes_are_confined) {
+  file::Results results = tests::sample_results(5);
+  EXPECT_EQ(row(results, "Curvature, all axes free").value, "no axes are confined");
+  results.certificate->all_axes = certificate::AllAxes{1e-12, {-246.0, false, 14}};
+  EXPECT_EQ(row(results, "Curvature, all axes free").value, "−246, 14 of descent");
+  EXPECT_FALSE(row(results, "Curvature, all axes free").holds.has_value());
 }
 
 TEST(Verdict, says_missed_when_the_goal_is_missed_and_in_which_unit) {
