@@ -22,8 +22,8 @@ enum ExitCode {
 struct SolveArguments {
   std::string problem, out, command;
   bool json = false;
-  int workers = 0;     // 0: one for each core
-  std::string solver;  // newton or ipopt; empty: as suits the problem
+  int workers = 0;                      // 0: one for each core
+  std::string solver;                   // newton or ipopt; empty: as suits the problem
   std::optional<bool> refinement = {};  // default: where it is cheap
 };
 

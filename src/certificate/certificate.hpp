@@ -83,12 +83,12 @@ struct Clearance {
 };
 
 struct Certificate {
-  double goal_error = unset;      // max over goal rows, rad or m
-  double rest_error = unset;      // max |μ_N| / scale
-  double momentum_drift = unset;  // max |p − p_0| / scale
-  double rotation_drift = unset;  // max |RᵀR − I|
+  double goal_error = unset;         // max over goal rows, rad or m
+  double rest_error = unset;         // max |μ_N| / scale
+  double momentum_drift = unset;     // max |p − p_0| / scale
+  double rotation_drift = unset;     // max |RᵀR − I|
   double iterates_momentum = unset;  // largest total momentum / scale over all iterates that the solver recorded
-  double kkt = unset;             // scaled, in the space of controls
+  double kkt = unset;                // scaled, in the space of controls
   std::optional<LimitsKept> limits;  // where the problem has any, or waypoints, or a free duration
   std::optional<SecondOrder> second_order;
   std::optional<AllAxes> all_axes;  // where control_axes confine an actuated joint

@@ -31,8 +31,8 @@ bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
 
 bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
   return proof.kkt <= problem.search.tolerance &&
-         (!proof.limits || (proof.limits->complementarity <= complementarity_mark &&
-                            proof.limits->negative <= complementarity_mark));
+         (!proof.limits ||
+          (proof.limits->complementarity <= complementarity_mark && proof.limits->negative <= complementarity_mark));
 }
 
 // Largest of the iterates; NaN where one was not measured, or there is none.
@@ -68,11 +68,10 @@ std::optional<AllAxes> all_axes(const model::System& system, const maneuver::Pro
 }
 
 // What only the steps tell, of a scheme above order 2.
-void certify_stages(const StoredMotion& motion, const Options& options, double scale, bool sought, Certificate& proof) {
+void certify_stages(const StoredMotion& motion, const Options& options, double scale, Certificate& proof) {
   const std::optional<StageMotion> stages = march_again(motion);
   if (!stages) return;
   proof.equation_residual = step_residual(motion, *stages, scale);
-  if (!sought) return;
   proof.rest_error = largest_part(motion.system, stages->node.back().momentum) / scale;
   proof.control_error = stages->control_error;
   if (options.optimality) proof.kkt = kkt_residual(motion, *stages, scale);
@@ -93,7 +92,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.momentum_drift = balance.momentum_drift;
   proof.equation_residual = balance.equation_residual;
   const bool sought = problem.goal && solution.status != maneuver::Status::simulated;
-  if (!motion.steps_known) certify_stages(motion, options, balance.scale, sought, proof);
+  if (!motion.steps_known && sought) certify_stages(motion, options, balance.scale, proof);
   if (!sought) return proof;
 
   proof.iterates_momentum = iterates_momentum(solution.solver);
@@ -118,8 +117,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
 }
 
 Verdict verdict(const maneuver::Problem& problem, const Certificate& proof) {
-  if (!problem.goal || !meets_goal(problem, proof) || !stationary(problem, proof))
-    return Verdict::not_optimal;
+  if (!problem.goal || !meets_goal(problem, proof) || !stationary(problem, proof)) return Verdict::not_optimal;
   return proof.second_order && proof.second_order->positive ? Verdict::proved : Verdict::stationary;
 }
 

@@ -27,8 +27,8 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
 Verdict verdict(const maneuver::Problem& problem, const Certificate& certificate);
 
 /// Adds what second derivatives say, and the verdict, to a certificate of the same answer.
-void add_second_order(const model::System& system, const maneuver::Problem& problem,
-                      const maneuver::Solution& solution, Certificate& certificate);
+void add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                      Certificate& certificate);
 
 /// Adds the replay with feedback to the certificate of a solution that was given its gains since.
 void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double singular_pivot = 1e-14;  // of the pivot's largest eigenvalue
 constexpr int most_lanczos_steps = 120;
-constexpr double settled_value = 1e-9;    // relative change of Lanczos' value from step to step
-constexpr double bracket = 1e-3;          // of the eigenvalue
+constexpr double settled_value = 1e-9;  // relative change of Lanczos' value from step to step
+constexpr double bracket = 1e-3;        // of the eigenvalue
 constexpr double least_bracket = 1e-6;
 constexpr int most_halvings = 60;
 constexpr double first_shift = -0.01;
@@ -140,7 +140,8 @@ std::vector<VectorXd> ChainSolver::costates(const ChainGradient& gradient, const
     const ChainStage& stage = chain_.stage[k];
     const MatrixXd& feedback = gain_[k].feedback;
     // Bᵀ costate is what stationarity in the input says
-    const VectorXd force = stage.R * solution[k] - shift_ * stage.weight * solution[k] + stage.S * y[k] + gradient.by_input[k];
+    const VectorXd force =
+        stage.R * solution[k] - shift_ * stage.weight * solution[k] + stage.S * y[k] + gradient.by_input[k];
     costate[k] = stage.A.transpose() * costate[k + 1] + stage.Q * y[k] + stage.S.transpose() * solution[k] +
                  feedback.transpose() * (stage.B.transpose() * costate[k + 1] + force);
     if (!gradient.by_state.empty()) costate[k] += gradient.by_state[k];

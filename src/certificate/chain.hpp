@@ -65,15 +65,15 @@ class ChainSolver {
   const Chain& chain_;
   double penalty_;
   double shift_ = 0.0;
-  std::vector<Gain> gain_;   // [stages]
-  MatrixXd end_gram_;        // [rows][rows] what unit multipliers do to the end rows, sign reversed
+  std::vector<Gain> gain_;  // [stages]
+  MatrixXd end_gram_;       // [rows][rows] what unit multipliers do to the end rows, sign reversed
   VectorXd multiplier_;
 };
 
 /// Smallest eigenvalue of a chain's form against its metric where the end rows are kept.
 struct SmallestEigenvalue {
-  double value;   // some input attains it, to the accuracy of the sweep
-  double bound;   // proven from below: form − bound · metric is positive definite
+  double value;  // some input attains it, to the accuracy of the sweep
+  double bound;  // proven from below: form − bound · metric is positive definite
 };
 
 /// Lanczos' method with the chain's solver, then tests of definiteness until value − bound is within 1e-3 of the value

@@ -104,9 +104,9 @@ double margin(const StoredMotion& motion, const Bound& bound, const Place& place
       return bound.upper ? bound.value - angle : angle - bound.value;
     }
     case Kind::angular_velocity:
-      return bound.value - lie::rotation_angle(child_to_parent(place.rotation_before).transpose() *
-                                               child_to_parent(place.rotation)) /
-                               place.time_step;
+      return bound.value -
+             lie::rotation_angle(child_to_parent(place.rotation_before).transpose() * child_to_parent(place.rotation)) /
+                 place.time_step;
     case Kind::clearance:
       return gap_of(system, place, bound.body, system.body(bound.other_body).semi_axes,
                     place.rotation[at(bound.other_body)], centre_of(system, place, bound.other_body)) -
@@ -118,8 +118,8 @@ double margin(const StoredMotion& motion, const Bound& bound, const Place& place
     case Kind::half_space: {
       const maneuver::KeepOutHalfSpace& half = problem.limits.half_spaces[at(bound.component)];
       const Vector3d normal = half.normal.normalized();
-      const Vector3d extent = system.body(bound.body).semi_axes.asDiagonal() *
-                              (place.rotation[at(bound.body)].transpose() * normal);
+      const Vector3d extent =
+          system.body(bound.body).semi_axes.asDiagonal() * (place.rotation[at(bound.body)].transpose() * normal);
       return normal.dot(centre_of(system, place, bound.body) - half.point) - extent.norm();
     }
     case Kind::pass_position:
@@ -127,9 +127,10 @@ double margin(const StoredMotion& motion, const Bound& bound, const Place& place
     case Kind::pass_turn: {
       const maneuver::Waypoint& waypoint = problem.waypoints[at(bound.joint)];
       const auto own = waypoint.rotation.find(system.body(bound.body).name);
-      const Matrix3d asked = own != waypoint.rotation.end()
-                                 ? lie::exp(own->second)
-                                 : Matrix3d(lie::exp(*waypoint.turn) * lie::exp(problem.start.rotation[at(bound.body)]));
+      const Matrix3d asked =
+          own != waypoint.rotation.end()
+              ? lie::exp(own->second)
+              : Matrix3d(lie::exp(*waypoint.turn) * lie::exp(problem.start.rotation[at(bound.body)]));
       return lie::log(asked.transpose() * place.rotation[at(bound.body)])[bound.component];
     }
     case Kind::duration: {
@@ -214,8 +215,8 @@ void add_gradient(const StoredMotion& motion, const Bound& bound, int node, doub
   if (bound.kind == Kind::duration) return;
   for (int i = 0; i < system.body_count(); ++i)
     for (int f = 0; f < system.body(i).freedoms; ++f) {
-      pulls.by_state[at(node)][layout.freedom(i) + f] += by(
-          [&](Place& place, double e) { place.rotation = moved(system, here.rotation, i, f, e); }, difference_step);
+      pulls.by_state[at(node)][layout.freedom(i) + f] +=
+          by([&](Place& place, double e) { place.rotation = moved(system, here.rotation, i, f, e); }, difference_step);
       if (bound.kind == Kind::angular_velocity)
         pulls.by_state[at(node - 1)][layout.freedom(i) + f] +=
             by([&](Place& place, double e) { place.rotation_before = moved(system, here.rotation_before, i, f, e); },
@@ -374,7 +375,8 @@ double margin_beside(const StoredMotion& motion, const Bound& bound, const Place
   const Eigen::Index turns = motion.system.velocity_count() - 3;
   place.rotation = moved(motion.system, here.rotation, z.head(turns));
   place.position += z.segment<3>(turns);
-  if (z.size() > turns + 3) place.rotation_before = moved(motion.system, here.rotation_before, z.segment(turns + 3, turns));
+  if (z.size() > turns + 3)
+    place.rotation_before = moved(motion.system, here.rotation_before, z.segment(turns + 3, turns));
   return margin(motion, bound, place);
 }
 
@@ -414,9 +416,9 @@ PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int n
   const System& system = motion.system;
   const Eigen::Index turns = system.velocity_count() - 3;
   const bool of_moments = bound.kind == Kind::torque || bound.kind == Kind::torque_component;
-  const Eigen::Index size = of_moments                              ? system.control_count()
+  const Eigen::Index size = of_moments                             ? system.control_count()
                             : bound.kind == Kind::angular_velocity ? 2 * turns + 3
-                                                                    : turns + 3;
+                                                                   : turns + 3;
   PullingBound result{node, of_moments, pull, VectorXd::Zero(size), MatrixXd::Zero(size, size)};
   const Place here = place_of(motion, node);
   const double step = second_difference_step * (of_moments ? bound.value : 1.0);

@@ -233,8 +233,7 @@ Conditions spanning_conditions(const Tables& tables, const MatrixXd& end_rows, c
       carried = step.swept.by_start;
     }
     if (s == 0) {
-      if (free.start.cols() > 0)
-        conditions.shift.tail(free.start.cols()) -= (carried * free.start).transpose();
+      if (free.start.cols() > 0) conditions.shift.tail(free.start.cols()) -= (carried * free.start).transpose();
       continue;
     }
     ties.block(size * (s - 1), size * (s - 1), size, size).setIdentity();
@@ -244,8 +243,7 @@ Conditions spanning_conditions(const Tables& tables, const MatrixXd& end_rows, c
   if (end_rows_by_start.size() > 0)
     by_columns.block(size * (segments - 1), first_start, end_rows.rows(), free.start.cols()) += end_rows_by_start;
   if (pulls.any) {
-    for (int k = 0; k <= motion.steps; ++k)
-      conditions.shift.segment(controls * k, controls) -= pulls.by_control[at(k)];
+    for (int k = 0; k <= motion.steps; ++k) conditions.shift.segment(controls * k, controls) -= pulls.by_control[at(k)];
     if (free.duration) conditions.shift[moments] -= pulls.by_log_time_step;
     if (!pulled.isZero(0.0)) {  // one choice of costates that the limits pull at; the ties' null space holds all others
       const VectorXd costates = ties.transpose() * maneuver::least_squares(ties * ties.transpose(), pulled);

@@ -11,8 +11,8 @@ namespace {
 
 using model::at;
 
-constexpr int windows = 20;           // a growth of 1e20 over the whole is 10 over each
-constexpr int least_window = 12;      // steps: brackets of shapes take their time
+constexpr int windows = 20;             // a growth of 1e20 over the whole is 10 over each
+constexpr int least_window = 12;        // steps: brackets of shapes take their time
 constexpr double beyond_reach = 1e-10;  // of what is reached most
 constexpr double misfit = 1e-6;
 
@@ -20,8 +20,7 @@ int window_steps(int steps) { return std::min(steps, std::max(least_window, (ste
 
 // Sizes of turns, shifts and momenta that belong together: a turn by 1 rad within `duration` s.
 VectorXd balanced_scale(const StoredMotion& motion, double duration) {
-  const VectorXd inertia =
-      mechanics::generalized_inertia(motion.system, motion.solution.rotation.front()).diagonal();
+  const VectorXd inertia = mechanics::generalized_inertia(motion.system, motion.solution.rotation.front()).diagonal();
   const Eigen::Index turns = inertia.size() - 3;
   VectorXd size = VectorXd::Ones(inertia.size());
   size.tail<3>().setConstant(std::sqrt(inertia.head(turns).maxCoeff() / inertia.tail<3>().maxCoeff()));

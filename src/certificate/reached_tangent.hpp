@@ -11,9 +11,9 @@ namespace lamprey::certificate {
 /// Perturbations of states (integrator::StateLayout) in units `scale`, by perturbations of the moments along
 /// Joint::actuation. What arrives at a node is its state less the impulse of its own moments (equation 6.9).
 struct StepTangents {
-  VectorXd scale;                 // [n] rad, m, kg m²/s, kg m/s
-  std::vector<MatrixXd> A;        // [N][n][n] from node to node
-  std::vector<MatrixXd> B;        // [N + 1][n][controls] by u_k of what arrives at node k + 1; the last: of the end state
+  VectorXd scale;           // [n] rad, m, kg m²/s, kg m/s
+  std::vector<MatrixXd> A;  // [N][n][n] from node to node
+  std::vector<MatrixXd> B;  // [N + 1][n][controls] by u_k of what arrives at node k + 1; the last: of the end state
   std::vector<MatrixXd> impulse;  // [N + 1][n][controls] by u_k of the state at node k itself; the first zero
 };
 

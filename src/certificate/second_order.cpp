@@ -10,10 +10,10 @@ namespace {
 
 using model::at;
 
-constexpr double dependent_goal_row = 1e-9;    // of the longest
-constexpr double costates_hold = 1e-4;     // residual: beyond it multipliers are no costates
-constexpr double penalty_per_cost = 1e4;  // of the end rows
-constexpr double bound_penalty = 1e6;     // of limits and waypoints that pull, against the cost or a moment's weight
+constexpr double dependent_goal_row = 1e-9;  // of the longest
+constexpr double costates_hold = 1e-4;       // residual: beyond it multipliers are no costates
+constexpr double penalty_per_cost = 1e4;     // of the end rows
+constexpr double bound_penalty = 1e6;        // of limits and waypoints that pull, against the cost or a moment's weight
 
 MatrixXd moments_by_node(const StoredMotion& motion) {
   return control_space(motion).value.reshaped(motion.system.control_count(), motion.steps + 1);
@@ -152,9 +152,9 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   const std::vector<VectorXd> pulled = pull_on_states(motion, bounds, gradient.by_input);
   if (!bounds.empty())
     for (int k = 0; k <= motion.steps; ++k)
-      gradient.by_state.emplace_back(k == 0 ? VectorXd(VectorXd::Zero(chain.end_form.rows()))
-                                            : VectorXd(effort.basis[at(k)].transpose() *
-                                                       scale.cwiseProduct(pulled[at(k)])));
+      gradient.by_state.emplace_back(
+          k == 0 ? VectorXd(VectorXd::Zero(chain.end_form.rows()))
+                 : VectorXd(effort.basis[at(k)].transpose() * scale.cwiseProduct(pulled[at(k)])));
   ChainSolver solver(chain, penalty_per_cost * cost_of(motion));
   solver.factor(0.0);
   const Inputs change = solver.solve(gradient);
@@ -164,7 +164,8 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   double left = 0.0, whole = 0.0;
   for (std::size_t k = 0; k < change.size(); ++k) {
     left = std::max(left, chain.stage[k].weight * change[k].lpNorm<Eigen::Infinity>());
-    whole = std::max(whole, chain.stage[k].weight * moments.col(static_cast<Eigen::Index>(k)).lpNorm<Eigen::Infinity>());
+    whole =
+        std::max(whole, chain.stage[k].weight * moments.col(static_cast<Eigen::Index>(k)).lpNorm<Eigen::Infinity>());
   }
   result.residual = whole > 0.0 ? left / whole : 0.0;
 
@@ -204,9 +205,9 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
     ChainStage& stage = chain.stage[at(k)];
     const MatrixXd there = configuration(effort, turns + 3, k + 1);
     read_interval(motion, k, interval);
-    curvature.evaluate({system, motion.lagrangian, motion.time_step, interval, motion.control[at(k)],
-                        motion.control[at(k + 1)]},
-                       costates.at_node[at(k)], costates.at_node[at(k + 1)]);
+    curvature.evaluate(
+        {system, motion.lagrangian, motion.time_step, interval, motion.control[at(k)], motion.control[at(k + 1)]},
+        costates.at_node[at(k)], costates.at_node[at(k + 1)]);
     map.topRows(turns) << here.topRows(turns), MatrixXd::Zero(turns, controls);
     map.bottomLeftCorner(turns + 3, reached).noalias() = there * stage.A;
     map.bottomRightCorner(turns + 3, controls).noalias() = there * stage.B;

@@ -19,7 +19,8 @@ struct StageMotion {
   std::vector<VectorXd> polynomial;           // [N][terms · controls] nearest to the stored moments
   double momentum_error;                      // kg m²/s, largest difference of a marched end from the next node
   double configuration_error;                 // rad or m, likewise
-  double control_error;  // largest distance of a stored moment from the polynomials, or its part outside the actuation / largest moment
+  double
+      control_error;  // largest distance of a stored moment from the polynomials, or its part outside the actuation / largest moment
 };
 
 /// Nothing for other schemes, without stored stages, where a march divided its steps and where a step does not converge.

@@ -73,13 +73,14 @@ void StepCurvature::evaluate(const mechanics::ForcedStep& step, const VectorXd& 
       direction_.left[at(i)][entry] = 1.0;
       evaluate_column(place);
       mechanics::control_work_rate(system_, step.interval.rotation, {multiplier_.left, multiplier_rate_.turn},
-                        {direction_.left, rate_.turn}, second_.turn_change, work_);
+                                   {direction_.left, rate_.turn}, second_.turn_change, work_);
       actuated(work_, by_control_.col(place));
       direction_.set_zero();
       direction_.right[at(i)][entry] = 1.0;
       evaluate_column(turns_ + place);
-      mechanics::control_work_rate(system_, step.interval.next_rotation, {multiplier_.right, multiplier_rate_.turn_next},
-                        {direction_.right, rate_.turn_next}, second_.turn_change_next, work_);
+      mechanics::control_work_rate(system_, step.interval.next_rotation,
+                                   {multiplier_.right, multiplier_rate_.turn_next}, {direction_.right, rate_.turn_next},
+                                   second_.turn_change_next, work_);
       actuated(work_, by_next_control_.col(place));
     }
   direction_.set_zero();

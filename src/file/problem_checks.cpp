@@ -400,7 +400,8 @@ void check_waypoints(const Problem& problem) {
   for (std::size_t n = 0; n < problem.waypoints.size(); ++n) {
     const maneuver::Waypoint& waypoint = problem.waypoints[n];
     const std::string key = fmt::format("waypoint[{}]", n);
-    if (!problem.goal) refuse(key, "a waypoint without [goal]", "waypoints of a maneuver", "add a [goal], or remove it");
+    if (!problem.goal)
+      refuse(key, "a waypoint without [goal]", "waypoints of a maneuver", "add a [goal], or remove it");
     const double step = waypoint.time / problem.time_step();
     const bool on_node = std::abs(step - std::round(step)) < 1e-6;
     if (!problem.duration.free && (!on_node || std::round(step) < 1.0 || std::round(step) >= problem.steps))

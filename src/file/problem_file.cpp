@@ -25,8 +25,9 @@ constexpr std::size_t body_limit = 1000;
 constexpr std::int64_t step_limit = 10'000'000;
 constexpr double pi = 3.14159265358979323846;
 
-const std::vector<std::string> sections = {"schema", "name", "source", "fluid",   "body",       "joint",  "start",
-                                           "goal",   "time", "cost",   "control", "integrator", "limits", "waypoint", "search"};
+const std::vector<std::string> sections = {"schema",  "name",       "source", "fluid",    "body",
+                                           "joint",   "start",      "goal",   "time",     "cost",
+                                           "control", "integrator", "limits", "waypoint", "search"};
 
 std::string name_of(const TableReader& table) {
   table.require("name", "a text, unique in the file");

@@ -49,8 +49,7 @@ void read_keep_out(const TableReader& table, Limits& limits) {
     sphere.allow_only({"centre", "radius"});
     sphere.require("centre", "three numbers (m), world");
     sphere.require("radius", "a number > 0 (m)");
-    limits.spheres.push_back(
-        {*sphere.vector("centre", any_number("m")), *sphere.number("radius", positive("m"))});
+    limits.spheres.push_back({*sphere.vector("centre", any_number("m")), *sphere.number("radius", positive("m"))});
   }
   for (const TableReader& half : table.tables("half_space")) {
     half.allow_only({"point", "normal"});

@@ -54,11 +54,9 @@ std::string first_limit(const maneuver::Limits& limits) {
   if (!limits.twist.empty()) return first("limits.twist", limits.twist);
   if (!limits.angle.empty()) return first("limits.angle", limits.angle);
   if (limits.torque_component) return "limits.torque_component";
-  if (!limits.joint_torque_component.empty())
-    return first("limits.torque_component", limits.joint_torque_component);
+  if (!limits.joint_torque_component.empty()) return first("limits.torque_component", limits.joint_torque_component);
   if (limits.angular_velocity) return "limits.angular_velocity";
-  if (!limits.joint_angular_velocity.empty())
-    return first("limits.angular_velocity", limits.joint_angular_velocity);
+  if (!limits.joint_angular_velocity.empty()) return first("limits.angular_velocity", limits.joint_angular_velocity);
   if (!limits.spheres.empty()) return "limits.sphere";
   if (!limits.half_spaces.empty()) return "limits.half_space";
   return "limits.clearance";
@@ -72,9 +70,9 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
     for (std::size_t j = 0; j < problem.swimmer.joints.size(); ++j) {
       const model::JointDescription& joint = problem.swimmer.joints[j];
       if (joint.stiffness > 0.0 || joint.damping > 0.0)
-        refuse_unsupported("time.duration", "\"free\" with a spring or damper at a joint", "a number > 0 (s)",
-                           fmt::format("fix it, for instance at {}, and compare the costs of several",
-                                       problem.duration.value));
+        refuse_unsupported(
+            "time.duration", "\"free\" with a spring or damper at a joint", "a number > 0 (s)",
+            fmt::format("fix it, for instance at {}, and compare the costs of several", problem.duration.value));
     }
   const bool composed = !integrator::single_step(problem.scheme);
   if (!transcribed && !composed) return;

@@ -66,12 +66,12 @@ struct ResolvedProblem {
   int points = 0;
   maneuver::Limits limits;
   std::vector<maneuver::Waypoint> waypoints;
-  double time_weight = 0.0;           // (N m)², of the duration in the cost
-  bool free_duration = false;         // then `duration` is the one found
-  std::array<double, 2> between{};    // s, its bounds
-  bool free_shape = false;            // of a periodic motion's start
-  double effort = 1.0;      // weight of the cost
-  double tolerance = 1e-8;  // on certificate.kkt
+  double time_weight = 0.0;         // (N m)², of the duration in the cost
+  bool free_duration = false;       // then `duration` is the one found
+  std::array<double, 2> between{};  // s, its bounds
+  bool free_shape = false;          // of a periodic motion's start
+  double effort = 1.0;              // weight of the cost
+  double tolerance = 1e-8;          // on certificate.kkt
 };
 
 struct Results {

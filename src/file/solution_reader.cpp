@@ -239,7 +239,8 @@ certificate::Refinement read_refinement(const JsonReader& reader) {
 }
 
 certificate::SecondOrder read_curvature(const JsonReader& reader) {
-  certificate::SecondOrder result{reader.at("smallest_eigenvalue").number_or_nan(), reader.at("positive").boolean(), {}};
+  certificate::SecondOrder result{
+      reader.at("smallest_eigenvalue").number_or_nan(), reader.at("positive").boolean(), {}};
   if (reader.has("negative_eigenvalues") && !reader.at("negative_eigenvalues").is_null())
     result.negative_eigenvalues = reader.at("negative_eigenvalues").integer(0, largest);
   return result;

@@ -208,10 +208,10 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   text.add("kkt", json(certificate->kkt));
   if (certificate->limits)
     text.add("limits",
-             fmt::format(
-                 "{{\"violation\": {}, \"key\": {}, \"time\": {}, \"complementarity\": {}, \"negative\": {}}}",
-                 json(certificate->limits->violation), json(certificate->limits->key), json(certificate->limits->time),
-                 json(certificate->limits->complementarity), json(certificate->limits->negative)));
+             fmt::format("{{\"violation\": {}, \"key\": {}, \"time\": {}, \"complementarity\": {}, \"negative\": {}}}",
+                         json(certificate->limits->violation), json(certificate->limits->key),
+                         json(certificate->limits->time), json(certificate->limits->complementarity),
+                         json(certificate->limits->negative)));
   text.add("second_order", certificate->second_order ? "{" + curvature_text(*certificate->second_order) + "}" : "null");
   if (const auto& all = certificate->all_axes)
     text.add("second_order_all_axes",
@@ -238,13 +238,13 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   const auto grid = [](const certificate::GridCost& g) {
     return fmt::format("{{\"steps\": {}, \"cost\": {}}}", g.steps, json(g.cost));
   };
-  text.add("refinement",
-           refinement ? fmt::format("{{\"cost_half_step\": {}, \"observed_order\": {}, \"cost_limit\": {}, "
-                                    "\"cost_error\": {}, \"grids\": {}}}",
-                                    json(refinement->cost_half_step), json(refinement->observed_order),
-                                    json(refinement->cost_limit), json(refinement->cost_error),
-                                    json_list(refinement->grids, grid))
-                      : "null");
+  text.add("refinement", refinement
+                             ? fmt::format("{{\"cost_half_step\": {}, \"observed_order\": {}, \"cost_limit\": {}, "
+                                           "\"cost_error\": {}, \"grids\": {}}}",
+                                           json(refinement->cost_half_step), json(refinement->observed_order),
+                                           json(refinement->cost_limit), json(refinement->cost_error),
+                                           json_list(refinement->grids, grid))
+                             : "null");
   return text.finished();
 }
 
@@ -263,8 +263,9 @@ std::string search_text(const maneuver::SearchRecord& search) {
 std::string solver_text(const maneuver::SolverRecord& solver) {
   if (solver.name.empty()) return "null";
   const auto entry = [](const maneuver::SolverIteration& i) {
-    return fmt::format("\n      {{\"iteration\": {}, \"cost\": {}, \"goal_error\": {}, \"kkt\": {}, \"step\": {}, \"momentum\": {}}}",
-                       i.iteration, json(i.cost), json(i.goal_error), json(i.kkt), json(i.step), json(i.momentum));
+    return fmt::format(
+        "\n      {{\"iteration\": {}, \"cost\": {}, \"goal_error\": {}, \"kkt\": {}, \"step\": {}, \"momentum\": {}}}",
+        i.iteration, json(i.cost), json(i.goal_error), json(i.kkt), json(i.step), json(i.momentum));
   };
   ObjectText text(1);
   text.add("name", json(solver.name));

@@ -162,8 +162,7 @@ void ComposedProgram::measure(Motion& motion) {
     motion.end_rows[r] = end_row(system_, maneuver_, end_rows_[static_cast<std::size_t>(r)], motion.rotation.back(),
                                  motion.position.back(), unused);
   if (rest_rows_ > 0) motion.end_rows.tail(rest_rows_) = maneuver_.duration * arrived.cwiseQuotient(inertia_);
-  merit.violation =
-      motion.end_rows.lpNorm<1>() + missing / std::max(maneuver_.duration * largest, 1e-300);
+  merit.violation = motion.end_rows.lpNorm<1>() + missing / std::max(maneuver_.duration * largest, 1e-300);
 }
 
 // Those of a maneuver whose moments are free at every instant: G'λ = effort · u (equation 9.6).
@@ -214,7 +213,8 @@ void ComposedProgram::model_step(int k, const Vector3d& turn, const Vector3d& sh
     const int n = first + s;
     StageForce& force = step.force[at(s)];
     force.impulse = now_.impulse[at(n)].leftCols(controls_);
-    force.control_by_shape = s == 0 && k > 0 ? condensed_[at(k - 1)].force.back().control_by_shape : control_by_shape(n);
+    force.control_by_shape =
+        s == 0 && k > 0 ? condensed_[at(k - 1)].force.back().control_by_shape : control_by_shape(n);
     force.value = value_[at(s)];
     if (s == stages_) break;
     next_control = all(s + 1);

@@ -141,8 +141,7 @@ void CondensedStep::carry_back(const VectorXd& state, const VectorXd& input, con
     return VectorXd(input.reshaped(layout_.moments, layout_.terms) * force[at(node)].value);
   };
   StepCostate next = end;
-  next.shape += half_time(layout_.stages()) *
-                (force.back().control_by_shape.transpose() * moments(layout_.stages()));
+  next.shape += half_time(layout_.stages()) * (force.back().control_by_shape.transpose() * moments(layout_.stages()));
   VectorXd ends(2 * f + 3);
   for (int s = layout_.stages() - 1; s >= 0; --s) {
     const StageLink& stage = link[at(s)];

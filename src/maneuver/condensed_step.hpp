@@ -88,9 +88,9 @@ class CondensedStep {
   std::vector<MatrixXd> pose_;     // [stages + 1][6][columns], beside what the pose at the beginning makes
   std::vector<MatrixXd> inverse_;  // [stages][f][f] of E⁻ by the right shape
   MatrixXd momentum_, next_momentum_;
-  MatrixXd ends_, half_;           // [2 f + 3][columns]
-  MatrixXd gram_;                  // [columns] squared
-  MatrixXd gram_turn_;             // [3][columns]
+  MatrixXd ends_, half_;  // [2 f + 3][columns]
+  MatrixXd gram_;         // [columns] squared
+  MatrixXd gram_turn_;    // [3][columns]
   Eigen::Matrix3d turn_turn_;
 };
 

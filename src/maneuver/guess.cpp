@@ -112,7 +112,8 @@ class NodeSplines {
  public:
   NodeSplines(const System& system, const NodePath& nodes)
       : system_(system),
-        path_(Interpolation::not_a_knot_cubic, VectorXd::LinSpaced(static_cast<Eigen::Index>(nodes.rotation.size()), 0.0, 1.0),
+        path_(Interpolation::not_a_knot_cubic,
+              VectorXd::LinSpaced(static_cast<Eigen::Index>(nodes.rotation.size()), 0.0, 1.0),
               stacked_nodes(system, nodes)) {}
 
   VectorXd control(double fraction) const { return path_.value(fraction).tail(system_.control_count()); }
@@ -176,8 +177,8 @@ NodePath refined(const System& system, const NodePath& coarse, int steps, integr
     for (std::size_t s = 0; s + 1 < fractions.size(); ++s) splines.append((k + fractions[s]) / steps, fine);
     MatrixXd coefficients = MatrixXd::Zero(system.control_count(), terms);
     for (std::size_t g = 0; g < rule.weight.size(); ++g)
-      coefficients +=
-          rule.weight[g] * splines.control((k + rule.fraction[g]) / steps) * legendre(rule.fraction[g], terms).transpose();
+      coefficients += rule.weight[g] * splines.control((k + rule.fraction[g]) / steps) *
+                      legendre(rule.fraction[g], terms).transpose();
     fine.polynomial.push_back(coefficients.reshaped());
   }
   splines.append(1.0, fine);

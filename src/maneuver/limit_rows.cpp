@@ -71,7 +71,9 @@ fluid::EllipsoidPair pair_with_sphere(const System& system, const LimitRow& row,
 }
 
 // Equation 10.4: half the sum of a body's extents towards a half-space's face.
-double support(const Vector3d& semi_axes, const Vector3d& direction) { return semi_axes.cwiseProduct(direction).norm(); }
+double support(const Vector3d& semi_axes, const Vector3d& direction) {
+  return semi_axes.cwiseProduct(direction).norm();
+}
 
 // Arms of a joint: its parent's mass centre → joint in the parent's frame, joint → its child's in the child's, unit.
 Vector3d parent_arm(const Joint& joint) { return joint.parent_offset.normalized(); }
@@ -231,7 +233,8 @@ void pass_turn_derivatives(const LimitRow& row, const LimitedNode& node, VectorX
   const Eigen::Index place = turn_of(row.body);
   gradient.segment<3>(place) = tangent.row(row.component).transpose() / row.unit;
   Matrix3d second;
-  for (int c = 0; c < 3; ++c) second.col(c) = lie::log_tangent_rate(error, tangent.col(c)).row(row.component).transpose();
+  for (int c = 0; c < 3; ++c)
+    second.col(c) = lie::log_tangent_rate(error, tangent.col(c)).row(row.component).transpose();
   hessian.block<3, 3>(place, place) = 0.5 * (second + second.transpose()) / row.unit;
 }
 
@@ -251,7 +254,8 @@ double plain_value(const System& system, const LimitRow& row, const LimitedNode&
   switch (row.kind) {
     case Kind::torque: {
       const auto& actuation = system.joint(row.joint).actuation;
-      return 1.0 - (actuation * node.moment.segment(first_moment(system, row.joint), actuation.cols())).norm() / row.bound;
+      return 1.0 -
+             (actuation * node.moment.segment(first_moment(system, row.joint), actuation.cols())).norm() / row.bound;
     }
     case Kind::torque_component:
       return 1.0 - std::abs(node.moment[first_moment(system, row.joint) + row.component]) / row.bound;

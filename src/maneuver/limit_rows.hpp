@@ -37,11 +37,11 @@ struct LimitRow {
   int body = -1, other_body = -1;
   int component = -1;
   double bound = 0.0;
-  double unit = 1.0;                          // what the value is divided by to become a number of order one
-  Vector3d centre = Vector3d::Zero();         // m, of a sphere; point on a half-space's face
-  Vector3d normal = Vector3d::Zero();         // out of the forbidden half-space, unit
-  Matrix3d asked = Matrix3d::Identity();      // body → world at a waypoint
-  double time = -1.0;                         // s of a waypoint; negative: at each node
+  double unit = 1.0;                      // what the value is divided by to become a number of order one
+  Vector3d centre = Vector3d::Zero();     // m, of a sphere; point on a half-space's face
+  Vector3d normal = Vector3d::Zero();     // out of the forbidden half-space, unit
+  Matrix3d asked = Matrix3d::Identity();  // body → world at a waypoint
+  double time = -1.0;                     // s of a waypoint; negative: at each node
   bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
   bool upper() const { return kind == Kind::angle_below || kind == Kind::not_longer; }
   /// What a value times `unit` is counted in.

@@ -168,12 +168,13 @@ void LimitTerms::model(int node, const LimitedNode& node_at, const Eigen::Ref<co
   model.Q.block(f, 2 * f, f, p) += mixed.transpose();
   const bool led = !system_.only_free_joints();
   if (led) {
-    model.Q.block(f, f, f, f) += shape_basis_.transpose() *
-                                 turn_curvature(system_, node_at.rotation, by_bodies.head(3 * bodies)) * shape_basis_;
+    model.Q.block(f, f, f, f) +=
+        shape_basis_.transpose() * turn_curvature(system_, node_at.rotation, by_bodies.head(3 * bodies)) * shape_basis_;
     if (before_)
       model.Q.topLeftCorner(f, f) +=
           shape_basis_.transpose() *
-          turn_curvature(system_, node_at.rotation_before, by_bodies.segment(3 * bodies + 3, 3 * bodies)) * shape_basis_;
+          turn_curvature(system_, node_at.rotation_before, by_bodies.segment(3 * bodies + 3, 3 * bodies)) *
+          shape_basis_;
   }
   const VectorXd pose = pose_basis_ * model.q.segment(2 * f, p);
   model.turn = pose.head<3>();
@@ -199,7 +200,7 @@ void LimitTerms::renew(const MatrixXd& value) {
     for (std::size_t r = 0; r < rows_.size(); ++r)
       if (applies(rows_[r], k))
         multipliers_.value(static_cast<Eigen::Index>(r), k) = pull(r, k, value(static_cast<Eigen::Index>(r), k));
-  if (last_error_ > 0.0 && error > enough_progress * last_error_) 
+  if (last_error_ > 0.0 && error > enough_progress * last_error_)
     multipliers_.weight = std::min(weight_growth * multipliers_.weight, multipliers_.largest_weight);
   last_error_ = error;
 }

@@ -108,7 +108,8 @@ void describe_composed_motion(const System& system, Scheme scheme, double time_s
     solution.stage_time.emplace_back();
     solution.control_stages.emplace_back();
     for (int n = 0; n <= stages; ++n) {
-      solution.stage_time.back().push_back(n == stages ? (k + 1) * time_step : k * time_step + fractions[at(n)] * time_step);
+      solution.stage_time.back().push_back(n == stages ? (k + 1) * time_step
+                                                       : k * time_step + fractions[at(n)] * time_step);
       solution.control_stages.back().push_back(
           mechanics::applied_moments(system, path.rotation[at(k * stages + n)], moments[at(n)]));
     }

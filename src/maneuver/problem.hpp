@@ -55,16 +55,16 @@ struct KeepOutHalfSpace {
 };
 
 struct Limits {
-  std::optional<double> torque;                            // N m, every joint
-  std::map<std::string, double> joint_torque;              // N m by joint
-  std::optional<double> torque_component;                  // N m, each component of every joint
-  std::map<std::string, double> joint_torque_component;    // N m by joint
-  std::optional<double> angular_velocity;                  // rad/s, every joint
-  std::map<std::string, double> joint_angular_velocity;    // rad/s by joint
-  std::map<std::string, double> swing;                 // rad by joint
-  std::map<std::string, double> twist;                 // rad by joint
-  std::map<std::string, std::array<double, 2>> angle;  // rad by hinge
-  std::optional<double> clearance;                     // m
+  std::optional<double> torque;                          // N m, every joint
+  std::map<std::string, double> joint_torque;            // N m by joint
+  std::optional<double> torque_component;                // N m, each component of every joint
+  std::map<std::string, double> joint_torque_component;  // N m by joint
+  std::optional<double> angular_velocity;                // rad/s, every joint
+  std::map<std::string, double> joint_angular_velocity;  // rad/s by joint
+  std::map<std::string, double> swing;                   // rad by joint
+  std::map<std::string, double> twist;                   // rad by joint
+  std::map<std::string, std::array<double, 2>> angle;    // rad by hinge
+  std::optional<double> clearance;                       // m
   std::vector<KeepOutSphere> spheres;
   std::vector<KeepOutHalfSpace> half_spaces;
   bool any() const {

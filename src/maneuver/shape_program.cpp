@@ -22,7 +22,7 @@ constexpr double longest_turn = 0.6;      // rad, of one shape coordinate in one
 constexpr double longest_stretch = 0.3;   // of the logarithm of the duration
 constexpr double free_shape_hold = 1e-3;  // metric of a free first shape against that of turns between nodes
 
-constexpr double worth_telling = 1e-7;    // rad, m, N m
+constexpr double worth_telling = 1e-7;  // rad, m, N m
 
 std::string in_words(double value) {
   std::ostringstream text;
@@ -135,7 +135,7 @@ void ShapeProgram::measure(Motion& motion) {
     impulse_by_moments(motion, k, impulse);
     VectorXd& moment = motion.moment[at(k)];
     moment.setZero();
-    if (periodic && k == 0) continue;  // the last node's
+    if (periodic && k == 0) continue;                        // the last node's
     if (k == steps_ && !maneuver_.rest && !periodic) break;  // the end is free, and cheapest without moments
     if (k == 0) moment -= start_impulse_;
     if (k > 0) moment -= motion.step[at(k - 1)].plus;
@@ -145,8 +145,7 @@ void ShapeProgram::measure(Motion& motion) {
       impulse += motion.impulse.front();
     }
     moment = impulse.partialPivLu().solve(moment).eval();
-    const double weight =
-        node_weight(motion, k) + (periodic && k == steps_ ? node_weight(motion, 0) : 0.0);
+    const double weight = node_weight(motion, k) + (periodic && k == steps_ ? node_weight(motion, 0) : 0.0);
     merit.cost += 0.5 * weight * moment.head(controls_).squaredNorm();
     needed = std::max(needed, moment.lpNorm<Eigen::Infinity>());
     if (k < steps_) idle_sum += moment.tail(idle()).lpNorm<1>() / steps_;
@@ -170,8 +169,9 @@ void ShapeProgram::measure(Motion& motion) {
 }
 
 LimitedNode ShapeProgram::limited_node(const Motion& motion, int k) const {
-  return {motion.rotation[at(k)], motion.rotation[at(std::max(k - 1, 0))], motion.position[at(k)], motion.moment[at(k)],
-          h_ * motion.stretch, h_ * motion.stretch * steps_};
+  return {motion.rotation[at(k)], motion.rotation[at(std::max(k - 1, 0))],
+          motion.position[at(k)], motion.moment[at(k)],
+          h_ * motion.stretch,    h_ * motion.stretch * steps_};
 }
 
 void ShapeProgram::add_limits(Motion& motion) {
@@ -217,7 +217,6 @@ void ShapeProgram::model_node(int k, NodeModel& node) {
 }
 
 void ShapeProgram::model_controls(int k, NodeModel& node) {
-
   // −h_k λ·U is bilinear in the moments and the joints' attitude
   const Rotations& R = now_.rotation[at(k)];
   const std::size_t bodies = at(system_.body_count());

@@ -99,8 +99,8 @@ class ShapeProgram : public optimizer::StageProgram {
     return (node == 0 || node == steps_ ? 0.5 : 1.0) * h_ * motion.stretch;
   }
   double node_weight(const Motion& motion, int node) const { return maneuver_.node_weight[node] * motion.stretch; }
-  int tau() const { return 2 * shape_ + pose_; }                               // its place in a state
-  int copies() const { return tau() + (maneuver_.free_duration ? 1 : 0); }     // likewise of the first two shapes
+  int tau() const { return 2 * shape_ + pose_; }                            // its place in a state
+  int copies() const { return tau() + (maneuver_.free_duration ? 1 : 0); }  // likewise of the first two shapes
   int states() const { return copies() + (maneuver_.periodic ? 2 * shape_ : 0); }
   int idle() const { return shape_ - controls_; }
 

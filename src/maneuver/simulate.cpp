@@ -240,7 +240,8 @@ class Simulation {
     for (std::size_t s = 0; s < march_.nodes().size(); ++s) {
       times.push_back(span.at(march_.nodes()[s]));
       const StageNodes::Node& node = stages_.at_node(s);
-      const mechanics::Moments u = feedback_ ? node.moments : exerted(system_, control_(span.within(march_.nodes()[s])));
+      const mechanics::Moments u =
+          feedback_ ? node.moments : exerted(system_, control_(span.within(march_.nodes()[s])));
       moments.push_back(mechanics::applied_moments(system_, node.rotation, u));
     }
     solution.stage_time.push_back(times);

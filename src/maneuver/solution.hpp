@@ -59,12 +59,12 @@ struct DividedSteps {
 /// What a limit or a waypoint costs at the nodes: by how much the cost would fall for each unit that the limit gave way,
 /// density in time; of waypoints, at their node alone.
 struct LimitMultiplier {
-  std::string key;         // of the problem file
-  int joint = -1;          // index, −1: none
-  int body = -1;           // index, −1: none
-  int other_body = -1;     // the second of a pair
-  int component = -1;      // of a moment, a position or a turn; number of a sphere or half-space
-  bool upper = false;      // of two bounds the upper one
+  std::string key;                 // of the problem file
+  int joint = -1;                  // index, −1: none
+  int body = -1;                   // index, −1: none
+  int other_body = -1;             // the second of a pair
+  int component = -1;              // of a moment, a position or a turn; number of a sphere or half-space
+  bool upper = false;              // of two bounds the upper one
   std::vector<double> multiplier;  // [N+1] (N m)² for each N m, rad, rad/s, m or s of the limit
 };
 

@@ -300,10 +300,9 @@ TurnAndShift<V> BodyLagrangian::gradient_second_rate(const BodyStep& step, const
     const Vector3d z_1 = node.middle ? cayley_rate(z, c1) : none;
     const V z_2 = node.middle ? cayley_rate(z, c2) : zero;
     const V c_12 = 0.5 * cross(z_2, a1);
-    const V z_12 = node.middle
-                       ? V(cayley_rate(z, c_12) +
-                           0.5 * (cross(z_2, c1) + along(z.dot(c1), z_2) + along(dot(c1, z_2), z)))
-                       : zero;
+    const V z_12 =
+        node.middle ? V(cayley_rate(z, c_12) + 0.5 * (cross(z_2, c1) + along(z.dot(c1), z_2) + along(dot(c1, z_2), z)))
+                    : zero;
     const Vector3d y = Gt * step.shift;
     const Vector3d seen_1 = Gt * first.shift;
     const Vector3d y_1 = y.cross(c1) + seen_1;

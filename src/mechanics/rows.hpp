@@ -76,8 +76,7 @@ inline void copy_rows(const Rows3& x, RowRange range, Rows3& y) {
 /// y = 0, likewise.
 inline void clear_rows(RowRange range, Rows3& y) {
   for (int c = 0; c < 3; ++c)
-    for (Eigen::Index r = range.first; r < range.end; r += 4)
-      Eigen::Map<Four>(y.data() + c * y.rows() + r).setZero();
+    for (Eigen::Index r = range.first; r < range.end; r += 4) Eigen::Map<Four>(y.data() + c * y.rows() + r).setZero();
 }
 
 }  // namespace lamprey::mechanics

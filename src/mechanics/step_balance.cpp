@@ -72,9 +72,9 @@ void add_brackets(const System& system, const Freedoms& turn, const Freedoms& mo
 // A second direction, or four, as one body sees it, and how the first one changes along it.
 template <typename V>
 struct SecondMotion {
-  V turn;          // η_2
-  V seen, shift;   // a_2, b_2
-  V gamma, beta;   // rates along it
+  V turn;                                          // η_2
+  V seen, shift;                                   // a_2, b_2
+  V gamma, beta;                                   // rates along it
   V turn_change, next_turn_change, centre_change;  // η_12, η'_12, δD_12
 };
 
@@ -105,7 +105,8 @@ SecondMomenta<V> second_momenta(const ForcedStep& step, const DiscreteMomenta& p
                  Rt * second.centre_change;
   const BodyLagrangian body(step.system, step.lagrangian, step.time_step, i);
   const BodyStep moved = body_step(step.interval, p, i);
-  const TurnAndShift<V> constant = body.gradient_second_rate(moved, first_rate.seen[n], TurnAndShift<V>{second.seen, second.shift});
+  const TurnAndShift<V> constant =
+      body.gradient_second_rate(moved, first_rate.seen[n], TurnAndShift<V>{second.seen, second.shift});
   const TurnAndShift<V> changed = body.gradient_rate(moved, TurnAndShift<V>{a_12, b_12});
   const V gamma_12 = constant.turn + changed.turn;
   const V beta_12 = constant.shift + changed.shift;

@@ -189,7 +189,8 @@ void gather_second_rows(const System& system, const NodeRows& node, const Vector
     Matrix3d along_moment = Matrix3d::Zero();
     if (joint.kind == model::JointKind::universal) {
       const Vector3d axis = frame.axes.col(0).cross(joint.child_axis);  // its first axis moves by σ[1] times this
-      along_freedoms(0, 1) = axis.dot(node.first_moment[n]) + sigma_1[1] * axis.cross(joint.child_axis).dot(node.moment[n]);
+      along_freedoms(0, 1) =
+          axis.dot(node.first_moment[n]) + sigma_1[1] * axis.cross(joint.child_axis).dot(node.moment[n]);
       along_moment.row(0) = sigma_1[1] * axis.transpose();
       by_freedoms.col(1) += sigma_1[0] * axis.cross(node.moment[n]);
     }
@@ -235,10 +236,16 @@ void adjoint_rates(const ForcedStep& step, const StepBalance& balance, const std
   const System& system = step.system;
   const Interval& interval = step.interval;
   const RowRange all(count), by_left(left_count), by_right(left_count, count);
-  const NodeRows left{interval.rotation, first.left, first_rate.turn, first_rate.moment, balance.moment,
-                      d.left,            J.turn,     J.moment,        by_left};
-  const NodeRows right{interval.next_rotation, first.right, first_rate.turn_next, first_rate.moment_next,
-                       balance.moment_next,    d.right,     J.turn_next,          J.moment_next,
+  const NodeRows left{interval.rotation, first.left, first_rate.turn, first_rate.moment, balance.moment, d.left, J.turn,
+                      J.moment,          by_left};
+  const NodeRows right{interval.next_rotation,
+                       first.right,
+                       first_rate.turn_next,
+                       first_rate.moment_next,
+                       balance.moment_next,
+                       d.right,
+                       J.turn_next,
+                       J.moment_next,
                        by_right};
   turn_change_rows(system, left, H.turn_change);
   turn_change_rows(system, right, H.turn_change_next);

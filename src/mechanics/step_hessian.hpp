@@ -23,7 +23,7 @@ struct StepHessian {
 /// second derivatives by both ends being symmetric.
 void adjoint_rates(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
                    const std::vector<BodyRates>& rates, const StepVariation& first, const StepRate& first_rate,
-                   const StepDirections& directions, const StepJacobian& J, Eigen::Index left_count,
-                   Eigen::Index count, StepHessian& result);
+                   const StepDirections& directions, const StepJacobian& J, Eigen::Index left_count, Eigen::Index count,
+                   StepHessian& result);
 
 }  // namespace lamprey::mechanics

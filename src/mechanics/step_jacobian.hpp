@@ -18,8 +18,8 @@ struct StepJacobian {
   FreedomRows minus, plus;  // [bodies][directions]
   Rows3 linear;             // [directions]
   FreedomRows turn, turn_next, centre;
-  FreedomRows force;                // over subtrees
-  FreedomRows moment, moment_next;  // through the joints
+  FreedomRows force;                    // over subtrees
+  FreedomRows moment, moment_next;      // through the joints
   Rows3 relative, relative_next, rate;  // of one joint
   StepJacobian(int bodies, Eigen::Index directions);
 };

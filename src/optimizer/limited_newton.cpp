@@ -8,12 +8,12 @@ namespace lamprey::optimizer {
 namespace {
 
 constexpr int most_rounds = 40;
-constexpr int most_idle_rounds = 6;        // without progress
+constexpr int most_idle_rounds = 6;  // without progress
 constexpr int most_round_iterations = 150;
 constexpr double least_tolerance = 1e-11;  // where a search's own error keeps the limits' from falling
-constexpr double first_tolerance = 1e-3;  // of a search while the multipliers are still rough
-constexpr double tolerance_share = 0.1;   // of the limits' error, that searches are worth
-constexpr double out_of_reach = 1e-3;     // limit error that is no matter of a few more rounds
+constexpr double first_tolerance = 1e-3;   // of a search while the multipliers are still rough
+constexpr double tolerance_share = 0.1;    // of the limits' error, that searches are worth
+constexpr double out_of_reach = 1e-3;      // limit error that is no matter of a few more rounds
 
 void add_effort(const Outcome& before, Outcome& outcome) {
   for (Iteration& step : outcome.history) step.iteration += before.iterations;

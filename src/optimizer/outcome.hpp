@@ -27,7 +27,7 @@ struct Iteration {
   double infeasibility;       // largest violation
   double dual_infeasibility;  // largest entry of the Lagrangian's gradient
   double goal_error;
-  double step;  // length along the search direction, in [0, 1]
+  double step;                                              // length along the search direction, in [0, 1]
   double drift = std::numeric_limits<double>::quiet_NaN();  // of StageProgram
 };
 

@@ -20,11 +20,19 @@ StageModel::StageModel(const StageSizes& z)
       C(MatrixXd::Zero(z.end_rows, z.states)),
       c(VectorXd::Zero(z.end_rows)) {
   for (Stage& s : stage)
-    s = {MatrixXd::Zero(z.states, z.states), MatrixXd::Zero(z.states, z.inputs), VectorXd::Zero(z.states),
-         MatrixXd::Zero(z.states, z.states), MatrixXd::Zero(z.inputs, z.states), MatrixXd::Zero(z.inputs, z.inputs),
-         VectorXd::Zero(z.states),           VectorXd::Zero(z.inputs),           1.0,
+    s = {MatrixXd::Zero(z.states, z.states),
+         MatrixXd::Zero(z.states, z.inputs),
+         VectorXd::Zero(z.states),
+         MatrixXd::Zero(z.states, z.states),
+         MatrixXd::Zero(z.inputs, z.states),
+         MatrixXd::Zero(z.inputs, z.inputs),
+         VectorXd::Zero(z.states),
+         VectorXd::Zero(z.inputs),
+         1.0,
          0.0,
-         MatrixXd::Zero(z.states, z.states), MatrixXd(),                         MatrixXd()};
+         MatrixXd::Zero(z.states, z.states),
+         MatrixXd(),
+         MatrixXd()};
 }
 
 StageStep::StageStep(const StageSizes& z)
@@ -127,7 +135,8 @@ bool Riccati::eliminate_inputs(Gain& gain) {
       failed_input_[c] = 1.0;
       for (int i = c - 1; i >= 0; --i)
         failed_input_[i] =
-            -(row[i] + by_input_.col(i).segment(others + i + 1, c - i - 1).dot(failed_input_.segment(i + 1, c - i - 1))) *
+            -(row[i] +
+              by_input_.col(i).segment(others + i + 1, c - i - 1).dot(failed_input_.segment(i + 1, c - i - 1))) *
             gain.factor(i, i);
       return false;
     }

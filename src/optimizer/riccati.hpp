@@ -52,10 +52,10 @@ class Riccati {
 
   StageSizes sizes_;
   std::vector<Gain> gain_;  // [N + 1], the last without gains
-  MatrixXd transposed_;      // [n + m][n] of the rows of (A, B) that are not shifted ones
-  MatrixXd PA_, PB_;         // P A, P B
-  MatrixXd by_input_;        // [end_rows + n + m][m] what inputs do to end rows, to the states' gradient and to their own
-  MatrixXd end_gram_;        // [end_rows] squared
+  MatrixXd transposed_;     // [n + m][n] of the rows of (A, B) that are not shifted ones
+  MatrixXd PA_, PB_;        // P A, P B
+  MatrixXd by_input_;  // [end_rows + n + m][m] what inputs do to end rows, to the states' gradient and to their own
+  MatrixXd end_gram_;  // [end_rows] squared
   Eigen::LLT<MatrixXd> end_solver_;
   VectorXd ahead_, state_, input_, back_, reached_, multiplier_;
   double penalty_ = 0.0;

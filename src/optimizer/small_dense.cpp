@@ -20,7 +20,8 @@ Strided transposed(const MatrixIn& m) { return {m.data(), m.outerStride(), 1}; }
 
 // `height` rows and `width` columns of the product, kept in registers along the sum: as fours, a pair and a single one.
 template <int height, int width>
-void add_tile(double factor, Eigen::Index depth, const double* a, Eigen::Index a_stride, Strided b, double* c, Eigen::Index c_stride) {
+void add_tile(double factor, Eigen::Index depth, const double* a, Eigen::Index a_stride, Strided b, double* c,
+              Eigen::Index c_stride) {
   constexpr int fours = height / 4, pair = height % 4 / 2, single = height % 2;
   using Two = Eigen::Array<double, 2, 1>;
   Four four[width][fours > 0 ? fours : 1];
@@ -54,25 +55,26 @@ void add_tile(double factor, Eigen::Index depth, const double* a, Eigen::Index a
 }
 
 template <int width>
-void add_columns(double factor, Eigen::Index rows, Eigen::Index depth, const double* a, Eigen::Index a_stride, Strided b, double* c,
-                 Eigen::Index c_stride) {
+void add_columns(double factor, Eigen::Index rows, Eigen::Index depth, const double* a, Eigen::Index a_stride,
+                 Strided b, double* c, Eigen::Index c_stride) {
   for (; rows >= 12; rows -= 12, a += 12, c += 12) add_tile<12, width>(factor, depth, a, a_stride, b, c, c_stride);
   using Tile = void (*)(double, Eigen::Index, const double*, Eigen::Index, Strided, double*, Eigen::Index);
-  static constexpr Tile rest[] = {add_tile<1, width>, add_tile<2, width>, add_tile<3, width>, add_tile<4, width>,
-                           add_tile<5, width>, add_tile<6, width>, add_tile<7, width>, add_tile<8, width>,
-                           add_tile<9, width>, add_tile<10, width>, add_tile<11, width>};
+  static constexpr Tile rest[] = {add_tile<1, width>, add_tile<2, width>,  add_tile<3, width>, add_tile<4, width>,
+                                  add_tile<5, width>, add_tile<6, width>,  add_tile<7, width>, add_tile<8, width>,
+                                  add_tile<9, width>, add_tile<10, width>, add_tile<11, width>};
   if (rows > 0) rest[rows - 1](factor, depth, a, a_stride, b, c, c_stride);
 }
 
 void add_strided(double factor, const MatrixIn& A, Strided b, MatrixOut& C, bool lower) {
   const Eigen::Index depth = A.cols(), stride = A.outerStride(), c_stride = C.outerStride(), columns = C.cols();
-  using Columns = void (*)(double, Eigen::Index, Eigen::Index, const double*, Eigen::Index, Strided, double*, Eigen::Index);
+  using Columns =
+      void (*)(double, Eigen::Index, Eigen::Index, const double*, Eigen::Index, Strided, double*, Eigen::Index);
   static constexpr Columns of_width[] = {add_columns<1>, add_columns<2>, add_columns<3>, add_columns<4>};
   for (Eigen::Index j = 0; j < columns; j += 4) {
     const Eigen::Index skipped = lower ? j : 0;
     of_width[std::min<Eigen::Index>(columns - j, 4) - 1](factor, C.rows() - skipped, depth, A.data() + skipped, stride,
-                                                  {b.data + j * b.column, b.row, b.column},
-                                                  C.data() + j * c_stride + skipped, c_stride);
+                                                         {b.data + j * b.column, b.row, b.column},
+                                                         C.data() + j * c_stride + skipped, c_stride);
   }
 }
 

@@ -217,9 +217,8 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
       return finish(program.merit().violation <= met ? Termination::feasible : Termination::stalled,
                     "no step makes progress any more");
     ++outcome.iterations;
-    outcome.history.push_back(
-        {outcome.iterations, program.merit().cost, program.merit().violation, change_, program.goal_error(), length_,
-         program.drift()});
+    outcome.history.push_back({outcome.iterations, program.merit().cost, program.merit().violation, change_,
+                               program.goal_error(), length_, program.drift()});
     if (options.interrupted && options.interrupted()) return finish(Termination::interrupted, "interrupted");
     if (std::chrono::duration<double>(Clock::now() - begin).count() > options.time_limit)
       return finish(Termination::time_limit, "the time limit was reached");

@@ -56,7 +56,7 @@ struct StageStep {
   std::vector<VectorXd> input;    // [N][m]
   std::vector<VectorXd> costate;  // [N + 1][n] gradient of what is still to come by the state
   VectorXd end_multiplier;        // [end_rows]
-  bool shifted = false;           // whether the model's Hessian had to be: its multipliers are then those of the shift too
+  bool shifted = false;  // whether the model's Hessian had to be: its multipliers are then those of the shift too
   explicit StageStep(const StageSizes& sizes);
 };
 

@@ -113,7 +113,8 @@ std::string verdict(const file::Results& results) {
                                 goal_unit(results.problem)));
   }
   const bool rests = results.problem.goal && results.problem.goal->rest;
-  if (rests && !std::isnan(proof.rest_error)) parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));
+  if (rests && !std::isnan(proof.rest_error))
+    parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));
   if (!std::isnan(proof.kkt)) parts.push_back(fmt::format("optimality conditions within {}", number(proof.kkt, 2)));
   if (proof.second_order)
     parts.push_back(fmt::format("smallest curvature {}", number(proof.second_order->smallest_eigenvalue, 2)));

@@ -15,8 +15,8 @@ std::optional<Transport> transport(const file::Results& results) {
       const auto parent = static_cast<std::size_t>(results.problem.joints[j].parent);
       const auto child = static_cast<std::size_t>(results.problem.joints[j].child);
       const auto& R = solution.rotation[k];
-      const Eigen::Vector3d rate = R[parent].transpose() * R[child] * solution.angular_velocity[k][child] -
-                                   solution.angular_velocity[k][parent];
+      const Eigen::Vector3d rate =
+          R[parent].transpose() * R[child] * solution.angular_velocity[k][child] - solution.angular_velocity[k][parent];
       power += std::abs(solution.control[k][j].dot(rate));
     }
     const bool end = k == 0 || k + 1 == nodes;

@@ -14,8 +14,8 @@ namespace lamprey::study {
 namespace {
 
 using certificate::Certificate;
-using certificate::equation_mark;
 using certificate::complementarity_mark;
+using certificate::equation_mark;
 using certificate::goal_mark;
 using certificate::limit_mark;
 using certificate::rest_mark;

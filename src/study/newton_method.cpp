@@ -33,7 +33,7 @@ constexpr double rough_tolerance = 1e-4;
 constexpr double fine_tolerance = 1e-7;  // before a last Newton step
 constexpr double rough_limits = 1e-3;    // error of limits, in units of their rows
 constexpr double fine_limits = 1e-9;
-constexpr double limited_share = 1e-2;   // of the tolerance: a last Newton step is no good where limits begin to hold
+constexpr double limited_share = 1e-2;  // of the tolerance: a last Newton step is no good where limits begin to hold
 
 // A program and its solver at one resolution.
 struct Grid {

@@ -10,7 +10,7 @@ namespace lamprey::study {
 
 namespace {
 
-constexpr int least_steps = 20;     // of a grid that is halved
+constexpr int least_steps = 20;      // of a grid that is halved
 constexpr double round_off = 1e-12;  // of the cost: differences below are none
 
 }  // namespace
@@ -59,7 +59,8 @@ std::string refinement_words(const certificate::Refinement& refinement) {
   }
   text << " The cost has not settled:";
   for (const certificate::GridCost& grid : refinement.grids)
-    text << (grid.steps == refinement.grids.front().steps ? " " : ", ") << grid.cost << " with " << grid.steps << " steps";
+    text << (grid.steps == refinement.grids.front().steps ? " " : ", ") << grid.cost << " with " << grid.steps
+         << " steps";
   text << "; more steps are needed, or the grids hold different motions.";
   return text.str();
 }

@@ -196,8 +196,7 @@ class Search {
       const maneuver::LimitRow& row = rows[r];
       maneuver::LimitMultiplier own{row.key, row.joint, row.body, row.other_body, row.component, row.upper(), {}};
       const bool density = row.time < 0.0 && !row.of_duration();  // in the time of the first guess
-      const double price =
-          maneuver::price_of_bound(row, time_step) * (density ? full_.time_step() / time_step : 1.0);
+      const double price = maneuver::price_of_bound(row, time_step) * (density ? full_.time_step() / time_step : 1.0);
       for (double value : values) own.multiplier.push_back(value * price);
       result.push_back(own);
     }

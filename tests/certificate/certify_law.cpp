@@ -204,15 +204,15 @@ TEST(Certificate, finds_a_led_body_that_left_its_hinge) {
   EXPECT_GT(hinges, 3);
 }
 
-// The steps of a composition are told by its stages, marched again; divided steps by nothing.
-TEST(Certificate, of_compositions_and_of_divided_steps_knows_what_can_be_known) {
+// Nodes alone do not tell whether the steps of a composition obey the law.
+TEST(Certificate, above_order_2_and_of_divided_steps_knows_drifts_but_no_residual) {
   for (const Scheme scheme : {Scheme::order4, Scheme::order6})
     for (unsigned seed = 1; seed <= 4; ++seed) {
       MarchedAnswer answer = any_tree(seed, scheme, 25);
       const Certificate proof = certified(answer);
       EXPECT_LE(proof.momentum_drift, tolerance(1e-11));
       EXPECT_LE(proof.rotation_drift, tolerance(1e-14));
-      EXPECT_LE(proof.equation_residual, tolerance(1e-11));
+      EXPECT_TRUE(std::isnan(proof.equation_residual)) << "simulated under moments that are no polynomials";
       answer.solution.angular_velocity[12][0].x() += 1e-6;
       EXPECT_GT(certified(answer).momentum_drift, 1e-9);
     }

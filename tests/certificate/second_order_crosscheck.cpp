@@ -168,9 +168,8 @@ VectorXd dense_eigenvalues(const maneuver::Problem& problem, const maneuver::Sol
   const VectorXd weights = certificate::node_weights(motion);
   for (Eigen::Index c = 0; c < size; ++c) metric[c] = weights[c / controls];
   const MatrixXd reduced = Z.transpose() * hessian * Z;
-  return Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>(0.5 * (reduced + reduced.transpose()),
-                                                            Z.transpose() * metric.asDiagonal() * Z,
-                                                            Eigen::EigenvaluesOnly)
+  return Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>(
+             0.5 * (reduced + reduced.transpose()), Z.transpose() * metric.asDiagonal() * Z, Eigen::EigenvaluesOnly)
       .eigenvalues();
 }
 

@@ -28,7 +28,8 @@ void aim_at_the_end(MarchedAnswer& answer) {
 }
 
 // Gradient by the moments of cost + multipliers · goal rows.
-VectorXd lagrangian_gradient(const maneuver::Problem& problem, const NodeMoments& moments, const VectorXd& multipliers) {
+VectorXd lagrangian_gradient(const maneuver::Problem& problem, const NodeMoments& moments,
+                             const VectorXd& multipliers) {
   const MarchedAnswer answer = march(problem, moments);
   const model::System system(problem.swimmer);
   const StoredMotion motion(system, answer.problem, answer.solution);
@@ -57,8 +58,7 @@ VectorXd hessian_product(const Chain& chain, const VectorXd& direction) {
   const auto controls = chain.stage.front().B.cols();
   std::vector<VectorXd> y = {VectorXd::Zero(chain.end_form.rows())};
   const auto part = [&](int k) -> VectorXd { return direction.segment(controls * k, controls); };
-  for (int k = 0; k < stages; ++k)
-    y.push_back(chain.stage[at(k)].A * y.back() + chain.stage[at(k)].B * part(k));
+  for (int k = 0; k < stages; ++k) y.push_back(chain.stage[at(k)].A * y.back() + chain.stage[at(k)].B * part(k));
   VectorXd product(direction.size()), costate = chain.end_form * y.back();
   for (int k = stages - 1; k >= 0; --k) {
     const ChainStage& stage = chain.stage[at(k)];
@@ -81,11 +81,11 @@ void check_hessian(MarchedAnswer answer, unsigned seed, double size) {
   ASSERT_GT(value.size(), 0);
   VectorXd direction(value.size());
   for (double& entry : direction) entry = size * random.normal();
-  const Chain chain =
-      certificate::lagrangian_chain(motion, *effort, swept_costates(motion, *effort, multipliers), {});
+  const Chain chain = certificate::lagrangian_chain(motion, *effort, swept_costates(motion, *effort, multipliers), {});
   expect_second_order_differences(
       [&](double t) {
-        return lagrangian_gradient(answer.problem, moments_along_joints(system, value + t * direction, motion.steps), multipliers);
+        return lagrangian_gradient(answer.problem, moments_along_joints(system, value + t * direction, motion.steps),
+                                   multipliers);
       },
       hessian_product(chain, direction), 1e-7);
 }

@@ -21,10 +21,10 @@ INSTANTIATE_TEST_SUITE_P(
         close_to("yaw", "yaw", {{"steps", "200"}}, 155720.5, 1e-6),
         close_to("sideways", "sideways", coarse, 362517.3, 1e-6),
         close_to("falling_cat_flip", "falling_cat_flip", coarse, 0.16619978, 1e-6),
-        close_to("free_time", "free_time", coarse, 219120.39, 1e-6),
-        close_to("gait", "gait", {}, 101378.85, 1e-6),
+        close_to("free_time", "free_time", coarse, 219120.39, 1e-6), close_to("gait", "gait", {}, 101378.85, 1e-6),
         close_to("gait_within_limits", "gait_within_limits", {{"starts", "2"}}, 479862.75, 1e-6),
-        Example{"rotation_with_clearance", "rotation_with_clearance", {{"steps", "100"}, {"starts", "2"}}, 29500, 0, false},
+        Example{
+            "rotation_with_clearance", "rotation_with_clearance", {{"steps", "100"}, {"starts", "2"}}, 29500, 0, false},
         Example{"translation_with_clearance",
                 "translation_with_clearance",
                 {{"steps", "100"}, {"starts", "2"}},
@@ -63,8 +63,7 @@ TEST(Limits, are_kept_and_hold_the_answer) {
 // Without springs the effort falls with the third power of the duration: at the best one it is a third of the time's cost.
 TEST(FreeDuration, balances_effort_and_time) {
   const Folder folder;
-  const std::string path =
-      varied_example(folder, "free_time", {{"steps", "100"}, {"starts", "4"}, {"torque", "1e6"}});
+  const std::string path = varied_example(folder, "free_time", {{"steps", "100"}, {"starts", "4"}, {"torque", "1e6"}});
   ASSERT_EQ(lamprey(folder, "solve " + path + " --out " + (folder / "run")).exit_code, 0);
   const file::Results results = file::read_solution(folder / "run");
   const double time = 1e5 * results.problem.duration;

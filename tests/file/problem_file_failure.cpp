@@ -226,9 +226,6 @@ TEST(UnsupportedProblem, each_feature_is_refused_at_its_place_until_none_is_left
   }
   replace("rule = \"rectangle\"\n", "");
   replace("method = \"shooting\"\n", "");
-  replace("\"midpoint\"", "\"order4\"");
-  expect_key("integrator.scheme", "scheme");
-  replace("\"order4\"", "\"midpoint\"");
   expect_key("time.duration", "duration");  // not with springs and dampers
   replace("duration = \"free\"\nmin = 0.5\nmax = 2.5", "duration = 1.0");
   EXPECT_NO_THROW(file::require_supported(parse_problem(text, path), file::Purpose::solve));

@@ -160,12 +160,12 @@ std::vector<std::string> keys_in_order(const nlohmann::ordered_json& object) {
 TEST(SolutionFile, fields_have_the_names_and_the_order_of_the_interface) {
   const auto document = nlohmann::ordered_json::parse(file::solution_text(tests::sample_results(2)));
   using Keys = std::vector<std::string>;
-  EXPECT_EQ(keys_in_order(document),
-            (Keys{"schema", "name", "source", "status", "message", "cost", "problem", "time", "position", "rotation",
-                  "control", "velocity", "momentum", "limit_multipliers", "certificate", "search", "solver", "provenance"}));
-  EXPECT_EQ(keys_in_order(document["problem"]), (Keys{"bodies", "joints", "scheme", "time_step", "duration", "steps",
-                                                      "cost_rule", "goal", "control", "effort", "time_weight", "limits", "waypoints",
-                                                      "tolerance"}));
+  EXPECT_EQ(keys_in_order(document), (Keys{"schema", "name", "source", "status", "message", "cost", "problem", "time",
+                                           "position", "rotation", "control", "velocity", "momentum",
+                                           "limit_multipliers", "certificate", "search", "solver", "provenance"}));
+  EXPECT_EQ(keys_in_order(document["problem"]),
+            (Keys{"bodies", "joints", "scheme", "time_step", "duration", "steps", "cost_rule", "goal", "control",
+                  "effort", "time_weight", "limits", "waypoints", "tolerance"}));
   EXPECT_EQ(keys_in_order(document["momentum"]["angular"]), (Keys{"bodies", "fluid", "total"}));
   EXPECT_EQ(keys_in_order(document["certificate"]),
             (Keys{"goal_error", "rest_error", "momentum_drift", "rotation_drift", "iterates_momentum",

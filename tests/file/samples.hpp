@@ -120,14 +120,16 @@ inline file::Results sample_results(int steps) {
   limits.clearance = sample.number();
   limits.spheres = {{Eigen::Vector3d(sample.number(), 0.0, -1.0), sample.number()}};
   limits.half_spaces = {{Eigen::Vector3d(sample.number(), 0.0, -1.0), Eigen::Vector3d(sample.number(), 2.0, 0.0)}};
-  results.problem.waypoints = {{sample.number(), {sample.number(), std::nullopt, 2.0}, std::nullopt, {}},
-                               {sample.number(), {}, Eigen::Vector3d(sample.number(), 1.0, 2.0), {{"d", Eigen::Vector3d::Zero()}}}};
+  results.problem.waypoints = {
+      {sample.number(), {sample.number(), std::nullopt, 2.0}, std::nullopt, {}},
+      {sample.number(), {}, Eigen::Vector3d(sample.number(), 1.0, 2.0), {{"d", Eigen::Vector3d::Zero()}}}};
   maneuver::Solution& solution = results.solution;
   solution.status = maneuver::Status::optimal;
   solution.message = "Found.";
   solution.cost = sample.number();
   sample_motion(steps, results.problem.time_step, sample, solution);
-  solution.limit_multipliers = {{"limits.torque", 1, -1, -1, 2, true, std::vector<double>(at_nodes(steps), sample.number())}};
+  solution.limit_multipliers = {
+      {"limits.torque", 1, -1, -1, 2, true, std::vector<double>(at_nodes(steps), sample.number())}};
   solution.search = {4, 3, {{sample.number(), 2}, {sample.number(), 1}}};
   solution.solver = {
       "structured", 7, 21, sample.number(), {{0, sample.number(), 0.5, 0.25, 0.125}, {1, 2.0, 3.0, 4.0, std::nan("")}}};
@@ -139,7 +141,8 @@ inline file::Results sample_results(int steps) {
   certificate.all_axes = {1e-12, {-sample.number(), false, 14}};
   certificate.verdict = certificate::Verdict::proved;
   certificate.iterates_momentum = sample.number();
-  certificate.refinement = {sample.number(), sample.number(), sample.number(), std::nan(""), {{10, sample.number()}, {20, 1.0}}};
+  certificate.refinement = {
+      sample.number(), sample.number(), sample.number(), std::nan(""), {{10, sample.number()}, {20, 1.0}}};
   certificate.replay = {"dopri",         0.05,           sample.number(), sample.number(), sample.number(),
                         sample.number(), sample.number()};
   results.certificate = certificate;

@@ -33,7 +33,8 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
  protected:
   static constexpr int steps = 3;
 
-  ComposedDerivatives() : random_(29), system_(swimmer()), size_(GetParam().swimmer == ComposedSwimmer::any_joint ? 2.0 : 8.0) {
+  ComposedDerivatives()
+      : random_(29), system_(swimmer()), size_(GetParam().swimmer == ComposedSwimmer::any_joint ? 2.0 : 8.0) {
     const bool planar = GetParam().swimmer == ComposedSwimmer::in_the_plane;
     maneuver_.start.rotation =
         planar ? mechanics::Rotations(3, Matrix3d::Identity()) : random_rotations(random_, system_);
@@ -116,8 +117,8 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
   std::vector<VectorXd> follow(double inputs, double gaps) const {
     std::vector<VectorXd> state = step_->state;
     for (std::size_t k = 0; k < model_->stage.size(); ++k)
-      state[k + 1] = model_->stage[k].A * state[k] + inputs * model_->stage[k].B * step_->input[k] +
-                     gaps * model_->stage[k].gap;
+      state[k + 1] =
+          model_->stage[k].A * state[k] + inputs * model_->stage[k].B * step_->input[k] + gaps * model_->stage[k].gap;
     return state;
   }
 
@@ -141,7 +142,8 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
     EXPECT_NE(program_->try_step(step, t), nullptr);
     const std::vector<VectorXd>& gaps = program_->trial_gaps();
     VectorXd all(static_cast<Eigen::Index>(gaps.size()) * gaps[0].size());
-    for (std::size_t n = 0; n < gaps.size(); ++n) all.segment(static_cast<Eigen::Index>(n) * gaps[0].size(), gaps[0].size()) = gaps[n];
+    for (std::size_t n = 0; n < gaps.size(); ++n)
+      all.segment(static_cast<Eigen::Index>(n) * gaps[0].size(), gaps[0].size()) = gaps[n];
     return all;
   }
 
@@ -238,8 +240,9 @@ TEST_P(ComposedDerivatives, gaps_bend_the_lagrangian_as_the_model_says) {
   const double weight = model_->stage[0].weight;
   for (std::size_t k = 0; k < model_->stage.size(); ++k) {
     const optimizer::Stage& stage = model_->stage[k];
-    expected += 4.0 * (inputs_alone[k].dot(stage.Q * gaps_alone[k] + stage.q) +
-                       step_->input[k].dot(stage.S * gaps_alone[k] + stage.r - weight * program_->path().polynomial[k]));
+    expected +=
+        4.0 * (inputs_alone[k].dot(stage.Q * gaps_alone[k] + stage.q) +
+               step_->input[k].dot(stage.S * gaps_alone[k] + stage.r - weight * program_->path().polynomial[k]));
   }
   const auto odd = [&](double t) { return second_difference(forth, t) - second_difference(back, t); };
   expect_second_order(odd(1.0), odd(0.25), expected);
@@ -248,7 +251,8 @@ TEST_P(ComposedDerivatives, gaps_bend_the_lagrangian_as_the_model_says) {
 INSTANTIATE_TEST_SUITE_P(
     Swimmers, ComposedDerivatives,
     ::testing::Values(ComposedSetting{"paper_chain_by_order4", ComposedSwimmer::paper_chain, Scheme::order4, true},
-                      ComposedSetting{"paper_chain_by_order6_with_a_free_end", ComposedSwimmer::paper_chain, Scheme::order6, false},
+                      ComposedSetting{"paper_chain_by_order6_with_a_free_end", ComposedSwimmer::paper_chain,
+                                      Scheme::order6, false},
                       ComposedSetting{"in_the_plane", ComposedSwimmer::in_the_plane, Scheme::order4, true},
                       ComposedSetting{"any_joint_by_order4", ComposedSwimmer::any_joint, Scheme::order4, true},
                       ComposedSetting{"any_joint_by_order6", ComposedSwimmer::any_joint, Scheme::order6, true}),

@@ -31,7 +31,9 @@ class Condensed : public ::testing::Test {
  protected:
   static constexpr int f = 3, m = 2, terms = 2, stages = 3;
 
-  Condensed() : random_(5), layout_{f, m, terms, {0.3, -0.2, 0.4}, random_matrix(random_, 6, 6).householderQr().householderQ()} {
+  Condensed()
+      : random_(5),
+        layout_{f, m, terms, {0.3, -0.2, 0.4}, random_matrix(random_, 6, 6).householderQr().householderQ()} {
     step_ = std::make_unique<CondensedStep>(layout_);
     for (StageLink& link : step_->link)
       link = {random_matrix(random_, f, 2 * f) + 3.0 * MatrixXd::Identity(f, 2 * f).rowwise().reverse(),
@@ -67,7 +69,8 @@ class Condensed : public ::testing::Test {
     now.momentum = state.segment(f, f);
     now.pose = layout_.pose_basis * state.tail(6);
     const auto mix = [&](int node, double time) {
-      now.curvature += 0.5 * time * moments(node, input).dot(step_->force[model::at(node)].control_by_shape * now.shape.back());
+      now.curvature +=
+          0.5 * time * moments(node, input).dot(step_->force[model::at(node)].control_by_shape * now.shape.back());
     };
     for (int s = 0; s < stages; ++s) {
       const StageLink& link = step_->link[model::at(s)];
@@ -81,7 +84,8 @@ class Condensed : public ::testing::Test {
       ends << left, now.shape.back(), now.pose.head<3>();
       now.curvature += 0.5 * ends.dot(link.hessian * ends);
       mix(s + 1, 2.0 * half);
-      now.momentum = link.plus * ends.head(2 * f) + half * step_->force[model::at(s + 1)].impulse * moments(s + 1, input);
+      now.momentum =
+          link.plus * ends.head(2 * f) + half * step_->force[model::at(s + 1)].impulse * moments(s + 1, input);
       const Vector3d turn = now.pose.head<3>();
       now.pose += link.pose * ends.head(2 * f);
       now.pose.tail<3>() += turn.cross(link.displacement);
@@ -103,12 +107,14 @@ TEST_F(Condensed, ends_where_its_stages_end_one_after_another) {
   const VectorXd found = stage_.A * state_ + stage_.B * input_ + stage_.gap;
   EXPECT_LE((found - expected).norm(), tolerance(1e-12) * expected.norm());
   for (int node = 1; node <= stages; ++node)
-    EXPECT_LE((step_->shape_along(node, state_, input_) - end.shape[model::at(node)]).norm(), tolerance(1e-12) * expected.norm());
+    EXPECT_LE((step_->shape_along(node, state_, input_) - end.shape[model::at(node)]).norm(),
+              tolerance(1e-12) * expected.norm());
 }
 
 TEST_F(Condensed, has_the_curvature_of_its_stages) {
   const auto quadratic = [&](const VectorXd& s, const VectorXd& v) {
-    return 0.5 * s.dot(stage_.Q * s) + v.dot(stage_.S * s) + 0.5 * v.dot(stage_.R * v) + stage_.q.dot(s) + stage_.r.dot(v);
+    return 0.5 * s.dot(stage_.Q * s) + v.dot(stage_.S * s) + 0.5 * v.dot(stage_.R * v) + stage_.q.dot(s) +
+           stage_.r.dot(v);
   };
   const double constant = follow(VectorXd::Zero(state_.size()), VectorXd::Zero(input_.size()), 1.0).curvature;
   const double expected = follow(state_, input_, 1.0).curvature - constant;
@@ -123,7 +129,8 @@ TEST_F(Condensed, carries_the_costate_at_its_end_back_to_its_beginning) {
   step_->carry_back(state_, input_, {next.head(f), next.segment(f, f), layout_.pose_basis * next.tail(6)}, costate);
   EXPECT_LE((costate[0].shape - expected.head(f)).norm(), tolerance(1e-11) * expected.norm());
   EXPECT_LE((costate[0].momentum - expected.segment(f, f)).norm(), tolerance(1e-11) * expected.norm());
-  EXPECT_LE((layout_.pose_basis.transpose() * costate[0].pose - expected.tail(6)).norm(), tolerance(1e-11) * expected.norm());
+  EXPECT_LE((layout_.pose_basis.transpose() * costate[0].pose - expected.tail(6)).norm(),
+            tolerance(1e-11) * expected.norm());
 }
 
 // What is missing at an inner node counts with minus its momentum's costate.

@@ -91,7 +91,7 @@ TEST_P(FeedbackAsJoints, a_law_that_acts_as_dampers_comes_to_them_at_the_order_o
   };
   const double coarse = error(20), fine = error(40);
   EXPECT_NEAR(std::log2(coarse / fine), integrator::order(GetParam()), tolerance(0.35)) << coarse << ", " << fine;
-  EXPECT_GT(fine, 1e-9);
+  EXPECT_GT(fine, 1e-12);
 }
 
 INSTANTIATE_TEST_SUITE_P(Schemes, FeedbackAsJoints,

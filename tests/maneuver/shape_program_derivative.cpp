@@ -108,7 +108,8 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     const auto rows = maneuver::limit_rows(system_, limited_problem(swimmer_, GetParam()));
     program_ = std::make_unique<ShapeProgram>(system_, maneuver_, coordinates,
                                               maneuver::stated_end_rows(system_, maneuver_, {}), rows);
-    maneuver::LimitMultipliers multipliers{Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), steps + 1), 20.0};
+    maneuver::LimitMultipliers multipliers{Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), steps + 1),
+                                           20.0};
     for (double& multiplier : multipliers.value.reshaped()) multiplier = 1e3 * random_.uniform(0.5, 1.0);
     program_->take_limit_multipliers(multipliers);
     EXPECT_TRUE(program_->go_to(path));
@@ -192,34 +193,33 @@ TEST_P(ShapeDerivatives, the_curvature_of_the_lagrangian_matches_second_differen
   EXPECT_LE(std::abs((16.0 * fine - coarse) / 15.0), tolerance(1e-4) * std::abs(expected));
 }
 
-INSTANTIATE_TEST_SUITE_P(Swimmers, ShapeDerivatives,
-                         ::testing::Values(ShapeSetting{"paper_chain_by_the_trapezoid", Swimmer::paper_chain,
-                                                        mechanics::DiscreteLagrangian::trapezoid, true},
-                                           ShapeSetting{"paper_chain_by_the_papers_scheme", Swimmer::paper_chain,
-                                                        mechanics::DiscreteLagrangian::paper, true},
-                                           ShapeSetting{"in_the_plane", Swimmer::in_the_plane,
-                                                        mechanics::DiscreteLagrangian::trapezoid, true},
-                                           ShapeSetting{"any_joint_by_the_midpoint", Swimmer::any_joint,
-                                                        mechanics::DiscreteLagrangian::midpoint, true},
-                                           ShapeSetting{"any_joint_with_a_free_end", Swimmer::any_joint,
-                                                        mechanics::DiscreteLagrangian::trapezoid, false},
-                                           ShapeSetting{"paper_chain_within_limits", Swimmer::paper_chain,
-                                                        mechanics::DiscreteLagrangian::trapezoid, true, true},
-                                           ShapeSetting{"any_joint_within_limits", Swimmer::any_joint,
-                                                        mechanics::DiscreteLagrangian::midpoint, true, true},
-                                           ShapeSetting{"in_the_plane_within_limits", Swimmer::in_the_plane,
-                                                        mechanics::DiscreteLagrangian::trapezoid, false, true},
-                                           ShapeSetting{"free_duration", Swimmer::paper_chain,
-                                                        mechanics::DiscreteLagrangian::trapezoid, true, false, true},
-                                           ShapeSetting{"free_duration_within_limits", Swimmer::paper_chain,
-                                                        mechanics::DiscreteLagrangian::paper, true, true, true},
-                                           ShapeSetting{"periodic", Swimmer::paper_chain,
-                                                        mechanics::DiscreteLagrangian::trapezoid, false, false, false, true},
-                                           ShapeSetting{"periodic_of_any_joint_within_limits", Swimmer::any_joint,
-                                                        mechanics::DiscreteLagrangian::trapezoid, false, true, false, true},
-                                           ShapeSetting{"periodic_of_free_duration", Swimmer::paper_chain,
-                                                        mechanics::DiscreteLagrangian::trapezoid, false, false, true, true}),
-                         [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Swimmers, ShapeDerivatives,
+    ::testing::Values(
+        ShapeSetting{"paper_chain_by_the_trapezoid", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid,
+                     true},
+        ShapeSetting{"paper_chain_by_the_papers_scheme", Swimmer::paper_chain, mechanics::DiscreteLagrangian::paper,
+                     true},
+        ShapeSetting{"in_the_plane", Swimmer::in_the_plane, mechanics::DiscreteLagrangian::trapezoid, true},
+        ShapeSetting{"any_joint_by_the_midpoint", Swimmer::any_joint, mechanics::DiscreteLagrangian::midpoint, true},
+        ShapeSetting{"any_joint_with_a_free_end", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid, false},
+        ShapeSetting{"paper_chain_within_limits", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true,
+                     true},
+        ShapeSetting{"any_joint_within_limits", Swimmer::any_joint, mechanics::DiscreteLagrangian::midpoint, true,
+                     true},
+        ShapeSetting{"in_the_plane_within_limits", Swimmer::in_the_plane, mechanics::DiscreteLagrangian::trapezoid,
+                     false, true},
+        ShapeSetting{"free_duration", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true, false,
+                     true},
+        ShapeSetting{"free_duration_within_limits", Swimmer::paper_chain, mechanics::DiscreteLagrangian::paper, true,
+                     true, true},
+        ShapeSetting{"periodic", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, false, false, false,
+                     true},
+        ShapeSetting{"periodic_of_any_joint_within_limits", Swimmer::any_joint,
+                     mechanics::DiscreteLagrangian::trapezoid, false, true, false, true},
+        ShapeSetting{"periodic_of_free_duration", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, false,
+                     false, true, true}),
+    [](const auto& instance) { return instance.param.name; });
 
 }  // namespace
 }  // namespace lamprey::tests

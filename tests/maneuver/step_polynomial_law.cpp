@@ -23,7 +23,9 @@ TEST(StepPolynomial, is_orthonormal_over_the_step) {
 
 TEST(StepPolynomial, gives_back_the_polynomial_whose_samples_at_the_gauss_points_it_takes) {
   for (int terms : {1, 2, 3}) {
-    const auto polynomial = [terms](double c) { return 0.7 + (terms > 1 ? -1.3 * c : 0.0) + (terms > 2 ? 2.1 * c * c : 0.0); };
+    const auto polynomial = [terms](double c) {
+      return 0.7 + (terms > 1 ? -1.3 * c : 0.0) + (terms > 2 ? 2.1 * c * c : 0.0);
+    };
     const maneuver::GaussRule rule = maneuver::gauss_rule(terms);
     VectorXd coefficients = VectorXd::Zero(terms);
     for (std::size_t g = 0; g < rule.weight.size(); ++g)

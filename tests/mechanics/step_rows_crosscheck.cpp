@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Index;
 using mechanics::DiscreteLagrangian;
-using mechanics::Freedoms;
 using mechanics::FreedomRows;
+using mechanics::Freedoms;
 using mechanics::RateKind;
 
 // A step of a random swimmer under random moments, and random directions that turn one of its ends.
