@@ -1,6 +1,7 @@
 // Solution: a motion and how it was found, in the words and shapes of solution.json.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,7 @@ struct SolverRecord {
   int iterations = 0;
   int evaluations = 0;
   double wall_seconds = 0.0;
+  double processor_seconds = std::numeric_limits<double>::quiet_NaN();  // of all threads and worker processes
   std::vector<SolverIteration> history;
 };
 
