@@ -29,10 +29,11 @@ struct Arguments {
   double density = 0.0;
   bool json = false;
   bool peers = false;
+  bool quick = false;
 };
 
 // Becomes lamprey_bench, or the script that also measures peers; both sit beside this program.
-int run_bench(const std::string& program, bool peers) {
+int run_bench(const std::string& program, bool peers, bool quick) {
   const std::string folder = program.substr(0, program.rfind('/') + 1);
   const std::string bench = folder + "lamprey_bench", with_peers = folder + "lamprey_bench_peers";
   for (const std::string& beside : {bench, with_peers}) {
@@ -42,7 +43,8 @@ int run_bench(const std::string& program, bool peers) {
     }
   }
   if (peers)
-    execl(with_peers.c_str(), with_peers.c_str(), bench.c_str(), static_cast<char*>(nullptr));
+    execl(with_peers.c_str(), with_peers.c_str(), bench.c_str(), quick ? "--quick" : nullptr,
+          static_cast<char*>(nullptr));
   else
     execl(bench.c_str(), bench.c_str(), static_cast<char*>(nullptr));
   fmt::print(stderr, "lamprey: {} does not start\n", peers ? with_peers : bench);
@@ -113,7 +115,9 @@ void describe_others(CLI::App& app, Arguments& arguments) {
   inertia->add_flag("--json", arguments.json, "print one JSON document");
   CLI::App* bench = app.add_subcommand("bench", "Time steps, derivatives and solves on this machine");
   bench->add_flag("--peers", arguments.peers,
-                  "also measure Pinocchio, Crocoddyl and MuJoCo from PyPI on the same chain");
+                  "also measure Pinocchio, Crocoddyl, MuJoCo and CasADi with Ipopt from PyPI on the same chain");
+  bench->add_flag("--quick", arguments.quick, "with --peers: maneuvers alone, few first guesses, coarse grids")
+      ->needs("--peers");
 }
 
 int dispatch(const CLI::App& app, const Arguments& arguments, const std::string& program) {
@@ -124,7 +128,7 @@ int dispatch(const CLI::App& app, const Arguments& arguments, const std::string&
     if (app.got_subcommand("verify")) return verify(arguments.folder);
     if (app.got_subcommand("report")) return report(arguments.folders);
     if (app.got_subcommand("inertia")) return inertia(arguments.semi_axes, arguments.density, arguments.json);
-    return run_bench(program, arguments.peers);
+    return run_bench(program, arguments.peers, arguments.quick);
   });
 }
 

@@ -272,6 +272,7 @@ std::string solver_text(const maneuver::SolverRecord& solver) {
   text.add("iterations", json(solver.iterations));
   text.add("evaluations", json(solver.evaluations));
   text.add("wall_seconds", json(solver.wall_seconds));
+  text.add("processor_seconds", json(solver.processor_seconds));
   text.add("history", json_list(solver.history, entry));
   return text.finished();
 }

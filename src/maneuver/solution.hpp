@@ -35,6 +35,7 @@ struct SolverRecord {
   int iterations = 0;
   int evaluations = 0;
   double wall_seconds = 0.0;
+  double processor_seconds = std::numeric_limits<double>::quiet_NaN();  // of all threads and worker processes
   std::vector<SolverIteration> history;
 };
 

@@ -28,6 +28,8 @@ class Budget {
  public:
   Budget(const maneuver::Problem& problem, const SolveOptions& options);
   double seconds() const;
+  /// Of all threads and of worker processes that have ended.
+  double processor_seconds() const;
   bool stopped() const;
   /// Options of a solve within what is left of the time.
   optimizer::Options optimizer_options(int max_iterations, double tolerance) const;
@@ -36,6 +38,7 @@ class Budget {
   const maneuver::Problem& problem_;
   const SolveOptions& options_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  double processor_begin_;
 };
 
 class Method {

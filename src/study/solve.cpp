@@ -1,5 +1,7 @@
 #include "study/solve.hpp"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <limits>
 #include <memory>
@@ -32,6 +34,18 @@ constexpr std::size_t refined_candidates =
 constexpr int retries = 4;  // further guesses where a single start fails
 constexpr int shooting_iterations = 200;
 constexpr double same_minimum = 1e-6;  // relative difference of cost
+
+// Of this process and of its children that have ended, s.
+double processor_time() {
+  double seconds = 0.0;
+  for (const int whose : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    rusage usage{};
+    getrusage(whose, &usage);
+    for (const timeval& part : {usage.ru_utime, usage.ru_stime})
+      seconds += static_cast<double>(part.tv_sec) + 1e-6 * static_cast<double>(part.tv_usec);
+  }
+  return seconds;
+}
 
 std::unique_ptr<Method> choose_method(const System& system, const Problem& problem, const SolveOptions& options,
                                       const Budget& budget) {
@@ -177,6 +191,7 @@ class Search {
     solution.limit_multipliers = limit_multipliers(found, duration / full_.steps);
     solution.solver.name = method_->name() + (shooting ? ", single shooting" : "");
     solution.solver.wall_seconds = budget_.seconds();
+    solution.solver.processor_seconds = budget_.processor_seconds();
     for (const optimizer::Iteration& step : outcome.history)
       solution.solver.history.push_back(
           {step.iteration, step.objective, step.goal_error, step.dual_infeasibility, step.step, step.drift});
@@ -250,11 +265,14 @@ class Search {
 
 }  // namespace
 
-Budget::Budget(const Problem& problem, const SolveOptions& options) : problem_(problem), options_(options) {}
+Budget::Budget(const Problem& problem, const SolveOptions& options)
+    : problem_(problem), options_(options), processor_begin_(processor_time()) {}
 
 double Budget::seconds() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
 }
+
+double Budget::processor_seconds() const { return processor_time() - processor_begin_; }
 
 bool Budget::stopped() const {
   return (options_.interrupted && options_.interrupted()) ||

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures Pinocchio, Crocoddyl and MuJoCo on the chains that lamprey_bench marches, then prints Lamprey's ratios to them.
 
-usage: peers.py CHAINS LAMPREY
+usage: steps.py CHAINS LAMPREY
 CHAINS and LAMPREY are what lamprey_bench wrote by --chains_out and --benchmark_out. tools/bench_peers.sh makes the virtual
 environment, runs lamprey_bench and then this.
 
@@ -330,13 +330,13 @@ def print_ratios(lamprey, results, chain_lengths):
         print(f"{name + ' / ' + divisors:<86}"
               + "".join(f"{row[bodies]:8.2f}" if bodies in row else f"{'-':>8}" for bodies in chain_lengths))
     if missing:
-        print(f"peers.py: not measured by lamprey_bench: {'; '.join(sorted(set(missing)))}", file=sys.stderr)
+        print(f"steps.py: not measured by lamprey_bench: {'; '.join(sorted(set(missing)))}", file=sys.stderr)
     return len(missing)
 
 
 def main():
     if len(sys.argv) != 3:
-        sys.exit("usage: peers.py CHAINS LAMPREY")
+        sys.exit("usage: steps.py CHAINS LAMPREY")
     with open(sys.argv[1], encoding="utf-8") as stream:
         chains = [Chain(written) for written in json.load(stream)]
     import crocoddyl
