@@ -188,8 +188,9 @@ TEST_P(ShapeDerivatives, the_curvature_of_the_lagrangian_matches_second_differen
   const double here = lagrangian_at(0.0), expected = curvature();
   const auto error = [&](double t) { return (lagrangian_at(t) + lagrangian_at(-t) - 2.0 * here) / (t * t) - expected; };
   const double coarse = error(1.0), fine = error(0.25);
-  if (std::abs(coarse) > 1e-5 * std::abs(expected))  // else as good as exact
+  if (std::abs(coarse) > 1e-5 * std::abs(expected)) {  // else as good as exact
     EXPECT_NEAR(std::log2(std::abs(coarse / fine)) / 2.0, 2.0, 0.2) << coarse << " and " << fine << " of " << expected;
+  }
   EXPECT_LE(std::abs((16.0 * fine - coarse) / 15.0), tolerance(1e-4) * std::abs(expected));
 }
 
