@@ -64,7 +64,7 @@ TEST(Program, says_why_a_goal_out_of_reach_was_not_met) {
   EXPECT_EQ(run.exit_code, 4) << run.out << run.err;
   const file::Results results = file::read_solution(folder / "run");
   EXPECT_NE(results.solution.status, maneuver::Status::optimal);
-  EXPECT_NE(results.solution.message.find("Not solved"), std::string::npos) << results.solution.message;
+  EXPECT_NE(results.solution.message.find("Out of reach"), std::string::npos) << results.solution.message;
 }
 
 TEST(Program, writes_its_best_point_when_interrupted) {

@@ -28,13 +28,19 @@ struct ComposedSetting {
   bool rest;
 };
 
+// N m, of random moments: what the longer stages of order 6 still march.
+double size_of(const ComposedSetting& setting) {
+  if (setting.swimmer == ComposedSwimmer::any_joint) return 2.0;
+  return setting.scheme == Scheme::order6 ? 4.0 : 8.0;
+}
+
 // A march of three steps under random polynomials, and what is asked of it: just the end that it has.
 class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
  protected:
   static constexpr int steps = 3;
 
   ComposedDerivatives()
-      : random_(29), system_(swimmer()), size_(GetParam().swimmer == ComposedSwimmer::any_joint ? 2.0 : 8.0) {
+      : random_(29), system_(swimmer()), size_(size_of(GetParam())) {
     const bool planar = GetParam().swimmer == ComposedSwimmer::in_the_plane;
     maneuver_.start.rotation =
         planar ? mechanics::Rotations(3, Matrix3d::Identity()) : random_rotations(random_, system_);
@@ -173,8 +179,10 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
 
   static void expect_second_order(double coarse, double fine, double expected) {
     EXPECT_GT(std::abs(expected), 0.0);
-    EXPECT_NEAR(std::log2(std::abs((coarse - expected) / (fine - expected))) / 2.0, 2.0, 0.25)
-        << coarse << " and " << fine << " of " << expected;
+    if (std::abs(coarse - expected) > 1e-7 * std::abs(expected)) {  // else as good as exact
+      EXPECT_NEAR(std::log2(std::abs((coarse - expected) / (fine - expected))) / 2.0, 2.0, 0.25)
+          << coarse << " and " << fine << " of " << expected;
+    }
     EXPECT_LE(std::abs((16.0 * fine - coarse) / 15.0 - expected), tolerance(1e-4) * std::abs(expected));
   }
 
@@ -188,7 +196,7 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
 };
 
 TEST_P(ComposedDerivatives, a_march_leaves_no_gaps_and_no_total_momentum) {
-  EXPECT_LE(program_->gap(), tolerance(1e-12));
+  EXPECT_LE(program_->gap(), tolerance(1e-11));
   leave_gaps();
   const NodePath path = program_->path();
   maneuver::Solution solution;

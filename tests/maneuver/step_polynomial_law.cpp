@@ -11,7 +11,7 @@ using Eigen::VectorXd;
 using integrator::Scheme;
 
 TEST(StepPolynomial, is_orthonormal_over_the_step) {
-  constexpr int points = 200;  // Simpson's rule, exact up to degree 3, and near enough for 4
+  constexpr int points = 400;  // Simpson's rule, exact up to degree 3, and near enough for 4
   MatrixXd gram = MatrixXd::Zero(3, 3);
   for (int n = 0; n <= points; ++n) {
     const double weight = (n == 0 || n == points ? 1.0 : n % 2 == 1 ? 4.0 : 2.0) / (3.0 * points);
