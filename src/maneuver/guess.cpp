@@ -110,11 +110,8 @@ MatrixXd stacked_nodes(const System& system, const NodePath& path) {
 // Cubic splines through the nodes of a motion, over fractions of its duration.
 class NodeSplines {
  public:
-  NodeSplines(const System& system, const NodePath& nodes)
-      : system_(system),
-        path_(Interpolation::not_a_knot_cubic,
-              VectorXd::LinSpaced(static_cast<Eigen::Index>(nodes.rotation.size()), 0.0, 1.0),
-              stacked_nodes(system, nodes)) {}
+  NodeSplines(const System& system, const MatrixXd& nodes)
+      : system_(system), path_(Interpolation::not_a_knot_cubic, VectorXd::LinSpaced(nodes.cols(), 0.0, 1.0), nodes) {}
 
   VectorXd control(double fraction) const { return path_.value(fraction).tail(system_.control_count()); }
 
@@ -133,6 +130,12 @@ class NodeSplines {
   const System& system_;
   ControlPath path_;
 };
+
+NodePath on_grid(const NodeSplines& splines, int steps) {
+  NodePath fine;
+  for (int k = 0; k <= steps; ++k) splines.append(static_cast<double>(k) / steps, fine);
+  return fine;
+}
 
 }  // namespace
 
@@ -161,14 +164,32 @@ NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint6
 }
 
 NodePath refined(const System& system, const NodePath& coarse, int steps) {
-  const NodeSplines splines(system, coarse);
-  NodePath fine;
-  for (int k = 0; k <= steps; ++k) splines.append(static_cast<double>(k) / steps, fine);
-  return fine;
+  return on_grid(NodeSplines(system, stacked_nodes(system, coarse)), steps);
+}
+
+NodePath extrapolated(const System& system, const NodePath& coarse, const NodePath& coarser, int order, int steps) {
+  MatrixXd nodes = stacked_nodes(system, coarse);
+  const MatrixXd coarser_nodes = stacked_nodes(system, coarser);
+  const Eigen::Index ratio = (nodes.cols() - 1) / (coarser_nodes.cols() - 1);
+  MatrixXd difference(nodes.rows(), coarser_nodes.cols());
+  for (Eigen::Index k = 0; k < difference.cols(); ++k) {
+    const auto node = nodes.col(ratio * k);
+    difference.col(k) = node - coarser_nodes.col(k);
+    for (int i = 0; i < system.body_count(); ++i)  // of the quaternion's two signs the nearer one
+      if (difference.col(k).segment<4>(4 * i).squaredNorm() > 2.0)
+        difference.col(k).segment<4>(4 * i) = node.segment<4>(4 * i) + coarser_nodes.col(k).segment<4>(4 * i);
+  }
+  const ControlPath differences(Interpolation::not_a_knot_cubic, VectorXd::LinSpaced(difference.cols(), 0.0, 1.0),
+                                difference);
+  const double finer = static_cast<double>(nodes.cols() - 1) / steps;
+  const double share = (1.0 - std::pow(finer, order)) / (std::pow(static_cast<double>(ratio), order) - 1.0);
+  for (Eigen::Index k = 0; k < nodes.cols(); ++k)
+    nodes.col(k) += share * differences.value(static_cast<double>(k) / static_cast<double>(nodes.cols() - 1));
+  return on_grid(NodeSplines(system, nodes), steps);
 }
 
 NodePath refined(const System& system, const NodePath& coarse, int steps, integrator::Scheme scheme) {
-  const NodeSplines splines(system, coarse);
+  const NodeSplines splines(system, stacked_nodes(system, coarse));
   const std::vector<double> fractions = stage_fractions(scheme);
   const int terms = polynomial_terms(scheme);
   const GaussRule rule = gauss_rule(terms);

@@ -14,6 +14,11 @@ NodePath random_guess(const model::System& system, const Maneuver& maneuver, std
 /// The motion on a grid of `steps`: cubic splines through its quaternions, positions and controls, so that velocities stay smooth.
 NodePath refined(const model::System& system, const NodePath& coarse, int steps);
 
+/// The same, with the error that the grids share taken off (Richardson, equation 9.11): `coarser` is the same solution on
+/// a grid whose nodes are among those of `coarse`, `order` that of the scheme.
+NodePath extrapolated(const model::System& system, const NodePath& coarse, const NodePath& coarser, int order,
+                      int steps);
+
 /// The same at the nodes of all stages of a scheme above order 2, with the polynomials of its moments.
 NodePath refined(const model::System& system, const NodePath& coarse, int steps, integrator::Scheme scheme);
 

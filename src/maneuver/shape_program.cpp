@@ -86,6 +86,7 @@ bool ShapeProgram::go_to(const NodePath& path) {
     step.root_shift = R[0].transpose() * (path.position[at(k + 1)] - path.position[at(k)]);
   }
   end_multiplier_.setZero();
+  if (has_multipliers()) end_multiplier_ = end_start_;
   for (VectorXd& multiplier : idle_multiplier_) multiplier.setZero();
   if (limits_.empty()) return roll_out(now_);
   const LimitMultipliers before = limit_start_.value_or(LimitMultipliers());

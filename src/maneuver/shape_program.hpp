@@ -27,6 +27,9 @@ class ShapeProgram : public optimizer::StageProgram {
   /// The cost by its rule, without what limits add.
   double cost() const { return now_.cost; }
 
+  /// Takes over the end rows' multipliers, of any grid; empty: none. Before go_to.
+  void take_end_multipliers(const VectorXd& multipliers) { end_start_ = multipliers; }
+  const VectorXd& end_multipliers() const { return end_multiplier_; }
   /// Takes over limits' multipliers, of any grid; empty ones before a first search. Before go_to.
   void take_limit_multipliers(const LimitMultipliers& multipliers) { limit_start_ = multipliers; }
   const LimitMultipliers& limit_multipliers() const { return limits_.multipliers(); }
@@ -39,6 +42,7 @@ class ShapeProgram : public optimizer::StageProgram {
 
   optimizer::StageSizes sizes() const override;
   const optimizer::Merit& merit() const override { return now_.merit; }
+  bool has_multipliers() const override { return end_start_.size() == end_multiplier_.size() && idle() == 0; }
   void linearize(optimizer::StageModel& model) override;
   const optimizer::Merit* try_step(const optimizer::StageStep& step, double length) override;
   const VectorXd& trial_end_rows() const override { return trial_.end_rows; }
@@ -120,6 +124,7 @@ class ShapeProgram : public optimizer::StageProgram {
   Motion now_, trial_;
   VectorXd start_impulse_;  // [f] momentum along the shape's coordinates that the start brings
   VectorXd end_multiplier_;
+  VectorXd end_start_;                     // for the next go_to
   std::vector<VectorXd> idle_multiplier_;  // [N][idle]
   std::vector<MatrixXd> next_by_idle_;     // [N][n][idle] next state by idle moments
   double metric_scale_ = 1.0;              // N m, what moments are like

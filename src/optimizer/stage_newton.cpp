@@ -201,12 +201,13 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
   change_ = 1.0;
   highest_cost_ = std::max(program.merit().cost, 1e-300);
   funnel_ = std::max(widest_funnel, program.merit().violation);
-  // multipliers first: a step's without the curvature that they bring
-  program.linearize(model_);
-  if (!factor(0.0)) return finish(Termination::stalled, "the first motion leads nowhere");
-  find_step();
-  step_.end_multiplier = end_multiplier_;
-  program.take_multipliers(step_, 1.0);
+  if (!program.has_multipliers()) {  // a step's without the curvature that they bring
+    program.linearize(model_);
+    if (!factor(0.0)) return finish(Termination::stalled, "the first motion leads nowhere");
+    find_step();
+    step_.end_multiplier = end_multiplier_;
+    program.take_multipliers(step_, 1.0);
+  }
   while (true) {
     program.linearize(model_);
     highest_cost_ = std::max(highest_cost_, program.merit().cost);

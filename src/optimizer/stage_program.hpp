@@ -71,6 +71,8 @@ class StageProgram {
   virtual ~StageProgram() = default;
   virtual StageSizes sizes() const = 0;
   virtual const Merit& merit() const = 0;
+  /// Whether the point came with multipliers; else a search estimates them first.
+  virtual bool has_multipliers() const { return false; }
   /// The model at the point, the Lagrangian with the point's multipliers.
   virtual void linearize(StageModel& model) = 0;
   /// Moves to a trial point; nothing where there is no motion.

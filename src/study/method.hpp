@@ -16,9 +16,11 @@ namespace lamprey::study {
 /// A motion that a method has arrived at.
 struct Found {
   optimizer::Outcome outcome;
-  maneuver::NodePath path;  // empty: none
-  double cost = 0.0;        // by the file's rule
-  double duration = 0.0;    // s
+  maneuver::NodePath path;          // empty: none
+  maneuver::NodePath coarser;       // the same solution on a grid whose nodes are among the path's; empty: not known
+  Eigen::VectorXd end_multipliers;  // of the end rows
+  double cost = 0.0;                // by the file's rule
+  double duration = 0.0;            // s
   maneuver::LimitMultipliers limit_multipliers;
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
 };

@@ -33,6 +33,7 @@ constexpr double rough_tolerance = 1e-4;
 constexpr double fine_tolerance = 1e-7;  // before a last Newton step
 constexpr double rough_limits = 1e-3;    // error of limits, in units of their rows
 constexpr double fine_limits = 1e-9;
+constexpr double same_solution = 0.1;   // relative difference of cost between grids
 constexpr double limited_share = 1e-2;  // of the tolerance: a last Newton step is no good where limits begin to hold
 
 // A program and its solver at one resolution.
@@ -81,6 +82,7 @@ class NewtonMethod : public Method {
   std::vector<Found> refine(const std::vector<const Found*>& coarse) override {
     return in_threads(static_cast<int>(coarse.size()), "refined", [&](int n) {
       Found found = *coarse[static_cast<std::size_t>(n)];
+      if (coarse_of(problem_.steps) < asked_.steps || !integrator::single_step(asked_.scheme)) add_coarser(found);
       if (!integrator::single_step(asked_.scheme)) return refine_composed(found);
       for (int steps = coarse_of(problem_.steps); steps < problem_.steps && !found.path.rotation.empty();) {
         steps = std::min(problem_.steps, steps * most_refinement);
@@ -131,13 +133,36 @@ class NewtonMethod : public Method {
     Grid grid(system_, problem_, steps, coordinates_, rows_, limits_);
     Found found = from;
     found.path = NodePath();
-    solve(grid, maneuver::refined(system_, from.path, steps), tolerance, found);
+    solve(grid, on_grid(from, steps), tolerance, found);
+    const int from_steps = steps_of(from.path);
+    found.coarser = from.converged() && from_steps < steps && steps % from_steps == 0 ? from.path : NodePath();
     return found;
+  }
+
+  static int steps_of(const NodePath& path) { return static_cast<int>(path.rotation.size()) - 1; }
+
+  NodePath on_grid(const Found& from, int steps) const {
+    if (from.coarser.rotation.empty()) return maneuver::refined(system_, from.path, steps);
+    return maneuver::extrapolated(system_, from.path, from.coarser, integrator::order(problem_.scheme), steps);
+  }
+
+  // The same solution with half the steps, from which finer grids can be foretold.
+  void add_coarser(Found& found) const {
+    const int steps = steps_of(found.path);
+    if (!found.converged() || steps % 2 != 0) return;
+    Found half = found;
+    half.coarser = NodePath();
+    half = carry_on(half, steps / 2, fine_tolerance);
+    found.outcome.history = half.outcome.history;
+    found.outcome.iterations = half.outcome.iterations;
+    found.outcome.evaluations = half.outcome.evaluations;
+    if (half.converged() && std::abs(half.cost - found.cost) < same_solution * found.cost) found.coarser = half.path;
   }
 
   // On to the scheme above order 2, from coarse to fine.
   Found refine_composed(const Found& coarse) const {
     Found found = coarse;
+    if (!coarse.coarser.rotation.empty()) found.path = on_grid(coarse, most_refinement * steps_of(coarse.path));
     for (int steps = std::min(asked_.steps, composed_steps); !found.path.rotation.empty();
          steps = std::min(asked_.steps, steps * most_refinement)) {
       found = carry_on_composed(found, steps);
@@ -183,6 +208,7 @@ class NewtonMethod : public Method {
     outcome.reason = "no motion was found through the first guess of the shapes";
     if (found.duration == 0.0) found.duration = problem_.duration.value;
     grid.program.take_duration(found.duration);
+    grid.program.take_end_multipliers(found.end_multipliers);
     grid.program.take_limit_multipliers(found.limit_multipliers);
     if (grid.program.go_to(from)) {
       outcome = optimizer::solve_within_limits(grid.newton, grid.program,
@@ -191,6 +217,7 @@ class NewtonMethod : public Method {
         if (!detail.empty()) outcome.reason += "; " + detail;
       found.path = grid.program.path();
       found.cost = grid.program.cost();
+      found.end_multipliers = grid.program.end_multipliers();
       found.duration = grid.program.duration();
       found.limit_multipliers = grid.program.limit_multipliers();
     }
