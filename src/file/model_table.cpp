@@ -285,6 +285,7 @@ std::string control_kind_text(const Problem& problem) {
 std::string search_text(const maneuver::Search& search) {
   std::string text = fmt::format("{}, {} start{}, seed {}, tolerance {}", word(search.method), search.starts,
                                  search.starts == 1 ? "" : "s", search.seed, short_number(search.tolerance));
+  if (search.hops > 0) text += fmt::format(", {} hop{}", search.hops, search.hops == 1 ? "" : "s");
   if (search.time_limit) text += fmt::format(", at most {} s", short_number(*search.time_limit));
   return text;
 }

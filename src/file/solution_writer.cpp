@@ -255,6 +255,7 @@ std::string search_text(const maneuver::SearchRecord& search) {
   };
   ObjectText text(1);
   text.add("starts", json(search.starts));
+  if (search.hops > 0) text.add("hops", json(search.hops));
   text.add("solved", json(search.solved));
   text.add("minima", json_list(search.minima, minimum));
   return text.finished();

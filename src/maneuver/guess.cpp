@@ -27,18 +27,11 @@ Matrix3d between(const Matrix3d& start, const Matrix3d& end, double s) {
   return start * lie::exp(blend(s) * lie::log(start.transpose() * end));
 }
 
-// Relative rotation of each joint, child → parent, along the guess.
-class JointPaths {
+// Random smooth swings of the joints along their actuation, zero at both ends.
+class JointSwings {
  public:
-  JointPaths(const System& system, const Maneuver& maneuver, Random& random) : system_(system) {
-    for (int j = 0; j < system.joint_count(); ++j) {
-      const model::Joint& joint = system.joint(j);
-      const Matrix3d start =
-          maneuver.start.rotation[at(joint.parent)].transpose() * maneuver.start.rotation[at(joint.child)];
-      const auto& parent_end = maneuver.end_rotation[at(joint.parent)];
-      const auto& child_end = maneuver.end_rotation[at(joint.child)];
-      start_.push_back(start);
-      end_.push_back(parent_end && child_end ? Matrix3d(parent_end->transpose() * *child_end) : start);
+  JointSwings(const System& system, Random& random) : system_(system) {
+    for (const model::Joint& joint : system.joints()) {
       MatrixXd coefficients(joint.actuation.cols(), harmonics);
       for (int m = 0; m < harmonics; ++m)
         for (Eigen::Index c = 0; c < coefficients.rows(); ++c)
@@ -47,12 +40,37 @@ class JointPaths {
     }
   }
 
-  Matrix3d relative(int j, double s) const {
+  Vector3d swing(int j, double s) const {
     VectorXd wave(harmonics);
     for (int m = 0; m < harmonics; ++m)
       wave[m] = std::sin((m + 1) * std::numbers::pi * s) * std::sin(std::numbers::pi * s);
+    return system_.joint(j).actuation * (coefficients_[at(j)] * wave);
+  }
+
+ private:
+  const System& system_;
+  std::vector<MatrixXd> coefficients_;
+};
+
+// Relative rotation of each joint, child → parent, along the guess.
+class JointPaths {
+ public:
+  JointPaths(const System& system, const Maneuver& maneuver, Random& random)
+      : system_(system), swings_(system, random) {
+    for (int j = 0; j < system.joint_count(); ++j) {
+      const model::Joint& joint = system.joint(j);
+      const Matrix3d start =
+          maneuver.start.rotation[at(joint.parent)].transpose() * maneuver.start.rotation[at(joint.child)];
+      const auto& parent_end = maneuver.end_rotation[at(joint.parent)];
+      const auto& child_end = maneuver.end_rotation[at(joint.child)];
+      start_.push_back(start);
+      end_.push_back(parent_end && child_end ? Matrix3d(parent_end->transpose() * *child_end) : start);
+    }
+  }
+
+  Matrix3d relative(int j, double s) const {
     const model::Joint& joint = system_.joint(j);
-    const Vector3d swing = joint.actuation * (coefficients_[at(j)] * wave);
+    const Vector3d swing = swings_.swing(j, s);
     if (joint.free()) return lie::exp(swing) * between(start_[at(j)], end_[at(j)], s);
     const Vector3d from = mechanics::joint_angles(joint, start_[at(j)]);
     const Vector3d to = mechanics::joint_angles(joint, end_[at(j)]);
@@ -61,8 +79,8 @@ class JointPaths {
 
  private:
   const System& system_;
+  JointSwings swings_;
   std::vector<Matrix3d> start_, end_;
-  std::vector<MatrixXd> coefficients_;
 };
 
 // Rotations of all bodies from the root's and the joints'.
@@ -161,6 +179,29 @@ NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint6
   }
   path.control.assign(at(maneuver.steps + 1), VectorXd::Zero(system.control_count()));
   return path;
+}
+
+NodePath perturbed(const System& system, const NodePath& path, std::uint64_t seed) {
+  Random random(seed);
+  const JointSwings swings(system, random);
+  NodePath other = path;
+  const std::size_t steps = path.rotation.size() - 1;
+  for (std::size_t k = 0; k <= steps; ++k) {
+    const Rotations& R = path.rotation[k];
+    Rotations& moved = other.rotation[k];
+    for (int i : system.root_to_leaves()) {
+      const model::Body& body = system.body(i);
+      if (body.parent < 0) continue;
+      const model::Joint& joint = system.joint(body.joint);
+      const Vector3d swing = swings.swing(body.joint, static_cast<double>(k) / static_cast<double>(steps));
+      const Matrix3d Q = mechanics::child_to_parent(R, joint);
+      moved[at(i)] = moved[at(body.parent)] *
+                     (joint.free() ? Matrix3d(lie::exp(swing) * Q)
+                                   : mechanics::joint_rotation(joint, mechanics::joint_angles(joint, Q) + swing));
+    }
+    if (k > 0) other.cayley[k - 1] = cayley_between(other.rotation[k - 1], moved);
+  }
+  return other;
 }
 
 NodePath refined(const System& system, const NodePath& coarse, int steps) {

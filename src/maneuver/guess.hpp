@@ -11,6 +11,9 @@ namespace lamprey::maneuver {
 /// moments are left to the solver. The same for the same seed on every machine. Never the still motion, a singular point.
 NodePath random_guess(const model::System& system, const Maneuver& maneuver, std::uint64_t seed);
 
+/// A motion near another one: its joints swing further, at random as random_guess's do. The root stays where it was.
+NodePath perturbed(const model::System& system, const NodePath& path, std::uint64_t seed);
+
 /// The motion on a grid of `steps`: cubic splines through its quaternions, positions and controls, so that velocities stay smooth.
 NodePath refined(const model::System& system, const NodePath& coarse, int steps);
 

@@ -84,6 +84,7 @@ struct Waypoint {
 
 struct Search {
   int starts = 1;
+  int hops = 0;  // further solves from perturbed copies of the best minimum so far
   std::uint64_t seed = 1;
   SearchMethod method = SearchMethod::simultaneous;
   double tolerance = 1e-8;           // on certificate.kkt

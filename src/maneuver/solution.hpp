@@ -46,6 +46,7 @@ struct Minimum {
 
 struct SearchRecord {
   int starts = 0;
+  int hops = 0;  // solves from perturbed copies of the best minimum
   int solved = 0;
   std::vector<Minimum> minima;  // by rising cost
 };

@@ -165,7 +165,8 @@ json words_of(const file::Results& results) {
     }
   }
   if (sought && solution.search.starts > 0) {
-    run["search"] = {{"starts", solution.search.starts}, {"solved", solution.search.solved}};
+    run["search"] = {
+        {"starts", solution.search.starts}, {"hops", solution.search.hops}, {"solved", solution.search.solved}};
     run["minima"] = json::array();
     for (const maneuver::Minimum& minimum : solution.search.minima)
       run["minima"].push_back({minimum.cost, minimum.count});

@@ -49,6 +49,8 @@ class Method {
   virtual std::string name() const = 0;
   /// Solves starts first … first + count − 1 on a coarse grid.
   virtual std::vector<Found> solve_starts(int first, int count) = 0;
+  /// Solves again from perturbed copies of a motion on the coarse grid, hops first … first + count − 1.
+  virtual std::vector<Found> hop(const Found& from, int first, int count) = 0;
   /// Carries motions on to full resolution.
   virtual std::vector<Found> refine(const std::vector<const Found*>& coarse) = 0;
   /// Carries a motion on to another number of steps.
@@ -60,8 +62,9 @@ class Method {
 /// Steps of the grid on which starts are told apart: enough to tell minima apart, few enough to be quick.
 inline constexpr int coarse_steps = 100;
 
-/// Seed of a start's first guess.
+/// Seeds of a start's first guess and of a hop.
 std::uint64_t seed_of_start(const maneuver::Problem& problem, int start);
+std::uint64_t seed_of_hop(const maneuver::Problem& problem, int hop);
 
 /// Whether the Newton method can take the problem: moments free at each node, no total momentum; above order 2 neither limits,
 /// waypoints, a periodic goal nor a free duration.

@@ -79,15 +79,29 @@ class NewtonMethod : public Method {
     return in_threads(count, "start", [&](int n) { return solve_start(first + n); });
   }
 
+  std::vector<Found> hop(const Found& from, int first, int count) override {
+    return in_threads(count, "", [&](int n) {
+      Grid grid(system_, problem_, steps_of(from.path), coordinates_, rows_, limits_);
+      Found found;
+      solve(grid, maneuver::perturbed(system_, from.path, seed_of_hop(problem_, first + n)), fine_tolerance, found);
+      return found;
+    });
+  }
+
   std::vector<Found> refine(const std::vector<const Found*>& coarse) override {
     return in_threads(static_cast<int>(coarse.size()), "refined", [&](int n) {
-      Found found = *coarse[static_cast<std::size_t>(n)];
+      const Found& from = *coarse[static_cast<std::size_t>(n)];
+      Found found = from;
       if (coarse_of(problem_.steps) < asked_.steps || !integrator::single_step(asked_.scheme)) add_coarser(found);
-      if (!integrator::single_step(asked_.scheme)) return refine_composed(found);
-      for (int steps = coarse_of(problem_.steps); steps < problem_.steps && !found.path.rotation.empty();) {
-        steps = std::min(problem_.steps, steps * most_refinement);
-        found = carry_on(found, steps, fine_tolerance);
-      }
+      if (!integrator::single_step(asked_.scheme))
+        found = refine_composed(found);
+      else
+        for (int steps = coarse_of(problem_.steps); steps < problem_.steps && !found.path.rotation.empty();) {
+          steps = std::min(problem_.steps, steps * most_refinement);
+          found = carry_on(found, steps, fine_tolerance);
+        }
+      found.outcome.iterations -= from.outcome.iterations;  // which the search has counted
+      found.outcome.evaluations -= from.outcome.evaluations;
       return found;
     });
   }
@@ -98,7 +112,7 @@ class NewtonMethod : public Method {
  private:
   static int coarse_of(int steps) { return std::min(steps, coarse_steps); }
 
-  // Tasks 0 … count − 1, each by itself, so that results do not depend on the number of threads.
+  // Tasks 0 … count − 1, each by itself, so that results do not depend on the number of threads; told of by name if any.
   std::vector<Found> in_threads(int count, const char* what, const std::function<Found(int)>& task) const {
     std::vector<Found> all(static_cast<std::size_t>(count));
     std::atomic<int> next = 0, done = 0;
@@ -108,7 +122,7 @@ class NewtonMethod : public Method {
         if (budget_.stopped() && n > 0) continue;
         all[static_cast<std::size_t>(n)] = task(n);
         const std::scoped_lock lock(telling);
-        if (options_.progress)
+        if (options_.progress && *what != '\0')
           options_.progress(std::string(what) + " " + std::to_string(++done) + " of " + std::to_string(count));
       }
     };

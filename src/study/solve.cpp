@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <sstream>
 
 #include "maneuver/goal_rank.hpp"
 #include "maneuver/guess.hpp"
@@ -33,6 +34,9 @@ constexpr std::size_t refined_candidates =
     6;                      // coarse grids lie about cost: at most so many are compared at full resolution
 constexpr int retries = 4;  // further guesses where a single start fails
 constexpr int shooting_iterations = 200;
+constexpr int hop_round = 8;         // hops from one minimum; fixed, so that the answer does not depend on the machine
+constexpr int confirming_steps = 4;  // times the coarse grid's
+constexpr double settled_cost = 0.05;  // relative difference of cost between the two
 constexpr double same_minimum = 1e-6;  // relative difference of cost
 
 // Of this process and of its children that have ended, s.
@@ -75,6 +79,7 @@ class Search {
 
   std::vector<Solution> run() {
     search_starts();
+    hop();
     count_minima();
     refine_candidates();
     for (Solution& solution : solutions_) {
@@ -106,15 +111,53 @@ class Search {
          more < retries && problem_.search.starts == 1 && !starts_.back().converged() && !budget_.stopped(); ++more)
       starts_.push_back(method_->solve_starts(static_cast<int>(starts_.size()), 1).front());
     for (const Found& start : starts_) count_effort(start.outcome);
+    first_hop_ = static_cast<int>(starts_.size());
   }
 
-  void count_minima() {
+  // Basin hopping (chapter 9): rounds of perturbed copies of the cheapest minimum that a finer grid confirms.
+  void hop() {
+    std::optional<std::size_t> base = cheapest_confirmed();
+    for (int first = 0; first < problem_.search.hops && base && !budget_.stopped(); first += hop_round) {
+      const std::vector<Found> hops =
+          method_->hop(starts_[*base], first, std::min(hop_round, problem_.search.hops - first));
+      for (const Found& found : hops) count_effort(found.outcome);
+      starts_.insert(starts_.end(), hops.begin(), hops.end());
+      base = cheapest_confirmed();
+      if (!base || !options_.progress) continue;
+      std::ostringstream text;
+      text << "best after " << first + static_cast<int>(hops.size()) << " hops: cost " << starts_[*base].cost;
+      options_.progress(text.str());
+    }
+  }
+
+  // Coarse grids lie: the cheapest solution whose cost is much the same with four times the steps.
+  std::optional<std::size_t> cheapest_confirmed() {
+    confirmed_.resize(starts_.size());
+    for (std::size_t s : by_rising_cost()) {
+      if (!starts_[s].converged()) return std::nullopt;
+      if (!confirmed_[s]) {
+        const int steps = confirming_steps * static_cast<int>(starts_[s].path.rotation.size() - 1);
+        const Found fine = method_->carry(starts_[s], steps);
+        confirmed_[s] = fine.converged() && std::abs(fine.cost - starts_[s].cost) < settled_cost * starts_[s].cost;
+      }
+      if (*confirmed_[s]) return s;
+    }
+    return std::nullopt;
+  }
+
+  std::vector<std::size_t> by_rising_cost() const {
     std::vector<std::size_t> order(starts_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
       return std::pair(!starts_[a].converged(), starts_[a].cost) < std::pair(!starts_[b].converged(), starts_[b].cost);
     });
-    record_.starts = static_cast<int>(starts_.size());
+    return order;
+  }
+
+  void count_minima() {
+    const std::vector<std::size_t> order = by_rising_cost();
+    record_.starts = first_hop_;
+    record_.hops = static_cast<int>(starts_.size()) - first_hop_;
     for (std::size_t s : order) {
       if (!starts_[s].converged()) continue;
       const double cost = starts_[s].cost;
@@ -254,8 +297,10 @@ class Search {
   Budget budget_;
   Maneuver full_;
   std::unique_ptr<Method> method_;
-  std::vector<Found> starts_;
-  std::vector<std::size_t> candidates_;  // starts to refine, by rising cost
+  std::vector<Found> starts_;                   // then hops
+  int first_hop_ = 0;                           // its place
+  std::vector<std::optional<bool>> confirmed_;  // [starts] by a finer grid
+  std::vector<std::size_t> candidates_;         // starts to refine, by rising cost
   maneuver::SearchRecord record_;
   std::vector<Solution> solutions_;
   std::vector<Found> found_;  // of the solutions
@@ -290,6 +335,10 @@ optimizer::Options Budget::optimizer_options(int max_iterations, double toleranc
 
 std::uint64_t seed_of_start(const Problem& problem, int start) {
   return problem.search.seed * 0x100000001B3ULL + static_cast<std::uint64_t>(start);
+}
+
+std::uint64_t seed_of_hop(const Problem& problem, int hop) {
+  return ~problem.search.seed * 0x100000001B3ULL + static_cast<std::uint64_t>(hop);
 }
 
 std::vector<Solution> solve(const System& system, const Problem& problem, const SolveOptions& options) {

@@ -41,7 +41,7 @@ export function show_certificate(runs) {
 function minima(run) {
   const rows = run.minima.slice(0, 50).map(([cost, count], index) => [String(index + 1), number_text(cost, 10), String(count)]);
   const rest = run.minima.length - rows.length;
-  return [element("p", {}, `${run.search.solved} of ${run.search.starts} starts reached a solution; distinct minima found, by rising cost:`),
+  return [element("p", {}, `${run.search.solved} of ${run.search.starts} starts${run.search.hops ? ` and ${run.search.hops} hops` : ""} reached a solution; distinct minima found, by rising cost:`),
     table(["", "Cost [(N m)² s]", "Times found"], rows, "numbers"),
     rest > 0 ? element("p", {}, `and ${rest} more`) : ""];
 }
