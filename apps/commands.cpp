@@ -177,8 +177,8 @@ int solve(const SolveArguments& arguments) {
   const model::System system = build_system(problem_file);
   study::SolveOptions options;
   options.workers = arguments.workers > 0 ? arguments.workers : static_cast<int>(std::thread::hardware_concurrency());
-  if (arguments.solver == "newton") options.solver = study::Solver::newton;
-  if (arguments.solver == "ipopt") options.solver = study::Solver::ipopt;
+  if (arguments.solver == "newton") options.solver = study::Backend::newton;
+  if (arguments.solver == "ipopt") options.solver = study::Backend::ipopt;
   options.refinement = arguments.refinement;
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
   options.interrupted = interrupted;

@@ -29,6 +29,7 @@ class ComposedProgram : public optimizer::StageProgram {
   const optimizer::Merit& merit() const override { return now_.merit; }
   void linearize(optimizer::StageModel& model) override;
   const optimizer::Merit* try_step(const optimizer::StageStep& step, double length) override;
+  const VectorXd& end_rows() const override { return now_.end_rows; }
   const VectorXd& trial_end_rows() const override { return trial_.end_rows; }
   void accept() override { std::swap(now_, trial_); }
   void take_multipliers(const optimizer::StageStep& step, double length) override;

@@ -58,8 +58,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       next_by_idle_(at(steps_), MatrixXd::Zero(states(), shape_ - controls_)),
       buffer_(system.body_count()),
       hessian_(2 * shape_ + 3, 2 * shape_ + 3) {
-  if (!maneuver.periodic)
-    start_impulse_ = shape_basis_.transpose() * maneuver.start.momentum.segment(3, shape_basis_.rows());
+  take_start_impulse();
   for (Motion* motion : {&now_, &trial_}) {
     motion->shape.assign(at(steps_ + 1), Rotations(at(system.body_count()), Matrix3d::Identity()));
     motion->rotation = motion->shape;
@@ -70,6 +69,18 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
     motion->end_rows = VectorXd::Zero(end_multiplier_.size());
     motion->limit_value.setZero(static_cast<Eigen::Index>(limits_.rows().size()), steps_ + 1);
   }
+}
+
+void ShapeProgram::take_start_impulse() {
+  if (maneuver_.periodic) return;
+  start_impulse_.noalias() = shape_basis_.transpose() * maneuver_.start.momentum.segment(3, shape_basis_.rows());
+}
+
+void ShapeProgram::retarget(const Maneuver& maneuver) {
+  maneuver_ = maneuver;
+  h_ = maneuver.time_step();
+  take_start_impulse();
+  if (now_.merit.cost > 0.0) measure(now_);  // there is a motion
 }
 
 optimizer::StageSizes ShapeProgram::sizes() const {

@@ -18,6 +18,12 @@ class ShapeProgram : public optimizer::StageProgram {
   ShapeProgram(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                std::vector<EndRow> end_rows, std::vector<LimitRow> limits = {});
 
+  /// Takes over another start without total momentum, other targets of the end rows and another duration, of as many steps
+  /// and the same kind. A motion there is gets measured anew by them; where start or duration differ go_to must follow.
+  void retarget(const Maneuver& maneuver);
+  /// The point's multipliers are good to go on with.
+  void keep_multipliers() { end_start_ = end_multiplier_; }
+
   /// Goes to a motion: its shapes and, as a first guess, its root's motion. Returns false where none is found.
   bool go_to(const NodePath& path);
   NodePath path() const;
@@ -45,6 +51,7 @@ class ShapeProgram : public optimizer::StageProgram {
   bool has_multipliers() const override { return end_start_.size() == end_multiplier_.size() && idle() == 0; }
   void linearize(optimizer::StageModel& model) override;
   const optimizer::Merit* try_step(const optimizer::StageStep& step, double length) override;
+  const VectorXd& end_rows() const override { return now_.end_rows; }
   const VectorXd& trial_end_rows() const override { return trial_.end_rows; }
   void accept() override { std::swap(now_, trial_); }
   void take_multipliers(const optimizer::StageStep& step, double length) override;
@@ -79,6 +86,7 @@ class ShapeProgram : public optimizer::StageProgram {
     mechanics::Moments control;
   };
 
+  void take_start_impulse();
   bool roll_out(Motion& motion);
   void measure(Motion& motion);
   void impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse);

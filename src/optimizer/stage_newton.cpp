@@ -197,6 +197,7 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
     outcome.infeasibility = program.merit().violation;
     return outcome;
   };
+  factored_ = false;
   damping_ = 0.0;
   change_ = 1.0;
   highest_cost_ = std::max(program.merit().cost, 1e-300);
@@ -213,6 +214,7 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
     highest_cost_ = std::max(highest_cost_, program.merit().cost);
     Verdict verdict = Verdict::rejected;
     while (verdict == Verdict::rejected) verdict = improve(program, options, outcome);
+    factored_ = verdict == Verdict::converged && shift_ == 0.0;
     if (verdict == Verdict::converged) return finish(Termination::converged, "converged");
     if (verdict == Verdict::stuck)
       return finish(program.merit().violation <= met ? Termination::feasible : Termination::stalled,
@@ -227,6 +229,17 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
       return finish(Termination::stalled,
                     "no convergence within " + std::to_string(options.max_iterations) + " iterations");
   }
+}
+
+bool StageNewton::foresee(StageProgram& program) {
+  if (!factored_) return false;
+  model_.c = program.end_rows();
+  riccati_.solve(model_, 1.0, step_);
+  length_ = program.longest(step_);
+  if (!program.try_step(step_, length_)) return false;
+  program.accept();
+  program.take_multipliers(step_, length_);
+  return true;
 }
 
 }  // namespace lamprey::optimizer

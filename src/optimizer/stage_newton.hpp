@@ -16,6 +16,10 @@ class StageNewton {
   /// reason; point and multipliers stay empty: they are the program's.
   Outcome solve(StageProgram& program, const Options& options);
 
+  /// After a solve that converged, when the program's end rows ask for something a little else: the step to first order,
+  /// with the factors that the solve has left. Returns false where there are none or there is no motion.
+  bool foresee(StageProgram& program);
+
  private:
   enum class Verdict { accepted, rejected, converged, stuck };
 
@@ -43,6 +47,7 @@ class StageNewton {
   double change_ = 0.0;        // stationarity at the point
   double highest_cost_ = 0.0;  // of the points so far
   double funnel_ = 0.0;        // violation that steps may have which lower the cost
+  bool factored_ = false;      // whether the factors belong to a solution
   bool by_cost_ = false;       // whether the latest trial was good for its cost
 };
 

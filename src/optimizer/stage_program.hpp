@@ -77,7 +77,8 @@ class StageProgram {
   virtual void linearize(StageModel& model) = 0;
   /// Moves to a trial point; nothing where there is no motion.
   virtual const Merit* try_step(const StageStep& step, double length) = 0;
-  /// End rows at the trial point.
+  /// End rows at the point and at the trial point.
+  virtual const VectorXd& end_rows() const = 0;
   virtual const VectorXd& trial_end_rows() const = 0;
   /// The trial point becomes the point.
   virtual void accept() = 0;

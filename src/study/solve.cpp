@@ -54,16 +54,16 @@ double processor_time() {
 std::unique_ptr<Method> choose_method(const System& system, const Problem& problem, const SolveOptions& options,
                                       const Budget& budget) {
   const bool newton = newton_takes(system, problem);
-  if (options.solver == Solver::newton && !newton)
+  if (options.solver == Backend::newton && !newton)
     throw model::InputError("--solver",
                             "found \"newton\", which takes control.kind = \"steps\" from a start without total "
                             "momentum; use --solver ipopt for this problem, or none");
-  if (!integrator::single_step(problem.scheme) && (options.solver == Solver::ipopt || !newton))
+  if (!integrator::single_step(problem.scheme) && (options.solver == Backend::ipopt || !newton))
     throw model::InputError("integrator.scheme",
                             "found a scheme above order 2, which takes control.kind = \"steps\", no limits, waypoints, "
                             "periodic goal or free duration, a start without total momentum, and not --solver ipopt; "
                             "use \"trapezoid\" with more steps");
-  if (options.solver == Solver::ipopt || !newton) return ipopt_method(system, problem, options, budget);
+  if (options.solver == Backend::ipopt || !newton) return ipopt_method(system, problem, options, budget);
   return newton_method(system, problem, options, budget);
 }
 

@@ -13,10 +13,10 @@
 namespace lamprey::study {
 
 /// automatic: newton where it takes the problem, ipopt otherwise.
-enum class Solver { automatic, newton, ipopt };
+enum class Backend { automatic, newton, ipopt };
 
 struct SolveOptions {
-  Solver solver = Solver::automatic;
+  Backend solver = Backend::automatic;
   int workers = 1;                                   // threads (Ipopt: processes); the answer does not depend on it
   std::function<void(const std::string&)> progress;  // a line for people, may be empty
   std::function<bool()> interrupted;                 // asked often; may be empty

@@ -1,0 +1,61 @@
+// Solver: one maneuver solved again and again as its goal, its start or the time left move, each time from the last answer on
+// (chapter 9). What a vehicle runs that plans while it swims.
+#pragma once
+
+#include "maneuver/shape_program.hpp"
+#include "optimizer/stage_newton.hpp"
+#include "study/solve.hpp"
+
+namespace lamprey::study {
+
+/// Owns its workspace. The number of steps stays what it was; the scheme is of order 1 or 2, the problem without limits,
+/// waypoints, free durations and periodic goals. Not for two threads at once.
+class Solver {
+ public:
+  /// Begins at a solution of the problem: the swimmer's own or one read from a file. `system` must outlive the solver.
+  /// Throws model::InputError where the problem is not one that it takes or the solution is not one of it.
+  Solver(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution);
+
+  /// Another goal, seen from the problem's own start. Throws model::InputError where it contradicts mechanics or asks for
+  /// what the first goal did not: rows stay what they were, only their values move.
+  void set_goal(const maneuver::Goal& goal);
+
+  /// Another start without total momentum; the goal stays where it is in the world. The motion's shapes follow it, less and
+  /// less towards the end. Throws model::InputError where there is momentum.
+  void set_start(const integrator::State& start);
+
+  /// Another duration in as many steps, s: the time that is left. Moments stretch with it.
+  void set_duration(double duration);
+
+  /// Newton steps from the last answer on. The outcome says whether they arrived; the motion is then that of the new problem,
+  /// otherwise the last answer stays. Goals that the reduced coordinates cannot meet (out of the plane of a planar
+  /// maneuver) end as infeasible.
+  optimizer::Outcome solve(const optimizer::Options& options = newton_options());
+
+  /// Stationary to 1e-7 of the cost's gradient before a last Newton step.
+  static optimizer::Options newton_options();
+
+  /// The last answer: nodes as a solution has them, its cost by the file's rule, its number of steps.
+  const maneuver::NodePath& path() const { return path_; }
+  double cost() const { return cost_; }
+  const maneuver::Maneuver& maneuver() const { return maneuver_; }
+
+  /// Nodes, moments, velocities and momenta of the last answer, as solution.json has them.
+  maneuver::Solution solution() const;
+
+ private:
+  struct Reduced;
+  Solver(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+         const Reduced& reduced);
+
+  const model::System& system_;
+  maneuver::Problem problem_;
+  maneuver::Maneuver maneuver_;
+  maneuver::ShapeProgram program_;
+  optimizer::StageNewton newton_;
+  maneuver::NodePath path_;
+  double cost_ = 0.0;
+  bool moved_ = true;  // whether start or time did, or the last answer is none: its motion has to be found again
+};
+
+}  // namespace lamprey::study

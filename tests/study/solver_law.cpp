@@ -1,0 +1,148 @@
+// What a Solver finds from the last answer on is a solution of the moved problem.
+#include "study/solver.hpp"
+
+#include <gtest/gtest.h>
+
+#include "certificate/certify.hpp"
+#include "file/problem_file.hpp"
+#include "maneuver/feedback.hpp"
+#include "model/input_error.hpp"
+#include "study/solve.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using maneuver::Problem;
+using maneuver::Solution;
+using optimizer::Termination;
+
+Problem example_with(const std::string& name, int steps) {
+  Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/" + name + ".toml");
+  problem.steps = steps;
+  problem.search.starts = 1;
+  return problem;
+}
+
+struct Solved {
+  Problem problem;
+  model::System system;
+  Solution solution;
+  Solved(const std::string& name, int steps)
+      : problem(example_with(name, steps)),
+        system(problem.swimmer),
+        solution(study::solve(system, problem, study::SolveOptions()).front()) {}
+};
+
+certificate::Certificate certified(const Solved& solved, const Problem& problem, const study::Solver& solver) {
+  certificate::Options options;
+  options.replay = false;
+  return certificate::certify(solved.system, problem, solver.solution(), options);
+}
+
+integrator::State state_at(const Solved& solved, std::size_t node) {
+  const integrator::NodeMotion motion = maneuver::node_motion(solved.system, solved.solution);
+  const integrator::ReferenceState& state = motion.state[node];
+  return integrator::state_of_velocity(solved.system, state.rotation, state.position, state.velocity);
+}
+
+class SolverOfManeuvers : public testing::TestWithParam<const char*> {};
+
+TEST_P(SolverOfManeuvers, moves_on_to_another_goal_in_a_few_steps) {
+  const Solved solved(GetParam(), 60);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  ASSERT_EQ(solver.solve().termination, Termination::converged);
+  EXPECT_NEAR(solver.cost() / solved.solution.cost, 1.0, 1e-12);
+  Problem moved = solved.problem;
+  for (auto& coordinate : moved.goal->move)
+    if (coordinate) *coordinate *= 1.01;
+  if (moved.goal->turn) *moved.goal->turn *= 0.99;
+  solver.set_goal(*moved.goal);
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  EXPECT_LE(outcome.iterations, 6);
+  const certificate::Certificate certificate = certified(solved, moved, solver);
+  EXPECT_LT(certificate.goal_error, 1e-10);
+  EXPECT_LT(certificate.kkt, 1e-8);
+  EXPECT_GT(std::abs(solver.cost() - solved.solution.cost), 1e-3 * solved.solution.cost);
+}
+
+TEST_P(SolverOfManeuvers, finds_what_is_left_of_an_optimal_maneuver_optimal) {
+  const Solved solved(GetParam(), 60);
+  const std::size_t from = 20;
+  Problem rest = solved.problem;
+  rest.steps = 40;
+  rest.duration.value *= 40.0 / 60.0;
+  Solution tail;
+  tail.rotation.assign(solved.solution.rotation.begin() + from, solved.solution.rotation.end());
+  tail.position.assign(solved.solution.position.begin() + from, solved.solution.position.end());
+  study::Solver solver(solved.system, rest, tail);
+  solver.set_start(state_at(solved, from));
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  EXPECT_LE(outcome.iterations, 3);
+  double largest = 0.0, difference = 0.0;
+  const Solution found = solver.solution();
+  for (std::size_t k = 0; k < found.control.size(); ++k)
+    for (std::size_t j = 0; j < found.control[k].size(); ++j) {
+      largest = std::max(largest, solved.solution.control[from + k][j].norm());
+      difference = std::max(difference, (found.control[k][j] - solved.solution.control[from + k][j]).norm());
+    }
+  EXPECT_LT(difference, 1e-6 * largest);
+}
+
+TEST_P(SolverOfManeuvers, goes_on_from_another_start_and_with_less_time) {
+  const Solved solved(GetParam(), 60);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  Problem moved = solved.problem;
+  moved.start.rotation.back() = Eigen::Vector3d(0.0, 0.0, 0.02);
+  moved.duration.value *= 0.98;
+  solver.set_start(maneuver::start_state(solved.system, moved.start));
+  solver.set_duration(moved.duration.value);
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  // the goal stayed where it was in the world
+  for (int i = 0; i < solved.system.body_count(); ++i)
+    if (const auto& end = solver.maneuver().end_rotation[static_cast<std::size_t>(i)])
+      moved.goal->rotation[solved.system.body(i).name] = lie::log(*end);
+  moved.goal->turn.reset();
+  const certificate::Certificate certificate = certified(solved, moved, solver);
+  EXPECT_LT(certificate.goal_error, 1e-10);
+  EXPECT_LT(certificate.kkt, 1e-8);
+}
+
+INSTANTIATE_TEST_SUITE_P(Examples, SolverOfManeuvers, testing::Values("translation", "rotation"));
+
+TEST(SolverRefusals, say_what_does_not_fit) {
+  const Solved solved("translation", 30);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  maneuver::Goal goal = *solved.problem.goal;
+  goal.rest = false;
+  EXPECT_THROW(solver.set_goal(goal), model::InputError);
+  goal = *solved.problem.goal;
+  goal.move[0].reset();
+  EXPECT_THROW(solver.set_goal(goal), model::InputError);
+  EXPECT_THROW(solver.set_duration(0.0), model::InputError);
+  Problem moving = solved.problem;
+  moving.start.linear_velocity = {1.0, 0.0, 0.0};
+  EXPECT_THROW(solver.set_start(maneuver::start_state(solved.system, moving.start)), model::InputError);
+  Problem free = solved.problem;
+  free.duration.free = true;
+  EXPECT_THROW(study::Solver(solved.system, free, solved.solution), model::InputError);
+  free = solved.problem;
+  free.steps = 31;
+  EXPECT_THROW(study::Solver(solved.system, free, solved.solution), model::InputError);
+}
+
+TEST(SolverRefusals, goals_out_of_the_plane_that_moments_keep_are_out_of_reach) {
+  const Solved solved("translation", 30);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  maneuver::Goal goal = *solved.problem.goal;
+  goal.turn = Eigen::Vector3d(0.1, 0.0, 0.0);
+  solver.set_goal(goal);
+  const optimizer::Outcome outcome = solver.solve();
+  EXPECT_EQ(outcome.termination, Termination::infeasible);
+  EXPECT_NE(outcome.reason.find("cannot reach"), std::string::npos) << outcome.reason;
+}
+
+}  // namespace
+}  // namespace lamprey::tests
