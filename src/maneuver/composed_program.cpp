@@ -58,6 +58,7 @@ ComposedProgram::ComposedProgram(const System& system, const Maneuver& maneuver,
       effort_(maneuver.effort * h_),
       kernel_(system, integrator::lagrangian_of(scheme), shape_basis_),
       moments_(system, shape_basis_, maneuver.start.rotation),
+      work_(shape_size(system), moments_.size()),
       condensed_(at(steps_), CondensedStep(layout_)),
       multiplier_(at(steps_ * stages_ + 1), VectorXd::Zero(shape_)),
       end_multiplier_(VectorXd::Zero(static_cast<Eigen::Index>(end_rows_.size()) + rest_rows_)),
@@ -140,7 +141,8 @@ void ComposedProgram::measure(Motion& motion) {
   double largest = 0.0, missing = 0.0;
   VectorXd arrived = shape_basis_.transpose() * maneuver_.start.momentum.segment(3, shape_basis_.rows());
   for (int n = 0; n <= steps_ * stages_; ++n) {
-    motion.impulse[at(n)].noalias() = shape_basis_.transpose() * moments_.virtual_work(motion.rotation[at(n)]);
+    moments_.virtual_work(motion.rotation[at(n)], work_);
+    motion.impulse[at(n)].noalias() = shape_basis_.transpose() * work_;
     const auto by_controls = motion.impulse[at(n)].leftCols(controls_);
     const int k = n / stages_, s = n % stages_;
     if (n > 0) {
@@ -181,22 +183,11 @@ MatrixXd ComposedProgram::control_by_shape(int node) {
   const Rotations& R = now_.rotation[at(node)];
   const std::size_t bodies = at(system_.body_count());
   Freedoms along(bodies, Vector3d::Zero());
-  mechanics::Vectors turns(bodies), unit_turns(bodies), changes(bodies);
-  Moments rate(at(system_.joint_count()));
-  VectorXd row(moments_.size());
-  const VectorXd spread = -(shape_basis_ * multiplier_[at(node)]);
-  for_each_coordinate(system_, [&](const Freedoms& unit, int coordinate) {
-    for (std::size_t i = 1; i < bodies; ++i) along[i] += spread[coordinate] * unit[i];
-  });
+  mechanics::Vectors turns(bodies);
+  write_shape(system_, -(shape_basis_ * multiplier_[at(node)]), along);
   mechanics::body_turns(system_, R, along, turns);
   MatrixXd by_shape(controls_, shape_size(system_));
-  for_each_coordinate(system_, [&](const Freedoms& unit, int coordinate) {
-    mechanics::body_turns(system_, R, unit, unit_turns);
-    mechanics::body_turn_changes(system_, R, along, turns, unit, changes);
-    mechanics::control_work_rate(system_, R, {along, turns}, {unit, unit_turns}, changes, rate);
-    moments_.gather(rate, row);
-    by_shape.col(coordinate) = row.head(controls_);
-  });
+  moments_.virtual_work_by_shape(R, {along, turns}, by_shape);
   return by_shape * shape_basis_;
 }
 
@@ -206,7 +197,9 @@ void ComposedProgram::model_step(int k, const Vector3d& turn, const Vector3d& sh
   const auto all = [&](int node) {
     VectorXd moment = VectorXd::Zero(moments_.size());
     moment.head(controls_) = moments(now_, k, node);
-    return moments_.controls(moment);
+    Moments by_joint(at(system_.joint_count()));
+    moments_.controls(moment, by_joint);
+    return by_joint;
   };
   Moments control = all(0), next_control;
   for (int s = 0; s <= stages_; ++s) {

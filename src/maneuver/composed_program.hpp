@@ -85,6 +85,7 @@ class ComposedProgram : public optimizer::StageProgram {
   double effort_;                 // s, weight of a step
   ShapeKernel kernel_;
   MomentBasis moments_;
+  MatrixXd work_;  // [shape_size][moments]
   Motion now_, trial_;
   std::vector<CondensedStep> condensed_;  // [steps]
   std::vector<VectorXd> multiplier_;      // [nodes][f] of the missing impulse, at the end of the momentum

@@ -8,10 +8,12 @@ namespace lamprey::maneuver {
 
 namespace {
 
-using mechanics::Freedoms;
+using mechanics::JointFrame;
 using mechanics::Moments;
 using mechanics::Rotations;
 using model::at;
+using model::Body;
+using model::Joint;
 using model::System;
 
 constexpr double felt_threshold = 1e-9;  // of the longest row
@@ -43,7 +45,9 @@ MomentBasis::MomentBasis(const System& system, const MatrixXd& shape_basis, cons
   column_.insert(column_.end(), idle.begin(), idle.end());
   if (shape_basis.rows() == shape_basis.cols()) return;
   // of the idle ones as many as add to what the coordinates feel
-  const MatrixXd felt = virtual_work(rotation).transpose() * shape_basis;
+  MatrixXd work(shape_size(system), size());
+  virtual_work(rotation, work);
+  const MatrixXd felt = work.transpose() * shape_basis;
   const Eigen::Index controls = system.control_count();
   column_.resize(at(system.control_count()));
   const MatrixXd beside = felt.bottomRows(felt.rows() - controls) * null_space(felt.topRows(controls));
@@ -53,28 +57,70 @@ MomentBasis::MomentBasis(const System& system, const MatrixXd& shape_basis, cons
   for (int c : kept) column_.push_back(idle[at(c)]);
 }
 
-Moments MomentBasis::controls(const VectorXd& moment) const {
-  Moments u(at(system_.joint_count()), Vector3d::Zero());
-  for (int c = 0; c < system_.control_count(); ++c) u[at(column_[at(c)].joint)] += moment[c] * column_[at(c)].direction;
-  return u;
+void MomentBasis::controls(const VectorXd& moment, Moments& by_joint) const {
+  for (Vector3d& u : by_joint) u.setZero();
+  for (int c = 0; c < system_.control_count(); ++c)
+    by_joint[at(column_[at(c)].joint)] += moment[c] * column_[at(c)].direction;
 }
 
-void MomentBasis::gather(const Moments& by_joint, Eigen::Ref<VectorXd> result) const {
-  for (int c = 0; c < size(); ++c) result[c] = column_[at(c)].direction.dot(by_joint[at(column_[at(c)].joint)]);
+void MomentBasis::virtual_work(const Rotations& R, MatrixXd& work) const {
+  work.setZero();
+  for (int c = 0; c < size(); ++c) {
+    const Joint& joint = system_.joint(column_[at(c)].joint);
+    const Vector3d& u = column_[at(c)].direction;
+    const Body& child = system_.body(joint.child);
+    auto column = work.col(c);
+    if (!joint.free()) {
+      column.segment(shape_offset(child), child.freedoms) = -u.head(child.freedoms);
+      continue;
+    }
+    column.segment<3>(shape_offset(child)) = -(R[at(joint.child)].transpose() * (R[at(joint.parent)] * u));
+    // on to where the parent may turn
+    Vector3d moment = u;
+    for (int b = joint.parent; b > 0; b = system_.body(b).parent) {
+      const Body& body = system_.body(b);
+      if (body.freedoms == 3) {
+        column.segment<3>(shape_offset(body)) = moment;
+        break;
+      }
+      const JointFrame frame = mechanics::joint_frame(system_.joint(body.joint), R[at(body.parent)], R[at(b)]);
+      column.segment(shape_offset(body), body.freedoms) = (frame.axes.transpose() * moment).head(body.freedoms);
+      moment = (frame.child_to_parent * moment).eval();
+    }
+  }
 }
 
-MatrixXd MomentBasis::virtual_work(const Rotations& rotation) const {
-  MatrixXd work(shape_size(system_), size());
-  mechanics::Vectors turns(at(system_.body_count()));
-  Moments by_joint(at(system_.joint_count()));
-  VectorXd row(size());
-  for_each_coordinate(system_, [&](const Freedoms& unit, int coordinate) {
-    mechanics::body_turns(system_, rotation, unit, turns);
-    mechanics::control_work(system_, rotation, {unit, turns}, by_joint);
-    gather(by_joint, row);
-    work.row(coordinate) = row.transpose();
-  });
-  return work;
+// A ball joint's moment u does the work −u·Qρ with ρ = η_c − Qᵀη_p; along a second direction Qρ changes by
+// Q(ρ_2 × η_c + …) − …, equation 8.19 without its springs.
+void MomentBasis::virtual_work_by_shape(const Rotations& R, mechanics::NodeTurns along, MatrixXd& by_shape) const {
+  by_shape.setZero();
+  for (int c = 0; c < system_.control_count(); ++c) {
+    const Joint& joint = system_.joint(column_[at(c)].joint);
+    if (!joint.free()) continue;  // along axes all rates are constant
+    const Vector3d& u = column_[at(c)].direction;
+    auto row = by_shape.row(c);
+    const Matrix3d Q = mechanics::child_to_parent(R, joint);
+    const Vector3d on_child = (Q.transpose() * u).cross(along.turns[at(joint.child)]);
+    row.segment<3>(shape_offset(system_.body(joint.child))) = on_child.transpose();
+    // by the parent's turn and, where it is led, by how its turn along `along` changes
+    Vector3d moment = -(Q * on_child), on_change = u;
+    for (int b = joint.parent; b > 0; b = system_.body(b).parent) {
+      const Body& body = system_.body(b);
+      if (body.freedoms == 3) {
+        row.segment<3>(shape_offset(body)) += moment.transpose();
+        break;
+      }
+      const Joint& up = system_.joint(body.joint);
+      const JointFrame frame = mechanics::joint_frame(up, R[at(body.parent)], R[at(b)]);
+      const Vector3d carried = frame.child_to_parent.transpose() * along.turns[at(body.parent)];
+      Vector3d by_freedoms = frame.axes.transpose() * (moment + on_change.cross(carried));
+      if (up.kind == model::JointKind::universal)  // its first axis moves with the second angle
+        by_freedoms[1] += along.freedoms[at(b)][0] * frame.axes.col(0).cross(up.child_axis).dot(on_change);
+      row.segment(shape_offset(body), body.freedoms) += by_freedoms.head(body.freedoms).transpose();
+      moment = (frame.child_to_parent * moment).eval();
+      on_change = (frame.child_to_parent * on_change).eval();
+    }
+  }
 }
 
 }  // namespace lamprey::maneuver

@@ -14,11 +14,13 @@ class MomentBasis {
   MomentBasis(const model::System& system, const MatrixXd& shape_basis, const mechanics::Rotations& rotation);
   int size() const { return static_cast<int>(column_.size()); }
   /// What the joints exert when the idle moments are left out, [joints] N m.
-  mechanics::Moments controls(const VectorXd& moment) const;
-  /// Gathers what belongs to these moments, in their order, from three numbers for each joint.
-  void gather(const mechanics::Moments& by_joint, Eigen::Ref<VectorXd> result) const;
+  void controls(const VectorXd& moment, mechanics::Moments& by_joint) const;
   /// Virtual work of unit moments along each coordinate of a shape, [shape_size][size].
-  MatrixXd virtual_work(const mechanics::Rotations& rotation) const;
+  void virtual_work(const mechanics::Rotations& rotation, MatrixXd& work) const;
+  /// Derivative of the controls' virtual work along `freedoms`, which turn the bodies by `turns` and not the root, by the
+  /// shape: [controls][shape_size].
+  void virtual_work_by_shape(const mechanics::Rotations& rotation, mechanics::NodeTurns along,
+                             MatrixXd& by_shape) const;
 
  private:
   struct Column {
@@ -28,17 +30,5 @@ class MomentBasis {
   const model::System& system_;
   std::vector<Column> column_;
 };
-
-/// Calls f(freedoms, coordinate) with each coordinate of a shape as a unit of freedoms.
-template <typename Function>
-void for_each_coordinate(const model::System& system, const Function& f) {
-  mechanics::Freedoms unit(model::at(system.body_count()), Vector3d::Zero());
-  for (int i = 1; i < system.body_count(); ++i)
-    for (int c = 0; c < system.body(i).freedoms; ++c) {
-      unit[model::at(i)][c] = 1.0;
-      f(unit, shape_offset(system.body(i)) + c);
-      unit[model::at(i)][c] = 0.0;
-    }
-}
 
 }  // namespace lamprey::maneuver

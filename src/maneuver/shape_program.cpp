@@ -4,6 +4,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "optimizer/small_dense.hpp"
+
 namespace lamprey::maneuver {
 
 namespace {
@@ -13,6 +15,8 @@ using mechanics::Moments;
 using mechanics::Rotations;
 using model::at;
 using model::System;
+using optimizer::add_product;
+using optimizer::add_product_transposed;
 using optimizer::Merit;
 using optimizer::Stage;
 using optimizer::StageModel;
@@ -33,6 +37,13 @@ std::string in_words(double value) {
 
 }  // namespace
 
+ShapeProgram::NodeModel::NodeModel(const System& system, int shape)
+    : control_by_shape(system.control_count(), shape),
+      multiplier(shape),
+      by_control(system.control_count()),
+      by_control_twice(system.control_count(), system.control_count()),
+      control(at(system.joint_count())) {}
+
 ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                            std::vector<EndRow> end_rows, std::vector<LimitRow> limits)
     : system_(system),
@@ -52,11 +63,23 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       limit_model_(at(steps_ + 1)),
       pose_turn_(at(steps_ + 1)),
       pose_shift_(at(steps_ + 1)),
+      node_(system, shape_),
+      next_node_(node_),
       start_impulse_(VectorXd::Zero(shape_)),
       end_multiplier_(VectorXd::Zero(static_cast<Eigen::Index>(end_rows_.size()))),
       idle_multiplier_(at(steps_), VectorXd::Zero(shape_ - controls_)),
       next_by_idle_(at(steps_), MatrixXd::Zero(states(), shape_ - controls_)),
       buffer_(system.body_count()),
+      along_(shape_size(system)),
+      spread_(at(system.body_count()), Vector3d::Zero()),
+      spread_turn_(spread_),
+      work_(shape_size(system), moments_.size()),
+      by_shape_(controls_, shape_size(system)),
+      equations_(4 * shape_, shape_),
+      pose_step_(pose_, 2 * shape_),
+      bent_(2 * shape_, 3),
+      added_(bent_),
+      first_node_(node_),
       hessian_(2 * shape_ + 3, 2 * shape_ + 3) {
   take_start_impulse();
   for (Motion* motion : {&now_, &trial_}) {
@@ -156,7 +179,8 @@ void ShapeProgram::measure(Motion& motion) {
       moment += motion.step.front().minus;
       impulse += motion.impulse.front();
     }
-    moment = impulse.partialPivLu().solve(moment).eval();
+    equations_.topRows(shape_) = impulse.transpose();
+    solve_moments(moment);
     const double weight = node_weight(motion, k) + (periodic && k == steps_ ? node_weight(motion, 0) : 0.0);
     merit.cost += 0.5 * weight * moment.head(controls_).squaredNorm();
     needed = std::max(needed, moment.lpNorm<Eigen::Infinity>());
@@ -200,23 +224,32 @@ void ShapeProgram::renew_limits() {
 }
 
 void ShapeProgram::impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse) {
-  impulse.noalias() = shape_basis_.transpose() * moments_.virtual_work(motion.rotation[at(node)]);
-  impulse *= impulse_time(motion, node);
+  moments_.virtual_work(motion.rotation[at(node)], work_);
+  impulse.noalias() = impulse_time(motion, node) * (shape_basis_.transpose() * work_);
+}
+
+// Equations laid out by column, right-hand side and result in `values`.
+void ShapeProgram::solve_moments(VectorXd& values) {
+  equations_.row(shape_) = values.transpose();
+  optimizer::solve_equations(equations_.topRows(shape_ + 1));
+  values = equations_.row(shape_).transpose();
 }
 
 void ShapeProgram::model_node(int k, NodeModel& node) {
   const VectorXd& moment = now_.moment[at(k)];
-  node.control = moments_.controls(moment);
-  VectorXd by_moments = VectorXd::Zero(shape_);  // derivative of cost and idle rows
+  moments_.controls(moment, node.control);
   const double weight = node_weight(now_, k);
   node.by_control = weight * moment.head(controls_);
-  node.by_control_twice = weight * MatrixXd::Identity(controls_, controls_);
+  node.by_control_twice.setIdentity();
+  node.by_control_twice *= weight;
   if (!limits_.empty())
     limits_.add_by_moments(k, limited_node(now_, k), now_.limit_value.col(k), node.by_control, node.by_control_twice);
   if (maneuver_.periodic && k == steps_) {
     node.by_control += first_node_.by_control;
     node.by_control_twice += first_node_.by_control_twice;
   }
+  VectorXd& by_moments = node.multiplier;  // derivative of cost and idle rows
+  by_moments.setZero();
   if (k < steps_ || maneuver_.rest || maneuver_.periodic) by_moments.head(controls_) = node.by_control;
   if (k < steps_) by_moments.tail(idle()) = idle_multiplier_[at(k)];
   if (k == steps_)
@@ -224,32 +257,19 @@ void ShapeProgram::model_node(int k, NodeModel& node) {
       if (end_rows_[r].kind == EndRow::Kind::moment)
         by_moments[end_rows_[r].index] = end_multiplier_[static_cast<Eigen::Index>(r)];
   if (maneuver_.periodic && k == 0) return;  // the last node's multiplier
-  node.multiplier = now_.impulse[at(k)].transpose().partialPivLu().solve(by_moments);
+  equations_.topRows(shape_) = now_.impulse[at(k)];
+  solve_moments(node.multiplier);
   model_controls(k, node);
 }
 
 void ShapeProgram::model_controls(int k, NodeModel& node) {
   // −h_k λ·U is bilinear in the moments and the joints' attitude
   const Rotations& R = now_.rotation[at(k)];
-  const std::size_t bodies = at(system_.body_count());
-  Freedoms along(bodies, Vector3d::Zero());
-  mechanics::Vectors turns(bodies), unit_turns(bodies), changes(bodies);
-  Moments rate(at(system_.joint_count()));
-  VectorXd row(shape_);
-  const VectorXd spread = -impulse_time(now_, k) * (shape_basis_ * node.multiplier);
-  for_each_coordinate(system_, [&](const Freedoms& unit, int coordinate) {
-    for (std::size_t i = 1; i < bodies; ++i) along[i] += spread[coordinate] * unit[i];
-  });
-  mechanics::body_turns(system_, R, along, turns);
-  MatrixXd by_shape(controls_, shape_size(system_));
-  for_each_coordinate(system_, [&](const Freedoms& unit, int coordinate) {
-    mechanics::body_turns(system_, R, unit, unit_turns);
-    mechanics::body_turn_changes(system_, R, along, turns, unit, changes);
-    mechanics::control_work_rate(system_, R, {along, turns}, {unit, unit_turns}, changes, rate);
-    moments_.gather(rate, row);
-    by_shape.col(coordinate) = row.head(controls_);
-  });
-  node.control_by_shape.noalias() = by_shape * shape_basis_;
+  along_.noalias() = -impulse_time(now_, k) * (shape_basis_ * node.multiplier);
+  write_shape(system_, along_, spread_);
+  mechanics::body_turns(system_, R, spread_, spread_turn_);
+  moments_.virtual_work_by_shape(R, {spread_, spread_turn_}, by_shape_);
+  node.control_by_shape.noalias() = by_shape_ * shape_basis_;
 }
 
 // Curvature of step k, kept with the state at its end.
@@ -268,12 +288,18 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
   const auto turn_turn = hessian_.bottomRightCorner<3, 3>();
   const bool last = k + 1 == steps_;
   MatrixXd& Q = last ? model.Q_end : model.stage[at(leads_ + k + 1)].Q;
-  const MatrixXd mixed = by_turn * added;
-  const MatrixXd bent = added.transpose() * turn_turn;
-  Q.topLeftCorner(ends, ends) = hessian_.topLeftCorner(ends, ends) - mixed - mixed.transpose() + bent * added;
-  Q.block(0, ends, ends, pose_) = (by_turn - bent) * pose_turn;
+  added_ = added.transpose();
+  bent_.noalias() = added_ * (0.5 * turn_turn);
+  bent_ = by_turn - bent_;
+  auto by_ends = Q.topLeftCorner(ends, ends);
+  by_ends = hessian_.topLeftCorner(ends, ends);
+  add_product_transposed(-1.0, bent_, added_, by_ends);
+  add_product_transposed(-1.0, added_, bent_, by_ends);
+  bent_ = 2.0 * bent_ - by_turn;
+  Q.block(0, ends, ends, pose_).noalias() = bent_ * pose_turn;
   Q.block(ends, 0, pose_, ends) = Q.block(0, ends, ends, pose_).transpose();
-  Q.block(ends, ends, pose_, pose_) = pose_turn.transpose() * turn_turn * pose_turn;
+  const auto half = (turn_turn * pose_turn).eval();
+  Q.block(ends, ends, pose_, pose_).noalias() = pose_turn.transpose() * half;
   if (maneuver_.free_duration) {  // equation 10.9
     Q.row(tau()).head(ends).noalias() =
         next.multiplier.transpose() * after_.plus - node.multiplier.transpose() * after_.minus;
@@ -292,28 +318,34 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
 // Where moments at node k lead, and what they cost.
 void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   const int n = shape_;
-  const Eigen::PartialPivLU<MatrixXd> by_next(after_.minus.rightCols(n));
-  MatrixXd by_state(n, 2 * n);  // of the shape k + 1
-  by_state.rightCols(n) = -after_.minus.leftCols(n);
-  by_state.leftCols(n).setZero();
-  if (k > 0) by_state += before_.plus;
-  by_state = by_next.solve(by_state).eval();
-  const MatrixXd by_moments = by_next.solve(now_.impulse[at(k)]);
+  // the next shape, by shapes and by moments
+  equations_.topRows(n) = after_.minus.rightCols(n).transpose();
+  auto solved = equations_.bottomRows(3 * n);
+  solved.setZero();
+  if (k > 0) solved.topRows(2 * n) = before_.plus.transpose();
+  solved.middleRows(n, n) -= after_.minus.leftCols(n).transpose();
+  solved.bottomRows(n) = now_.impulse[at(k)].transpose();
+  optimizer::solve_equations(equations_);
 
-  const MatrixXd pose = pose_basis_.transpose() * after_.pose;
   stage.shifted = n;
   stage.A.block(0, n, n, n).setIdentity();
-  stage.A.block(n, 0, n, 2 * n) = by_state;
-  stage.A.block(2 * n, 0, pose_, 2 * n).noalias() = pose.rightCols(n) * by_state;
-  stage.A.block(2 * n, n, pose_, n) += pose.leftCols(n);
+  stage.A.block(n, 0, n, 2 * n) = solved.topRows(2 * n).transpose();
+  stage.B.middleRows(n, n) = solved.middleRows(2 * n, controls_).transpose();
+  pose_step_.noalias() = pose_basis_.transpose() * after_.pose;
+  auto pose_by_state = stage.A.block(2 * n, 0, pose_, 2 * n);
+  pose_by_state.setZero();
+  pose_by_state.rightCols(n) = pose_step_.leftCols(n);
+  add_product(1.0, pose_step_.rightCols(n), stage.A.block(n, 0, n, 2 * n), pose_by_state);
+  auto pose_by_control = stage.B.middleRows(2 * n, pose_);
+  pose_by_control.setZero();
+  add_product(1.0, pose_step_.rightCols(n), stage.B.middleRows(n, n), pose_by_control);
   carry_on(k, stage);
-  stage.B.middleRows(n, n) = by_moments.leftCols(controls_);
-  stage.B.middleRows(2 * n, pose_).noalias() = pose.rightCols(n) * by_moments.leftCols(controls_);
-  MatrixXd& by_idle = next_by_idle_[at(k)];
-  by_idle.topRows(n).setZero();
-  by_idle.middleRows(n, n) = by_moments.rightCols(idle());
-  by_idle.middleRows(2 * n, pose_).noalias() = pose.rightCols(n) * by_moments.rightCols(idle());
-  stage.gap.noalias() = -by_idle * now_.moment[at(k)].tail(idle());
+  if (idle() > 0) {
+    MatrixXd& by_idle = next_by_idle_[at(k)];
+    by_idle.middleRows(n, n) = solved.bottomRows(idle()).transpose();
+    by_idle.middleRows(2 * n, pose_).noalias() = pose_step_.rightCols(n) * by_idle.middleRows(n, n);
+    stage.gap.noalias() = -by_idle * now_.moment[at(k)].tail(idle());
+  }
 
   stage.weight = node_weight(now_, k);
   stage.S.middleCols(n, n) = node.control_by_shape;
@@ -323,10 +355,10 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   if (!maneuver_.free_duration) return;
   // equations 10.8 and 10.9
   const VectorXd& moment = now_.moment[at(k)];
-  VectorXd rate = 2.0 * (by_moments * moment);
-  if (k == 0) rate += by_next.solve(start_impulse_);
+  VectorXd rate = 2.0 * (solved.bottomRows(n).transpose() * moment);
+  if (k == 0) rate += after_.minus.rightCols(n).partialPivLu().solve(start_impulse_);
   stage.A.block(n, tau(), n, 1) = rate;
-  stage.A.block(2 * n, tau(), pose_, 1).noalias() = pose.rightCols(n) * rate;
+  stage.A.block(2 * n, tau(), pose_, 1).noalias() = pose_step_.rightCols(n) * rate;
   add_duration(node, moment, stage.weight, stage.Q, stage.q);
   stage.S.col(tau()) = stage.weight * moment.head(controls_) - node.by_control;
   if (k == 0) stage.Q(tau(), tau()) += node.multiplier.dot(start_impulse_);
@@ -346,9 +378,15 @@ void ShapeProgram::add_duration(const NodeModel& node, const VectorXd& moment, d
 
 // What a step only carries on.
 void ShapeProgram::carry_on(int k, Stage& stage) const {
-  Matrix6d carried = Matrix6d::Identity();
-  carried.bottomLeftCorner<3, 3>() = -lie::hat(now_.step[at(k)].interval.displacement);
-  stage.A.block(2 * shape_, 2 * shape_, pose_, pose_) = pose_basis_.transpose() * carried * pose_basis_;
+  const Matrix3d lever = lie::hat(now_.step[at(k)].interval.displacement);
+  auto carried = stage.A.block(2 * shape_, 2 * shape_, pose_, pose_);
+  carried.setIdentity();
+  if (pose_ == 6) {
+    carried.block<3, 3>(3, 0) = -lever;
+  } else {
+    const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> moved = lever * pose_basis_.topRows<3>();
+    carried.noalias() -= pose_basis_.bottomRows<3>().transpose() * moved;
+  }
   const int more = states() - tau();
   stage.A.bottomRightCorner(more, more).setIdentity();
 }
@@ -473,7 +511,7 @@ void ShapeProgram::linearize(StageModel& model) {
     }
     model.Q_end.setZero();
   }
-  NodeModel node, next;
+  NodeModel &node = node_, &next = next_node_;
   if (maneuver_.periodic) {
     model_node(0, first_node_);
     model_node(steps_, node);
@@ -540,13 +578,14 @@ const Merit* ShapeProgram::try_step(const StageStep& along, double length) {
   trial_.stretch = now_.stretch;
   if (maneuver_.free_duration) trial_.stretch *= std::exp(length * first[tau()]);
   trial_.shape.front() = now_.shape.front();
-  if (maneuver_.periodic)
-    move_shape(system_, now_.shape.front(), length * (shape_basis_ * first.segment(copies(), shape_)), buffer_,
-               trial_.shape.front());
+  if (maneuver_.periodic) {
+    along_.noalias() = length * (shape_basis_ * first.segment(copies(), shape_));
+    move_shape(system_, now_.shape.front(), along_, buffer_, trial_.shape.front());
+  }
   for (int k = 0; k < steps_; ++k) {
     const VectorXd& there = along.state[at(leads_ + k + 1)];
-    move_shape(system_, now_.shape[at(k + 1)], length * (shape_basis_ * there.segment(shape_, shape_)), buffer_,
-               trial_.shape[at(k + 1)]);
+    along_.noalias() = length * (shape_basis_ * there.segment(shape_, shape_));
+    move_shape(system_, now_.shape[at(k + 1)], along_, buffer_, trial_.shape[at(k + 1)]);
     // the root's motion to first order
     const Vector6d pose = pose_basis_ * along.state[at(leads_ + k)].segment(2 * shape_, pose_);
     const Vector6d change = pose_basis_ * there.segment(2 * shape_, pose_) - pose;

@@ -84,6 +84,7 @@ class ShapeProgram : public optimizer::StageProgram {
     VectorXd by_control;        // [controls] derivative of the cost, limits included
     MatrixXd by_control_twice;  // [controls] squared
     mechanics::Moments control;
+    NodeModel(const model::System& system, int shape);
   };
 
   void take_start_impulse();
@@ -92,6 +93,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse);
   void model_node(int k, NodeModel& node);
   void model_controls(int k, NodeModel& node);
+  void solve_moments(VectorXd& values);
   void add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q, VectorXd& q) const;
   void carry_on(int k, optimizer::Stage& stage) const;
   void add_limit_models(optimizer::StageModel& model) const;
@@ -130,6 +132,7 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<LimitModel> limit_model_;          // [N + 1]
   mechanics::Vectors pose_turn_, pose_shift_;    // [N + 1] multipliers of the root's pose at the nodes, world
   Motion now_, trial_;
+  NodeModel node_, next_node_;
   VectorXd start_impulse_;  // [f] momentum along the shape's coordinates that the start brings
   VectorXd end_multiplier_;
   VectorXd end_start_;                     // for the next go_to
@@ -137,6 +140,13 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<MatrixXd> next_by_idle_;     // [N][n][idle] next state by idle moments
   double metric_scale_ = 1.0;              // N m, what moments are like
   mechanics::Interval buffer_;
+  VectorXd along_;                                         // [shape_size]
+  mechanics::Freedoms spread_;                             // [bodies]
+  mechanics::Vectors spread_turn_;                         // [bodies]
+  MatrixXd work_, by_shape_;                               // [shape_size][f], [controls][shape_size]
+  MatrixXd equations_;                                     // [4 f][f] a column for each equation
+  MatrixXd pose_step_;                                     // [p][2 f]
+  Eigen::Matrix<double, Eigen::Dynamic, 3> bent_, added_;  // [2 f][3]
   ShapeTangent before_, after_;
   MatrixXd first_minus_;  // [f][2 f] of the first step
   NodeModel first_node_;  // of periodic motions

@@ -2,15 +2,22 @@
 
 #include <cmath>
 
+#include "optimizer/small_dense.hpp"
+
 namespace lamprey::maneuver {
 
 namespace {
 
+using Eigen::Index;
 using lie::hat;
+using mechanics::FreedomRows;
 using mechanics::Freedoms;
 using mechanics::Rotations;
+using mechanics::Rows3;
 using model::at;
 using model::System;
+using optimizer::add_product;
+using optimizer::add_product_transposed;
 
 constexpr int most_iterations = 40;
 constexpr double settled = 1e-15;    // of the largest momentum: as near to zero as sums of it come
@@ -23,21 +30,87 @@ void read_shape(const System& system, const Freedoms& freedoms, Eigen::Ref<Vecto
     for (int f = 0; f < system.body(i).freedoms; ++f) shape[shape_offset(system.body(i)) + f] = freedoms[at(i)][f];
 }
 
+}  // namespace
+
 void write_shape(const System& system, const VectorXd& shape, Freedoms& freedoms) {
   for (int i = 1; i < system.body_count(); ++i)
     for (int f = 0; f < system.body(i).freedoms; ++f) freedoms[at(i)][f] = shape[shape_offset(system.body(i)) + f];
 }
-
-}  // namespace
 
 ShapeCoordinates::ShapeCoordinates(const System& system)
     : shape(MatrixXd::Identity(shape_size(system), shape_size(system))), pose(MatrixXd::Identity(6, 6)) {}
 
 ShapeStep::ShapeStep(const System& system) : interval(system.body_count()) {}
 
-template <typename Target>
-void ShapeKernel::project(const Freedoms& freedoms, Target&& coordinates) {
-  if (shape_ == along_.size()) {  // all coordinates: nothing to project
+ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lagrangian, const MatrixXd& coordinates)
+    : system_(system),
+      lagrangian_(lagrangian),
+      coordinates_(coordinates),
+      shape_(static_cast<int>(coordinates.cols())),
+      directions_(2 * shape_ + 6),
+      left_rows_(mechanics::rows_for(shape_)),
+      rows_(left_rows_ + shape_ + 6),
+      no_moments_(at(system.joint_count()), Vector3d::Zero()),
+      balance_(system.body_count()),
+      block_(at(system.body_count())),
+      body_rate_(at(system.body_count())),
+      direction_(system.body_count(), rows_),
+      rate_(system.body_count(), rows_),
+      second_(system.body_count(), rows_),
+      angular_(mechanics::rows_for(rows_), 3),
+      linear_(mechanics::rows_for(rows_), 3),
+      minus_(directions_, shape_),
+      plus_(directions_, shape_),
+      momentum_(directions_, 6),
+      root_(2 * shape_, 6),
+      ends_(2 * shape_, shape_),
+      multiplier_(system),
+      multiplier_rate_(system.body_count()),
+      next_(at(system.body_count())),
+      lever_(at(system.body_count())),
+      along_(shape_size(system)),
+      along_rows_(directions_, shape_size(system)),
+      by_left_(directions_, shape_),
+      by_right_(directions_, shape_),
+      by_root_(directions_, 6),
+      left_left_(MatrixXd::Zero(shape_size(system), shape_size(system))),
+      left_half_(shape_size(system), shape_),
+      turn_right_(MatrixXd::Zero(shape_size(system), 3)),
+      turn_shape_(shape_, 3),
+      ends_root_(2 * shape_, 6) {
+  for (const model::Body& body : system.bodies()) {
+    double reach = 0.0;  // m
+    for (const model::PathPoint& point : body.path) reach += point.offset.norm();
+    inertia_ = std::max(inertia_, body.inertia_matrix.norm() + body.mass_matrix.norm() * (reach + reach * reach));
+  }
+  for (int i = 1; i < system.body_count(); ++i)
+    for (int f = 0; f < system.body(i).freedoms; ++f) {
+      const auto row = coordinates.row(shape_offset(system.body(i)) + f).transpose();
+      direction_.left[at(i)].col(f).head(shape_) = row;
+      direction_.right[at(i)].col(f).segment(left_rows_, shape_) = row;
+    }
+}
+
+// One coordinate of rows, a direction beside the other.
+void ShapeKernel::pack(const Rows3& rows, int coordinate, Eigen::Ref<VectorXd> column) const {
+  const double* from = rows.data() + coordinate * rows.rows();
+  std::copy_n(from, shape_, column.data());
+  std::copy_n(from + left_rows_, shape_ + 6, column.data() + shape_);
+}
+
+// Along the coordinates of shapes, [directions][f].
+void ShapeKernel::project_rows(const FreedomRows& rows, MatrixXd& result) {
+  MatrixXd& along = all_coordinates() ? result : along_rows_;
+  for (int i = 1; i < system_.body_count(); ++i)
+    for (int f = 0; f < system_.body(i).freedoms; ++f)
+      pack(rows[at(i)], f, along.col(shape_offset(system_.body(i)) + f));
+  if (all_coordinates()) return;
+  result.setZero();
+  add_product(1.0, along_rows_, coordinates_, result);
+}
+
+void ShapeKernel::project(const Freedoms& freedoms, VectorXd& coordinates) {
+  if (all_coordinates()) {
     read_shape(system_, freedoms, coordinates);
     return;
   }
@@ -50,49 +123,32 @@ void ShapeKernel::spread(const VectorXd& coordinates, Freedoms& freedoms) {
   write_shape(system_, along_, freedoms);
 }
 
-ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lagrangian, const MatrixXd& coordinates)
-    : system_(system),
-      lagrangian_(lagrangian),
-      coordinates_(coordinates),
-      shape_(static_cast<int>(coordinates.cols())),
-      directions_(2 * shape_ + 6),
-      no_moments_(at(system.joint_count()), Vector3d::Zero()),
-      balance_(system.body_count()),
-      direction_(at(directions_), mechanics::StepVariation(system)),
-      rate_(at(directions_), mechanics::StepRate(system.body_count())),
-      minus_(shape_, directions_),
-      plus_(shape_, directions_),
-      momentum_(6, directions_),
-      multiplier_(system),
-      multiplier_rate_(system.body_count()),
-      second_(system.body_count()),
-      by_left_(at(system.body_count())),
-      by_right_(at(system.body_count())),
-      along_(shape_size(system)),
-      left_left_(MatrixXd::Zero(shape_size(system), shape_size(system))),
-      turn_right_(MatrixXd::Zero(3, shape_size(system))),
-      full_(directions_, directions_),
-      map_(directions_, 2 * shape_),
-      half_(directions_, 2 * shape_) {
-  for (const model::Body& body : system.bodies()) {
-    double reach = 0.0;  // m
-    for (const model::PathPoint& point : body.path) reach += point.offset.norm();
-    inertia_ = std::max(inertia_, body.inertia_matrix.norm() + body.mass_matrix.norm() * (reach + reach * reach));
-  }
-  for (int s = 0; s < shape_; ++s) {
-    write_shape(system, coordinates.col(s), direction_[at(s)].left);
-    write_shape(system, coordinates.col(s), direction_[at(shape_ + s)].right);
+void ShapeKernel::find_levers(const Rotations& left) {
+  for (int i = 1; i < system_.body_count(); ++i) {
+    const model::Joint& up = system_.joint(system_.body(i).joint);
+    lever_[at(i)] = left[at(up.parent)] * up.parent_offset - left[at(i)] * up.child_offset;
   }
 }
 
-// Total angular momentum about the root's mass centre and total linear momentum, seen from the root at the beginning.
-Vector6d ShapeKernel::momentum(const ShapeStep& step) const {
-  const Rotations& R = step.interval.rotation;
+// Total angular momentum about the root's mass centre and total linear momentum, seen from the root at the beginning;
+// scale: the largest of what is summed.
+Vector6d ShapeKernel::momentum(const mechanics::Interval& interval, double& scale) const {
+  const mechanics::DiscreteMomenta& p = balance_.momenta;
   Vector3d angular = Vector3d::Zero();
-  for (int i = 0; i < system_.body_count(); ++i)
-    if (free(i)) angular += R[at(i)] * balance_.minus[at(i)];
+  scale = 0.0;
+  for (int i = 0; i < system_.body_count(); ++i) {
+    const std::size_t n = at(i);
+    const Vector3d own =
+        interval.rotation[n] * (interval.relative_rotation[n] * p.turn[n] + p.shift[n].cross(p.impulse[n]));
+    angular += own;
+    scale = std::max({scale, own.lpNorm<Eigen::Infinity>(), p.impulse[n].lpNorm<Eigen::Infinity>()});
+    if (i == 0) continue;
+    const Vector3d by_force = lever_[n].cross(p.subtree_linear[n]);
+    angular += by_force;
+    scale = std::max(scale, by_force.lpNorm<Eigen::Infinity>());
+  }
   Vector6d both;
-  both << R[0].transpose() * angular, R[0].transpose() * balance_.linear;
+  both << interval.rotation[0].transpose() * angular, interval.rotation[0].transpose() * p.linear;
   return both;
 }
 
@@ -100,37 +156,25 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
   const mechanics::ForcedStep forced{system_, lagrangian_, time_step, step.interval, no_moments_, no_moments_};
   double before = std::numeric_limits<double>::infinity();
   bool renewed = false;
+  find_levers(left);
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const Matrix3d root = left[0] * step.root_turn;
-    next_ = next_shape;
-    for (Matrix3d& R : next_) R = root * R;
+    for (std::size_t i = 0; i < next_.size(); ++i) next_[i].noalias() = root * next_shape[i];
     mechanics::interval_between(system_, left, next_, left[0] * step.root_shift, step.interval);
-    evaluate_balance(forced, balance_);
-    const Vector6d missed = momentum(step);
+    mechanics::body_momenta(system_, lagrangian_, time_step, step.interval, balance_.momenta);
     double scale = 0.0;
-    for (int i = 0; i < system_.body_count(); ++i)
-      scale = std::max({scale, balance_.minus[at(i)].lpNorm<Eigen::Infinity>(),
-                        balance_.momenta.impulse[at(i)].lpNorm<Eigen::Infinity>()});
+    const Vector6d missed = momentum(step.interval, scale);
     const double residual = missed.lpNorm<Eigen::Infinity>();
     if (!std::isfinite(residual)) return false;
     const double noise = round_off * inertia_ / std::abs(time_step);
     if (residual <= settled * scale || (residual <= noise && residual >= 0.5 * before)) {
-      step.minus.resize(shape_);
-      step.plus.resize(shape_);
-      project(balance_.minus, step.minus);
-      project(balance_.plus, step.plus);
-      step.momentum = missed;
-      step.largest_momentum = 0.0;
-      for (const Vector3d& own : balance_.minus) step.largest_momentum = std::max(step.largest_momentum, own.norm());
+      read_balance(forced, step);
       return true;
     }
     if (step.momentum_inverse.isZero(0.0) || (residual > slow * before && !renewed)) {
-      lay_directions(step);
-      for (int d = 2 * shape_; d < directions_; ++d)
-        evaluate_rate(forced, balance_, direction_[at(d)], mechanics::RateKind::tangent, rate_[at(d)]);
-      measure(step, 2 * shape_);
-      step.momentum_inverse = Matrix6d(momentum_.rightCols<6>()).inverse();
-      if (!step.momentum_inverse.allFinite()) return false;
+      gather_balance(forced, balance_);
+      measure_rates(forced, step);
+      if (!find_momentum_inverse(step)) return false;
       renewed = true;
     } else {
       renewed = false;
@@ -146,135 +190,191 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
   return false;
 }
 
-// Directions of the root's turn and shift: all bodies turn with it at the end.
-void ShapeKernel::lay_directions(const ShapeStep& step) {
-  const mechanics::Interval& interval = step.interval;
+// What a solved step keeps: E⁻ and E⁺ along the coordinates, and the momentum that all bodies have.
+void ShapeKernel::read_balance(const mechanics::ForcedStep& forced, ShapeStep& step) {
+  const Rotations& R = step.interval.rotation;
+  gather_balance(forced, balance_);
+  step.minus.resize(shape_);
+  step.plus.resize(shape_);
+  project(balance_.minus, step.minus);
+  project(balance_.plus, step.plus);
+  Vector3d angular = Vector3d::Zero();
+  step.largest_momentum = 0.0;
+  for (int i = 0; i < system_.body_count(); ++i) {
+    const Vector3d& own = balance_.minus[at(i)];
+    if (free(i)) angular += R[at(i)] * own;
+    step.largest_momentum = std::max(step.largest_momentum, own.norm());
+  }
+  step.momentum << R[0].transpose() * angular, R[0].transpose() * balance_.linear;
+}
+
+// Rates of E⁻, E⁺ and total momentum along all directions. Where the root turns or shifts at the end, all bodies do.
+void ShapeKernel::measure_rates(const mechanics::ForcedStep& forced, const ShapeStep& step) {
+  const Rotations& R = step.interval.rotation;
+  const Rotations& R_next = step.interval.next_rotation;
+  const Index turn = left_rows_ + shape_;
+  for (int i = 0; i < system_.body_count(); ++i)
+    if (free(i)) direction_.right[at(i)].block<3, 3>(turn, 0) = R_next[0].transpose() * R_next[at(i)];
+  direction_.displacement.block<3, 3>(turn + 3, 0) = R[0].transpose();
+  mechanics::body_rates(forced, balance_.momenta, block_, body_rate_);
+  mechanics::rates_at_both_ends(forced, balance_, block_, body_rate_, direction_, left_rows_, rows_, rate_);
+
+  mechanics::clear_rows(rows_, angular_);
+  for (int i = 0; i < system_.body_count(); ++i) {
+    if (!free(i)) continue;
+    const Matrix3d seen = R[0].transpose() * R[at(i)];
+    mechanics::add_product(seen, rate_.minus[at(i)], rows_, angular_);
+    if (i > 0)  // the body's frame turns
+      mechanics::add_product(-lie::times_hat(seen, balance_.minus[at(i)]), direction_.left[at(i)], left_rows_,
+                             angular_);
+  }
+  mechanics::set_product(R[0].transpose(), rate_.linear, rows_, linear_);
   for (int c = 0; c < 3; ++c) {
-    const Vector3d turn = interval.next_rotation[0].col(c);
-    for (int i = 0; i < system_.body_count(); ++i)
-      if (free(i)) direction_[at(2 * shape_ + c)].right[at(i)] = interval.next_rotation[at(i)].transpose() * turn;
-    direction_[at(2 * shape_ + 3 + c)].displacement = interval.rotation[0].col(c);
+    pack(angular_, c, momentum_.col(c));
+    pack(linear_, c, momentum_.col(3 + c));
   }
 }
 
-// Rates of E⁻, E⁺ and total momentum of the directions from `first` on.
-void ShapeKernel::measure(const ShapeStep& step, int first) {
-  const Rotations& R = step.interval.rotation;
-  for (int d = first; d < directions_; ++d) {
-    const mechanics::StepRate& rate = rate_[at(d)];
-    project(rate.minus, minus_.col(d));
-    project(rate.plus, plus_.col(d));
-    Vector3d angular = Vector3d::Zero();
-    for (int i = 0; i < system_.body_count(); ++i) {
-      if (!free(i)) continue;
-      Vector3d own = rate.minus[at(i)];
-      if (i > 0) own += direction_[at(d)].left[at(i)].cross(balance_.minus[at(i)]);  // the body's frame turns
-      angular += R[at(i)] * own;
-    }
-    momentum_.col(d).head<3>() = R[0].transpose() * angular;
-    momentum_.col(d).tail<3>() = R[0].transpose() * rate.linear;
-  }
+// Of the two three-row halves the shift's is always well conditioned: it is condensed away.
+bool ShapeKernel::find_momentum_inverse(ShapeStep& step) const {
+  const Matrix6d by_root = momentum_.bottomRows<6>().transpose();
+  const Matrix3d shift_inverse = by_root.bottomRightCorner<3, 3>().inverse();
+  const Matrix3d from_turn = shift_inverse * by_root.bottomLeftCorner<3, 3>();
+  const Matrix3d to_angular = by_root.topRightCorner<3, 3>() * shift_inverse;
+  const Matrix3d turn_inverse = (by_root.topLeftCorner<3, 3>() - by_root.topRightCorner<3, 3>() * from_turn).inverse();
+  Matrix6d& inverse = step.momentum_inverse;
+  inverse.topLeftCorner<3, 3>() = turn_inverse;
+  inverse.topRightCorner<3, 3>() = -turn_inverse * to_angular;
+  inverse.bottomLeftCorner<3, 3>() = -from_turn * turn_inverse;
+  inverse.bottomRightCorner<3, 3>() = shift_inverse + from_turn * turn_inverse * to_angular;
+  return inverse.allFinite();
 }
 
 void ShapeKernel::tangent(double time_step, const mechanics::Moments& control, const mechanics::Moments& control_next,
                           ShapeStep& step, ShapeTangent& tangent) {
   const mechanics::ForcedStep forced{system_, lagrangian_, time_step, step.interval, control, control_next};
   evaluate_balance(forced, balance_);
-  lay_directions(step);
-  for (int d = 0; d < directions_; ++d)
-    evaluate_rate(forced, balance_, direction_[at(d)], mechanics::RateKind::tangent, rate_[at(d)]);
-  measure(step, 0);
-  step.momentum_inverse = Matrix6d(momentum_.rightCols<6>()).inverse();
-  const auto ends = 2 * shape_;
-  tangent.root.noalias() = -step.momentum_inverse * momentum_.leftCols(ends);
+  measure_rates(forced, step);
+  project_rows(rate_.minus, minus_);
+  project_rows(rate_.plus, plus_);
+  find_momentum_inverse(step);
+  const Index ends = 2 * shape_;
+  root_.setZero();
+  add_product_transposed(-1.0, momentum_.topRows(ends), step.momentum_inverse, root_);
+  tangent.root = root_.transpose();
   tangent.pose.resize(6, ends);
   tangent.pose.topRows<3>() = step.interval.next_rotation[0] * tangent.root.topRows<3>();
   tangent.pose.bottomRows<3>() = step.interval.rotation[0] * tangent.root.bottomRows<3>();
-  tangent.minus = minus_.leftCols(ends);
-  tangent.minus.noalias() += minus_.rightCols<6>() * tangent.root;
-  tangent.plus = plus_.leftCols(ends);
-  tangent.plus.noalias() += plus_.rightCols<6>() * tangent.root;
+  ends_ = minus_.topRows(ends);
+  add_product(1.0, root_, minus_.bottomRows<6>(), ends_);
+  tangent.minus = ends_.transpose();
+  ends_ = plus_.topRows(ends);
+  add_product(1.0, root_, plus_.bottomRows<6>(), ends_);
+  tangent.plus = ends_.transpose();
+}
+
+// The motion along which the Lagrangian's momenta are weighed.
+void ShapeKernel::lay_multiplier(const ShapeStep& step, const Vector6d& pi, const ShapeMultipliers& m) {
+  const Rotations& rotation = step.interval.rotation;
+  const Vector3d spin = rotation[0] * pi.head<3>();  // world
+  spread(-m.minus, multiplier_.left);
+  spread(-m.plus, multiplier_.right);
+  multiplier_.left[0].setZero();
+  multiplier_.right[0].setZero();
+  for (int i = 0; i < system_.body_count(); ++i)
+    if (free(i)) multiplier_.left[at(i)] -= rotation[at(i)].transpose() * spin;
+  multiplier_.displacement = rotation[0] * pi.tail<3>();
+}
+
+// The coefficients Q_iᵀπ turn with the shape at the beginning.
+void ShapeKernel::add_changes_of_coefficients(const ShapeStep& step, const Vector3d& spin) {
+  const mechanics::RowRange by_left(left_rows_), by_right(left_rows_, rows_);
+  for (int i = 1; i < system_.body_count(); ++i) {
+    if (!free(i)) continue;
+    const Vector3d seen = step.interval.rotation[at(i)].transpose() * spin;
+    // and so do, along the shape at the beginning, the derivatives by it: what is symmetrised counts twice
+    mechanics::add_product(-2.0 * hat(seen), rate_.minus[at(i)], by_left, second_.minus[at(i)]);
+    mechanics::add_product(-hat(seen), rate_.minus[at(i)], by_right, second_.minus[at(i)]);
+    const int s = shape_offset(system_.body(i));
+    left_left_.block<3, 3>(s, s) = lie::double_cross(balance_.minus[at(i)], seen);
+  }
+}
+
+// By rows of directions; by the right shape and the root's motion along these alone, the rest is symmetric.
+void ShapeKernel::read_second_rates(const ShapeStep& step) {
+  const mechanics::RowRange by_right(left_rows_, rows_);
+  const Rotations& R_next = step.interval.next_rotation;
+  mechanics::clear_rows(by_right, angular_);
+  for (int i = 0; i < system_.body_count(); ++i)
+    if (free(i)) mechanics::add_product(R_next[0].transpose() * R_next[at(i)], second_.plus[at(i)], by_right, angular_);
+  mechanics::set_product(step.interval.rotation[0].transpose(), second_.linear, by_right, linear_);
+  for (int c = 0; c < 3; ++c) {
+    pack(angular_, c, by_root_.col(c));
+    pack(linear_, c, by_root_.col(3 + c));
+  }
+  project_rows(second_.minus, by_left_);
+  project_rows(second_.plus, by_right_);
+
+  for (int i = 1; i < system_.body_count(); ++i) {
+    if (!free(i)) continue;
+    // root's turn first, then the shape's: exp(α) exp(θ) = exp(α + θ + ½ α × θ + …), α = Q_iᵀ φ
+    turn_right_.middleRows<3>(shape_offset(system_.body(i))) =
+        0.5 * hat(multiplier_rate_.plus[at(i)]) * (R_next[at(i)].transpose() * R_next[0]);
+  }
+}
+
+// By both shapes, the root's motion following them.
+void ShapeKernel::assemble_hessian(MatrixXd& hessian) {
+  const Index n = shape_, ends = 2 * n;
+  left_half_.setZero();
+  add_product(1.0, left_left_, coordinates_, left_half_);
+  turn_shape_.noalias() = coordinates_.transpose() * turn_right_;
+
+  auto whole = hessian.topLeftCorner(ends, ends);
+  auto left = whole.topLeftCorner(n, n);
+  left.noalias() = coordinates_.transpose() * left_half_;
+  left += 0.5 * (by_left_.topRows(n) + by_left_.topRows(n).transpose());
+  whole.bottomLeftCorner(n, n) = by_left_.middleRows(n, n);
+  whole.topRightCorner(n, n) = by_left_.middleRows(n, n).transpose();
+  whole.bottomRightCorner(n, n) = 0.5 * (by_right_.middleRows(n, n) + by_right_.middleRows(n, n).transpose());
+
+  const Matrix6d root = 0.5 * (by_root_.bottomRows<6>() + by_root_.bottomRows<6>().transpose());
+  ends_root_.topRows(n) = by_left_.bottomRows<6>().transpose();
+  ends_root_.bottomRows(n) = 0.5 * (by_root_.middleRows(n, n) + by_right_.bottomRows<6>().transpose());
+  ends_root_.bottomLeftCorner(n, 3) += turn_shape_;
+  add_product(0.5, root_, root, ends_root_);
+  add_product_transposed(1.0, ends_root_, root_, whole);
+  add_product_transposed(1.0, root_, ends_root_, whole);
 }
 
 void ShapeKernel::curvature(double time_step, const mechanics::Moments& control, const mechanics::Moments& control_next,
                             const ShapeStep& step, const ShapeTangent& tangent, const ShapeMultipliers& m,
                             MatrixXd& hessian) {
   const mechanics::ForcedStep forced{system_, lagrangian_, time_step, step.interval, control, control_next};
-  const mechanics::Interval& interval = step.interval;
-  const Matrix3d& R = interval.rotation[0];
-  const Matrix3d& R_next = interval.next_rotation[0];
-  const int turn = 2 * shape_;
+  const Matrix3d& R = step.interval.rotation[0];
+  const Matrix3d& R_next = step.interval.next_rotation[0];
 
   // the momentum's multipliers π make the Lagrangian stationary in the root's motion
-  Vector6d pull = minus_.rightCols<6>().transpose() * m.minus - plus_.rightCols<6>().transpose() * m.plus;
+  Vector6d pull = minus_.bottomRows<6>() * m.minus - plus_.bottomRows<6>() * m.plus;
   pull.head<3>() += R_next.transpose() * m.turn;
   pull.tail<3>() += R.transpose() * m.shift;
   const Vector6d pi = -step.momentum_inverse.transpose() * pull;
-  const Vector3d spin = R * pi.head<3>();  // world
 
-  spread(-m.minus, multiplier_.left);
-  spread(-m.plus, multiplier_.right);
-  multiplier_.left[0].setZero();
-  multiplier_.right[0].setZero();
-  for (int i = 0; i < system_.body_count(); ++i)
-    if (free(i)) multiplier_.left[at(i)] -= interval.rotation[at(i)].transpose() * spin;
-  multiplier_.displacement = R * pi.tail<3>();
+  lay_multiplier(step, pi, m);
   evaluate_rate(forced, balance_, multiplier_, mechanics::RateKind::adjoint, multiplier_rate_);
-
-  // at constant coefficients, a column for each direction
-  for (int d = 0; d < directions_; ++d) {
-    evaluate_adjoint_rate(forced, balance_, multiplier_, multiplier_rate_, direction_[at(d)], rate_[at(d)], second_,
-                          by_left_, by_right_, linear_);
-    auto column = full_.col(d);
-    project(by_left_, column.head(shape_));
-    project(by_right_, column.segment(shape_, shape_));
-    Vector3d whole = Vector3d::Zero();
-    for (int i = 0; i < system_.body_count(); ++i)
-      if (free(i)) whole += interval.next_rotation[at(i)] * by_right_[at(i)];
-    column.segment<3>(turn) = R_next.transpose() * whole;
-    column.tail<3>() = R.transpose() * linear_;
-  }
-  full_ = (0.5 * (full_ + full_.transpose())).eval();
-
-  // the coefficients Q_iᵀπ turn with the shape at the beginning
-  for (int d = 0; d < directions_; ++d) {
-    along_.setZero();
-    for (int i = 1; i < system_.body_count(); ++i)
-      if (free(i))
-        along_.segment<3>(shape_offset(system_.body(i))) =
-            rate_[at(d)].minus[at(i)].cross(interval.rotation[at(i)].transpose() * spin);
-    const VectorXd turned = coordinates_.transpose() * along_;
-    full_.col(d).head(shape_) += turned;
-    full_.row(d).head(shape_) += turned.transpose();
-  }
-  for (int i = 1; i < system_.body_count(); ++i) {
-    if (!free(i)) continue;
-    const int s = shape_offset(system_.body(i));
-    left_left_.block<3, 3>(s, s) =
-        lie::double_cross(balance_.minus[at(i)], interval.rotation[at(i)].transpose() * spin);
-    // root's turn first, then the shape's: exp(α) exp(θ) = exp(α + θ + ½ α × θ + …), α = Q_iᵀ φ
-    const Matrix3d frame = R_next.transpose() * interval.next_rotation[at(i)];
-    turn_right_.middleCols<3>(s) = -0.5 * frame * hat(multiplier_rate_.plus[at(i)]);
-  }
-  full_.topLeftCorner(shape_, shape_) += coordinates_.transpose() * left_left_ * coordinates_;
-  const MatrixXd bracket = turn_right_ * coordinates_;
-  full_.block(turn, shape_, 3, shape_) += bracket;
-  full_.block(shape_, turn, shape_, 3) += bracket.transpose();
-
-  map_.topRows(2 * shape_).setIdentity();
-  map_.bottomRows<6>() = tangent.root;
-  half_.noalias() = full_ * map_;
-  hessian.topLeftCorner(2 * shape_, 2 * shape_).noalias() = map_.transpose() * half_;
+  mechanics::adjoint_rates(forced, balance_, block_, body_rate_, multiplier_, multiplier_rate_, direction_, rate_,
+                           left_rows_, rows_, second_);
+  add_changes_of_coefficients(step, R * pi.head<3>());
+  read_second_rates(step);
+  assemble_hessian(hessian);
 
   // the world's view: ρ' = ρ + R'φ + ½ ρ × R'φ, x' = x + exp(ρ̂)(Δx + R d)
-  const Vector3d& shift = interval.displacement;
-  const auto by_turn = tangent.root.topRows<3>();
-  const auto by_shift = tangent.root.bottomRows<3>();
-  auto coupling = hessian.bottomLeftCorner(3, 2 * shape_);
-  coupling.noalias() = -0.5 * hat(m.turn) * R_next * by_turn;
-  coupling.noalias() -= hat(m.shift) * R * by_shift;
-  hessian.topRightCorner(2 * shape_, 3) = coupling.transpose();
-  hessian.bottomRightCorner<3, 3>() = lie::double_cross(m.shift, shift);
+  const int ends = 2 * shape_;
+  auto coupling = hessian.bottomLeftCorner(3, ends);
+  coupling.noalias() = (-0.5 * hat(m.turn)) * tangent.pose.topRows<3>();
+  coupling.noalias() -= hat(m.shift) * tangent.pose.bottomRows<3>();
+  hessian.topRightCorner(ends, 3) = coupling.transpose();
+  hessian.bottomRightCorner<3, 3>() = lie::double_cross(m.shift, step.interval.displacement);
 }
 
 double momentum_left(const std::vector<ShapeStep>& steps, const std::vector<Rotations>& rotation,

@@ -7,7 +7,7 @@
 
 #include <Eigen/LU>
 
-#include "mechanics/step_balance.hpp"
+#include "mechanics/step_hessian.hpp"
 
 namespace lamprey::maneuver {
 
@@ -23,6 +23,9 @@ inline int shape_size(const model::System& system) { return system.velocity_coun
 
 /// Where a body's coordinates begin; not of the root.
 inline int shape_offset(const model::Body& body) { return body.velocity_offset - 3; }
+
+/// Coordinates of a shape as freedoms of all bodies, of which the root's are left as they are.
+void write_shape(const model::System& system, const VectorXd& shape, mechanics::Freedoms& freedoms);
 
 /// The coordinates in which a motion's shapes and poses vary: all, or those that its symmetry leaves. Orthonormal columns.
 struct ShapeCoordinates {
@@ -83,35 +86,53 @@ class ShapeKernel {
                  MatrixXd& hessian);
 
  private:
-  Vector6d momentum(const ShapeStep& step) const;
-  void lay_directions(const ShapeStep& step);
-  void measure(const ShapeStep& step, int first);
-  template <typename Target>
-  void project(const mechanics::Freedoms& freedoms, Target&& coordinates);
+  void find_levers(const mechanics::Rotations& left);
+  Vector6d momentum(const mechanics::Interval& interval, double& scale) const;
+  void read_balance(const mechanics::ForcedStep& forced, ShapeStep& step);
+  void measure_rates(const mechanics::ForcedStep& forced, const ShapeStep& step);
+  bool find_momentum_inverse(ShapeStep& step) const;
+  void lay_multiplier(const ShapeStep& step, const Vector6d& pi, const ShapeMultipliers& multipliers);
+  void add_changes_of_coefficients(const ShapeStep& step, const Vector3d& spin);
+  void read_second_rates(const ShapeStep& step);
+  void assemble_hessian(MatrixXd& hessian);
+  void pack(const mechanics::Rows3& rows, int coordinate, Eigen::Ref<VectorXd> column) const;
+  void project_rows(const mechanics::FreedomRows& rows, MatrixXd& result);
+  void project(const mechanics::Freedoms& freedoms, VectorXd& coordinates);
   void spread(const VectorXd& coordinates, mechanics::Freedoms& freedoms);
   bool free(int body) const { return system_.body(body).freedoms == 3; }
+  bool all_coordinates() const { return shape_ == along_.size(); }
 
   const model::System& system_;
   mechanics::DiscreteLagrangian lagrangian_;
-  MatrixXd coordinates_;  // [shape_size][f]
-  int shape_;             // f
-  int directions_;        // left shape, right shape, root's turn, root's shift
-  double inertia_ = 0.0;  // kg m², the largest about the root, with kg m beside it
+  MatrixXd coordinates_;    // [shape_size][f]
+  int shape_;               // f
+  int directions_;          // left shape, right shape, root's turn, root's shift
+  Eigen::Index left_rows_;  // of the left shape, padded; those of the others follow
+  Eigen::Index rows_;       // of all directions
+  double inertia_ = 0.0;    // kg m², the largest about the root, with kg m beside it
   mechanics::Moments no_moments_;
   mechanics::StepBalance balance_;
-  std::vector<mechanics::StepVariation> direction_;  // [directions]
-  std::vector<mechanics::StepRate> rate_;            // [directions]
-  MatrixXd minus_, plus_;                            // [f][directions]
-  MatrixXd momentum_;                                // [6][directions]
+  std::vector<mechanics::BodyBlock> block_;      // [bodies]
+  std::vector<mechanics::BodyRates> body_rate_;  // [bodies]
+  mechanics::StepDirections direction_;
+  mechanics::StepJacobian rate_;
+  mechanics::StepHessian second_;
+  mechanics::Rows3 angular_, linear_;  // [rows] of the whole swimmer
+  MatrixXd minus_, plus_;              // [directions][f]
+  MatrixXd momentum_;                  // [directions][6]
+  MatrixXd root_;                      // [2 f][6] how the root's motion answers
+  MatrixXd ends_;                      // [2 f][f]
   mechanics::StepVariation multiplier_;
   mechanics::StepRate multiplier_rate_;
-  mechanics::SecondRateWorkspace second_;
-  mechanics::Freedoms by_left_, by_right_;
-  Vector3d linear_;
-  mechanics::Rotations next_;        // [bodies] world
-  VectorXd along_;                   // [shape_size]
-  MatrixXd left_left_, turn_right_;  // [shape_size] squared, [3][shape_size]
-  MatrixXd full_, map_, half_;
+  mechanics::Rotations next_;         // [bodies] world
+  mechanics::Vectors lever_;          // [bodies] m, from the parent's mass centre to the body's, world
+  VectorXd along_;                    // [shape_size]
+  MatrixXd along_rows_;               // [directions][shape_size]
+  MatrixXd by_left_, by_right_;       // [directions][f] how the gradient by the shapes changes along the directions
+  MatrixXd by_root_;                  // [directions][6] the same by the root's motion
+  MatrixXd left_left_, left_half_;    // [shape_size] squared, [shape_size][f]
+  MatrixXd turn_right_, turn_shape_;  // [shape_size][3], [f][3]
+  MatrixXd ends_root_;                // [2 f][6]
 };
 
 /// Largest total momentum of a motion's solved steps, linear or angular about the world's origin, against the largest

@@ -190,11 +190,14 @@ SecondRateWorkspace::SecondRateWorkspace(int bodies)
       joint_plus(bodies) {}
 
 void evaluate_balance(const ForcedStep& step, StepBalance& balance) {
-  const System& system = step.system;
-  DiscreteMomenta& p = balance.momenta;
-  body_momenta(system, step.lagrangian, step.time_step, step.interval, p);
-  balance.linear = p.linear;
+  body_momenta(step.system, step.lagrangian, step.time_step, step.interval, balance.momenta);
+  gather_balance(step, balance);
+}
 
+void gather_balance(const ForcedStep& step, StepBalance& balance) {
+  const System& system = step.system;
+  const DiscreteMomenta& p = balance.momenta;
+  balance.linear = p.linear;
   balance.joint_minus.set_zero();
   balance.joint_plus.set_zero();
   damping_momenta(system, step.interval, balance.joint_minus, balance.joint_plus);

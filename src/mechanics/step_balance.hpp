@@ -32,6 +32,9 @@ struct StepBalance {
 
 void evaluate_balance(const ForcedStep& step, StepBalance& balance);
 
+/// The same where balance.momenta holds what body_momenta fills.
+void gather_balance(const ForcedStep& step, StepBalance& balance);
+
 /// A direction of a step: turns of both ends, displacement of the root over the step, change of the moments.
 struct StepVariation {
   Freedoms left, right;           // [bodies] along the freedoms at k and at k + 1
