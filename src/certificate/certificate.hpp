@@ -74,6 +74,12 @@ struct LimitsKept {
   double negative = unset;         // most negative multiplier / the largest; 0 where none is
 };
 
+/// Costs beside effort and time along the stored motion.
+struct CostsKept {
+  double error = unset;  // relative difference of the stored cost from the one recomputed
+  double signs = unset;  // largest weight · (|p| − multiplier · p) of a joint / (cost / duration), or |multiplier| − 1
+};
+
 /// Where two bodies come nearest to each other.
 struct Clearance {
   double gap = unset;   // m; below zero they overlap, and this is minus the shortest way out
@@ -89,6 +95,7 @@ struct Certificate {
   double rotation_drift = unset;     // max |RᵀR − I|
   double iterates_momentum = unset;  // largest total momentum / scale over all iterates that the solver recorded
   double kkt = unset;                // scaled, in the space of controls
+  std::optional<CostsKept> costs;    // where the problem has costs beside effort and time
   std::optional<LimitsKept> limits;  // where the problem has any, or waypoints, or a free duration
   std::optional<SecondOrder> second_order;
   std::optional<AllAxes> all_axes;  // where control_axes confine an actuated joint

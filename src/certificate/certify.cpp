@@ -2,6 +2,7 @@
 
 #include "certificate/balance.hpp"
 #include "certificate/clearance.hpp"
+#include "certificate/cost_check.hpp"
 #include "certificate/goal_check.hpp"
 #include "certificate/limit_check.hpp"
 #include "certificate/optimality.hpp"
@@ -15,7 +16,7 @@ namespace {
 
 // Whether moments at the nodes are all that a problem leaves free.
 bool moments_alone(const maneuver::Problem& problem) {
-  return problem.goal && !problem.goal->periodic && !problem.duration.free &&
+  return problem.goal && !problem.goal->periodic && !problem.duration.free && !problem.cost_weights.any() &&
          problem.control == maneuver::ControlKind::steps;
 }
 
@@ -30,7 +31,7 @@ bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
 }
 
 bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
-  return proof.kkt <= problem.search.tolerance &&
+  return proof.kkt <= problem.search.tolerance && (!proof.costs || proof.costs->signs <= complementarity_mark) &&
          (!proof.limits ||
           (proof.limits->complementarity <= complementarity_mark && proof.limits->negative <= complementarity_mark));
 }
@@ -108,6 +109,10 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   if (problem.limits.any() || problem.duration.free || !problem.waypoints.empty()) {
     const LimitCheck kept = check_limits(motion);
     proof.limits = {kept.violation, kept.key, kept.time, kept.complementarity, kept.negative};
+  }
+  if (problem.cost_weights.any()) {
+    const CostCheck check = check_cost(motion);
+    proof.costs = {std::abs(solution.cost - check.cost) / check.cost, check.signs};
   }
   if (options.optimality) proof.kkt = kkt_residual(motion, space, balance.scale);
   proof.verdict = verdict(problem, proof);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "certificate/cost_check.hpp"
 #include "certificate/goal_check.hpp"
 #include "certificate/limit_check.hpp"
 #include "integrator/step_derivatives.hpp"
@@ -233,6 +234,7 @@ Conditions spanning_conditions(const Tables& tables, const MatrixXd& end_rows, c
       carried = step.swept.by_start;
     }
     if (s == 0) {
+      if (pulls.any) carried += pulls.by_state.front().transpose();
       if (free.start.cols() > 0) conditions.shift.tail(free.start.cols()) -= (carried * free.start).transpose();
       continue;
     }
@@ -270,7 +272,7 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
   MatrixXd end_rows = goal.unit.cwiseInverse().asDiagonal() * goal.by_end_state;
   VectorXd gradient = cost_gradient(motion, space);
   Conditions conditions;
-  const LimitPulls pulls = limit_pulls(motion);
+  LimitPulls pulls = limit_pulls(motion);
   if (space.basis.size() > 0) {
     conditions.rows = spanning_rows(motion, space, end_rows);
     conditions.shift.setZero(gradient.size());
@@ -288,14 +290,24 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
           -MatrixXd::Identity(free.start.cols(), free.start.cols());
       end_rows = all;
     }
+    const bool beside = motion.problem.cost_weights.any();
+    const CostGradient others = beside ? cost_gradient_beside_effort(motion) : CostGradient();
+    if (beside) {
+      pulls.any = true;
+      for (std::size_t k = 0; k < others.by_state.size(); ++k) pulls.by_state[k] -= others.by_state[k];
+    }
     conditions = spanning_conditions(tables, end_rows, end_rows_by_start, pulls, free);
     const Eigen::Index moments = gradient.size();
     gradient.conservativeResize(moments + free.count());
     gradient.tail(free.count()).setZero();
     if (free.duration) {
       const double duration = motion.time_step * motion.steps;
-      gradient[moments] = 0.5 * gradient.head(moments).dot(space.value) + motion.problem.time_weight * duration;
+      gradient[moments] = 0.5 * gradient.head(moments).dot(space.value) + motion.problem.time_weight * duration +
+                          others.by_log_time_step;
     }
+    const Eigen::Index controls = motion.system.control_count();
+    for (std::size_t k = 0; k < others.by_control.size(); ++k)
+      gradient.segment(controls * static_cast<Eigen::Index>(k), controls) += others.by_control[k];
     // a state or the duration changes all nodes' moments: as one of them it counts
     const double share = 1.0 / (motion.steps + 1);
     gradient.tail(free.count()) *= share;

@@ -290,6 +290,17 @@ std::string search_text(const maneuver::Search& search) {
   return text;
 }
 
+// What is minimised, a term for each weight.
+std::string cost_text(const Problem& problem) {
+  const maneuver::CostWeights& weights = problem.cost_weights;
+  std::string text = fmt::format("{} × ∫ ½ Σ|u|² dt", short_number(problem.effort));
+  for (const auto& [weight, term] :
+       {std::pair(weights.work, "∫ Σ|u·ω| dt"), std::pair(weights.power, "∫ Σ(u·ω)² dt"),
+        std::pair(weights.smoothness, "∫ ½ Σ|du/dt|² dt"), std::pair(weights.transport, "∫ Σ|u·ω| dt per distance")})
+    if (weight > 0.0) text += fmt::format(" + {} × {}", short_number(weight), term);
+  return text;
+}
+
 std::string task_section(const Problem& problem) {
   TextTable table("l");
   table.add_row({"start", start_text(problem)});
@@ -297,7 +308,7 @@ std::string task_section(const Problem& problem) {
   table.add_row({"time", time_text(problem)});
   table.add_row({"scheme", std::string(word(problem.scheme))});
   table.add_row(
-      {"cost", fmt::format("{} × ∫ ½ Σ|u|² dt, {} rule", short_number(problem.effort),
+      {"cost", fmt::format("{}, {} rule", cost_text(problem),
                            integrator::single_step(problem.scheme) ? word(problem.cost_rule()) : "the scheme's own")});
   table.add_row({"control", control_kind_text(problem)});
   add_limits(table, problem.limits);

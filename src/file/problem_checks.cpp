@@ -418,6 +418,18 @@ void check_waypoints(const Problem& problem) {
   }
 }
 
+void check_costs(const Problem& problem) {
+  const maneuver::CostWeights& weights = problem.cost_weights;
+  if (!problem.goal) return;
+  const std::optional<double> distance = problem.goal->distance();
+  if (weights.transport > 0.0 && distance && *distance == 0.0)
+    refuse("cost.transport", "a cost for each metre with a goal.move of 0 m", "with a distance that is not zero",
+           "move somewhere, leave a part of goal.move \"free\", or use cost.work");
+  if (weights.smoothness > 0.0 && !problem.goal->rest && !problem.goal->periodic)
+    refuse("cost.smoothness", fmt::format("{} with an end that is neither at rest nor periodic", weights.smoothness),
+           "with goal.rest = true or goal.periodic = true", "set one of them: a free end has no last moment");
+}
+
 void check_transcription(const Problem& problem) {
   const bool high_order = problem.scheme == Scheme::order4 || problem.scheme == Scheme::order6;
   if (high_order && problem.rule)

@@ -29,4 +29,7 @@ void check_waypoints(const maneuver::Problem& problem);
 /// Cost rule, spline points and search method go with scheme, steps and control kind.
 void check_transcription(const maneuver::Problem& problem);
 
+/// Costs have the distance and the last moment that they count by.
+void check_costs(const maneuver::Problem& problem);
+
 }  // namespace lamprey::file

@@ -82,6 +82,11 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
   if (problem.duration.free) refuse_unsupported("time.duration", "\"free\"", "a number > 0 (s)", mend);
   if (problem.goal->periodic) refuse_unsupported("goal.periodic", "true", "false", mend);
   if (!problem.waypoints.empty()) refuse_unsupported("waypoint[0]", "a waypoint", "no [[waypoint]]", mend);
+  const maneuver::CostWeights& weights = problem.cost_weights;
+  for (const auto& [key, weight] :
+       {std::pair("cost.work", weights.work), std::pair("cost.power", weights.power),
+        std::pair("cost.smoothness", weights.smoothness), std::pair("cost.transport", weights.transport)})
+    if (weight > 0.0) refuse_unsupported(key, shown(weight), "effort and time alone", mend);
 }
 
 }  // namespace

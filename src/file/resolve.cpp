@@ -62,6 +62,7 @@ ResolvedProblem resolve(const model::System& system, const maneuver::Problem& pr
   resolved.limits = problem.limits;
   resolved.waypoints = problem.waypoints;
   resolved.time_weight = problem.time_weight;
+  resolved.cost_weights = problem.cost_weights;
   resolved.free_duration = problem.duration.free;
   if (problem.duration.free) resolved.between = {problem.duration.min, problem.duration.max};
   resolved.free_shape = problem.start.free_shape;
@@ -114,6 +115,7 @@ maneuver::Problem problem_of(const Results& results) {
   problem.limits = results.problem.limits;
   problem.waypoints = results.problem.waypoints;
   problem.time_weight = results.problem.time_weight;
+  problem.cost_weights = results.problem.cost_weights;
   problem.duration.free = results.problem.free_duration;
   problem.duration.min = results.problem.between[0];
   problem.duration.max = results.problem.between[1];

@@ -66,7 +66,8 @@ struct ResolvedProblem {
   int points = 0;
   maneuver::Limits limits;
   std::vector<maneuver::Waypoint> waypoints;
-  double time_weight = 0.0;         // (N m)², of the duration in the cost
+  double time_weight = 0.0;  // (N m)², of the duration in the cost
+  maneuver::CostWeights cost_weights;
   bool free_duration = false;       // then `duration` is the one found
   std::array<double, 2> between{};  // s, its bounds
   bool free_shape = false;          // of a periodic motion's start

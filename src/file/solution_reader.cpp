@@ -144,6 +144,11 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   }
   if (reader.has("effort")) problem.effort = reader.at("effort").number();
   if (reader.has("time_weight")) problem.time_weight = reader.at("time_weight").number();
+  if (reader.has("cost_weights")) {
+    const JsonReader weights = reader.at("cost_weights");
+    problem.cost_weights = {weights.at("work").number(), weights.at("power").number(),
+                            weights.at("smoothness").number(), weights.at("transport").number()};
+  }
   if (reader.has("limits")) problem.limits = read_limits(reader.at("limits"));
   if (reader.has("waypoints")) problem.waypoints = read_waypoints(reader.at("waypoints"));
   if (reader.has("free_duration")) {
@@ -286,6 +291,8 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
       result.replay->feedback_position_error = replay.at("feedback_position_error").number_or_nan();
     }
   }
+  if (reader.has("costs"))
+    result.costs = {reader.at("costs").at("error").number_or_nan(), reader.at("costs").at("signs").number_or_nan()};
   if (reader.has("limits")) {
     const JsonReader limits = reader.at("limits");
     result.limits = {limits.at("violation").number_or_nan(), limits.at("key").text(), limits.at("time").number_or_nan(),
@@ -358,6 +365,19 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
   results.solution.cost = reader.at("cost").number_or_nan();
   results.problem = read_resolved(reader.at("problem"));
   read_motion(reader, results.problem, results.solution);
+  if (reader.has("cost_parts")) {
+    const JsonReader parts = reader.at("cost_parts");
+    results.solution.cost_parts = {parts.at("effort").number(), parts.at("work").number(),
+                                   parts.at("power").number(),  parts.at("smoothness").number(),
+                                   parts.at("time").number(),   parts.at("transport").number_or_nan()};
+  }
+  if (reader.has("work_multipliers")) {
+    const JsonReader signs = reader.at("work_multipliers");
+    signs.require_array(results.problem.joints.size());
+    results.solution.work_multipliers.resize(results.problem.joints.size());
+    for (std::size_t j = 0; j < results.problem.joints.size(); ++j)
+      read_nodes(signs.at(j), results.solution.time.size(), results.solution.work_multipliers[j]);
+  }
   if (reader.has("limit_multipliers"))
     results.solution.limit_multipliers =
         read_limit_multipliers(reader.at("limit_multipliers"), results.solution.time.size());

@@ -173,6 +173,10 @@ std::string problem_text(const ResolvedProblem& problem) {
   text.add("control", fmt::format("{{\"kind\": {}, \"points\": {}}}", json(word(problem.control)), problem.points));
   text.add("effort", json(problem.effort));
   if (problem.time_weight != 0.0) text.add("time_weight", json(problem.time_weight));
+  if (const maneuver::CostWeights& weights = problem.cost_weights; weights.any())
+    text.add("cost_weights",
+             fmt::format("{{\"work\": {}, \"power\": {}, \"smoothness\": {}, \"transport\": {}}}", json(weights.work),
+                         json(weights.power), json(weights.smoothness), json(weights.transport)));
   if (problem.limits.any()) text.add("limits", limits_text(problem.limits));
   if (!problem.waypoints.empty()) text.add("waypoints", waypoints_text(problem.waypoints));
   if (problem.free_duration)
@@ -206,6 +210,9 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
                                           json(clearance->time), clearance->first, clearance->second)
                             : "null");
   text.add("kkt", json(certificate->kkt));
+  if (certificate->costs)
+    text.add("costs", fmt::format("{{\"error\": {}, \"signs\": {}}}", json(certificate->costs->error),
+                                  json(certificate->costs->signs)));
   if (certificate->limits)
     text.add("limits",
              fmt::format("{{\"violation\": {}, \"key\": {}, \"time\": {}, \"complementarity\": {}, \"negative\": {}}}",
@@ -352,12 +359,22 @@ std::string solution_text(const Results& results) {
   text.add("status", json(word(solution.status)));
   text.add("message", json(solution.message));
   text.add("cost", json(solution.cost));
+  if (const auto& parts = solution.cost_parts)
+    text.add("cost_parts",
+             fmt::format(
+                 "{{\"effort\": {}, \"work\": {}, \"power\": {}, \"smoothness\": {}, \"time\": {}, \"transport\": {}}}",
+                 json(parts->effort), json(parts->work), json(parts->power), json(parts->smoothness), json(parts->time),
+                 json(parts->transport)));
   text.add("problem", problem_text(results.problem));
   const std::vector<ShapedArray> arrays = shaped_arrays(results);
   add_arrays(arrays, text);
   if (!solution.feedback.gain.empty()) text.add("feedback", feedback_text(results.problem, arrays));
   if (!solution.limit_multipliers.empty())
     text.add("limit_multipliers", limit_multipliers_text(solution.limit_multipliers));
+  if (!solution.work_multipliers.empty())
+    text.add("work_multipliers", json_list(solution.work_multipliers, [](const std::vector<double>& joint) {
+               return json_list(joint, [](double sign) { return json(sign); });
+             }));
   text.add("certificate", certificate_text(results.certificate));
   text.add("search", search_text(solution.search));
   text.add("solver", solver_text(solution.solver));

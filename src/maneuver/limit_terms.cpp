@@ -18,7 +18,8 @@ constexpr double weight_growth = 8.0;     // where the error has not fallen
 constexpr double largest_weight = 1e7;    // of the first
 constexpr double enough_progress = 0.25;  // share of the error that may be left
 
-// Γ·(change of the bodies' turns along two coordinates of the shape), where joints lead bodies: [shape_size] squared.
+}  // namespace
+
 MatrixXd turn_curvature(const System& system, const mechanics::Rotations& R, const Eigen::Ref<const VectorXd>& pull) {
   const int size = shape_size(system);
   const std::size_t bodies = at(system.body_count());
@@ -42,8 +43,6 @@ MatrixXd turn_curvature(const System& system, const mechanics::Rotations& R, con
     }
   return 0.5 * (result + result.transpose());
 }
-
-}  // namespace
 
 LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const ShapeCoordinates& coordinates, int steps,
                        double duration)

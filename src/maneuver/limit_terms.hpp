@@ -34,6 +34,11 @@ struct LimitModel {
   Vector3d shift;
 };
 
+/// Γ·(change of the bodies' turns along two coordinates of the shape), where joints lead bodies: [shape_size] squared. `pull`:
+/// Γ, [3 bodies], body frames.
+MatrixXd turn_curvature(const model::System& system, const mechanics::Rotations& R,
+                        const Eigen::Ref<const VectorXd>& pull);
+
 class LimitTerms {
  public:
   LimitTerms(const model::System& system, std::vector<LimitRow> rows, const ShapeCoordinates& coordinates, int steps,

@@ -69,6 +69,11 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
   maneuver.free_shape = problem.start.free_shape;
   maneuver.free_duration = problem.duration.free;
   maneuver.time_weight = problem.time_weight;
+  maneuver.cost_weights = problem.cost_weights;
+  if (const std::optional<double> distance = goal.distance(); distance && maneuver.cost_weights.transport > 0.0) {
+    maneuver.cost_weights.work += maneuver.cost_weights.transport / *distance;
+    maneuver.cost_weights.transport = 0.0;
+  }
   maneuver.lagrangian = integrator::lagrangian_of(problem.scheme);
   maneuver.duration = problem.duration.value;
   maneuver.steps = steps;

@@ -24,6 +24,7 @@ struct Maneuver {
   bool free_shape = false;     // whether the shape at the start of a periodic motion is free too
   bool free_duration = false;  // `duration` is a first guess
   double time_weight = 0.0;    // (N m)², what a second costs
+  CostWeights cost_weights;    // of the other costs; of a given distance its share in work
   mechanics::DiscreteLagrangian lagrangian = mechanics::DiscreteLagrangian::trapezoid;
   double duration = 1.0;  // s
   int steps = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -35,6 +36,11 @@ struct Goal {
   std::map<std::string, std::optional<Eigen::Vector3d>> rotation;  // rad by body, absolute; nothing: "free"
   bool rest = true;
   bool periodic = false;
+  /// m, where all of move is given.
+  std::optional<double> distance() const {
+    if (!move[0] || !move[1] || !move[2]) return std::nullopt;
+    return std::hypot(*move[0], *move[1], *move[2]);
+  }
 };
 
 struct Duration {
@@ -91,6 +97,15 @@ struct Search {
   std::optional<double> time_limit;  // s, wall clock
 };
 
+/// Weights of the costs beside effort and time.
+struct CostWeights {
+  double work = 0.0;        // (N m)² s/J, of ∫ Σ_j |u_j·ω_j| dt
+  double power = 0.0;       // (N m)²/W², of ∫ Σ_j (u_j·ω_j)² dt
+  double smoothness = 0.0;  // s², of ∫ ½ Σ_j |du_j/dt|² dt
+  double transport = 0.0;   // (N m)² s m/J, of work per distance that the root's mass centre ends from where it began
+  bool any() const { return work > 0.0 || power > 0.0 || smoothness > 0.0 || transport > 0.0; }
+};
+
 struct Problem {
   std::string name;
   std::string source;
@@ -101,6 +116,7 @@ struct Problem {
   int steps = 1000;
   double effort = 1.0;           // weight of ∫ ½ Σ_j |u_j|² dt
   double time_weight = 0.0;      // (N m)², weight of the duration
+  CostWeights cost_weights;      // of the other costs
   std::optional<CostRule> rule;  // absent: trapezoid
   ControlKind control = ControlKind::steps;
   int points = 0;  // with spline control

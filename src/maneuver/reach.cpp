@@ -24,6 +24,7 @@ constexpr int window_steps = 6;
 ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& asked, const NodePath& path) {
   Maneuver maneuver = asked;  // what is free besides the moments does not matter here
   maneuver.periodic = maneuver.free_duration = false;
+  maneuver.cost_weights = {};
   const ShapeCoordinates all(system);
   ShapeProgram program(system, maneuver, all, {});
   if (!program.go_to(path)) return all;

@@ -55,7 +55,8 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       shape_(static_cast<int>(shape_basis_.cols())),
       pose_(static_cast<int>(pose_basis_.cols())),
       controls_(system.control_count()),
-      leads_((states() - tau() + controls_ - 1) / controls_),
+      terms_(system, maneuver, coordinates),
+      leads_((own_states() - tau() + controls_ - 1) / controls_),
       h_(maneuver.time_step()),
       kernel_(system, maneuver.lagrangian, shape_basis_),
       moments_(system, shape_basis_, maneuver.start.rotation),
@@ -122,12 +123,14 @@ bool ShapeProgram::go_to(const NodePath& path) {
   end_multiplier_.setZero();
   if (has_multipliers()) end_multiplier_ = end_start_;
   for (VectorXd& multiplier : idle_multiplier_) multiplier.setZero();
-  if (limits_.empty()) return roll_out(now_);
+  if (!limited()) return roll_out(now_);
   const LimitMultipliers before = limit_start_.value_or(LimitMultipliers());
   limits_.take(before, 1.0);
+  terms_.take(work_start_);
   if (!roll_out(now_)) return false;
-  if (before.weight > 0.0) return true;
+  if (before.weight > 0.0 || work_start_.weight > 0.0) return true;
   limits_.take(before, now_.cost);  // a weight fit for what the guess costs
+  terms_.choose_weight(now_.terms);
   measure(now_);
   return true;
 }
@@ -201,7 +204,26 @@ void ShapeProgram::measure(Motion& motion) {
   }
   merit.violation = motion.end_rows.lpNorm<1>() + idle_sum / std::max(needed, 1e-300);
   motion.cost = merit.cost;
+  if (!terms_.empty()) add_terms(motion);
   add_limits(motion);
+}
+
+CostedMotion ShapeProgram::costed(const Motion& motion) const {
+  return {motion.step, motion.moment, motion.position, h_ * motion.stretch};
+}
+
+CostParts ShapeProgram::cost_parts() const {
+  CostParts parts = now_.terms.parts;
+  parts.time = duration();
+  for (int k = 0; k <= steps_; ++k)
+    parts.effort += 0.5 * node_weight(now_, k) / maneuver_.effort * now_.moment[at(k)].head(controls_).squaredNorm();
+  return parts;
+}
+
+void ShapeProgram::add_terms(Motion& motion) {
+  terms_.measure(costed(motion), motion.terms);
+  motion.cost += motion.terms.cost;
+  motion.merit.cost += motion.terms.merit;
 }
 
 LimitedNode ShapeProgram::limited_node(const Motion& motion, int k) const {
@@ -219,7 +241,8 @@ void ShapeProgram::add_limits(Motion& motion) {
 }
 
 void ShapeProgram::renew_limits() {
-  limits_.renew(now_.limit_value);
+  if (!limits_.empty()) limits_.renew(now_.limit_value);
+  terms_.renew(now_.terms);
   measure(now_);
 }
 
@@ -244,6 +267,7 @@ void ShapeProgram::model_node(int k, NodeModel& node) {
   node.by_control_twice *= weight;
   if (!limits_.empty())
     limits_.add_by_moments(k, limited_node(now_, k), now_.limit_value.col(k), node.by_control, node.by_control_twice);
+  if (!terms_.empty()) terms_.add_by_moments(costed(now_), now_.terms, k, node.by_control);
   if (maneuver_.periodic && k == steps_) {
     node.by_control += first_node_.by_control;
     node.by_control_twice += first_node_.by_control_twice;
@@ -419,7 +443,7 @@ void ShapeProgram::model_leads(StageModel& model) const {
     for (int c = 0; c < controls_; ++c) {
       const int place = tau() + s * controls_ + c;
       const bool held = maneuver_.periodic && !maneuver_.free_shape && place >= copies() && place < copies() + shape_;
-      if (place < states() && !held)
+      if (place < own_states() && !held)
         stage.B(place, c) = 1.0;
       else
         stage.R(c, c) = metric_scale_;  // nothing to set
@@ -435,7 +459,7 @@ void ShapeProgram::model_leads(StageModel& model) const {
 }
 
 // At rest the last moments follow from the last two shapes; those of a periodic motion from the first two as well.
-void ShapeProgram::model_end(const NodeModel& node, StageModel& model) const {
+void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
   model.q_end.setZero();
   if (maneuver_.free_duration) {
     const double cost = maneuver_.time_weight * h_ * now_.stretch * steps_;
@@ -450,6 +474,7 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) const {
   by_state.leftCols(2 * n) = -by_impulse.solve(before_.plus);
   if (maneuver_.periodic) by_state.middleCols(copies(), 2 * n) = by_impulse.solve(first_minus_);
   if (maneuver_.free_duration) by_state.col(tau()) = -2.0 * moment;
+  if (!terms_.empty()) end_moments_ = by_state.topRows(controls_);
   const auto controls = by_state.topRows(controls_);
   model.Q_end.noalias() += controls.transpose() * node.by_control_twice * controls;
   model.q_end.noalias() += controls.transpose() * node.by_control;
@@ -501,10 +526,11 @@ void ShapeProgram::linearize(StageModel& model) {
   metric_scale_ = 0.0;
   for (const VectorXd& moment : now_.moment) metric_scale_ += moment.squaredNorm() / (steps_ + 1);
   metric_scale_ = std::sqrt(metric_scale_);
+  if (!terms_.empty()) prepare_terms(model);
   model_goal(model);
   model_limits();
   lay_pose_multipliers(model);
-  if (leads_ > 0) {
+  if (leads_ > 0 || !terms_.empty()) {
     for (Stage& stage : model.stage) {
       stage.Q.setZero();
       stage.q.setZero();
@@ -538,6 +564,30 @@ void ShapeProgram::linearize(StageModel& model) {
   model_end(node, model);
   if (leads_ > 0) model_leads(model);
   add_limit_models(model);
+  if (!terms_.empty()) add_term_models(model);
+}
+
+// What the terms add to what the last model holds goes.
+void ShapeProgram::prepare_terms(StageModel& model) {
+  const double time = maneuver_.time_weight * h_ * now_.stretch * steps_, others = now_.terms.cost;
+  metric_scale_ *= 1.0 + others / std::max(now_.cost - time - others, 1e-6 * now_.cost);
+  for (Stage& stage : model.stage) {
+    stage.S.setZero();
+    stage.A.bottomRows(terms_.states()).setZero();
+    stage.B.bottomRows(terms_.states()).setZero();
+  }
+}
+
+void ShapeProgram::add_term_models(StageModel& model) {
+  VectorXd gradient;
+  for (int k = 0; k < steps_; ++k) {
+    Stage& stage = model.stage[at(leads_ + k)];
+    gradient = node_weight(now_, k) * now_.moment[at(k)].head(controls_);
+    terms_.add_by_moments(costed(now_), now_.terms, k, gradient);
+    stage.gradient = gradient.lpNorm<Eigen::Infinity>();
+  }
+  terms_.add_to_model(costed(now_), now_.terms, {leads_, maneuver_.free_duration ? tau() : -1, copies(), own_states()},
+                      end_moments_, model);
 }
 
 void ShapeProgram::add_limit_models(StageModel& model) const {
@@ -562,6 +612,7 @@ void ShapeProgram::model_limits() {
 void ShapeProgram::lay_pose_multipliers(const StageModel& model) {
   const VectorXd pose = pose_basis_ * (model.C.middleCols(2 * shape_, pose_).transpose() * end_multiplier_);
   Vector3d turn = pose.head<3>(), shift = pose.tail<3>();
+  if (!terms_.empty()) shift += terms_.pull_at_end(costed(now_), now_.terms);
   for (int k = steps_; k > 0; --k) {
     if (k < steps_) turn += (now_.position[at(k + 1)] - now_.position[at(k)]).cross(shift);
     if (limit_model_[at(k)].any) {

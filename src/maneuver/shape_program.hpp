@@ -1,9 +1,11 @@
 // A maneuver in the shapes of its nodes alone (chapter 9): total momentum zero fixes the root's motion, inverse dynamics the
 // moments, so that every point of the search is a motion of the swimmer and only the goal remains to be met. As an optimizer::StageProgram: state s_k = (shape k − 1, shape k, root's turn ρ and position χ in the
 // world), input = moments along the joints' actuation at node k. A free duration adds its logarithm τ to the state, a
-// periodic motion its first two shapes; stages before the first step set them (chapter 10).
+// periodic motion its first two shapes; stages before the first step set them (chapter 10). Costs beside effort may add more
+// states (chapter 13).
 #pragma once
 
+#include "maneuver/cost_terms.hpp"
 #include "maneuver/end_rows.hpp"
 #include "maneuver/limit_terms.hpp"
 #include "maneuver/moment_basis.hpp"
@@ -32,6 +34,8 @@ class ShapeProgram : public optimizer::StageProgram {
   void take_duration(double duration) { now_.stretch = duration / (h_ * steps_); }
   /// The cost by its rule, without what limits add.
   double cost() const { return now_.cost; }
+  /// What it is made of, before weighting.
+  CostParts cost_parts() const;
 
   /// Takes over the end rows' multipliers, of any grid; empty: none. Before go_to.
   void take_end_multipliers(const VectorXd& multipliers) { end_start_ = multipliers; }
@@ -40,6 +44,8 @@ class ShapeProgram : public optimizer::StageProgram {
   void take_limit_multipliers(const LimitMultipliers& multipliers) { limit_start_ = multipliers; }
   const LimitMultipliers& limit_multipliers() const { return limits_.multipliers(); }
   LimitError worst_limit() const { return limits_.error(now_.limit_value); }
+  void take_work_multipliers(const WorkMultipliers& multipliers) { work_start_ = multipliers; }
+  const WorkMultipliers& work_multipliers() const { return terms_.multipliers(); }
   const std::vector<LimitRow>& limit_rows() const { return limits_.rows(); }
   /// The end row that is missed most, in words; empty where the goal is met.
   std::string largest_miss() const;
@@ -58,8 +64,10 @@ class ShapeProgram : public optimizer::StageProgram {
   double longest(const optimizer::StageStep& step) const override;
   double goal_error() const override;
   double drift() const override { return momentum_left(now_.step, now_.rotation, now_.position); }
-  bool limited() const override { return !limits_.empty(); }
-  double limit_error() const override { return limits_.empty() ? 0.0 : worst_limit().value; }
+  bool limited() const override { return !limits_.empty() || terms_.of_work(); }
+  double limit_error() const override {
+    return std::max(limits_.empty() ? 0.0 : worst_limit().value, terms_.error(now_.terms));
+  }
   void renew_limits() override;
 
  private:
@@ -74,6 +82,7 @@ class ShapeProgram : public optimizer::StageProgram {
     std::vector<VectorXd> moment;                // [N + 1][f] N m by inverse dynamics: actuated ones, then idle ones
     VectorXd end_rows;
     MatrixXd limit_value;  // [limits][N + 1]
+    CostValues terms;      // of costs beside effort and time
     double cost = 0.0;     // by its rule alone
     optimizer::Merit merit;
   };
@@ -102,12 +111,16 @@ class ShapeProgram : public optimizer::StageProgram {
   void model_stage(int k, const NodeModel& node, optimizer::Stage& stage);
   void model_first_shapes(optimizer::Stage& stage);
   void model_leads(optimizer::StageModel& model) const;
-  void model_end(const NodeModel& node, optimizer::StageModel& model) const;
+  void model_end(const NodeModel& node, optimizer::StageModel& model);
   void model_goal(optimizer::StageModel& model) const;
   void model_limits();
   void lay_pose_multipliers(const optimizer::StageModel& model);
   LimitedNode limited_node(const Motion& motion, int k) const;
   void add_limits(Motion& motion);
+  CostedMotion costed(const Motion& motion) const;
+  void add_terms(Motion& motion);
+  void prepare_terms(optimizer::StageModel& model);
+  void add_term_models(optimizer::StageModel& model);
   VectorXd idle_multiplier(const optimizer::StageStep& step, int k) const;
   double impulse_time(const Motion& motion, int node) const {
     return (node == 0 || node == steps_ ? 0.5 : 1.0) * h_ * motion.stretch;
@@ -115,7 +128,8 @@ class ShapeProgram : public optimizer::StageProgram {
   double node_weight(const Motion& motion, int node) const { return maneuver_.node_weight[node] * motion.stretch; }
   int tau() const { return 2 * shape_ + pose_; }                            // its place in a state
   int copies() const { return tau() + (maneuver_.free_duration ? 1 : 0); }  // likewise of the first two shapes
-  int states() const { return copies() + (maneuver_.periodic ? 2 * shape_ : 0); }
+  int own_states() const { return copies() + (maneuver_.periodic ? 2 * shape_ : 0); }
+  int states() const { return own_states() + terms_.states(); }
   int idle() const { return shape_ - controls_; }
 
   const model::System& system_;
@@ -123,12 +137,15 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<EndRow> end_rows_;
   MatrixXd shape_basis_, pose_basis_;  // [shape_size][f], [6][p]
   int steps_, shape_, pose_, controls_;
+  CostTerms terms_;
   int leads_;  // stages before the first step
   double h_;
   ShapeKernel kernel_;
   MomentBasis moments_;
   LimitTerms limits_;
   std::optional<LimitMultipliers> limit_start_;  // for the next go_to
+  WorkMultipliers work_start_;                   // likewise
+  MatrixXd end_moments_;                         // [controls][n] the last node's moments by the last state
   std::vector<LimitModel> limit_model_;          // [N + 1]
   mechanics::Vectors pose_turn_, pose_shift_;    // [N + 1] multipliers of the root's pose at the nodes, world
   Motion now_, trial_;

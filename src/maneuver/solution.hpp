@@ -86,10 +86,21 @@ struct Tracking {
   double largest_correction = 0.0;      // N m, of a joint's moment against the planned one, at any node
 };
 
+/// What a motion costs by each measure, before weighting.
+struct CostParts {
+  double effort = 0.0;      // (N m)² s, ∫ ½ Σ_j |u_j|² dt
+  double work = 0.0;        // J, ∫ Σ_j |u_j·ω_j| dt
+  double power = 0.0;       // W² s, ∫ Σ_j (u_j·ω_j)² dt
+  double smoothness = 0.0;  // (N m)²/s, ∫ ½ Σ_j |du_j/dt|² dt
+  double time = 0.0;        // s
+  double transport = 0.0;   // J/m, work per distance; NaN where there is none
+};
+
 struct Solution {
   Status status = Status::stalled;
   std::string message;
   double cost = 0.0;                                   // by the file's rule, (N m)² s; NaN where it has no meaning
+  std::optional<CostParts> cost_parts;                 // where more than effort and time is asked for
   std::vector<double> time;                            // [N+1] s
   Vectors position;                                    // [N+1] m, root's mass centre, world
   std::vector<std::vector<Eigen::Matrix3d>> rotation;  // [N+1][bodies] body → world
@@ -101,11 +112,12 @@ struct Solution {
   std::vector<std::vector<double>> stage_time;         // [N][s] s, nodes of a scheme's stages; above order 2 only
   std::vector<std::vector<Vectors>> control_stages;    // [N][s][joints] N m, on the parent, parent's frame at that time
   std::vector<LimitMultiplier> limit_multipliers;      // of limits that hold somewhere
-  Feedback feedback;                                   // about the motion; of optimal ones
-  std::optional<Tracking> tracking;                    // of a march with feedback
-  std::string marched_by;                              // what marched in place of the scheme; empty: the scheme
-  DividedSteps divided;                                // of a march that divides its steps
-  SearchRecord search;                                 // starts = 0: no search was made
+  std::vector<std::vector<double>> work_multipliers;  // [joints][N+1] signs of the powers; −1 … 1 where a power is 0
+  Feedback feedback;                                  // about the motion; of optimal ones
+  std::optional<Tracking> tracking;                   // of a march with feedback
+  std::string marched_by;                             // what marched in place of the scheme; empty: the scheme
+  DividedSteps divided;                               // of a march that divides its steps
+  SearchRecord search;                                // starts = 0: no search was made
   SolverRecord solver;
 };
 

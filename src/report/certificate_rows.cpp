@@ -8,6 +8,7 @@
 namespace lamprey::report {
 namespace {
 
+using certificate::complementarity_mark;
 using certificate::curvature_mark;
 using certificate::equation_mark;
 using certificate::goal_mark;
@@ -126,6 +127,10 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
       shown("Cost in the limit", refinement.cost_limit, "(N m)² s", "Cost extrapolated to steps of no length."),
       shown("Error of the cost", refinement.cost_error, "(N m)² s", "Distance of the answer’s cost from that."),
   };
+  if (proof.costs)
+    rows.push_back(held("Signs of powers", proof.costs->signs, "", complementarity_mark,
+                        "Largest amount by which a joint’s |power| exceeds its multiplier times the power, against the "
+                        "mean cost rate: the multipliers are the signs of the powers."));
   if (proof.limits)
     rows.insert(rows.begin() + 1,
                 held("Limits", proof.limits->violation, "", limit_mark,

@@ -99,7 +99,8 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   const std::string missing = unmet(problem, proof);
   const bool multipliers_fit = !proof.limits || (proof.limits->complementarity <= complementarity_mark &&
                                                  proof.limits->negative <= complementarity_mark);
-  const bool stationary = proof.kkt <= problem.search.tolerance && multipliers_fit;
+  const bool signs_fit = !proof.costs || proof.costs->signs <= complementarity_mark;
+  const bool stationary = proof.kkt <= problem.search.tolerance && multipliers_fit && signs_fit;
   const std::string stopped = solution.message.empty() ? "" : " The optimiser stopped: " + solution.message + ".";
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
   if (missing.empty() && stationary) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "maneuver/cost_terms.hpp"
 #include "maneuver/limit_terms.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/node_path.hpp"
@@ -22,6 +23,8 @@ struct Found {
   double cost = 0.0;                // by the file's rule
   double duration = 0.0;            // s
   maneuver::LimitMultipliers limit_multipliers;
+  std::optional<maneuver::CostParts> cost_parts;  // where more than effort and time is asked for
+  maneuver::WorkMultipliers work_multipliers;
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
 };
 
@@ -67,7 +70,7 @@ std::uint64_t seed_of_start(const maneuver::Problem& problem, int start);
 std::uint64_t seed_of_hop(const maneuver::Problem& problem, int hop);
 
 /// Whether the Newton method can take the problem: moments free at each node, no total momentum; above order 2 neither limits,
-/// waypoints, a periodic goal nor a free duration.
+/// waypoints, a periodic goal, a free duration nor costs beside effort and time.
 bool newton_takes(const model::System& system, const maneuver::Problem& problem);
 
 std::unique_ptr<Method> newton_method(const model::System& system, const maneuver::Problem& problem,

@@ -215,7 +215,7 @@ class NewtonMethod : public Method {
   void solve(Grid& grid, const NodePath& from, double tolerance, Found& found) const {
     const bool rough = tolerance > fine_tolerance;
     const double limit_tolerance = rough ? rough_limits : fine_limits;
-    if (!rough && !limits_.empty()) tolerance *= limited_share;
+    if (!rough && grid.program.limited()) tolerance *= limited_share;
     const optimizer::Outcome before = found.outcome;
     optimizer::Outcome& outcome = found.outcome;
     outcome = optimizer::Outcome();
@@ -224,6 +224,7 @@ class NewtonMethod : public Method {
     grid.program.take_duration(found.duration);
     grid.program.take_end_multipliers(found.end_multipliers);
     grid.program.take_limit_multipliers(found.limit_multipliers);
+    grid.program.take_work_multipliers(found.work_multipliers);
     if (grid.program.go_to(from)) {
       outcome = optimizer::solve_within_limits(grid.newton, grid.program,
                                                budget_.optimizer_options(most_iterations, tolerance), limit_tolerance);
@@ -234,6 +235,8 @@ class NewtonMethod : public Method {
       found.end_multipliers = grid.program.end_multipliers();
       found.duration = grid.program.duration();
       found.limit_multipliers = grid.program.limit_multipliers();
+      found.work_multipliers = grid.program.work_multipliers();
+      if (problem_.cost_weights.any()) found.cost_parts = grid.program.cost_parts();
     }
     add_effort(before, outcome);
   }
@@ -252,8 +255,8 @@ class NewtonMethod : public Method {
 
 bool newton_takes(const System& system, const Problem& problem) {
   if (problem.control != maneuver::ControlKind::steps) return false;
-  const bool more = problem.limits.any() || problem.duration.free || !problem.waypoints.empty() ||
-                    (problem.goal && problem.goal->periodic);
+  const bool more = problem.limits.any() || problem.cost_weights.any() || problem.duration.free ||
+                    !problem.waypoints.empty() || (problem.goal && problem.goal->periodic);
   if (!integrator::single_step(problem.scheme) && more) return false;
   const integrator::State start = maneuver::start_state(system, problem.start);
   const auto total = mechanics::spatial_momentum(system, start.rotation, start.position, start.momentum);

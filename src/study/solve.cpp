@@ -63,6 +63,11 @@ std::unique_ptr<Method> choose_method(const System& system, const Problem& probl
                             "found a scheme above order 2, which takes control.kind = \"steps\", no limits, waypoints, "
                             "periodic goal or free duration, a start without total momentum, and not --solver ipopt; "
                             "use \"trapezoid\" with more steps");
+  if (problem.cost_weights.any() && (options.solver == Backend::ipopt || !newton))
+    throw model::InputError(
+        "cost",
+        "found work, power, smoothness or transport, which take control.kind = \"steps\", a scheme of "
+        "order 1 or 2, a start without total momentum, and not --solver ipopt; remove these keys");
   if (options.solver == Backend::ipopt || !newton) return ipopt_method(system, problem, options, budget);
   return newton_method(system, problem, options, budget);
 }
@@ -232,6 +237,13 @@ class Search {
       solution.cost = maneuver::cost_of_polynomials(full_.effort, full_.time_step(), path.polynomial);
     }
     solution.limit_multipliers = limit_multipliers(found, duration / full_.steps);
+    if (found.cost_parts) {
+      solution.cost = found.cost;
+      solution.cost_parts = found.cost_parts;
+    }
+    for (Eigen::Index j = 0; j < found.work_multipliers.value.rows() && found.work_multipliers.weight > 0.0; ++j)
+      solution.work_multipliers.emplace_back(found.work_multipliers.value.row(j).begin(),
+                                             found.work_multipliers.value.row(j).end());
     solution.solver.name = method_->name() + (shooting ? ", single shooting" : "");
     solution.solver.wall_seconds = budget_.seconds();
     solution.solver.processor_seconds = budget_.processor_seconds();

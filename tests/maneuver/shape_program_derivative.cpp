@@ -26,7 +26,14 @@ struct ShapeSetting {
   bool limited = false;
   bool free_duration = false;
   bool periodic = false;
+  maneuver::CostWeights costs = {};
 };
+
+constexpr maneuver::CostWeights of_power{0.0, 3.0, 0.0, 0.0};
+constexpr maneuver::CostWeights of_smoothness{0.0, 0.0, 0.01, 0.0};
+constexpr maneuver::CostWeights of_work{40.0, 0.0, 0.0, 0.0};
+constexpr maneuver::CostWeights of_transport{0.0, 0.0, 0.0, 30.0};
+constexpr maneuver::CostWeights of_all{20.0, 2.0, 0.02, 20.0};
 
 // Every limit and two waypoints, about where random motions are.
 maneuver::Problem limited_problem(const model::SwimmerDescription& swimmer, const ShapeSetting& setting) {
@@ -107,6 +114,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     maneuver_.free_duration = GetParam().free_duration;
     maneuver_.periodic = maneuver_.free_shape = GetParam().periodic;
     maneuver_.time_weight = 20.0;
+    maneuver_.cost_weights = GetParam().costs;
     const auto rows = maneuver::limit_rows(system_, limited_problem(swimmer_, GetParam()));
     program_ = std::make_unique<ShapeProgram>(system_, maneuver_, coordinates,
                                               maneuver::stated_end_rows(system_, maneuver_, {}), rows);
@@ -114,6 +122,10 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
                                            20.0};
     for (double& multiplier : multipliers.value.reshaped()) multiplier = 1e3 * random_.uniform(0.5, 1.0);
     program_->take_limit_multipliers(multipliers);
+    // the weight keeps kinks of the work away from these powers
+    maneuver::WorkMultipliers signs{Eigen::MatrixXd::Zero(system_.joint_count(), steps + 1), 1e-5, 1.0};
+    for (double& sign : signs.value.reshaped()) sign = random_.uniform(-0.7, 0.7);
+    program_->take_work_multipliers(signs);
     EXPECT_TRUE(program_->go_to(path));
     const optimizer::StageSizes sizes = program_->sizes();
     model_ = std::make_unique<StageModel>(sizes);
@@ -126,7 +138,8 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
         step_->end_multiplier[static_cast<Eigen::Index>(r)] = 1e3 * random_.normal();
     program_->take_multipliers(*step_, 1.0);
     program_->linearize(*model_);
-    const double size = GetParam().periodic || GetParam().free_duration ? 0.01 : 0.3;
+    double size = GetParam().periodic || GetParam().free_duration ? 0.01 : 0.3;
+    if (GetParam().periodic && GetParam().costs.any()) size = 0.002;
     for (std::size_t n = 0; n < model_->stage.size(); ++n) {
       for (Eigen::Index c = 0; c < sizes.inputs; ++c)
         if (!model_->stage[n].B.col(c).isZero(0.0)) step_->input[n][c] = size * random_.normal();
@@ -220,7 +233,29 @@ INSTANTIATE_TEST_SUITE_P(
         ShapeSetting{"periodic_of_any_joint_within_limits", Swimmer::any_joint,
                      mechanics::DiscreteLagrangian::trapezoid, false, true, false, true},
         ShapeSetting{"periodic_of_free_duration", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, false,
-                     false, true, true}),
+                     false, true, true},
+        ShapeSetting{"squared_power", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true, false,
+                     false, false, of_power},
+        ShapeSetting{"squared_power_of_any_joint", Swimmer::any_joint, mechanics::DiscreteLagrangian::midpoint, true,
+                     false, false, false, of_power},
+        ShapeSetting{"smoothness_of_any_joint", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid, true,
+                     false, false, false, of_smoothness},
+        ShapeSetting{"work_of_any_joint", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid, true, false,
+                     false, false, of_work},
+        ShapeSetting{"work_with_a_free_end", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid, false, false,
+                     false, false, of_work},
+        ShapeSetting{"transport", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true, false, false,
+                     false, of_transport},
+        ShapeSetting{"all_costs_in_free_time", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true,
+                     false, true, false, of_all},
+        ShapeSetting{"all_costs_of_any_joint_within_limits", Swimmer::any_joint,
+                     mechanics::DiscreteLagrangian::trapezoid, true, true, false, false, of_all},
+        ShapeSetting{"all_costs_in_the_plane", Swimmer::in_the_plane, mechanics::DiscreteLagrangian::midpoint, true,
+                     false, false, false, of_all},
+        ShapeSetting{"all_costs_of_a_periodic_motion", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid,
+                     false, false, false, true, of_all},
+        ShapeSetting{"all_costs_of_a_periodic_motion_of_free_duration", Swimmer::paper_chain,
+                     mechanics::DiscreteLagrangian::trapezoid, false, false, true, true, of_all}),
     [](const auto& instance) { return instance.param.name; });
 
 }  // namespace

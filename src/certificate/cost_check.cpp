@@ -1,0 +1,238 @@
+#include "certificate/cost_check.hpp"
+
+#include "integrator/step_derivatives.hpp"
+#include "mechanics/continuous.hpp"
+
+namespace lamprey::certificate {
+
+namespace {
+
+using mechanics::Rotations;
+using model::at;
+using model::Joint;
+using model::System;
+
+constexpr double turn_step = 2e-4;  // rad, of differences of order four
+
+// How far each joint's child turns against the parent over a step, as the moments count it: a vector in the parent's frame,
+// or angles about the axes. [joints]
+mechanics::Vectors turns_between(const System& system, const Rotations& left, const Rotations& right) {
+  mechanics::Vectors turns(at(system.joint_count()));
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const Joint& joint = system.joint(j);
+    const Matrix3d Q = mechanics::child_to_parent(left, joint), Q_next = mechanics::child_to_parent(right, joint);
+    if (joint.free()) {
+      turns[at(j)] = Q * lie::log(Q.transpose() * Q_next);
+      continue;
+    }
+    turns[at(j)] = mechanics::joint_angles(joint, Q_next) - mechanics::joint_angles(joint, Q);
+    for (double& angle : turns[at(j)]) angle = std::remainder(angle, 2.0 * std::acos(-1.0));
+  }
+  return turns;
+}
+
+// Work that moments do: they act on the parent, their opposites on the child.
+double work_of(const Vector3d& moment, const Vector3d& turn) { return -moment.dot(turn); }
+
+// Rates of the joints in a state, as turns_between counts. [joints]
+mechanics::Vectors rates_of(const System& system, const integrator::State& state) {
+  const VectorXd velocity = integrator::velocity_of_state(system, state);
+  const mechanics::Vectors angular = mechanics::angular_velocities(system, state.rotation, velocity);
+  mechanics::Vectors rates(at(system.joint_count()), Vector3d::Zero());
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const Joint& joint = system.joint(j);
+    if (joint.free()) {
+      rates[at(j)] =
+          mechanics::child_to_parent(state.rotation, joint) * angular[at(joint.child)] - angular[at(joint.parent)];
+    } else {
+      const model::Body& child = system.body(joint.child);
+      rates[at(j)].head(child.freedoms) = velocity.segment(child.velocity_offset, child.freedoms);
+    }
+  }
+  return rates;
+}
+
+// Rotations with one body's freedom turned.
+Rotations with_turn(const System& system, const Rotations& R, int body, int freedom, double by) {
+  mechanics::Interval interval(system.body_count());
+  interval.rotation = R;
+  for (Vector3d& v : interval.cayley) v.setZero();
+  for (Vector3d& v : interval.joint_turn) v.setZero();
+  interval.displacement.setZero();
+  if (system.body(body).freedoms == 3)
+    interval.cayley[at(body)][freedom] = std::tan(0.5 * by);
+  else
+    interval.joint_turn[at(body)][freedom] = by;
+  mechanics::update_interval(system, interval);
+  return interval.next_rotation;
+}
+
+// Nodes' powers and what they are made of.
+struct Powers {
+  std::vector<mechanics::Vectors> turn;   // [N][joints]
+  std::vector<mechanics::Vectors> rate;   // [N + 1][joints] mean about the node
+  std::vector<mechanics::Vectors> start;  // [1][joints] what of rate[0] no shape changes, else empty
+  MatrixXd value;                         // [joints][N + 1] W
+  VectorXd time;                          // [N + 1] s for which a node counts
+  double distance;
+};
+
+bool periodic(const StoredMotion& motion) { return motion.problem.goal && motion.problem.goal->periodic; }
+
+// Equation 13.2.
+Powers powers_of(const StoredMotion& motion) {
+  const System& system = motion.system;
+  const std::vector<Rotations>& R = motion.solution.rotation;
+  const double h = motion.time_step;
+  const int N = motion.steps;
+  Powers powers;
+  powers.time = VectorXd::Constant(N + 1, h);
+  powers.time[0] = periodic(motion) ? 0.0 : 0.5 * h;
+  if (!periodic(motion)) powers.time[N] = 0.5 * h;
+  for (int k = 0; k < N; ++k) powers.turn.push_back(turns_between(system, R[at(k)], R[at(k + 1)]));
+  const mechanics::Vectors still(at(system.joint_count()), Vector3d::Zero());
+  powers.rate.assign(at(N + 1), still);
+  const mechanics::Vectors start = periodic(motion) ? still : rates_of(system, start_of(system, motion.problem.start));
+  for (int k = 0; k <= N; ++k)
+    for (std::size_t j = 0; j < still.size(); ++j) {
+      Vector3d& rate = powers.rate[at(k)][j];
+      if (k > 0) rate += powers.turn[at(k - 1)][j] / (2.0 * h);
+      if (k < N) rate += powers.turn[at(k)][j] / (2.0 * h);
+      if (periodic(motion) && k == N) rate += powers.turn[0][j] / (2.0 * h);
+      if (k == 0) rate += 0.5 * start[j];
+    }
+  powers.start.push_back(start);
+  powers.value.resize(system.joint_count(), N + 1);
+  for (int k = 0; k <= N; ++k)
+    for (int j = 0; j < system.joint_count(); ++j)
+      powers.value(j, k) = work_of(motion.control[at(k)][at(j)], powers.rate[at(k)][at(j)]);
+  powers.distance = (motion.solution.position.back() - motion.solution.position.front()).norm();
+  return powers;
+}
+
+double multiplier_of(const StoredMotion& motion, int joint, int node, double power) {
+  const auto& stored = motion.solution.work_multipliers;
+  if (stored.size() == at(motion.system.joint_count()) && stored[at(joint)].size() == at(motion.steps + 1))
+    return stored[at(joint)][at(node)];
+  return power < 0.0 ? -1.0 : 1.0;
+}
+
+// Weight of the work: of a given distance transport is work.
+double weight_of_work(const StoredMotion& motion, const Powers& powers) {
+  const maneuver::CostWeights& weights = motion.problem.cost_weights;
+  if (weights.transport == 0.0) return weights.work;
+  return weights.work + weights.transport / motion.problem.goal->distance().value_or(powers.distance);
+}
+
+// Moments along the actuation of all joints.
+VectorXd moments_at(const StoredMotion& motion, int node) {
+  VectorXd moments(motion.system.control_count());
+  Eigen::Index first = 0;
+  for (int j = 0; j < motion.system.joint_count(); ++j) {
+    const auto& actuation = motion.system.joint(j).actuation;
+    moments.segment(first, actuation.cols()) = actuation.transpose() * motion.control[at(node)][at(j)];
+    first += actuation.cols();
+  }
+  return moments;
+}
+
+}  // namespace
+
+CostCheck check_cost(const StoredMotion& motion) {
+  const maneuver::Problem& problem = motion.problem;
+  const maneuver::CostWeights& weights = problem.cost_weights;
+  const Powers powers = powers_of(motion);
+  CostCheck check;
+  const bool halves = problem.cost_rule() == maneuver::CostRule::trapezoid;
+  for (int k = 0; k <= motion.steps; ++k) {
+    const double end = halves && (k == 0 || k == motion.steps) ? 0.5 : 1.0;
+    check.parts.effort += 0.5 * end * motion.time_step * moments_at(motion, k).squaredNorm();
+    for (double power : powers.value.col(k)) {
+      check.parts.work += powers.time[k] * std::abs(power);
+      check.parts.power += powers.time[k] * power * power;
+    }
+    if (k < motion.steps)
+      check.parts.smoothness +=
+          0.5 * (moments_at(motion, k + 1) - moments_at(motion, k)).squaredNorm() / motion.time_step;
+  }
+  check.parts.time = motion.time_step * motion.steps;
+  check.parts.transport = check.parts.work / powers.distance;
+  const double weight = weight_of_work(motion, powers);
+  check.cost = problem.effort * check.parts.effort + problem.time_weight * check.parts.time +
+               weight * check.parts.work + weights.power * check.parts.power +
+               weights.smoothness * check.parts.smoothness;
+  const double rate = std::max(check.cost, 1e-300) / check.parts.time;
+  for (int k = periodic(motion) ? 1 : 0; k <= motion.steps; ++k)
+    for (int j = 0; j < motion.system.joint_count(); ++j) {
+      const double power = powers.value(j, k), sign = multiplier_of(motion, j, k, power);
+      check.signs = std::max({check.signs, weight * (std::abs(power) - sign * power) / rate, std::abs(sign) - 1.0});
+    }
+  return check;
+}
+
+CostGradient cost_gradient_beside_effort(const StoredMotion& motion) {
+  const System& system = motion.system;
+  const maneuver::CostWeights& weights = motion.problem.cost_weights;
+  const integrator::StateLayout layout{system};
+  const Powers powers = powers_of(motion);
+  const double h = motion.time_step, weight = weight_of_work(motion, powers);
+  const int N = motion.steps;
+  CostGradient gradient;
+  gradient.by_state.assign(at(N + 1), VectorXd::Zero(layout.size()));
+  gradient.by_control.assign(at(N + 1), VectorXd::Zero(system.control_count()));
+  std::vector<mechanics::Vectors> by_turn(at(N), mechanics::Vectors(at(system.joint_count()), Vector3d::Zero()));
+  double work = 0.0;
+  for (int k = 0; k <= N; ++k) {
+    Eigen::Index first = 0;
+    for (int j = 0; j < system.joint_count(); ++j) {
+      const double power = powers.value(j, k), time = powers.time[k];
+      const double slope = weight * multiplier_of(motion, j, k, power) + 2.0 * weights.power * power;
+      const Vector3d& u = motion.control[at(k)][at(j)];
+      work += time * std::abs(power);
+      const auto& actuation = system.joint(j).actuation;
+      gradient.by_control[at(k)].segment(first, actuation.cols()) -=
+          time * slope * actuation.transpose() * powers.rate[at(k)][at(j)];
+      first += actuation.cols();
+      const Vector3d pull = -time * slope / (2.0 * h) * u;
+      if (k > 0) by_turn[at(k - 1)][at(j)] += pull;
+      if (k < N) by_turn[at(k)][at(j)] += pull;
+      if (periodic(motion) && k == N) by_turn[0][at(j)] += pull;
+      // the node counts for longer, the shapes change more slowly
+      const double given = k == 0 ? work_of(u, 0.5 * powers.start[0][at(j)]) : 0.0;
+      gradient.by_log_time_step += time * (weight * multiplier_of(motion, j, k, power) * power +
+                                           weights.power * power * power - slope * (power - given));
+    }
+    if (k == N) break;
+    const VectorXd change = weights.smoothness / h * (moments_at(motion, k + 1) - moments_at(motion, k));
+    gradient.by_control[at(k)] -= change;
+    gradient.by_control[at(k + 1)] += change;
+    if (weights.smoothness > 0.0) gradient.by_log_time_step -= 0.5 * h / weights.smoothness * change.squaredNorm();
+  }
+  for (int k = 0; k < N; ++k)
+    for (const bool right : {false, true})
+      for (int i = 0; i < system.body_count(); ++i)
+        for (int f = 0; f < system.body(i).freedoms; ++f) {
+          const auto value = [&](double by) {
+            const Rotations& left_rotation = motion.solution.rotation[at(k)];
+            const Rotations& right_rotation = motion.solution.rotation[at(k + 1)];
+            const mechanics::Vectors turns =
+                right ? turns_between(system, left_rotation, with_turn(system, right_rotation, i, f, by))
+                      : turns_between(system, with_turn(system, left_rotation, i, f, by), right_rotation);
+            double sum = 0.0;
+            for (std::size_t j = 0; j < turns.size(); ++j)
+              sum += by_turn[at(k)][j].dot(turns[j] - powers.turn[at(k)][j]);
+            return sum;
+          };
+          gradient.by_state[at(k + (right ? 1 : 0))][layout.freedom(i) + f] +=
+              (8.0 * (value(turn_step) - value(-turn_step)) - (value(2.0 * turn_step) - value(-2.0 * turn_step))) /
+              (12.0 * turn_step);
+        }
+  if (weights.transport > 0.0 && !motion.problem.goal->distance()) {
+    const double d = powers.distance;
+    gradient.by_state.back().segment<3>(layout.position()) -=
+        weights.transport * work / (d * d * d) * (motion.solution.position.back() - motion.solution.position.front());
+  }
+  return gradient;
+}
+
+}  // namespace lamprey::certificate

@@ -1,0 +1,105 @@
+// Costs beside effort and time along a motion of shapes: mechanical work, squared power, smoothness, work per distance
+// (chapter 13). Work is Σ|p|, which has kinks: each |p| is reached exactly by a multiplier between −1 and 1 and a term that
+// pulls p towards where the multiplier belongs (equations 13.5 and 13.6).
+#pragma once
+
+#include "maneuver/joint_turns.hpp"
+#include "maneuver/maneuver.hpp"
+#include "maneuver/solution.hpp"
+#include "optimizer/stage_program.hpp"
+
+namespace lamprey::maneuver {
+
+/// Multipliers of the joints' powers between searches.
+struct WorkMultipliers {
+  MatrixXd value;       // [joints][N + 1] between −1 and 1: what the sign of the power is where it has one
+  double weight = 0.0;  // 1/W, of ½ p² where the power has no sign; 0: not chosen yet
+  double largest_weight = 0.0;
+};
+
+/// What the terms look at of a motion.
+struct CostedMotion {
+  const std::vector<ShapeStep>& step;     // [N]
+  const std::vector<VectorXd>& moment;    // [N + 1][≥ controls] N m; of a periodic motion the first is the last
+  const std::vector<Vector3d>& position;  // [N + 1] m
+  double time_step;                       // s
+};
+
+/// Their values, and what derivatives start from.
+struct CostValues {
+  MatrixXd turn;          // [controls][N] rad, of the joints over the steps
+  MatrixXd power;         // [joints][N + 1] W
+  CostParts parts;        // before weighting; effort and time unset
+  double reached = 0.0;   // J, work as the multipliers have it
+  double distance = 0.0;  // m
+  double cost = 0.0;      // of all parts by their weights
+  double merit = 0.0;     // the same with the work that the multipliers make of it
+};
+
+class CostTerms {
+ public:
+  CostTerms(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates);
+
+  bool empty() const { return !weights_.any(); }
+  bool of_work() const { return weights_.work > 0.0 || weights_.transport > 0.0; }
+  /// States that the terms add behind all others.
+  int states() const;
+
+  void measure(const CostedMotion& motion, CostValues& values) const;
+  /// Adds the derivative of the merit by a node's moments, [controls].
+  void add_by_moments(const CostedMotion& motion, const CostValues& values, int node, VectorXd& gradient) const;
+  /// What the end's position pulls with, N m² s/m and the like.
+  Vector3d pull_at_end(const CostedMotion& motion, const CostValues& values) const;
+
+  /// Where the states of a model lie.
+  struct Places {
+    int leads;   // stages before the first step
+    int tau;     // −1: a given duration
+    int copies;  // of a periodic motion's first two shapes
+    int first;   // of the terms' own states
+  };
+  /// Adds the terms' second derivatives and their first ones but those by moments. `end_moments`: moments at the last node by the last state, [controls][n].
+  void add_to_model(const CostedMotion& motion, const CostValues& values, const Places& places,
+                    const MatrixXd& end_moments, optimizer::StageModel& model) const;
+
+  /// How far the multipliers are from the signs of the powers, of the largest power.
+  double error(const CostValues& values) const;
+  /// Multipliers at the point with these values; the weight rises where the error has not fallen.
+  void renew(const CostValues& values);
+  const WorkMultipliers& multipliers() const { return multipliers_; }
+  /// Takes over multipliers of another grid.
+  void take(const WorkMultipliers& from);
+  /// Chooses the first weight by a motion's powers.
+  void choose_weight(const CostValues& values);
+
+ private:
+  // A power's term F(p) with its derivatives.
+  struct Bend {
+    double value, slope, curvature;
+  };
+  Bend work_term(int joint, int node, double power) const;
+  Bend term(int joint, int node, double power, double work_weight) const;
+  double work_weight(const CostValues& values) const;
+  double node_time(int node, double time_step) const;
+  bool moves(int node) const;  // whether moments at a node count
+  void rates(const CostValues& values, int node, double time_step, VectorXd& rate, VectorXd& changing) const;
+  VectorXd by_rates(const CostedMotion& motion, const CostValues& values, int node) const;
+  VectorXd difference(const CostedMotion& motion, int step) const;
+  void add_node_form(const CostedMotion& motion, const CostValues& values, int node, const MatrixXd& moments,
+                     const MatrixXd& turns, int tau, MatrixXd& form, VectorXd& work) const;
+  void add_difference_form(const CostedMotion& motion, int step, const MatrixXd& difference_by, int tau,
+                           MatrixXd& form) const;
+  void add_duration(const CostedMotion& motion, const CostValues& values, int node, double& slope) const;
+
+  const model::System& system_;
+  JointTurns turns_;
+  MatrixXd pose_basis_;
+  CostWeights weights_;
+  bool periodic_, rest_, free_duration_;
+  int steps_, shape_, controls_;
+  VectorXd start_rate_;  // [controls] rad/s, of the joints at the start
+  WorkMultipliers multipliers_;
+  double last_error_ = 0.0;
+};
+
+}  // namespace lamprey::maneuver
