@@ -14,9 +14,9 @@ namespace lamprey::certificate {
 
 namespace {
 
-// Whether moments at the nodes are all that a problem leaves free.
+// Whether moments at the nodes, and the duration, are all that a problem leaves free.
 bool moments_alone(const maneuver::Problem& problem) {
-  return problem.goal && !problem.goal->periodic && !problem.duration.free && !problem.cost_weights.any() &&
+  return problem.goal && !problem.goal->periodic && !problem.cost_weights.any() &&
          problem.control == maneuver::ControlKind::steps;
 }
 

@@ -419,7 +419,7 @@ PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int n
   const Eigen::Index size = of_moments                             ? system.control_count()
                             : bound.kind == Kind::angular_velocity ? 2 * turns + 3
                                                                    : turns + 3;
-  PullingBound result{node, of_moments, pull, VectorXd::Zero(size), MatrixXd::Zero(size, size)};
+  PullingBound result{node, of_moments, pull, VectorXd::Zero(size), MatrixXd::Zero(size, size), 0.0, 0.0, {}};
   const Place here = place_of(motion, node);
   const double step = second_difference_step * (of_moments ? bound.value : 1.0);
   const double own = margin(motion, bound, here);
@@ -439,16 +439,33 @@ PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int n
       result.curvature(a, b) = 0.5 * (both - result.curvature(a, a) - result.curvature(b, b));
       result.curvature(b, a) = result.curvature(a, b);
     }
+  result.by_time_mixed = VectorXd::Zero(size);
+  if (of_moments) {  // moments fall with the square of the time step
+    const VectorXd& u = here.moment;
+    const double along = result.gradient.dot(u);
+    result.by_time = -2.0 * along;
+    result.by_time_twice = 4.0 * (along + u.dot(result.curvature * u));
+    result.by_time_mixed = -2.0 * (result.gradient + result.curvature * u);
+  } else if (bound.kind == Kind::angular_velocity) {  // rates with the time step
+    result.by_time = bound.value - own;
+    result.by_time_twice = -result.by_time;
+    result.by_time_mixed = -result.gradient;
+  }
   return result;
+}
+
+double largest_multiplier(const StoredMotion& motion) {
+  double largest = 0.0;
+  for (const maneuver::LimitMultiplier& own : motion.solution.limit_multipliers)
+    for (double multiplier : own.multiplier) largest = std::max(largest, std::abs(multiplier));
+  return largest;
 }
 
 }  // namespace
 
 std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
   std::vector<PullingBound> result;
-  double largest = 0.0;
-  for (const maneuver::LimitMultiplier& own : motion.solution.limit_multipliers)
-    for (double multiplier : own.multiplier) largest = std::max(largest, std::abs(multiplier));
+  const double largest = largest_multiplier(motion);
   for (const Bound& bound : bounds_of(motion)) {
     const std::vector<double>* multipliers = multipliers_of(motion, bound);
     if (!multipliers || bound.kind == Kind::duration) continue;
@@ -459,6 +476,17 @@ std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
     }
   }
   return result;
+}
+
+bool duration_pulls(const StoredMotion& motion) {
+  const double least = least_pull * largest_multiplier(motion);
+  for (const Bound& bound : bounds_of(motion)) {
+    if (bound.kind != Kind::duration) continue;
+    if (const std::vector<double>* multipliers = multipliers_of(motion, bound))
+      for (double multiplier : *multipliers)
+        if (std::abs(multiplier) > least) return true;
+  }
+  return false;
 }
 
 }  // namespace lamprey::certificate

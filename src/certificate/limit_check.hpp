@@ -66,8 +66,15 @@ struct PullingBound {
   double pull;         // multiplier × time; of waypoints of either sign
   VectorXd gradient;   // [place]
   MatrixXd curvature;  // [place][place] along exponentials
+  // by the logarithm of the time step, shapes and impulses h²u held: first, second, mixed with the place
+  double by_time, by_time_twice;
+  VectorXd by_time_mixed;  // [place]
 };
 
+/// All but those of the duration.
 std::vector<PullingBound> pulling_bounds(const StoredMotion& motion);
+
+/// Whether a bound of the duration pulls.
+bool duration_pulls(const StoredMotion& motion);
 
 }  // namespace lamprey::certificate

@@ -79,29 +79,81 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
   const Eigen::Index place = motion.system.velocity_count(), before = bound.gradient.size() - place;
   const bool with_before = !bound.of_moments && before > 0;
   ChainStage& stage = chain.stage[at(with_before ? bound.node - 1 : bound.node)];
-  const Eigen::Index reached = stage.A.rows(), controls = stage.B.cols();
-  MatrixXd map = MatrixXd::Zero(bound.gradient.size(), reached + controls);
+  const Eigen::Index size = bound.gradient.size(), reached = effort.basis.back().cols();
+  const Eigen::Index states = stage.A.rows(), controls = stage.B.cols(), timed = states - reached;
+  MatrixXd map = MatrixXd::Zero(size + timed, states + controls);
   if (bound.of_moments) {
-    map.rightCols(controls).setIdentity();
+    map.topRightCorner(size, controls).setIdentity();
   } else {
     const MatrixXd here = configuration(effort, place, bound.node);
     if (!with_before) {
-      map.leftCols(reached) = here;
+      map.topLeftCorner(size, reached) = here;
     } else {
-      map.topLeftCorner(place, reached) = here * stage.A;
-      map.topRightCorner(place, controls) = here * stage.B;
+      map.topLeftCorner(place, reached) = here * stage.A.topLeftCorner(reached, reached);
+      map.topRightCorner(place, controls) = here * stage.B.topRows(reached);
       if (bound.node > 1)
-        map.bottomLeftCorner(before, reached) = configuration(effort, place, bound.node - 1).topRows(before);
+        map.block(place, 0, before, reached) = configuration(effort, place, bound.node - 1).topRows(before);
     }
   }
-  const VectorXd row = map.transpose() * bound.gradient;
-  const double size = row.squaredNorm();
-  MatrixXd form = -bound.pull * (map.transpose() * bound.curvature * map);
-  if (size > 0.0)
-    form += bound_penalty * (bound.of_moments ? stage.weight : cost_of(motion)) / size * row * row.transpose();
-  stage.Q += form.topLeftCorner(reached, reached);
-  stage.S += form.bottomLeftCorner(controls, reached);
+  VectorXd gradient(size + timed);
+  MatrixXd curvature(size + timed, size + timed);
+  gradient.head(size) = bound.gradient;
+  curvature.topLeftCorner(size, size) = bound.curvature;
+  if (timed > 0) {
+    map(size, reached) = 1.0;
+    gradient[size] = bound.by_time;
+    curvature.row(size).head(size) = bound.by_time_mixed.transpose();
+    curvature.col(size).head(size) = bound.by_time_mixed;
+    curvature(size, size) = bound.by_time_twice;
+  }
+  const VectorXd row = map.transpose() * gradient;
+  const double length = row.squaredNorm();
+  MatrixXd form = -bound.pull * (map.transpose() * curvature * map);
+  if (length > 0.0)
+    form += bound_penalty * (bound.of_moments ? stage.weight : cost_of(motion)) / length * row * row.transpose();
+  stage.Q += form.topLeftCorner(states, states);
+  stage.S += form.bottomLeftCorner(controls, states);
   stage.R += form.bottomRightCorner(controls, controls);
+}
+
+// The logarithm τ of a free time step as a last state that no stage changes, impulses h²u held in the place of moments:
+// the motion knows nothing of it, the effort falls with exp(−3τ) (equation 6.16).
+void add_duration(const StoredMotion& motion, Chain& chain) {
+  const MatrixXd moments = moments_by_node(motion);
+  const Eigen::Index reached = chain.end_form.rows(), states = reached + 1;
+  const auto widened = [&](const MatrixXd& matrix, Eigen::Index rows, Eigen::Index columns) {
+    MatrixXd wide = MatrixXd::Zero(rows, columns);
+    wide.topLeftCorner(matrix.rows(), matrix.cols()) = matrix;
+    return wide;
+  };
+  for (int k = 0; k <= motion.steps; ++k) {
+    ChainStage& stage = chain.stage[at(k)];
+    const Eigen::Index controls = stage.B.cols();
+    stage.A = widened(stage.A, states, states);
+    stage.A(reached, reached) = 1.0;
+    stage.B = widened(stage.B, states, controls);
+    stage.Q = widened(stage.Q, states, states);
+    stage.Q(reached, reached) = 4.5 * stage.weight * moments.col(k).squaredNorm();
+    stage.S = widened(stage.S, controls, states);
+    stage.S.col(reached) = -3.0 * stage.weight * moments.col(k);
+  }
+  chain.end_form = widened(chain.end_form, states, states);
+  chain.end_form(reached, reached) = motion.problem.time_weight * motion.time_step * motion.steps;
+  chain.end_rows = widened(chain.end_rows, chain.end_rows.rows(), states);
+}
+
+// The stage before the first that sets τ, by what it makes of the moments: du = −2u dτ.
+void begin_with_duration(const StoredMotion& motion, Chain& chain) {
+  const Eigen::Index states = chain.end_form.rows(), controls = motion.system.control_count();
+  ChainStage stage;
+  stage.A = stage.Q = MatrixXd::Zero(states, states);
+  stage.B = MatrixXd::Zero(states, controls);
+  stage.B(states - 1, 0) = 1.0 / std::sqrt(8.0 * cost_of(motion));
+  stage.S = MatrixXd::Zero(controls, states);
+  stage.R = MatrixXd::Identity(controls, controls);  // nothing that the others could do
+  stage.R(0, 0) = 0.0;
+  stage.weight = 1.0;
+  chain.stage.insert(chain.stage.begin(), stage);
 }
 
 }  // namespace
@@ -222,8 +274,11 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
     here = there;
   }
   chain.stage.back().Q.setZero();
-  for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, chain);
   chain.end_form = here.topRows(turns).transpose() * goal_curvature(motion, costates.goal) * here.topRows(turns);
+  const bool free_duration = motion.problem.duration.free && !duration_pulls(motion);
+  if (free_duration) add_duration(motion, chain);
+  for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, chain);
+  if (free_duration) begin_with_duration(motion, chain);
   return chain;
 }
 

@@ -34,11 +34,12 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
                                    const std::vector<PullingBound>& bounds);
 
 /// The Hessian of the Lagrangian with these costates, as a form of the moments along the motion (equation 6.13). Limits
-/// and waypoints that pull are kept by a penalty.
+/// and waypoints that pull are kept by a penalty. Where the duration is free and none of its bounds pulls, its logarithm is
+/// the first input of a stage before the others.
 Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Costates& costates,
                        const std::vector<PullingBound>& bounds);
 
-/// For moments free at each node and a given duration, at a stationary motion from a given start that meets its goal.
+/// For moments free at each node, at a stationary motion from a given start that meets its goal.
 /// Nothing where it cannot be told.
 std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale);
 

@@ -27,13 +27,14 @@ constexpr double asked_twice = 1e-6;   // rad or m, of conditions that follow fr
 constexpr double no_momentum = 1e-10;  // of what the start's bodies have
 
 void refuse_other_problems(const System& system, const Problem& problem) {
-  const bool other = !problem.limits.any() && problem.waypoints.empty() && !problem.duration.free && problem.goal &&
-                     !problem.goal->periodic && integrator::single_step(problem.scheme);
+  const bool other = !problem.limits.any() && problem.waypoints.empty() && !problem.duration.free &&
+                     !problem.cost_weights.any() && problem.goal && !problem.goal->periodic &&
+                     integrator::single_step(problem.scheme);
   if (!other || !newton_takes(system, problem))
-    throw InputError(
-        "problem",
-        "found limits, waypoints, a periodic goal, a free duration, spline moments, momentum at the start or a "
-        "scheme above order 2, which a Solver does not take; use solve");
+    throw InputError("problem",
+                     "found limits, waypoints, a periodic goal, a free duration, costs beside effort, spline moments, "
+                     "momentum at the start or a "
+                     "scheme above order 2, which a Solver does not take; use solve");
 }
 
 NodePath nodes_of(const System& system, const Problem& problem, const Solution& solution) {

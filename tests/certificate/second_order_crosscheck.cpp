@@ -281,6 +281,67 @@ TEST(SecondOrder, with_limits_that_pull_is_that_of_differences_of_the_gradient) 
 
 // The paper's translation: a minimum in the plane, a saddle in space with as many directions of descent as an independent
 // program found.
+maneuver::Problem of_free_duration(maneuver::Problem problem, double time_weight) {
+  problem.duration.free = true;
+  problem.duration.min = 0.1 * problem.duration.value;
+  problem.duration.max = 10.0 * problem.duration.value;
+  problem.time_weight = time_weight;
+  return problem;
+}
+
+// Equation 6.16: without limits on moments and rates the duration's eigenvalue 3/2 stands beside those of the given one.
+TEST(SecondOrder, of_a_free_duration_without_limits_is_that_of_the_best_duration) {
+  const maneuver::Problem given = in_the_plane(20);
+  const maneuver::Problem free = of_free_duration(given, 3.0 * solved(given).cost / given.duration.value);
+  const maneuver::Solution solution = solved(free);
+  maneuver::Problem best = given;
+  best.duration.value = solution.time.back();
+  const SecondOrder with = second_order_of(free, solution), without = second_order_of(best, solution);
+  EXPECT_TRUE(with.positive);
+  EXPECT_NEAR(with.smallest_eigenvalue, std::min(without.smallest_eigenvalue, 1.5), 2e-3);
+}
+
+// The least cost as a function of the logarithm of the duration: its second derivative by differences of solved problems,
+// and by the form, where the other inputs make the best of a unit of τ.
+TEST(SecondOrder, of_a_free_duration_with_limits_is_that_of_the_least_cost_by_the_duration) {
+  maneuver::Problem given = in_the_plane(20);
+  given.search.starts = 1;
+  const maneuver::Solution slow = solved(given);
+  double largest = 0.0;
+  for (const auto& moments : slow.control)
+    for (const Vector3d& moment : moments) largest = std::max(largest, moment.norm());
+  given.limits.torque = 0.7 * largest;
+  const maneuver::Problem free = of_free_duration(given, 2.0 * slow.cost / given.duration.value);
+  const maneuver::Solution solution = solved(free);
+  const model::System system(free.swimmer);
+  const StoredMotion motion(system, free, solution);
+  ASSERT_FALSE(certificate::pulling_bounds(motion).empty());
+  ASSERT_FALSE(certificate::duration_pulls(motion));
+  const auto least_cost = [&](double tau) {
+    maneuver::Problem problem = given;
+    problem.duration.value = solution.time.back() * std::exp(tau);
+    return solved(problem).cost + free.time_weight * problem.duration.value;
+  };
+  const double step = 0.02, here = least_cost(0.0);
+  EXPECT_NEAR(here, solution.cost, 1e-7 * here);
+  const double expected = (least_cost(step) + least_cost(-step) - 2.0 * here) / (step * step);
+
+  const double scale = certificate::check_balance(motion).scale;
+  auto effort = certificate::effort_chain(motion, scale);
+  ASSERT_TRUE(effort);
+  const auto bounds = certificate::pulling_bounds(motion);
+  const auto costates = certificate::costates_by_least_squares(motion, *effort, bounds);
+  const certificate::Chain chain = certificate::lagrangian_chain(motion, *effort, costates, bounds);
+  certificate::ChainSolver solver(chain, 1e4 * solution.cost);
+  EXPECT_EQ(solver.factor(0.0), 0);
+  certificate::ChainGradient pull;
+  for (const certificate::ChainStage& stage : chain.stage) pull.by_input.emplace_back(VectorXd::Zero(stage.B.cols()));
+  pull.by_input[0][0] = 1.0;
+  const double unit = chain.stage[0].B.col(0).tail<1>()[0];  // τ by the first input
+  const double found = -1.0 / (solver.solve(pull)[0][0] * unit * unit);
+  EXPECT_NEAR(found / expected, 1.0, 0.01);
+}
+
 TEST(SecondOrder, of_the_papers_translation_counts_fourteen_directions_out_of_the_plane) {
   maneuver::Problem problem = chain_problem(40, 1.0);
   problem.goal->turn = Vector3d::Zero();
