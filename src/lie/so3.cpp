@@ -89,6 +89,8 @@ Matrix3 cayley_minus_identity(const Vector3& zeta) {
 Matrix3 cayley(const Vector3& zeta) { return Matrix3::Identity() + cayley_minus_identity(zeta); }
 
 Vector3 inverse_cayley(const Matrix3& R) {
+  const double trace = R.trace();
+  if (trace > 0.0) return 2.0 / (1.0 + trace) * vee(R);
   const Vector4 q = quaternion_of_rotation(R);
   return q.tail<3>() / q[0];
 }

@@ -18,6 +18,7 @@ using model::System;
 using optimizer::add_product;
 using optimizer::add_product_transposed;
 using optimizer::Merit;
+using optimizer::set_transposed;
 using optimizer::Stage;
 using optimizer::StageModel;
 using optimizer::StageStep;
@@ -51,6 +52,8 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       end_rows_(std::move(end_rows)),
       shape_basis_(coordinates.shape),
       pose_basis_(coordinates.pose),
+      all_shapes_(shape_basis_.isIdentity(0.0)),
+      all_poses_(pose_basis_.isIdentity(0.0)),
       steps_(maneuver.steps),
       shape_(static_cast<int>(shape_basis_.cols())),
       pose_(static_cast<int>(pose_basis_.cols())),
@@ -182,7 +185,7 @@ void ShapeProgram::measure(Motion& motion) {
       moment += motion.step.front().minus;
       impulse += motion.impulse.front();
     }
-    equations_.topRows(shape_) = impulse.transpose();
+    set_transposed(impulse, equations_.topRows(shape_));
     solve_moments(moment);
     const double weight = node_weight(motion, k) + (periodic && k == steps_ ? node_weight(motion, 0) : 0.0);
     merit.cost += 0.5 * weight * moment.head(controls_).squaredNorm();
@@ -248,7 +251,19 @@ void ShapeProgram::renew_limits() {
 
 void ShapeProgram::impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse) {
   moments_.virtual_work(motion.rotation[at(node)], work_);
-  impulse.noalias() = impulse_time(motion, node) * (shape_basis_.transpose() * work_);
+  if (all_shapes_)
+    impulse = impulse_time(motion, node) * work_;
+  else
+    impulse.noalias() = impulse_time(motion, node) * (shape_basis_.transpose() * work_);
+}
+
+// Coordinates of a shape become all of them.
+const VectorXd& ShapeProgram::spread_shape(double factor, const Eigen::Ref<const VectorXd>& shape) {
+  if (all_shapes_)
+    along_ = factor * shape;
+  else
+    along_.noalias() = factor * (shape_basis_ * shape);
+  return along_;
 }
 
 // Equations laid out by column, right-hand side and result in `values`.
@@ -289,11 +304,13 @@ void ShapeProgram::model_node(int k, NodeModel& node) {
 void ShapeProgram::model_controls(int k, NodeModel& node) {
   // −h_k λ·U is bilinear in the moments and the joints' attitude
   const Rotations& R = now_.rotation[at(k)];
-  along_.noalias() = -impulse_time(now_, k) * (shape_basis_ * node.multiplier);
-  write_shape(system_, along_, spread_);
+  write_shape(system_, spread_shape(-impulse_time(now_, k), node.multiplier), spread_);
   mechanics::body_turns(system_, R, spread_, spread_turn_);
   moments_.virtual_work_by_shape(R, {spread_, spread_turn_}, by_shape_);
-  node.control_by_shape.noalias() = by_shape_ * shape_basis_;
+  if (all_shapes_)
+    node.control_by_shape = by_shape_;
+  else
+    node.control_by_shape.noalias() = by_shape_ * shape_basis_;
 }
 
 // Curvature of step k, kept with the state at its end.
@@ -312,7 +329,7 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
   const auto turn_turn = hessian_.bottomRightCorner<3, 3>();
   const bool last = k + 1 == steps_;
   MatrixXd& Q = last ? model.Q_end : model.stage[at(leads_ + k + 1)].Q;
-  added_ = added.transpose();
+  set_transposed(added, added_);
   bent_.noalias() = added_ * (0.5 * turn_turn);
   bent_ = by_turn - bent_;
   auto by_ends = Q.topLeftCorner(ends, ends);
@@ -343,19 +360,22 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
 void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   const int n = shape_;
   // the next shape, by shapes and by moments
-  equations_.topRows(n) = after_.minus.rightCols(n).transpose();
+  set_transposed(after_.minus.rightCols(n), equations_.topRows(n));
   auto solved = equations_.bottomRows(3 * n);
   solved.setZero();
-  if (k > 0) solved.topRows(2 * n) = before_.plus.transpose();
+  if (k > 0) set_transposed(before_.plus, solved.topRows(2 * n));
   solved.middleRows(n, n) -= after_.minus.leftCols(n).transpose();
-  solved.bottomRows(n) = now_.impulse[at(k)].transpose();
+  set_transposed(now_.impulse[at(k)], solved.bottomRows(n));
   optimizer::solve_equations(equations_);
 
   stage.shifted = n;
   stage.A.block(0, n, n, n).setIdentity();
-  stage.A.block(n, 0, n, 2 * n) = solved.topRows(2 * n).transpose();
-  stage.B.middleRows(n, n) = solved.middleRows(2 * n, controls_).transpose();
-  pose_step_.noalias() = pose_basis_.transpose() * after_.pose;
+  set_transposed(solved.topRows(2 * n), stage.A.block(n, 0, n, 2 * n));
+  set_transposed(solved.middleRows(2 * n, controls_), stage.B.middleRows(n, n));
+  if (all_poses_)
+    pose_step_ = after_.pose;
+  else
+    pose_step_.noalias() = pose_basis_.transpose() * after_.pose;
   auto pose_by_state = stage.A.block(2 * n, 0, pose_, 2 * n);
   pose_by_state.setZero();
   pose_by_state.rightCols(n) = pose_step_.leftCols(n);
@@ -405,7 +425,7 @@ void ShapeProgram::carry_on(int k, Stage& stage) const {
   const Matrix3d lever = lie::hat(now_.step[at(k)].interval.displacement);
   auto carried = stage.A.block(2 * shape_, 2 * shape_, pose_, pose_);
   carried.setIdentity();
-  if (pose_ == 6) {
+  if (all_poses_) {
     carried.block<3, 3>(3, 0) = -lever;
   } else {
     const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> moved = lever * pose_basis_.topRows<3>();
@@ -630,13 +650,13 @@ const Merit* ShapeProgram::try_step(const StageStep& along, double length) {
   if (maneuver_.free_duration) trial_.stretch *= std::exp(length * first[tau()]);
   trial_.shape.front() = now_.shape.front();
   if (maneuver_.periodic) {
-    along_.noalias() = length * (shape_basis_ * first.segment(copies(), shape_));
-    move_shape(system_, now_.shape.front(), along_, buffer_, trial_.shape.front());
+    move_shape(system_, now_.shape.front(), spread_shape(length, first.segment(copies(), shape_)), buffer_,
+               trial_.shape.front());
   }
   for (int k = 0; k < steps_; ++k) {
     const VectorXd& there = along.state[at(leads_ + k + 1)];
-    along_.noalias() = length * (shape_basis_ * there.segment(shape_, shape_));
-    move_shape(system_, now_.shape[at(k + 1)], along_, buffer_, trial_.shape[at(k + 1)]);
+    move_shape(system_, now_.shape[at(k + 1)], spread_shape(length, there.segment(shape_, shape_)), buffer_,
+               trial_.shape[at(k + 1)]);
     // the root's motion to first order
     const Vector6d pose = pose_basis_ * along.state[at(leads_ + k)].segment(2 * shape_, pose_);
     const Vector6d change = pose_basis_ * there.segment(2 * shape_, pose_) - pose;

@@ -103,6 +103,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void model_node(int k, NodeModel& node);
   void model_controls(int k, NodeModel& node);
   void solve_moments(VectorXd& values);
+  const VectorXd& spread_shape(double factor, const Eigen::Ref<const VectorXd>& shape);
   void add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q, VectorXd& q) const;
   void carry_on(int k, optimizer::Stage& stage) const;
   void add_limit_models(optimizer::StageModel& model) const;
@@ -136,6 +137,7 @@ class ShapeProgram : public optimizer::StageProgram {
   Maneuver maneuver_;
   std::vector<EndRow> end_rows_;
   MatrixXd shape_basis_, pose_basis_;  // [shape_size][f], [6][p]
+  bool all_shapes_, all_poses_;        // whether they are identities
   int steps_, shape_, pose_, controls_;
   CostTerms terms_;
   int leads_;  // stages before the first step

@@ -18,6 +18,7 @@ using model::at;
 using model::System;
 using optimizer::add_product;
 using optimizer::add_product_transposed;
+using optimizer::set_transposed;
 
 constexpr int most_iterations = 40;
 constexpr double settled = 1e-15;    // of the largest momentum: as near to zero as sums of it come
@@ -119,6 +120,7 @@ void ShapeKernel::project(const Freedoms& freedoms, VectorXd& coordinates) {
 }
 
 void ShapeKernel::spread(const VectorXd& coordinates, Freedoms& freedoms) {
+  if (all_coordinates()) return write_shape(system_, coordinates, freedoms);
   along_.noalias() = coordinates_ * coordinates;
   write_shape(system_, along_, freedoms);
 }
@@ -171,7 +173,7 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
       read_balance(forced, step);
       return true;
     }
-    if (step.momentum_inverse.isZero(0.0) || (residual > slow * before && !renewed)) {
+    if (step.momentum_inverse.isZero(0.0) || (residual > std::max(slow * before, noise) && !renewed)) {
       gather_balance(forced, balance_);
       measure_rates(forced, step);
       if (!find_momentum_inverse(step)) return false;
@@ -261,26 +263,30 @@ void ShapeKernel::tangent(double time_step, const mechanics::Moments& control, c
   const Index ends = 2 * shape_;
   root_.setZero();
   add_product_transposed(-1.0, momentum_.topRows(ends), step.momentum_inverse, root_);
-  tangent.root = root_.transpose();
+  tangent.root.resize(6, ends);
   tangent.pose.resize(6, ends);
+  tangent.minus.resize(shape_, ends);
+  tangent.plus.resize(shape_, ends);
+  set_transposed(root_, tangent.root);
   tangent.pose.topRows<3>() = step.interval.next_rotation[0] * tangent.root.topRows<3>();
   tangent.pose.bottomRows<3>() = step.interval.rotation[0] * tangent.root.bottomRows<3>();
   ends_ = minus_.topRows(ends);
   add_product(1.0, root_, minus_.bottomRows<6>(), ends_);
-  tangent.minus = ends_.transpose();
+  set_transposed(ends_, tangent.minus);
   ends_ = plus_.topRows(ends);
   add_product(1.0, root_, plus_.bottomRows<6>(), ends_);
-  tangent.plus = ends_.transpose();
+  set_transposed(ends_, tangent.plus);
 }
 
 // The motion along which the Lagrangian's momenta are weighed.
 void ShapeKernel::lay_multiplier(const ShapeStep& step, const Vector6d& pi, const ShapeMultipliers& m) {
   const Rotations& rotation = step.interval.rotation;
   const Vector3d spin = rotation[0] * pi.head<3>();  // world
-  spread(-m.minus, multiplier_.left);
-  spread(-m.plus, multiplier_.right);
   multiplier_.left[0].setZero();
-  multiplier_.right[0].setZero();
+  spread(m.minus, multiplier_.left);
+  spread(m.plus, multiplier_.right);
+  for (Vector3d& turn : multiplier_.left) turn = -turn;
+  for (Vector3d& turn : multiplier_.right) turn = -turn;
   for (int i = 0; i < system_.body_count(); ++i)
     if (free(i)) multiplier_.left[at(i)] -= rotation[at(i)].transpose() * spin;
   multiplier_.displacement = rotation[0] * pi.tail<3>();
@@ -326,20 +332,23 @@ void ShapeKernel::read_second_rates(const ShapeStep& step) {
 // By both shapes, the root's motion following them.
 void ShapeKernel::assemble_hessian(MatrixXd& hessian) {
   const Index n = shape_, ends = 2 * n;
-  left_half_.setZero();
-  add_product(1.0, left_left_, coordinates_, left_half_);
-  turn_shape_.noalias() = coordinates_.transpose() * turn_right_;
-
   auto whole = hessian.topLeftCorner(ends, ends);
   auto left = whole.topLeftCorner(n, n);
-  left.noalias() = coordinates_.transpose() * left_half_;
+  if (all_coordinates()) {
+    left = left_left_;
+    turn_shape_ = turn_right_;
+  } else {
+    left_half_.noalias() = left_left_ * coordinates_;
+    left.noalias() = coordinates_.transpose() * left_half_;
+    turn_shape_.noalias() = coordinates_.transpose() * turn_right_;
+  }
   left += 0.5 * (by_left_.topRows(n) + by_left_.topRows(n).transpose());
   whole.bottomLeftCorner(n, n) = by_left_.middleRows(n, n);
-  whole.topRightCorner(n, n) = by_left_.middleRows(n, n).transpose();
+  set_transposed(by_left_.middleRows(n, n), whole.topRightCorner(n, n));
   whole.bottomRightCorner(n, n) = 0.5 * (by_right_.middleRows(n, n) + by_right_.middleRows(n, n).transpose());
 
   const Matrix6d root = 0.5 * (by_root_.bottomRows<6>() + by_root_.bottomRows<6>().transpose());
-  ends_root_.topRows(n) = by_left_.bottomRows<6>().transpose();
+  set_transposed(by_left_.bottomRows<6>(), ends_root_.topRows(n));
   ends_root_.bottomRows(n) = 0.5 * (by_root_.middleRows(n, n) + by_right_.bottomRows<6>().transpose());
   ends_root_.bottomLeftCorner(n, 3) += turn_shape_;
   add_product(0.5, root_, root, ends_root_);

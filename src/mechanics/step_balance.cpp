@@ -84,9 +84,9 @@ struct SecondMomenta {
   V force, moment, next;
 };
 
-template <typename V>
+template <typename V, typename GradientRate>
 SecondMomenta<V> second_momenta(const ForcedStep& step, const DiscreteMomenta& p, const StepRate& first_rate, int i,
-                                const SecondMotion<V>& second) {
+                                const SecondMotion<V>& second, const GradientRate& gradient_rate) {
   const std::size_t n = at(i);
   const Matrix3d& R = step.interval.rotation[n];
   const Matrix3d Rt = R.transpose();
@@ -107,7 +107,7 @@ SecondMomenta<V> second_momenta(const ForcedStep& step, const DiscreteMomenta& p
   const BodyStep moved = body_step(step.interval, p, i);
   const TurnAndShift<V> constant =
       body.gradient_second_rate(moved, first_rate.seen[n], TurnAndShift<V>{second.seen, second.shift});
-  const TurnAndShift<V> changed = body.gradient_rate(moved, TurnAndShift<V>{a_12, b_12});
+  const TurnAndShift<V> changed = gradient_rate(body, moved, TurnAndShift<V>{a_12, b_12});
   const V gamma_12 = constant.turn + changed.turn;
   const V beta_12 = constant.shift + changed.shift;
   SecondMomenta<V> result;
@@ -312,7 +312,10 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
     const SecondMomenta<Vector3d> momenta = second_momenta<Vector3d>(
         step, p, first_rate, i,
         {second_rate.turn[n], second_rate.seen[n].turn, second_rate.seen[n].shift, second_rate.gradient[n].turn,
-         second_rate.gradient[n].shift, work.turn_change[n], work.turn_change_next[n], work.centre_change[n]});
+         second_rate.gradient[n].shift, work.turn_change[n], work.turn_change_next[n], work.centre_change[n]},
+        [](const BodyLagrangian& body, const BodyStep& moved, const BodyDirection& along) {
+          return body.gradient_rate(moved, along);
+        });
     work.force[n] = momenta.force;
     work.moment[n] = momenta.moment + work.joint_minus.body[n];
     work.moment_next[n] = momenta.next + work.joint_plus.body[n];
@@ -335,26 +338,31 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
 }
 
 void body_second_rates(const ForcedStep& step, const StepBalance& balance, const StepRate& first_rate,
-                       std::vector<BodySecondRates>& rates) {
+                       const BodyHessian& H, int i, BodySecondRates& rates) {
+  const std::size_t n = at(i);
   const DiscreteMomenta& p = balance.momenta;
   const Four3 none = Four3::zero();
-  for (int i = 0; i < step.system.body_count(); ++i) {
-    const std::size_t n = at(i);
-    const BodyLagrangian body(step.system, step.lagrangian, step.time_step, i);
-    const BodyStep moved = body_step(step.interval, p, i);
-    const auto along = [&](const Four3& turn, const Four3& seen, const Four3& shift, BodyMomentaRates& by) {
-      const TurnAndShift<Four3> rate = body.gradient_rate(moved, TurnAndShift<Four3>{seen, shift});
-      const SecondMomenta<Four3> momenta =
-          second_momenta<Four3>(step, p, first_rate, i, {turn, seen, shift, rate.turn, rate.shift, none, none, none});
-      read_columns(momenta.force, by.force);
-      read_columns(momenta.moment, by.moment);
-      read_columns(momenta.next, by.next);
-    };
-    const Four3 unit = columns(Matrix3d::Identity());
-    along(unit, columns(-step.interval.relative_rotation[n].transpose()), columns(hat(p.shift[n])), rates[n].by_left);
-    along(none, unit, none, rates[n].by_right);
-    along(none, none, columns(step.interval.rotation[n].transpose()), rates[n].by_shift);
-  }
+  const auto gradient_rate = [&](const BodyLagrangian&, const BodyStep&, const TurnAndShift<Four3>& d) {
+    return TurnAndShift<Four3>{H.turn_by_turn * d.turn + H.turn_by_shift * d.shift,
+                               H.shift_by_turn * d.turn + H.shift_by_shift * d.shift};
+  };
+  const auto along = [&](const Four3& turn, const TurnAndShift<Four3>& seen, const TurnAndShift<Four3>& rate,
+                         BodyMomentaRates& by) {
+    const SecondMomenta<Four3> momenta = second_momenta<Four3>(
+        step, p, first_rate, i, {turn, seen.turn, seen.shift, rate.turn, rate.shift, none, none, none}, gradient_rate);
+    read_columns(momenta.force, by.force);
+    read_columns(momenta.moment, by.moment);
+    read_columns(momenta.next, by.next);
+  };
+  const Matrix3d Ft = step.interval.relative_rotation[n].transpose();
+  const Matrix3d Rt = step.interval.rotation[n].transpose();
+  const Matrix3d w = hat(p.shift[n]);
+  const Four3 unit = columns(Matrix3d::Identity());
+  along(unit, {columns(-Ft), columns(w)},
+        {columns(H.turn_by_shift * w - H.turn_by_turn * Ft), columns(H.shift_by_shift * w - H.shift_by_turn * Ft)},
+        rates.by_left);
+  along(none, {unit, none}, {columns(H.turn_by_turn), columns(H.shift_by_turn)}, rates.by_right);
+  along(none, {none, columns(Rt)}, {columns(H.turn_by_shift * Rt), columns(H.shift_by_shift * Rt)}, rates.by_shift);
 }
 
 void set_block(const Interval& interval, const DiscreteMomenta& p, const BodyHessian& H, std::size_t n,

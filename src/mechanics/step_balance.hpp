@@ -89,10 +89,10 @@ struct BodySecondRates {
   BodyMomentaRates by_left, by_right, by_shift;
 };
 
-/// Of all bodies, [bodies]: rates of what their momenta's rates along the first direction are (constant turns of each
-/// body), by a second direction: the body's part in evaluate_adjoint_rate as matrices.
+/// Of a body whose share has this Hessian: rates of what its momenta's rates along the first direction are (constant
+/// turns), by a second direction: the body's part in evaluate_adjoint_rate as matrices.
 void body_second_rates(const ForcedStep& step, const StepBalance& balance, const StepRate& first_rate,
-                       std::vector<BodySecondRates>& rates);
+                       const BodyHessian& hessian, int body, BodySecondRates& rates);
 
 /// Block of body n from the Hessian of its share.
 void set_block(const Interval& interval, const DiscreteMomenta& momenta, const BodyHessian& hessian, std::size_t n,

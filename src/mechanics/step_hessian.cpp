@@ -249,10 +249,10 @@ void adjoint_rates(const ForcedStep& step, const StepBalance& balance, const std
                        by_right};
   turn_change_rows(system, left, H.turn_change);
   turn_change_rows(system, right, H.turn_change_next);
-  body_second_rates(step, balance, first_rate, H.body);
   for (int i : system.root_to_leaves()) {
     const std::size_t n = at(i);
-    const BodySecondRates& by = H.body[n];
+    BodySecondRates& by = H.body[n];
+    body_second_rates(step, balance, first_rate, rates[n].hessian, i, by);
     set_product(by.by_shift.force, J.centre[n], all, H.force[n]);
     add_product(by.by_left.force, J.turn[n], by_left, H.force[n]);
     add_product(by.by_right.force, J.turn_next[n], by_right, H.force[n]);

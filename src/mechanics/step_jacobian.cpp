@@ -211,7 +211,7 @@ void body_rates(const ForcedStep& step, const DiscreteMomenta& p, std::vector<Bo
                 std::vector<BodyRates>& rates) {
   for (int i = 0; i < step.system.body_count(); ++i) {
     const std::size_t n = at(i);
-    const BodyHessian H =
+    const BodyHessian& H = rates[n].hessian =
         BodyLagrangian(step.system, step.lagrangian, step.time_step, i).hessian(body_step(step.interval, p, i));
     set_block(step.interval, p, H, n, blocks[n]);
     const Matrix3d& R = step.interval.rotation[n];

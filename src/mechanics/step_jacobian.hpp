@@ -29,6 +29,7 @@ struct StepJacobian {
 struct BodyRates {
   Matrix3d force_by_left, moment_by_left;              // P (world) and π⁻ by η
   Matrix3d next_by_left, next_by_turn, next_by_shift;  // π⁺ by η, η' and δ
+  BodyHessian hessian;                                 // of the body's share
 };
 
 /// Both for all bodies, [bodies], from the Hessians of their shares.

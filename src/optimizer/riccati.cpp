@@ -86,8 +86,8 @@ bool Riccati::factor(const StageModel& model, double shift, double penalty) {
 void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, Gain& gain) {
   const int n = sizes_.states, m = sizes_.inputs, shifted = stage.shifted, rest = n - shifted;
   auto transposed = transposed_.leftCols(rest);
-  transposed.topRows(n) = stage.A.bottomRows(rest).transpose();
-  transposed.bottomRows(m) = stage.B.bottomRows(rest).transpose();
+  set_transposed(stage.A.bottomRows(rest), transposed.topRows(n));
+  set_transposed(stage.B.bottomRows(rest), transposed.bottomRows(m));
   PA_.setZero();
   PA_.middleCols(shifted, shifted) = next.P.leftCols(shifted);
   add_product(1.0, next.P.rightCols(rest), stage.A.bottomRows(rest), PA_);
@@ -95,7 +95,7 @@ void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, 
   add_product(1.0, next.P.rightCols(rest), stage.B.bottomRows(rest), PB_);
 
   auto own = by_input_.bottomRows(n + m);
-  own.topRows(n) = stage.S.transpose();
+  set_transposed(stage.S, own.topRows(n));
   own.bottomRows(m) = stage.R;
   if (shift > 0.0 && stage.metric_input.size() > 0) {
     own.topRows(n) += shift * stage.metric_mixed.transpose();

@@ -96,6 +96,15 @@ void add_lower_product_transposed(double factor, const MatrixIn& A, const Matrix
   add_strided(factor, A, transposed(B), C, true);
 }
 
+void set_transposed(const MatrixIn& A, MatrixOut C) {
+  const Eigen::Index stride = A.outerStride(), c_stride = C.outerStride(), rows = A.rows();
+  for (Eigen::Index j = 0; j < A.cols(); ++j) {
+    const double* from = A.data() + j * stride;
+    double* to = C.data() + j;
+    for (Eigen::Index i = 0; i < rows; ++i) to[i * c_stride] = from[i];
+  }
+}
+
 void mirror_lower(MatrixOut C) {
   double* c = C.data();
   const Eigen::Index stride = C.outerStride();

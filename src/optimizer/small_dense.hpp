@@ -21,6 +21,9 @@ void add_product_transposed(double factor, const MatrixIn& A, const MatrixIn& B,
 void add_lower_product(double factor, const MatrixIn& A, const MatrixIn& B, MatrixOut C);
 void add_lower_product_transposed(double factor, const MatrixIn& A, const MatrixIn& B, MatrixOut C);
 
+/// C = Aᵀ.
+void set_transposed(const MatrixIn& A, MatrixOut C);
+
 /// Copies what is below the diagonal of a square matrix to above it.
 void mirror_lower(MatrixOut C);
 
