@@ -308,6 +308,16 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
     const Eigen::Index controls = motion.system.control_count();
     for (std::size_t k = 0; k < others.by_control.size(); ++k)
       gradient.segment(controls * static_cast<Eigen::Index>(k), controls) += others.by_control[k];
+    if (beside && motion.problem.goal->periodic) {  // the last moments are the first: one number for both
+      const auto join = [&](auto&& first, auto&& last) {
+        first += last;
+        last.setZero();
+      };
+      const Eigen::Index last = moments - controls;
+      join(gradient.head(controls), gradient.segment(last, controls));
+      join(conditions.shift.head(controls), conditions.shift.segment(last, controls));
+      join(conditions.rows.leftCols(controls), conditions.rows.middleCols(last, controls));
+    }
     // a state or the duration changes all nodes' moments: as one of them it counts
     const double share = 1.0 / (motion.steps + 1);
     gradient.tail(free.count()) *= share;
