@@ -83,6 +83,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       pose_step_(pose_, 2 * shape_),
       bent_(2 * shape_, 3),
       added_(bent_),
+      inertia_(shape_),
       first_node_(node_),
       hessian_(2 * shape_ + 3, 2 * shape_ + 3) {
   take_start_impulse();
@@ -337,10 +338,10 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
   add_product_transposed(-1.0, bent_, added_, by_ends);
   add_product_transposed(-1.0, added_, bent_, by_ends);
   bent_ = 2.0 * bent_ - by_turn;
-  Q.block(0, ends, ends, pose_).noalias() = bent_ * pose_turn;
+  Q.block(0, ends, ends, pose_) = bent_.lazyProduct(pose_turn);
   Q.block(ends, 0, pose_, ends) = Q.block(0, ends, ends, pose_).transpose();
-  const auto half = (turn_turn * pose_turn).eval();
-  Q.block(ends, ends, pose_, pose_).noalias() = pose_turn.transpose() * half;
+  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> half = turn_turn.lazyProduct(pose_turn);
+  Q.block(ends, ends, pose_, pose_) = pose_turn.transpose().lazyProduct(half);
   if (maneuver_.free_duration) {  // equation 10.9
     Q.row(tau()).head(ends).noalias() =
         next.multiplier.transpose() * after_.plus - node.multiplier.transpose() * after_.minus;
@@ -349,11 +350,11 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
 
   // turns against the node before, weighed by the joints' inertia
   MatrixXd& metric = last ? model.metric_end : model.stage[at(leads_ + k + 1)].metric;
-  const auto inertia = (metric_scale_ * after_.minus.rightCols(shape_).diagonal().cwiseAbs()).eval();
-  metric.topLeftCorner(shape_, shape_) = inertia.asDiagonal();
-  metric.block(shape_, shape_, shape_, shape_) = inertia.asDiagonal();
-  metric.block(0, shape_, shape_, shape_) = (-inertia).asDiagonal();
-  metric.block(shape_, 0, shape_, shape_) = (-inertia).asDiagonal();
+  inertia_ = metric_scale_ * after_.minus.rightCols(shape_).diagonal().cwiseAbs();
+  metric.topLeftCorner(shape_, shape_) = inertia_.asDiagonal();
+  metric.block(shape_, shape_, shape_, shape_) = inertia_.asDiagonal();
+  metric.block(0, shape_, shape_, shape_) = (-inertia_).asDiagonal();
+  metric.block(shape_, 0, shape_, shape_) = (-inertia_).asDiagonal();
 }
 
 // Where moments at node k lead, and what they cost.
@@ -375,7 +376,7 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   if (all_poses_)
     pose_step_ = after_.pose;
   else
-    pose_step_.noalias() = pose_basis_.transpose() * after_.pose;
+    pose_step_ = pose_basis_.transpose().lazyProduct(after_.pose);
   auto pose_by_state = stage.A.block(2 * n, 0, pose_, 2 * n);
   pose_by_state.setZero();
   pose_by_state.rightCols(n) = pose_step_.leftCols(n);

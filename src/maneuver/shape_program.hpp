@@ -166,6 +166,7 @@ class ShapeProgram : public optimizer::StageProgram {
   MatrixXd equations_;                                     // [4 f][f] a column for each equation
   MatrixXd pose_step_;                                     // [p][2 f]
   Eigen::Matrix<double, Eigen::Dynamic, 3> bent_, added_;  // [2 f][3]
+  VectorXd inertia_;  // [f] by which turns against the node before count in the metric
   ShapeTangent before_, after_;
   MatrixXd first_minus_;  // [f][2 f] of the first step
   NodeModel first_node_;  // of periodic motions
