@@ -31,6 +31,7 @@ INSTANTIATE_TEST_SUITE_P(
                 120000,
                 0,
                 false},
+        close_to("least_work", "least_work", {}, 120982.93, 1e-6),
         close_to("around_an_obstacle", "around_an_obstacle", {{"starts", "1"}}, 115930.98, 1e-6),
         Example{"eel_gait", "eel_gait", {{"steps", "50"}, {"starts", "1"}}, 1e-3, 0, false},
         // a cheaper minimum is known (169,753); 64 random starts did not meet it
@@ -69,6 +70,20 @@ TEST(FreeDuration, balances_effort_and_time) {
   const double time = 1e5 * results.problem.duration;
   EXPECT_NEAR((results.solution.cost - time) / time, 1.0 / 3.0, 1e-8);
   EXPECT_NEAR(results.problem.duration, std::pow(3.0 * 243080.02 / 1e5, 0.25), 1e-6);
+}
+
+TEST(LeastWork, has_parts_that_add_up_and_less_work_than_least_effort) {
+  const Folder folder;
+  ASSERT_EQ(lamprey(folder, "solve " + example("least_work") + " --no-refinement --out " + (folder / "run")).exit_code,
+            0);
+  const file::Results results = file::read_solution(folder / "run");
+  ASSERT_TRUE(results.solution.cost_parts.has_value());
+  const maneuver::CostParts& parts = *results.solution.cost_parts;
+  EXPECT_NEAR(0.1 * parts.effort + 30.0 * parts.work, results.solution.cost, 1e-12 * results.solution.cost);
+  EXPECT_LE(parts.work, 2750.0);  // 3,965 J at least effort
+  EXPECT_LE(results.certificate->costs->error, tolerance(1e-12));
+  EXPECT_LE(results.certificate->costs->signs, 1e-6);
+  EXPECT_EQ(results.certificate->verdict, certificate::Verdict::stationary);
 }
 
 TEST(Gait, closes_its_shape_and_its_velocity) {

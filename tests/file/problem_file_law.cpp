@@ -119,6 +119,10 @@ TEST(ProblemFile, the_other_sections_hold_the_numbers_of_the_file) {
   EXPECT_EQ(problem.limits.half_spaces[0].point, Vector3d(0.0, 0.0, -5.0));
   EXPECT_EQ(problem.limits.half_spaces[0].normal, Vector3d(0.0, 0.5, 2.0));
   EXPECT_EQ(problem.time_weight, 12.5);
+  EXPECT_EQ(problem.cost_weights.work, 2.5);
+  EXPECT_EQ(problem.cost_weights.power, 0.25);
+  EXPECT_EQ(problem.cost_weights.smoothness, 0.125);
+  EXPECT_EQ(problem.cost_weights.transport, 3.5);
   EXPECT_EQ(problem.search.starts, 16);
   EXPECT_EQ(problem.search.seed, 7U);
   EXPECT_EQ(problem.search.method, maneuver::SearchMethod::shooting);

@@ -207,6 +207,22 @@ TEST(SolutionFile, a_simulation_has_null_where_a_number_would_mean_nothing) {
   EXPECT_EQ(file::solution_text(file::parse_solution(text, "x")), text);
 }
 
+TEST(SolutionFile, costs_beside_effort_come_back_as_they_were) {
+  file::Results results = tests::sample_results(2);
+  results.problem.cost_weights = {1.5, 0.25, 0.125, 3.0};
+  results.solution.cost_parts = maneuver::CostParts{1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
+  results.solution.work_multipliers.assign(results.problem.joints.size(),
+                                           std::vector<double>(results.solution.time.size(), -0.5));
+  results.certificate->costs = certificate::CostsKept{1e-16, 1e-9};
+  const std::string text = file::solution_text(results);
+  const file::Results back = file::parse_solution(text, "x");
+  EXPECT_EQ(file::solution_text(back), text);
+  EXPECT_EQ(back.problem.cost_weights.transport, 3.0);
+  EXPECT_EQ(back.solution.cost_parts->transport, 6.0);
+  EXPECT_EQ(back.solution.work_multipliers.back().back(), -0.5);
+  EXPECT_EQ(json::parse(text)["cost_parts"]["work"], 2.0);
+}
+
 TEST(SolutionFile, no_motion_at_all_is_written_as_empty_arrays) {
   file::Results results = tests::sample_results(2);
   const maneuver::Solution full = results.solution;
