@@ -121,6 +121,7 @@ class Search {
 
   // Basin hopping (chapter 9): rounds of perturbed copies of the cheapest minimum that a finer grid confirms.
   void hop() {
+    if (problem_.search.hops == 0) return;
     std::optional<std::size_t> base = cheapest_confirmed();
     for (int first = 0; first < problem_.search.hops && base && !budget_.stopped(); first += hop_round) {
       const std::vector<Found> hops =

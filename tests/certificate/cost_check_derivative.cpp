@@ -12,7 +12,7 @@ namespace {
 using certificate::StoredMotion;
 using model::at;
 
-constexpr int steps = 8;
+constexpr int few_steps = 8;
 
 // Stored nodes moved at random and what the gradient says of it.
 void check_gradient(MarchedAnswer answer, const maneuver::CostWeights& weights, bool periodic, unsigned seed) {
@@ -31,7 +31,7 @@ void check_gradient(MarchedAnswer answer, const maneuver::CostWeights& weights, 
   NodeMoments before, along;
   double slope = 0.0;
   const Vector3d shift = random.vector(0.3);
-  for (int k = 0; k <= steps; ++k) {
+  for (int k = 0; k <= few_steps; ++k) {
     turns.push_back(random_freedoms(random, system, 1.0));
     moments.emplace_back(system.control_count());
     for (double& entry : moments.back()) entry = random.normal();
@@ -46,7 +46,7 @@ void check_gradient(MarchedAnswer answer, const maneuver::CostWeights& weights, 
   ASSERT_NE(slope, 0.0);
   const auto cost_at = [&](double t) {
     MarchedAnswer moved = answer;
-    for (int k = 0; k <= steps; ++k) {
+    for (int k = 0; k <= few_steps; ++k) {
       mechanics::Freedoms turn = turns[at(k)];
       for (Vector3d& own : turn) own *= t;
       moved.solution.rotation[at(k)] = turned(system, answer.solution.rotation[at(k)], turn);
@@ -68,7 +68,7 @@ void check_gradient(MarchedAnswer answer, const maneuver::CostWeights& weights, 
 
 TEST(CostGradient, matches_central_differences_of_the_cost_for_every_joint_and_weight) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
-    const MarchedAnswer answer = any_tree(seed, integrator::Scheme::trapezoid, steps);
+    const MarchedAnswer answer = any_tree(seed, integrator::Scheme::trapezoid, few_steps);
     for (const bool periodic : {false, true})
       for (const maneuver::CostWeights& weights : {maneuver::CostWeights{3.0, 0.0, 0.0, 0.0},
                                                    {0.0, 2.0, 0.0, 0.0},
@@ -82,11 +82,11 @@ TEST(CostGradient, matches_central_differences_of_the_cost_for_every_joint_and_w
 }
 
 TEST(CostGradient, a_stored_multiplier_that_is_not_the_powers_sign_is_told) {
-  MarchedAnswer answer = march(chain_problem(steps, 0.3), smooth_moments(steps, 60.0));
+  MarchedAnswer answer = march(chain_problem(few_steps, 0.3), smooth_moments(few_steps, 60.0));
   answer.problem.cost_weights.work = 1.0;
   const model::System system(answer.problem.swimmer);
   EXPECT_LE(certificate::check_cost(StoredMotion(system, answer.problem, answer.solution)).signs, tolerance(1e-12));
-  answer.solution.work_multipliers.assign(2, std::vector<double>(steps + 1, 1.0));
+  answer.solution.work_multipliers.assign(2, std::vector<double>(few_steps + 1, 1.0));
   EXPECT_GT(certificate::check_cost(StoredMotion(system, answer.problem, answer.solution)).signs, 1e-2);
 }
 
