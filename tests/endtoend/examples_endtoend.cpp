@@ -16,7 +16,12 @@ INSTANTIATE_TEST_SUITE_P(
     Solve, CoarseExamples,
     ::testing::Values(
         close_to("translation", "translation", coarse, 243080.02, 1e-6),
-        Example{"translation_in_space", "translation_in_space", {{"steps", "100"}, {"starts", "4"}}, 125000, 0, false},
+        Example{"translation_in_space",
+                "translation_in_space",
+                {{"steps", "100"}, {"starts", "4"}, {"hops", "0"}},
+                125000,
+                0,
+                false},
         Example{"rotation", "rotation", {{"steps", "100"}, {"starts", "8"}}, 15500, 0, false},
         close_to("yaw", "yaw", {{"steps", "200"}}, 155720.5, 1e-6),
         close_to("sideways", "sideways", coarse, 362517.3, 1e-6),
@@ -27,7 +32,7 @@ INSTANTIATE_TEST_SUITE_P(
             "rotation_with_clearance", "rotation_with_clearance", {{"steps", "100"}, {"starts", "2"}}, 29500, 0, false},
         Example{"translation_with_clearance",
                 "translation_with_clearance",
-                {{"steps", "100"}, {"starts", "2"}},
+                {{"steps", "100"}, {"starts", "2"}, {"hops", "0"}},
                 120000,
                 0,
                 false},
@@ -109,6 +114,24 @@ TEST(OutOfReach, is_said_in_words_and_in_the_exit_code) {
   EXPECT_EQ(results.solution.status, maneuver::Status::infeasible);
   EXPECT_NE(results.solution.message.find("Out of reach"), std::string::npos) << results.solution.message;
   EXPECT_NE(results.solution.message.find("control_axes"), std::string::npos) << results.solution.message;
+}
+
+// Perturbed restarts: the same on any number of threads, and never dearer than the starts that they begin with.
+TEST(Hops, come_down_from_the_best_start_alike_on_any_number_of_workers) {
+  const Folder folder;
+  const auto solved = [&](const std::string& hops, const std::string& workers, const std::string& name) {
+    const std::string path =
+        varied_example(folder, "translation_in_space", {{"steps", "50"}, {"starts", "2"}, {"hops", hops}});
+    const ProgramRun run = lamprey(folder, "solve " + path + " --workers " + workers + " --out " + (folder / name));
+    EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+    return file::read_solution(folder / name);
+  };
+  const file::Results starts = solved("0", "1", "starts"), alone = solved("16", "1", "alone"),
+                      together = solved("16", "2", "together");
+  EXPECT_EQ(alone.solution.search.hops, 16);
+  EXPECT_EQ(alone.solution.search.solved, together.solution.search.solved);
+  EXPECT_EQ(alone.solution.cost, together.solution.cost);
+  EXPECT_LT(alone.solution.search.minima.front().cost, starts.solution.search.minima.front().cost);
 }
 
 TEST(Shooting, stays_at_the_answer_of_the_simultaneous_method) {

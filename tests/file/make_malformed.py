@@ -111,6 +111,7 @@ CASES = {
     "angle_of_a_ball": ("angle.back", "angle.neck", "angle.neck", "limits.angle.neck", ["found a ball joint", "on hinges only", "limits.swing"]),
     "clearance_negative": ("clearance = 0.1", "clearance = -0.1", "clearance", "limits.clearance", ["found -0.1", "≥ 0 (m)", "choose"]),
     "starts_zero": ("starts = 16", "starts = 0", "starts", "search.starts", ["found 0", "from 1 to 1000000", "choose"]),
+    "hops_negative": ("starts = 16", "starts = 16\nhops = -1", "hops", "search.hops", ["found -1", "from 0 to 1000000", "choose"]),
     "seed_negative": ("seed = 7", "seed = -7", "seed", "search.seed", ["found -7", "from 0 to", "choose"]),
     "method_shooting_with_steps": ("kind = \"spline\"\npoints = 21", "kind = \"steps\"", "method", "search.method", ["\"shooting\" with control.kind = \"steps\"", "\"simultaneous\"", "set control.kind = \"spline\""]),
     "tolerance_too_large": ("tolerance = 1e-7", "tolerance = 1.0", "tolerance", "search.tolerance", ["found 1", "≥ 1e-15 and ≤ 0.1", "choose"]),
