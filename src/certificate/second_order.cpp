@@ -107,7 +107,7 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
     curvature(size, size) = bound.by_time_twice;
   }
   const VectorXd row = map.transpose() * gradient;
-  const double length = row.squaredNorm();
+  const double length = row.head(reached).squaredNorm() + row.tail(controls).squaredNorm();  // in units of its own
   MatrixXd form = -bound.pull * (map.transpose() * curvature * map);
   if (length > 0.0)
     form += bound_penalty * (bound.of_moments ? stage.weight : cost_of(motion)) / length * row * row.transpose();

@@ -136,11 +136,13 @@ class Search {
     }
   }
 
-  // Coarse grids lie: the cheapest solution whose cost is much the same with four times the steps.
+  // Coarse grids lie: the cheapest solution whose cost is much the same with four times the steps, or the cheapest where
+  // there is none such.
   std::optional<std::size_t> cheapest_confirmed() {
     confirmed_.resize(starts_.size());
-    for (std::size_t s : by_rising_cost()) {
-      if (!starts_[s].converged()) return std::nullopt;
+    const std::vector<std::size_t> order = by_rising_cost();
+    for (std::size_t s : order) {
+      if (!starts_[s].converged()) break;
       if (!confirmed_[s]) {
         const int steps = confirming_steps * static_cast<int>(starts_[s].path.rotation.size() - 1);
         const Found fine = method_->carry(starts_[s], steps);
@@ -148,7 +150,7 @@ class Search {
       }
       if (*confirmed_[s]) return s;
     }
-    return std::nullopt;
+    return starts_[order.front()].converged() ? std::optional(order.front()) : std::nullopt;
   }
 
   std::vector<std::size_t> by_rising_cost() const {

@@ -27,7 +27,7 @@ INSTANTIATE_TEST_SUITE_P(
         close_to("sideways", "sideways", coarse, 362517.3, 1e-6),
         close_to("falling_cat_flip", "falling_cat_flip", coarse, 0.16619978, 1e-6),
         close_to("free_time", "free_time", coarse, 219120.39, 1e-6), close_to("gait", "gait", {}, 101378.85, 1e-6),
-        close_to("gait_within_limits", "gait_within_limits", {{"starts", "2"}}, 479862.75, 1e-6),
+        close_to("gait_within_limits", "gait_within_limits", {{"starts", "4"}}, 479862.75, 1e-6),
         Example{
             "rotation_with_clearance", "rotation_with_clearance", {{"steps", "100"}, {"starts", "2"}}, 29500, 0, false},
         Example{"translation_with_clearance",
@@ -120,15 +120,15 @@ TEST(OutOfReach, is_said_in_words_and_in_the_exit_code) {
 TEST(Hops, come_down_from_the_best_start_alike_on_any_number_of_workers) {
   const Folder folder;
   const auto solved = [&](const std::string& hops, const std::string& workers, const std::string& name) {
-    const std::string path =
-        varied_example(folder, "translation_in_space", {{"steps", "50"}, {"starts", "2"}, {"hops", hops}});
-    const ProgramRun run = lamprey(folder, "solve " + path + " --workers " + workers + " --out " + (folder / name));
+    const std::string path = varied_example(folder, "sideways", {{"steps", "40"}, {"starts", "1\nhops = " + hops}});
+    const ProgramRun run =
+        lamprey(folder, "solve " + path + " --no-refinement --workers " + workers + " --out " + (folder / name));
     EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
     return file::read_solution(folder / name);
   };
-  const file::Results starts = solved("0", "1", "starts"), alone = solved("16", "1", "alone"),
-                      together = solved("16", "2", "together");
-  EXPECT_EQ(alone.solution.search.hops, 16);
+  const file::Results starts = solved("0", "1", "starts"), alone = solved("8", "1", "alone"),
+                      together = solved("8", "2", "together");
+  EXPECT_EQ(alone.solution.search.hops, 8);
   EXPECT_EQ(alone.solution.search.solved, together.solution.search.solved);
   EXPECT_EQ(alone.solution.cost, together.solution.cost);
   EXPECT_LT(alone.solution.search.minima.front().cost, starts.solution.search.minima.front().cost);
