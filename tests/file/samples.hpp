@@ -131,13 +131,12 @@ inline file::Results sample_results(int steps) {
   solution.limit_multipliers = {
       {"limits.torque", 1, -1, -1, 2, true, std::vector<double>(at_nodes(steps), sample.number())}};
   solution.search = {4, 3, 3, {{sample.number(), 2}, {sample.number(), 1}}};
-  solution.solver = {
-      "structured",
-      7,
-      21,
-      sample.number(),
-      sample.number(),
-      {{0, sample.number(), 0.5, 0.25, 0.125, 1e-14}, {1, 2.0, 3.0, 4.0, std::nan(""), std::nan("")}}};
+  solution.solver = {"structured",
+                     7,
+                     21,
+                     sample.number(),
+                     sample.number(),
+                     {{0, sample.number(), 0.5, 0.25, 0.125, 1e-14}, {1, 2.0, 3.0, 4.0, std::nan(""), std::nan("")}}};
   certificate::Certificate certificate;
   certificate.goal_error = sample.number();
   certificate.clearance = {sample.number(), sample.number(), 1, 2};
