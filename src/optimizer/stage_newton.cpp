@@ -31,6 +31,7 @@ constexpr double nearly_stationary = 1e-2;
 constexpr double saddle = 2e-3;  // stationarity at which an indefinite Hessian means a saddle
 constexpr int saddle_halvings = 12;
 constexpr double saddle_gain = 1e-9;  // least decrease, relative
+constexpr double last_rise = 1e-9;    // of the cost, relative
 constexpr double bend_unit = 1e8;     // input, more than any step is allowed to take
 
 }  // namespace
@@ -159,6 +160,14 @@ bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
   return false;
 }
 
+// At a solution what a step gains drowns in round-off: it is taken wherever it keeps what is met.
+void StageNewton::take_last_step(StageProgram& program, Outcome& outcome) {
+  const double cost = program.merit().cost;
+  const Merit* there = program.try_step(step_, program.longest(step_));
+  ++outcome.evaluations;
+  if (there && there->violation <= met && there->cost <= cost + last_rise * std::abs(cost)) program.accept();
+}
+
 // One step from the model at the point.
 StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& options, Outcome& outcome) {
   if (!factor(damping_)) return Verdict::stuck;
@@ -167,16 +176,15 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
   const bool settled = change_ <= options.tolerance && program.merit().violation <= met;
   if (shift_ > 0.0 && change_ <= saddle && program.merit().violation <= nearly_met) {
     if (leave_saddle(program, outcome)) return Verdict::accepted;
-    if (settled) return Verdict::converged;
-    if (!factor(damping_)) return Verdict::stuck;
+    if (!factor(settled ? 0.0 : damping_)) return Verdict::stuck;  // what damps the search has no part in the last step
     find_step();
+  }
+  if (settled) {
+    if (shift_ == 0.0) take_last_step(program, outcome);
+    return Verdict::converged;
   }
   const double before = program.merit().violation;
   const double ratio = try_out(program, outcome);
-  if (settled && shift_ == 0.0) {
-    if (ratio > 0.0) program.accept();
-    return Verdict::converged;
-  }
   ease_or_damp(ratio);
   if (!(ratio > sufficient)) return damping_ < largest_shift ? Verdict::rejected : Verdict::stuck;
   program.accept();

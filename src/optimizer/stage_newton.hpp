@@ -29,6 +29,7 @@ class StageNewton {
   Verdict improve(StageProgram& program, const Options& options, Outcome& outcome);
   double try_out(StageProgram& program, Outcome& outcome);
   double judge(const Merit& here, const Merit* there, double cheaper);
+  void take_last_step(StageProgram& program, Outcome& outcome);
   void ease_or_damp(double ratio);
   bool leave_saddle(StageProgram& program, Outcome& outcome);
   double stationarity() const;
