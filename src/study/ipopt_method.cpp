@@ -3,7 +3,6 @@
 #include "maneuver/goal_rank.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/transcription.hpp"
-#include "model/input_error.hpp"
 #include "optimizer/feasibility.hpp"
 #include "optimizer/ipopt.hpp"
 #include "study/method.hpp"
@@ -47,10 +46,6 @@ class IpoptMethod : public Method {
 
   std::vector<Found> solve_starts(int first, int count) override {
     return in_workers(count, "start", coarse_, [&](int n) { return solve_start(first + n); });
-  }
-
-  std::vector<Found> hop(const Found&, int, int) override {
-    throw model::InputError("search.hops", "found hops with Ipopt, which takes none; remove it or --solver ipopt");
   }
 
   std::vector<Found> refine(const std::vector<const Found*>& coarse) override {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "maneuver/cost_terms.hpp"
+#include "maneuver/end_rows.hpp"
 #include "maneuver/limit_terms.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/node_path.hpp"
@@ -53,7 +54,8 @@ class Method {
   /// Solves starts first … first + count − 1 on a coarse grid.
   virtual std::vector<Found> solve_starts(int first, int count) = 0;
   /// Solves again from perturbed copies of a motion on the coarse grid, hops first … first + count − 1.
-  virtual std::vector<Found> hop(const Found& from, int first, int count) = 0;
+  /// Nothing of methods without hops.
+  virtual std::vector<Found> hop(const Found& /*from*/, int /*first*/, int /*count*/) { return {}; }
   /// Carries motions on to full resolution.
   virtual std::vector<Found> refine(const std::vector<const Found*>& coarse) = 0;
   /// Carries a motion on to another number of steps.
@@ -68,6 +70,13 @@ inline constexpr int coarse_steps = 100;
 /// Seeds of a start's first guess and of a hop.
 std::uint64_t seed_of_start(const maneuver::Problem& problem, int start);
 std::uint64_t seed_of_hop(const maneuver::Problem& problem, int hop);
+
+/// In which coordinates a problem's maneuvers move, and which of the goal's conditions these can meet independently.
+struct Reached {
+  maneuver::ShapeCoordinates coordinates;
+  std::vector<maneuver::EndRow> rows;
+  Reached(const model::System& system, const maneuver::Problem& problem);
+};
 
 /// Whether the Newton method can take the problem: moments free at each node, no total momentum; above order 2 neither limits,
 /// waypoints, a periodic goal, a free duration nor costs beside effort and time.

@@ -65,11 +65,7 @@ class NewtonMethod : public Method {
         problem_(coarse_problem(problem)),
         options_(options),
         budget_(budget),
-        coordinates_(system) {
-    const Maneuver probe = maneuver::make_maneuver(system, problem_, std::min(problem_.steps, reach_steps));
-    const NodePath guess = maneuver::random_guess(system, probe, seed_of_start(problem, 0));
-    coordinates_ = maneuver::reachable_coordinates(system, probe, guess);
-    rows_ = maneuver::independent_end_rows(system, probe, coordinates_, guess);
+        reached_(system, problem_) {
     limits_ = maneuver::limit_rows(system, problem);
   }
 
@@ -81,7 +77,7 @@ class NewtonMethod : public Method {
 
   std::vector<Found> hop(const Found& from, int first, int count) override {
     return in_threads(count, "", [&](int n) {
-      Grid grid(system_, problem_, steps_of(from.path), coordinates_, rows_, limits_);
+      Grid grid(system_, problem_, steps_of(from.path), reached_.coordinates, reached_.rows, limits_);
       Found found;
       solve(grid, maneuver::perturbed(system_, from.path, seed_of_hop(problem_, first + n)), fine_tolerance, found);
       return found;
@@ -137,14 +133,17 @@ class NewtonMethod : public Method {
     const int coarse = coarse_of(problem_.steps);
     Found found;
     const int steps = std::min(coarse, first_steps);
-    Grid grid(system_, problem_, steps, coordinates_, rows_, limits_);
+    Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
     solve(grid, maneuver::random_guess(system_, grid.maneuver, seed_of_start(problem_, start)),
           steps < coarse ? rough_tolerance : fine_tolerance, found);
-    return steps < coarse && !found.path.rotation.empty() ? carry_on(found, coarse, fine_tolerance) : found;
+    if (steps == coarse || found.path.rotation.empty()) return found;
+    found = carry_on(found, coarse, fine_tolerance);
+    found.coarser = NodePath();  // a rough answer foretells nothing
+    return found;
   }
 
   Found carry_on(const Found& from, int steps, double tolerance) const {
-    Grid grid(system_, problem_, steps, coordinates_, rows_, limits_);
+    Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
     Found found = from;
     found.path = NodePath();
     solve(grid, on_grid(from, steps), tolerance, found);
@@ -189,7 +188,7 @@ class NewtonMethod : public Method {
     const int stages = integrator::composition(asked_.scheme).stages();
     const NodePath nodes = from.path.polynomial.empty() ? from.path : maneuver::nodes_of_steps(from.path, stages);
     const Maneuver maneuver = maneuver::make_maneuver(system_, asked_, steps);
-    maneuver::ComposedProgram program(system_, maneuver, asked_.scheme, coordinates_, rows_);
+    maneuver::ComposedProgram program(system_, maneuver, asked_.scheme, reached_.coordinates, reached_.rows);
     Found found = from;
     found.path = NodePath();
     found.outcome = optimizer::Outcome();
@@ -246,12 +245,18 @@ class NewtonMethod : public Method {
   Problem problem_;  // of the grids up to order 2
   const SolveOptions& options_;
   const Budget& budget_;
-  ShapeCoordinates coordinates_;
-  std::vector<EndRow> rows_;
+  Reached reached_;
   std::vector<maneuver::LimitRow> limits_;
 };
 
 }  // namespace
+
+Reached::Reached(const System& system, const Problem& problem) : coordinates(system) {
+  const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, reach_steps));
+  const NodePath guess = maneuver::random_guess(system, probe, seed_of_start(problem, 0));
+  coordinates = maneuver::reachable_coordinates(system, probe, guess);
+  rows = maneuver::independent_end_rows(system, probe, coordinates, guess);
+}
 
 bool newton_takes(const System& system, const Problem& problem) {
   if (problem.control != maneuver::ControlKind::steps) return false;

@@ -68,6 +68,11 @@ std::unique_ptr<Method> choose_method(const System& system, const Problem& probl
         "cost",
         "found work, power, smoothness or transport, which take control.kind = \"steps\", a scheme of "
         "order 1 or 2, a start without total momentum, and not --solver ipopt; remove these keys");
+  if (problem.search.hops > 0 && (options.solver == Backend::ipopt || !newton))
+    throw model::InputError(
+        "search.hops", "found " + std::to_string(problem.search.hops) +
+                           ", which Ipopt does not take (and it alone solves this problem, or --solver ipopt asked "
+                           "for it); allowed: 0; remove the key");
   if (options.solver == Backend::ipopt || !newton) return ipopt_method(system, problem, options, budget);
   return newton_method(system, problem, options, budget);
 }
@@ -313,7 +318,7 @@ class Search {
   Maneuver full_;
   std::unique_ptr<Method> method_;
   std::vector<Found> starts_;                   // then hops
-  int first_hop_ = 0;                           // its place
+  int first_hop_ = 0;                           // where they begin
   std::vector<std::optional<bool>> confirmed_;  // [starts] by a finer grid
   std::vector<std::size_t> candidates_;         // starts to refine, by rising cost
   maneuver::SearchRecord record_;

@@ -3,7 +3,6 @@
 #include "lie/so3.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/motion.hpp"
-#include "maneuver/reach.hpp"
 #include "model/input_error.hpp"
 #include "study/method.hpp"
 
@@ -22,19 +21,19 @@ using model::at;
 using model::InputError;
 using model::System;
 
-constexpr int probe_steps = 20;        // as a search has it
 constexpr double asked_twice = 1e-6;   // rad or m, of conditions that follow from others
 constexpr double no_momentum = 1e-10;  // of what the start's bodies have
 
-void refuse_other_problems(const System& system, const Problem& problem) {
-  const bool other = !problem.limits.any() && problem.waypoints.empty() && !problem.duration.free &&
+// The problem, where it is one that a Solver takes.
+const Problem& taken(const System& system, const Problem& problem) {
+  const bool plain = !problem.limits.any() && problem.waypoints.empty() && !problem.duration.free &&
                      !problem.cost_weights.any() && problem.goal && !problem.goal->periodic &&
                      integrator::single_step(problem.scheme);
-  if (!other || !newton_takes(system, problem))
+  if (!plain || !newton_takes(system, problem))
     throw InputError("problem",
                      "found limits, waypoints, a periodic goal, a free duration, costs beside effort, spline moments, "
-                     "momentum at the start or a "
-                     "scheme above order 2, which a Solver does not take; use solve");
+                     "momentum at the start or a scheme above order 2, which a Solver does not take; use solve");
+  return problem;
 }
 
 NodePath nodes_of(const System& system, const Problem& problem, const Solution& solution) {
@@ -65,27 +64,14 @@ double goal_error(const System& system, const Maneuver& maneuver, const NodePath
 
 }  // namespace
 
-// In which coordinates a maneuver moves, and what they let its end meet.
-struct Solver::Reduced {
-  maneuver::ShapeCoordinates coordinates;
-  std::vector<EndRow> rows;
-  Reduced(const System& system, const Problem& problem) : coordinates(system) {
-    refuse_other_problems(system, problem);
-    const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, probe_steps));
-    const NodePath guess = maneuver::random_guess(system, probe, seed_of_start(problem, 0));
-    coordinates = maneuver::reachable_coordinates(system, probe, guess);
-    rows = maneuver::independent_end_rows(system, probe, coordinates, guess);
-  }
-};
-
 Solver::Solver(const System& system, const Problem& problem, const Solution& solution)
-    : Solver(system, problem, solution, Reduced(system, problem)) {}
+    : Solver(system, problem, solution, Reached(system, taken(system, problem))) {}
 
-Solver::Solver(const System& system, const Problem& problem, const Solution& solution, const Reduced& reduced)
+Solver::Solver(const System& system, const Problem& problem, const Solution& solution, const Reached& reached)
     : system_(system),
       problem_(problem),
       maneuver_(maneuver::make_maneuver(system, problem, problem.steps)),
-      program_(system, maneuver_, reduced.coordinates, reduced.rows),
+      program_(system, maneuver_, reached.coordinates, reached.rows),
       newton_(program_.sizes()),
       path_(nodes_of(system, problem, solution)) {}
 
@@ -110,6 +96,10 @@ void Solver::set_start(const integrator::State& start) {
   const double scale = start.momentum.lpNorm<Eigen::Infinity>();
   if (std::max(total.linear.lpNorm<Eigen::Infinity>(), total.angular.lpNorm<Eigen::Infinity>()) > no_momentum * scale)
     throw InputError("start", "found total momentum, which joint moments cannot change; give a start without");
+  if (!system_.only_free_joints())
+    throw InputError("start",
+                     "found a joint that is not a ball joint, along which a motion does not follow another start "
+                     "yet; make a new Solver from a solution of that start");
   // bodies seen from the root follow the start's, less and less towards the end
   const Rotations before = path_.rotation.front();
   for (std::size_t k = 0; k < path_.rotation.size(); ++k) {
@@ -152,16 +142,19 @@ optimizer::Outcome Solver::solve(const optimizer::Options& options) {
     newton_.foresee(program_);
   }
   outcome = newton_.solve(program_, options);
-  moved_ = outcome.termination != optimizer::Termination::converged;
-  if (moved_) return outcome;
-  program_.keep_multipliers();
-  path_ = program_.path();
-  cost_ = program_.cost();
-  if (const double error = goal_error(system_, maneuver_, path_); error > asked_twice) {
+  moved_ = true;
+  if (outcome.termination != optimizer::Termination::converged) return outcome;
+  const NodePath found = program_.path();
+  if (const double error = goal_error(system_, maneuver_, found); error > asked_twice) {
     outcome.termination = optimizer::Termination::infeasible;
     outcome.reason =
         "the goal asks for what moments cannot reach: it stays " + std::to_string(error) + " (rad, m) away";
+    return outcome;
   }
+  moved_ = false;
+  program_.keep_multipliers();
+  path_ = found;
+  cost_ = program_.cost();
   return outcome;
 }
 

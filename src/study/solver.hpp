@@ -8,6 +8,8 @@
 
 namespace lamprey::study {
 
+struct Reached;
+
 /// Owns its workspace. The number of steps stays what it was; the scheme is of order 1 or 2, the problem without limits,
 /// waypoints, free durations and periodic goals. Not for two threads at once.
 class Solver {
@@ -21,7 +23,7 @@ class Solver {
   void set_goal(const maneuver::Goal& goal);
 
   /// Another start without total momentum; the goal stays where it is in the world. The motion's shapes follow it, less and
-  /// less towards the end. Throws model::InputError where there is momentum.
+  /// less towards the end. Throws model::InputError where there is momentum, and for joints other than ball joints.
   void set_start(const integrator::State& start);
 
   /// Another duration in as many steps, s: the time that is left. Moments stretch with it.
@@ -44,9 +46,8 @@ class Solver {
   maneuver::Solution solution() const;
 
  private:
-  struct Reduced;
   Solver(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
-         const Reduced& reduced);
+         const Reached& reached);
 
   const model::System& system_;
   maneuver::Problem problem_;
