@@ -52,21 +52,6 @@ mechanics::Vectors rates_of(const System& system, const integrator::State& state
   return rates;
 }
 
-// Rotations with one body's freedom turned.
-Rotations with_turn(const System& system, const Rotations& R, int body, int freedom, double by) {
-  mechanics::Interval interval(system.body_count());
-  interval.rotation = R;
-  for (Vector3d& v : interval.cayley) v.setZero();
-  for (Vector3d& v : interval.joint_turn) v.setZero();
-  interval.displacement.setZero();
-  if (system.body(body).freedoms == 3)
-    interval.cayley[at(body)][freedom] = std::tan(0.5 * by);
-  else
-    interval.joint_turn[at(body)][freedom] = by;
-  mechanics::update_interval(system, interval);
-  return interval.next_rotation;
-}
-
 // Nodes' powers and what they are made of.
 struct Powers {
   std::vector<mechanics::Vectors> turn;   // [N][joints]

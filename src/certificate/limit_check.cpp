@@ -169,21 +169,6 @@ const std::vector<double>* multipliers_of(const StoredMotion& motion, const Boun
   return nullptr;
 }
 
-// Rotations turned along one freedom of one body.
-mechanics::Rotations moved(const System& system, const mechanics::Rotations& R, int body, int freedom, double by) {
-  mechanics::Interval interval(system.body_count());
-  interval.rotation = R;
-  for (Vector3d& v : interval.cayley) v.setZero();
-  for (Vector3d& v : interval.joint_turn) v.setZero();
-  interval.displacement.setZero();
-  if (system.body(body).freedoms == 3)
-    interval.cayley[at(body)][freedom] = std::tan(0.5 * by);
-  else
-    interval.joint_turn[at(body)][freedom] = by;
-  mechanics::update_interval(system, interval);
-  return interval.next_rotation;
-}
-
 // Central difference of order four.
 double slope(const std::function<double(double)>& f, double step) {
   return (8.0 * (f(step) - f(-step)) - (f(2.0 * step) - f(-2.0 * step))) / (12.0 * step);
@@ -215,12 +200,12 @@ void add_gradient(const StoredMotion& motion, const Bound& bound, int node, doub
   if (bound.kind == Kind::duration) return;
   for (int i = 0; i < system.body_count(); ++i)
     for (int f = 0; f < system.body(i).freedoms; ++f) {
-      pulls.by_state[at(node)][layout.freedom(i) + f] +=
-          by([&](Place& place, double e) { place.rotation = moved(system, here.rotation, i, f, e); }, difference_step);
+      pulls.by_state[at(node)][layout.freedom(i) + f] += by(
+          [&](Place& place, double e) { place.rotation = with_turn(system, here.rotation, i, f, e); }, difference_step);
       if (bound.kind == Kind::angular_velocity)
-        pulls.by_state[at(node - 1)][layout.freedom(i) + f] +=
-            by([&](Place& place, double e) { place.rotation_before = moved(system, here.rotation_before, i, f, e); },
-               difference_step);
+        pulls.by_state[at(node - 1)][layout.freedom(i) + f] += by(
+            [&](Place& place, double e) { place.rotation_before = with_turn(system, here.rotation_before, i, f, e); },
+            difference_step);
     }
   for (int c = 0; c < 3; ++c)
     pulls.by_state[at(node)][layout.position() + c] +=

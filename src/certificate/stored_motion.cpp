@@ -79,4 +79,19 @@ std::vector<integrator::State> node_states(const StoredMotion& motion) {
   return states;
 }
 
+mechanics::Rotations with_turn(const model::System& system, const mechanics::Rotations& R, int body, int freedom,
+                               double by) {
+  mechanics::Interval interval(system.body_count());
+  interval.rotation = R;
+  for (Eigen::Vector3d& v : interval.cayley) v.setZero();
+  for (Eigen::Vector3d& v : interval.joint_turn) v.setZero();
+  interval.displacement.setZero();
+  if (system.body(body).freedoms == 3)
+    interval.cayley[model::at(body)][freedom] = std::tan(0.5 * by);
+  else
+    interval.joint_turn[model::at(body)][freedom] = by;
+  mechanics::update_interval(system, interval);
+  return interval.next_rotation;
+}
+
 }  // namespace lamprey::certificate

@@ -49,6 +49,10 @@ StepMomenta step_momenta(const StoredMotion& motion, int k);
 /// States at the nodes, [N+1]: μ_k = E⁻_k − (h/2) U_k, at the end E⁺_N + (h/2) U_N (equation 4.5).
 std::vector<integrator::State> node_states(const StoredMotion& motion);
 
+/// Rotations of all bodies with one body turned along one of its freedoms, by the angle `by` in rad.
+mechanics::Rotations with_turn(const model::System& system, const mechanics::Rotations& R, int body, int freedom,
+                               double by);
+
 /// Keeps the largest of numbers; anything not finite counts as infinite.
 class Largest {
  public:
