@@ -157,6 +157,7 @@ bool ShapeProgram::roll_out(Motion& motion) {
   motion.position.front() = maneuver_.start.position;
   for (int k = 0; k < steps_; ++k) {
     ShapeStep& step = motion.step[at(k)];
+    if (k > 0 && step.momentum_inverse.isZero(0.0)) step.momentum_inverse = motion.step[at(k - 1)].momentum_inverse;
     if (!kernel_.solve(h_ * motion.stretch, motion.rotation[at(k)], motion.shape[at(k + 1)], step)) return false;
     motion.rotation[at(k + 1)] = step.interval.next_rotation;
     for (Matrix3d& R : motion.rotation[at(k + 1)]) R = lie::renormalized(R);
@@ -357,10 +358,9 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
   metric.block(shape_, 0, shape_, shape_) = (-inertia_).asDiagonal();
 }
 
-// Where moments at node k lead, and what they cost.
-void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
+// Where moments at node k lead: the next shape, by shapes and by moments, and the root with it.
+void ShapeProgram::model_motion(int k, MatrixXd& A, MatrixXd& B) {
   const int n = shape_;
-  // the next shape, by shapes and by moments
   set_transposed(after_.minus.rightCols(n), equations_.topRows(n));
   auto solved = equations_.bottomRows(3 * n);
   solved.setZero();
@@ -369,22 +369,29 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   set_transposed(now_.impulse[at(k)], solved.bottomRows(n));
   optimizer::solve_equations(equations_);
 
-  stage.shifted = n;
-  stage.A.block(0, n, n, n).setIdentity();
-  set_transposed(solved.topRows(2 * n), stage.A.block(n, 0, n, 2 * n));
-  set_transposed(solved.middleRows(2 * n, controls_), stage.B.middleRows(n, n));
+  A.block(0, n, n, n).setIdentity();
+  set_transposed(solved.topRows(2 * n), A.block(n, 0, n, 2 * n));
+  set_transposed(solved.middleRows(2 * n, controls_), B.middleRows(n, n));
   if (all_poses_)
     pose_step_ = after_.pose;
   else
     pose_step_ = pose_basis_.transpose().lazyProduct(after_.pose);
-  auto pose_by_state = stage.A.block(2 * n, 0, pose_, 2 * n);
+  auto pose_by_state = A.block(2 * n, 0, pose_, 2 * n);
   pose_by_state.setZero();
   pose_by_state.rightCols(n) = pose_step_.leftCols(n);
-  add_product(1.0, pose_step_.rightCols(n), stage.A.block(n, 0, n, 2 * n), pose_by_state);
-  auto pose_by_control = stage.B.middleRows(2 * n, pose_);
+  add_product(1.0, pose_step_.rightCols(n), A.block(n, 0, n, 2 * n), pose_by_state);
+  auto pose_by_control = B.middleRows(2 * n, pose_);
   pose_by_control.setZero();
-  add_product(1.0, pose_step_.rightCols(n), stage.B.middleRows(n, n), pose_by_control);
-  carry_on(k, stage);
+  add_product(1.0, pose_step_.rightCols(n), B.middleRows(n, n), pose_by_control);
+  carry_on(k, A);
+}
+
+// And what they cost.
+void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
+  const int n = shape_;
+  stage.shifted = n;
+  model_motion(k, stage.A, stage.B);
+  const auto solved = equations_.bottomRows(3 * n);
   if (idle() > 0) {
     MatrixXd& by_idle = next_by_idle_[at(k)];
     by_idle.middleRows(n, n) = solved.bottomRows(idle()).transpose();
@@ -422,9 +429,9 @@ void ShapeProgram::add_duration(const NodeModel& node, const VectorXd& moment, d
 }
 
 // What a step only carries on.
-void ShapeProgram::carry_on(int k, Stage& stage) const {
+void ShapeProgram::carry_on(int k, MatrixXd& A) const {
   const Matrix3d lever = lie::hat(now_.step[at(k)].interval.displacement);
-  auto carried = stage.A.block(2 * shape_, 2 * shape_, pose_, pose_);
+  auto carried = A.block(2 * shape_, 2 * shape_, pose_, pose_);
   carried.setIdentity();
   if (all_poses_) {
     carried.block<3, 3>(3, 0) = -lever;
@@ -433,7 +440,7 @@ void ShapeProgram::carry_on(int k, Stage& stage) const {
     carried.noalias() -= pose_basis_.bottomRows<3>().transpose() * moved;
   }
   const int more = states() - tau();
-  stage.A.bottomRightCorner(more, more).setIdentity();
+  A.bottomRightCorner(more, more).setIdentity();
 }
 
 // The first step of a periodic motion: its two shapes are known, its moments those of the end.
@@ -442,7 +449,7 @@ void ShapeProgram::model_first_shapes(Stage& stage) {
   stage.A.setZero();
   stage.A.block(0, copies(), 2 * n, 2 * n).setIdentity();
   stage.A.block(2 * n, copies(), pose_, 2 * n).noalias() = pose_basis_.transpose() * after_.pose;
-  carry_on(0, stage);
+  carry_on(0, stage.A);
   stage.B.setZero();
   stage.gap.setZero();
   stage.S.setZero();
@@ -480,6 +487,15 @@ void ShapeProgram::model_leads(StageModel& model) const {
 }
 
 // At rest the last moments follow from the last two shapes; those of a periodic motion from the first two as well.
+MatrixXd ShapeProgram::end_moments_by_state() const {
+  const Eigen::PartialPivLU<MatrixXd> by_impulse(now_.impulse.back());
+  MatrixXd by_state = MatrixXd::Zero(shape_, states());
+  by_state.leftCols(2 * shape_) = -by_impulse.solve(before_.plus);
+  if (maneuver_.periodic) by_state.middleCols(copies(), 2 * shape_) = by_impulse.solve(first_minus_);
+  if (maneuver_.free_duration) by_state.col(tau()) = -2.0 * now_.moment.back();
+  return by_state;
+}
+
 void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
   model.q_end.setZero();
   if (maneuver_.free_duration) {
@@ -489,12 +505,8 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
   }
   if (!maneuver_.rest && !maneuver_.periodic) return;
   const int n = shape_;
-  const Eigen::PartialPivLU<MatrixXd> by_impulse(now_.impulse.back());
   const VectorXd& moment = now_.moment.back();
-  MatrixXd by_state = MatrixXd::Zero(n, states());
-  by_state.leftCols(2 * n) = -by_impulse.solve(before_.plus);
-  if (maneuver_.periodic) by_state.middleCols(copies(), 2 * n) = by_impulse.solve(first_minus_);
-  if (maneuver_.free_duration) by_state.col(tau()) = -2.0 * moment;
+  const MatrixXd by_state = end_moments_by_state();
   if (!terms_.empty()) end_moments_ = by_state.topRows(controls_);
   const auto controls = by_state.topRows(controls_);
   model.Q_end.noalias() += controls.transpose() * node.by_control_twice * controls;
@@ -522,14 +534,14 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
 }
 
 // The end rows but those of moments.
-void ShapeProgram::model_goal(StageModel& model) const {
-  model.C.setZero();
-  model.c = now_.end_rows;
+void ShapeProgram::model_goal(MatrixXd& C, VectorXd& c) const {
+  C.setZero();
+  c = now_.end_rows;
   const Eigen::Index all = shape_basis_.rows();
   Eigen::RowVectorXd derivative(all + 6);
   for (std::size_t r = 0; r < end_rows_.size(); ++r) {
     if (end_rows_[r].kind == EndRow::Kind::moment) continue;
-    auto row = model.C.row(static_cast<Eigen::Index>(r));
+    auto row = C.row(static_cast<Eigen::Index>(r));
     if (end_rows_[r].kind == EndRow::Kind::closure) {
       Eigen::RowVectorXd by_first(all + 6);
       closure_row(system_, end_rows_[r], now_.shape.front(), now_.shape.back(), by_first, derivative);
@@ -548,7 +560,7 @@ void ShapeProgram::linearize(StageModel& model) {
   for (const VectorXd& moment : now_.moment) metric_scale_ += moment.squaredNorm() / (steps_ + 1);
   metric_scale_ = std::sqrt(metric_scale_);
   if (!terms_.empty()) prepare_terms(model);
-  model_goal(model);
+  model_goal(model.C, model.c);
   model_limits();
   lay_pose_multipliers(model);
   if (leads_ > 0 || !terms_.empty()) {
@@ -586,6 +598,32 @@ void ShapeProgram::linearize(StageModel& model) {
   if (leads_ > 0) model_leads(model);
   add_limit_models(model);
   if (!terms_.empty()) add_term_models(model);
+}
+
+bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
+  if (idle() > 0 || !limits_.empty() || !terms_.empty() || maneuver_.free_duration || maneuver_.periodic) return false;
+  if (slopes.stage.empty()) {
+    slopes.stage.assign(at(steps_), {MatrixXd::Zero(states(), states()), MatrixXd::Zero(states(), controls_),
+                                     VectorXd::Zero(states()), VectorXd::Zero(controls_)});
+    slopes.C.resize(end_multiplier_.size(), states());
+  }
+  model_goal(slopes.C, slopes.c);
+  mechanics::Moments &control = node_.control, &control_next = next_node_.control;
+  moments_.controls(now_.moment.front(), control);
+  for (int k = 0; k < steps_; ++k) {
+    moments_.controls(now_.moment[at(k + 1)], control_next);
+    kernel_.tangent(h_, control, control_next, now_.step[at(k)], after_);
+    optimizer::StageSlopes::Slope& stage = slopes.stage[at(k)];
+    model_motion(k, stage.A, stage.B);
+    stage.r = node_weight(now_, k) * now_.moment[at(k)];
+    std::swap(control, control_next);
+    std::swap(before_, after_);
+  }
+  slopes.q_end.setZero(states());
+  if (!maneuver_.rest) return true;
+  const MatrixXd by_state = end_moments_by_state();
+  slopes.q_end.noalias() = by_state.transpose() * (node_weight(now_, steps_) * now_.moment.back());
+  return true;
 }
 
 // What the terms add to what the last model holds goes.

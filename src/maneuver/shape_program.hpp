@@ -56,6 +56,8 @@ class ShapeProgram : public optimizer::StageProgram {
   const optimizer::Merit& merit() const override { return now_.merit; }
   bool has_multipliers() const override { return end_start_.size() == end_multiplier_.size() && idle() == 0; }
   void linearize(optimizer::StageModel& model) override;
+  /// For effort alone, without limits, free durations, idle joints and periodic goals.
+  bool differentiate(optimizer::StageSlopes& slopes) override;
   const optimizer::Merit* try_step(const optimizer::StageStep& step, double length) override;
   const VectorXd& end_rows() const override { return now_.end_rows; }
   const VectorXd& trial_end_rows() const override { return trial_.end_rows; }
@@ -105,15 +107,17 @@ class ShapeProgram : public optimizer::StageProgram {
   void solve_moments(VectorXd& values);
   const VectorXd& spread_shape(double factor, const Eigen::Ref<const VectorXd>& shape);
   void add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q, VectorXd& q) const;
-  void carry_on(int k, optimizer::Stage& stage) const;
+  void carry_on(int k, MatrixXd& A) const;
   void add_limit_models(optimizer::StageModel& model) const;
   void model_step(int k, const NodeModel& node, const NodeModel& next, const Eigen::Vector3d& turn,
                   const Eigen::Vector3d& shift, optimizer::StageModel& model);
+  void model_motion(int k, MatrixXd& A, MatrixXd& B);
   void model_stage(int k, const NodeModel& node, optimizer::Stage& stage);
   void model_first_shapes(optimizer::Stage& stage);
   void model_leads(optimizer::StageModel& model) const;
+  MatrixXd end_moments_by_state() const;
   void model_end(const NodeModel& node, optimizer::StageModel& model);
-  void model_goal(optimizer::StageModel& model) const;
+  void model_goal(MatrixXd& C, VectorXd& c) const;
   void model_limits();
   void lay_pose_multipliers(const optimizer::StageModel& model);
   LimitedNode limited_node(const Motion& motion, int k) const;

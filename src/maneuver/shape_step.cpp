@@ -21,9 +21,10 @@ using optimizer::add_product_transposed;
 using optimizer::set_transposed;
 
 constexpr int most_iterations = 40;
-constexpr double settled = 1e-15;    // of the largest momentum: as near to zero as sums of it come
-constexpr double round_off = 1e-14;  // of inertia over time step, what rotations' round-off makes of momenta
-constexpr double slow = 0.2;         // contraction that calls for a new inverse
+constexpr double settled = 1e-14;    // of the largest momentum: as near to zero as sums of it come
+constexpr double round_off = 1e-14;     // of inertia over time step, what rotations' round-off makes of momenta
+constexpr double least_learning = 0.1;  // cosine and length of what the inverse foretells, against what was
+constexpr double slow = 0.2;            // contraction that calls for a new inverse
 
 // Coordinates of a shape out of freedoms of all bodies.
 void read_shape(const System& system, const Freedoms& freedoms, Eigen::Ref<VectorXd> shape) {
@@ -158,6 +159,7 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
   const mechanics::ForcedStep forced{system_, lagrangian_, time_step, step.interval, no_moments_, no_moments_};
   double before = std::numeric_limits<double>::infinity();
   bool renewed = false;
+  Vector6d missed_before = Vector6d::Zero(), moved = Vector6d::Zero();
   find_levers(left);
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const Matrix3d root = left[0] * step.root_turn;
@@ -173,6 +175,7 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
       read_balance(forced, step);
       return true;
     }
+    if (iteration > 0 && residual > noise) learn_inverse(moved, missed - missed_before, step.momentum_inverse);
     if (step.momentum_inverse.isZero(0.0) || (residual > std::max(slow * before, noise) && !renewed)) {
       gather_balance(forced, balance_);
       measure_rates(forced, step);
@@ -185,11 +188,22 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
     const double turned = change.head<3>().norm();
     if (!(turned < 10.0)) return false;
     const double share = turned > 0.5 ? 0.5 / turned : 1.0;
-    step.root_turn = step.root_turn * lie::cayley(-0.5 * share * change.head<3>());
-    step.root_shift -= share * change.tail<3>();
+    moved = -share * change;
+    step.root_turn = step.root_turn * lie::cayley(0.5 * moved.head<3>());
+    step.root_shift += moved.tail<3>();
+    missed_before = missed;
     before = residual;
   }
   return false;
+}
+
+// Broyden's update: the inverse maps the change of momentum to the motion that made it.
+void ShapeKernel::learn_inverse(const Vector6d& moved, const Vector6d& change, Matrix6d& inverse) {
+  const Vector6d foretold = inverse * change;
+  const double share = moved.dot(foretold);
+  if (share < least_learning * moved.squaredNorm()) return;
+  const Eigen::Matrix<double, 1, 6> row = moved.transpose() * inverse;
+  inverse.noalias() += (moved - foretold) / share * row;
 }
 
 // What a solved step keeps: E⁻ and E⁺ along the coordinates, and the momentum that all bodies have.

@@ -88,6 +88,7 @@ class ShapeKernel {
  private:
   void find_levers(const mechanics::Rotations& left);
   Vector6d momentum(const mechanics::Interval& interval, double& scale) const;
+  static void learn_inverse(const Vector6d& moved, const Vector6d& change, Matrix6d& inverse);
   void read_balance(const mechanics::ForcedStep& forced, ShapeStep& step);
   void measure_rates(const mechanics::ForcedStep& forced, const ShapeStep& step);
   bool find_momentum_inverse(ShapeStep& step) const;

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "optimizer/small_dense.hpp"
+
 namespace lamprey::optimizer {
 
 namespace {
@@ -32,6 +34,9 @@ constexpr double saddle = 2e-3;  // stationarity at which an indefinite Hessian 
 constexpr int saddle_halvings = 12;
 constexpr double saddle_gain = 1e-9;  // least decrease, relative
 constexpr double last_rise = 1e-9;    // of the cost, relative
+constexpr double close = 3e-2;        // stationarity before a step after which its factors may be good for more
+constexpr double follow_to = 1e-4;    // of the tolerance, what such steps may leave
+constexpr double following = 0.1;     // what a step with old factors may leave of the one before
 constexpr double bend_unit = 1e8;     // input, more than any step is allowed to take
 
 }  // namespace
@@ -168,6 +173,55 @@ void StageNewton::take_last_step(StageProgram& program, Outcome& outcome) {
   if (there && there->violation <= met && there->cost <= cost + last_rise * std::abs(cost)) program.accept();
 }
 
+// The Lagrangian's gradient by the inputs, states following them.
+void StageNewton::take_gradient() {
+  VectorXd costate = slopes_.q_end + slopes_.C.transpose() * multiplier_;
+  for (std::size_t k = model_.stage.size(); k-- > 0;) {
+    const StageSlopes::Slope& slope = slopes_.stage[k];
+    Stage& stage = model_.stage[k];
+    stage.r = slope.r;
+    add_transposed_image(1.0, slope.B, costate, stage.r);
+    stage.q = slope.q;
+    add_transposed_image(1.0, slope.A, costate, stage.q);
+    costate.swap(stage.q);
+    stage.q.setZero();
+  }
+  model_.q_end.setZero();
+  model_.c = slopes_.c;
+}
+
+// After a Newton step next to a solution: its factors are good for more steps, for which only first derivatives are taken
+// anew. Returns whether they arrive; where they do not, the search goes on from there.
+bool StageNewton::follow(StageProgram& program, const Options& options, Outcome& outcome) {
+  if (shift_ > 0.0 || share_ < 1.0 || length_ < 1.0 || change_ > close) return false;
+  while (program.differentiate(slopes_)) {
+    multiplier_ = step_.end_multiplier;
+    take_gradient();
+    riccati_.solve(model_, 1.0, step_);
+    step_.end_multiplier += multiplier_;
+    const double before = change_;
+    change_ = stationarity();
+    if (!(change_ <= following * before)) return false;
+    const double violation = program.merit().violation;
+    const Merit* there = program.try_step(step_, 1.0);
+    ++outcome.evaluations;
+    if (!there || there->violation > std::max(met, violation)) return false;
+    program.accept();
+    program.take_multipliers(step_, 1.0);
+    const double ratio = change_ / before, enough = follow_to * options.tolerance;
+    if (ratio * change_ <= enough && there->violation <= met) return true;
+    record(program, outcome);
+    if (ratio * ratio * change_ > enough) return false;  // a Newton step is nearer than two of these
+  }
+  return false;
+}
+
+void StageNewton::record(const StageProgram& program, Outcome& outcome) const {
+  ++outcome.iterations;
+  outcome.history.push_back({outcome.iterations, program.merit().cost, program.merit().violation, change_,
+                             program.goal_error(), length_, program.drift()});
+}
+
 // One step from the model at the point.
 StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& options, Outcome& outcome) {
   if (!factor(damping_)) return Verdict::stuck;
@@ -222,14 +276,18 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
     highest_cost_ = std::max(highest_cost_, program.merit().cost);
     Verdict verdict = Verdict::rejected;
     while (verdict == Verdict::rejected) verdict = improve(program, options, outcome);
+    if (verdict == Verdict::accepted) {
+      record(program, outcome);
+      if (follow(program, options, outcome)) verdict = Verdict::converged;
+    }
     factored_ = verdict == Verdict::converged && shift_ == 0.0;
-    if (verdict == Verdict::converged) return finish(Termination::converged, "converged");
+    if (verdict == Verdict::converged) {
+      multiplier_ = step_.end_multiplier;
+      return finish(Termination::converged, "converged");
+    }
     if (verdict == Verdict::stuck)
       return finish(program.merit().violation <= met ? Termination::feasible : Termination::stalled,
                     "no step makes progress any more");
-    ++outcome.iterations;
-    outcome.history.push_back({outcome.iterations, program.merit().cost, program.merit().violation, change_,
-                               program.goal_error(), length_, program.drift()});
     if (options.interrupted && options.interrupted()) return finish(Termination::interrupted, "interrupted");
     if (std::chrono::duration<double>(Clock::now() - begin).count() > options.time_limit)
       return finish(Termination::time_limit, "the time limit was reached");
@@ -241,8 +299,14 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
 
 bool StageNewton::foresee(StageProgram& program) {
   if (!factored_) return false;
+  for (Stage& stage : model_.stage) {  // the gradient is gone
+    stage.q.setZero();
+    stage.r.setZero();
+  }
+  model_.q_end.setZero();
   model_.c = program.end_rows();
   riccati_.solve(model_, 1.0, step_);
+  step_.end_multiplier += multiplier_;
   length_ = program.longest(step_);
   if (!program.try_step(step_, length_)) return false;
   program.accept();

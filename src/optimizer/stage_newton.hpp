@@ -29,6 +29,9 @@ class StageNewton {
   Verdict improve(StageProgram& program, const Options& options, Outcome& outcome);
   double try_out(StageProgram& program, Outcome& outcome);
   double judge(const Merit& here, const Merit* there, double cheaper);
+  void take_gradient();
+  bool follow(StageProgram& program, const Options& options, Outcome& outcome);
+  void record(const StageProgram& program, Outcome& outcome) const;
   void take_last_step(StageProgram& program, Outcome& outcome);
   void ease_or_damp(double ratio);
   bool leave_saddle(StageProgram& program, Outcome& outcome);
@@ -40,6 +43,8 @@ class StageNewton {
   StageModel model_;
   Riccati riccati_;
   StageStep step_, corrected_;
+  StageSlopes slopes_;
+  VectorXd multiplier_;        // the end rows' at the point
   VectorXd end_multiplier_;    // at the point, the end rows left as they are
   double shift_ = 0.0;         // of the inputs' metric, added to the Hessian
   double damping_ = 0.0;       // least shift, raised where steps fail

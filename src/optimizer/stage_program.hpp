@@ -50,6 +50,20 @@ struct StageModel {
   explicit StageModel(const StageSizes& sizes);
 };
 
+/// First derivatives along the chain: how states move, and the cost's gradient.
+struct StageSlopes {
+  struct Slope {
+    MatrixXd A;  // [n][n]
+    MatrixXd B;  // [n][m]
+    VectorXd q;  // [n]
+    VectorXd r;  // [m]
+  };
+  std::vector<Slope> stage;  // [N]
+  VectorXd q_end;            // [n]
+  MatrixXd C;                // [end_rows][n]
+  VectorXd c;                // [end_rows]
+};
+
 /// A step through all stages, and the multipliers that go with it.
 struct StageStep {
   std::vector<VectorXd> state;    // [N + 1][n]
@@ -75,6 +89,9 @@ class StageProgram {
   virtual bool has_multipliers() const { return false; }
   /// The model at the point, the Lagrangian with the point's multipliers.
   virtual void linearize(StageModel& model) = 0;
+  /// First derivatives at the point alone, without those of the multipliers' terms. Returns false, where the program does not give them by
+  /// themselves.
+  virtual bool differentiate(StageSlopes&) { return false; }
   /// Moves to a trial point; nothing where there is no motion.
   virtual const Merit* try_step(const StageStep& step, double length) = 0;
   /// End rows at the point and at the trial point.

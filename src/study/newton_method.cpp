@@ -93,7 +93,7 @@ class NewtonMethod : public Method {
         found = refine_composed(found);
       else
         for (int steps = coarse_of(problem_.steps); steps < problem_.steps && !found.path.rotation.empty();) {
-          steps = std::min(problem_.steps, steps * most_refinement);
+          steps = finer_of(steps);
           found = carry_on(found, steps, fine_tolerance);
         }
       found.outcome.iterations -= from.outcome.iterations;  // which the search has counted
@@ -107,6 +107,12 @@ class NewtonMethod : public Method {
 
  private:
   static int coarse_of(int steps) { return std::min(steps, coarse_steps); }
+
+  // From a coarse grid first to twice as many steps: what it foretold wrongly is cheaper to mend there.
+  int finer_of(int steps) const {
+    if (steps == coarse_steps && problem_.steps >= 4 * coarse_steps) return 2 * coarse_steps;
+    return std::min(problem_.steps, steps * most_refinement);
+  }
 
   // Tasks 0 … count − 1, each by itself, so that results do not depend on the number of threads; told of by name if any.
   std::vector<Found> in_threads(int count, const char* what, const std::function<Found(int)>& task) const {

@@ -197,6 +197,25 @@ TEST_P(ShapeDerivatives, the_end_rows_rates_match_central_differences) {
                                   0.5);
 }
 
+// First derivatives by themselves are those of the whole model; where the cost has more than effort there are none.
+TEST_P(ShapeDerivatives, first_derivatives_alone_are_those_of_the_model) {
+  const ShapeSetting& setting = GetParam();
+  const bool plain = !setting.limited && !setting.free_duration && !setting.periodic && !setting.costs.any();
+  optimizer::StageSlopes slopes;
+  ASSERT_EQ(program_->differentiate(slopes), plain);
+  if (!plain) return;
+  ASSERT_EQ(slopes.stage.size(), model_->stage.size());
+  for (std::size_t k = 0; k < slopes.stage.size(); ++k) {
+    EXPECT_TRUE(slopes.stage[k].A.isApprox(model_->stage[k].A, 1e-12)) << k;
+    EXPECT_TRUE(slopes.stage[k].B.isApprox(model_->stage[k].B, 1e-12)) << k;
+    EXPECT_TRUE(slopes.stage[k].r.isApprox(model_->stage[k].r, 1e-12)) << k;
+    EXPECT_TRUE(slopes.stage[k].q.isZero(0.0) && model_->stage[k].q.isZero(0.0)) << k;
+  }
+  EXPECT_LE((slopes.q_end - model_->q_end).norm(), 1e-12 * model_->q_end.norm());
+  EXPECT_EQ(slopes.C, model_->C);
+  EXPECT_EQ(slopes.c, model_->c);
+}
+
 // (L(t) + L(−t) − 2 L(0))/t² against sᵀHs: the error falls with t².
 TEST_P(ShapeDerivatives, the_curvature_of_the_lagrangian_matches_second_differences) {
   const double here = lagrangian_at(0.0), expected = curvature();
