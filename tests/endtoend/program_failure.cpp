@@ -148,6 +148,26 @@ TEST(Program, says_what_it_cannot_do_yet) {
   EXPECT_FALSE(fs::exists(folder / "run"));
 }
 
+TEST(Program, refuses_hops_with_ipopt_before_it_searches) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "translation", {{"starts", "1\nhops = 8"}});
+  const ProgramRun run = lamprey(folder, "solve --solver ipopt " + problem + " --out " + (folder / "run"));
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(run.err.find("search.hops: found 8"), std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find("start 1 of 1"), std::string::npos) << run.err;
+  EXPECT_FALSE(fs::exists(folder / "run"));
+}
+
+TEST(Program, says_which_limit_is_still_broken_when_its_time_is_up) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "translation_with_clearance", {{"starts", "1\ntime_limit = 0.2"}});
+  const ProgramRun run = lamprey(folder, "solve " + problem + " --workers 1 --out " + (folder / "run"));
+  EXPECT_NE(run.exit_code, 0);
+  const maneuver::Solution solution = file::read_solution(folder / "run").solution;
+  EXPECT_EQ(solution.status, maneuver::Status::time_limit);
+  EXPECT_NE(solution.message.find("limits.clearance"), std::string::npos) << solution.message;
+}
+
 TEST(Program, refuses_a_scheme_it_does_not_know_and_names_those_it_does) {
   const Folder folder;
   const ProgramRun run = lamprey(folder, "simulate " + example("tumble") + " --scheme euler --out " + (folder / "run"));
