@@ -35,7 +35,7 @@ constexpr int saddle_halvings = 12;
 constexpr double saddle_gain = 1e-9;  // least decrease, relative
 constexpr double last_rise = 1e-9;    // of the cost, relative
 constexpr double close = 3e-2;        // stationarity before a step after which its factors may be good for more
-constexpr double follow_to = 1e-4;    // of the tolerance, what such steps may leave
+constexpr double follow_to = 1e-6;    // of the tolerance, what such steps may leave
 constexpr double following = 0.1;     // what a step with old factors may leave of the one before
 constexpr double bend_unit = 1e8;     // input, more than any step is allowed to take
 
