@@ -2,6 +2,7 @@
 """Proves that includes between the rooms of src/ follow the one-way arrows of the table below.
 
 usage: check_layers.py [repository]
+The bindings stand above all rooms: python/src/bind_NAME.cpp includes headers of rooms and of python/src, nothing of src/ includes theirs.
 Exit 0 when clean; otherwise one line for each include that breaks the rule, and exit 1.
 The first thing it does is to check itself: a forbidden include must be found in a made-up source.
 """
@@ -43,9 +44,19 @@ def violations(room, name, text):
             yield f"{name}: {room} may use only {', '.join(sorted(allowed))} of {target}, not \"{header}\""
 
 
+def binding_violations(folder):
+    """Includes of the bindings that lead neither to a room nor to their own folder."""
+    for path in sorted(folder.glob("*.[ch]pp")):
+        for header in INCLUDE.findall(path.read_text(encoding="utf-8")):
+            room, _, rest = header.partition("/")
+            if not (room in MAY_USE and rest) and not (folder / header).exists():
+                yield f"{path}: includes \"{header}\": neither ROOM/HEADER of a known room nor a header beside it"
+
+
 def main():
     assert list(violations("lie", "made-up", '#include "model/tree.hpp"\n')), "the check itself is broken"
-    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".") / "src"
+    repository = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+    root = repository / "src"
     found, files = [], 0
     for path in sorted(root.rglob("*.[ch]pp")):
         room = path.relative_to(root).parts[0]
@@ -54,6 +65,7 @@ def main():
             continue
         files += 1
         found.extend(violations(room, str(path), path.read_text(encoding="utf-8")))
+    found.extend(binding_violations(repository / "python" / "src"))
     print("\n".join(found) if found else f"layers clean: {files} files in {len(MAY_USE)} rooms")
     sys.exit(1 if found or files == 0 else 0)
 

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs what is missing of Debian 12's packages: tools/install_dependencies.sh [build] [checks] [browser]
+# Installs what is missing of Debian 12's packages: tools/install_dependencies.sh [build] [checks] [browser] [python]
 # Silent when nothing is missing. Root is asked for, by sudo, only when something is.
 set -eu
 
@@ -7,6 +7,7 @@ build="g++ cmake ninja-build pkg-config python3 libeigen3-dev libboost-math-dev 
   nlohmann-json3-dev libcli11-dev libfmt-dev libhdf5-dev libssl-dev libgtest-dev libbenchmark-dev"
 checks="clang-format clang-tidy shellcheck"
 browser="chromium"
+python="python3-venv python3-dev"
 
 wanted=
 for group in "${@:-build}"; do
@@ -14,7 +15,8 @@ for group in "${@:-build}"; do
     build) wanted="$wanted $build" ;;
     checks) wanted="$wanted $checks" ;;
     browser) wanted="$wanted $browser" ;;
-    *) echo "install_dependencies.sh: no group \"$group\"; known: build checks browser" >&2; exit 2 ;;
+    python) wanted="$wanted $python" ;;
+    *) echo "install_dependencies.sh: no group \"$group\"; known: build checks browser python" >&2; exit 2 ;;
   esac
 done
 

@@ -167,8 +167,9 @@ void take_stages(const Results& results, ControlSamples& samples) {
   }
 }
 
-ControlSamples controls_of_solution(const std::string& bytes, const std::string& path, int joints) {
-  const Results results = parse_solution(bytes, path);
+}  // namespace
+
+ControlSamples controls_of_results(const Results& results, const std::string& path, int joints) {
   if (results.problem.joints.size() != static_cast<std::size_t>(joints))
     throw InputError(path, "/problem/joints",
                      fmt::format("found {} joints; allowed: the problem's {}; choose the controls of the same swimmer",
@@ -193,11 +194,10 @@ ControlSamples controls_of_solution(const std::string& bytes, const std::string&
   return samples;
 }
 
-}  // namespace
-
 ControlSamples parse_controls(const std::string& bytes, const std::string& path, int joints) {
   const std::size_t first = bytes.find_first_not_of(" \t\r\n");
-  if (first != std::string::npos && bytes[first] == '{') return controls_of_solution(bytes, path, joints);
+  if (first != std::string::npos && bytes[first] == '{')
+    return controls_of_results(parse_solution(bytes, path), path, joints);
   return TableParser(path, joints).parse(bytes);
 }
 

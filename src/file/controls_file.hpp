@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "maneuver/problem.hpp"
+#include "file/results.hpp"
 
 namespace lamprey::file {
 
@@ -38,5 +38,8 @@ ControlSamples read_controls(const std::string& path, int joints);
 
 /// The same from the file's bytes; `path` only names them.
 ControlSamples parse_controls(const std::string& bytes, const std::string& path, int joints);
+
+/// The moments of a motion that is already there.
+ControlSamples controls_of_results(const Results& results, const std::string& path, int joints);
 
 }  // namespace lamprey::file

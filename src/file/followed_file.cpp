@@ -1,10 +1,7 @@
 #include "file/followed_file.hpp"
 
-#include <filesystem>
-
 #include <fmt/format.h>
 
-#include "file/solution_file.hpp"
 #include "file/words.hpp"
 #include "model/input_error.hpp"
 
@@ -18,13 +15,11 @@ constexpr double beyond = 1e-9;  // relative: how far a march may end past the m
 
 }  // namespace
 
-Results read_followed(const std::string& folder, const model::System& follower, double duration) {
-  const std::string path = (std::filesystem::path(folder) / "solution.json").string();
+void require_followed(const Results& results, const std::string& path, const model::System& follower, double duration) {
   const auto refuse = [&](const std::string& key, const std::string& found, const std::string& allowed,
                           const std::string& cure) {
     throw InputError(path, key, fmt::format("found {}; allowed: {}; {}", found, allowed, cure));
   };
-  Results results = read_solution(folder);
   const ResolvedProblem& problem = results.problem;
   const auto bodies = static_cast<std::size_t>(follower.body_count());
   if (problem.bodies.size() != bodies)
@@ -47,7 +42,6 @@ Results read_followed(const std::string& folder, const model::System& follower, 
   if (!(duration <= end * (1.0 + beyond)))
     refuse("/problem/duration", fmt::format("{} s, where the march takes {} s", end, duration),
            "a maneuver that does not end before the march", "set a shorter --duration");
-  return results;
 }
 
 }  // namespace lamprey::file

@@ -38,6 +38,10 @@ struct Maneuver {
 /// Start state of a problem.
 integrator::State start_state(const model::System& system, const Start& start);
 
+/// Start state whose joints turn as in `start`, while the whole moves as total momentum zero demands: what is seen of a
+/// swimmer's shape and its rates, made to fit the law. The start's linear velocity says nothing.
+integrator::State start_without_momentum(const model::System& system, const Start& start);
+
 /// The maneuver of a problem marched with `steps` steps. Throws InputError where the goal contradicts mechanics.
 Maneuver make_maneuver(const model::System& system, const Problem& problem, int steps);
 

@@ -72,7 +72,7 @@ class IpoptMethod : public Method {
         options_.progress(std::string(what) + " " + std::to_string(done) + " of " + std::to_string(count));
     };
     const auto all = run_in_workers(
-        count, options_.workers, [&](int t) { return numbers_of(task(t)); }, told);
+        count, options_.workers, [&](int t) { return numbers_of(task(t)); }, told, [&] { return budget_.stopped(); });
     std::vector<Found> found;
     Transcription program(system_, maneuver, rows_);
     for (const auto& numbers : all) {

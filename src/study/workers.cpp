@@ -106,11 +106,16 @@ std::optional<Numbers> finish(const Worker& worker) {
 }  // namespace
 
 std::vector<std::optional<Numbers>> run_in_workers(int count, int workers, const std::function<Numbers(int)>& task,
-                                                   const std::function<void(int)>& finished) {
+                                                   const std::function<void(int)>& finished,
+                                                   const std::function<bool()>& stopped) {
   std::vector<std::optional<Numbers>> results(static_cast<std::size_t>(count));
   std::vector<Worker> running;
   int next = 0;
   for (int done = 0; done < count;) {
+    if (next > 0 && next < count && stopped && stopped()) {
+      count = next;
+      continue;
+    }
     const bool room = next < count && running.size() < static_cast<std::size_t>(workers);
     if (room && workers > 1 && count > 1) {
       if (const std::optional<Worker> started = start(next, task)) {

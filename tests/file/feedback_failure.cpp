@@ -2,7 +2,6 @@
 
 #include "chains.hpp"
 #include "file/followed_file.hpp"
-#include "file/io_error.hpp"
 #include "file/resolve.hpp"
 #include "file/solution_file.hpp"
 #include "model/input_error.hpp"
@@ -28,7 +27,7 @@ file::Results maneuver_of_chain() {
 
 std::string told(const std::string& folder, const model::SwimmerDescription& follower, double duration) {
   try {
-    file::read_followed(folder, model::System(follower), duration);
+    file::require_followed(file::read_solution(folder), folder + "/solution.json", model::System(follower), duration);
   } catch (const model::InputError& error) {
     return error.what();
   }
@@ -41,7 +40,6 @@ TEST(FollowedManeuver, is_taken_by_its_own_swimmer_whatever_that_weighs) {
   model::SwimmerDescription heavy = tests::paper_chain();
   *heavy.bodies[1].inertia_matrix *= 1.3;
   EXPECT_EQ(told(folder.path(), heavy, 1.0), "");
-  EXPECT_THROW(file::read_followed(folder / "nowhere", model::System(heavy), 1.0), file::IoError);
 }
 
 TEST(FollowedManeuver, says_in_one_line_what_does_not_fit_and_what_would) {

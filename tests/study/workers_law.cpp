@@ -53,6 +53,20 @@ TEST(Workers, long_results_arrive_whole) {
 
 TEST(Workers, no_task_gives_no_result) { EXPECT_TRUE(run(0, 4, numbers_of_task).empty()); }
 
+TEST(Workers, begin_no_task_any_more_once_they_shall_stop) {
+  for (int workers : {1, 3}) {
+    bool stop = false;
+    const Results results = study::run_in_workers(
+        100, workers, numbers_of_task, [&](int done) { stop = done >= 5; }, [&] { return stop; });
+    ASSERT_EQ(results.size(), 100U);
+    const auto found =
+        std::count_if(results.begin(), results.end(), [](const auto& result) { return result.has_value(); });
+    EXPECT_GE(found, 5) << workers << " workers";
+    EXPECT_LT(found, 5 + workers) << workers << " workers";
+    EXPECT_TRUE(results.front());
+  }
+}
+
 TEST(Workers, work_happens_in_other_processes) {
   const double here = getpid();
   for (const auto& result : run(4, 2, [](int) { return Numbers{static_cast<double>(getpid())}; }))

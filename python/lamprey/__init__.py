@@ -1,0 +1,65 @@
+"""Lamprey: maneuvers of articulated bodies in a perfect fluid.
+
+    import lamprey as lp
+    problem = lp.load("examples/translation.toml")
+    solution = lp.solve(problem)
+    solution.cost, solution.certificate["kkt"], solution.rotation[-1]
+
+The words are those of problem files and of solution.json. SI units, angles in rad. Rotations that people give are rotation vectors
+(axis times angle); rotations in arrays are 3x3 matrices, body coordinates to world coordinates. Arrays are NumPy float64, with
+
+    time      (nodes,)                s
+    position  (nodes, 3)              m, mass centre of the root (the first body), world frame
+    rotation  (nodes, bodies, 3, 3)   body to world
+    control   (nodes, joints, 3)      N m, on the parent, in the parent's frame; its opposite acts on the child
+    velocity  {linear (nodes, 3) m/s of the root, root frame; angular (nodes, bodies, 3) rad/s, body frames}
+    momentum  {linear, angular}, each {bodies, fluid, total} (nodes, 3), world frame, angular about the world origin
+
+and nodes = steps + 1. What is wrong with a problem or an argument is an InputError, which is a ValueError and names the key; a
+search that does not arrive is a status. solve, simulate and Solver.solve release the GIL; Ctrl-C ends them with KeyboardInterrupt.
+"""
+from ._core import (
+    Outcome,
+    Problem,
+    Solution,
+    Solver,
+    Trajectory,
+    certify,
+    ellipsoid_inertia,
+    load,
+    load_solution,
+    simulate,
+    solve,
+)
+from .errors import InputError
+
+__all__ = [
+    "InputError",
+    "Outcome",
+    "Problem",
+    "Solution",
+    "Solver",
+    "Trajectory",
+    "certify",
+    "ellipsoid_inertia",
+    "load",
+    "load_solution",
+    "simulate",
+    "solve",
+    "verify",
+]
+
+
+def verify(directory):
+    """Recomputes the certificate of a stored solution from its files alone: what `lamprey verify` does.
+
+    Returns {holds, status, message, certificate}: whether the stored status holds, and what the numbers say now.
+    """
+    stored = load_solution(directory)
+    again = certify(stored)
+    return {
+        "holds": stored.status != "optimal" or again.status == "optimal",
+        "status": again.status,
+        "message": again.message,
+        "certificate": again.certificate,
+    }

@@ -1,0 +1,362 @@
+"""Compiled part of lamprey; import lamprey instead."""
+
+from collections.abc import Callable, Sequence
+import os
+from typing import Any, Literal, overload
+
+import numpy
+import numpy.typing
+
+from lamprey.errors import InputError as InputError
+
+
+def ellipsoid_inertia(semi_axes: numpy.typing.ArrayLike, density: float) -> dict[str, Any]:
+    """
+    Inertia of a homogeneous, neutrally buoyant ellipsoid and of the fluid that it drags along.
+
+    semi_axes: three half lengths, m. density: of the fluid, kg/m³; 0 is a vacuum.
+    Returns a dict with the words of `lamprey inertia --json`, in the frame of the ellipsoid's own axes, about its centre:
+    volume (m³), mass (kg), body_inertia (3,) kg m², added_mass (3,) kg, added_inertia (3,) kg m²,
+    mass_matrix (3, 3) kg and inertia_matrix (3, 3) kg m², which are body and fluid together.
+    """
+
+class Problem:
+    """
+    A swimmer and what it shall do, validated: the numbers of a problem file.
+
+    Problem({...}) takes the sections and keys of a problem file as nested dicts: "fluid", "body" and "joint" (lists of dicts),
+    "start", "goal", "time", ... NumPy arrays stand for lists. SI units, angles in rad, rotations as rotation vectors.
+    Raises InputError naming the key.
+    """
+
+    def __init__(self, settings: dict) -> None: ...
+
+    @staticmethod
+    def from_toml(text: str, path: str = '<Python>') -> Problem:
+        """The problem of a file's text; `path` names it in messages."""
+
+    def changed(self, **sections) -> Problem:
+        """
+        The problem with other keys: problem.changed(time={"steps": 100}, search={"starts": 1}).
+
+        Dicts go key by key into what is there, anything else replaces it, None removes it.
+        """
+
+    @property
+    def text(self) -> str:
+        """The problem as TOML."""
+
+    @property
+    def settings(self) -> dict[str, object]:
+        """The problem as nested dicts, as Problem takes them."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def bodies(self) -> list[str]:
+        """Names of the bodies, the root first: the order of all arrays."""
+
+    @property
+    def joints(self) -> list[str]:
+        """Names of the joints: the order of all arrays."""
+
+    @property
+    def steps(self) -> int:
+        """Number of steps; arrays have one node more."""
+
+    @property
+    def duration(self) -> float:
+        """s; where it is free the first guess."""
+
+    @property
+    def scheme(self) -> str:
+        """paper, trapezoid, midpoint, order4 or order6."""
+
+    def check(self) -> str:
+        """The resolved model as a table for people: what `lamprey check` prints."""
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[str, str]: ...
+
+    def __setstate__(self, arg: tuple[str, str], /) -> None: ...
+
+def load(path: str | os.PathLike) -> Problem:
+    """
+    Reads and validates a problem file.
+
+    Raises InputError (file:line:column: key: what was found, what is allowed, how to mend it), FileNotFoundError.
+    """
+
+class Trajectory:
+    """
+    A motion, in the words, shapes and units of solution.json. Arrays are NumPy float64, read-only, C order.
+
+    nodes = steps + 1; bodies and joints in the order of Problem.bodies and Problem.joints.
+    """
+
+    @property
+    def name(self) -> str:
+        """Of its problem."""
+
+    @property
+    def source(self) -> str:
+        """Of its problem."""
+
+    @property
+    def status(self) -> str:
+        """
+        optimal, simulated, feasible, infeasible, stalled, time_limit or interrupted.
+        """
+
+    @property
+    def message(self) -> str:
+        """
+        One sentence for a person: what happened and, if not optimal, why and what to try.
+        """
+
+    @property
+    def problem(self) -> dict[str, Any]:
+        """
+        The problem as resolved: bodies, joints (indices), scheme, time_step, duration, steps, cost_rule, goal, ...
+        """
+
+    @property
+    def time(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(nodes,) s."""
+
+    @property
+    def position(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(nodes, 3) m, mass centre of the root, world frame."""
+
+    @property
+    def rotation(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(nodes, bodies, 3, 3) rotation matrices, body → world."""
+
+    @property
+    def control(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (nodes, joints, 3) N m, moment on the parent, parent's frame; its opposite acts on the child.
+        """
+
+    @property
+    def control_stages(self) -> numpy.typing.NDArray[numpy.float64] | None:
+        """
+        (steps, stages, joints, 3) N m, of schemes above order 2; None of others.
+        """
+
+    @property
+    def stage_time(self) -> numpy.typing.NDArray[numpy.float64] | None:
+        """(steps, stages) s, of schemes above order 2; None of others."""
+
+    @property
+    def velocity(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]:
+        """
+        {linear: (nodes, 3) m/s of the root, root frame; angular: (nodes, bodies, 3) rad/s, body frames}.
+        """
+
+    @property
+    def momentum(self) -> dict[str, dict[str, numpy.typing.NDArray[numpy.float64]]]:
+        """
+        {linear, angular}, each {bodies, fluid, total}: (nodes, 3) kg m/s and kg m²/s, world frame, angular about the world origin.
+        """
+
+    @property
+    def certificate(self) -> dict[str, Any] | None:
+        """
+        The numbers that prove the answer: goal_error, rest_error, momentum_drift, rotation_drift, kkt, second_order, replay, refinement, ...
+        None: not computed, as of motions that were marched; see certify.
+        """
+
+    @property
+    def tracking(self) -> dict[str, Any] | None:
+        """How a march with feedback kept to its maneuver; None of others."""
+
+    @property
+    def marched_by(self) -> str | None:
+        """What marched in place of the scheme; None: the scheme."""
+
+    @property
+    def divided_steps(self) -> dict[str, Any] | None:
+        """Where a march divided its steps; None where it did not."""
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """version, build_type, compiler, machine, command, problem_sha256, seed."""
+
+    def report(self, path: str | os.PathLike) -> None:
+        """
+        Writes the report, one HTML file that opens without a server or a network.
+        """
+
+    def save(self, directory: str | os.PathLike) -> None:
+        """
+        Writes solution.json, trajectory.h5 and report.html into a directory, as `lamprey solve --out` does.
+        """
+
+    def __repr__(self) -> str: ...
+
+class Solution(Trajectory):
+    """
+    A motion that was sought, with its certificate. Whether it arrived is its status, never an exception.
+    """
+
+    @property
+    def cost(self) -> float:
+        """By the problem's rule; of effort alone in (N m)² s."""
+
+    @property
+    def cost_parts(self) -> dict[str, float] | None:
+        """
+        effort, work, power, smoothness, time, transport before weighting, where more than effort and time is asked for.
+        """
+
+    @property
+    def search(self) -> dict[str, Any] | None:
+        """starts, solved, minima [{cost, count}]."""
+
+    @property
+    def solver(self) -> dict[str, Any] | None:
+        """name, iterations, evaluations, wall_seconds, history."""
+
+    @property
+    def feedback(self) -> dict[str, Any] | None:
+        """
+        Gains about the motion: time (times,), gain (times, controls, states), control_coordinates, state_coordinates.
+        """
+
+    @property
+    def limit_multipliers(self) -> list[dict[str, Any]] | None:
+        """What the limits that hold somewhere cost at each node."""
+
+    @property
+    def work_multipliers(self) -> list[list[float]] | None:
+        """[joints][nodes] signs of the joints' powers, where work has a weight."""
+
+    def __repr__(self) -> str: ...
+
+def load_solution(directory: str | os.PathLike) -> Trajectory:
+    """
+    Reads solution.json of a directory: a Solution, or a Trajectory where it was simulated.
+    """
+
+def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: Literal['newton', 'ipopt'] | None = None, refinement: bool | None = None, time_limit: float | None = None, progress: Callable[[str], object] | None = None) -> Solution:
+    """
+    Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.
+
+    problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); the answer does not depend on it.
+    solver: "newton" or "ipopt" (default: newton where it takes the problem).
+    refinement: solve on half and twice the steps too, for the certificate (default: where that is cheap).
+    time_limit: s, wall clock, instead of the problem's. progress: called with lines for people, from any thread.
+
+    Not arriving is a status, no exception. Raises InputError for problems that cannot be solved. Ctrl-C raises
+    KeyboardInterrupt once the search has stopped; its attribute `solution` then holds the best point so far, with status
+    "interrupted": `except KeyboardInterrupt as stop: stop.solution`.
+    """
+
+def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, duration: float | None = None, adaptive: bool = False, reference: bool = False, feedback: Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1) -> Trajectory:
+    """
+    Marches from the problem's start: what `lamprey simulate` does. Releases the GIL.
+
+    problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its moments), a path (solution.json or CSV), a pair (time (rows,) s,
+    control (rows, joints, 3) N m; not-a-knot cubic between rows), or a function of time in s that returns (joints, 3) N m:
+    moments on the parents, parents' frames with the joints at zero angle.
+    scheme, steps, duration: instead of the problem's. adaptive: divide steps that do not converge.
+    reference: by a Runge-Kutta method on the continuous equations. feedback: a Solution or its directory, followed by its
+    moments and gains. perturb: rad, by which each body is turned at the start about a random axis drawn by `seed`.
+
+    A march that does not get on ends with status "stalled" and the nodes before. Ctrl-C raises KeyboardInterrupt; its attribute
+    `solution` holds the nodes so far.
+    """
+
+@overload
+def certify(solution: Solution) -> Solution: ...
+
+@overload
+def certify(trajectory: Trajectory) -> Trajectory:
+    """
+    The same motion with its certificate made anew from its own numbers, and the status that this gives it. Releases the GIL; Ctrl-C waits for its end.
+    """
+
+class Outcome:
+    """How Solver.solve ended."""
+
+    @property
+    def status(self) -> str:
+        """
+        optimal (it converged), infeasible, stalled, time_limit or interrupted; unless optimal the last answer stays.
+        """
+
+    @property
+    def reason(self) -> str:
+        """One clause for a person; may be empty where it converged."""
+
+    @property
+    def iterations(self) -> int:
+        """Newton steps."""
+
+    @property
+    def evaluations(self) -> int:
+        """Motions that were looked at."""
+
+    @property
+    def wall_seconds(self) -> float:
+        """s, without the way through Python."""
+
+    def __repr__(self) -> str: ...
+
+class Solver:
+    """
+    One maneuver solved again and again as its goal, its start or the time left move, each time from the last answer on:
+    what a vehicle runs that plans while it swims.
+
+    Owns its workspace; for one thread at a time. The number of steps stays what it was; the scheme is of order 1 or 2, the problem
+    without limits, waypoints, free durations, periodic goals and costs beside effort. Begins at a solution of the problem.
+    Raises InputError where the problem is not one that it takes or the solution is not one of it.
+    """
+
+    def __init__(self, problem: Problem, solution: Solution) -> None: ...
+
+    def set_goal(self, *, move: Sequence[float | Literal['free']] | None = None, turn: numpy.typing.ArrayLike | None = None, rotation: dict[str, numpy.typing.ArrayLike] = {}) -> None:
+        """
+        Another goal, in the words of [goal] and seen from the problem's own start; what is left out stays.
+
+        move: three entries, m or "free", world frame. turn: rotation vector, rad, world frame. rotation: absolute rotation vectors,
+        body → world, by body. Rows stay what they were, only their values move: InputError otherwise.
+        """
+
+    def set_start(self, rotation: numpy.typing.ArrayLike, position: numpy.typing.ArrayLike, angular_velocity: numpy.typing.ArrayLike | None = None) -> None:
+        """
+        Another start, such as the state that was just measured; the goal stays where it is in the world.
+
+        rotation: (bodies, 3, 3), body → world. position: (3,) m, mass centre of the root, world frame.
+        angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. Only the joints' rates count: the whole then moves as
+        total momentum zero demands, which moments cannot change. Ball joints only.
+        """
+
+    def set_duration(self, duration: float) -> None:
+        """
+        Another duration in as many steps, s: the time that is left. Moments stretch with it.
+        """
+
+    def solve(self, *, max_iterations: int | None = None, time_limit: float | None = None) -> Outcome:
+        """
+        Newton steps from the last answer on; releases the GIL.
+
+        The outcome says whether they arrived; unless they did the last answer stays. time_limit: s. Ctrl-C raises KeyboardInterrupt.
+        """
+
+    @property
+    def path(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]:
+        """The last answer: time, position, rotation, control as in Solution."""
+
+    @property
+    def cost(self) -> float:
+        """Of the last answer, by the problem's rule."""
+
+    def solution(self) -> Solution:
+        """
+        The last answer with velocities and momenta; at first the solution that was given. Its certificate is None: see certify.
+        """

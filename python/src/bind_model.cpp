@@ -1,0 +1,59 @@
+// model: InputError, and the file room's IoError as OSError.
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
+
+#include <filesystem>
+
+#include "bound.hpp"
+#include "file/io_error.hpp"
+#include "model/input_error.hpp"
+#include "module.hpp"
+
+namespace lamprey::python {
+
+namespace nb = nanobind;
+
+namespace {
+
+nb::object* input_error = nullptr;  // lives as long as the module
+
+// Text that a problem made in Python was written to has lines that nobody saw.
+model::InputError for_people(const model::InputError& error) {
+  if (error.file != made_in_python) return error;
+  return {error.key, error.message};
+}
+
+void raise_input_error(const model::InputError& thrown) {
+  const model::InputError error = for_people(thrown);
+  nb::object raised = (*input_error)(error.what());
+  raised.attr("file") = error.file.empty() ? nb::none() : nb::cast(error.file);
+  raised.attr("line") = error.line > 0 ? nb::cast(error.line) : nb::none();
+  raised.attr("column") = error.column > 0 ? nb::cast(error.column) : nb::none();
+  raised.attr("key") = error.key;
+  raised.attr("message") = error.message;
+  PyErr_SetObject(input_error->ptr(), raised.ptr());
+}
+
+void raise_io_error(const file::IoError& error) {
+  std::error_code unused;
+  const bool missing = !std::filesystem::exists(error.path, unused);
+  PyErr_SetString(missing ? PyExc_FileNotFoundError : PyExc_OSError, error.what());
+}
+
+}  // namespace
+
+void bind_model(nb::module_& module) {
+  input_error = new nb::object(nb::module_::import_("lamprey.errors").attr("InputError"));
+  module.attr("InputError") = *input_error;
+  nb::register_exception_translator([](const std::exception_ptr& thrown, void*) {
+    try {
+      std::rethrow_exception(thrown);
+    } catch (const model::InputError& error) {
+      raise_input_error(error);
+    } catch (const file::IoError& error) {
+      raise_io_error(error);
+    }
+  });
+}
+
+}  // namespace lamprey::python

@@ -1,0 +1,224 @@
+// file: motions and their files, in the words and shapes of solution.json.
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/string.h>
+
+#include <filesystem>
+
+#include "arrays.hpp"
+#include "bound.hpp"
+#include "file/result_shapes.hpp"
+#include "file/solution_file.hpp"
+#include "file/trajectory_file.hpp"
+#include "file/words.hpp"
+#include "module.hpp"
+#include "report/report.hpp"
+
+namespace lamprey::python {
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace {
+
+// The results without what lies along the nodes, so that the rest is quick to read as JSON.
+file::Results without_arrays(file::Results results) {
+  maneuver::Solution& s = results.solution;
+  s.time.clear();
+  s.rotation.clear();
+  s.control.clear();
+  s.angular_velocity.clear();
+  s.stage_time.clear();
+  s.control_stages.clear();
+  s.feedback = {};
+  for (auto* momentum : {&s.linear_momentum, &s.angular_momentum}) *momentum = {};
+  for (auto* vectors : {&s.position, &s.linear_velocity}) vectors->clear();
+  return results;
+}
+
+nb::dict velocity(const Trajectory& self) {
+  nb::dict words;
+  for (const char* key : {"linear", "angular"}) words[key] = self.array(std::string("velocity/") + key);
+  return words;
+}
+
+nb::dict momentum(const Trajectory& self) {
+  nb::dict words;
+  for (const char* kind : {"linear", "angular"}) {
+    nb::dict parts;
+    for (const char* part : {"bodies", "fluid", "total"})
+      parts[part] = self.array(std::string("momentum/") + kind + "/" + part);
+    words[kind] = parts;
+  }
+  return words;
+}
+
+nb::object feedback(const Trajectory& self) {
+  if (self.results().solution.feedback.gain.empty()) return nb::none();
+  nb::list controls, states;
+  for (const file::ControlCoordinate& of : file::control_coordinates(self.results().problem)) {
+    nb::dict coordinate;
+    coordinate["joint"] = of.joint;
+    coordinate["axis"] = of.axis;
+    controls.append(coordinate);
+  }
+  for (const file::StateCoordinate& of : file::state_coordinates(self.results().problem)) {
+    nb::dict coordinate;
+    coordinate["quantity"] = of.quantity;
+    coordinate["of"] = of.of;
+    coordinate["axis"] = of.axis;
+    coordinate["unit"] = of.unit;
+    states.append(coordinate);
+  }
+  nb::dict words;
+  words["time"] = self.array("feedback/time");
+  words["gain"] = self.array("feedback/gain");
+  words["control_coordinates"] = controls;
+  words["state_coordinates"] = states;
+  return words;
+}
+
+void save(const Trajectory& self, const std::filesystem::path& directory) {
+  const nb::gil_scoped_release unlocked;
+  const file::Results& results = self.results();
+  file::write_files(directory.string(), {file::solution_file(results), file::trajectory_file(results),
+                                         file::finished_file("report.html", report::report_html(results))});
+}
+
+void write_report(const Trajectory& self, const std::filesystem::path& path) {
+  const nb::gil_scoped_release unlocked;
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  file::write_files(folder.string(),
+                    {file::finished_file(path.filename().string(), report::report_html(self.results()))});
+}
+
+nb::object load_solution(const std::filesystem::path& directory) {
+  file::Results results;
+  {
+    const nb::gil_scoped_release unlocked;
+    results = file::read_solution(directory.string());
+  }
+  if (results.solution.status == maneuver::Status::simulated) return nb::cast(Trajectory(std::move(results)));
+  return nb::cast(Solution(std::move(results)));
+}
+
+std::string shown(const char* type, const Trajectory& self) {
+  const file::Results& results = self.results();
+  std::string text = std::string("<lamprey.") + type + " '" + results.name +
+                     "': " + std::string(file::word(results.solution.status)) + ", " +
+                     std::to_string(results.solution.time.size()) + " nodes";
+  if (std::isfinite(results.solution.cost)) text += ", cost " + std::to_string(results.solution.cost);
+  return text + ">";
+}
+
+}  // namespace
+
+nb::object Trajectory::array(const std::string& path) const {
+  if (arrays_.empty())
+    for (file::ShapedArray& made : file::shaped_arrays(*results_))
+      arrays_[made.path()] = python::array(std::move(made.values), made.shape);
+  const auto found = arrays_.find(path);
+  return found == arrays_.end() ? nb::none() : found->second;
+}
+
+nb::object Trajectory::entry(const std::string& key) const {
+  if (!document_) {
+    const std::string text = file::solution_text(without_arrays(*results_));
+    document_ = nb::module_::import_("json").attr("loads")(text);
+  }
+  return document_.attr("get")(key);
+}
+
+#define LAMPREY_ARRAY(name) "def " name "(self) -> numpy.typing.NDArray[numpy.float64]"
+
+void bind_results(nb::module_& module) {
+  const auto at = [](const char* path) { return [path](const Trajectory& self) { return self.array(path); }; };
+  const auto said = [](const char* key) { return [key](const Trajectory& self) { return self.entry(key); }; };
+  nb::class_<Trajectory>(
+      module, "Trajectory",
+      "A motion, in the words, shapes and units of solution.json. Arrays are NumPy float64, read-only, C order.\n\n"
+      "nodes = steps + 1; bodies and joints in the order of Problem.bodies and Problem.joints.")
+      .def_prop_ro(
+          "name", [](const Trajectory& self) { return self.results().name; }, "Of its problem.")
+      .def_prop_ro(
+          "source", [](const Trajectory& self) { return self.results().source; }, "Of its problem.")
+      .def_prop_ro(
+          "status", [](const Trajectory& self) { return std::string(file::word(self.results().solution.status)); },
+          "optimal, simulated, feasible, infeasible, stalled, time_limit or interrupted.")
+      .def_prop_ro(
+          "message", [](const Trajectory& self) { return self.results().solution.message; },
+          "One sentence for a person: what happened and, if not optimal, why and what to try.")
+      .def_prop_ro("problem", said("problem"), nb::sig("def problem(self) -> dict[str, typing.Any]"),
+                   "The problem as resolved: bodies, joints (indices), scheme, time_step, duration, steps, cost_rule, "
+                   "goal, ...")
+      .def_prop_ro("time", at("time"), nb::sig(LAMPREY_ARRAY("time")), "(nodes,) s.")
+      .def_prop_ro("position", at("position"), nb::sig(LAMPREY_ARRAY("position")),
+                   "(nodes, 3) m, mass centre of the root, world frame.")
+      .def_prop_ro("rotation", at("rotation"), nb::sig(LAMPREY_ARRAY("rotation")),
+                   "(nodes, bodies, 3, 3) rotation matrices, body → world.")
+      .def_prop_ro("control", at("control"), nb::sig(LAMPREY_ARRAY("control")),
+                   "(nodes, joints, 3) N m, moment on the parent, parent's frame; its opposite acts on the child.")
+      .def_prop_ro("control_stages", at("control_stages"),
+                   nb::sig("def control_stages(self) -> numpy.typing.NDArray[numpy.float64] | None"),
+                   "(steps, stages, joints, 3) N m, of schemes above order 2; None of others.")
+      .def_prop_ro("stage_time", at("stage_time"),
+                   nb::sig("def stage_time(self) -> numpy.typing.NDArray[numpy.float64] | None"),
+                   "(steps, stages) s, of schemes above order 2; None of others.")
+      .def_prop_ro("velocity", &velocity,
+                   nb::sig("def velocity(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
+                   "{linear: (nodes, 3) m/s of the root, root frame; angular: (nodes, bodies, 3) rad/s, body frames}.")
+      .def_prop_ro(
+          "momentum", &momentum,
+          nb::sig("def momentum(self) -> dict[str, dict[str, numpy.typing.NDArray[numpy.float64]]]"),
+          "{linear, angular}, each {bodies, fluid, total}: (nodes, 3) kg m/s and kg m²/s, world frame, angular "
+          "about the world origin.")
+      .def_prop_ro(
+          "certificate", said("certificate"), nb::sig("def certificate(self) -> dict[str, typing.Any] | None"),
+          "The numbers that prove the answer: goal_error, rest_error, momentum_drift, rotation_drift, kkt, "
+          "second_order, replay, refinement, ...\nNone: not computed, as of motions that were marched; see certify.")
+      .def_prop_ro("tracking", said("tracking"), nb::sig("def tracking(self) -> dict[str, typing.Any] | None"),
+                   "How a march with feedback kept to its maneuver; None of others.")
+      .def_prop_ro("marched_by", said("marched_by"), nb::sig("def marched_by(self) -> str | None"),
+                   "What marched in place of the scheme; None: the scheme.")
+      .def_prop_ro("divided_steps", said("divided_steps"),
+                   nb::sig("def divided_steps(self) -> dict[str, typing.Any] | None"),
+                   "Where a march divided its steps; None where it did not.")
+      .def_prop_ro("provenance", said("provenance"), nb::sig("def provenance(self) -> dict[str, typing.Any]"),
+                   "version, build_type, compiler, machine, command, problem_sha256, seed.")
+      .def("report", &write_report, "path"_a,
+           "Writes the report, one HTML file that opens without a server or a network.")
+      .def("save", &save, "directory"_a,
+           "Writes solution.json, trajectory.h5 and report.html into a directory, as `lamprey solve --out` does.")
+      .def("__repr__", [](const Trajectory& self) { return shown("Trajectory", self); });
+  nb::class_<Solution, Trajectory>(module, "Solution",
+                                   "A motion that was sought, with its certificate. Whether it arrived is its status, "
+                                   "never an exception.")
+      .def_prop_ro(
+          "cost", [](const Solution& self) { return self.results().solution.cost; },
+          "By the problem's rule; of effort alone in (N m)² s.")
+      .def_prop_ro(
+          "cost_parts", said("cost_parts"), nb::sig("def cost_parts(self) -> dict[str, float] | None"),
+          "effort, work, power, smoothness, time, transport before weighting, where more than effort and time is "
+          "asked for.")
+      .def_prop_ro("search", said("search"), nb::sig("def search(self) -> dict[str, typing.Any] | None"),
+                   "starts, solved, minima [{cost, count}].")
+      .def_prop_ro("solver", said("solver"), nb::sig("def solver(self) -> dict[str, typing.Any] | None"),
+                   "name, iterations, evaluations, wall_seconds, history.")
+      .def_prop_ro("feedback", &feedback, nb::sig("def feedback(self) -> dict[str, typing.Any] | None"),
+                   "Gains about the motion: time (times,), gain (times, controls, states), control_coordinates, "
+                   "state_coordinates.")
+      .def_prop_ro("limit_multipliers", said("limit_multipliers"),
+                   nb::sig("def limit_multipliers(self) -> list[dict[str, typing.Any]] | None"),
+                   "What the limits that hold somewhere cost at each node.")
+      .def_prop_ro("work_multipliers", said("work_multipliers"),
+                   nb::sig("def work_multipliers(self) -> list[list[float]] | None"),
+                   "[joints][nodes] signs of the joints' powers, where work has a weight.")
+      .def("__repr__", [](const Solution& self) { return shown("Solution", self); });
+  module.def("load_solution", &load_solution, "directory"_a,
+             nb::sig("def load_solution(directory: str | os.PathLike) -> Trajectory"),
+             "Reads solution.json of a directory: a Solution, or a Trajectory where it was simulated.");
+}
+
+#undef LAMPREY_ARRAY
+
+}  // namespace lamprey::python

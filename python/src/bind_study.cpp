@@ -1,0 +1,260 @@
+// study: the Solver that goes on from its last answer.
+#include <fmt/format.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <mutex>
+
+#include "arrays.hpp"
+#include "bound.hpp"
+#include "file/resolve.hpp"
+#include "file/tasks.hpp"
+#include "file/words.hpp"
+#include "lie/so3.hpp"
+#include "long_call.hpp"
+#include "model/input_error.hpp"
+#include "module.hpp"
+#include "study/solver.hpp"
+
+namespace lamprey::python {
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using model::InputError;
+using optimizer::Termination;
+
+namespace {
+
+maneuver::Status status_of(Termination termination) {
+  using maneuver::Status;
+  switch (termination) {
+    case Termination::converged:
+      return Status::optimal;
+    case Termination::feasible:
+      return Status::feasible;
+    case Termination::infeasible:
+      return Status::infeasible;
+    case Termination::time_limit:
+      return Status::time_limit;
+    case Termination::interrupted:
+      return Status::interrupted;
+    case Termination::stalled:
+      break;
+  }
+  return Status::stalled;
+}
+
+struct Outcome {
+  std::string status;
+  std::string reason;
+  int iterations;
+  int evaluations;
+  double wall_seconds;
+};
+
+std::array<std::optional<double>, 3> moves(const nb::sequence& move) {
+  if (nb::len(move) != 3)
+    throw InputError("move", fmt::format("found {} entries; allowed: three, each a number (m) or \"free\"; give three",
+                                         nb::len(move)));
+  std::array<std::optional<double>, 3> entries;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const nb::object entry = move[c];
+    if (nb::isinstance<nb::str>(entry) && nb::cast<std::string>(entry) == "free") continue;
+    entries[c] = nb::cast<double>(nb::float_(entry));
+    if (!std::isfinite(*entries[c]))
+      throw InputError("move",
+                       fmt::format("found {}; allowed: finite numbers (m) or \"free\"; mend entry {}", *entries[c], c));
+  }
+  return entries;
+}
+
+// A study::Solver, the problem it began at, and its last answer as Python sees it.
+class Solver {
+ public:
+  Solver(const Problem& problem, const Solution& solution)
+      : file_(problem.file),
+        system_(file::system_of(file_)),
+        begun_(file::begun_results(file_, system_, "lamprey.Solver.solve()")),
+        solver_(system_, file_.problem, solution.results().solution),
+        goal_(*file_.problem.goal),
+        answer_(solution) {}
+  Solver(const Solver&) = delete;
+  Solver& operator=(const Solver&) = delete;
+
+  void set_goal(const nb::object& move, const nb::object& turn, const std::map<std::string, nb::object>& rotation) {
+    const std::unique_lock lock = taken();
+    maneuver::Goal goal = goal_;
+    if (!move.is_none()) goal.move = moves(nb::cast<nb::sequence>(move));
+    if (!turn.is_none()) goal.turn = three(turn, "turn", "a rotation vector (rad)");
+    for (const auto& [body, vector] : rotation) {
+      require_body(body);
+      goal.rotation[body] = three(vector, "rotation." + body, "a rotation vector (rad)");
+    }
+    solver_.set_goal(goal);
+    goal_ = goal;
+  }
+
+  void set_start(nb::handle rotation, nb::handle position, nb::handle angular_velocity) {
+    const std::unique_lock lock = taken();
+    const auto bodies = model::at(system_.body_count());
+    maneuver::Start start;
+    for (const Eigen::Matrix3d& R : rotations(rotation, bodies, "rotation")) start.rotation.push_back(lie::log(R));
+    start.position = three(position, "position", "a position (m)");
+    start.angular_velocity.assign(bodies, Eigen::Vector3d::Zero());
+    if (!angular_velocity.is_none()) start.angular_velocity = vectors(angular_velocity, bodies, "angular_velocity");
+    solver_.set_start(maneuver::start_without_momentum(system_, start));
+  }
+
+  void set_duration(double duration) {
+    const std::unique_lock lock = taken();
+    solver_.set_duration(duration);
+  }
+
+  Outcome solve(std::optional<int> max_iterations, std::optional<double> time_limit) {
+    const std::unique_lock lock = taken();
+    optimizer::Options options = study::Solver::newton_options();
+    if (max_iterations) options.max_iterations = *max_iterations;
+    if (time_limit) options.time_limit = *time_limit;
+    optimizer::Outcome outcome;
+    std::optional<file::Results> found;
+    double seconds = 0.0;
+    const auto signal = run_long([&](const Interrupted& interrupted) {
+      options.interrupted = interrupted;
+      const auto begin = std::chrono::steady_clock::now();
+      outcome = solver_.solve(options);
+      seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      if (outcome.termination == Termination::converged) found = described(outcome, seconds);
+    });
+    if (found) answer_ = Solution(std::move(*found));
+    if (signal) throw nb::python_error(*signal);
+    return {std::string(file::word(status_of(outcome.termination))), outcome.reason, outcome.iterations,
+            outcome.evaluations, seconds};
+  }
+
+  const Solution& answer() const { return answer_; }
+
+  nb::dict path() const {
+    nb::dict words;
+    for (const char* key : {"time", "position", "rotation", "control"}) words[key] = answer_.array(key);
+    return words;
+  }
+
+ private:
+  std::unique_lock<std::mutex> taken() {
+    std::unique_lock lock(mutex_, std::try_to_lock);
+    if (!lock) throw std::runtime_error("a Solver is for one thread at a time; make another one for this thread");
+    return lock;
+  }
+
+  void require_body(const std::string& name) const {
+    std::string known;
+    for (const model::Body& body : system_.bodies()) {
+      if (body.name == name) return;
+      known += (known.empty() ? "" : ", ") + body.name;
+    }
+    throw InputError("rotation." + name, "found a name of no body; allowed: " + known + "; choose one of them");
+  }
+
+  // The solver's answer, its goal as seen from its own start.
+  file::Results described(const optimizer::Outcome& outcome, double seconds) const {
+    file::Results results = begun_;
+    results.solution = solver_.solution();
+    results.solution.status = maneuver::Status::optimal;
+    results.solution.message = "Stationary by the solver's own measure; certify says what it is worth.";
+    results.solution.solver.name = "lamprey newton";
+    results.solution.solver.iterations = outcome.iterations;
+    results.solution.solver.evaluations = outcome.evaluations;
+    results.solution.solver.wall_seconds = seconds;
+    const maneuver::Maneuver& maneuver = solver_.maneuver();
+    results.problem.duration = maneuver.duration;
+    results.problem.time_step = maneuver.time_step();
+    maneuver::Goal& goal = *results.problem.goal;
+    goal.turn.reset();
+    goal.rotation.clear();
+    for (std::size_t i = 0; i < maneuver.end_rotation.size(); ++i)
+      if (const auto& end = maneuver.end_rotation[i]) goal.rotation[results.problem.bodies[i].name] = lie::log(*end);
+    for (std::size_t c = 0; c < 3; ++c) {
+      goal.move[c] = maneuver.end_position[c];
+      if (goal.move[c]) *goal.move[c] -= maneuver.start.position[static_cast<Eigen::Index>(c)];
+    }
+    return results;
+  }
+
+  file::ProblemFile file_;
+  model::System system_;
+  file::Results begun_;
+  study::Solver solver_;
+  maneuver::Goal goal_;
+  Solution answer_;
+  std::mutex mutex_;
+};
+
+std::string shown(const Outcome& outcome) {
+  return fmt::format("<lamprey.Outcome {}: {} iterations, {:.2g} s{}{}>", outcome.status, outcome.iterations,
+                     outcome.wall_seconds, outcome.reason.empty() ? "" : ", ", outcome.reason);
+}
+
+}  // namespace
+
+void bind_study(nb::module_& module) {
+  nb::class_<Outcome>(module, "Outcome", "How Solver.solve ended.")
+      .def_ro("status", &Outcome::status,
+              "optimal (it converged), infeasible, stalled, time_limit or interrupted; unless optimal the last answer "
+              "stays.")
+      .def_ro("reason", &Outcome::reason, "One clause for a person; may be empty where it converged.")
+      .def_ro("iterations", &Outcome::iterations, "Newton steps.")
+      .def_ro("evaluations", &Outcome::evaluations, "Motions that were looked at.")
+      .def_ro("wall_seconds", &Outcome::wall_seconds, "s, without the way through Python.")
+      .def("__repr__", &shown);
+  nb::class_<Solver>(
+      module, "Solver",
+      "One maneuver solved again and again as its goal, its start or the time left move, each time from the last "
+      "answer on:\n"
+      "what a vehicle runs that plans while it swims.\n\n"
+      "Owns its workspace; for one thread at a time. The number of steps stays what it was; the scheme is of order 1 "
+      "or 2, the "
+      "problem\nwithout limits, waypoints, free durations, periodic goals and costs beside effort. Begins at a "
+      "solution of the "
+      "problem.\nRaises InputError where the problem is not one that it takes or the solution is not one of it.")
+      .def(nb::init<const Problem&, const Solution&>(), "problem"_a, "solution"_a)
+      .def("set_goal", &Solver::set_goal, nb::kw_only(), "move"_a = nb::none(), "turn"_a = nb::none(),
+           "rotation"_a = std::map<std::string, nb::object>(),
+           nb::sig("def set_goal(self, *, move: typing.Sequence[float | typing.Literal['free']] | None = None, turn: "
+                   "numpy.typing.ArrayLike | None = None, rotation: dict[str, numpy.typing.ArrayLike] = {}) -> None"),
+           "Another goal, in the words of [goal] and seen from the problem's own start; what is left out stays.\n\n"
+           "move: three entries, m or \"free\", world frame. turn: rotation vector, rad, world frame. rotation: "
+           "absolute "
+           "rotation vectors,\nbody → world, by body. Rows stay what they were, only their values move: InputError "
+           "otherwise.")
+      .def("set_start", &Solver::set_start, "rotation"_a, "position"_a, "angular_velocity"_a = nb::none(),
+           nb::sig("def set_start(self, rotation: numpy.typing.ArrayLike, position: numpy.typing.ArrayLike, "
+                   "angular_velocity: "
+                   "numpy.typing.ArrayLike | None = None) -> None"),
+           "Another start, such as the state that was just measured; the goal stays where it is in the world.\n\n"
+           "rotation: (bodies, 3, 3), body → world. position: (3,) m, mass centre of the root, world frame.\n"
+           "angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. Only the joints' rates count: "
+           "the whole "
+           "then moves as\ntotal momentum zero demands, which moments cannot change. Ball joints only.")
+      .def("set_duration", &Solver::set_duration, "duration"_a,
+           "Another duration in as many steps, s: the time that is left. Moments stretch with it.")
+      .def("solve", &Solver::solve, nb::kw_only(), "max_iterations"_a = nb::none(), "time_limit"_a = nb::none(),
+           "Newton steps from the last answer on; releases the GIL.\n\n"
+           "The outcome says whether they arrived; unless they did the last answer stays. time_limit: s. Ctrl-C raises "
+           "KeyboardInterrupt.")
+      .def_prop_ro("path", &Solver::path, nb::sig("def path(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
+                   "The last answer: time, position, rotation, control as in Solution.")
+      .def_prop_ro(
+          "cost", [](const Solver& self) { return self.answer().results().solution.cost; },
+          "Of the last answer, by the problem's rule.")
+      .def("solution", &Solver::answer, nb::rv_policy::copy,
+           "The last answer with velocities and momenta; at first the solution that was given. Its certificate is "
+           "None: see "
+           "certify.");
+}
+
+}  // namespace lamprey::python

@@ -1,0 +1,271 @@
+// file: what `lamprey solve`, `simulate` and `verify` do.
+#include <fmt/format.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/variant.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <thread>
+
+#include "arrays.hpp"
+#include "bound.hpp"
+#include "file/solution_file.hpp"
+#include "file/tasks.hpp"
+#include "file/words.hpp"
+#include "long_call.hpp"
+#include "model/input_error.hpp"
+#include "module.hpp"
+
+namespace lamprey::python {
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using model::InputError;
+
+namespace {
+
+constexpr int most_steps = 10'000'000;
+constexpr int most_workers = 1024;
+
+// What a call was given beside its problem, for provenance.
+class Call {
+ public:
+  explicit Call(const char* name) : text_(std::string("lamprey.") + name + "(problem") {}
+  template <class Value>
+  void add(const char* word, const std::optional<Value>& value) {
+    if (value) text_ += fmt::format(", {}={}", word, *value);
+  }
+  std::string text() const { return text_ + ")"; }
+
+ private:
+  std::string text_;
+};
+
+void require_positive(const char* key, const std::optional<double>& value) {
+  if (value && !(*value > 0.0 && std::isfinite(*value)))
+    throw InputError(key, fmt::format("found {}; allowed: finite numbers > 0 (s); change it", *value));
+}
+
+study::Backend backend(const std::optional<std::string>& solver) {
+  if (!solver) return study::Backend::automatic;
+  if (*solver == "newton") return study::Backend::newton;
+  if (*solver == "ipopt") return study::Backend::ipopt;
+  throw InputError("solver", "found \"" + *solver + "\"; allowed: newton, ipopt, None; choose one of them");
+}
+
+int threads(const std::optional<int>& workers) {
+  if (!workers) return static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  if (*workers < 1 || *workers > most_workers)
+    throw InputError("workers", fmt::format("found {}; allowed: from 1 to {}; change it", *workers, most_workers));
+  return *workers;
+}
+
+// Lines to a Python function, from any thread of this process. What it raises is told by Python, and nothing else.
+std::function<void(const std::string&)> told_to(const nb::object& progress) {
+  if (progress.is_none()) return {};
+  return [&progress, process = getpid()](const std::string& line) {
+    if (getpid() != process) return;  // a forked worker has no Python
+    const nb::gil_scoped_acquire lock;
+    try {
+      progress(line);
+    } catch (nb::python_error& error) {
+      error.discard_as_unraisable("lamprey.solve(progress=...)");
+    }
+  };
+}
+
+// Adds what there is to the exception of a signal, as its attribute `solution`, and throws it.
+[[noreturn]] void throw_with(const nb::python_error& signal, const nb::object& found) {
+  nb::setattr(signal.value(), "solution", found);
+  throw nb::python_error(signal);
+}
+
+Solution solve(nb::handle asked, const std::optional<int>& workers, const std::optional<std::string>& solver,
+               const std::optional<bool>& refinement, const std::optional<double>& time_limit,
+               const nb::object& progress) {
+  const Problem problem = problem_or_loaded(asked);
+  Call call("solve");
+  call.add("workers", workers);
+  call.add("solver", solver);
+  call.add("refinement", refinement);
+  call.add("time_limit", time_limit);
+  require_positive("time_limit", time_limit);
+  file::ProblemFile file = problem.file;
+  if (time_limit) file.problem.search.time_limit = time_limit;
+  study::SolveOptions options;
+  options.solver = backend(solver);
+  options.workers = threads(workers);
+  options.refinement = refinement;
+  options.progress = told_to(progress);
+  std::optional<file::Results> results;
+  const auto signal = run_long([&](const Interrupted& interrupted) {
+    options.interrupted = interrupted;
+    results = file::solve_task(file, options, call.text());
+  });
+  if (signal && results) throw_with(*signal, nb::cast(Solution(std::move(*results))));
+  if (signal) throw nb::python_error(*signal);
+  return Solution(std::move(*results));
+}
+
+// Moments that Python names: a file, a motion, rows of a table, or a function of time that must outlive the options.
+void take_controls(const nb::object& controls, int joints, file::MarchOptions& options) {
+  const std::size_t count = model::at(joints);
+  if (controls.is_none()) return;
+  if (nb::isinstance<Trajectory>(controls)) {
+    options.controls = file::controls_of_results(nb::cast<const Trajectory&>(controls).results(), "controls", joints);
+  } else if (nb::isinstance<nb::callable>(controls)) {
+    options.control = [&controls, count](double time) {
+      const nb::gil_scoped_acquire lock;
+      return vectors(controls(time), count, fmt::format("controls({})", time));
+    };
+  } else if (nb::isinstance<nb::tuple>(controls) && nb::len(controls) == 2) {
+    const Numbers time = numbers(controls[0], "controls[0]"), moments = numbers(controls[1], "controls[1]");
+    const std::size_t rows = time.ndim() == 1 ? time.shape(0) : 0;
+    if (rows < 2 || moments.ndim() != 3 || moments.shape(0) != rows || moments.shape(1) != count ||
+        moments.shape(2) != 3)
+      throw InputError("controls",
+                       fmt::format("found arrays of other shapes; allowed: time (rows,), control (rows, {}, 3), "
+                                   "at least two rows; mend their shapes",
+                                   joints));
+    file::ControlSamples samples;
+    for (std::size_t r = 0; r < rows; ++r) {
+      samples.time.push_back(time.data()[r]);
+      if (!std::isfinite(samples.time[r]) || (r > 0 && !(samples.time[r] > samples.time[r - 1])))
+        throw InputError("controls", fmt::format("found time[{}] = {}; allowed: times that rise (s); sort the rows", r,
+                                                 samples.time[r]));
+      samples.control.emplace_back();
+      for (std::size_t j = 0; j < count; ++j)
+        samples.control.back().emplace_back(Eigen::Map<const Eigen::Vector3d>(moments.data() + 3 * (r * count + j)));
+      for (const Eigen::Vector3d& moment : samples.control.back())
+        if (!moment.allFinite())
+          throw InputError("controls", fmt::format("found a moment that is not finite in row {}; mend it", r));
+    }
+    options.controls = samples;
+  } else {
+    options.controls = file::read_controls(nb::cast<std::filesystem::path>(controls).string(), joints);
+  }
+}
+
+void take_followed(const nb::object& feedback, file::MarchOptions& options) {
+  if (feedback.is_none()) return;
+  if (nb::isinstance<Trajectory>(feedback)) {
+    options.followed = nb::cast<const Trajectory&>(feedback).results();
+    options.followed_path = "feedback";
+  } else {
+    const auto folder = nb::cast<std::filesystem::path>(feedback).string();
+    options.followed = file::read_solution(folder);
+    options.followed_path = folder + "/solution.json";
+  }
+}
+
+std::optional<maneuver::Scheme> scheme_named(const std::optional<std::string>& name) {
+  if (!name) return std::nullopt;
+  for (const auto& entry : file::schemes)
+    if (entry.text == *name) return entry.value;
+  throw InputError("scheme",
+                   "found \"" + *name + "\"; allowed: paper, trapezoid, midpoint, order4, order6; choose one of them");
+}
+
+Trajectory simulate(nb::handle asked, const nb::object& controls, const std::optional<std::string>& scheme,
+                    const std::optional<int>& steps, const std::optional<double>& duration, bool adaptive,
+                    bool reference, const nb::object& feedback, double perturb, std::uint64_t seed) {
+  const Problem problem = problem_or_loaded(asked);
+  Call call("simulate");
+  call.add("scheme", scheme);
+  call.add("steps", steps);
+  call.add("duration", duration);
+  if (adaptive) call.add("adaptive", std::optional(adaptive));
+  if (reference) call.add("reference", std::optional(reference));
+  if (perturb > 0.0) call.add("perturb", std::optional(perturb));
+  if (perturb > 0.0) call.add("seed", std::optional(seed));
+  if (steps && (*steps < 1 || *steps > most_steps))
+    throw InputError("steps", fmt::format("found {}; allowed: from 1 to {}; change it", *steps, most_steps));
+  require_positive("duration", duration);
+  if (!(perturb >= 0.0 && perturb <= 3.0))
+    throw InputError("perturb", fmt::format("found {}; allowed: from 0 to 3 (rad); change it", perturb));
+  if (!controls.is_none() && !feedback.is_none())
+    throw InputError("feedback", "found beside controls; allowed: one of them; leave one out");
+  if (reference && (scheme || adaptive))
+    throw InputError("reference", "found beside scheme or adaptive; allowed: without them; leave them out");
+  file::MarchOptions options{.scheme = scheme_named(scheme),
+                             .steps = steps.value_or(0),
+                             .duration = duration.value_or(0.0),
+                             .adaptive = adaptive,
+                             .reference = reference,
+                             .perturb = perturb,
+                             .seed = seed};
+  take_controls(controls, static_cast<int>(problem.file.problem.swimmer.joints.size()), options);
+  take_followed(feedback, options);
+  std::optional<file::Results> results;
+  const auto signal = run_long([&](const Interrupted& interrupted) {
+    options.interrupted = interrupted;
+    results = file::march_task(problem.file, options, call.text());
+  });
+  if (signal && results) throw_with(*signal, nb::cast(Trajectory(std::move(*results))));
+  if (signal) throw nb::python_error(*signal);
+  return Trajectory(std::move(*results));
+}
+
+template <class Motion>
+Motion certify(const Motion& motion) {
+  std::optional<file::Results> results;
+  const auto signal = run_long([&](const Interrupted&) { results = file::certified(motion.results()); });
+  if (signal) throw nb::python_error(*signal);
+  return Motion(std::move(*results));
+}
+
+}  // namespace
+
+void bind_tasks(nb::module_& module) {
+  module.def(
+      "solve", &solve, "problem"_a, nb::kw_only(), "workers"_a = nb::none(), "solver"_a = nb::none(),
+      "refinement"_a = nb::none(), "time_limit"_a = nb::none(), "progress"_a = nb::none(),
+      nb::sig("def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: "
+              "typing.Literal['newton', 'ipopt'] | None = None, refinement: bool | None = None, time_limit: float | "
+              "None = None, progress: typing.Callable[[str], object] | None = None) -> Solution"),
+      "Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.\n\n"
+      "problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); "
+      "the answer does not depend on it.\n"
+      "solver: \"newton\" or \"ipopt\" (default: newton where it takes the problem).\n"
+      "refinement: solve on half and twice the steps too, for the certificate (default: where that is cheap).\n"
+      "time_limit: s, wall clock, instead of the problem's. progress: called with lines for people, from any "
+      "thread.\n\n"
+      "Not arriving is a status, no exception. Raises InputError for problems that cannot be solved. Ctrl-C raises\n"
+      "KeyboardInterrupt once the search has stopped; its attribute `solution` then holds the best point so far, with "
+      "status\n\"interrupted\": `except KeyboardInterrupt as stop: stop.solution`.");
+  module.def(
+      "simulate", &simulate, "problem"_a, "controls"_a = nb::none(), nb::kw_only(), "scheme"_a = nb::none(),
+      "steps"_a = nb::none(), "duration"_a = nb::none(), "adaptive"_a = false, "reference"_a = false,
+      "feedback"_a = nb::none(), "perturb"_a = 0.0, "seed"_a = 1,
+      nb::sig("def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | "
+              "tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | typing.Callable[[float], "
+              "numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, "
+              "duration: float | None = None, adaptive: bool = False, reference: bool = False, feedback: "
+              "Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1) -> Trajectory"),
+      "Marches from the problem's start: what `lamprey simulate` does. Releases the GIL.\n\n"
+      "problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its "
+      "moments), a path (solution.json or CSV), a pair "
+      "(time "
+      "(rows,) s,\ncontrol (rows, joints, 3) N m; not-a-knot cubic between rows), or a function of time in s that "
+      "returns "
+      "(joints, 3) N m:\nmoments on the parents, parents' frames with the joints at zero angle.\n"
+      "scheme, steps, duration: instead of the problem's. adaptive: divide steps that do not converge.\n"
+      "reference: by a Runge-Kutta method on the continuous equations. feedback: a Solution or its directory, followed "
+      "by "
+      "its\nmoments and gains. perturb: rad, by which each body is turned at the start about a random axis drawn by "
+      "`seed`.\n\n"
+      "A march that does not get on ends with status \"stalled\" and the nodes before. Ctrl-C raises "
+      "KeyboardInterrupt; "
+      "its attribute\n`solution` holds the nodes so far.");
+  const char* about =
+      "The same motion with its certificate made anew from its own numbers, and the status that this gives it. "
+      "Releases the "
+      "GIL; Ctrl-C waits for its end.";
+  module.def("certify", &certify<Solution>, "solution"_a, about);
+  module.def("certify", &certify<Trajectory>, "trajectory"_a, about);
+}
+
+}  // namespace lamprey::python

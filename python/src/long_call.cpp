@@ -1,0 +1,85 @@
+#include "long_call.hpp"
+
+#include <sys/mman.h>
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <new>
+#include <thread>
+
+namespace lamprey::python {
+
+namespace nb = nanobind;
+
+namespace {
+
+constexpr auto look_after = std::chrono::milliseconds(50);
+
+// A flag that forked processes share with their parent.
+class SharedFlag {
+ public:
+  SharedFlag() {
+    void* page = mmap(nullptr, sizeof(Flag), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (page == MAP_FAILED) throw std::bad_alloc();
+    flag_ = new (page) Flag(false);
+  }
+  ~SharedFlag() { munmap(flag_, sizeof(Flag)); }
+  SharedFlag(const SharedFlag&) = delete;
+  SharedFlag& operator=(const SharedFlag&) = delete;
+  void raise() { flag_->store(true, std::memory_order_relaxed); }
+  bool raised() const { return flag_->load(std::memory_order_relaxed); }
+
+ private:
+  using Flag = std::atomic<bool>;
+  static_assert(Flag::is_always_lock_free);
+  Flag* flag_;
+};
+
+// The exception of a signal's handler, if one has raised; only the main thread's calls see any.
+std::optional<nb::python_error> signalled() {
+  const nb::gil_scoped_acquire lock;
+  if (PyErr_CheckSignals() == 0) return std::nullopt;
+  return nb::python_error();
+}
+
+}  // namespace
+
+std::optional<nb::python_error> run_long(const std::function<void(const Interrupted&)>& work) {
+  SharedFlag stop;
+  std::optional<nb::python_error> signal;
+  std::exception_ptr failure;
+  {
+    const nb::gil_scoped_release unlocked;
+    std::mutex mutex;
+    std::condition_variable finished;
+    bool done = false;
+    std::thread worker([&] {
+      try {
+        work([&stop] { return stop.raised(); });
+      } catch (...) {
+        failure = std::current_exception();
+      }
+      const std::lock_guard lock(mutex);
+      done = true;
+      finished.notify_one();
+    });
+    std::unique_lock lock(mutex);
+    while (!finished.wait_for(lock, look_after, [&] { return done; })) {
+      lock.unlock();
+      if (auto raised = signalled()) {
+        if (!signal) signal.emplace(std::move(*raised));
+        stop.raise();
+      }
+      lock.lock();
+    }
+    lock.unlock();
+    worker.join();
+  }
+  if (!signal && failure) std::rethrow_exception(failure);
+  return signal;
+}
+
+}  // namespace lamprey::python

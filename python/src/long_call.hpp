@@ -1,0 +1,19 @@
+// Long calls: without Python's lock, and ended by Ctrl-C.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <functional>
+#include <optional>
+
+namespace lamprey::python {
+
+/// Whether the work shall stop; asked from any thread and from forked processes, never takes Python's lock.
+using Interrupted = std::function<bool()>;
+
+/// Runs `work` in a thread of its own, the lock released, while the calling thread looks after Python's signals. If a signal's
+/// handler raises, the work is asked to stop; once it has, `work` has returned and the exception is returned for the
+/// caller to throw, after adding to it what there is. What the work throws is thrown here.
+std::optional<nanobind::python_error> run_long(const std::function<void(const Interrupted&)>& work);
+
+}  // namespace lamprey::python

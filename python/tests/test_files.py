@@ -1,0 +1,65 @@
+"""Files of a solution: what `lamprey solve --out` writes, read and verified again."""
+import json
+
+import numpy as np
+import pytest
+
+import lamprey as lp
+
+
+def test_saved_solutions_come_back_the_same(solution, tmp_path):
+    solution.save(tmp_path / "run")
+    assert sorted(path.name for path in (tmp_path / "run").iterdir()) == ["report.html", "solution.json", "trajectory.h5"]
+    stored = json.loads((tmp_path / "run" / "solution.json").read_text(encoding="utf-8"))
+    assert np.array_equal(stored["rotation"], solution.rotation)
+    assert np.array_equal(stored["momentum"]["angular"]["fluid"], solution.momentum["angular"]["fluid"])
+    assert np.array_equal(stored["velocity"]["linear"], solution.velocity["linear"])
+    for word in ("certificate", "search", "solver", "provenance", "problem", "cost", "status", "message", "name", "source"):
+        assert stored[word] == getattr(solution, word), word
+    assert stored["feedback"]["state_coordinates"] == solution.feedback["state_coordinates"]
+    assert np.array_equal(stored["feedback"]["gain"], solution.feedback["gain"])
+    again = lp.load_solution(tmp_path / "run")
+    assert type(again) is lp.Solution and again.cost == solution.cost
+    assert np.array_equal(again.control, solution.control)
+    assert (tmp_path / "run" / "trajectory.h5").read_bytes()[:8] == b"\x89HDF\r\n\x1a\n"
+
+
+def test_a_stored_march_comes_back_as_a_trajectory(root, tmp_path):
+    lp.simulate(root / "examples" / "tumble.toml", steps=20, duration=0.1).save(tmp_path)
+    again = lp.load_solution(tmp_path)
+    assert type(again) is lp.Trajectory and again.status == "simulated"
+    assert lp.verify(tmp_path)["certificate"]["momentum_drift"] < 1e-12
+
+
+def test_verify_recomputes_and_does_not_believe(solution, tmp_path):
+    solution.save(tmp_path)
+    found = lp.verify(tmp_path)
+    assert found["holds"] and found["status"] == "optimal"
+    assert abs(found["certificate"]["replay"]["rotation_error"] / solution.certificate["replay"]["rotation_error"] - 1.0) < 1e-6
+    stored = json.loads((tmp_path / "solution.json").read_text(encoding="utf-8"))
+    stored["control"][30][0][2] *= 1.001
+    (tmp_path / "solution.json").write_text(json.dumps(stored), encoding="utf-8")
+    found = lp.verify(tmp_path)
+    assert not found["holds"] and found["status"] != "optimal"
+
+
+def test_wrong_results_are_told_with_their_field(solution, tmp_path):
+    solution.save(tmp_path)
+    stored = json.loads((tmp_path / "solution.json").read_text(encoding="utf-8"))
+    stored["rotation"][3][1] = [[1.0, 0.0], [0.0, 1.0]]
+    (tmp_path / "solution.json").write_text(json.dumps(stored), encoding="utf-8")
+    with pytest.raises(lp.InputError) as raised:
+        lp.load_solution(tmp_path)
+    assert raised.value.key.startswith("/rotation/3/1") and raised.value.file == str(tmp_path / "solution.json")
+
+
+def test_the_report_is_one_file_that_asks_for_nothing(solution, tmp_path):
+    path = tmp_path / "swim.html"
+    solution.report(path)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["swim.html"]
+    page = path.read_text(encoding="utf-8")
+    assert solution.name in page and "243080" in page.replace(",", "").replace("\u202f", "").replace("\u2009", "")
+    for outside in ('src="http', "src='http", 'href="http', "url(http", "@import", "<link"):
+        assert outside not in page
+    with pytest.raises(OSError):
+        solution.report(tmp_path / "swim.html" / "below.html")

@@ -1,0 +1,97 @@
+"""Problems: files, dicts, and what is said of wrong ones."""
+import pathlib
+import pickle
+import tomllib
+
+import numpy as np
+import pytest
+
+import lamprey as lp
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+EXAMPLES = sorted((ROOT / "examples").rglob("*.toml"))
+
+
+def test_there_are_examples():
+    assert len(EXAMPLES) >= 15
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_an_example_loads_and_is_the_same_from_its_dict(path):
+    problem = lp.load(path)
+    written = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert problem.bodies == [body["name"] for body in written["body"]]
+    assert problem.joints == [joint.get("name", joint["child"]) for joint in written.get("joint", [])]
+    assert problem.steps == written["time"]["steps"]
+    assert problem.settings == written
+    again = lp.Problem(problem.settings)
+    assert again.settings == written
+    if "name" in written:  # otherwise it is the file's
+        assert again.check() == problem.check()
+
+
+def test_a_problem_is_made_of_numpy_arrays_and_survives_pickling():
+    settings = lp.load(ROOT / "examples" / "translation.toml").settings
+    settings["goal"]["turn"] = np.array([0.0, 0.0, 0.25])
+    settings["time"]["steps"] = np.int64(40)
+    settings["start"]["rotation"]["back"] = np.float64(0.5) * np.array([0, 0, 1])
+    problem = pickle.loads(pickle.dumps(lp.Problem(settings)))
+    assert problem.steps == 40
+    assert problem.settings["goal"]["turn"] == [0.0, 0.0, 0.25]
+    assert problem.settings["start"]["rotation"]["back"] == [0.0, 0.0, 0.5]
+
+
+def test_names_that_toml_would_quote_come_through():
+    problem = lp.Problem({"schema": 1, "name": 'a "fish"\n\\', "fluid": {"density": 1000.0},
+                          "body": [{"name": "left.fin é", "semi_axes": [1.0, 2.0, 3.0]}],
+                          "start": {"rotation": {"left.fin é": [0.0, 0.0, 1.0]}}, "time": {"duration": 1, "steps": 2}})
+    assert problem.bodies == ["left.fin é"]
+    assert problem.name == 'a "fish"\n\\'
+
+
+def test_changed_goes_key_by_key_and_none_removes(translation):
+    changed = translation.changed(goal={"move": [1.0, "free", "free"]}, search={"seed": 5}, cost=None)
+    assert changed.settings["goal"]["move"] == [1.0, "free", "free"]
+    assert changed.settings["goal"]["turn"] == translation.settings["goal"]["turn"]
+    assert changed.settings["search"] == {**translation.settings["search"], "seed": 5}
+    assert "cost" not in changed.settings and "cost" in translation.settings
+
+
+def test_a_wrong_file_is_told_with_file_line_column_and_key(tmp_path):
+    path = tmp_path / "wrong.toml"
+    text = (ROOT / "examples" / "translation.toml").read_text(encoding="utf-8")
+    path.write_text(text.replace("steps = 1000", "steps = -3"), encoding="utf-8")
+    line = 1 + text[:text.index("steps = 1000")].count("\n")
+    with pytest.raises(lp.InputError) as raised:
+        lp.load(path)
+    error = raised.value
+    assert isinstance(error, ValueError)
+    assert (error.file, error.line, error.key) == (str(path), line, "time.steps")
+    assert str(error) == f"{path}:{line}:{error.column}: time.steps: {error.message}"
+    assert "-3" in error.message and "\n" not in str(error)
+
+
+def test_a_wrong_dict_is_told_with_its_key_alone(translation):
+    with pytest.raises(lp.InputError) as raised:
+        translation.changed(time={"stepz": 3})
+    assert raised.value.key == "time.stepz" and raised.value.file is None and raised.value.line is None
+    assert str(raised.value).startswith("time.stepz: ") and '"steps"' in str(raised.value)
+    for section, value, key in (("fluid", {"density": float("nan")}, "fluid.density"),
+                                ("goal", {"move": [1.0, 2.0]}, "goal.move"),
+                                ("body", [{"name": "a", "semi_axes": np.zeros(3)}], "body[0].semi_axes")):
+        with pytest.raises(lp.InputError, match=key.replace("[", r"\[")):
+            translation.changed(**{section: value})
+
+
+def test_what_is_no_setting_is_a_type_error(translation):
+    with pytest.raises(TypeError, match="object"):
+        translation.changed(time={"steps": object()})
+    with pytest.raises(TypeError, match="keys"):
+        lp.Problem({1: 2})
+
+
+def test_a_missing_file_is_not_found(tmp_path):
+    with pytest.raises(FileNotFoundError, match="none.toml"):
+        lp.load(tmp_path / "none.toml")
+    with pytest.raises(FileNotFoundError, match="solution.json"):
+        lp.load_solution(tmp_path)

@@ -1,0 +1,91 @@
+"""Marches: moments in every form that they may have, feedback, the ends that a march can come to."""
+import numpy as np
+import pytest
+
+import lamprey as lp
+from motion import orthogonality, total_momentum
+
+
+def test_a_solutions_moments_march_to_its_end(translation, solution):
+    marched = lp.simulate(translation, solution)
+    assert type(marched) is lp.Trajectory and marched.status == "simulated" and marched.certificate is None
+    assert np.abs(marched.rotation - solution.rotation).max() < 1e-11
+    assert np.abs(marched.position - solution.position).max() < 1e-11
+
+
+def test_moments_come_as_arrays_functions_and_files(translation, solution, tmp_path):
+    axis = np.array([0.0, 0.0, 1.0])
+    time = np.linspace(0.0, 1.0, 101)
+
+    def moments(t):
+        return np.array([40.0 * np.sin(6.0 * t) * axis, 25.0 * np.cos(4.0 * t) * axis])
+
+    by_function = lp.simulate(translation, moments)
+    control = np.array([moments(t) for t in time])
+    by_array = lp.simulate(translation, (time, control))
+    assert np.abs(by_function.control - control).max() < 1e-12
+    assert np.abs(by_function.rotation - by_array.rotation).max() < 1e-12
+    assert np.abs(by_function.rotation[-1] - by_function.rotation[0]).max() > 1e-3
+    table = tmp_path / "controls.csv"
+    table.write_text("\n".join(",".join(map(repr, [float(t), *map(float, u.ravel())])) for t, u in zip(time, control)))
+    assert np.array_equal(lp.simulate(translation, table).rotation, by_array.rotation)
+    solution.save(tmp_path / "run")
+    assert np.array_equal(lp.simulate(translation, tmp_path / "run" / "solution.json").rotation,
+                          lp.simulate(translation, solution).rotation)
+
+
+def test_momentum_stays_and_rotations_stay_rotations(root):
+    tumble = lp.simulate(root / "examples" / "tumble.toml", steps=400, duration=0.5)
+    assert tumble.rotation.shape[0] == 401 and abs(tumble.time[-1] - 0.5) < 1e-15
+    assert orthogonality(tumble.rotation) < 1e-12
+    linear, angular = total_momentum(tumble)
+    scale = np.abs(angular).max()
+    assert scale > 1e-3
+    assert np.abs(linear - linear[0]).max() < 1e-11 * scale and np.abs(angular - angular[0]).max() < 1e-11 * scale
+
+
+def test_schemes_agree_at_their_order_and_the_reference_too(root):
+    ends = {}
+    for scheme in ("midpoint", "order4"):
+        for steps in (100, 200):
+            run = lp.simulate(root / "examples" / "tumble.toml", scheme=scheme, steps=steps, duration=0.5)
+            ends[scheme, steps] = run.rotation[-1]
+    exact = lp.simulate(root / "examples" / "tumble.toml", reference=True, steps=100, duration=0.5)
+    assert exact.marched_by
+    off = {key: np.abs(end - exact.rotation[-1]).max() for key, end in ends.items()}
+    assert 3.5 < off["midpoint", 100] / off["midpoint", 200] < 4.5
+    assert 10.0 < off["order4", 100] / off["order4", 200] < 22.0
+
+
+def test_feedback_brings_a_disturbed_swimmer_home(translation, solution, tmp_path):
+    # from turns that the gains answer
+    followed = lp.simulate(translation, feedback=solution, perturb=1e-3, reference=True)
+    alone = lp.simulate(translation, solution, perturb=1e-3, reference=True)
+    assert followed.tracking["maneuver"] == translation.name
+    off = [np.abs(run.rotation[-1] - solution.rotation[-1]).max() for run in (followed, alone)]
+    assert off[0] < 0.2 * off[1]
+    solution.save(tmp_path)
+    assert np.array_equal(lp.simulate(translation, feedback=tmp_path, perturb=1e-3, reference=True).rotation, followed.rotation)
+
+
+def test_a_march_that_does_not_get_on_is_stalled_with_the_nodes_before(root):
+    run = lp.simulate(root / "examples" / "tumble.toml", scheme="order4", steps=1, duration=2.0)
+    assert run.status == "stalled" and len(run.time) == 1 and run.message
+    assert lp.simulate(root / "examples" / "tumble.toml", scheme="order4", steps=1, duration=2.0, adaptive=True).status == "simulated"
+
+
+def test_what_a_function_raises_comes_out(translation):
+    with pytest.raises(ZeroDivisionError):
+        lp.simulate(translation, lambda t: 1 / 0)
+    with pytest.raises(lp.InputError, match=r"controls\(0\).*\[2\]\[3\]"):
+        lp.simulate(translation, lambda t: [[0.0, 1.0]])
+
+
+@pytest.mark.parametrize("options, key", [
+    ({"steps": 0}, "steps"), ({"duration": -1.0}, "duration"), ({"scheme": "euler"}, "scheme"), ({"perturb": 9.0}, "perturb"),
+    ({"reference": True, "adaptive": True}, "reference"), ({"controls": ([0.0, 0.0], np.zeros((2, 2, 3)))}, "controls"),
+    ({"controls": ([0.0, 1.0], np.zeros((2, 3, 3)))}, "controls"), ({"controls": ([0.0, "x"], 1.0)}, "controls[0]")])
+def test_wrong_options_are_named(translation, options, key):
+    with pytest.raises(lp.InputError) as raised:
+        lp.simulate(translation, **options)
+    assert raised.value.key == key

@@ -1,0 +1,131 @@
+"""The Solver: from its last answer on, as goal, start and time move."""
+import threading
+
+import numpy as np
+import pytest
+
+import lamprey as lp
+from motion import about_e3, total_momentum
+
+
+@pytest.fixture
+def solver(translation, solution):
+    return lp.Solver(translation, solution)
+
+
+def test_it_begins_at_the_solution(solver, solution):
+    assert solver.cost == solution.cost
+    assert np.array_equal(solver.path["rotation"], solution.rotation)
+    outcome = solver.solve()
+    assert outcome.status == "optimal"
+    assert abs(solver.cost / solution.cost - 1.0) < 1e-9
+
+
+def test_a_goal_that_moves_by_a_hundredth_is_found_as_from_scratch(translation, solver, solution):
+    solver.set_goal(move=[2.02, "free", "free"])
+    outcome = solver.solve()
+    assert outcome.status == "optimal" and outcome.iterations <= 6
+    scratch = lp.solve(translation.changed(goal={"move": [2.02, "free", "free"]}))
+    assert abs(solver.cost / scratch.cost - 1.0) < 1e-8
+    assert abs(solver.cost / solution.cost - 1.0) > 1e-3
+    assert np.abs(solver.path["rotation"] - scratch.rotation).max() < 1e-6
+    certified = lp.certify(solver.solution())
+    assert certified.status == "optimal"
+    assert certified.certificate["kkt"] < 1e-8 and certified.certificate["goal_error"] < 1e-10
+    assert abs(certified.position[-1, 0] - 2.02) < 1e-10
+
+
+def test_the_certificate_sees_a_goal_that_was_not_met(translation, solver):
+    solver.set_goal(move=[2.5, "free", "free"])
+    assert solver.solve(max_iterations=0).status == "stalled"
+    before = solver.solution()
+    assert abs(before.position[-1, 0] - 2.0) < 1e-10  # the last answer stays
+
+
+def test_turns_and_named_rotations_are_goals_too(solver):
+    solver.set_goal(turn=[0.0, 0.0, 0.02])
+    assert solver.solve().status == "optimal"
+    turned = solver.path["rotation"]
+    assert np.abs(turned[-1] - about_e3(0.02) @ turned[0]).max() < 1e-9
+    solver.set_goal(rotation={"front": np.array([0.0, 0.0, 0.05])})
+    assert solver.solve().status == "optimal"
+    assert np.abs(solver.path["rotation"][-1, 1] - about_e3(0.05)).max() < 1e-9
+    assert lp.certify(solver.solution()).status == "optimal"
+
+
+def test_another_start_is_taken_as_measured_and_the_goal_stays_in_the_world(solver, solution):
+    seen = solution.rotation[0].copy()
+    seen[2] = seen[2] @ about_e3(0.02)
+    solver.set_start(seen, [0.05, -0.03, 0.0])
+    solver.set_duration(0.95)
+    assert solver.solve().status == "optimal"
+    found = lp.certify(solver.solution())
+    assert found.status == "optimal" and found.certificate["kkt"] < 1e-8
+    assert np.abs(found.rotation[0] - seen).max() < 1e-14
+    assert np.abs(found.position[0] - [0.05, -0.03, 0.0]).max() < 1e-15
+    assert np.abs(found.rotation[-1] - solution.rotation[-1]).max() < 1e-9
+    assert abs(found.position[-1, 0] - solution.position[-1, 0]) < 1e-9
+    assert abs(found.time[-1] - 0.95) < 1e-15
+
+
+def test_of_measured_velocities_the_joints_rates_alone_count(translation, solution):
+    node = 20
+    left = translation.changed(time={"duration": 0.8, "steps": 100})
+    rates = solution.velocity["angular"][node]
+    drifting = rates + np.einsum("bji,j->bi", solution.rotation[node], [0.0, 0.0, 0.7])
+    found = []
+    for angular_velocity in (rates, drifting):
+        solver = lp.Solver(translation, solution)
+        solver.set_start(solution.rotation[node], solution.position[node], angular_velocity)
+        solver.set_duration(left.duration)
+        assert solver.solve().status == "optimal"
+        found.append(solver.solution())
+    assert np.abs(found[0].velocity["angular"][0] - rates).max() < 1e-8 * np.abs(rates).max()
+    assert np.abs(found[0].rotation - found[1].rotation).max() < 1e-9
+    linear, angular = total_momentum(found[1])
+    assert np.abs(linear).max() + np.abs(angular).max() < 1e-9
+    # what is left of an optimal maneuver is optimal: moments are those that were planned, on another grid
+    planned = np.interp(found[0].time + 0.2, solution.time, solution.control[:, 0, 2])
+    assert np.abs(found[0].control[:, 0, 2] - planned).max() < 0.01 * np.abs(planned).max()
+
+
+def test_goals_out_of_reach_are_a_status(solver, solution):
+    solver.set_goal(turn=[0.1, 0.0, 0.0])
+    outcome = solver.solve()
+    assert outcome.status == "infeasible" and "cannot reach" in outcome.reason
+    assert solver.cost == solution.cost
+
+
+def test_what_does_not_fit_is_named(translation, solution, solver, root):
+    for arguments, key in (({"move": [1.0, 2.0]}, "move"), ({"move": [float("nan"), "free", "free"]}, "move"),
+                           ({"turn": [[1.0]]}, "turn"), ({"rotation": {"tail": [0.0, 0.0, 0.0]}}, "rotation.tail"),
+                           ({"move": ["free", "free", "free"]}, "goal")):
+        with pytest.raises(lp.InputError) as raised:
+            solver.set_goal(**arguments)
+        assert raised.value.key == key
+    with pytest.raises(lp.InputError, match=r"rotation\[1\]: .* no rotation"):
+        solver.set_start(solution.rotation[0] * [[[1.0]], [[1.1]], [[1.0]]], [0.0, 0.0, 0.0])
+    with pytest.raises(lp.InputError, match=r"rotation: .*\[2\]\[3\]\[3\]; allowed: \[3\]\[3\]\[3\]"):
+        solver.set_start(solution.rotation[0][:2], [0.0, 0.0, 0.0])
+    with pytest.raises(lp.InputError, match="duration"):
+        solver.set_duration(0.0)
+    with pytest.raises(lp.InputError, match="nodes"):
+        lp.Solver(translation.changed(time={"steps": 50}), solution)
+    with pytest.raises(lp.InputError, match="a Solver does not take"):
+        lp.Solver(lp.load(root / "examples" / "free_time.toml"), solution)
+
+
+def test_it_is_for_one_thread_at_a_time(translation):
+    fine = translation.changed(time={"steps": 500}, search={"starts": 1})
+    solver = lp.Solver(fine, lp.solve(fine, refinement=False))
+    solver.set_goal(move=[2.2, "free", "free"])
+    refused, worker = [], threading.Thread(target=solver.solve)
+    worker.start()
+    while worker.is_alive():
+        try:
+            solver.set_duration(1.0)
+        except RuntimeError as error:
+            refused.append(str(error))
+            break
+    worker.join()
+    assert refused and "one thread at a time" in refused[0]

@@ -1,0 +1,172 @@
+#include "file/tasks.hpp"
+
+#include <memory>
+
+#include "certificate/certify.hpp"
+#include "file/followed_file.hpp"
+#include "file/resolve.hpp"
+#include "maneuver/control_path.hpp"
+#include "maneuver/feedback.hpp"
+#include "maneuver/simulate.hpp"
+#include "maneuver/tracking.hpp"
+#include "study/answer.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+using maneuver::Problem;
+
+maneuver::ControlFunction control_function(const ControlSamples& samples, const model::System& system) {
+  std::vector<mechanics::Moments> moments;
+  for (const auto& on_parent : samples.control) moments.push_back(maneuver::moments_at_zero_angle(system, on_parent));
+  if (samples.source == ControlSource::stages)
+    return maneuver::stage_polynomials(samples.time, moments, samples.stages);
+  const int joints = system.joint_count();
+  Eigen::MatrixXd values(3 * joints, static_cast<Eigen::Index>(samples.time.size()));
+  for (std::size_t s = 0; s < samples.time.size(); ++s)
+    for (int j = 0; j < joints; ++j)
+      values.col(static_cast<Eigen::Index>(s)).segment<3>(3 * j) = moments[s][static_cast<std::size_t>(j)];
+  const Eigen::VectorXd times =
+      Eigen::Map<const Eigen::VectorXd>(samples.time.data(), static_cast<Eigen::Index>(samples.time.size()));
+  const maneuver::ControlPath path =
+      samples.source == ControlSource::spline
+          ? maneuver::natural_spline_through_nodes(samples.points, times, values)
+          : maneuver::ControlPath(samples.source == ControlSource::table ? maneuver::Interpolation::not_a_knot_cubic
+                                                                         : maneuver::Interpolation::linear,
+                                  times, values);
+  return [path, joints](double t) {
+    const Eigen::VectorXd u = path.value(t);
+    mechanics::Moments at_time;
+    for (int j = 0; j < joints; ++j) at_time.emplace_back(u.segment<3>(3 * j));
+    return at_time;
+  };
+}
+
+void override_march(const MarchOptions& options, Problem& problem) {
+  if (options.steps > 0) problem.steps = options.steps;
+  if (options.duration > 0.0) problem.duration = {.free = false, .value = options.duration};
+  if (options.scheme) problem.scheme = *options.scheme;
+}
+
+// A maneuver to follow, and the swimmer that it was made for.
+struct Followed {
+  const Results& results;
+  model::System system;
+  integrator::FeedbackLaw law;
+
+  Followed(const Results& read, const std::string& path)
+      : results(read),
+        system(problem_of(results).swimmer),
+        law(maneuver::feedback_law(
+            system, results.solution,
+            control_function(controls_of_results(results, path, system.joint_count()), system))) {}
+  Followed(const Followed&) = delete;
+  Followed& operator=(const Followed&) = delete;
+};
+
+void perturb(const MarchOptions& options, const model::System& system, const Followed* followed, Problem& problem) {
+  if (options.perturb == 0.0) return;
+  const int turns = system.velocity_count() - 3;
+  problem.start =
+      maneuver::turned_start(system, problem.start, options.perturb, options.seed,
+                             followed ? maneuver::answered_turns(system, followed->results.solution.feedback)
+                                      : Eigen::MatrixXd(Eigen::MatrixXd::Identity(turns, turns)));
+}
+
+// By the scheme or the reference integrator, under moments in time or under feedback.
+maneuver::Solution march(const MarchOptions& options, const model::System& system, const Problem& problem,
+                         const Followed* followed) {
+  maneuver::SimulateOptions simulation{options.adaptive, options.interrupted};
+  maneuver::ControlFunction control = maneuver::no_control(system);
+  if (options.control)
+    control = [&](double time) { return maneuver::moments_at_zero_angle(system, options.control(time)); };
+  if (options.controls) control = control_function(*options.controls, system);
+  if (followed) {
+    control = [followed](double time) { return followed->law.planned(time); };
+    simulation.feedback = [followed](double time, const integrator::ReferenceState& state) {
+      return followed->law.moments(time, state);
+    };
+  }
+  maneuver::Solution solution = options.reference
+                                    ? maneuver::simulate_by_reference(system, problem, control, simulation)
+                                    : maneuver::simulate(system, problem, control, simulation);
+  if (followed) {
+    solution.tracking = maneuver::tracking_of(followed->law, solution);
+    solution.tracking->maneuver = followed->results.name;
+  }
+  return solution;
+}
+
+}  // namespace
+
+model::System system_of(const ProblemFile& file) {
+  try {
+    return model::System(file.problem.swimmer);
+  } catch (const model::InputError& error) {
+    throw located(error, file);
+  }
+}
+
+Results begun_results(const ProblemFile& file, const model::System& system, const std::string& command) {
+  Results results;
+  results.name = file.problem.name;
+  results.source = file.problem.source;
+  results.problem = resolve(system, file.problem);
+  results.provenance = provenance_here();
+  results.provenance.command = command;
+  results.provenance.problem_sha256 = file.sha256;
+  results.provenance.seed = file.problem.search.seed;
+  return results;
+}
+
+Results solve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command) {
+  require_supported(file, options.solver == study::Backend::ipopt ? Purpose::solve_with_ipopt : Purpose::solve);
+  const model::System system = system_of(file);
+  Results results = begun_results(file, system, command);
+  try {
+    study::Answer answer = study::answer(system, file.problem, options);
+    results.solution = std::move(answer.solution);
+    results.certificate = answer.certificate;
+  } catch (const model::InputError& error) {
+    throw located(error, file);
+  }
+  if (file.problem.duration.free) {
+    results.problem.duration = results.solution.time.back();
+    results.problem.time_step = results.problem.duration / results.problem.steps;
+  }
+  return results;
+}
+
+Results march_task(ProblemFile file, const MarchOptions& options, const std::string& command) {
+  override_march(options, file.problem);
+  require_supported(file, Purpose::simulate);
+  const model::System system = system_of(file);
+  file.problem.goal.reset();  // marching seeks no goal
+  std::unique_ptr<Followed> followed;
+  if (options.followed) {
+    require_followed(*options.followed, options.followed_path, system, file.problem.duration.value);
+    followed = std::make_unique<Followed>(*options.followed, options.followed_path);
+  }
+  perturb(options, system, followed.get(), file.problem);
+  Results results = begun_results(file, system, command);
+  results.solution = march(options, system, file.problem, followed.get());
+  const std::size_t nodes = results.solution.time.size();
+  if (results.solution.status != maneuver::Status::simulated && nodes > 0) {  // the nodes reached are the result
+    results.problem.steps = static_cast<int>(nodes) - 1;
+    results.problem.duration = results.solution.time.back();
+  }
+  return results;
+}
+
+Results certified(const Results& results) {
+  Results again = results;
+  const Problem problem = problem_of(results);
+  const model::System system(problem.swimmer);
+  again.certificate = certificate::certify(system, problem, results.solution);
+  if (results.certificate) again.certificate->refinement = results.certificate->refinement;
+  if (problem.goal) study::judge(problem, *again.certificate, again.solution);
+  return again;
+}
+
+}  // namespace lamprey::file

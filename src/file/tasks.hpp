@@ -1,0 +1,53 @@
+// Tasks: what is done with problem files and stored answers, the same for the command line and for Python.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "file/controls_file.hpp"
+#include "file/problem_file.hpp"
+#include "file/results.hpp"
+#include "model/system.hpp"
+#include "study/solve.hpp"
+
+namespace lamprey::file {
+
+/// The system of a problem file; what is wrong with it is told with its place in the file.
+model::System system_of(const ProblemFile& file);
+
+/// What is known of an answer before it is sought; `command` goes into its provenance.
+Results begun_results(const ProblemFile& file, const model::System& system, const std::string& command);
+
+/// Finds the maneuver and its certificate. Throws model::InputError, with its place, for problems that are not solved.
+Results solve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command);
+
+struct MarchOptions {
+  std::optional<maneuver::Scheme> scheme = {};  // instead of the file's
+  int steps = 0;                                // 0: the file's
+  double duration = 0.0;                        // s, 0: the file's
+  bool adaptive = false;                        // divide steps that do not converge
+  bool reference = false;                       // by the reference integrator in place of the scheme
+  double perturb = 0.0;                         // rad, by which each body is turned at the start
+  std::uint64_t seed = 1;                       // of the axes
+  std::optional<ControlSamples> controls = {};  // moments in time
+  /// The same as a function of time in s, [joints] as in ControlSamples; empty: none.
+  std::function<std::vector<Eigen::Vector3d>(double)> control = {};
+  std::optional<Results> followed = {};  // the maneuver to follow by its moments and gains, in place of both
+  std::string followed_path = {};        // names it in messages
+  std::function<bool()> interrupted = {};
+};
+
+/// Marches from the problem's start. A march that ends before its duration (status stalled or interrupted) holds the nodes
+/// before its end, and its problem's steps and duration are those of these nodes.
+Results march_task(ProblemFile file, const MarchOptions& options, const std::string& command);
+
+/// The same answer with its certificate made anew from its own numbers, and the status that this certificate gives it.
+/// Refinement, which takes solving, stays as it was.
+Results certified(const Results& results);
+
+}  // namespace lamprey::file

@@ -1,0 +1,59 @@
+// What is seen of a swimmer's shape and rates becomes a start that obeys the law.
+#include <gtest/gtest.h>
+
+#include "chains.hpp"
+#include "lie/so3.hpp"
+#include "maneuver/maneuver.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+maneuver::Start tumbling() {
+  maneuver::Start start;
+  start.position = {0.3, -0.2, 0.1};
+  start.rotation = {{0.2, -0.1, 0.4}, {0.5, 0.3, -0.2}, {-0.3, 0.6, 0.1}};
+  start.angular_velocity = {{0.7, -1.1, 0.4}, {-0.6, 0.9, 1.3}, {0.2, -0.5, -0.8}};
+  start.linear_velocity = {2.0, -3.0, 1.0};
+  return start;
+}
+
+double momentum_share(const model::System& system, const integrator::State& state) {
+  const auto total = mechanics::spatial_momentum(system, state.rotation, state.position, state.momentum);
+  return std::max(total.linear.norm(), total.angular.norm()) / state.momentum.norm();
+}
+
+// World rate at which the child of a joint turns against its parent.
+Vector3d joint_rate(const model::System& system, const integrator::State& state, int joint) {
+  const auto rates =
+      mechanics::angular_velocities(system, state.rotation, integrator::velocity_of_state(system, state));
+  const auto world = [&](int body) { return Vector3d(state.rotation[model::at(body)] * rates[model::at(body)]); };
+  return world(system.joint(joint).child) - world(system.joint(joint).parent);
+}
+
+TEST(StartWithoutMomentum, has_none_and_turns_its_joints_as_seen) {
+  const model::System system(paper_chain());
+  const integrator::State seen = maneuver::start_state(system, tumbling());
+  const integrator::State state = maneuver::start_without_momentum(system, tumbling());
+  EXPECT_GT(momentum_share(system, seen), 0.1);
+  EXPECT_LT(momentum_share(system, state), tolerance(1e-14));
+  for (int j = 0; j < system.joint_count(); ++j) {
+    EXPECT_GT(joint_rate(system, state, j).norm(), 0.1);
+    EXPECT_LT((joint_rate(system, state, j) - joint_rate(system, seen, j)).norm(), tolerance(1e-13));
+  }
+}
+
+TEST(StartWithoutMomentum, leaves_a_start_alone_that_has_none) {
+  const model::System system(paper_chain());
+  const integrator::State once = maneuver::start_without_momentum(system, tumbling());
+  maneuver::Start again = tumbling();
+  again.angular_velocity =
+      mechanics::angular_velocities(system, once.rotation, integrator::velocity_of_state(system, once));
+  const integrator::State twice = maneuver::start_without_momentum(system, again);
+  EXPECT_LT((twice.momentum - once.momentum).norm(), tolerance(1e-13) * once.momentum.norm());
+}
+
+}  // namespace
+}  // namespace lamprey::tests
