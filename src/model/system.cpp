@@ -14,7 +14,9 @@ namespace {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-bool positive_definite(const Matrix6d& m) { return m.llt().info() == Eigen::Success; }
+bool positive_definite(const Matrix6d& m) {
+  return Eigen::LLT<Eigen::MatrixXd>(Eigen::MatrixXd(m)).info() == Eigen::Success;
+}
 
 bool symmetric_positive_definite(const Matrix3d& m) {
   return m.allFinite() && m.isApprox(m.transpose(), 1e-12) && model::positive_definite(m);

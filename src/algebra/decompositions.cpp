@@ -1,0 +1,3 @@
+#include "algebra/decompositions.hpp"
+
+LAMPREY_DECOMPOSITIONS(template)
