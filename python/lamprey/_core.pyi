@@ -312,8 +312,8 @@ class Solver:
     One maneuver solved again and again as its goal, its start or the time left move, each time from the last answer on:
     what a vehicle runs that plans while it swims.
 
-    Owns its workspace; for one thread at a time. The number of steps stays what it was; the scheme is of order 1 or 2, the problem
-    without limits, waypoints, free durations, periodic goals and costs beside effort. Begins at a solution of the problem.
+    Owns its workspace; for one thread at a time. Takes limits, waypoints, free durations, periodic goals and all costs, with schemes
+    of order 1 or 2; the number of steps stays what it was. Begins at a solution of the problem.
     Raises InputError where the problem is not one that it takes or the solution is not one of it.
     """
 
@@ -333,12 +333,14 @@ class Solver:
 
         rotation: (bodies, 3, 3), body → world. position: (3,) m, mass centre of the root, world frame.
         angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. Only the joints' rates count: the whole then moves as
-        total momentum zero demands, which moments cannot change. Ball joints only.
+        total momentum zero demands, which moments cannot change. Not for periodic goals.
         """
 
     def set_duration(self, duration: float) -> None:
         """
         Another duration in as many steps, s: the time that is left. Moments stretch with it.
+
+        InputError where it is free or waypoints are tied to times.
         """
 
     def solve(self, *, max_iterations: int | None = None, time_limit: float | None = None) -> Outcome:

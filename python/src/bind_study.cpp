@@ -30,25 +30,6 @@ using optimizer::Termination;
 
 namespace {
 
-maneuver::Status status_of(Termination termination) {
-  using maneuver::Status;
-  switch (termination) {
-    case Termination::converged:
-      return Status::optimal;
-    case Termination::feasible:
-      return Status::feasible;
-    case Termination::infeasible:
-      return Status::infeasible;
-    case Termination::time_limit:
-      return Status::time_limit;
-    case Termination::interrupted:
-      return Status::interrupted;
-    case Termination::stalled:
-      break;
-  }
-  return Status::stalled;
-}
-
 struct Outcome {
   std::string status;
   std::string reason;
@@ -132,8 +113,8 @@ class Solver {
     });
     if (found) answer_ = Solution(std::move(*found));
     if (signal) throw nb::python_error(*signal);
-    return {std::string(file::word(status_of(outcome.termination))), outcome.reason, outcome.iterations,
-            outcome.evaluations, seconds};
+    return {std::string(file::word(study::status_of(outcome))), outcome.reason, outcome.iterations, outcome.evaluations,
+            seconds};
   }
 
   const Solution& answer() const { return answer_; }
@@ -171,8 +152,8 @@ class Solver {
     results.solution.solver.evaluations = outcome.evaluations;
     results.solution.solver.wall_seconds = seconds;
     const maneuver::Maneuver& maneuver = solver_.maneuver();
-    results.problem.duration = maneuver.duration;
-    results.problem.time_step = maneuver.time_step();
+    results.problem.duration = solver_.duration();
+    results.problem.time_step = solver_.duration() / maneuver.steps;
     maneuver::Goal& goal = *results.problem.goal;
     goal.turn.reset();
     goal.rotation.clear();
@@ -216,10 +197,8 @@ void bind_study(nb::module_& module) {
       "One maneuver solved again and again as its goal, its start or the time left move, each time from the last "
       "answer on:\n"
       "what a vehicle runs that plans while it swims.\n\n"
-      "Owns its workspace; for one thread at a time. The number of steps stays what it was; the scheme is of order 1 "
-      "or 2, the "
-      "problem\nwithout limits, waypoints, free durations, periodic goals and costs beside effort. Begins at a "
-      "solution of the "
+      "Owns its workspace; for one thread at a time. Takes limits, waypoints, free durations, periodic goals and all "
+      "costs, with schemes\nof order 1 or 2; the number of steps stays what it was. Begins at a solution of the "
       "problem.\nRaises InputError where the problem is not one that it takes or the solution is not one of it.")
       .def(nb::init<const Problem&, const Solution&>(), "problem"_a, "solution"_a)
       .def("set_goal", &Solver::set_goal, nb::kw_only(), "move"_a = nb::none(), "turn"_a = nb::none(),
@@ -239,9 +218,11 @@ void bind_study(nb::module_& module) {
            "rotation: (bodies, 3, 3), body → world. position: (3,) m, mass centre of the root, world frame.\n"
            "angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. Only the joints' rates count: "
            "the whole "
-           "then moves as\ntotal momentum zero demands, which moments cannot change. Ball joints only.")
+           "then moves as\ntotal momentum zero demands, which moments cannot change. Not for periodic goals.")
       .def("set_duration", &Solver::set_duration, "duration"_a,
-           "Another duration in as many steps, s: the time that is left. Moments stretch with it.")
+           "Another duration in as many steps, s: the time that is left. Moments stretch with it.\n\nInputError where "
+           "it "
+           "is free or waypoints are tied to times.")
       .def("solve", &Solver::solve, nb::kw_only(), "max_iterations"_a = nb::none(), "time_limit"_a = nb::none(),
            "Newton steps from the last answer on; releases the GIL.\n\n"
            "The outcome says whether they arrived; unless they did the last answer stays. time_limit: s. Ctrl-C raises "

@@ -35,9 +35,16 @@ CostTerms::CostTerms(const System& system, const Maneuver& maneuver, const Shape
       controls_(system.control_count()),
       start_rate_(VectorXd::Zero(controls_)) {
   multipliers_.value.setZero(system.joint_count(), steps_ + 1);
-  if (!empty() && !periodic_ && !maneuver.start.momentum.isZero(0.0))
-    start_rate_ = turns_.rates(maneuver.start.rotation, mechanics::velocity_of_momentum(system, maneuver.start.rotation,
-                                                                                        maneuver.start.momentum));
+  retarget(maneuver);
+}
+
+void CostTerms::retarget(const Maneuver& maneuver) {
+  weights_ = maneuver.cost_weights;
+  if (empty() || periodic_) return;
+  start_rate_.setZero();
+  if (maneuver.start.momentum.isZero(0.0)) return;
+  start_rate_ = turns_.rates(maneuver.start.rotation, mechanics::velocity_of_momentum(system_, maneuver.start.rotation,
+                                                                                      maneuver.start.momentum));
 }
 
 // First moments of a periodic motion, moments at the node before, work so far.

@@ -40,6 +40,9 @@ class CostTerms {
  public:
   CostTerms(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates);
 
+  /// Takes over another start and other weights of the same costs.
+  void retarget(const Maneuver& maneuver);
+
   bool empty() const { return !weights_.any(); }
   bool of_work() const { return weights_.work > 0.0 || weights_.transport > 0.0; }
   /// States that the terms add behind all others.

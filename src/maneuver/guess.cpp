@@ -204,6 +204,33 @@ NodePath perturbed(const System& system, const NodePath& path, std::uint64_t see
   return other;
 }
 
+NodePath led_to_start(const System& system, const NodePath& path, const Rotations& start) {
+  NodePath led = path;
+  const Rotations& before = path.rotation.front();
+  const double steps = static_cast<double>(path.rotation.size() - 1);
+  for (std::size_t k = 0; k < path.rotation.size(); ++k) {
+    const double share = 1.0 - static_cast<double>(k) / steps;
+    for (int i : system.root_to_leaves()) {
+      const model::Body& body = system.body(i);
+      if (body.parent < 0) continue;
+      const model::Joint& joint = system.joint(body.joint);
+      const Matrix3d was = mechanics::child_to_parent(before, joint), is = mechanics::child_to_parent(start, joint);
+      const Matrix3d now = mechanics::child_to_parent(path.rotation[k], joint);
+      Matrix3d moved;
+      if (joint.free()) {
+        moved = now * lie::exp(share * lie::log(was.transpose() * is));
+      } else {
+        Vector3d change = mechanics::joint_angles(joint, is) - mechanics::joint_angles(joint, was);
+        for (double& angle : change) angle = std::remainder(angle, 2.0 * std::numbers::pi);
+        moved = mechanics::joint_rotation(joint, mechanics::joint_angles(joint, now) + share * change);
+      }
+      led.rotation[k][at(i)] = led.rotation[k][at(body.parent)] * moved;
+    }
+    if (k > 0) led.cayley[k - 1] = cayley_between(led.rotation[k - 1], led.rotation[k]);
+  }
+  return led;
+}
+
 NodePath refined(const System& system, const NodePath& coarse, int steps) {
   return on_grid(NodeSplines(system, stacked_nodes(system, coarse)), steps);
 }

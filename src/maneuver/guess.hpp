@@ -14,6 +14,10 @@ NodePath random_guess(const model::System& system, const Maneuver& maneuver, std
 /// A motion near another one: its joints swing further, at random as random_guess's do. The root stays where it was.
 NodePath perturbed(const model::System& system, const NodePath& path, std::uint64_t seed);
 
+/// The motion with joints that begin as in `start`, [bodies] body → world, and by less and less of the difference from what they
+/// were: by nothing at the end. The root turns as it did.
+NodePath led_to_start(const model::System& system, const NodePath& path, const mechanics::Rotations& start);
+
 /// The motion on a grid of `steps`: cubic splines through its quaternions, positions and controls, so that velocities stay smooth.
 NodePath refined(const model::System& system, const NodePath& coarse, int steps);
 

@@ -44,6 +44,9 @@ class LimitTerms {
   LimitTerms(const model::System& system, std::vector<LimitRow> rows, const ShapeCoordinates& coordinates, int steps,
              double duration);
 
+  /// Takes over another duration, s. Not with waypoints: their nodes stay.
+  void take_duration(double duration) { duration_ = duration; }
+
   bool empty() const { return rows_.empty(); }
   const std::vector<LimitRow>& rows() const { return rows_; }
 

@@ -107,6 +107,8 @@ void ShapeProgram::take_start_impulse() {
 void ShapeProgram::retarget(const Maneuver& maneuver) {
   maneuver_ = maneuver;
   h_ = maneuver.time_step();
+  limits_.take_duration(maneuver.duration);
+  terms_.retarget(maneuver);
   take_start_impulse();
   if (now_.merit.cost > 0.0) measure(now_);  // there is a motion
 }

@@ -23,8 +23,6 @@ class ShapeProgram : public optimizer::StageProgram {
   /// Takes over another start without total momentum, other targets of the end rows and another duration, of as many steps
   /// and the same kind. A motion there is gets measured anew by them; where start or duration differ go_to must follow.
   void retarget(const Maneuver& maneuver);
-  /// The point's multipliers are good to go on with.
-  void keep_multipliers() { end_start_ = end_multiplier_; }
 
   /// Goes to a motion: its shapes and, as a first guess, its root's motion. Returns false where none is found.
   bool go_to(const NodePath& path);

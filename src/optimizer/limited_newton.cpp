@@ -38,9 +38,11 @@ Outcome solve_within_limits(StageNewton& newton, StageProgram& program, const Op
   int idle = 0;
   for (int n = 0; n < most_rounds && idle < most_idle_rounds; ++n) {
     const double error = program.limit_error();
-    idle = error < 0.5 * best ? 0 : idle + 1;
+    if (n > 0) {  // the first point may keep limits that another goal makes hard to keep
+      idle = error < 0.5 * best ? 0 : idle + 1;
+      best = std::min(best, error);
+    }
     if (idle > 1) finest = std::max(least_tolerance, 0.1 * finest);
-    best = std::min(best, error);
     round.tolerance = std::clamp(tolerance_share * error, finest, std::max(first_tolerance, finest));
     if (error <= limit_tolerance) round.tolerance = finest;
     const Outcome before = outcome;

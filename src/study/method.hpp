@@ -5,29 +5,12 @@
 #include <memory>
 #include <vector>
 
-#include "maneuver/cost_terms.hpp"
-#include "maneuver/end_rows.hpp"
-#include "maneuver/limit_terms.hpp"
-#include "maneuver/maneuver.hpp"
-#include "maneuver/node_path.hpp"
-#include "optimizer/outcome.hpp"
+#include "maneuver/shape_program.hpp"
+#include "optimizer/stage_newton.hpp"
+#include "study/found.hpp"
 #include "study/solve.hpp"
 
 namespace lamprey::study {
-
-/// A motion that a method has arrived at.
-struct Found {
-  optimizer::Outcome outcome;
-  maneuver::NodePath path;          // empty: none
-  maneuver::NodePath coarser;       // the same solution on a grid whose nodes are among the path's; empty: not known
-  Eigen::VectorXd end_multipliers;  // of the end rows
-  double cost = 0.0;                // by the file's rule
-  double duration = 0.0;            // s
-  maneuver::LimitMultipliers limit_multipliers;
-  std::optional<maneuver::CostParts> cost_parts;  // where more than effort and time is asked for
-  maneuver::WorkMultipliers work_multipliers;
-  bool converged() const { return outcome.termination == optimizer::Termination::converged; }
-};
 
 /// When to stop, whoever asks.
 class Budget {
@@ -81,6 +64,12 @@ struct Reached {
 /// Whether the Newton method can take the problem: moments free at each node, no total momentum; above order 2 neither limits,
 /// waypoints, a periodic goal, a free duration nor costs beside effort and time.
 bool newton_takes(const model::System& system, const maneuver::Problem& problem);
+
+/// Newton's method from the program's point on, to the tolerance of a last Newton step; where limits count as met a hundredth of
+/// it, for such a step is no good where limits begin to hold. The reason of an outcome that did not converge says what is
+/// missed most.
+optimizer::Outcome solve_program(optimizer::StageNewton& newton, maneuver::ShapeProgram& program,
+                                 optimizer::Options options);
 
 std::unique_ptr<Method> newton_method(const model::System& system, const maneuver::Problem& problem,
                                       const SolveOptions& options, const Budget& budget);

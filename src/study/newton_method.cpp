@@ -218,9 +218,6 @@ class NewtonMethod : public Method {
 
   // Effort and history of `found` go on.
   void solve(Grid& grid, const NodePath& from, double tolerance, Found& found) const {
-    const bool rough = tolerance > fine_tolerance;
-    const double limit_tolerance = rough ? rough_limits : fine_limits;
-    if (!rough && grid.program.limited()) tolerance *= limited_share;
     const optimizer::Outcome before = found.outcome;
     optimizer::Outcome& outcome = found.outcome;
     outcome = optimizer::Outcome();
@@ -231,10 +228,7 @@ class NewtonMethod : public Method {
     grid.program.take_limit_multipliers(found.limit_multipliers);
     grid.program.take_work_multipliers(found.work_multipliers);
     if (grid.program.go_to(from)) {
-      outcome = optimizer::solve_within_limits(grid.newton, grid.program,
-                                               budget_.optimizer_options(most_iterations, tolerance), limit_tolerance);
-      for (const std::string& detail : {grid.program.largest_violation(), grid.program.largest_miss()})
-        if (!detail.empty()) outcome.reason += "; " + detail;
+      outcome = solve_program(grid.newton, grid.program, budget_.optimizer_options(most_iterations, tolerance));
       found.path = grid.program.path();
       found.cost = grid.program.cost();
       found.end_multipliers = grid.program.end_multipliers();
@@ -262,6 +256,16 @@ Reached::Reached(const System& system, const Problem& problem) : coordinates(sys
   const NodePath guess = maneuver::random_guess(system, probe, seed_of_start(problem, 0));
   coordinates = maneuver::reachable_coordinates(system, probe, guess);
   rows = maneuver::independent_end_rows(system, probe, coordinates, guess);
+}
+
+optimizer::Outcome solve_program(optimizer::StageNewton& newton, ShapeProgram& program, optimizer::Options options) {
+  const bool rough = options.tolerance > fine_tolerance;
+  if (!rough && program.limited()) options.tolerance *= limited_share;
+  optimizer::Outcome outcome =
+      optimizer::solve_within_limits(newton, program, options, rough ? rough_limits : fine_limits);
+  for (const std::string& detail : {program.largest_violation(), program.largest_miss()})
+    if (!detail.empty()) outcome.reason += "; " + detail;
+  return outcome;
 }
 
 bool newton_takes(const System& system, const Problem& problem) {

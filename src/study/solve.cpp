@@ -11,7 +11,6 @@
 #include "maneuver/goal_rank.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/mirror.hpp"
-#include "maneuver/motion.hpp"
 #include "maneuver/shooting.hpp"
 #include "model/input_error.hpp"
 #include "optimizer/ipopt.hpp"
@@ -27,7 +26,6 @@ using maneuver::Problem;
 using maneuver::Solution;
 using model::System;
 using optimizer::Outcome;
-using optimizer::Termination;
 
 constexpr std::size_t batch = 2;  // refined side by side; fixed, so that the answer does not depend on the machine
 constexpr std::size_t refined_candidates =
@@ -214,8 +212,6 @@ class Search {
     if (options_.accept) options_.accept(solutions_.back());
   }
 
-  static bool met(const Outcome& outcome) { return outcome.infeasibility < 1e-8; }
-
   // The motion of an outcome, by single shooting from there where the problem asks for it.
   Solution describe(const Found& found) {
     const bool shooting = problem_.search.method == maneuver::SearchMethod::shooting;
@@ -233,52 +229,18 @@ class Search {
       path = program.unpack(outcome.point);
       count_effort(outcome);
     }
-    path = turned_as_asked(path);
-    Solution solution;
-    const double duration = found.duration > 0.0 ? found.duration : full_.duration;
-    if (path.polynomial.empty()) {
-      describe_motion(system_, full_.lagrangian, duration / full_.steps, path, solution);
-      solution.cost = maneuver::cost_of(duration / full_.duration * full_.node_weight, solution.control) +
-                      full_.time_weight * duration;
-    } else {
-      describe_composed_motion(system_, problem_.scheme, full_.time_step(), path, solution);
-      solution.cost = maneuver::cost_of_polynomials(full_.effort, full_.time_step(), path.polynomial);
-    }
-    solution.limit_multipliers = limit_multipliers(found, duration / full_.steps);
-    if (found.cost_parts) {
-      solution.cost = found.cost;
-      solution.cost_parts = found.cost_parts;
-    }
-    for (Eigen::Index j = 0; j < found.work_multipliers.value.rows() && found.work_multipliers.weight > 0.0; ++j)
-      solution.work_multipliers.emplace_back(found.work_multipliers.value.row(j).begin(),
-                                             found.work_multipliers.value.row(j).end());
+    Found shown = found;
+    shown.path = turned_as_asked(path);
+    shown.outcome = outcome;
+    Solution solution =
+        study::describe(system_, full_, problem_.scheme, maneuver::limit_rows(system_, problem_), shown);
     solution.solver.name = method_->name() + (shooting ? ", single shooting" : "");
     solution.solver.wall_seconds = budget_.seconds();
     solution.solver.processor_seconds = budget_.processor_seconds();
     for (const optimizer::Iteration& step : outcome.history)
       solution.solver.history.push_back(
           {step.iteration, step.objective, step.goal_error, step.dual_infeasibility, step.step, step.drift});
-    solution.status = status_of(outcome);
-    solution.message = outcome.reason;
     return solution;
-  }
-
-  // In the units of the limits; those that hold nowhere are left out.
-  std::vector<maneuver::LimitMultiplier> limit_multipliers(const Found& found, double time_step) const {
-    std::vector<maneuver::LimitMultiplier> result;
-    if (found.limit_multipliers.value.size() == 0) return result;
-    const std::vector<maneuver::LimitRow> rows = maneuver::limit_rows(system_, problem_);
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      const auto values = found.limit_multipliers.value.row(static_cast<Eigen::Index>(r));
-      if (values.isZero(0.0)) continue;
-      const maneuver::LimitRow& row = rows[r];
-      maneuver::LimitMultiplier own{row.key, row.joint, row.body, row.other_body, row.component, row.upper(), {}};
-      const bool density = row.time < 0.0 && !row.of_duration();  // in the time of the first guess
-      const double price = maneuver::price_of_bound(row, time_step) * (density ? full_.time_step() / time_step : 1.0);
-      for (double value : values) own.multiplier.push_back(value * price);
-      result.push_back(own);
-    }
-    return result;
   }
 
   // Of two mirror images of equal cost the one that turns as the goal's rotation vector does.
@@ -290,25 +252,6 @@ class Search {
     if (!turn || turn->norm() == 0.0 || !maneuver::turns_against(*turn, path)) return path;
     const std::optional<int> axis = maneuver::mirror_axis(system_, full_);
     return axis ? maneuver::mirrored(system_, path, *axis) : path;
-  }
-
-  static maneuver::Status status_of(const Outcome& outcome) {
-    using maneuver::Status;
-    switch (outcome.termination) {
-      case Termination::converged:
-        return Status::optimal;
-      case Termination::feasible:
-        return Status::feasible;
-      case Termination::infeasible:
-        return Status::infeasible;
-      case Termination::time_limit:
-        return Status::time_limit;
-      case Termination::interrupted:
-        return Status::interrupted;
-      case Termination::stalled:
-        break;
-    }
-    return met(outcome) ? Status::feasible : Status::stalled;
   }
 
   const System& system_;

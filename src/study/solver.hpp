@@ -2,16 +2,13 @@
 // (chapter 9). What a vehicle runs that plans while it swims.
 #pragma once
 
-#include "maneuver/shape_program.hpp"
-#include "optimizer/stage_newton.hpp"
-#include "study/solve.hpp"
+#include "study/method.hpp"
 
 namespace lamprey::study {
 
-struct Reached;
-
-/// Owns its workspace. The number of steps stays what it was; the scheme is of order 1 or 2, the problem without limits,
-/// waypoints, free durations and periodic goals. Not for two threads at once.
+/// Owns its workspace. Takes what Lamprey's own Newton method takes (see newton_takes) with schemes of order 1 and 2: limits,
+/// waypoints, free durations, periodic goals and all costs. The number of steps stays what it was. Not for two threads at
+/// once.
 class Solver {
  public:
   /// Begins at a solution of the problem: the swimmer's own or one read from a file. `system` must outlive the solver.
@@ -23,10 +20,11 @@ class Solver {
   void set_goal(const maneuver::Goal& goal);
 
   /// Another start without total momentum; the goal stays where it is in the world. The motion's shapes follow it, less and
-  /// less towards the end. Throws model::InputError where there is momentum, and for joints other than ball joints.
+  /// less towards the end. Throws model::InputError where there is momentum and for periodic goals.
   void set_start(const integrator::State& start);
 
-  /// Another duration in as many steps, s: the time that is left. Moments stretch with it.
+  /// Another duration in as many steps, s: the time that is left. Moments stretch with it. Throws model::InputError where it is free
+  /// or where waypoints are tied to times.
   void set_duration(double duration);
 
   /// Newton steps from the last answer on. The outcome says whether they arrived; the motion is then that of the new problem,
@@ -37,25 +35,28 @@ class Solver {
   /// Stationary to 1e-7 of the cost's gradient before a last Newton step.
   static optimizer::Options newton_options();
 
-  /// The last answer: nodes as a solution has them, its cost by the file's rule, its number of steps.
-  const maneuver::NodePath& path() const { return path_; }
-  double cost() const { return cost_; }
+  /// The last answer: nodes as a solution has them, its cost by the file's rule, its duration, s.
+  const maneuver::NodePath& path() const { return last_.path; }
+  double cost() const { return last_.cost; }
+  double duration() const { return last_.duration; }
+  /// What is asked for.
   const maneuver::Maneuver& maneuver() const { return maneuver_; }
 
-  /// Nodes, moments, velocities and momenta of the last answer, as solution.json has them.
+  /// Nodes, moments, velocities, momenta and multipliers of the last answer, as solution.json has them.
   maneuver::Solution solution() const;
 
  private:
   Solver(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
          const Reached& reached);
+  bool go_to_last();
+  void keep_answer();
 
   const model::System& system_;
   maneuver::Problem problem_;
   maneuver::Maneuver maneuver_;
   maneuver::ShapeProgram program_;
   optimizer::StageNewton newton_;
-  maneuver::NodePath path_;
-  double cost_ = 0.0;
+  Found last_;
   bool moved_ = true;  // whether start or time did, or the last answer is none: its motion has to be found again
 };
 

@@ -112,6 +112,58 @@ TEST_P(SolverOfManeuvers, goes_on_from_another_start_and_with_less_time) {
 
 INSTANTIATE_TEST_SUITE_P(Examples, SolverOfManeuvers, testing::Values("translation", "rotation"));
 
+// Limits, waypoints, free durations, other costs and periodic goals: what a search takes.
+class SolverOfRicherProblems : public testing::TestWithParam<const char*> {};
+
+TEST_P(SolverOfRicherProblems, stays_at_an_answer_and_moves_on_to_another_goal) {
+  const Solved solved(GetParam(), 50);
+  ASSERT_EQ(solved.solution.status, maneuver::Status::optimal) << solved.solution.message;
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  const optimizer::Outcome stayed = solver.solve();
+  ASSERT_EQ(stayed.termination, Termination::converged) << stayed.reason;
+  EXPECT_NEAR(solver.cost() / solved.solution.cost, 1.0, 1e-8);
+  EXPECT_NEAR(solver.duration() / solved.solution.time.back(), 1.0, 1e-6);
+  Problem moved = solved.problem;
+  for (auto& coordinate : moved.goal->move)
+    if (coordinate) *coordinate *= 1.01;
+  *moved.goal->turn *= 0.99;
+  solver.set_goal(*moved.goal);
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  const certificate::Certificate certificate = certified(solved, moved, solver);
+  EXPECT_LT(certificate.goal_error, 1e-9);
+  EXPECT_LT(certificate.kkt, 1e-8);
+  if (certificate.limits) {
+    EXPECT_LT(certificate.limits->violation, certificate::limit_mark);
+    EXPECT_LT(certificate.limits->complementarity, certificate::complementarity_mark);
+  }
+  EXPECT_GT(std::abs(solver.cost() - solved.solution.cost), 1e-3 * solved.solution.cost);
+}
+
+INSTANTIATE_TEST_SUITE_P(Examples, SolverOfRicherProblems,
+                         testing::Values("free_time", "around_an_obstacle", "least_work", "gait_within_limits",
+                                         "rotation_with_clearance"));
+
+TEST(SolverOfLedBodies, follows_a_start_with_other_joint_angles) {
+  const Solved solved("falling_cat_flip", 50);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  Problem moved = solved.problem;
+  const model::Joint& joint = solved.system.joint(0);
+  const Eigen::Matrix3d root = lie::exp(moved.start.rotation[0]);
+  moved.start.rotation[1] =
+      lie::log(Eigen::Matrix3d(root * mechanics::joint_rotation(joint, Eigen::Vector3d(0.03, -0.02, 0.0))));
+  solver.set_start(maneuver::start_state(solved.system, moved.start));
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  for (int i = 0; i < solved.system.body_count(); ++i)  // the goal stayed where it was in the world
+    moved.goal->rotation[solved.system.body(i).name] =
+        lie::log(*solver.maneuver().end_rotation[static_cast<std::size_t>(i)]);
+  moved.goal->turn.reset();
+  const certificate::Certificate certificate = certified(solved, moved, solver);
+  EXPECT_LT(certificate.goal_error, 1e-10);
+  EXPECT_LT(certificate.kkt, 1e-8);
+}
+
 TEST(SolverRefusals, say_what_does_not_fit) {
   const Solved solved("translation", 30);
   study::Solver solver(solved.system, solved.problem, solved.solution);
@@ -125,12 +177,24 @@ TEST(SolverRefusals, say_what_does_not_fit) {
   Problem moving = solved.problem;
   moving.start.linear_velocity = {1.0, 0.0, 0.0};
   EXPECT_THROW(solver.set_start(maneuver::start_state(solved.system, moving.start)), model::InputError);
-  Problem free = solved.problem;
-  free.duration.free = true;
-  EXPECT_THROW(study::Solver(solved.system, free, solved.solution), model::InputError);
-  free = solved.problem;
-  free.steps = 31;
-  EXPECT_THROW(study::Solver(solved.system, free, solved.solution), model::InputError);
+  Problem other = solved.problem;
+  other.duration.free = true;
+  EXPECT_THROW(study::Solver(solved.system, other, solved.solution).set_duration(2.0), model::InputError);
+  other = solved.problem;
+  other.waypoints.push_back({0.5, {std::nullopt, 0.1, std::nullopt}, std::nullopt, {}});
+  EXPECT_THROW(study::Solver(solved.system, other, solved.solution).set_duration(2.0), model::InputError);
+  other = solved.problem;
+  other.goal->periodic = true;
+  other.goal->rest = false;
+  EXPECT_THROW(
+      study::Solver(solved.system, other, solved.solution).set_start(maneuver::start_state(solved.system, other.start)),
+      model::InputError);
+  other = solved.problem;
+  other.scheme = maneuver::Scheme::order4;
+  EXPECT_THROW(study::Solver(solved.system, other, solved.solution), model::InputError);
+  other = solved.problem;
+  other.steps = 31;
+  EXPECT_THROW(study::Solver(solved.system, other, solved.solution), model::InputError);
 }
 
 TEST(SolverRefusals, goals_out_of_the_plane_that_moments_keep_are_out_of_reach) {

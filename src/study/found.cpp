@@ -1,0 +1,132 @@
+#include "study/found.hpp"
+
+#include <cmath>
+
+#include "lie/so3.hpp"
+#include "maneuver/motion.hpp"
+
+namespace lamprey::study {
+
+namespace {
+
+using maneuver::LimitMultiplier;
+using maneuver::LimitRow;
+using maneuver::Maneuver;
+using maneuver::Solution;
+using maneuver::Status;
+using optimizer::Outcome;
+using optimizer::Termination;
+
+constexpr double goal_met = 1e-8;  // sum of what is missed
+
+// What a row's multiplier is worth in the units of its limit; densities belong to the time of the first guess.
+double price(const Maneuver& maneuver, const LimitRow& row, double time_step) {
+  const bool density = row.time < 0.0 && !row.of_duration();
+  return maneuver::price_of_bound(row, time_step) * (density ? maneuver.time_step() / time_step : 1.0);
+}
+
+std::vector<LimitMultiplier> multipliers_of_limits(const Maneuver& maneuver, const std::vector<LimitRow>& limits,
+                                                   const Found& found, double time_step) {
+  std::vector<LimitMultiplier> result;
+  if (found.limit_multipliers.value.size() == 0) return result;
+  for (std::size_t r = 0; r < limits.size(); ++r) {
+    const auto values = found.limit_multipliers.value.row(static_cast<Eigen::Index>(r));
+    if (values.isZero(0.0)) continue;
+    const LimitRow& row = limits[r];
+    LimitMultiplier own{row.key, row.joint, row.body, row.other_body, row.component, row.upper(), {}};
+    const double unit = price(maneuver, row, time_step);
+    for (double value : values) own.multiplier.push_back(value * unit);
+    result.push_back(own);
+  }
+  return result;
+}
+
+// Whether a multiplier was read for a row; of several waypoints each has its own node.
+bool belongs(const Maneuver& maneuver, const LimitRow& row, const LimitMultiplier& own) {
+  if (own.key != row.key || own.joint != row.joint || own.body != row.body || own.other_body != row.other_body ||
+      own.component != row.component || own.upper != row.upper() ||
+      own.multiplier.size() != static_cast<std::size_t>(maneuver.steps) + 1)
+    return false;
+  if (row.time < 0.0) return true;
+  return own.multiplier[static_cast<std::size_t>(std::lround(row.time / maneuver.duration * maneuver.steps))] != 0.0;
+}
+
+}  // namespace
+
+Status status_of(const Outcome& outcome) {
+  switch (outcome.termination) {
+    case Termination::converged:
+      return Status::optimal;
+    case Termination::feasible:
+      return Status::feasible;
+    case Termination::infeasible:
+      return Status::infeasible;
+    case Termination::time_limit:
+      return Status::time_limit;
+    case Termination::interrupted:
+      return Status::interrupted;
+    case Termination::stalled:
+      break;
+  }
+  return outcome.infeasibility < goal_met ? Status::feasible : Status::stalled;
+}
+
+Solution describe(const model::System& system, const Maneuver& maneuver, maneuver::Scheme scheme,
+                  const std::vector<LimitRow>& limits, const Found& found) {
+  Solution solution;
+  const double duration = found.duration > 0.0 ? found.duration : maneuver.duration;
+  const double time_step = duration / maneuver.steps;
+  if (found.path.polynomial.empty()) {
+    describe_motion(system, maneuver.lagrangian, time_step, found.path, solution);
+    solution.cost = maneuver::cost_of(duration / maneuver.duration * maneuver.node_weight, solution.control) +
+                    maneuver.time_weight * duration;
+  } else {
+    describe_composed_motion(system, scheme, time_step, found.path, solution);
+    solution.cost = maneuver::cost_of_polynomials(maneuver.effort, time_step, found.path.polynomial);
+  }
+  solution.limit_multipliers = multipliers_of_limits(maneuver, limits, found, time_step);
+  if (found.cost_parts) {
+    solution.cost = found.cost;
+    solution.cost_parts = found.cost_parts;
+  }
+  const maneuver::WorkMultipliers& work = found.work_multipliers;
+  for (Eigen::Index j = 0; j < work.value.rows() && work.weight > 0.0; ++j)
+    solution.work_multipliers.emplace_back(work.value.row(j).begin(), work.value.row(j).end());
+  solution.status = status_of(found.outcome);
+  solution.message = found.outcome.reason;
+  return solution;
+}
+
+Found found_in(const model::System& system, const Maneuver& maneuver, const std::vector<LimitRow>& limits,
+               const Solution& solution) {
+  Found found;
+  found.path.rotation = solution.rotation;
+  found.path.position = solution.position;
+  for (std::size_t k = 0; k + 1 < solution.rotation.size(); ++k) {
+    found.path.cayley.emplace_back();
+    for (std::size_t i = 0; i < solution.rotation[k].size(); ++i)
+      found.path.cayley.back().push_back(
+          lie::inverse_cayley(solution.rotation[k][i].transpose() * solution.rotation[k + 1][i]));
+  }
+  found.cost = solution.cost;
+  found.duration = maneuver.free_duration && !solution.time.empty() ? solution.time.back() : maneuver.duration;
+  const auto nodes = static_cast<Eigen::Index>(solution.rotation.size());
+  found.limit_multipliers.value.setZero(static_cast<Eigen::Index>(limits.size()), nodes);
+  for (std::size_t r = 0; r < limits.size(); ++r)
+    for (const LimitMultiplier& own : solution.limit_multipliers) {
+      if (!belongs(maneuver, limits[r], own)) continue;
+      const double unit = price(maneuver, limits[r], found.duration / maneuver.steps);
+      found.limit_multipliers.value.row(static_cast<Eigen::Index>(r)) =
+          Eigen::Map<const Eigen::RowVectorXd>(own.multiplier.data(), nodes) / unit;
+      break;
+    }
+  if (solution.work_multipliers.size() != static_cast<std::size_t>(system.joint_count())) return found;
+  found.work_multipliers.value.setZero(system.joint_count(), nodes);
+  for (std::size_t j = 0; j < solution.work_multipliers.size(); ++j)
+    if (solution.work_multipliers[j].size() == solution.rotation.size())
+      found.work_multipliers.value.row(static_cast<Eigen::Index>(j)) =
+          Eigen::Map<const Eigen::RowVectorXd>(solution.work_multipliers[j].data(), nodes);
+  return found;
+}
+
+}  // namespace lamprey::study

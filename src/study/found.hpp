@@ -1,0 +1,37 @@
+// What a method has found, and the solution that it makes.
+#pragma once
+
+#include "maneuver/cost_terms.hpp"
+#include "maneuver/limit_terms.hpp"
+#include "maneuver/node_path.hpp"
+#include "optimizer/outcome.hpp"
+
+namespace lamprey::study {
+
+/// A motion that a method has arrived at.
+struct Found {
+  optimizer::Outcome outcome;
+  maneuver::NodePath path;          // empty: none
+  maneuver::NodePath coarser;       // the same solution on a grid whose nodes are among the path's; empty: not known
+  Eigen::VectorXd end_multipliers;  // of the end rows
+  double cost = 0.0;                // by the file's rule
+  double duration = 0.0;            // s
+  maneuver::LimitMultipliers limit_multipliers;
+  std::optional<maneuver::CostParts> cost_parts;  // where more than effort and time is asked for
+  maneuver::WorkMultipliers work_multipliers;
+  bool converged() const { return outcome.termination == optimizer::Termination::converged; }
+};
+
+/// The optimiser's own view of how it ended.
+maneuver::Status status_of(const optimizer::Outcome& outcome);
+
+/// Nodes, moments, velocities, momenta, cost and multipliers of what was found for a maneuver, as solution.json has them; the
+/// multipliers of limits that hold nowhere are left out. `limits`: the rows that limit_multipliers belong to.
+maneuver::Solution describe(const model::System& system, const maneuver::Maneuver& maneuver, maneuver::Scheme scheme,
+                            const std::vector<maneuver::LimitRow>& limits, const Found& found);
+
+/// The way back: nodes, duration and multipliers of limits and work, without the weights that a search chooses.
+Found found_in(const model::System& system, const maneuver::Maneuver& maneuver,
+               const std::vector<maneuver::LimitRow>& limits, const maneuver::Solution& solution);
+
+}  // namespace lamprey::study
