@@ -214,7 +214,7 @@ void ComposedProgram::model_step(int k, const Vector3d& turn, const Vector3d& sh
     const Vector3d lever = now_.position.back() - now_.position[at(n + 1)];
     StageLink& link = step.link[at(s)];
     kernel_.tangent(stage_time(n), control, next_control, now_.stage[at(n)], tangent_);
-    kernel_.curvature(stage_time(n), control, next_control, now_.stage[at(n)], tangent_,
+    kernel_.curvature(stage_time(n), control, next_control, now_.stage[at(n)],
                       {multiplier_[at(n)], multiplier_[at(n + 1)], turn + lever.cross(shift), shift}, hessian_);
     link.minus = tangent_.minus;
     link.plus = tangent_.plus;

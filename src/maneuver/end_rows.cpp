@@ -10,9 +10,19 @@ namespace {
 using model::at;
 using model::System;
 
-// Turns of a body that is not the root by the shape's coordinates, body frame: [3][shape].
-MatrixXd turns_by_shape(const System& system, const mechanics::Rotations& rotation, int body) {
-  return mechanics::turn_by_freedoms(system, rotation, body).rightCols(shape_size(system));
+// How a component of a body's turn, `along` in its own frame, changes with the shape's coordinates; the root turns nothing.
+void read_turn(const System& system, const mechanics::Rotations& R, int i, Vector3d along,
+               Eigen::Ref<Eigen::RowVectorXd> derivative) {
+  for (; system.body(i).parent >= 0; i = system.body(i).parent) {
+    const model::Body& body = system.body(i);
+    if (body.freedoms == 3) {
+      derivative.segment<3>(shape_offset(body)) = along;
+      return;
+    }
+    const mechanics::JointFrame frame = mechanics::joint_frame(system.joint(body.joint), R[at(body.parent)], R[at(i)]);
+    for (int f = 0; f < body.freedoms; ++f) derivative[shape_offset(body) + f] = along.dot(frame.axes.col(f));
+    along = frame.child_to_parent * along;
+  }
 }
 
 }  // namespace
@@ -48,13 +58,13 @@ double end_row(const System& system, const Maneuver& maneuver, const EndRow& row
   if (row.kind == EndRow::Kind::shape) {
     const Matrix3d asked_shape = maneuver.end_rotation[0]->transpose() * asked;
     const Vector3d error = lie::log(asked_shape.transpose() * (R[0].transpose() * now));
-    derivative.head(shape) = lie::log_tangent(error).row(row.component) * turns_by_shape(system, R, row.index);
+    read_turn(system, R, row.index, lie::log_tangent(error).row(row.component), derivative);
     return error[row.component];
   }
   // exp(ρ̂) R asked⁻¹ = exp(e + T ρ): the turn comes from the left
   const Vector3d error = lie::log(now * asked.transpose());
   const Eigen::RowVector3d by_turn = lie::log_tangent(-error).row(row.component);
-  if (row.index > 0) derivative.head(shape) = by_turn * now * turns_by_shape(system, R, row.index);
+  if (row.index > 0) read_turn(system, R, row.index, now.transpose() * by_turn.transpose(), derivative);
   derivative.segment<3>(shape) = by_turn;
   return error[row.component];
 }

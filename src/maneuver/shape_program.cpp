@@ -50,6 +50,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
     : system_(system),
       maneuver_(maneuver),
       end_rows_(std::move(end_rows)),
+      stated_rows_(stated_end_rows(system, maneuver, {})),
       shape_basis_(coordinates.shape),
       pose_basis_(coordinates.pose),
       all_shapes_(shape_basis_.isIdentity(0.0)),
@@ -81,9 +82,15 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       by_shape_(controls_, shape_size(system)),
       equations_(4 * shape_, shape_),
       pose_step_(pose_, 2 * shape_),
+      pull_(pose_),
+      end_by_state_(shape_, states()),
+      end_weighed_(controls_, states()),
+      end_transposed_(states(), controls_),
+      end_mixed_(states(), shape_),
+      by_first_(shape_size(system) + 6),
+      by_last_(shape_size(system) + 6),
       bent_(2 * shape_, 3),
       added_(bent_),
-      inertia_(shape_),
       first_node_(node_),
       hessian_(2 * shape_ + 3, 2 * shape_ + 3) {
   take_start_impulse();
@@ -143,11 +150,17 @@ bool ShapeProgram::go_to(const NodePath& path) {
 
 NodePath ShapeProgram::path() const {
   NodePath path;
+  write_path(path);
+  return path;
+}
+
+void ShapeProgram::write_path(NodePath& path) const {
   path.rotation = now_.rotation;
   path.position = now_.position;
-  for (const ShapeStep& step : now_.step) path.cayley.push_back(step.interval.cayley);
-  for (const VectorXd& moment : now_.moment) path.control.push_back(moment.head(controls_));
-  return path;
+  path.cayley.resize(now_.step.size());
+  for (std::size_t k = 0; k < now_.step.size(); ++k) path.cayley[k] = now_.step[k].interval.cayley;
+  path.control.resize(now_.moment.size());
+  for (std::size_t k = 0; k < now_.moment.size(); ++k) path.control[k] = now_.moment[k].head(controls_);
 }
 
 // Shapes become a motion from node to node.
@@ -198,21 +211,32 @@ void ShapeProgram::measure(Motion& motion) {
   }
   if (periodic) motion.moment.front() = motion.moment.back();
   merit.cost += maneuver_.time_weight * h_ * motion.stretch * steps_;
-  Eigen::RowVectorXd unused(shape_size(system_) + 6);
-  for (std::size_t r = 0; r < end_rows_.size(); ++r) {
-    const EndRow& row = end_rows_[r];
-    double& value = motion.end_rows[static_cast<Eigen::Index>(r)];
-    if (row.kind == EndRow::Kind::moment)
-      value = motion.moment.back()[row.index];
-    else if (row.kind == EndRow::Kind::closure)
-      value = closure_row(system_, row, motion.shape.front(), motion.shape.back(), unused, unused);
-    else
-      value = end_row(system_, maneuver_, row, motion.rotation.back(), motion.position.back(), unused);
-  }
+  for (std::size_t r = 0; r < end_rows_.size(); ++r)
+    motion.end_rows[static_cast<Eigen::Index>(r)] = value_of(end_rows_[r], motion);
   merit.violation = motion.end_rows.lpNorm<1>() + idle_sum / std::max(needed, 1e-300);
   motion.cost = merit.cost;
   if (!terms_.empty()) add_terms(motion);
   add_limits(motion);
+}
+
+double ShapeProgram::value_of(const EndRow& row, const Motion& motion) {
+  switch (row.kind) {
+    case EndRow::Kind::moment:
+      return motion.moment.back()[row.index];
+    case EndRow::Kind::closure:
+      return closure_row(system_, row, motion.shape.front(), motion.shape.back(), by_first_, by_last_);
+    case EndRow::Kind::orientation:
+    case EndRow::Kind::shape:
+    case EndRow::Kind::position:
+      break;
+  }
+  return end_row(system_, maneuver_, row, motion.rotation.back(), motion.position.back(), by_last_);
+}
+
+double ShapeProgram::stated_goal_error() {
+  double error = 0.0;
+  for (const EndRow& row : stated_rows_) error = std::max(error, std::abs(value_of(row, now_)));
+  return error;
 }
 
 CostedMotion ShapeProgram::costed(const Motion& motion) const {
@@ -270,6 +294,14 @@ const VectorXd& ShapeProgram::spread_shape(double factor, const Eigen::Ref<const
   return along_;
 }
 
+// Coordinates of a pose become the root's world turn and position.
+Vector6d ShapeProgram::spread_pose(const Eigen::Ref<const VectorXd>& pose) const {
+  if (all_poses_) return pose;
+  Vector6d whole = Vector6d::Zero();
+  optimizer::add_image(1.0, pose_basis_, pose, whole);
+  return whole;
+}
+
 // Equations laid out by column, right-hand side and result in `values`.
 void ShapeProgram::solve_moments(VectorXd& values) {
   equations_.row(shape_) = values.transpose();
@@ -323,19 +355,17 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
   ShapeStep& step = now_.step[at(k)];
   const double h = h_ * now_.stretch;
   kernel_.tangent(h, node.control, next.control, step, after_);
-  kernel_.curvature(h, node.control, next.control, step, after_, {node.multiplier, next.multiplier, turn, shift},
-                    hessian_);
+  kernel_.curvature(h, node.control, next.control, step, {node.multiplier, next.multiplier, turn, shift}, hessian_);
   const int ends = 2 * shape_;
   // the hessian takes the root's turn ρ at the beginning, which is ρ' at the end less what the step adds
   const auto added = after_.pose.topRows<3>();
   const auto pose_turn = pose_basis_.topRows<3>();
   const auto by_turn = hessian_.topRightCorner(ends, 3);
-  const auto turn_turn = hessian_.bottomRightCorner<3, 3>();
+  const Matrix3d turn_turn = hessian_.bottomRightCorner<3, 3>();
   const bool last = k + 1 == steps_;
   MatrixXd& Q = last ? model.Q_end : model.stage[at(leads_ + k + 1)].Q;
   set_transposed(added, added_);
-  bent_.noalias() = added_ * (0.5 * turn_turn);
-  bent_ = by_turn - bent_;
+  bent_ = by_turn - added_.lazyProduct(0.5 * turn_turn);
   auto by_ends = Q.topLeftCorner(ends, ends);
   by_ends = hessian_.topLeftCorner(ends, ends);
   add_product_transposed(-1.0, bent_, added_, by_ends);
@@ -353,11 +383,11 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
 
   // turns against the node before, weighed by the joints' inertia
   MatrixXd& metric = last ? model.metric_end : model.stage[at(leads_ + k + 1)].metric;
-  inertia_ = metric_scale_ * after_.minus.rightCols(shape_).diagonal().cwiseAbs();
-  metric.topLeftCorner(shape_, shape_) = inertia_.asDiagonal();
-  metric.block(shape_, shape_, shape_, shape_) = inertia_.asDiagonal();
-  metric.block(0, shape_, shape_, shape_) = (-inertia_).asDiagonal();
-  metric.block(shape_, 0, shape_, shape_) = (-inertia_).asDiagonal();
+  for (int c = 0; c < shape_; ++c) {
+    const double inertia = metric_scale_ * std::abs(after_.minus(c, shape_ + c));
+    metric(c, c) = metric(shape_ + c, shape_ + c) = inertia;
+    metric(c, shape_ + c) = metric(shape_ + c, c) = -inertia;
+  }
 }
 
 // Where moments at node k lead: the next shape, by shapes and by moments, and the root with it.
@@ -489,13 +519,22 @@ void ShapeProgram::model_leads(StageModel& model) const {
 }
 
 // At rest the last moments follow from the last two shapes; those of a periodic motion from the first two as well.
-MatrixXd ShapeProgram::end_moments_by_state() const {
-  const Eigen::PartialPivLU<MatrixXd> by_impulse(now_.impulse.back());
-  MatrixXd by_state = MatrixXd::Zero(shape_, states());
-  by_state.leftCols(2 * shape_) = -by_impulse.solve(before_.plus);
-  if (maneuver_.periodic) by_state.middleCols(copies(), 2 * shape_) = by_impulse.solve(first_minus_);
-  if (maneuver_.free_duration) by_state.col(tau()) = -2.0 * now_.moment.back();
-  return by_state;
+void ShapeProgram::find_end_moments_by_state() {
+  const int n = shape_;
+  set_transposed(now_.impulse.back(), equations_.topRows(n));
+  auto solved = equations_.middleRows(n, 2 * n);
+  set_transposed(before_.plus, solved);
+  optimizer::solve_equations(equations_.topRows(3 * n));
+  end_by_state_.setZero();
+  set_transposed(solved, end_by_state_.leftCols(2 * n));
+  end_by_state_.leftCols(2 * n) *= -1.0;
+  if (maneuver_.periodic) {
+    set_transposed(now_.impulse.back(), equations_.topRows(n));
+    set_transposed(first_minus_, solved);
+    optimizer::solve_equations(equations_.topRows(3 * n));
+    set_transposed(solved, end_by_state_.middleCols(copies(), 2 * n));
+  }
+  if (maneuver_.free_duration) end_by_state_.col(tau()) = -2.0 * now_.moment.back();
 }
 
 void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
@@ -508,15 +547,22 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
   if (!maneuver_.rest && !maneuver_.periodic) return;
   const int n = shape_;
   const VectorXd& moment = now_.moment.back();
-  const MatrixXd by_state = end_moments_by_state();
-  if (!terms_.empty()) end_moments_ = by_state.topRows(controls_);
-  const auto controls = by_state.topRows(controls_);
-  model.Q_end.noalias() += controls.transpose() * node.by_control_twice * controls;
-  model.q_end.noalias() += controls.transpose() * node.by_control;
-  const auto add_mixed = [&](const MatrixXd& by_controls, int place) {  // second derivatives by moments and some states
-    const MatrixXd mixed = by_controls.transpose() * controls;
-    model.Q_end.middleRows(place, mixed.rows()) += mixed;
-    model.Q_end.middleCols(place, mixed.rows()) += mixed.transpose();
+  find_end_moments_by_state();
+  if (!terms_.empty()) end_moments_ = end_by_state_.topRows(controls_);
+  const auto controls = end_by_state_.topRows(controls_);
+  end_weighed_.setZero();
+  add_product(1.0, node.by_control_twice, controls, end_weighed_);
+  set_transposed(controls, end_transposed_);
+  add_product(1.0, end_transposed_, end_weighed_, model.Q_end);
+  optimizer::add_transposed_image(1.0, controls, node.by_control, model.q_end);
+  // second derivatives by moments and some states
+  const auto add_mixed = [&](const Eigen::Ref<const MatrixXd>& by_controls, int place) {
+    const Eigen::Index count = by_controls.cols();
+    auto columns = end_mixed_.leftCols(count);
+    columns.setZero();
+    add_product(1.0, end_transposed_, by_controls, columns);
+    model.Q_end.middleCols(place, count) += columns;
+    for (Eigen::Index c = 0; c < count; ++c) model.Q_end.row(place + c) += columns.col(c).transpose();
   };
   add_mixed(node.control_by_shape, n);
   if (maneuver_.periodic) add_mixed(first_node_.control_by_shape, copies());
@@ -532,28 +578,30 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
   }
   for (std::size_t r = 0; r < end_rows_.size(); ++r)
     if (end_rows_[r].kind == EndRow::Kind::moment)
-      model.C.row(static_cast<Eigen::Index>(r)) = by_state.row(end_rows_[r].index);
+      model.C.row(static_cast<Eigen::Index>(r)) = end_by_state_.row(end_rows_[r].index);
 }
 
 // The end rows but those of moments.
-void ShapeProgram::model_goal(MatrixXd& C, VectorXd& c) const {
+void ShapeProgram::model_goal(MatrixXd& C, VectorXd& c) {
   C.setZero();
   c = now_.end_rows;
   const Eigen::Index all = shape_basis_.rows();
-  Eigen::RowVectorXd derivative(all + 6);
+  // along some basis, from a row's own place on
+  const auto along = [&](const auto& derivative, const MatrixXd& basis, auto row) {
+    for (Eigen::Index j = 0; j < basis.cols(); ++j) row[j] = derivative.dot(basis.col(j).transpose());
+  };
   for (std::size_t r = 0; r < end_rows_.size(); ++r) {
     if (end_rows_[r].kind == EndRow::Kind::moment) continue;
     auto row = C.row(static_cast<Eigen::Index>(r));
     if (end_rows_[r].kind == EndRow::Kind::closure) {
-      Eigen::RowVectorXd by_first(all + 6);
-      closure_row(system_, end_rows_[r], now_.shape.front(), now_.shape.back(), by_first, derivative);
-      row.segment(copies(), shape_).noalias() = by_first.head(all) * shape_basis_;
-      row.segment(shape_, shape_).noalias() = derivative.head(all) * shape_basis_;
+      closure_row(system_, end_rows_[r], now_.shape.front(), now_.shape.back(), by_first_, by_last_);
+      along(by_first_.head(all), shape_basis_, row.segment(copies(), shape_));
+      along(by_last_.head(all), shape_basis_, row.segment(shape_, shape_));
       continue;
     }
-    end_row(system_, maneuver_, end_rows_[r], now_.rotation.back(), now_.position.back(), derivative);
-    row.segment(shape_, shape_).noalias() = derivative.head(all) * shape_basis_;
-    row.segment(2 * shape_, pose_).noalias() = derivative.tail<6>() * pose_basis_;
+    end_row(system_, maneuver_, end_rows_[r], now_.rotation.back(), now_.position.back(), by_last_);
+    along(by_last_.head(all), shape_basis_, row.segment(shape_, shape_));
+    along(by_last_.tail<6>(), pose_basis_, row.segment(2 * shape_, pose_));
   }
 }
 
@@ -623,8 +671,8 @@ bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
   }
   slopes.q_end.setZero(states());
   if (!maneuver_.rest) return true;
-  const MatrixXd by_state = end_moments_by_state();
-  slopes.q_end.noalias() = by_state.transpose() * (node_weight(now_, steps_) * now_.moment.back());
+  find_end_moments_by_state();
+  optimizer::add_transposed_image(node_weight(now_, steps_), end_by_state_, now_.moment.back(), slopes.q_end);
   return true;
 }
 
@@ -671,7 +719,9 @@ void ShapeProgram::model_limits() {
 
 // Multipliers of the root's pose at the nodes, from the end: a position's stays on the way back, a turn's takes up its lever.
 void ShapeProgram::lay_pose_multipliers(const StageModel& model) {
-  const VectorXd pose = pose_basis_ * (model.C.middleCols(2 * shape_, pose_).transpose() * end_multiplier_);
+  pull_.setZero();
+  optimizer::add_transposed_image(1.0, model.C.middleCols(2 * shape_, pose_), end_multiplier_, pull_);
+  const Vector6d pose = spread_pose(pull_);
   Vector3d turn = pose.head<3>(), shift = pose.tail<3>();
   if (!terms_.empty()) shift += terms_.pull_at_end(costed(now_), now_.terms);
   for (int k = steps_; k > 0; --k) {
@@ -699,8 +749,8 @@ const Merit* ShapeProgram::try_step(const StageStep& along, double length) {
     move_shape(system_, now_.shape[at(k + 1)], spread_shape(length, there.segment(shape_, shape_)), buffer_,
                trial_.shape[at(k + 1)]);
     // the root's motion to first order
-    const Vector6d pose = pose_basis_ * along.state[at(leads_ + k)].segment(2 * shape_, pose_);
-    const Vector6d change = pose_basis_ * there.segment(2 * shape_, pose_) - pose;
+    const Vector6d pose = spread_pose(along.state[at(leads_ + k)].segment(2 * shape_, pose_));
+    const Vector6d change = spread_pose(there.segment(2 * shape_, pose_)) - pose;
     const ShapeStep& from = now_.step[at(k)];
     ShapeStep& to = trial_.step[at(k)];
     const Vector3d moved = change.tail<3>() - pose.head<3>().cross(from.interval.displacement);

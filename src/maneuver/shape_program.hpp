@@ -27,6 +27,8 @@ class ShapeProgram : public optimizer::StageProgram {
   /// Goes to a motion: its shapes and, as a first guess, its root's motion. Returns false where none is found.
   bool go_to(const NodePath& path);
   NodePath path() const;
+  /// The same into a path of the program's size, without allocation.
+  void write_path(NodePath& path) const;
   double duration() const { return h_ * now_.stretch * steps_; }
   /// Starts from another duration, where it is free. Before go_to.
   void take_duration(double duration) { now_.stretch = duration / (h_ * steps_); }
@@ -45,6 +47,8 @@ class ShapeProgram : public optimizer::StageProgram {
   void take_work_multipliers(const WorkMultipliers& multipliers) { work_start_ = multipliers; }
   const WorkMultipliers& work_multipliers() const { return terms_.multipliers(); }
   const std::vector<LimitRow>& limit_rows() const { return limits_.rows(); }
+  /// Largest miss of all conditions that the goal states, those that follow from others included; rad, m.
+  double stated_goal_error();
   /// The end row that is missed most, in words; empty where the goal is met.
   std::string largest_miss() const;
   /// The limit that is broken most, in words; empty where all are kept.
@@ -103,6 +107,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void model_node(int k, NodeModel& node);
   void model_controls(int k, NodeModel& node);
   void solve_moments(VectorXd& values);
+  Vector6d spread_pose(const Eigen::Ref<const VectorXd>& pose) const;
   const VectorXd& spread_shape(double factor, const Eigen::Ref<const VectorXd>& shape);
   void add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q, VectorXd& q) const;
   void carry_on(int k, MatrixXd& A) const;
@@ -113,9 +118,10 @@ class ShapeProgram : public optimizer::StageProgram {
   void model_stage(int k, const NodeModel& node, optimizer::Stage& stage);
   void model_first_shapes(optimizer::Stage& stage);
   void model_leads(optimizer::StageModel& model) const;
-  MatrixXd end_moments_by_state() const;
+  void find_end_moments_by_state();
+  double value_of(const EndRow& row, const Motion& motion);
   void model_end(const NodeModel& node, optimizer::StageModel& model);
-  void model_goal(MatrixXd& C, VectorXd& c) const;
+  void model_goal(MatrixXd& C, VectorXd& c);
   void model_limits();
   void lay_pose_multipliers(const optimizer::StageModel& model);
   LimitedNode limited_node(const Motion& motion, int k) const;
@@ -138,6 +144,7 @@ class ShapeProgram : public optimizer::StageProgram {
   const model::System& system_;
   Maneuver maneuver_;
   std::vector<EndRow> end_rows_;
+  std::vector<EndRow> stated_rows_;    // dependent ones too
   MatrixXd shape_basis_, pose_basis_;  // [shape_size][f], [6][p]
   bool all_shapes_, all_poses_;        // whether they are identities
   int steps_, shape_, pose_, controls_;
@@ -167,8 +174,12 @@ class ShapeProgram : public optimizer::StageProgram {
   MatrixXd work_, by_shape_;                               // [shape_size][f], [controls][shape_size]
   MatrixXd equations_;                                     // [4 f][f] a column for each equation
   MatrixXd pose_step_;                                     // [p][2 f]
+  VectorXd pull_;                                          // [p]
+  MatrixXd end_by_state_;                                  // [f][n] the last node's moments by the last state
+  MatrixXd end_weighed_, end_transposed_;                  // [controls][n], [n][controls]
+  MatrixXd end_mixed_;                                     // [n][f]
+  Eigen::RowVectorXd by_first_, by_last_;                  // [shape_size + 6]
   Eigen::Matrix<double, Eigen::Dynamic, 3> bent_, added_;  // [2 f][3]
-  VectorXd inertia_;  // [f] by which turns against the node before count in the metric
   ShapeTangent before_, after_;
   MatrixXd first_minus_;  // [f][2 f] of the first step
   NodeModel first_node_;  // of periodic motions

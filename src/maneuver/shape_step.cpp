@@ -16,12 +16,13 @@ using mechanics::Rotations;
 using mechanics::Rows3;
 using model::at;
 using model::System;
+using optimizer::add_image;
 using optimizer::add_product;
 using optimizer::add_product_transposed;
 using optimizer::set_transposed;
 
 constexpr int most_iterations = 40;
-constexpr double settled = 1e-14;    // of the largest momentum: as near to zero as sums of it come
+constexpr double settled = 1e-14;       // of the largest momentum: as near to zero as sums of it come
 constexpr double round_off = 1e-14;     // of inertia over time step, what rotations' round-off makes of momenta
 constexpr double least_learning = 0.1;  // cosine and length of what the inverse foretells, against what was
 constexpr double slow = 0.2;            // contraction that calls for a new inverse
@@ -65,6 +66,7 @@ ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lag
       plus_(directions_, shape_),
       momentum_(directions_, 6),
       root_(2 * shape_, 6),
+      pose_(2 * shape_, 6),
       ends_(2 * shape_, shape_),
       multiplier_(system),
       multiplier_rate_(system.body_count()),
@@ -282,8 +284,9 @@ void ShapeKernel::tangent(double time_step, const mechanics::Moments& control, c
   tangent.minus.resize(shape_, ends);
   tangent.plus.resize(shape_, ends);
   set_transposed(root_, tangent.root);
-  tangent.pose.topRows<3>() = step.interval.next_rotation[0] * tangent.root.topRows<3>();
-  tangent.pose.bottomRows<3>() = step.interval.rotation[0] * tangent.root.bottomRows<3>();
+  pose_.leftCols<3>() = root_.leftCols<3>().lazyProduct(step.interval.next_rotation[0].transpose());
+  pose_.rightCols<3>() = root_.rightCols<3>().lazyProduct(step.interval.rotation[0].transpose());
+  set_transposed(pose_, tangent.pose);
   ends_ = minus_.topRows(ends);
   add_product(1.0, root_, minus_.bottomRows<6>(), ends_);
   set_transposed(ends_, tangent.minus);
@@ -371,16 +374,16 @@ void ShapeKernel::assemble_hessian(MatrixXd& hessian) {
 }
 
 void ShapeKernel::curvature(double time_step, const mechanics::Moments& control, const mechanics::Moments& control_next,
-                            const ShapeStep& step, const ShapeTangent& tangent, const ShapeMultipliers& m,
-                            MatrixXd& hessian) {
+                            const ShapeStep& step, const ShapeMultipliers& m, MatrixXd& hessian) {
   const mechanics::ForcedStep forced{system_, lagrangian_, time_step, step.interval, control, control_next};
   const Matrix3d& R = step.interval.rotation[0];
   const Matrix3d& R_next = step.interval.next_rotation[0];
 
   // the momentum's multipliers π make the Lagrangian stationary in the root's motion
-  Vector6d pull = minus_.bottomRows<6>() * m.minus - plus_.bottomRows<6>() * m.plus;
-  pull.head<3>() += R_next.transpose() * m.turn;
-  pull.tail<3>() += R.transpose() * m.shift;
+  Vector6d pull;
+  pull << R_next.transpose() * m.turn, R.transpose() * m.shift;
+  add_image(1.0, minus_.bottomRows<6>(), m.minus, pull);
+  add_image(-1.0, plus_.bottomRows<6>(), m.plus, pull);
   const Vector6d pi = -step.momentum_inverse.transpose() * pull;
 
   lay_multiplier(step, pi, m);
@@ -393,10 +396,9 @@ void ShapeKernel::curvature(double time_step, const mechanics::Moments& control,
 
   // the world's view: ρ' = ρ + R'φ + ½ ρ × R'φ, x' = x + exp(ρ̂)(Δx + R d)
   const int ends = 2 * shape_;
-  auto coupling = hessian.bottomLeftCorner(3, ends);
-  coupling.noalias() = (-0.5 * hat(m.turn)) * tangent.pose.topRows<3>();
-  coupling.noalias() -= hat(m.shift) * tangent.pose.bottomRows<3>();
-  hessian.topRightCorner(ends, 3) = coupling.transpose();
+  auto coupling = hessian.topRightCorner(ends, 3);
+  coupling = pose_.leftCols<3>().lazyProduct(0.5 * hat(m.turn)) + pose_.rightCols<3>().lazyProduct(hat(m.shift));
+  set_transposed(coupling, hessian.bottomLeftCorner(3, ends));
   hessian.bottomRightCorner<3, 3>() = lie::double_cross(m.shift, step.interval.displacement);
 }
 

@@ -58,10 +58,10 @@ struct ShapeTangent {
 
 /// Multipliers of a step's relations: what its curvature is contracted with.
 struct ShapeMultipliers {
-  VectorXd minus;  // [f] of E⁻ along the coordinates
-  VectorXd plus;   // [f] of −E⁺ along them
-  Vector3d turn;   // of the root's world orientation at the end
-  Vector3d shift;  // of the root's world position at the end
+  const VectorXd& minus;  // [f] of E⁻ along the coordinates
+  const VectorXd& plus;   // [f] of −E⁺ along them
+  Vector3d turn;          // of the root's world orientation at the end
+  Vector3d shift;         // of the root's world position at the end
 };
 
 /// Evaluates steps; one for each thread.
@@ -82,8 +82,7 @@ class ShapeKernel {
   /// position) by (left shape, right shape, world turn ρ of the whole swimmer at the beginning), shapes moving along
   /// exponentials, momentum zero throughout: [2 f + 3] squared.
   void curvature(double time_step, const mechanics::Moments& control, const mechanics::Moments& control_next,
-                 const ShapeStep& step, const ShapeTangent& tangent, const ShapeMultipliers& multipliers,
-                 MatrixXd& hessian);
+                 const ShapeStep& step, const ShapeMultipliers& multipliers, MatrixXd& hessian);
 
  private:
   void find_levers(const mechanics::Rotations& left);
@@ -122,6 +121,7 @@ class ShapeKernel {
   MatrixXd minus_, plus_;              // [directions][f]
   MatrixXd momentum_;                  // [directions][6]
   MatrixXd root_;                      // [2 f][6] how the root's motion answers
+  MatrixXd pose_;                      // [2 f][6] the same in the world
   MatrixXd ends_;                      // [2 f][f]
   mechanics::StepVariation multiplier_;
   mechanics::StepRate multiplier_rate_;

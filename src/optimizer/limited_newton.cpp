@@ -15,23 +15,15 @@ constexpr double first_tolerance = 1e-3;   // of a search while the multipliers 
 constexpr double tolerance_share = 0.1;    // of the limits' error, that searches are worth
 constexpr double out_of_reach = 1e-3;      // limit error that is no matter of a few more rounds
 
-void add_effort(const Outcome& before, Outcome& outcome) {
-  for (Iteration& step : outcome.history) step.iteration += before.iterations;
-  outcome.history.insert(outcome.history.begin(), before.history.begin(), before.history.end());
-  outcome.iterations += before.iterations;
-  outcome.evaluations += before.evaluations;
-}
-
 bool gave_up(Termination termination) {
   return termination == Termination::time_limit || termination == Termination::interrupted;
 }
 
 }  // namespace
 
-Outcome solve_within_limits(StageNewton& newton, StageProgram& program, const Options& options,
-                            double limit_tolerance) {
-  if (!program.limited()) return newton.solve(program, options);
-  Outcome outcome;
+void solve_within_limits(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
+                         Outcome& outcome) {
+  if (!program.limited()) return newton.solve(program, options, outcome);
   Options round = options;
   round.max_iterations = std::min(options.max_iterations, most_round_iterations);
   double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
@@ -45,13 +37,11 @@ Outcome solve_within_limits(StageNewton& newton, StageProgram& program, const Op
     if (idle > 1) finest = std::max(least_tolerance, 0.1 * finest);
     round.tolerance = std::clamp(tolerance_share * error, finest, std::max(first_tolerance, finest));
     if (error <= limit_tolerance) round.tolerance = finest;
-    const Outcome before = outcome;
-    outcome = newton.solve(program, round);
-    add_effort(before, outcome);
-    if (gave_up(outcome.termination)) return outcome;
+    newton.solve(program, round, outcome);
+    if (gave_up(outcome.termination)) return;
     const bool met = program.limit_error() <= limit_tolerance;
     program.renew_limits();  // at the answer too: its multipliers are those that make it stationary
-    if (met && round.tolerance == finest && outcome.termination == Termination::converged) return outcome;
+    if (met && round.tolerance == finest && outcome.termination == Termination::converged) return;
   }
   if (program.limit_error() > out_of_reach) {
     outcome.termination = Termination::infeasible;
@@ -60,7 +50,6 @@ Outcome solve_within_limits(StageNewton& newton, StageProgram& program, const Op
     outcome.termination = Termination::stalled;
     outcome.reason = "limits are met slowly";
   }
-  return outcome;
 }
 
 }  // namespace lamprey::optimizer

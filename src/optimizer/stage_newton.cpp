@@ -42,7 +42,13 @@ constexpr double bend_unit = 1e8;     // input, more than any step is allowed to
 }  // namespace
 
 StageNewton::StageNewton(const StageSizes& sizes)
-    : sizes_(sizes), model_(sizes), riccati_(sizes), step_(sizes), corrected_(sizes) {}
+    : sizes_(sizes),
+      model_(sizes),
+      riccati_(sizes),
+      step_(sizes),
+      corrected_(sizes),
+      state_(sizes.states),
+      input_(sizes.inputs) {}
 
 double StageNewton::smallest_shift() const { return change_ < nearly_stationary ? least_shift : first_shift; }
 
@@ -90,15 +96,20 @@ double StageNewton::slope() const {
 }
 
 // sᵀHs along the step, without the shift.
-double StageNewton::curvature() const {
+double StageNewton::curvature() {
   double value = 0.0;
-  const auto& x = step_.state;
+  const auto along = [](const VectorXd& left, const MatrixXd& form, const VectorXd& right, VectorXd& buffer) {
+    buffer.setZero();
+    add_image(1.0, form, right, buffer);
+    return left.dot(buffer);
+  };
   for (std::size_t k = 0; k < model_.stage.size(); ++k) {
     const Stage& stage = model_.stage[k];
-    value += x[k].dot(stage.Q * x[k]) + 2.0 * step_.input[k].dot(stage.S * x[k]) +
-             step_.input[k].dot(stage.R * step_.input[k]);
+    const VectorXd &state = step_.state[k], &input = step_.input[k];
+    value += along(state, stage.Q, state, state_) + 2.0 * along(input, stage.S, state, input_) +
+             along(input, stage.R, input, input_);
   }
-  return value + x.back().dot(model_.Q_end * x.back());
+  return value + along(step_.state.back(), model_.Q_end, step_.state.back(), state_);
 }
 
 // How much of what the model promises came true: of the cost, or of violations where these matter more; negative where
@@ -128,7 +139,8 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
   if (!there || found > good_ratio) return found;
   corrected_ = step_;
   for (int correction = 0; correction < most_corrections; ++correction) {
-    riccati_.correct(model_, (program.trial_end_rows() - (1.0 - length_ * share_) * model_.c) / length_, corrected_);
+    missed_ = (program.trial_end_rows() - (1.0 - length_ * share_) * model_.c) / length_;
+    riccati_.correct(model_, missed_, corrected_);
     there = program.try_step(corrected_, length_);
     ++outcome.evaluations;
     const double corrected = judge(here, there, cheaper);
@@ -175,7 +187,9 @@ void StageNewton::take_last_step(StageProgram& program, Outcome& outcome) {
 
 // The Lagrangian's gradient by the inputs, states following them.
 void StageNewton::take_gradient() {
-  VectorXd costate = slopes_.q_end + slopes_.C.transpose() * multiplier_;
+  VectorXd& costate = state_;
+  costate = slopes_.q_end;
+  add_transposed_image(1.0, slopes_.C, multiplier_, costate);
   for (std::size_t k = model_.stage.size(); k-- > 0;) {
     const StageSlopes::Slope& slope = slopes_.stage[k];
     Stage& stage = model_.stage[k];
@@ -249,15 +263,24 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
   return Verdict::accepted;
 }
 
+void StageNewton::finish(const StageProgram& program, Termination termination, std::string reason, Outcome& outcome) {
+  outcome.termination = termination;
+  outcome.reason = std::move(reason);
+  outcome.objective = program.merit().cost;
+  outcome.infeasibility = program.merit().violation;
+}
+
 Outcome StageNewton::solve(StageProgram& program, const Options& options) {
-  const auto begin = Clock::now();
   Outcome outcome;
-  const auto finish = [&](Termination termination, std::string reason) {
-    outcome.termination = termination;
-    outcome.reason = std::move(reason);
-    outcome.objective = program.merit().cost;
-    outcome.infeasibility = program.merit().violation;
-    return outcome;
+  solve(program, options, outcome);
+  return outcome;
+}
+
+void StageNewton::solve(StageProgram& program, const Options& options, Outcome& outcome) {
+  const auto begin = Clock::now();
+  const int most_iterations = outcome.iterations + options.max_iterations;
+  const auto finished = [&](Termination termination, std::string reason) {
+    finish(program, termination, std::move(reason), outcome);
   };
   factored_ = false;
   damping_ = 0.0;
@@ -266,7 +289,7 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
   funnel_ = std::max(widest_funnel, program.merit().violation);
   if (!program.has_multipliers()) {  // a step's without the curvature that they bring
     program.linearize(model_);
-    if (!factor(0.0)) return finish(Termination::stalled, "the first motion leads nowhere");
+    if (!factor(0.0)) return finished(Termination::stalled, "the first motion leads nowhere");
     find_step();
     step_.end_multiplier = end_multiplier_;
     program.take_multipliers(step_, 1.0);
@@ -283,17 +306,17 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
     factored_ = verdict == Verdict::converged && shift_ == 0.0;
     if (verdict == Verdict::converged) {
       multiplier_ = step_.end_multiplier;
-      return finish(Termination::converged, "converged");
+      return finished(Termination::converged, "converged");
     }
     if (verdict == Verdict::stuck)
-      return finish(program.merit().violation <= met ? Termination::feasible : Termination::stalled,
-                    "no step makes progress any more");
-    if (options.interrupted && options.interrupted()) return finish(Termination::interrupted, "interrupted");
+      return finished(program.merit().violation <= met ? Termination::feasible : Termination::stalled,
+                      "no step makes progress any more");
+    if (options.interrupted && options.interrupted()) return finished(Termination::interrupted, "interrupted");
     if (std::chrono::duration<double>(Clock::now() - begin).count() > options.time_limit)
-      return finish(Termination::time_limit, "the time limit was reached");
-    if (outcome.iterations >= options.max_iterations)
-      return finish(Termination::stalled,
-                    "no convergence within " + std::to_string(options.max_iterations) + " iterations");
+      return finished(Termination::time_limit, "the time limit was reached");
+    if (outcome.iterations >= most_iterations)
+      return finished(Termination::stalled,
+                      "no convergence within " + std::to_string(options.max_iterations) + " iterations");
   }
 }
 

@@ -15,6 +15,8 @@ class StageNewton {
   /// Solves from the program's point, which holds the best point found on return. Not converging is an Outcome with its
   /// reason; point and multipliers stay empty: they are the program's.
   Outcome solve(StageProgram& program, const Options& options);
+  /// The same as the next part of a longer search: effort and history are added to the outcome's.
+  void solve(StageProgram& program, const Options& options, Outcome& outcome);
 
   /// After a solve that converged, when the program's end rows ask for something a little else: the step to first order,
   /// with the factors that the solve has left. Returns false where there are none or there is no motion.
@@ -37,13 +39,16 @@ class StageNewton {
   bool leave_saddle(StageProgram& program, Outcome& outcome);
   double stationarity() const;
   double slope() const;
-  double curvature() const;
+  double curvature();
+  void finish(const StageProgram& program, Termination termination, std::string reason, Outcome& outcome);
 
   StageSizes sizes_;
   StageModel model_;
   Riccati riccati_;
   StageStep step_, corrected_;
   StageSlopes slopes_;
+  VectorXd state_, input_;     // buffers
+  VectorXd missed_;            // what a trial left of the end rows
   VectorXd multiplier_;        // the end rows' at the point
   VectorXd end_multiplier_;    // at the point, the end rows left as they are
   double shift_ = 0.0;         // of the inputs' metric, added to the Hessian

@@ -68,8 +68,8 @@ bool newton_takes(const model::System& system, const maneuver::Problem& problem)
 /// Newton's method from the program's point on, to the tolerance of a last Newton step; where limits count as met a hundredth of
 /// it, for such a step is no good where limits begin to hold. The reason of an outcome that did not converge says what is
 /// missed most.
-optimizer::Outcome solve_program(optimizer::StageNewton& newton, maneuver::ShapeProgram& program,
-                                 optimizer::Options options);
+void solve_program(optimizer::StageNewton& newton, maneuver::ShapeProgram& program, optimizer::Options options,
+                   optimizer::Outcome& outcome);
 
 std::unique_ptr<Method> newton_method(const model::System& system, const maneuver::Problem& problem,
                                       const SolveOptions& options, const Budget& budget);

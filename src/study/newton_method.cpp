@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -197,38 +198,32 @@ class NewtonMethod : public Method {
     maneuver::ComposedProgram program(system_, maneuver, asked_.scheme, reached_.coordinates, reached_.rows);
     Found found = from;
     found.path = NodePath();
-    found.outcome = optimizer::Outcome();
-    found.outcome.reason = "no motion was found through the first guess of the shapes";
+    fail_for_want_of_motion(found.outcome);
     if (program.go_to(maneuver::refined(system_, nodes, steps, asked_.scheme))) {
-      found.outcome = optimizer::StageNewton(program.sizes())
-                          .solve(program, budget_.optimizer_options(most_iterations, fine_tolerance));
+      optimizer::StageNewton(program.sizes())
+          .solve(program, budget_.optimizer_options(most_iterations, fine_tolerance), found.outcome);
       found.path = program.path();
       found.cost = program.merit().cost;
     }
-    add_effort(from.outcome, found.outcome);
     return found;
   }
 
-  static void add_effort(const optimizer::Outcome& before, optimizer::Outcome& outcome) {
-    for (optimizer::Iteration& step : outcome.history) step.iteration += before.iterations;
-    outcome.history.insert(outcome.history.begin(), before.history.begin(), before.history.end());
-    outcome.iterations += before.iterations;
-    outcome.evaluations += before.evaluations;
+  static void fail_for_want_of_motion(optimizer::Outcome& outcome) {
+    outcome.termination = optimizer::Termination::stalled;
+    outcome.reason = "no motion was found through the first guess of the shapes";
+    outcome.infeasibility = std::numeric_limits<double>::infinity();
   }
 
   // Effort and history of `found` go on.
   void solve(Grid& grid, const NodePath& from, double tolerance, Found& found) const {
-    const optimizer::Outcome before = found.outcome;
-    optimizer::Outcome& outcome = found.outcome;
-    outcome = optimizer::Outcome();
-    outcome.reason = "no motion was found through the first guess of the shapes";
+    fail_for_want_of_motion(found.outcome);
     if (found.duration == 0.0) found.duration = problem_.duration.value;
     grid.program.take_duration(found.duration);
     grid.program.take_end_multipliers(found.end_multipliers);
     grid.program.take_limit_multipliers(found.limit_multipliers);
     grid.program.take_work_multipliers(found.work_multipliers);
     if (grid.program.go_to(from)) {
-      outcome = solve_program(grid.newton, grid.program, budget_.optimizer_options(most_iterations, tolerance));
+      solve_program(grid.newton, grid.program, budget_.optimizer_options(most_iterations, tolerance), found.outcome);
       found.path = grid.program.path();
       found.cost = grid.program.cost();
       found.end_multipliers = grid.program.end_multipliers();
@@ -237,7 +232,6 @@ class NewtonMethod : public Method {
       found.work_multipliers = grid.program.work_multipliers();
       if (problem_.cost_weights.any()) found.cost_parts = grid.program.cost_parts();
     }
-    add_effort(before, outcome);
   }
 
   const System& system_;
@@ -258,14 +252,13 @@ Reached::Reached(const System& system, const Problem& problem) : coordinates(sys
   rows = maneuver::independent_end_rows(system, probe, coordinates, guess);
 }
 
-optimizer::Outcome solve_program(optimizer::StageNewton& newton, ShapeProgram& program, optimizer::Options options) {
+void solve_program(optimizer::StageNewton& newton, ShapeProgram& program, optimizer::Options options,
+                   optimizer::Outcome& outcome) {
   const bool rough = options.tolerance > fine_tolerance;
   if (!rough && program.limited()) options.tolerance *= limited_share;
-  optimizer::Outcome outcome =
-      optimizer::solve_within_limits(newton, program, options, rough ? rough_limits : fine_limits);
+  optimizer::solve_within_limits(newton, program, options, rough ? rough_limits : fine_limits, outcome);
   for (const std::string& detail : {program.largest_violation(), program.largest_miss()})
     if (!detail.empty()) outcome.reason += "; " + detail;
-  return outcome;
 }
 
 bool newton_takes(const System& system, const Problem& problem) {

@@ -1,6 +1,5 @@
 #include "study/solver.hpp"
 
-#include "lie/so3.hpp"
 #include "maneuver/guess.hpp"
 #include "model/input_error.hpp"
 
@@ -8,16 +7,13 @@ namespace lamprey::study {
 
 namespace {
 
-using maneuver::EndRow;
 using maneuver::Goal;
 using maneuver::Maneuver;
-using maneuver::NodePath;
 using maneuver::Problem;
 using maneuver::Solution;
-using mechanics::Rotations;
-using model::at;
 using model::InputError;
 using model::System;
+using optimizer::Termination;
 
 constexpr double asked_twice = 1e-6;   // rad or m, of conditions that follow from others
 constexpr double no_momentum = 1e-10;  // of what the start's bodies have
@@ -39,25 +35,6 @@ const Solution& fitting(const Problem& problem, const Solution& solution) {
   return solution;
 }
 
-// Largest of all conditions that the goal states, those that follow from others included.
-double goal_error(const System& system, const Maneuver& maneuver, const NodePath& path) {
-  const auto seen_from_root = [](Rotations R) {
-    for (std::size_t i = R.size(); i-- > 0;) R[i] = R[0].transpose() * R[i];
-    return R;
-  };
-  const Rotations first = seen_from_root(path.rotation.front()), last = seen_from_root(path.rotation.back());
-  double error = 0.0;
-  Eigen::RowVectorXd unused(maneuver::shape_size(system) + 6), by_first = unused;
-  for (const EndRow& row : maneuver::stated_end_rows(system, maneuver, {})) {
-    const double value =
-        row.kind == EndRow::Kind::closure
-            ? maneuver::closure_row(system, row, first, last, by_first, unused)
-            : maneuver::end_row(system, maneuver, row, path.rotation.back(), path.position.back(), unused);
-    error = std::max(error, std::abs(value));
-  }
-  return error;
-}
-
 }  // namespace
 
 Solver::Solver(const System& system, const Problem& problem, const Solution& solution)
@@ -69,7 +46,10 @@ Solver::Solver(const System& system, const Problem& problem, const Solution& sol
       maneuver_(maneuver::make_maneuver(system, problem, problem.steps)),
       program_(system, maneuver_, reached.coordinates, reached.rows, maneuver::limit_rows(system, problem)),
       newton_(program_.sizes()),
-      last_(found_in(system, maneuver_, program_.limit_rows(), fitting(problem, solution))) {}
+      last_(found_in(system, maneuver_, program_.limit_rows(), fitting(problem, solution))) {
+  for (optimizer::Outcome* outcome : {&outcome_, &last_.outcome})
+    outcome->history.reserve(static_cast<std::size_t>(newton_options().max_iterations));
+}
 
 void Solver::set_goal(const Goal& goal) {
   if (goal.rest != problem_.goal->rest || goal.periodic != problem_.goal->periodic)
@@ -130,40 +110,40 @@ bool Solver::go_to_last() {
   return program_.go_to(last_.path);
 }
 
-optimizer::Outcome Solver::solve(const optimizer::Options& options) {
-  optimizer::Outcome outcome;
+const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
+  outcome_.history.clear();
+  outcome_.iterations = outcome_.evaluations = 0;
+  outcome_.termination = Termination::stalled;
   program_.retarget(maneuver_);
-  if (moved_) {
-    if (!go_to_last()) {
-      outcome.reason = "no motion was found through the shapes of the last answer";
-      return outcome;
-    }
-  } else {
+  if (!moved_) {
     newton_.foresee(program_);
+  } else if (!go_to_last()) {
+    outcome_.reason = "no motion was found through the shapes of the last answer";
+    return outcome_;
   }
-  outcome = solve_program(newton_, program_, options);
   moved_ = true;
-  if (outcome.termination != optimizer::Termination::converged) return outcome;
-  if (const double error = goal_error(system_, maneuver_, program_.path()); error > asked_twice) {
-    outcome.termination = optimizer::Termination::infeasible;
-    outcome.reason =
+  solve_program(newton_, program_, options, outcome_);
+  if (outcome_.termination != Termination::converged) return outcome_;
+  if (const double error = program_.stated_goal_error(); error > asked_twice) {
+    outcome_.termination = Termination::infeasible;
+    outcome_.reason =
         "the goal asks for what moments cannot reach: it stays " + std::to_string(error) + " (rad, m) away";
-    return outcome;
+    return outcome_;
   }
   moved_ = false;
   keep_answer();
-  last_.outcome = outcome;
-  return outcome;
+  return outcome_;
 }
 
 void Solver::keep_answer() {
-  last_.path = program_.path();
+  program_.write_path(last_.path);
   last_.cost = program_.cost();
   last_.duration = program_.duration();
   last_.end_multipliers = program_.end_multipliers();
   last_.limit_multipliers = program_.limit_multipliers();
   last_.work_multipliers = program_.work_multipliers();
   if (maneuver_.cost_weights.any()) last_.cost_parts = program_.cost_parts();
+  last_.outcome = outcome_;
   program_.take_end_multipliers(last_.end_multipliers);  // which the next solve goes on with
 }
 

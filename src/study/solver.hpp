@@ -29,8 +29,9 @@ class Solver {
 
   /// Newton steps from the last answer on. The outcome says whether they arrived; the motion is then that of the new problem,
   /// otherwise the last answer stays. Goals that the reduced coordinates cannot meet (out of the plane of a planar
-  /// maneuver) end as infeasible.
-  optimizer::Outcome solve(const optimizer::Options& options = newton_options());
+  /// maneuver) end as infeasible. From the second call on it allocates no memory where the duration
+  /// is given, the cost effort alone and there are no limits. What it returns is written anew by the next call.
+  const optimizer::Outcome& solve(const optimizer::Options& options = newton_options());
 
   /// Stationary to 1e-7 of the cost's gradient before a last Newton step.
   static optimizer::Options newton_options();
@@ -57,6 +58,7 @@ class Solver {
   maneuver::ShapeProgram program_;
   optimizer::StageNewton newton_;
   Found last_;
+  optimizer::Outcome outcome_;
   bool moved_ = true;  // whether start or time did, or the last answer is none: its motion has to be found again
 };
 

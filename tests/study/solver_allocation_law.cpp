@@ -1,0 +1,42 @@
+// A Solver that has solved once asks for no more memory.
+#include <gtest/gtest.h>
+
+#include "counted_allocations.hpp"
+#include "file/problem_file.hpp"
+#include "study/solver.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+class SolverAllocation : public testing::TestWithParam<const char*> {};
+
+TEST_P(SolverAllocation, none_happens_after_the_first_solve) {
+  maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/" + GetParam() + ".toml");
+  problem.steps = 50;
+  problem.search.starts = 1;
+  const model::System system(problem.swimmer);
+  study::Solver solver(system, problem, study::solve(system, problem, study::SolveOptions()).front());
+  const long at_first = allocations;
+  ASSERT_EQ(solver.solve().termination, optimizer::Termination::converged);
+  EXPECT_GT(allocations, at_first);
+  int iterations = 0;
+  for (double share : {1.01, 1.02, 0.99}) {
+    maneuver::Goal goal = *problem.goal;
+    for (auto& coordinate : goal.move)
+      if (coordinate) *coordinate *= share;
+    *goal.turn *= 2.0 - share;
+    solver.set_goal(goal);
+    const long before = allocations;
+    const optimizer::Outcome& outcome = solver.solve();
+    EXPECT_EQ(allocations - before, 0);
+    ASSERT_EQ(outcome.termination, optimizer::Termination::converged) << outcome.reason;
+    iterations += outcome.iterations;
+  }
+  EXPECT_GT(iterations, 3) << "Newton had nothing to do";
+}
+
+INSTANTIATE_TEST_SUITE_P(Examples, SolverAllocation,
+                         testing::Values("translation", "translation_in_space", "rotation", "falling_cat_flip"));
+
+}  // namespace
+}  // namespace lamprey::tests
