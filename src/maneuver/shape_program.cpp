@@ -652,11 +652,6 @@ void ShapeProgram::linearize(StageModel& model) {
 
 bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
   if (idle() > 0 || !limits_.empty() || !terms_.empty() || maneuver_.free_duration || maneuver_.periodic) return false;
-  if (slopes.stage.empty()) {
-    slopes.stage.assign(at(steps_), {MatrixXd::Zero(states(), states()), MatrixXd::Zero(states(), controls_),
-                                     VectorXd::Zero(states()), VectorXd::Zero(controls_)});
-    slopes.C.resize(end_multiplier_.size(), states());
-  }
   model_goal(slopes.C, slopes.c);
   mechanics::Moments &control = node_.control, &control_next = next_node_.control;
   moments_.controls(now_.moment.front(), control);

@@ -30,7 +30,7 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
   int idle = 0;
   for (int n = 0; n < most_rounds && idle < most_idle_rounds; ++n) {
     const double error = program.limit_error();
-    if (n > 0) {  // the first point may keep limits that another goal makes hard to keep
+    if (n > 0 || error > limit_tolerance) {  // an old answer keeps limits that another goal makes hard to keep
       idle = error < 0.5 * best ? 0 : idle + 1;
       best = std::min(best, error);
     }

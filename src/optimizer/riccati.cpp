@@ -35,6 +35,13 @@ StageModel::StageModel(const StageSizes& z)
          MatrixXd()};
 }
 
+StageSlopes::StageSlopes(const StageSizes& z)
+    : stage(at(z.stages), {MatrixXd::Zero(z.states, z.states), MatrixXd::Zero(z.states, z.inputs),
+                           VectorXd::Zero(z.states), VectorXd::Zero(z.inputs)}),
+      q_end(VectorXd::Zero(z.states)),
+      C(MatrixXd::Zero(z.end_rows, z.states)),
+      c(VectorXd::Zero(z.end_rows)) {}
+
 StageStep::StageStep(const StageSizes& z)
     : state(at(z.stages + 1), VectorXd::Zero(z.states)),
       input(at(z.stages), VectorXd::Zero(z.inputs)),

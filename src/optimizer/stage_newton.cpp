@@ -47,8 +47,10 @@ StageNewton::StageNewton(const StageSizes& sizes)
       riccati_(sizes),
       step_(sizes),
       corrected_(sizes),
+      slopes_(sizes),
       state_(sizes.states),
-      input_(sizes.inputs) {}
+      input_(sizes.inputs),
+      missed_(sizes.end_rows) {}
 
 double StageNewton::smallest_shift() const { return change_ < nearly_stationary ? least_shift : first_shift; }
 

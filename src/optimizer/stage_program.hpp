@@ -62,6 +62,7 @@ struct StageSlopes {
   VectorXd q_end;            // [n]
   MatrixXd C;                // [end_rows][n]
   VectorXd c;                // [end_rows]
+  explicit StageSlopes(const StageSizes& sizes);
 };
 
 /// A step through all stages, and the multipliers that go with it.

@@ -15,6 +15,7 @@
 #include "maneuver/row_space.hpp"
 #include "maneuver/transcription.hpp"
 #include "study/answer.hpp"
+#include "study/solver.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -265,7 +266,10 @@ TEST(SecondOrder, with_limits_that_pull_is_that_of_differences_of_the_gradient) 
   for (const auto& u : unlimited.control) torque = std::max({torque, u[0].norm(), u[1].norm()});
   problem.limits.swing["front"] = 0.9 * swing;
   problem.limits.torque = 0.95 * torque;
-  const maneuver::Solution solution = solved(problem);
+  const model::System system(problem.swimmer);
+  study::Solver solver(system, problem, unlimited);  // on to the limited minimum next to it
+  ASSERT_EQ(solver.solve().termination, optimizer::Termination::converged);
+  const maneuver::Solution solution = solver.solution();
   int swings = 0, torques = 0;
   for (const maneuver::LimitMultiplier& own : solution.limit_multipliers)
     for (double multiplier : own.multiplier)

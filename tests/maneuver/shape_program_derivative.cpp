@@ -201,7 +201,7 @@ TEST_P(ShapeDerivatives, the_end_rows_rates_match_central_differences) {
 TEST_P(ShapeDerivatives, first_derivatives_alone_are_those_of_the_model) {
   const ShapeSetting& setting = GetParam();
   const bool plain = !setting.limited && !setting.free_duration && !setting.periodic && !setting.costs.any();
-  optimizer::StageSlopes slopes;
+  optimizer::StageSlopes slopes(program_->sizes());
   ASSERT_EQ(program_->differentiate(slopes), plain);
   if (!plain) return;
   ASSERT_EQ(slopes.stage.size(), model_->stage.size());

@@ -14,6 +14,7 @@ TEST_P(SolverAllocation, none_happens_after_the_first_solve) {
   maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/" + GetParam() + ".toml");
   problem.steps = 50;
   problem.search.starts = 1;
+  problem.search.hops = 0;
   const model::System system(problem.swimmer);
   study::Solver solver(system, problem, study::solve(system, problem, study::SolveOptions()).front());
   const long at_first = allocations;
