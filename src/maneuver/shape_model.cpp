@@ -1,0 +1,445 @@
+// Linear-quadratic models of a motion of shapes: how states answer moments, and what both cost to second order.
+#include <algorithm>
+#include <cmath>
+
+#include "maneuver/shape_program.hpp"
+#include "optimizer/small_dense.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using mechanics::Rotations;
+using model::at;
+using optimizer::add_product;
+using optimizer::add_product_transposed;
+using optimizer::set_transposed;
+using optimizer::Stage;
+using optimizer::StageModel;
+
+constexpr double free_shape_hold = 1e-3;  // metric of a free first shape against that of turns between nodes
+
+}  // namespace
+
+void ShapeProgram::model_node(int k, NodeModel& node) {
+  const VectorXd& moment = now_.moment[at(k)];
+  moments_.controls(moment, node.control);
+  const double weight = node_weight(now_, k);
+  node.by_control = weight * moment.head(controls_);
+  node.by_control_twice.setIdentity();
+  node.by_control_twice *= weight;
+  if (!limits_.empty())
+    limits_.add_by_moments(k, limited_node(now_, k), now_.limit_value.col(k), node.by_control, node.by_control_twice);
+  if (!terms_.empty()) terms_.add_by_moments(costed(now_), now_.terms, k, node.by_control);
+  if (maneuver_.periodic && k == steps_) {
+    node.by_control += first_node_.by_control;
+    node.by_control_twice += first_node_.by_control_twice;
+  }
+  VectorXd& by_moments = node.multiplier;  // derivative of cost and idle rows
+  by_moments.setZero();
+  if (k < steps_ || maneuver_.rest || maneuver_.periodic) by_moments.head(controls_) = node.by_control;
+  if (k < steps_) by_moments.tail(idle()) = idle_multiplier_[at(k)];
+  if (k == steps_)
+    for (std::size_t r = 0; r < end_rows_.size(); ++r)
+      if (end_rows_[r].kind == EndRow::Kind::moment)
+        by_moments[end_rows_[r].index] = end_multiplier_[static_cast<Eigen::Index>(r)];
+  if (maneuver_.periodic && k == 0) return;  // the last node's multiplier
+  equations_.topRows(shape_) = now_.impulse[at(k)];
+  solve_moments(node.multiplier);
+  model_controls(k, node);
+}
+
+void ShapeProgram::model_controls(int k, NodeModel& node) {
+  // −h_k λ·U is bilinear in the moments and the joints' attitude
+  const Rotations& R = now_.rotation[at(k)];
+  write_shape(system_, spread_shape(-impulse_time(now_, k), node.multiplier), spread_);
+  mechanics::body_turns(system_, R, spread_, spread_turn_);
+  moments_.virtual_work_by_shape(R, {spread_, spread_turn_}, by_shape_);
+  if (all_shapes_)
+    node.control_by_shape = by_shape_;
+  else
+    node.control_by_shape.noalias() = by_shape_ * shape_basis_;
+}
+
+// Curvature of step k, kept with the state at its end.
+void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& next, const Vector3d& turn,
+                              const Vector3d& shift, StageModel& model) {
+  ShapeStep& step = now_.step[at(k)];
+  const double h = h_ * now_.stretch;
+  kernel_.tangent(h, node.control, next.control, step, after_);
+  kernel_.curvature(h, node.control, next.control, step, {node.multiplier, next.multiplier, turn, shift}, hessian_);
+  const int ends = 2 * shape_;
+  // the hessian takes the root's turn ρ at the beginning, which is ρ' at the end less what the step adds
+  const auto added = after_.pose.topRows<3>();
+  const auto pose_turn = pose_basis_.topRows<3>();
+  const auto by_turn = hessian_.topRightCorner(ends, 3);
+  const Matrix3d turn_turn = hessian_.bottomRightCorner<3, 3>();
+  const bool last = k + 1 == steps_;
+  MatrixXd& Q = last ? model.Q_end : model.stage[at(leads_ + k + 1)].Q;
+  set_transposed(added, added_);
+  bent_ = by_turn - added_.lazyProduct(0.5 * turn_turn);
+  auto by_ends = Q.topLeftCorner(ends, ends);
+  by_ends = hessian_.topLeftCorner(ends, ends);
+  add_product_transposed(-1.0, bent_, added_, by_ends);
+  add_product_transposed(-1.0, added_, bent_, by_ends);
+  bent_ = 2.0 * bent_ - by_turn;
+  Q.block(0, ends, ends, pose_) = bent_.lazyProduct(pose_turn);
+  Q.block(ends, 0, pose_, ends) = Q.block(0, ends, ends, pose_).transpose();
+  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> half = turn_turn.lazyProduct(pose_turn);
+  Q.block(ends, ends, pose_, pose_) = pose_turn.transpose().lazyProduct(half);
+  if (maneuver_.free_duration) {  // equation 10.9
+    Q.row(tau()).head(ends).noalias() =
+        next.multiplier.transpose() * after_.plus - node.multiplier.transpose() * after_.minus;
+    Q.col(tau()).head(ends) = Q.row(tau()).head(ends).transpose();
+  }
+
+  // turns against the node before, weighed by the joints' inertia
+  MatrixXd& metric = last ? model.metric_end : model.stage[at(leads_ + k + 1)].metric;
+  for (int c = 0; c < shape_; ++c) {
+    const double inertia = metric_scale_ * std::abs(after_.minus(c, shape_ + c));
+    metric(c, c) = metric(shape_ + c, shape_ + c) = inertia;
+    metric(c, shape_ + c) = metric(shape_ + c, c) = -inertia;
+  }
+}
+
+// Where moments at node k lead: the next shape, by shapes and by moments, and the root with it.
+void ShapeProgram::model_motion(int k, MatrixXd& A, MatrixXd& B) {
+  const int n = shape_;
+  set_transposed(after_.minus.rightCols(n), equations_.topRows(n));
+  auto solved = equations_.bottomRows(3 * n);
+  solved.setZero();
+  if (k > 0) set_transposed(before_.plus, solved.topRows(2 * n));
+  solved.middleRows(n, n) -= after_.minus.leftCols(n).transpose();
+  set_transposed(now_.impulse[at(k)], solved.bottomRows(n));
+  optimizer::solve_equations(equations_);
+
+  A.block(0, n, n, n).setIdentity();
+  set_transposed(solved.topRows(2 * n), A.block(n, 0, n, 2 * n));
+  set_transposed(solved.middleRows(2 * n, controls_), B.middleRows(n, n));
+  if (all_poses_)
+    pose_step_ = after_.pose;
+  else
+    pose_step_ = pose_basis_.transpose().lazyProduct(after_.pose);
+  auto pose_by_state = A.block(2 * n, 0, pose_, 2 * n);
+  pose_by_state.setZero();
+  pose_by_state.rightCols(n) = pose_step_.leftCols(n);
+  add_product(1.0, pose_step_.rightCols(n), A.block(n, 0, n, 2 * n), pose_by_state);
+  auto pose_by_control = B.middleRows(2 * n, pose_);
+  pose_by_control.setZero();
+  add_product(1.0, pose_step_.rightCols(n), B.middleRows(n, n), pose_by_control);
+  carry_on(k, A);
+}
+
+// And what they cost.
+void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
+  const int n = shape_;
+  stage.shifted = n;
+  model_motion(k, stage.A, stage.B);
+  const auto solved = equations_.bottomRows(3 * n);
+  if (idle() > 0) {
+    MatrixXd& by_idle = next_by_idle_[at(k)];
+    by_idle.middleRows(n, n) = solved.bottomRows(idle()).transpose();
+    by_idle.middleRows(2 * n, pose_).noalias() = pose_step_.rightCols(n) * by_idle.middleRows(n, n);
+    stage.gap.noalias() = -by_idle * now_.moment[at(k)].tail(idle());
+  }
+
+  stage.weight = node_weight(now_, k);
+  stage.S.middleCols(n, n) = node.control_by_shape;
+  stage.R = node.by_control_twice;
+  stage.r = node.by_control;
+  stage.gradient = stage.weight * now_.moment[at(k)].head(controls_).lpNorm<Eigen::Infinity>();
+  if (!maneuver_.free_duration) return;
+  // equations 10.8 and 10.9
+  const VectorXd& moment = now_.moment[at(k)];
+  VectorXd rate = 2.0 * (solved.bottomRows(n).transpose() * moment);
+  if (k == 0) rate += after_.minus.rightCols(n).partialPivLu().solve(start_impulse_);
+  stage.A.block(n, tau(), n, 1) = rate;
+  stage.A.block(2 * n, tau(), pose_, 1).noalias() = pose_step_.rightCols(n) * rate;
+  add_duration(node, moment, stage.weight, stage.Q, stage.q);
+  stage.S.col(tau()) = stage.weight * moment.head(controls_) - node.by_control;
+  if (k == 0) stage.Q(tau(), tau()) += node.multiplier.dot(start_impulse_);
+}
+
+// What the logarithm of the duration does at a node: the effort lasts longer, moments fall with its square.
+void ShapeProgram::add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q,
+                                VectorXd& q) const {
+  const auto controls = moment.head(controls_);
+  const double effort = 0.5 * weight * controls.squaredNorm();
+  q[tau()] += effort;
+  Q(tau(), tau()) += effort;
+  const VectorXd mixed = 2.0 * node.control_by_shape.transpose() * controls;
+  Q.row(tau()).segment(shape_, shape_) += mixed.transpose();
+  Q.col(tau()).segment(shape_, shape_) += mixed;
+}
+
+// What a step only carries on.
+void ShapeProgram::carry_on(int k, MatrixXd& A) const {
+  const Matrix3d lever = lie::hat(now_.step[at(k)].interval.displacement);
+  auto carried = A.block(2 * shape_, 2 * shape_, pose_, pose_);
+  carried.setIdentity();
+  if (all_poses_) {
+    carried.block<3, 3>(3, 0) = -lever;
+  } else {
+    const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> moved = lever * pose_basis_.topRows<3>();
+    carried.noalias() -= pose_basis_.bottomRows<3>().transpose() * moved;
+  }
+  const int more = states() - tau();
+  A.bottomRightCorner(more, more).setIdentity();
+}
+
+// The first step of a periodic motion: its two shapes are known, its moments those of the end.
+void ShapeProgram::model_first_shapes(Stage& stage) {
+  const int n = shape_;
+  stage.A.setZero();
+  stage.A.block(0, copies(), 2 * n, 2 * n).setIdentity();
+  stage.A.block(2 * n, copies(), pose_, 2 * n).noalias() = pose_basis_.transpose() * after_.pose;
+  carry_on(0, stage.A);
+  stage.B.setZero();
+  stage.gap.setZero();
+  stage.S.setZero();
+  stage.weight = node_weight(now_, 1);
+  stage.R = stage.weight * MatrixXd::Identity(controls_, controls_);
+  stage.r.setZero();
+  stage.Q.setZero();
+  stage.q.setZero();
+}
+
+// Stages before the first step set the logarithm of the duration and the first two shapes, a few at a time.
+void ShapeProgram::model_leads(StageModel& model) const {
+  for (int s = 0; s < leads_; ++s) {
+    Stage& stage = model.stage[at(s)];
+    stage.A.setIdentity();
+    stage.B.setZero();
+    stage.R.setZero();
+    stage.weight = metric_scale_;
+    for (int c = 0; c < controls_; ++c) {
+      const int place = tau() + s * controls_ + c;
+      const bool held = maneuver_.periodic && !maneuver_.free_shape && place >= copies() && place < copies() + shape_;
+      if (place < own_states() && !held)
+        stage.B(place, c) = 1.0;
+      else
+        stage.R(c, c) = metric_scale_;  // nothing to set
+    }
+  }
+  if (maneuver_.free_duration) model.metric_end(tau(), tau()) = now_.cost;
+  if (maneuver_.periodic) {
+    const int n = shape_;
+    const auto hold = free_shape_hold * metric_scale_ * first_minus_.rightCols(n).diagonal().cwiseAbs();
+    model.metric_end.block(copies(), copies(), n, n) = hold.asDiagonal();
+    model.metric_end.block(copies() + n, copies() + n, n, n) = hold.asDiagonal();
+  }
+}
+
+// At rest the last moments follow from the last two shapes; those of a periodic motion from the first two as well.
+void ShapeProgram::find_end_moments_by_state() {
+  const int n = shape_;
+  set_transposed(now_.impulse.back(), equations_.topRows(n));
+  auto solved = equations_.middleRows(n, 2 * n);
+  set_transposed(before_.plus, solved);
+  optimizer::solve_equations(equations_.topRows(3 * n));
+  end_by_state_.setZero();
+  set_transposed(solved, end_by_state_.leftCols(2 * n));
+  end_by_state_.leftCols(2 * n) *= -1.0;
+  if (maneuver_.periodic) {
+    set_transposed(now_.impulse.back(), equations_.topRows(n));
+    set_transposed(first_minus_, solved);
+    optimizer::solve_equations(equations_.topRows(3 * n));
+    set_transposed(solved, end_by_state_.middleCols(copies(), 2 * n));
+  }
+  if (maneuver_.free_duration) end_by_state_.col(tau()) = -2.0 * now_.moment.back();
+}
+
+void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
+  model.q_end.setZero();
+  if (maneuver_.free_duration) {
+    const double cost = maneuver_.time_weight * h_ * now_.stretch * steps_;
+    model.q_end[tau()] += cost;
+    model.Q_end(tau(), tau()) += cost;
+  }
+  if (!maneuver_.rest && !maneuver_.periodic) return;
+  const int n = shape_;
+  const VectorXd& moment = now_.moment.back();
+  find_end_moments_by_state();
+  if (!terms_.empty()) end_moments_ = end_by_state_.topRows(controls_);
+  const auto controls = end_by_state_.topRows(controls_);
+  end_weighed_.setZero();
+  add_product(1.0, node.by_control_twice, controls, end_weighed_);
+  set_transposed(controls, end_transposed_);
+  add_product(1.0, end_transposed_, end_weighed_, model.Q_end);
+  optimizer::add_transposed_image(1.0, controls, node.by_control, model.q_end);
+  // second derivatives by moments and some states
+  const auto add_mixed = [&](const Eigen::Ref<const MatrixXd>& by_controls, int place) {
+    const Eigen::Index count = by_controls.cols();
+    auto columns = end_mixed_.leftCols(count);
+    columns.setZero();
+    add_product(1.0, end_transposed_, by_controls, columns);
+    model.Q_end.middleCols(place, count) += columns;
+    for (Eigen::Index c = 0; c < count; ++c) model.Q_end.row(place + c) += columns.col(c).transpose();
+  };
+  add_mixed(node.control_by_shape, n);
+  if (maneuver_.periodic) add_mixed(first_node_.control_by_shape, copies());
+  if (maneuver_.free_duration) {
+    const double weight = node_weight(now_, steps_) + (maneuver_.periodic ? node_weight(now_, 0) : 0.0);
+    add_mixed(weight * moment.head(controls_) - node.by_control, tau());
+    add_duration(node, moment, weight, model.Q_end, model.q_end);
+    if (maneuver_.periodic) {
+      const VectorXd mixed = 2.0 * first_node_.control_by_shape.transpose() * moment.head(controls_);
+      model.Q_end.row(tau()).segment(copies(), n) += mixed.transpose();
+      model.Q_end.col(tau()).segment(copies(), n) += mixed;
+    }
+  }
+  for (std::size_t r = 0; r < end_rows_.size(); ++r)
+    if (end_rows_[r].kind == EndRow::Kind::moment)
+      model.C.row(static_cast<Eigen::Index>(r)) = end_by_state_.row(end_rows_[r].index);
+}
+
+// The end rows but those of moments.
+void ShapeProgram::model_goal(MatrixXd& C, VectorXd& c) {
+  C.setZero();
+  c = now_.end_rows;
+  const Eigen::Index all = shape_basis_.rows();
+  // along some basis, from a row's own place on
+  const auto along = [&](const auto& derivative, const MatrixXd& basis, auto row) {
+    for (Eigen::Index j = 0; j < basis.cols(); ++j) row[j] = derivative.dot(basis.col(j).transpose());
+  };
+  for (std::size_t r = 0; r < end_rows_.size(); ++r) {
+    if (end_rows_[r].kind == EndRow::Kind::moment) continue;
+    auto row = C.row(static_cast<Eigen::Index>(r));
+    if (end_rows_[r].kind == EndRow::Kind::closure) {
+      closure_row(system_, end_rows_[r], now_.shape.front(), now_.shape.back(), by_first_, by_last_);
+      along(by_first_.head(all), shape_basis_, row.segment(copies(), shape_));
+      along(by_last_.head(all), shape_basis_, row.segment(shape_, shape_));
+      continue;
+    }
+    end_row(system_, maneuver_, end_rows_[r], now_.rotation.back(), now_.position.back(), by_last_);
+    along(by_last_.head(all), shape_basis_, row.segment(shape_, shape_));
+    along(by_last_.tail<6>(), pose_basis_, row.segment(2 * shape_, pose_));
+  }
+}
+
+void ShapeProgram::linearize(StageModel& model) {
+  metric_scale_ = 0.0;
+  for (const VectorXd& moment : now_.moment) metric_scale_ += moment.squaredNorm() / (steps_ + 1);
+  metric_scale_ = std::sqrt(metric_scale_);
+  if (!terms_.empty()) prepare_terms(model);
+  model_goal(model.C, model.c);
+  model_limits();
+  lay_pose_multipliers(model);
+  if (leads_ > 0 || !terms_.empty()) {
+    for (Stage& stage : model.stage) {
+      stage.Q.setZero();
+      stage.q.setZero();
+    }
+    model.Q_end.setZero();
+  }
+  NodeModel &node = node_, &next = next_node_;
+  if (maneuver_.periodic) {
+    model_node(0, first_node_);
+    model_node(steps_, node);
+    first_node_.control = node.control;
+    first_node_.multiplier = node.multiplier;
+    model_controls(0, first_node_);
+    node = first_node_;
+  } else {
+    model_node(0, node);
+  }
+  for (int k = 0; k < steps_; ++k) {
+    model_node(k + 1, next);
+    model_step(k, node, next, pose_turn_[at(k + 1)], pose_shift_[at(k + 1)], model);
+    Stage& stage = model.stage[at(leads_ + k)];
+    if (k > 0) stage.q.setZero();
+    if (k == 0) first_minus_ = after_.minus;
+    if (k == 0 && maneuver_.periodic)
+      model_first_shapes(stage);
+    else
+      model_stage(k, node, stage);
+    std::swap(node, next);
+    std::swap(before_, after_);
+  }
+  model_end(node, model);
+  if (leads_ > 0) model_leads(model);
+  add_limit_models(model);
+  if (!terms_.empty()) add_term_models(model);
+}
+
+bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
+  if (idle() > 0 || !limits_.empty() || !terms_.empty() || maneuver_.free_duration || maneuver_.periodic) return false;
+  model_goal(slopes.C, slopes.c);
+  mechanics::Moments &control = node_.control, &control_next = next_node_.control;
+  moments_.controls(now_.moment.front(), control);
+  for (int k = 0; k < steps_; ++k) {
+    moments_.controls(now_.moment[at(k + 1)], control_next);
+    kernel_.tangent(h_, control, control_next, now_.step[at(k)], after_);
+    optimizer::StageSlopes::Slope& stage = slopes.stage[at(k)];
+    model_motion(k, stage.A, stage.B);
+    stage.r = node_weight(now_, k) * now_.moment[at(k)];
+    std::swap(control, control_next);
+    std::swap(before_, after_);
+  }
+  slopes.q_end.setZero(states());
+  if (!maneuver_.rest) return true;
+  find_end_moments_by_state();
+  optimizer::add_transposed_image(node_weight(now_, steps_), end_by_state_, now_.moment.back(), slopes.q_end);
+  return true;
+}
+
+// What the terms add to what the last model holds goes.
+void ShapeProgram::prepare_terms(StageModel& model) {
+  const double time = maneuver_.time_weight * h_ * now_.stretch * steps_, others = now_.terms.cost;
+  metric_scale_ *= 1.0 + others / std::max(now_.cost - time - others, 1e-6 * now_.cost);
+  for (Stage& stage : model.stage) {
+    stage.S.setZero();
+    stage.A.bottomRows(terms_.states()).setZero();
+    stage.B.bottomRows(terms_.states()).setZero();
+  }
+}
+
+void ShapeProgram::add_term_models(StageModel& model) {
+  VectorXd gradient;
+  for (int k = 0; k < steps_; ++k) {
+    Stage& stage = model.stage[at(leads_ + k)];
+    gradient = node_weight(now_, k) * now_.moment[at(k)].head(controls_);
+    terms_.add_by_moments(costed(now_), now_.terms, k, gradient);
+    stage.gradient = gradient.lpNorm<Eigen::Infinity>();
+  }
+  terms_.add_to_model(costed(now_), now_.terms, {leads_, maneuver_.free_duration ? tau() : -1, copies(), own_states()},
+                      end_moments_, model);
+}
+
+void ShapeProgram::add_limit_models(StageModel& model) const {
+  const int size = maneuver_.free_duration ? tau() + 1 : tau();
+  for (int k = 1; k <= steps_; ++k) {
+    const LimitModel& limited = limit_model_[at(k)];
+    if (!limited.any) continue;
+    const bool last = k == steps_;
+    (last ? model.Q_end : model.stage[at(leads_ + k)].Q).topLeftCorner(size, size) +=
+        limited.Q.topLeftCorner(size, size);
+    (last ? model.q_end : model.stage[at(leads_ + k)].q).head(size) += limited.q.head(size);
+  }
+}
+
+void ShapeProgram::model_limits() {
+  if (limits_.empty()) return;
+  for (int k = 1; k <= steps_; ++k)
+    limits_.model(k, limited_node(now_, k), now_.limit_value.col(k), limit_model_[at(k)]);
+}
+
+// Multipliers of the root's pose at the nodes, from the end: a position's stays on the way back, a turn's takes up its lever.
+void ShapeProgram::lay_pose_multipliers(const StageModel& model) {
+  pull_.setZero();
+  optimizer::add_transposed_image(1.0, model.C.middleCols(2 * shape_, pose_), end_multiplier_, pull_);
+  const Vector6d pose = spread_pose(pull_);
+  Vector3d turn = pose.head<3>(), shift = pose.tail<3>();
+  if (!terms_.empty()) shift += terms_.pull_at_end(costed(now_), now_.terms);
+  for (int k = steps_; k > 0; --k) {
+    if (k < steps_) turn += (now_.position[at(k + 1)] - now_.position[at(k)]).cross(shift);
+    if (limit_model_[at(k)].any) {
+      turn += limit_model_[at(k)].turn;
+      shift += limit_model_[at(k)].shift;
+    }
+    pose_turn_[at(k)] = turn;
+    pose_shift_[at(k)] = shift;
+  }
+}
+
+}  // namespace lamprey::maneuver
