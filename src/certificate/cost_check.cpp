@@ -1,5 +1,6 @@
 #include "certificate/cost_check.hpp"
 
+#include "certificate/gait_ends.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "mechanics/continuous.hpp"
 
@@ -61,8 +62,6 @@ struct Powers {
   VectorXd time;                          // [N + 1] s for which a node counts
   double distance;
 };
-
-bool periodic(const StoredMotion& motion) { return motion.problem.goal && motion.problem.goal->periodic; }
 
 // Equation 13.2.
 Powers powers_of(const StoredMotion& motion) {

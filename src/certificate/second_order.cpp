@@ -1,5 +1,6 @@
 #include "certificate/second_order.hpp"
 
+#include "certificate/gait_ends.hpp"
 #include "certificate/optimality.hpp"
 #include "certificate/step_curvature.hpp"
 #include "maneuver/row_space.hpp"
@@ -75,12 +76,13 @@ std::vector<VectorXd> pull_on_states(const StoredMotion& motion, const std::vect
 }
 
 // Curvature of a bound that pulls, and a penalty that keeps it.
-void add_bound(const StoredMotion& motion, const EffortChain& effort, const PullingBound& bound, Chain& chain) {
+void add_bound(const StoredMotion& motion, const EffortChain& effort, const PullingBound& bound, bool with_duration,
+               Chain& chain) {
   const Eigen::Index place = motion.system.velocity_count(), before = bound.gradient.size() - place;
   const bool with_before = !bound.of_moments && before > 0;
-  ChainStage& stage = chain.stage[at(with_before ? bound.node - 1 : bound.node)];
+  ChainStage& stage = chain.stage[effort.first + at(with_before ? bound.node - 1 : bound.node)];
   const Eigen::Index size = bound.gradient.size(), reached = effort.basis.back().cols();
-  const Eigen::Index states = stage.A.rows(), controls = stage.B.cols(), timed = states - reached;
+  const Eigen::Index states = stage.A.rows(), controls = stage.B.cols(), timed = with_duration ? 1 : 0;
   MatrixXd map = MatrixXd::Zero(size + timed, states + controls);
   if (bound.of_moments) {
     map.topRightCorner(size, controls).setIdentity();
@@ -91,7 +93,7 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
     } else {
       map.topLeftCorner(place, reached) = here * stage.A.topLeftCorner(reached, reached);
       map.topRightCorner(place, controls) = here * stage.B.topRows(reached);
-      if (bound.node > 1)
+      if (bound.node > 1 || effort.first > 0)
         map.block(place, 0, before, reached) = configuration(effort, place, bound.node - 1).topRows(before);
     }
   }
@@ -100,7 +102,7 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
   gradient.head(size) = bound.gradient;
   curvature.topLeftCorner(size, size) = bound.curvature;
   if (timed > 0) {
-    map(size, reached) = 1.0;
+    map(size, states - 1) = 1.0;
     gradient[size] = bound.by_time;
     curvature.row(size).head(size) = bound.by_time_mixed.transpose();
     curvature.col(size).head(size) = bound.by_time_mixed;
@@ -118,27 +120,28 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
 
 // The logarithm τ of a free time step as a last state that no stage changes, impulses h²u held in the place of moments:
 // the motion knows nothing of it, the effort falls with exp(−3τ) (equation 6.16).
-void add_duration(const StoredMotion& motion, Chain& chain) {
+void add_duration(const StoredMotion& motion, std::size_t first, Chain& chain) {
   const MatrixXd moments = moments_by_node(motion);
-  const Eigen::Index reached = chain.end_form.rows(), states = reached + 1;
+  const Eigen::Index last = chain.end_form.rows(), states = last + 1;
   const auto widened = [&](const MatrixXd& matrix, Eigen::Index rows, Eigen::Index columns) {
     MatrixXd wide = MatrixXd::Zero(rows, columns);
     wide.topLeftCorner(matrix.rows(), matrix.cols()) = matrix;
     return wide;
   };
-  for (int k = 0; k <= motion.steps; ++k) {
-    ChainStage& stage = chain.stage[at(k)];
-    const Eigen::Index controls = stage.B.cols();
+  for (ChainStage& stage : chain.stage) {
     stage.A = widened(stage.A, states, states);
-    stage.A(reached, reached) = 1.0;
-    stage.B = widened(stage.B, states, controls);
+    stage.A(last, last) = 1.0;
+    stage.B = widened(stage.B, states, stage.B.cols());
     stage.Q = widened(stage.Q, states, states);
-    stage.Q(reached, reached) = 4.5 * stage.weight * moments.col(k).squaredNorm();
-    stage.S = widened(stage.S, controls, states);
-    stage.S.col(reached) = -3.0 * stage.weight * moments.col(k);
+    stage.S = widened(stage.S, stage.S.rows(), states);
+  }
+  for (int k = 0; k <= motion.steps; ++k) {
+    ChainStage& stage = chain.stage[first + at(k)];
+    stage.Q(last, last) = 4.5 * stage.weight * moments.col(k).squaredNorm();
+    stage.S.col(last) = -3.0 * stage.weight * moments.col(k);
   }
   chain.end_form = widened(chain.end_form, states, states);
-  chain.end_form(reached, reached) = motion.problem.time_weight * motion.time_step * motion.steps;
+  chain.end_form(last, last) = motion.problem.time_weight * motion.time_step * motion.steps;
   chain.end_rows = widened(chain.end_rows, chain.end_rows.rows(), states);
 }
 
@@ -156,17 +159,62 @@ void begin_with_duration(const StoredMotion& motion, Chain& chain) {
   chain.stage.insert(chain.stage.begin(), stage);
 }
 
+// What is free at a gait's start, and the rows that close it after those of the goal. False where moments reach too little
+// of it to tell.
+bool set_free_start(const StoredMotion& motion, const std::vector<integrator::State>& states, double momentum_scale,
+                    EffortChain& effort) {
+  const VectorXd& scale = effort.tangents.scale;
+  const MatrixXd closure = closure_rows(motion, states.back(), momentum_scale);
+  const MatrixXd directions =
+      scale.cwiseInverse().asDiagonal() * periodic_start(motion, states.front(), momentum_scale);
+  effort.basis.front() = basis_at_start(effort.tangents, effort.basis);
+  const std::optional<MatrixXd> kept =
+      start_within_reach(effort.tangents, effort.basis, directions, closure * scale.asDiagonal());
+  if (!kept) return false;
+  effort.start = directions * *kept;
+  GoalRows& goal = effort.goal;
+  const Eigen::Index asked = goal.value.size(), all = asked + closure.rows();
+  goal.value.conservativeResize(all);
+  goal.value.tail(closure.rows()).setZero();
+  goal.unit.conservativeResize(all);
+  goal.unit.tail(closure.rows()).setOnes();
+  goal.by_end_state.conservativeResize(all, Eigen::NoChange);
+  goal.by_end_state.bottomRows(closure.rows()) = closure;
+  effort.goal_by_start = MatrixXd::Zero(all, kept->cols());
+  effort.goal_by_start.bottomRows(kept->rows()) = -*kept;
+  return true;
+}
+
+// The stage before the first that sets a gait's first state.
+void begin_with_start(const StoredMotion& motion, EffortChain& effort) {
+  const Eigen::Index width = effort.chain.end_form.rows(), carried = effort.start.cols();
+  ChainStage stage;
+  stage.A = stage.Q = MatrixXd::Zero(width, width);
+  stage.B.resize(width, carried);
+  stage.B << effort.basis.front().transpose() * effort.start, MatrixXd::Identity(carried, carried);
+  stage.S = MatrixXd::Zero(carried, width);
+  stage.weight = 2.0 * cost_of(motion);
+  stage.R = stage.weight * MatrixXd::Identity(carried, carried);
+  effort.chain.stage.insert(effort.chain.stage.begin(), stage);
+  effort.first = 1;
+}
+
 }  // namespace
 
 std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momentum_scale) {
-  EffortChain effort{{}, step_tangents(motion), {}, {}, {}};
+  EffortChain effort{{}, step_tangents(motion), {}, {}, {}, {}, {}};
   const StepTangents& tangents = effort.tangents;
   for (const MatrixXd& A : tangents.A)
     if (!A.allFinite()) return std::nullopt;
   effort.basis = reached_bases(tangents);
   if (effort.basis.empty()) return std::nullopt;
+  const std::vector<integrator::State> states = node_states(motion);
+  effort.goal = goal_rows(motion.system, motion.problem, states.back(), momentum_scale);
+  effort.goal.by_end_state = effort.goal.unit.cwiseInverse().asDiagonal() * effort.goal.by_end_state;
+  if (periodic(motion) && !set_free_start(motion, states, momentum_scale, effort)) return std::nullopt;
   const MatrixXd& last = effort.basis.back();
-  const Eigen::Index reached = last.cols(), controls = motion.system.control_count();
+  const Eigen::Index reached = last.cols(), carried = effort.start.cols(), width = reached + carried;
+  const Eigen::Index controls = motion.system.control_count();
 
   const VectorXd weights = node_weights(motion);
   const double moment = std::sqrt(moments_by_node(motion).squaredNorm() / (motion.steps + 1));
@@ -174,21 +222,26 @@ std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momen
   for (int k = 0; k <= motion.steps; ++k) {
     const MatrixXd& next = k < motion.steps ? effort.basis[at(k + 1)] : last;
     ChainStage stage;
-    stage.A = MatrixXd::Identity(reached, reached);
-    if (k == 0) stage.A.setZero();
-    if (k > 0 && k < motion.steps) stage.A = next.transpose() * tangents.A[at(k)] * effort.basis[at(k)];
-    stage.B = next.transpose() * tangents.B[at(k)];
+    stage.A = MatrixXd::Identity(width, width);
+    auto onwards = stage.A.topLeftCorner(reached, reached);
+    if (effort.basis[at(k)].size() == 0)
+      onwards.setZero();
+    else if (k < motion.steps)
+      onwards = next.transpose() * tangents.A[at(k)] * effort.basis[at(k)];
+    stage.B = MatrixXd::Zero(width, controls);
+    stage.B.topRows(reached) = next.transpose() * tangents.B[at(k)];
     stage.weight = weights[k];
-    stage.Q = weights[k] * moment * moment * MatrixXd::Identity(reached, reached);
-    stage.S = MatrixXd::Zero(controls, reached);
+    stage.Q = MatrixXd::Zero(width, width);
+    stage.Q.topLeftCorner(reached, reached).diagonal().setConstant(weights[k] * moment * moment);
+    stage.S = MatrixXd::Zero(controls, width);
     stage.R = weights[k] * MatrixXd::Identity(controls, controls);
     chain.stage.push_back(stage);
   }
-  chain.end_form = MatrixXd::Zero(reached, reached);
+  chain.end_form = MatrixXd::Zero(width, width);
+  if (periodic(motion)) begin_with_start(motion, effort);
 
-  effort.goal = goal_rows(motion.system, motion.problem, node_states(motion).back(), momentum_scale);
-  effort.goal.by_end_state = effort.goal.unit.cwiseInverse().asDiagonal() * effort.goal.by_end_state;
-  const MatrixXd rows = effort.goal.by_end_state * tangents.scale.asDiagonal() * last;
+  MatrixXd rows(effort.goal.value.size(), width);
+  rows << effort.goal.by_end_state * tangents.scale.asDiagonal() * last, effort.goal_by_start;
   if (rows.rows() > 0) effort.independent = maneuver::independent_rows(rows, dependent_goal_row);
   chain.end_rows = maneuver::span_of_rows(rows(effort.independent, Eigen::all), 0.0).transpose();
   return effort;
@@ -199,33 +252,38 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   const Chain& chain = effort.chain;
   const MatrixXd moments = moments_by_node(motion);
   const VectorXd& scale = effort.tangents.scale;
+  const Eigen::Index carried = effort.start.cols(), reach = effort.basis.back().cols();
   ChainGradient gradient;
-  for (int k = 0; k <= motion.steps; ++k) gradient.by_input.emplace_back(chain.stage[at(k)].weight * moments.col(k));
+  for (int k = 0; k <= motion.steps; ++k)
+    gradient.by_input.emplace_back(chain.stage[effort.first + at(k)].weight * moments.col(k));
+  double whole = 0.0;
+  for (const VectorXd& entry : gradient.by_input) whole = std::max(whole, entry.lpNorm<Eigen::Infinity>());
   const std::vector<VectorXd> pulled = pull_on_states(motion, bounds, gradient.by_input);
-  if (!bounds.empty())
-    for (int k = 0; k <= motion.steps; ++k)
-      gradient.by_state.emplace_back(
-          k == 0 ? VectorXd(VectorXd::Zero(chain.end_form.rows()))
-                 : VectorXd(effort.basis[at(k)].transpose() * scale.cwiseProduct(pulled[at(k)])));
+  if (!bounds.empty()) {
+    gradient.by_state.assign(chain.stage.size(), VectorXd::Zero(reach + carried));
+    for (std::size_t k = 0; k < pulled.size(); ++k)
+      if (effort.basis[k].size() > 0)
+        gradient.by_state[effort.first + k].head(reach) = effort.basis[k].transpose() * scale.cwiseProduct(pulled[k]);
+  }
+  if (effort.first > 0) gradient.by_input.insert(gradient.by_input.begin(), VectorXd::Zero(carried));
   ChainSolver solver(chain, penalty_per_cost * cost_of(motion));
   solver.factor(0.0);
   const Inputs change = solver.solve(gradient);
   const std::vector<VectorXd> reached = solver.costates(gradient, change);
 
   Costates result{std::vector<VectorXd>(at(motion.steps + 1)), VectorXd::Zero(effort.goal.value.size()), 0.0};
-  double left = 0.0, whole = 0.0;
-  for (std::size_t k = 0; k < change.size(); ++k) {
+  double left = 0.0;
+  for (std::size_t k = effort.first; k < change.size(); ++k)
     left = std::max(left, chain.stage[k].weight * change[k].lpNorm<Eigen::Infinity>());
-    whole =
-        std::max(whole, chain.stage[k].weight * moments.col(static_cast<Eigen::Index>(k)).lpNorm<Eigen::Infinity>());
-  }
   result.residual = whole > 0.0 ? left / whole : 0.0;
+  if (effort.first > 0) result.residual = std::max(result.residual, change.front().lpNorm<Eigen::Infinity>());
 
   const MatrixXd rows = effort.goal.by_end_state(effort.independent, Eigen::all) * scale.asDiagonal();
   VectorXd costate = VectorXd::Zero(scale.size());
   if (rows.rows() > 0) {
-    const VectorXd multipliers =
-        maneuver::least_squares((rows * effort.basis.back()).transpose(), reached[at(motion.steps + 1)]);
+    MatrixXd independent(rows.rows(), reach + carried);
+    independent << rows * effort.basis.back(), effort.goal_by_start(effort.independent, Eigen::all);
+    const VectorXd multipliers = maneuver::least_squares(independent.transpose(), reached.back());
     for (std::size_t r = 0; r < effort.independent.size(); ++r)
       result.goal[effort.independent[r]] = multipliers[static_cast<Eigen::Index>(r)];
     costate = rows.transpose() * multipliers;
@@ -234,10 +292,8 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   result.at_node.back() = costate.cwiseQuotient(scale);
   for (int k = motion.steps - 1; k >= 0; --k) {
     costate = (effort.tangents.A[at(k)].transpose() * costate + scale.cwiseProduct(pulled[at(k)])).eval();
-    if (k > 0) {
-      const MatrixXd& basis = effort.basis[at(k)];
-      costate += basis * (reached[at(k)] - basis.transpose() * costate);
-    }
+    const MatrixXd& basis = effort.basis[at(k)];
+    if (basis.size() > 0) costate += basis * (reached[effort.first + at(k)].head(reach) - basis.transpose() * costate);
     result.at_node[at(k)] = costate.cwiseQuotient(scale);
   }
   return result;
@@ -253,31 +309,42 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   mechanics::Interval interval(system.body_count());
   MatrixXd map(motions, reached + controls), half(motions, reached + controls);
   MatrixXd here = MatrixXd::Zero(turns + 3, reached);
+  if (effort.first > 0) here = configuration(effort, turns + 3, 0);
   for (int k = 0; k < motion.steps; ++k) {
-    ChainStage& stage = chain.stage[at(k)];
+    ChainStage& stage = chain.stage[effort.first + at(k)];
     const MatrixXd there = configuration(effort, turns + 3, k + 1);
     read_interval(motion, k, interval);
     curvature.evaluate(
         {system, motion.lagrangian, motion.time_step, interval, motion.control[at(k)], motion.control[at(k + 1)]},
         costates.at_node[at(k)], costates.at_node[at(k + 1)]);
     map.topRows(turns) << here.topRows(turns), MatrixXd::Zero(turns, controls);
-    map.bottomLeftCorner(turns + 3, reached).noalias() = there * stage.A;
-    map.bottomRightCorner(turns + 3, controls).noalias() = there * stage.B;
+    map.bottomLeftCorner(turns + 3, reached).noalias() = there * stage.A.topLeftCorner(reached, reached);
+    map.bottomRightCorner(turns + 3, controls).noalias() = there * stage.B.topRows(reached);
     map.bottomLeftCorner(3, reached) -= here.bottomRows(3);
     half.noalias() = curvature.by_motion() * map;
     const MatrixXd form = map.transpose() * half;
-    stage.Q = form.topLeftCorner(reached, reached);
-    stage.S += form.bottomLeftCorner(controls, reached);
+    stage.Q.setZero();
+    stage.Q.topLeftCorner(reached, reached) = form.topLeftCorner(reached, reached);
+    auto mixed = stage.S.leftCols(reached);
+    mixed += form.bottomLeftCorner(controls, reached);
     stage.R += form.bottomRightCorner(controls, controls);
-    stage.S.noalias() += curvature.by_control() * here.topRows(turns);
-    chain.stage[at(k + 1)].S.noalias() += curvature.by_next_control() * there.topRows(turns);
+    mixed.noalias() += curvature.by_control() * here.topRows(turns);
+    chain.stage[effort.first + at(k + 1)].S.leftCols(reached).noalias() +=
+        curvature.by_next_control() * there.topRows(turns);
     here = there;
   }
   chain.stage.back().Q.setZero();
-  chain.end_form = here.topRows(turns).transpose() * goal_curvature(motion, costates.goal) * here.topRows(turns);
+  MatrixXd at_end = goal_curvature(motion, costates.goal);
+  if (effort.first > 0) {
+    at_end += closure_curvature(motion, costates.goal.tail(2 * (turns - 3)));
+    const MatrixXd start = effort.tangents.scale.asDiagonal() * effort.start;
+    chain.stage.front().R = start_curvature(motion, node_states(motion).front(), start, costates.at_node.front());
+  }
+  chain.end_form.setZero();
+  chain.end_form.topLeftCorner(reached, reached) = here.topRows(turns).transpose() * at_end * here.topRows(turns);
   const bool free_duration = motion.problem.duration.free && !duration_pulls(motion);
-  if (free_duration) add_duration(motion, chain);
-  for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, chain);
+  if (free_duration) add_duration(motion, effort.first, chain);
+  for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, free_duration, chain);
   if (free_duration) begin_with_duration(motion, chain);
   return chain;
 }

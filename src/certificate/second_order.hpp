@@ -17,13 +17,17 @@ struct Costates {
   double residual;                // largest change of a moment's gradient that the multipliers leave / largest gradient
 };
 
-/// The chain of the effort alone: what moments reach along the motion, and the goal's independent rows there.
+/// The chain of the effort alone: what moments reach along the motion, and the goal's independent rows there. In a gait a
+/// stage before the others sets the first state, and its inputs ride along as states to the end, which has to fit them.
 struct EffortChain {
   Chain chain;
   StepTangents tangents;
-  std::vector<MatrixXd> basis;  // [N + 1], the first unset
-  GoalRows goal;
+  std::vector<MatrixXd> basis;   // [N + 1], the first unset but in gaits
+  GoalRows goal;                 // in gaits those of the closure follow
   std::vector<int> independent;  // rows of the goal
+  MatrixXd goal_by_start;        // [rows][carried]
+  MatrixXd start;                // [n][carried] directions of a gait's first state, in units of the tangents
+  std::size_t first = 0;         // stage of node 0
 };
 
 /// Nothing where a step is singular or the reached spaces do not fit together.
@@ -34,12 +38,12 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
                                    const std::vector<PullingBound>& bounds);
 
 /// The Hessian of the Lagrangian with these costates, as a form of the moments along the motion (equation 6.13). Limits
-/// and waypoints that pull are kept by a penalty. Where the duration is free and none of its bounds pulls, its logarithm is
+/// and waypoints that pull are kept by a penalty. What is free at a gait's start counts as the effort of all moments. Where the duration is free and none of its bounds pulls, its logarithm is
 /// the first input of a stage before the others.
 Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Costates& costates,
                        const std::vector<PullingBound>& bounds);
 
-/// For moments free at each node, at a stationary motion from a given start that meets its goal.
+/// For moments free at each node, at a stationary motion that meets its goal, from a given start or a gait.
 /// Nothing where it cannot be told.
 std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale);
 
