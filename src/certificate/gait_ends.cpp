@@ -27,13 +27,15 @@ bool turns_alone(const System& system, int i) { return system.body(i).freedoms =
 
 bool periodic(const StoredMotion& motion) { return motion.problem.goal && motion.problem.goal->periodic; }
 
-MatrixXd periodic_start(const StoredMotion& motion, const integrator::State& first, double momentum_scale) {
+Eigen::Index shape_freedoms(const StoredMotion& motion) { return motion.system.velocity_count() - 6; }
+
+MatrixXd periodic_start(const StoredMotion& motion, const integrator::State& first, const VectorXd& momentum_unit) {
   const System& system = motion.system;
   const StateLayout layout{system};
-  const int freedoms = system.velocity_count() - 6;
+  const Eigen::Index freedoms = shape_freedoms(motion);
   const bool shape = motion.problem.start.free_shape;
   MatrixXd directions = MatrixXd::Zero(layout.size(), (shape ? 2 : 1) * freedoms);
-  int column = 0;
+  Eigen::Index column = 0;
   for (const bool turns : {true, false}) {
     if (turns && !shape) continue;
     for (int i = 1; i < system.body_count(); ++i)
@@ -46,25 +48,27 @@ MatrixXd periodic_start(const StoredMotion& motion, const integrator::State& fir
           direction[layout.freedom(i) + f] = 1.0;
           if (alone) direction.segment<3>(layout.momentum(0)) = -seen * Vector3d::Unit(f).cross(momentum);
         } else {
-          direction[layout.momentum(i) + f] = momentum_scale;
-          if (alone) direction.segment<3>(layout.momentum(0)) = -momentum_scale * seen.col(f);
+          const double unit = momentum_unit[column - (shape ? freedoms : 0)];
+          direction[layout.momentum(i) + f] = unit;
+          if (alone) direction.segment<3>(layout.momentum(0)) = -unit * seen.col(f);
         }
       }
   }
   return directions;
 }
 
-MatrixXd closure_rows(const StoredMotion& motion, const integrator::State& last, double momentum_scale) {
+MatrixXd closure_rows(const StoredMotion& motion, const integrator::State& last, const VectorXd& momentum_unit) {
   const System& system = motion.system;
   const StateLayout layout{system};
-  const int freedoms = system.velocity_count() - 6;
+  const Eigen::Index freedoms = shape_freedoms(motion);
   MatrixXd rows = MatrixXd::Zero(2 * freedoms, layout.size());
-  int row = 0;
+  Eigen::Index row = 0;
   for (int i = 1; i < system.body_count(); ++i) {
     const int own = system.body(i).freedoms;
     rows.block(row, layout.freedom(i), own, own).setIdentity();
     if (turns_alone(system, i)) rows.block<3, 3>(row, layout.freedom(0)) = -seen_by_root(last.rotation, i).transpose();
-    rows.block(freedoms + row, layout.momentum(i), own, own) = MatrixXd::Identity(own, own) / momentum_scale;
+    rows.block(freedoms + row, layout.momentum(i), own, own) =
+        momentum_unit.segment(row, own).cwiseInverse().asDiagonal();
     row += own;
   }
   return rows;
@@ -135,7 +139,7 @@ MatrixXd closure_curvature(const StoredMotion& motion, const VectorXd& multiplie
   const System& system = motion.system;
   const StateLayout layout{system};
   MatrixXd form = MatrixXd::Zero(layout.position(), layout.position());
-  int row = 0;
+  Eigen::Index row = 0;
   for (int i = 1; i < system.body_count(); ++i) {
     if (turns_alone(system, i))  // ½ multiplier · (turn of the body × turn of the root)
       form.block<3, 3>(layout.freedom(i), layout.freedom(0)) -=

@@ -13,13 +13,16 @@ namespace lamprey::certificate {
 bool periodic(const StoredMotion& motion);
 
 /// Directions of a gait's first state, of a swimmer without total momentum: turns of the bodies but the root (where the
-/// shape is free), then momenta along their freedoms by `momentum_scale` kg m²/s; the root's momentum makes up for both.
-/// [n][free] as integrator::StateLayout.
-MatrixXd periodic_start(const StoredMotion& motion, const integrator::State& first, double momentum_scale);
+/// shape is free), then momenta along their freedoms by `momentum_unit` kg m²/s; the root's momentum makes up for both.
+/// [n][free] as integrator::StateLayout; units [freedoms but the root's].
+MatrixXd periodic_start(const StoredMotion& motion, const integrator::State& first, const VectorXd& momentum_unit);
 
-/// Rows of a gait's last state that its first state has to share, shape in rad, then momenta by `momentum_scale`:
+/// Rows of a gait's last state that its first state has to share, shape in rad, then momenta by `momentum_unit`:
 /// [2 freedoms but the root's][n]. The last as many as periodic_start has columns belong to these.
-MatrixXd closure_rows(const StoredMotion& motion, const integrator::State& last, double momentum_scale);
+MatrixXd closure_rows(const StoredMotion& motion, const integrator::State& last, const VectorXd& momentum_unit);
+
+/// The number of freedoms of all bodies but the root.
+Eigen::Index shape_freedoms(const StoredMotion& motion);
 
 /// What of those directions lies in what moments reach, orthonormal combinations [free][kept]. Nothing where a motion out
 /// of reach might close as well (equation 6.19). `directions` and `closure` in the tangents' units.

@@ -236,8 +236,9 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
     MatrixXd end_rows_by_start;
     free.duration = motion.problem.duration.free;
     if (periodic(motion)) {
-      free.start = periodic_start(motion, tables.state.front(), momentum_scale);
-      const MatrixXd closure = closure_rows(motion, tables.state.back(), momentum_scale);
+      const VectorXd unit = VectorXd::Constant(shape_freedoms(motion), momentum_scale);
+      free.start = periodic_start(motion, tables.state.front(), unit);
+      const MatrixXd closure = closure_rows(motion, tables.state.back(), unit);
       MatrixXd all(end_rows.rows() + closure.rows(), end_rows.cols());
       all << end_rows, closure;
       end_rows_by_start.setZero(all.rows(), free.start.cols());

@@ -1,5 +1,7 @@
 #include "certificate/second_order.hpp"
 
+#include <Eigen/Cholesky>
+
 #include "certificate/gait_ends.hpp"
 #include "certificate/optimality.hpp"
 #include "certificate/step_curvature.hpp"
@@ -14,6 +16,7 @@ using model::at;
 constexpr double dependent_goal_row = 1e-9;  // of the longest
 constexpr double costates_hold = 1e-4;       // residual: beyond it multipliers are no costates
 constexpr double penalty_per_cost = 1e4;     // of the end rows
+constexpr double start_share = 1e-3;         // of the effort: a gait's start moved by 1 rad, in the metric
 constexpr double bound_penalty = 1e6;        // of limits and waypoints that pull, against the cost or a moment's weight
 
 MatrixXd moments_by_node(const StoredMotion& motion) {
@@ -159,14 +162,17 @@ void begin_with_duration(const StoredMotion& motion, Chain& chain) {
   chain.stage.insert(chain.stage.begin(), stage);
 }
 
-// What is free at a gait's start, and the rows that close it after those of the goal. False where moments reach too little
-// of it to tell.
-bool set_free_start(const StoredMotion& motion, const std::vector<integrator::State>& states, double momentum_scale,
-                    EffortChain& effort) {
+// What is free at a gait's start, turns in rad and momenta that each alone would turn by 1 rad in the whole time, and the
+// rows that close it after those of the goal. False where moments reach too little of it to tell.
+bool set_free_start(const StoredMotion& motion, const std::vector<integrator::State>& states, EffortChain& effort) {
   const VectorXd& scale = effort.tangents.scale;
-  const MatrixXd closure = closure_rows(motion, states.back(), momentum_scale);
-  const MatrixXd directions =
-      scale.cwiseInverse().asDiagonal() * periodic_start(motion, states.front(), momentum_scale);
+  const MatrixXd inertia = mechanics::generalized_inertia(motion.system, states.front().rotation);
+  const VectorXd unit = (motion.time_step * motion.steps *
+                         inertia.llt().solve(MatrixXd::Identity(inertia.rows(), inertia.cols())).diagonal())
+                            .segment(3, shape_freedoms(motion))
+                            .cwiseInverse();
+  const MatrixXd closure = closure_rows(motion, states.back(), unit);
+  const MatrixXd directions = scale.cwiseInverse().asDiagonal() * periodic_start(motion, states.front(), unit);
   effort.basis.front() = basis_at_start(effort.tangents, effort.basis);
   const std::optional<MatrixXd> kept =
       start_within_reach(effort.tangents, effort.basis, directions, closure * scale.asDiagonal());
@@ -193,7 +199,7 @@ void begin_with_start(const StoredMotion& motion, EffortChain& effort) {
   stage.B.resize(width, carried);
   stage.B << effort.basis.front().transpose() * effort.start, MatrixXd::Identity(carried, carried);
   stage.S = MatrixXd::Zero(carried, width);
-  stage.weight = 2.0 * cost_of(motion);
+  stage.weight = 2.0 * start_share * cost_of(motion);
   stage.R = stage.weight * MatrixXd::Identity(carried, carried);
   effort.chain.stage.insert(effort.chain.stage.begin(), stage);
   effort.first = 1;
@@ -211,7 +217,7 @@ std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momen
   const std::vector<integrator::State> states = node_states(motion);
   effort.goal = goal_rows(motion.system, motion.problem, states.back(), momentum_scale);
   effort.goal.by_end_state = effort.goal.unit.cwiseInverse().asDiagonal() * effort.goal.by_end_state;
-  if (periodic(motion) && !set_free_start(motion, states, momentum_scale, effort)) return std::nullopt;
+  if (periodic(motion) && !set_free_start(motion, states, effort)) return std::nullopt;
   const MatrixXd& last = effort.basis.back();
   const Eigen::Index reached = last.cols(), carried = effort.start.cols(), width = reached + carried;
   const Eigen::Index controls = motion.system.control_count();
@@ -336,7 +342,7 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   chain.stage.back().Q.setZero();
   MatrixXd at_end = goal_curvature(motion, costates.goal);
   if (effort.first > 0) {
-    at_end += closure_curvature(motion, costates.goal.tail(2 * (turns - 3)));
+    at_end += closure_curvature(motion, costates.goal.tail(2 * shape_freedoms(motion)));
     const MatrixXd start = effort.tangents.scale.asDiagonal() * effort.start;
     chain.stage.front().R = start_curvature(motion, node_states(motion).front(), start, costates.at_node.front());
   }
