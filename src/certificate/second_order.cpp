@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "certificate/cost_order.hpp"
 #include "certificate/gait_ends.hpp"
 #include "certificate/optimality.hpp"
 #include "certificate/step_curvature.hpp"
@@ -79,13 +80,13 @@ std::vector<VectorXd> pull_on_states(const StoredMotion& motion, const std::vect
 }
 
 // Curvature of a bound that pulls, and a penalty that keeps it.
-void add_bound(const StoredMotion& motion, const EffortChain& effort, const PullingBound& bound, bool with_duration,
-               Chain& chain) {
+void add_bound(const StoredMotion& motion, const EffortChain& effort, const PullingBound& bound,
+               std::optional<Eigen::Index> duration, Chain& chain) {
   const Eigen::Index place = motion.system.velocity_count(), before = bound.gradient.size() - place;
   const bool with_before = !bound.of_moments && before > 0;
   ChainStage& stage = chain.stage[effort.first + at(with_before ? bound.node - 1 : bound.node)];
   const Eigen::Index size = bound.gradient.size(), reached = effort.basis.back().cols();
-  const Eigen::Index states = stage.A.rows(), controls = stage.B.cols(), timed = with_duration ? 1 : 0;
+  const Eigen::Index states = stage.A.rows(), controls = stage.B.cols(), timed = duration ? 1 : 0;
   MatrixXd map = MatrixXd::Zero(size + timed, states + controls);
   if (bound.of_moments) {
     map.topRightCorner(size, controls).setIdentity();
@@ -105,7 +106,7 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
   gradient.head(size) = bound.gradient;
   curvature.topLeftCorner(size, size) = bound.curvature;
   if (timed > 0) {
-    map(size, states - 1) = 1.0;
+    map(size, *duration) = 1.0;
     gradient[size] = bound.by_time;
     curvature.row(size).head(size) = bound.by_time_mixed.transpose();
     curvature.col(size).head(size) = bound.by_time_mixed;
@@ -125,41 +126,39 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
 // the motion knows nothing of it, the effort falls with exp(−3τ) (equation 6.16).
 void add_duration(const StoredMotion& motion, std::size_t first, Chain& chain) {
   const MatrixXd moments = moments_by_node(motion);
-  const Eigen::Index last = chain.end_form.rows(), states = last + 1;
-  const auto widened = [&](const MatrixXd& matrix, Eigen::Index rows, Eigen::Index columns) {
-    MatrixXd wide = MatrixXd::Zero(rows, columns);
-    wide.topLeftCorner(matrix.rows(), matrix.cols()) = matrix;
-    return wide;
-  };
-  for (ChainStage& stage : chain.stage) {
-    stage.A = widened(stage.A, states, states);
-    stage.A(last, last) = 1.0;
-    stage.B = widened(stage.B, states, stage.B.cols());
-    stage.Q = widened(stage.Q, states, states);
-    stage.S = widened(stage.S, stage.S.rows(), states);
-  }
+  const Eigen::Index last = chain.end_form.rows();
+  widen(chain, last + 1);
+  for (ChainStage& stage : chain.stage) stage.A(last, last) = 1.0;
   for (int k = 0; k <= motion.steps; ++k) {
     ChainStage& stage = chain.stage[first + at(k)];
     stage.Q(last, last) = 4.5 * stage.weight * moments.col(k).squaredNorm();
     stage.S.col(last) = -3.0 * stage.weight * moments.col(k);
   }
-  chain.end_form = widened(chain.end_form, states, states);
   chain.end_form(last, last) = motion.problem.time_weight * motion.time_step * motion.steps;
-  chain.end_rows = widened(chain.end_rows, chain.end_rows.rows(), states);
 }
 
 // The stage before the first that sets τ, by what it makes of the moments: du = −2u dτ.
-void begin_with_duration(const StoredMotion& motion, Chain& chain) {
+void begin_with_duration(const StoredMotion& motion, Eigen::Index duration, Chain& chain) {
   const Eigen::Index states = chain.end_form.rows(), controls = motion.system.control_count();
   ChainStage stage;
   stage.A = stage.Q = MatrixXd::Zero(states, states);
   stage.B = MatrixXd::Zero(states, controls);
-  stage.B(states - 1, 0) = 1.0 / std::sqrt(8.0 * cost_of(motion));
+  stage.B(duration, 0) = 1.0 / std::sqrt(8.0 * cost_of(motion));
   stage.S = MatrixXd::Zero(controls, states);
   stage.R = MatrixXd::Identity(controls, controls);  // nothing that the others could do
   stage.R(0, 0) = 0.0;
   stage.weight = 1.0;
   chain.stage.insert(chain.stage.begin(), stage);
+}
+
+void add_rows(GoalRows& goal, const MatrixXd& rows) {
+  const Eigen::Index all = goal.value.size() + rows.rows();
+  goal.value.conservativeResize(all);
+  goal.value.tail(rows.rows()).setZero();
+  goal.unit.conservativeResize(all);
+  goal.unit.tail(rows.rows()).setOnes();
+  goal.by_end_state.conservativeResize(all, Eigen::NoChange);
+  goal.by_end_state.bottomRows(rows.rows()) = rows;
 }
 
 // What is free at a gait's start, turns in rad and momenta that each alone would turn by 1 rad in the whole time, and the
@@ -180,15 +179,29 @@ bool set_free_start(const StoredMotion& motion, const std::vector<integrator::St
   effort.start = directions * *kept;
   GoalRows& goal = effort.goal;
   const Eigen::Index asked = goal.value.size(), all = asked + closure.rows();
-  goal.value.conservativeResize(all);
-  goal.value.tail(closure.rows()).setZero();
-  goal.unit.conservativeResize(all);
-  goal.unit.tail(closure.rows()).setOnes();
-  goal.by_end_state.conservativeResize(all, Eigen::NoChange);
-  goal.by_end_state.bottomRows(closure.rows()) = closure;
-  effort.goal_by_start = MatrixXd::Zero(all, kept->cols());
-  effort.goal_by_start.bottomRows(kept->rows()) = -*kept;
+  add_rows(goal, closure);
+  effort.goal_by_carried = MatrixXd::Zero(all, kept->cols());
+  effort.goal_by_carried.bottomRows(kept->rows()) = -*kept;
+  effort.closure = asked;
   return true;
+}
+
+// Costs beside effort tell the moments at a gait's two ends apart, which are one number: their difference rides along and
+// vanishes at the end.
+void tie_moments(const StoredMotion& motion, EffortChain& effort) {
+  const Eigen::Index controls = motion.system.control_count(), before = effort.chain.end_form.rows();
+  Chain& chain = effort.chain;
+  widen(chain, before + controls);
+  for (ChainStage& stage : chain.stage) stage.A.bottomRightCorner(controls, controls).setIdentity();
+  chain.stage.front().B.bottomRows(controls).setIdentity();
+  chain.stage.back().B.bottomRows(controls) = -MatrixXd::Identity(controls, controls);
+  GoalRows& goal = effort.goal;
+  const Eigen::Index asked = goal.value.size(), carried = effort.goal_by_carried.cols();
+  add_rows(goal, MatrixXd::Zero(controls, goal.by_end_state.cols()));
+  effort.goal_by_carried.conservativeResize(asked + controls, carried + controls);
+  effort.goal_by_carried.bottomRows(controls).setZero();
+  effort.goal_by_carried.rightCols(controls).setZero();
+  effort.goal_by_carried.bottomRightCorner(controls, controls).setIdentity();
 }
 
 // The stage before the first that sets a gait's first state.
@@ -197,7 +210,8 @@ void begin_with_start(const StoredMotion& motion, EffortChain& effort) {
   ChainStage stage;
   stage.A = stage.Q = MatrixXd::Zero(width, width);
   stage.B.resize(width, carried);
-  stage.B << effort.basis.front().transpose() * effort.start, MatrixXd::Identity(carried, carried);
+  stage.B << effort.basis.front().transpose() * effort.start, MatrixXd::Identity(carried, carried),
+      MatrixXd::Zero(width - effort.basis.front().cols() - carried, carried);
   stage.S = MatrixXd::Zero(carried, width);
   stage.weight = 2.0 * start_share * cost_of(motion);
   stage.R = stage.weight * MatrixXd::Identity(carried, carried);
@@ -208,7 +222,8 @@ void begin_with_start(const StoredMotion& motion, EffortChain& effort) {
 }  // namespace
 
 std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momentum_scale) {
-  EffortChain effort{{}, step_tangents(motion), {}, {}, {}, {}, {}};
+  EffortChain effort;
+  effort.tangents = step_tangents(motion);
   const StepTangents& tangents = effort.tangents;
   for (const MatrixXd& A : tangents.A)
     if (!A.allFinite()) return std::nullopt;
@@ -244,10 +259,11 @@ std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momen
     chain.stage.push_back(stage);
   }
   chain.end_form = MatrixXd::Zero(width, width);
+  if (periodic(motion) && motion.problem.cost_weights.any()) tie_moments(motion, effort);
   if (periodic(motion)) begin_with_start(motion, effort);
 
-  MatrixXd rows(effort.goal.value.size(), width);
-  rows << effort.goal.by_end_state * tangents.scale.asDiagonal() * last, effort.goal_by_start;
+  MatrixXd rows(effort.goal.value.size(), chain.end_form.rows());
+  rows << effort.goal.by_end_state * tangents.scale.asDiagonal() * last, effort.goal_by_carried;
   if (rows.rows() > 0) effort.independent = maneuver::independent_rows(rows, dependent_goal_row);
   chain.end_rows = maneuver::span_of_rows(rows(effort.independent, Eigen::all), 0.0).transpose();
   return effort;
@@ -258,20 +274,24 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   const Chain& chain = effort.chain;
   const MatrixXd moments = moments_by_node(motion);
   const VectorXd& scale = effort.tangents.scale;
-  const Eigen::Index carried = effort.start.cols(), reach = effort.basis.back().cols();
+  const Eigen::Index states = chain.end_form.rows(), reach = effort.basis.back().cols();
   ChainGradient gradient;
   for (int k = 0; k <= motion.steps; ++k)
     gradient.by_input.emplace_back(chain.stage[effort.first + at(k)].weight * moments.col(k));
+  const bool beside = motion.problem.cost_weights.any();
+  const CostGradient others = beside ? cost_gradient_beside_effort(motion) : CostGradient();
+  for (std::size_t k = 0; k < others.by_control.size(); ++k) gradient.by_input[k] += others.by_control[k];
   double whole = 0.0;
   for (const VectorXd& entry : gradient.by_input) whole = std::max(whole, entry.lpNorm<Eigen::Infinity>());
-  const std::vector<VectorXd> pulled = pull_on_states(motion, bounds, gradient.by_input);
-  if (!bounds.empty()) {
-    gradient.by_state.assign(chain.stage.size(), VectorXd::Zero(reach + carried));
+  std::vector<VectorXd> pulled = pull_on_states(motion, bounds, gradient.by_input);
+  for (std::size_t k = 0; k < others.by_state.size(); ++k) pulled[k] += others.by_state[k];
+  if (!bounds.empty() || beside) {
+    gradient.by_state.assign(chain.stage.size(), VectorXd::Zero(states));
     for (std::size_t k = 0; k < pulled.size(); ++k)
       if (effort.basis[k].size() > 0)
         gradient.by_state[effort.first + k].head(reach) = effort.basis[k].transpose() * scale.cwiseProduct(pulled[k]);
   }
-  if (effort.first > 0) gradient.by_input.insert(gradient.by_input.begin(), VectorXd::Zero(carried));
+  if (effort.first > 0) gradient.by_input.insert(gradient.by_input.begin(), VectorXd::Zero(effort.start.cols()));
   ChainSolver solver(chain, penalty_per_cost * cost_of(motion));
   solver.factor(0.0);
   const Inputs change = solver.solve(gradient);
@@ -287,8 +307,8 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   const MatrixXd rows = effort.goal.by_end_state(effort.independent, Eigen::all) * scale.asDiagonal();
   VectorXd costate = VectorXd::Zero(scale.size());
   if (rows.rows() > 0) {
-    MatrixXd independent(rows.rows(), reach + carried);
-    independent << rows * effort.basis.back(), effort.goal_by_start(effort.independent, Eigen::all);
+    MatrixXd independent(rows.rows(), states);
+    independent << rows * effort.basis.back(), effort.goal_by_carried(effort.independent, Eigen::all);
     const VectorXd multipliers = maneuver::least_squares(independent.transpose(), reached.back());
     for (std::size_t r = 0; r < effort.independent.size(); ++r)
       result.goal[effort.independent[r]] = multipliers[static_cast<Eigen::Index>(r)];
@@ -342,22 +362,27 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   chain.stage.back().Q.setZero();
   MatrixXd at_end = goal_curvature(motion, costates.goal);
   if (effort.first > 0) {
-    at_end += closure_curvature(motion, costates.goal.tail(2 * shape_freedoms(motion)));
+    at_end += closure_curvature(motion, costates.goal.segment(effort.closure, 2 * shape_freedoms(motion)));
     const MatrixXd start = effort.tangents.scale.asDiagonal() * effort.start;
     chain.stage.front().R = start_curvature(motion, node_states(motion).front(), start, costates.at_node.front());
   }
   chain.end_form.setZero();
   chain.end_form.topLeftCorner(reached, reached) = here.topRows(turns).transpose() * at_end * here.topRows(turns);
-  const bool free_duration = motion.problem.duration.free && !duration_pulls(motion);
-  if (free_duration) add_duration(motion, effort.first, chain);
-  for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, free_duration, chain);
-  if (free_duration) begin_with_duration(motion, chain);
+  std::optional<Eigen::Index> duration;
+  if (motion.problem.duration.free && !duration_pulls(motion)) duration = chain.end_form.rows();
+  if (duration) add_duration(motion, effort.first, chain);
+  for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, duration, chain);
+  if (motion.problem.cost_weights.any())
+    add_costs(motion, effort, kinks_of(motion, powers_of(motion)), duration, chain);
+  if (duration) begin_with_duration(motion, *duration, chain);
   return chain;
 }
 
 std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale) {
   std::optional<EffortChain> effort = effort_chain(motion, momentum_scale);
   if (!effort) return std::nullopt;
+  const Kinks kinks = motion.problem.cost_weights.any() ? kinks_of(motion, powers_of(motion)) : Kinks();
+  if (!kinks.known || !ends_fit_costs(motion)) return std::nullopt;
   const std::vector<PullingBound> bounds = pulling_bounds(motion);
   const Costates costates = costates_by_least_squares(motion, *effort, bounds);
   if (!(costates.residual <= costates_hold)) return std::nullopt;
@@ -369,6 +394,8 @@ std::optional<SecondOrder> second_order(const StoredMotion& motion, double momen
   if (std::isnan(result.smallest_eigenvalue)) return std::nullopt;
   result.positive = solver.factor(curvature_mark) == 0;
   result.negative_eigenvalues = solver.factor(0.0);
+  // a multiplier at its bound where the power vanishes too: what costs less on the smooth branch need not cost less
+  if (kinks.weak && !result.positive) return std::nullopt;
   return result;
 }
 

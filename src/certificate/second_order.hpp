@@ -25,8 +25,9 @@ struct EffortChain {
   std::vector<MatrixXd> basis;   // [N + 1], the first unset but in gaits
   GoalRows goal;                 // in gaits those of the closure follow
   std::vector<int> independent;  // rows of the goal
-  MatrixXd goal_by_start;        // [rows][carried]
-  MatrixXd start;                // [n][carried] directions of a gait's first state, in units of the tangents
+  MatrixXd goal_by_carried;      // [rows][carried] inputs of the start, then the difference of the moments at both ends
+  Eigen::Index closure = 0;      // first row of the closure
+  MatrixXd start;                // [n][free] directions of a gait's first state, in units of the tangents
   std::size_t first = 0;         // stage of node 0
 };
 

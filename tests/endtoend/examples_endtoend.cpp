@@ -104,6 +104,10 @@ TEST(Gait, closes_its_shape_and_its_velocity) {
     EXPECT_LE((solution.rotation.back()[i] - solution.rotation.front()[i]).norm(), tolerance(1e-9));
     EXPECT_LE((solution.angular_velocity.back()[i] - solution.angular_velocity.front()[i]).norm(), tolerance(1e-7));
   }
+  EXPECT_EQ(results.certificate->verdict, certificate::Verdict::proved);
+  ASSERT_TRUE(results.certificate->all_axes.has_value());
+  EXPECT_GT(results.certificate->all_axes->second_order.negative_eigenvalues, 0)
+      << "a saddle once it may leave the plane";
 }
 
 TEST(OutOfReach, is_said_in_words_and_in_the_exit_code) {
