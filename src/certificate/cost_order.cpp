@@ -234,7 +234,7 @@ void add_costs(const StoredMotion& motion, const EffortChain& effort, const Kink
       }
       if (!kinks.held(j, k)) continue;
       const double length =
-          change.leftCols(reached).squaredNorm() / cost + change.rightCols(controls).squaredNorm() / stage.weight;
+          change.leftCols(states).squaredNorm() / cost + change.rightCols(controls).squaredNorm() / stage.weight;
       if (length > 0.0) form += power_penalty / length * change.transpose() * change;
     }
     if (columns.moment >= 0 && k > 0) {

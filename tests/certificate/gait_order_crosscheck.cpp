@@ -45,17 +45,25 @@ class DenseMotion {
     }
     metric_.head(first_moment()).setConstant(2e-3 * effort_);
     if (problem.duration.free) metric_[0] = 8.0 * effort_;
+    multipliers_of_work_ = solution.work_multipliers;
+    if (multipliers_of_work_.empty())
+      multipliers_of_work_.assign(at(system_.joint_count()), std::vector<double>(at(motion_.steps + 1), 0.0));
+    if (problem.cost_weights.work + problem.cost_weights.transport > 0.0)
+      for (int j = 0; j < system_.joint_count(); ++j)
+        for (int k = gait() ? 1 : 0; k <= motion_.steps; ++k)
+          if (std::abs(multipliers_of_work_[at(j)][at(k)]) < 1.0 - 1e-5)
+            held_.push_back({k, j, false, false, 0.0, true});
     for (const maneuver::LimitMultiplier& own : solution.limit_multipliers)
       for (int k = 0; k <= motion_.steps; ++k) {
         const bool torque = own.key == "limits.torque", end = k == 0 || k == motion_.steps;
         const double pull = own.multiplier[at(k)] * motion_.time_step * (torque && end ? 0.5 : 1.0);
-        if (pull > 0.0 && (torque || k > 0)) held_.push_back({k, own.joint, torque, own.upper, pull});
+        if (pull > 0.0 && (torque || k > 0)) held_.push_back({k, own.joint, torque, own.upper, pull, false});
       }
   }
 
   std::size_t held(bool torque) const {
     return static_cast<std::size_t>(
-        std::count_if(held_.begin(), held_.end(), [&](const Held& own) { return own.torque == torque; }));
+        std::count_if(held_.begin(), held_.end(), [&](const Held& own) { return !own.power && own.torque == torque; }));
   }
 
   SecondOrder certified() const { return certificate::second_order(motion_, scale_).value_or(SecondOrder()); }
@@ -91,11 +99,51 @@ class DenseMotion {
     int node, joint;
     bool torque, upper;
     double pull;
+    bool power = false;  // of the joint at the node, where it has to vanish
   };
 
+  double power_unit() const {
+    return problem_.cost_weights.any() ? effort_ / (motion_.time_step * motion_.steps) : 1.0;
+  }
+
+  // Chapter 13 with the sign of each power as its multiplier has it: no more than the cost, and equal to it here. Returns
+  // the powers, [N + 1][joints].
+  VectorXd add_other_costs(const std::vector<mechanics::Rotations>& rotation, double distance,
+                           const NodeMoments& control, const VectorXd& moments, double h, double& cost) const {
+    const maneuver::CostWeights& weights = problem_.cost_weights;
+    const int N = motion_.steps, joints = system_.joint_count();
+    VectorXd powers = VectorXd::Zero(joints * (N + 1));
+    if (!weights.any()) return powers;
+    const auto turn = [&](int k, const model::Joint& joint) {
+      const Matrix3d Q = mechanics::child_to_parent(rotation[at(k)], joint);
+      const Matrix3d Q_next = mechanics::child_to_parent(rotation[at(k + 1)], joint);
+      if (joint.free()) return Vector3d(lie::log(Q_next * Q.transpose()));
+      return Vector3d(mechanics::joint_angles(joint, Q_next) - mechanics::joint_angles(joint, Q));
+    };
+    double work = 0.0;
+    for (int k = gait() ? 1 : 0; k <= N; ++k)
+      for (int j = 0; j < joints; ++j) {
+        const model::Joint& joint = system_.joint(j);
+        Vector3d turns = Vector3d::Zero();
+        if (k > 0) turns += turn(k - 1, joint);
+        if (k < N) turns += turn(k, joint);
+        if (k == N && gait()) turns += turn(0, joint);
+        const double power = -control[at(k)][at(j)].dot(turns) / (2.0 * h);
+        const double time = !gait() && (k == 0 || k == N) ? 0.5 * h : h;
+        work += time * power * multipliers_of_work_[at(j)][at(k)];
+        cost += time * weights.power * power * power;
+        powers[k * joints + j] = power;
+      }
+    const Eigen::Index controls = system_.control_count(), later = moments.size() - controls;
+    cost += (weights.work + weights.transport / distance) * work +
+            0.5 * weights.smoothness / h * (moments.tail(later) - moments.head(later)).squaredNorm();
+    return powers;
+  }
+
   Eigen::Index first_shape() const { return problem_.duration.free ? 1 : 0; }
+  bool gait() const { return problem_.goal->periodic; }
   Eigen::Index first_momentum() const { return first_shape() + (problem_.start.free_shape ? freedoms_ : 0); }
-  Eigen::Index first_moment() const { return first_momentum() + freedoms_; }
+  Eigen::Index first_moment() const { return first_momentum() + (gait() ? freedoms_ : 0); }
   Eigen::Index size() const { return first_moment() + value_.size(); }
 
   // Moments are alike where they turn slender bodies alike, whatever the axis.
@@ -119,7 +167,7 @@ class DenseMotion {
     const integrator::StateLayout layout{system_};
     mechanics::Freedoms turn(state.rotation.size(), Vector3d::Zero());
     Eigen::Index entry = 0;
-    for (int i = 1; i < system_.body_count(); ++i)
+    for (int i = 1; i < system_.body_count() && gait(); ++i)
       for (int f = 0; f < system_.body(i).freedoms; ++f, ++entry) {
         if (problem_.start.free_shape) turn[at(i)][f] = x[first_shape() + entry];
         state.momentum[layout.freedom(i) + f] += unit_[entry] * x[first_momentum() + entry];
@@ -151,7 +199,8 @@ class DenseMotion {
     std::vector<double> rows;
     const auto push = [&](const Vector3d& v, int count) { rows.insert(rows.end(), v.data(), v.data() + count); };
     const auto asked = certificate::asked_rotations(system_, problem_);
-    if (asked[0]) push(lie::log(asked[0]->transpose() * state.rotation[0]), 3);
+    for (std::size_t i = 0; i < asked.size(); ++i)
+      if (asked[i]) push(lie::log(asked[i]->transpose() * state.rotation[i]), 3);
     for (int c = 0; c < 3; ++c)
       if (problem_.goal->move[at(c)])
         rows.push_back(state.position[c] - start.position[c] - *problem_.goal->move[at(c)]);
@@ -161,19 +210,29 @@ class DenseMotion {
     const mechanics::Freedoms off = turns_between(system_, start.rotation, seen);
     entry = 0;
     for (int i = 1; i < system_.body_count(); ++i) {
-      push(off[at(i)], system_.body(i).freedoms);
-      for (int f = 0; f < system_.body(i).freedoms; ++f, ++entry)
-        rows.push_back(std::exp(tau) * (state.momentum[layout.freedom(i) + f] - start.momentum[layout.freedom(i) + f]) /
-                       unit_[entry]);
+      if (gait()) push(off[at(i)], system_.body(i).freedoms);
+      for (int f = 0; f < system_.body(i).freedoms; ++f, ++entry) {
+        const double asked_for = gait() ? start.momentum[layout.freedom(i) + f] : 0.0;
+        rows.push_back(std::exp(tau) * (state.momentum[layout.freedom(i) + f] - asked_for) / unit_[entry]);
+      }
     }
+    if (gait() && problem_.cost_weights.any())
+      for (Eigen::Index c = 0; c < system_.control_count(); ++c)
+        rows.push_back((moments[c] - moments[moments.size() - system_.control_count() + c]) / moment_[c]);
+    const VectorXd powers =
+        add_other_costs(rotation, (state.position - start.position).norm(), control, moments, h, cost);
     for (const Held& own : held_) {
       const model::Joint& joint = system_.joint(own.joint);
-      const double angle = mechanics::joint_angles(joint, mechanics::child_to_parent(rotation[at(own.node)], joint))[0];
-      if (own.torque)
+      const auto angle = [&] {
+        return mechanics::joint_angles(joint, mechanics::child_to_parent(rotation[at(own.node)], joint))[0];
+      };
+      if (own.power)
+        rows.push_back(powers[own.node * system_.joint_count() + own.joint] / power_unit());
+      else if (own.torque)
         rows.push_back(*problem_.limits.torque - control[at(own.node)][at(own.joint)].norm());
       else
-        rows.push_back(own.upper ? problem_.limits.angle.at(joint.name)[1] - angle
-                                 : angle - problem_.limits.angle.at(joint.name)[0]);
+        rows.push_back(own.upper ? problem_.limits.angle.at(joint.name)[1] - angle()
+                                 : angle() - problem_.limits.angle.at(joint.name)[0]);
     }
     return {cost, Eigen::Map<VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()))};
   }
@@ -227,6 +286,7 @@ class DenseMotion {
   VectorXd unit_;     // momenta that alone turn by 1 rad in the whole time
   double effort_ = 0.0;
   std::vector<Held> held_;
+  std::vector<std::vector<double>> multipliers_of_work_;  // [joints][N + 1]
   VectorXd moment_, metric_, multipliers_;
 };
 
@@ -357,6 +417,48 @@ TEST(GaitOrder, of_a_free_duration_within_limits_that_pull_is_that_of_second_dif
   const SecondOrder found = dense.certified();
   EXPECT_NEAR(found.smallest_eigenvalue, values[0], tolerance(1e-4) * std::abs(values[0])) << "kept by a penalty";
   EXPECT_EQ(found.positive, values[0] > 1e-6);
+}
+
+TEST(CostOrder, of_gaits_with_power_and_smoothness_is_that_of_second_differences) {
+  maneuver::Problem problem = gait_in_the_plane(16);
+  const double cost = solved_gait(problem).cost;
+  problem.cost_weights.power = 20.0 / cost;
+  problem.cost_weights.smoothness = 1e-3;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+}
+
+maneuver::Problem rest_to_rest(int count) {
+  maneuver::Problem problem = gait_in_the_plane(count);
+  problem.goal->periodic = problem.start.free_shape = false;
+  problem.goal->rest = true;
+  problem.goal->turn = Vector3d(0, 0, 0.1);
+  return problem;
+}
+
+TEST(CostOrder, of_maneuvers_with_power_and_smoothness_is_that_of_second_differences) {
+  maneuver::Problem problem = rest_to_rest(14);
+  const double cost = solved_gait(problem).cost;
+  problem.cost_weights.power = 20.0 / cost;
+  problem.cost_weights.smoothness = 1e-3;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+}
+
+TEST(CostOrder, of_gaits_with_work_is_that_of_second_differences_of_its_smooth_branch) {
+  maneuver::Problem problem = gait_in_the_plane(16);
+  problem.cost_weights.work = 3.0;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
+}
+
+TEST(CostOrder, of_an_eel_with_work_per_distance_is_that_of_second_differences_of_its_smooth_branch) {
+  maneuver::Problem problem = eel(12);
+  problem.cost_weights.transport = 0.1 * solved_gait(problem).cost;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
+}
+
+TEST(CostOrder, of_maneuvers_with_work_is_that_of_second_differences_of_its_smooth_branch) {
+  maneuver::Problem problem = rest_to_rest(20);
+  problem.cost_weights.work = 3.0;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
 }
 
 }  // namespace
