@@ -139,14 +139,13 @@ void add_duration(const StoredMotion& motion, std::size_t first, Chain& chain) {
 
 // The stage before the first that sets τ, by what it makes of the moments: du = −2u dτ.
 void begin_with_duration(const StoredMotion& motion, Eigen::Index duration, Chain& chain) {
-  const Eigen::Index states = chain.end_form.rows(), controls = motion.system.control_count();
+  const Eigen::Index states = chain.end_form.rows();
   ChainStage stage;
   stage.A = stage.Q = MatrixXd::Zero(states, states);
-  stage.B = MatrixXd::Zero(states, controls);
+  stage.B = MatrixXd::Zero(states, 1);
   stage.B(duration, 0) = 1.0 / std::sqrt(8.0 * cost_of(motion));
-  stage.S = MatrixXd::Zero(controls, states);
-  stage.R = MatrixXd::Identity(controls, controls);  // nothing that the others could do
-  stage.R(0, 0) = 0.0;
+  stage.S = MatrixXd::Zero(1, states);
+  stage.R = MatrixXd::Zero(1, 1);
   stage.weight = 1.0;
   chain.stage.insert(chain.stage.begin(), stage);
 }

@@ -269,8 +269,8 @@ class DenseMotion {
     for (Eigen::Index a = 0; a < size(); ++a) result(a, a) = along(VectorXd::Unit(size(), a));
     for (Eigen::Index a = 0; a < size(); ++a)
       for (Eigen::Index b = 0; b < a; ++b) {
-        const VectorXd one = VectorXd::Unit(size(), a), other = VectorXd::Unit(size(), b);
-        result(a, b) = result(b, a) = 0.25 * (along(one + other) - along(one - other));
+        const double both = along(VectorXd::Unit(size(), a) + VectorXd::Unit(size(), b));
+        result(a, b) = result(b, a) = 0.5 * (both - result(a, a) - result(b, b));
       }
     return result;
   }
@@ -333,7 +333,7 @@ TEST(GaitOrder, of_a_planar_gait_that_may_leave_the_plane_is_a_saddle_as_second_
 }
 
 // A hinge with a spring and a damper, a universal joint, a ball joint with a spring.
-TEST(GaitOrder, of_mixed_joints_in_space_with_springs_and_dampers_is_that_of_second_differences) {
+maneuver::Problem mixed_joints(int count) {
   Random random(3);
   maneuver::Problem problem;
   problem.swimmer = random_tree(random, 4);
@@ -350,13 +350,18 @@ TEST(GaitOrder, of_mixed_joints_in_space_with_springs_and_dampers_is_that_of_sec
   problem.start.rotation.assign(4, Vector3d::Zero());
   problem.start.angular_velocity.assign(4, Vector3d::Zero());
   problem.start.free_shape = true;
-  problem.steps = 6;
+  problem.steps = count;
   problem.scheme = maneuver::Scheme::midpoint;
   problem.goal = maneuver::Goal{};
   problem.goal->periodic = true;
   problem.goal->rest = false;
   problem.goal->move = {0.02, std::nullopt, -0.01};  // the turn over a cycle is free
   problem.search.starts = 4;
+  return problem;
+}
+
+TEST(GaitOrder, of_mixed_joints_in_space_with_springs_and_dampers_is_that_of_second_differences) {
+  const maneuver::Problem problem = mixed_joints(6);
   expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
 }
 
@@ -441,6 +446,26 @@ TEST(CostOrder, of_maneuvers_with_power_and_smoothness_is_that_of_second_differe
   problem.cost_weights.power = 20.0 / cost;
   problem.cost_weights.smoothness = 1e-3;
   expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+}
+
+TEST(CostOrder, of_gaits_of_mixed_joints_in_space_with_power_is_that_of_second_differences) {
+  maneuver::Problem problem = mixed_joints(6);
+  problem.cost_weights.power = 0.1 / solved_gait(problem).cost;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+}
+
+TEST(CostOrder, of_free_durations_with_all_costs_is_that_of_second_differences) {
+  maneuver::Problem problem = eel(14);
+  const double cost = solved_gait(problem).cost;
+  problem.cost_weights.power = 0.2 / cost;
+  problem.cost_weights.smoothness = 1e-3;
+  problem.cost_weights.work = 0.05 * cost;
+  problem.cost_weights.transport = 0.01 * cost;
+  problem.duration.free = true;
+  problem.duration.min = 0.2;
+  problem.duration.max = 5.0;
+  problem.time_weight = 3.0 * cost;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
 }
 
 TEST(CostOrder, of_gaits_with_work_is_that_of_second_differences_of_its_smooth_branch) {
