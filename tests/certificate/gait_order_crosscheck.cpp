@@ -450,7 +450,8 @@ TEST(CostOrder, of_maneuvers_with_power_and_smoothness_is_that_of_second_differe
 
 TEST(CostOrder, of_gaits_of_mixed_joints_in_space_with_power_is_that_of_second_differences) {
   maneuver::Problem problem = mixed_joints(6);
-  problem.cost_weights.power = 0.1 / solved_gait(problem).cost;
+  problem.goal->move = {0.1, std::nullopt, -0.05};
+  problem.cost_weights.power = 3.0 / solved_gait(problem).cost;
   expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
 }
 
@@ -477,6 +478,15 @@ TEST(CostOrder, of_gaits_with_work_is_that_of_second_differences_of_its_smooth_b
 TEST(CostOrder, of_an_eel_with_work_per_distance_is_that_of_second_differences_of_its_smooth_branch) {
   maneuver::Problem problem = eel(12);
   problem.cost_weights.transport = 0.1 * solved_gait(problem).cost;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
+}
+
+// A turn from rest to rest that ends as far away as pays.
+TEST(CostOrder, of_maneuvers_with_work_per_free_distance_is_that_of_second_differences) {
+  maneuver::Problem problem = rest_to_rest(16);
+  problem.goal->turn = Vector3d(0, 0, 0.2);
+  problem.goal->move = {};
+  problem.cost_weights.transport = 0.1 * solved_gait(problem).cost / 100.0;
   expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
 }
 
