@@ -14,10 +14,9 @@ namespace lamprey::certificate {
 
 namespace {
 
-// Whether moments at the nodes, and the duration, are all that a problem leaves free.
-bool moments_alone(const maneuver::Problem& problem) {
-  return problem.goal && !problem.goal->periodic && !problem.cost_weights.any() &&
-         problem.control == maneuver::ControlKind::steps;
+// Whether the second-order test knows what a problem leaves free.
+bool moments_at_nodes(const maneuver::Problem& problem) {
+  return problem.goal && problem.control == maneuver::ControlKind::steps;
 }
 
 bool confined(const model::System& system, const model::Joint& joint) {
@@ -128,7 +127,7 @@ Verdict verdict(const maneuver::Problem& problem, const Certificate& proof) {
 
 void add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                       Certificate& proof) {
-  if (!moments_alone(problem)) return;
+  if (!moments_at_nodes(problem)) return;
   if (verdict(problem, proof) == Verdict::not_optimal) return;
   const StoredMotion motion(system, problem, solution);
   const double scale = check_balance(motion).scale;

@@ -58,6 +58,22 @@ Inputs scattered(const Chain& chain) {
 
 }  // namespace
 
+void widen(Chain& chain, Eigen::Index states) {
+  const auto widened = [](MatrixXd& matrix, Eigen::Index rows, Eigen::Index columns) {
+    MatrixXd wide = MatrixXd::Zero(rows, columns);
+    wide.topLeftCorner(matrix.rows(), matrix.cols()) = matrix;
+    matrix.swap(wide);
+  };
+  for (ChainStage& stage : chain.stage) {
+    widened(stage.A, states, states);
+    widened(stage.B, states, stage.B.cols());
+    widened(stage.Q, states, states);
+    widened(stage.S, stage.S.rows(), states);
+  }
+  widened(chain.end_form, states, states);
+  widened(chain.end_rows, chain.end_rows.rows(), states);
+}
+
 std::optional<int> ChainSolver::factor(double shift) {
   shift_ = shift;
   int negative = 0;

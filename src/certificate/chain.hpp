@@ -30,6 +30,9 @@ struct Chain {
   MatrixXd end_rows;  // [rows][states] orthonormal: end_rows · y = 0 of the last y
 };
 
+/// Adds states after those of the chain that nothing drives, keeps or looks at.
+void widen(Chain& chain, Eigen::Index states);
+
 using Inputs = std::vector<VectorXd>;  // [stages][inputs]
 
 /// What a problem pulls at: inputs, and states y at the stages' beginnings (empty: nothing).

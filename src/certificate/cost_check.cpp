@@ -1,5 +1,6 @@
 #include "certificate/cost_check.hpp"
 
+#include "certificate/gait_ends.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "mechanics/continuous.hpp"
 
@@ -13,23 +14,6 @@ using model::Joint;
 using model::System;
 
 constexpr double turn_step = 2e-4;  // rad, of differences of order four
-
-// How far each joint's child turns against the parent over a step, as the moments count it: a vector in the parent's frame,
-// or angles about the axes. [joints]
-mechanics::Vectors turns_between(const System& system, const Rotations& left, const Rotations& right) {
-  mechanics::Vectors turns(at(system.joint_count()));
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const Joint& joint = system.joint(j);
-    const Matrix3d Q = mechanics::child_to_parent(left, joint), Q_next = mechanics::child_to_parent(right, joint);
-    if (joint.free()) {
-      turns[at(j)] = Q * lie::log(Q.transpose() * Q_next);
-      continue;
-    }
-    turns[at(j)] = mechanics::joint_angles(joint, Q_next) - mechanics::joint_angles(joint, Q);
-    for (double& angle : turns[at(j)]) angle = std::remainder(angle, 2.0 * std::acos(-1.0));
-  }
-  return turns;
-}
 
 // Work that moments do: they act on the parent, their opposites on the child.
 double work_of(const Vector3d& moment, const Vector3d& turn) { return -moment.dot(turn); }
@@ -52,19 +36,29 @@ mechanics::Vectors rates_of(const System& system, const integrator::State& state
   return rates;
 }
 
-// Nodes' powers and what they are made of.
-struct Powers {
-  std::vector<mechanics::Vectors> turn;   // [N][joints]
-  std::vector<mechanics::Vectors> rate;   // [N + 1][joints] mean about the node
-  std::vector<mechanics::Vectors> start;  // [1][joints] what of rate[0] no shape changes, else empty
-  MatrixXd value;                         // [joints][N + 1] W
-  VectorXd time;                          // [N + 1] s for which a node counts
-  double distance;
-};
+// [joints]
+mechanics::Vectors turns_between(const System& system, const Rotations& left, const Rotations& right) {
+  mechanics::Vectors turns;
+  for (const Joint& joint : system.joints()) turns.push_back(turn_between(joint, left, right));
+  return turns;
+}
 
-bool periodic(const StoredMotion& motion) { return motion.problem.goal && motion.problem.goal->periodic; }
+// Change of a joint's cost of power for each second by its power.
+double slope_by_power(const StoredMotion& motion, const Powers& powers, double weight, int joint, int node) {
+  const double power = powers.value(joint, node);
+  return weight * sign_multiplier(motion, joint, node, power) + 2.0 * motion.problem.cost_weights.power * power;
+}
 
-// Equation 13.2.
+}  // namespace
+
+Vector3d turn_between(const Joint& joint, const Rotations& left, const Rotations& right) {
+  const Matrix3d Q = mechanics::child_to_parent(left, joint), Q_next = mechanics::child_to_parent(right, joint);
+  if (joint.free()) return Q * lie::log(Q.transpose() * Q_next);
+  Vector3d turn = mechanics::joint_angles(joint, Q_next) - mechanics::joint_angles(joint, Q);
+  for (double& angle : turn) angle = std::remainder(angle, 2.0 * std::acos(-1.0));
+  return turn;
+}
+
 Powers powers_of(const StoredMotion& motion) {
   const System& system = motion.system;
   const std::vector<Rotations>& R = motion.solution.rotation;
@@ -95,21 +89,19 @@ Powers powers_of(const StoredMotion& motion) {
   return powers;
 }
 
-double multiplier_of(const StoredMotion& motion, int joint, int node, double power) {
+double sign_multiplier(const StoredMotion& motion, int joint, int node, double power) {
   const auto& stored = motion.solution.work_multipliers;
   if (stored.size() == at(motion.system.joint_count()) && stored[at(joint)].size() == at(motion.steps + 1))
     return stored[at(joint)][at(node)];
   return power < 0.0 ? -1.0 : 1.0;
 }
 
-// Weight of the work: of a given distance transport is work.
 double weight_of_work(const StoredMotion& motion, const Powers& powers) {
   const maneuver::CostWeights& weights = motion.problem.cost_weights;
   if (weights.transport == 0.0) return weights.work;
   return weights.work + weights.transport / motion.problem.goal->distance().value_or(powers.distance);
 }
 
-// Moments along the actuation of all joints.
 VectorXd moments_at(const StoredMotion& motion, int node) {
   VectorXd moments(motion.system.control_count());
   Eigen::Index first = 0;
@@ -121,7 +113,20 @@ VectorXd moments_at(const StoredMotion& motion, int node) {
   return moments;
 }
 
-}  // namespace
+std::vector<mechanics::Vectors> pulls_on_turns(const StoredMotion& motion, const Powers& powers) {
+  const double h = motion.time_step, weight = weight_of_work(motion, powers);
+  const int N = motion.steps;
+  std::vector<mechanics::Vectors> pulls(at(N), mechanics::Vectors(at(motion.system.joint_count()), Vector3d::Zero()));
+  for (int k = 0; k <= N; ++k)
+    for (int j = 0; j < motion.system.joint_count(); ++j) {
+      const double slope = slope_by_power(motion, powers, weight, j, k);
+      const Vector3d pull = -powers.time[k] * slope / (2.0 * h) * motion.control[at(k)][at(j)];
+      if (k > 0) pulls[at(k - 1)][at(j)] += pull;
+      if (k < N) pulls[at(k)][at(j)] += pull;
+      if (periodic(motion) && k == N) pulls[0][at(j)] += pull;
+    }
+  return pulls;
+}
 
 CostCheck check_cost(const StoredMotion& motion) {
   const maneuver::Problem& problem = motion.problem;
@@ -149,7 +154,7 @@ CostCheck check_cost(const StoredMotion& motion) {
   const double rate = std::max(check.cost, 1e-300) / check.parts.time;
   for (int k = periodic(motion) ? 1 : 0; k <= motion.steps; ++k)
     for (int j = 0; j < motion.system.joint_count(); ++j) {
-      const double power = powers.value(j, k), sign = multiplier_of(motion, j, k, power);
+      const double power = powers.value(j, k), sign = sign_multiplier(motion, j, k, power);
       check.signs = std::max({check.signs, weight * (std::abs(power) - sign * power) / rate, std::abs(sign) - 1.0});
     }
   return check;
@@ -165,26 +170,22 @@ CostGradient cost_gradient_beside_effort(const StoredMotion& motion) {
   CostGradient gradient;
   gradient.by_state.assign(at(N + 1), VectorXd::Zero(layout.size()));
   gradient.by_control.assign(at(N + 1), VectorXd::Zero(system.control_count()));
-  std::vector<mechanics::Vectors> by_turn(at(N), mechanics::Vectors(at(system.joint_count()), Vector3d::Zero()));
+  const std::vector<mechanics::Vectors> by_turn = pulls_on_turns(motion, powers);
   double work = 0.0;
   for (int k = 0; k <= N; ++k) {
     Eigen::Index first = 0;
     for (int j = 0; j < system.joint_count(); ++j) {
       const double power = powers.value(j, k), time = powers.time[k];
-      const double slope = weight * multiplier_of(motion, j, k, power) + 2.0 * weights.power * power;
+      const double slope = slope_by_power(motion, powers, weight, j, k);
       const Vector3d& u = motion.control[at(k)][at(j)];
       work += time * std::abs(power);
       const auto& actuation = system.joint(j).actuation;
       gradient.by_control[at(k)].segment(first, actuation.cols()) -=
           time * slope * actuation.transpose() * powers.rate[at(k)][at(j)];
       first += actuation.cols();
-      const Vector3d pull = -time * slope / (2.0 * h) * u;
-      if (k > 0) by_turn[at(k - 1)][at(j)] += pull;
-      if (k < N) by_turn[at(k)][at(j)] += pull;
-      if (periodic(motion) && k == N) by_turn[0][at(j)] += pull;
       // the node counts for longer, the shapes change more slowly
       const double given = k == 0 ? work_of(u, 0.5 * powers.start[0][at(j)]) : 0.0;
-      gradient.by_log_time_step += time * (weight * multiplier_of(motion, j, k, power) * power +
+      gradient.by_log_time_step += time * (weight * sign_multiplier(motion, j, k, power) * power +
                                            weights.power * power * power - slope * (power - given));
     }
     if (k == N) break;

@@ -26,4 +26,32 @@ struct CostGradient {
 
 CostGradient cost_gradient_beside_effort(const StoredMotion& motion);
 
+/// How far a joint's child turns against the parent over a step, rad, as the moments count it: a vector in the parent's
+/// frame, or angles about the axes (equation 13.1).
+Vector3d turn_between(const model::Joint& joint, const mechanics::Rotations& left, const mechanics::Rotations& right);
+
+/// The nodes' powers and what they are made of (equation 13.2).
+struct Powers {
+  std::vector<mechanics::Vectors> turn;   // [N][joints] rad
+  std::vector<mechanics::Vectors> rate;   // [N + 1][joints] rad/s, mean about the node
+  std::vector<mechanics::Vectors> start;  // [1][joints] rad/s, what of rate[0] no shape changes
+  MatrixXd value;                         // [joints][N + 1] W
+  VectorXd time;                          // [N + 1] s for which a node counts
+  double distance;                        // m
+};
+
+Powers powers_of(const StoredMotion& motion);
+
+/// The stored multiplier of a power's sign, or the sign.
+double sign_multiplier(const StoredMotion& motion, int joint, int node, double power);
+
+/// Of a given distance transport is work.
+double weight_of_work(const StoredMotion& motion, const Powers& powers);
+
+/// Gradient of the costs of power and work by the turns over the steps, [N][joints].
+std::vector<mechanics::Vectors> pulls_on_turns(const StoredMotion& motion, const Powers& powers);
+
+/// Moments along the actuation of all joints at a node, [controls] N m.
+VectorXd moments_at(const StoredMotion& motion, int node);
+
 }  // namespace lamprey::certificate

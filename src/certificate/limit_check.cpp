@@ -330,25 +330,6 @@ namespace {
 constexpr double second_difference_step = 5e-3;  // rad, m or relative; differences of order four
 constexpr double least_pull = 1e-9;              // of the largest
 
-// Rotations turned along freedoms of all bodies at once, [freedoms].
-mechanics::Rotations moved(const System& system, const mechanics::Rotations& R, const VectorXd& along) {
-  mechanics::Interval interval(system.body_count());
-  interval.rotation = R;
-  interval.displacement.setZero();
-  for (int i = 0; i < system.body_count(); ++i) {
-    const model::Body& body = system.body(i);
-    const auto own = along.segment(body.velocity_offset, body.freedoms);
-    interval.cayley[at(i)].setZero();
-    interval.joint_turn[at(i)].setZero();
-    if (body.freedoms == 3)
-      interval.cayley[at(i)] = lie::inverse_cayley(lie::exp(own));
-    else
-      interval.joint_turn[at(i)].head(body.freedoms) = own;
-  }
-  mechanics::update_interval(system, interval);
-  return interval.next_rotation;
-}
-
 // Margin where the place is moved by z along exponentials.
 double margin_beside(const StoredMotion& motion, const Bound& bound, const Place& here, bool of_moments,
                      const VectorXd& z) {
@@ -358,10 +339,10 @@ double margin_beside(const StoredMotion& motion, const Bound& bound, const Place
     return margin(motion, bound, place);
   }
   const Eigen::Index turns = motion.system.velocity_count() - 3;
-  place.rotation = moved(motion.system, here.rotation, z.head(turns));
+  place.rotation = turned_along(motion.system, here.rotation, z.head(turns));
   place.position += z.segment<3>(turns);
   if (z.size() > turns + 3)
-    place.rotation_before = moved(motion.system, here.rotation_before, z.segment(turns + 3, turns));
+    place.rotation_before = turned_along(motion.system, here.rotation_before, z.segment(turns + 3, turns));
   return margin(motion, bound, place);
 }
 

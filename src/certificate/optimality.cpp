@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "certificate/cost_check.hpp"
+#include "certificate/gait_ends.hpp"
 #include "certificate/goal_check.hpp"
 #include "certificate/limit_check.hpp"
 #include "integrator/step_derivatives.hpp"
@@ -146,52 +147,6 @@ RangeRows pull_back(const Tables& tables, integrator::StepRange range, const Mat
   return result;
 }
 
-// Directions of the first state of a periodic motion, of a swimmer without total momentum: turns of the bodies but the
-// root (where the shape is free), then momenta along their freedoms; the root's momentum makes up for both.
-MatrixXd periodic_start(const StoredMotion& motion, const integrator::State& first, double momentum_scale) {
-  const System& system = motion.system;
-  const integrator::StateLayout layout{system};
-  const int freedoms = system.velocity_count() - 6;
-  const bool shape = motion.problem.start.free_shape;
-  MatrixXd directions = MatrixXd::Zero(layout.size(), (shape ? 2 : 1) * freedoms);
-  int column = 0;
-  for (const bool turns : {true, false}) {
-    if (turns && !shape) continue;
-    for (int i = 1; i < system.body_count(); ++i)
-      for (int f = 0; f < system.body(i).freedoms; ++f, ++column) {
-        auto direction = directions.col(column);
-        const Matrix3d seen = first.rotation[0].transpose() * first.rotation[at(i)];
-        const bool free = system.body(i).freedoms == 3;
-        const Vector3d momentum = free ? Vector3d(first.momentum.segment<3>(layout.freedom(i))) : Vector3d::Zero();
-        if (turns) {
-          direction[layout.freedom(i) + f] = 1.0;
-          if (free) direction.segment<3>(layout.momentum(0)) = -seen * Vector3d::Unit(f).cross(momentum);
-        } else {
-          direction[layout.momentum(i) + f] = momentum_scale;
-          if (free) direction.segment<3>(layout.momentum(0)) = -momentum_scale * seen.col(f);
-        }
-      }
-  }
-  return directions;
-}
-
-// Rows of a periodic motion's last state that its first state has to share: shape and momenta.
-MatrixXd closure_rows(const StoredMotion& motion, const integrator::State& last, double momentum_scale) {
-  const System& system = motion.system;
-  const integrator::StateLayout layout{system};
-  const int freedoms = system.velocity_count() - 6;
-  MatrixXd rows = MatrixXd::Zero(2 * freedoms, layout.size());
-  int row = 0;
-  for (int i = 1; i < system.body_count(); ++i) {
-    const int own = system.body(i).freedoms;
-    rows.block(row, layout.freedom(i), own, own).setIdentity();
-    if (own == 3) rows.block<3, 3>(row, layout.freedom(0)) = -last.rotation[at(i)].transpose() * last.rotation[0];
-    rows.block(freedoms + row, layout.momentum(i), own, own) = MatrixXd::Identity(own, own) / momentum_scale;
-    row += own;
-  }
-  return rows;
-}
-
 // The conditions of optimality: gradient + shift is a combination of the rows, all by the moments at the nodes and the
 // free columns. Costates at the ends of short segments are unknowns tied by the segments' transition, so that no
 // perturbation grows far; what limits pull at enters ties and gradient with their given multipliers.
@@ -280,9 +235,10 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
     FreeColumns free;
     MatrixXd end_rows_by_start;
     free.duration = motion.problem.duration.free;
-    if (motion.problem.goal->periodic) {
-      free.start = periodic_start(motion, tables.state.front(), momentum_scale);
-      const MatrixXd closure = closure_rows(motion, tables.state.back(), momentum_scale);
+    if (periodic(motion)) {
+      const VectorXd unit = VectorXd::Constant(shape_freedoms(motion), momentum_scale);
+      free.start = periodic_start(motion, tables.state.front(), unit);
+      const MatrixXd closure = closure_rows(motion, tables.state.back(), unit);
       MatrixXd all(end_rows.rows() + closure.rows(), end_rows.cols());
       all << end_rows, closure;
       end_rows_by_start.setZero(all.rows(), free.start.cols());
@@ -308,7 +264,7 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
     const Eigen::Index controls = motion.system.control_count();
     for (std::size_t k = 0; k < others.by_control.size(); ++k)
       gradient.segment(controls * static_cast<Eigen::Index>(k), controls) += others.by_control[k];
-    if (beside && motion.problem.goal->periodic) {  // the last moments are the first: one number for both
+    if (beside && periodic(motion)) {  // the last moments are the first: one number for both
       const auto join = [&](auto&& first, auto&& last) {
         first += last;
         last.setZero();

@@ -44,15 +44,15 @@ MatrixXd reached_at(const StepTangents& tangents, int node, int steps) {
 
 MatrixXd orthonormal(const MatrixXd& columns) { return maneuver::span_of_rows(columns.transpose(), 0.0); }
 
-MatrixXd complement(const MatrixXd& orthonormal_columns) {
-  return maneuver::null_space(orthonormal_columns.transpose());
-}
-
 double misses(const MatrixXd& space, const MatrixXd& columns) {
   return (columns - space * (space.transpose() * columns)).norm() / columns.norm();
 }
 
 }  // namespace
+
+MatrixXd complement(const MatrixXd& orthonormal_columns) {
+  return maneuver::null_space(orthonormal_columns.transpose());
+}
 
 StepTangents step_tangents(const StoredMotion& motion) {
   const model::System& system = motion.system;
@@ -111,6 +111,10 @@ std::vector<MatrixXd> reached_bases(const StepTangents& tangents) {
     if (k > 0 && !(misses(next, tangents.A[at(k)] * basis[at(k)]) <= misfit)) return {};
   }
   return basis;
+}
+
+MatrixXd basis_at_start(const StepTangents& tangents, const std::vector<MatrixXd>& basis) {
+  return complement(orthonormal(tangents.A.front().transpose() * complement(basis[1])));
 }
 
 }  // namespace lamprey::certificate

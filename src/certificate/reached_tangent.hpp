@@ -25,4 +25,10 @@ StepTangents step_tangents(const StoredMotion& motion);
 /// fit together.
 std::vector<MatrixXd> reached_bases(const StepTangents& tangents);
 
+/// The states at the start that the first step leads into what is reached after it, [n][reached] orthonormal.
+MatrixXd basis_at_start(const StepTangents& tangents, const std::vector<MatrixXd>& basis);
+
+/// Orthonormal columns of what is beside orthonormal columns.
+MatrixXd complement(const MatrixXd& orthonormal_columns);
+
 }  // namespace lamprey::certificate

@@ -1,5 +1,9 @@
 #include "certificate/second_order.hpp"
 
+#include <Eigen/Cholesky>
+
+#include "certificate/cost_order.hpp"
+#include "certificate/gait_ends.hpp"
 #include "certificate/optimality.hpp"
 #include "certificate/step_curvature.hpp"
 #include "maneuver/row_space.hpp"
@@ -13,6 +17,7 @@ using model::at;
 constexpr double dependent_goal_row = 1e-9;  // of the longest
 constexpr double costates_hold = 1e-4;       // residual: beyond it multipliers are no costates
 constexpr double penalty_per_cost = 1e4;     // of the end rows
+constexpr double start_share = 1e-3;         // of the effort: a gait's start moved by 1 rad, in the metric
 constexpr double bound_penalty = 1e6;        // of limits and waypoints that pull, against the cost or a moment's weight
 
 MatrixXd moments_by_node(const StoredMotion& motion) {
@@ -75,12 +80,13 @@ std::vector<VectorXd> pull_on_states(const StoredMotion& motion, const std::vect
 }
 
 // Curvature of a bound that pulls, and a penalty that keeps it.
-void add_bound(const StoredMotion& motion, const EffortChain& effort, const PullingBound& bound, Chain& chain) {
+void add_bound(const StoredMotion& motion, const EffortChain& effort, const PullingBound& bound,
+               std::optional<Eigen::Index> duration, Chain& chain) {
   const Eigen::Index place = motion.system.velocity_count(), before = bound.gradient.size() - place;
   const bool with_before = !bound.of_moments && before > 0;
-  ChainStage& stage = chain.stage[at(with_before ? bound.node - 1 : bound.node)];
+  ChainStage& stage = chain.stage[effort.first + at(with_before ? bound.node - 1 : bound.node)];
   const Eigen::Index size = bound.gradient.size(), reached = effort.basis.back().cols();
-  const Eigen::Index states = stage.A.rows(), controls = stage.B.cols(), timed = states - reached;
+  const Eigen::Index states = stage.A.rows(), controls = stage.B.cols(), timed = duration ? 1 : 0;
   MatrixXd map = MatrixXd::Zero(size + timed, states + controls);
   if (bound.of_moments) {
     map.topRightCorner(size, controls).setIdentity();
@@ -91,7 +97,7 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
     } else {
       map.topLeftCorner(place, reached) = here * stage.A.topLeftCorner(reached, reached);
       map.topRightCorner(place, controls) = here * stage.B.topRows(reached);
-      if (bound.node > 1)
+      if (bound.node > 1 || effort.first > 0)
         map.block(place, 0, before, reached) = configuration(effort, place, bound.node - 1).topRows(before);
     }
   }
@@ -100,7 +106,7 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
   gradient.head(size) = bound.gradient;
   curvature.topLeftCorner(size, size) = bound.curvature;
   if (timed > 0) {
-    map(size, reached) = 1.0;
+    map(size, *duration) = 1.0;
     gradient[size] = bound.by_time;
     curvature.row(size).head(size) = bound.by_time_mixed.transpose();
     curvature.col(size).head(size) = bound.by_time_mixed;
@@ -118,55 +124,117 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
 
 // The logarithm τ of a free time step as a last state that no stage changes, impulses h²u held in the place of moments:
 // the motion knows nothing of it, the effort falls with exp(−3τ) (equation 6.16).
-void add_duration(const StoredMotion& motion, Chain& chain) {
+void add_duration(const StoredMotion& motion, std::size_t first, Chain& chain) {
   const MatrixXd moments = moments_by_node(motion);
-  const Eigen::Index reached = chain.end_form.rows(), states = reached + 1;
-  const auto widened = [&](const MatrixXd& matrix, Eigen::Index rows, Eigen::Index columns) {
-    MatrixXd wide = MatrixXd::Zero(rows, columns);
-    wide.topLeftCorner(matrix.rows(), matrix.cols()) = matrix;
-    return wide;
-  };
+  const Eigen::Index last = chain.end_form.rows();
+  widen(chain, last + 1);
+  for (ChainStage& stage : chain.stage) stage.A(last, last) = 1.0;
   for (int k = 0; k <= motion.steps; ++k) {
-    ChainStage& stage = chain.stage[at(k)];
-    const Eigen::Index controls = stage.B.cols();
-    stage.A = widened(stage.A, states, states);
-    stage.A(reached, reached) = 1.0;
-    stage.B = widened(stage.B, states, controls);
-    stage.Q = widened(stage.Q, states, states);
-    stage.Q(reached, reached) = 4.5 * stage.weight * moments.col(k).squaredNorm();
-    stage.S = widened(stage.S, controls, states);
-    stage.S.col(reached) = -3.0 * stage.weight * moments.col(k);
+    ChainStage& stage = chain.stage[first + at(k)];
+    stage.Q(last, last) = 4.5 * stage.weight * moments.col(k).squaredNorm();
+    stage.S.col(last) = -3.0 * stage.weight * moments.col(k);
   }
-  chain.end_form = widened(chain.end_form, states, states);
-  chain.end_form(reached, reached) = motion.problem.time_weight * motion.time_step * motion.steps;
-  chain.end_rows = widened(chain.end_rows, chain.end_rows.rows(), states);
+  chain.end_form(last, last) = motion.problem.time_weight * motion.time_step * motion.steps;
 }
 
 // The stage before the first that sets τ, by what it makes of the moments: du = −2u dτ.
-void begin_with_duration(const StoredMotion& motion, Chain& chain) {
-  const Eigen::Index states = chain.end_form.rows(), controls = motion.system.control_count();
+void begin_with_duration(const StoredMotion& motion, Eigen::Index duration, Chain& chain) {
+  const Eigen::Index states = chain.end_form.rows();
   ChainStage stage;
   stage.A = stage.Q = MatrixXd::Zero(states, states);
-  stage.B = MatrixXd::Zero(states, controls);
-  stage.B(states - 1, 0) = 1.0 / std::sqrt(8.0 * cost_of(motion));
-  stage.S = MatrixXd::Zero(controls, states);
-  stage.R = MatrixXd::Identity(controls, controls);  // nothing that the others could do
-  stage.R(0, 0) = 0.0;
+  stage.B = MatrixXd::Zero(states, 1);
+  stage.B(duration, 0) = 1.0 / std::sqrt(8.0 * cost_of(motion));
+  stage.S = MatrixXd::Zero(1, states);
+  stage.R = MatrixXd::Zero(1, 1);
   stage.weight = 1.0;
   chain.stage.insert(chain.stage.begin(), stage);
+}
+
+void add_rows(GoalRows& goal, const MatrixXd& rows) {
+  const Eigen::Index all = goal.value.size() + rows.rows();
+  goal.value.conservativeResize(all);
+  goal.value.tail(rows.rows()).setZero();
+  goal.unit.conservativeResize(all);
+  goal.unit.tail(rows.rows()).setOnes();
+  goal.by_end_state.conservativeResize(all, Eigen::NoChange);
+  goal.by_end_state.bottomRows(rows.rows()) = rows;
+}
+
+// What is free at a gait's start, turns in rad and momenta that each alone would turn by 1 rad in the whole time, and the
+// rows that close it after those of the goal. False where moments reach too little of it to tell.
+bool set_free_start(const StoredMotion& motion, const std::vector<integrator::State>& states, EffortChain& effort) {
+  const VectorXd& scale = effort.tangents.scale;
+  const MatrixXd inertia = mechanics::generalized_inertia(motion.system, states.front().rotation);
+  const VectorXd unit = (motion.time_step * motion.steps *
+                         inertia.llt().solve(MatrixXd::Identity(inertia.rows(), inertia.cols())).diagonal())
+                            .segment(3, shape_freedoms(motion))
+                            .cwiseInverse();
+  const MatrixXd closure = closure_rows(motion, states.back(), unit);
+  const MatrixXd directions = scale.cwiseInverse().asDiagonal() * periodic_start(motion, states.front(), unit);
+  effort.basis.front() = basis_at_start(effort.tangents, effort.basis);
+  const std::optional<MatrixXd> kept =
+      start_within_reach(effort.tangents, effort.basis, directions, closure * scale.asDiagonal());
+  if (!kept) return false;
+  effort.start = directions * *kept;
+  GoalRows& goal = effort.goal;
+  const Eigen::Index asked = goal.value.size(), all = asked + closure.rows();
+  add_rows(goal, closure);
+  effort.goal_by_carried = MatrixXd::Zero(all, kept->cols());
+  effort.goal_by_carried.bottomRows(kept->rows()) = -*kept;
+  effort.closure = asked;
+  return true;
+}
+
+// Costs beside effort tell the moments at a gait's two ends apart, which are one number: their difference rides along and
+// vanishes at the end.
+void tie_moments(const StoredMotion& motion, EffortChain& effort) {
+  const Eigen::Index controls = motion.system.control_count(), before = effort.chain.end_form.rows();
+  Chain& chain = effort.chain;
+  widen(chain, before + controls);
+  for (ChainStage& stage : chain.stage) stage.A.bottomRightCorner(controls, controls).setIdentity();
+  chain.stage.front().B.bottomRows(controls).setIdentity();
+  chain.stage.back().B.bottomRows(controls) = -MatrixXd::Identity(controls, controls);
+  GoalRows& goal = effort.goal;
+  const Eigen::Index asked = goal.value.size(), carried = effort.goal_by_carried.cols();
+  add_rows(goal, MatrixXd::Zero(controls, goal.by_end_state.cols()));
+  effort.goal_by_carried.conservativeResize(asked + controls, carried + controls);
+  effort.goal_by_carried.bottomRows(controls).setZero();
+  effort.goal_by_carried.rightCols(controls).setZero();
+  effort.goal_by_carried.bottomRightCorner(controls, controls).setIdentity();
+}
+
+// The stage before the first that sets a gait's first state.
+void begin_with_start(const StoredMotion& motion, EffortChain& effort) {
+  const Eigen::Index width = effort.chain.end_form.rows(), carried = effort.start.cols();
+  ChainStage stage;
+  stage.A = stage.Q = MatrixXd::Zero(width, width);
+  stage.B.resize(width, carried);
+  stage.B << effort.basis.front().transpose() * effort.start, MatrixXd::Identity(carried, carried),
+      MatrixXd::Zero(width - effort.basis.front().cols() - carried, carried);
+  stage.S = MatrixXd::Zero(carried, width);
+  stage.weight = 2.0 * start_share * cost_of(motion);
+  stage.R = stage.weight * MatrixXd::Identity(carried, carried);
+  effort.chain.stage.insert(effort.chain.stage.begin(), stage);
+  effort.first = 1;
 }
 
 }  // namespace
 
 std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momentum_scale) {
-  EffortChain effort{{}, step_tangents(motion), {}, {}, {}};
+  EffortChain effort;
+  effort.tangents = step_tangents(motion);
   const StepTangents& tangents = effort.tangents;
   for (const MatrixXd& A : tangents.A)
     if (!A.allFinite()) return std::nullopt;
   effort.basis = reached_bases(tangents);
   if (effort.basis.empty()) return std::nullopt;
+  const std::vector<integrator::State> states = node_states(motion);
+  effort.goal = goal_rows(motion.system, motion.problem, states.back(), momentum_scale);
+  effort.goal.by_end_state = effort.goal.unit.cwiseInverse().asDiagonal() * effort.goal.by_end_state;
+  if (periodic(motion) && !set_free_start(motion, states, effort)) return std::nullopt;
   const MatrixXd& last = effort.basis.back();
-  const Eigen::Index reached = last.cols(), controls = motion.system.control_count();
+  const Eigen::Index reached = last.cols(), carried = effort.start.cols(), width = reached + carried;
+  const Eigen::Index controls = motion.system.control_count();
 
   const VectorXd weights = node_weights(motion);
   const double moment = std::sqrt(moments_by_node(motion).squaredNorm() / (motion.steps + 1));
@@ -174,21 +242,27 @@ std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momen
   for (int k = 0; k <= motion.steps; ++k) {
     const MatrixXd& next = k < motion.steps ? effort.basis[at(k + 1)] : last;
     ChainStage stage;
-    stage.A = MatrixXd::Identity(reached, reached);
-    if (k == 0) stage.A.setZero();
-    if (k > 0 && k < motion.steps) stage.A = next.transpose() * tangents.A[at(k)] * effort.basis[at(k)];
-    stage.B = next.transpose() * tangents.B[at(k)];
+    stage.A = MatrixXd::Identity(width, width);
+    auto onwards = stage.A.topLeftCorner(reached, reached);
+    if (effort.basis[at(k)].size() == 0)
+      onwards.setZero();
+    else if (k < motion.steps)
+      onwards = next.transpose() * tangents.A[at(k)] * effort.basis[at(k)];
+    stage.B = MatrixXd::Zero(width, controls);
+    stage.B.topRows(reached) = next.transpose() * tangents.B[at(k)];
     stage.weight = weights[k];
-    stage.Q = weights[k] * moment * moment * MatrixXd::Identity(reached, reached);
-    stage.S = MatrixXd::Zero(controls, reached);
+    stage.Q = MatrixXd::Zero(width, width);
+    stage.Q.topLeftCorner(reached, reached).diagonal().setConstant(weights[k] * moment * moment);
+    stage.S = MatrixXd::Zero(controls, width);
     stage.R = weights[k] * MatrixXd::Identity(controls, controls);
     chain.stage.push_back(stage);
   }
-  chain.end_form = MatrixXd::Zero(reached, reached);
+  chain.end_form = MatrixXd::Zero(width, width);
+  if (periodic(motion) && motion.problem.cost_weights.any()) tie_moments(motion, effort);
+  if (periodic(motion)) begin_with_start(motion, effort);
 
-  effort.goal = goal_rows(motion.system, motion.problem, node_states(motion).back(), momentum_scale);
-  effort.goal.by_end_state = effort.goal.unit.cwiseInverse().asDiagonal() * effort.goal.by_end_state;
-  const MatrixXd rows = effort.goal.by_end_state * tangents.scale.asDiagonal() * last;
+  MatrixXd rows(effort.goal.value.size(), chain.end_form.rows());
+  rows << effort.goal.by_end_state * tangents.scale.asDiagonal() * last, effort.goal_by_carried;
   if (rows.rows() > 0) effort.independent = maneuver::independent_rows(rows, dependent_goal_row);
   chain.end_rows = maneuver::span_of_rows(rows(effort.independent, Eigen::all), 0.0).transpose();
   return effort;
@@ -199,33 +273,42 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   const Chain& chain = effort.chain;
   const MatrixXd moments = moments_by_node(motion);
   const VectorXd& scale = effort.tangents.scale;
+  const Eigen::Index states = chain.end_form.rows(), reach = effort.basis.back().cols();
   ChainGradient gradient;
-  for (int k = 0; k <= motion.steps; ++k) gradient.by_input.emplace_back(chain.stage[at(k)].weight * moments.col(k));
-  const std::vector<VectorXd> pulled = pull_on_states(motion, bounds, gradient.by_input);
-  if (!bounds.empty())
-    for (int k = 0; k <= motion.steps; ++k)
-      gradient.by_state.emplace_back(
-          k == 0 ? VectorXd(VectorXd::Zero(chain.end_form.rows()))
-                 : VectorXd(effort.basis[at(k)].transpose() * scale.cwiseProduct(pulled[at(k)])));
+  for (int k = 0; k <= motion.steps; ++k)
+    gradient.by_input.emplace_back(chain.stage[effort.first + at(k)].weight * moments.col(k));
+  const bool beside = motion.problem.cost_weights.any();
+  const CostGradient others = beside ? cost_gradient_beside_effort(motion) : CostGradient();
+  for (std::size_t k = 0; k < others.by_control.size(); ++k) gradient.by_input[k] += others.by_control[k];
+  double whole = 0.0;
+  for (const VectorXd& entry : gradient.by_input) whole = std::max(whole, entry.lpNorm<Eigen::Infinity>());
+  std::vector<VectorXd> pulled = pull_on_states(motion, bounds, gradient.by_input);
+  for (std::size_t k = 0; k < others.by_state.size(); ++k) pulled[k] += others.by_state[k];
+  if (!bounds.empty() || beside) {
+    gradient.by_state.assign(chain.stage.size(), VectorXd::Zero(states));
+    for (std::size_t k = 0; k < pulled.size(); ++k)
+      if (effort.basis[k].size() > 0)
+        gradient.by_state[effort.first + k].head(reach) = effort.basis[k].transpose() * scale.cwiseProduct(pulled[k]);
+  }
+  if (effort.first > 0) gradient.by_input.insert(gradient.by_input.begin(), VectorXd::Zero(effort.start.cols()));
   ChainSolver solver(chain, penalty_per_cost * cost_of(motion));
   solver.factor(0.0);
   const Inputs change = solver.solve(gradient);
   const std::vector<VectorXd> reached = solver.costates(gradient, change);
 
   Costates result{std::vector<VectorXd>(at(motion.steps + 1)), VectorXd::Zero(effort.goal.value.size()), 0.0};
-  double left = 0.0, whole = 0.0;
-  for (std::size_t k = 0; k < change.size(); ++k) {
+  double left = 0.0;
+  for (std::size_t k = effort.first; k < change.size(); ++k)
     left = std::max(left, chain.stage[k].weight * change[k].lpNorm<Eigen::Infinity>());
-    whole =
-        std::max(whole, chain.stage[k].weight * moments.col(static_cast<Eigen::Index>(k)).lpNorm<Eigen::Infinity>());
-  }
   result.residual = whole > 0.0 ? left / whole : 0.0;
+  if (effort.first > 0) result.residual = std::max(result.residual, change.front().lpNorm<Eigen::Infinity>());
 
   const MatrixXd rows = effort.goal.by_end_state(effort.independent, Eigen::all) * scale.asDiagonal();
   VectorXd costate = VectorXd::Zero(scale.size());
   if (rows.rows() > 0) {
-    const VectorXd multipliers =
-        maneuver::least_squares((rows * effort.basis.back()).transpose(), reached[at(motion.steps + 1)]);
+    MatrixXd independent(rows.rows(), states);
+    independent << rows * effort.basis.back(), effort.goal_by_carried(effort.independent, Eigen::all);
+    const VectorXd multipliers = maneuver::least_squares(independent.transpose(), reached.back());
     for (std::size_t r = 0; r < effort.independent.size(); ++r)
       result.goal[effort.independent[r]] = multipliers[static_cast<Eigen::Index>(r)];
     costate = rows.transpose() * multipliers;
@@ -234,10 +317,8 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   result.at_node.back() = costate.cwiseQuotient(scale);
   for (int k = motion.steps - 1; k >= 0; --k) {
     costate = (effort.tangents.A[at(k)].transpose() * costate + scale.cwiseProduct(pulled[at(k)])).eval();
-    if (k > 0) {
-      const MatrixXd& basis = effort.basis[at(k)];
-      costate += basis * (reached[at(k)] - basis.transpose() * costate);
-    }
+    const MatrixXd& basis = effort.basis[at(k)];
+    if (basis.size() > 0) costate += basis * (reached[effort.first + at(k)].head(reach) - basis.transpose() * costate);
     result.at_node[at(k)] = costate.cwiseQuotient(scale);
   }
   return result;
@@ -253,38 +334,54 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   mechanics::Interval interval(system.body_count());
   MatrixXd map(motions, reached + controls), half(motions, reached + controls);
   MatrixXd here = MatrixXd::Zero(turns + 3, reached);
+  if (effort.first > 0) here = configuration(effort, turns + 3, 0);
   for (int k = 0; k < motion.steps; ++k) {
-    ChainStage& stage = chain.stage[at(k)];
+    ChainStage& stage = chain.stage[effort.first + at(k)];
     const MatrixXd there = configuration(effort, turns + 3, k + 1);
     read_interval(motion, k, interval);
     curvature.evaluate(
         {system, motion.lagrangian, motion.time_step, interval, motion.control[at(k)], motion.control[at(k + 1)]},
         costates.at_node[at(k)], costates.at_node[at(k + 1)]);
     map.topRows(turns) << here.topRows(turns), MatrixXd::Zero(turns, controls);
-    map.bottomLeftCorner(turns + 3, reached).noalias() = there * stage.A;
-    map.bottomRightCorner(turns + 3, controls).noalias() = there * stage.B;
+    map.bottomLeftCorner(turns + 3, reached).noalias() = there * stage.A.topLeftCorner(reached, reached);
+    map.bottomRightCorner(turns + 3, controls).noalias() = there * stage.B.topRows(reached);
     map.bottomLeftCorner(3, reached) -= here.bottomRows(3);
     half.noalias() = curvature.by_motion() * map;
     const MatrixXd form = map.transpose() * half;
-    stage.Q = form.topLeftCorner(reached, reached);
-    stage.S += form.bottomLeftCorner(controls, reached);
+    stage.Q.setZero();
+    stage.Q.topLeftCorner(reached, reached) = form.topLeftCorner(reached, reached);
+    auto mixed = stage.S.leftCols(reached);
+    mixed += form.bottomLeftCorner(controls, reached);
     stage.R += form.bottomRightCorner(controls, controls);
-    stage.S.noalias() += curvature.by_control() * here.topRows(turns);
-    chain.stage[at(k + 1)].S.noalias() += curvature.by_next_control() * there.topRows(turns);
+    mixed.noalias() += curvature.by_control() * here.topRows(turns);
+    chain.stage[effort.first + at(k + 1)].S.leftCols(reached).noalias() +=
+        curvature.by_next_control() * there.topRows(turns);
     here = there;
   }
   chain.stage.back().Q.setZero();
-  chain.end_form = here.topRows(turns).transpose() * goal_curvature(motion, costates.goal) * here.topRows(turns);
-  const bool free_duration = motion.problem.duration.free && !duration_pulls(motion);
-  if (free_duration) add_duration(motion, chain);
-  for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, chain);
-  if (free_duration) begin_with_duration(motion, chain);
+  MatrixXd at_end = goal_curvature(motion, costates.goal);
+  if (effort.first > 0) {
+    at_end += closure_curvature(motion, costates.goal.segment(effort.closure, 2 * shape_freedoms(motion)));
+    const MatrixXd start = effort.tangents.scale.asDiagonal() * effort.start;
+    chain.stage.front().R = start_curvature(motion, node_states(motion).front(), start, costates.at_node.front());
+  }
+  chain.end_form.setZero();
+  chain.end_form.topLeftCorner(reached, reached) = here.topRows(turns).transpose() * at_end * here.topRows(turns);
+  std::optional<Eigen::Index> duration;
+  if (motion.problem.duration.free && !duration_pulls(motion)) duration = chain.end_form.rows();
+  if (duration) add_duration(motion, effort.first, chain);
+  for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, duration, chain);
+  if (motion.problem.cost_weights.any())
+    add_costs(motion, effort, kinks_of(motion, powers_of(motion)), duration, chain);
+  if (duration) begin_with_duration(motion, *duration, chain);
   return chain;
 }
 
 std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale) {
   std::optional<EffortChain> effort = effort_chain(motion, momentum_scale);
   if (!effort) return std::nullopt;
+  const Kinks kinks = motion.problem.cost_weights.any() ? kinks_of(motion, powers_of(motion)) : Kinks();
+  if (!kinks.known || !ends_fit_costs(motion)) return std::nullopt;
   const std::vector<PullingBound> bounds = pulling_bounds(motion);
   const Costates costates = costates_by_least_squares(motion, *effort, bounds);
   if (!(costates.residual <= costates_hold)) return std::nullopt;
@@ -296,6 +393,8 @@ std::optional<SecondOrder> second_order(const StoredMotion& motion, double momen
   if (std::isnan(result.smallest_eigenvalue)) return std::nullopt;
   result.positive = solver.factor(curvature_mark) == 0;
   result.negative_eigenvalues = solver.factor(0.0);
+  // a multiplier at its bound where the power vanishes too: what costs less on the smooth branch need not cost less
+  if (kinks.weak && !result.positive) return std::nullopt;
   return result;
 }
 

@@ -17,13 +17,18 @@ struct Costates {
   double residual;                // largest change of a moment's gradient that the multipliers leave / largest gradient
 };
 
-/// The chain of the effort alone: what moments reach along the motion, and the goal's independent rows there.
+/// The chain of the effort alone: what moments reach along the motion, and the goal's independent rows there. In a gait a
+/// stage before the others sets the first state, and its inputs ride along as states to the end, which has to fit them.
 struct EffortChain {
   Chain chain;
   StepTangents tangents;
-  std::vector<MatrixXd> basis;  // [N + 1], the first unset
-  GoalRows goal;
+  std::vector<MatrixXd> basis;   // [N + 1], the first unset but in gaits
+  GoalRows goal;                 // in gaits those of the closure follow
   std::vector<int> independent;  // rows of the goal
+  MatrixXd goal_by_carried;      // [rows][carried] inputs of the start, then the difference of the moments at both ends
+  Eigen::Index closure = 0;      // first row of the closure
+  MatrixXd start;                // [n][free] directions of a gait's first state, in units of the tangents
+  std::size_t first = 0;         // stage of node 0
 };
 
 /// Nothing where a step is singular or the reached spaces do not fit together.
@@ -39,7 +44,7 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
 Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Costates& costates,
                        const std::vector<PullingBound>& bounds);
 
-/// For moments free at each node, at a stationary motion from a given start that meets its goal.
+/// For moments free at each node, at a stationary motion that meets its goal, from a given start or a gait.
 /// Nothing where it cannot be told.
 std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale);
 

@@ -79,6 +79,24 @@ std::vector<integrator::State> node_states(const StoredMotion& motion) {
   return states;
 }
 
+mechanics::Rotations turned_along(const model::System& system, const mechanics::Rotations& R, const VectorXd& along) {
+  mechanics::Interval interval(system.body_count());
+  interval.rotation = R;
+  interval.displacement.setZero();
+  for (int i = 0; i < system.body_count(); ++i) {
+    const model::Body& body = system.body(i);
+    const auto own = along.segment(body.velocity_offset, body.freedoms);
+    interval.cayley[at(i)].setZero();
+    interval.joint_turn[at(i)].setZero();
+    if (body.freedoms == 3)
+      interval.cayley[at(i)] = lie::inverse_cayley(lie::exp(own));
+    else
+      interval.joint_turn[at(i)].head(body.freedoms) = own;
+  }
+  mechanics::update_interval(system, interval);
+  return interval.next_rotation;
+}
+
 mechanics::Rotations with_turn(const model::System& system, const mechanics::Rotations& R, int body, int freedom,
                                double by) {
   mechanics::Interval interval(system.body_count());

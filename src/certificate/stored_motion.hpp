@@ -53,6 +53,9 @@ std::vector<integrator::State> node_states(const StoredMotion& motion);
 mechanics::Rotations with_turn(const model::System& system, const mechanics::Rotations& R, int body, int freedom,
                                double by);
 
+/// Rotations turned along freedoms of all bodies at once, [turns] rad, along exponentials.
+mechanics::Rotations turned_along(const model::System& system, const mechanics::Rotations& R, const VectorXd& along);
+
 /// Keeps the largest of numbers; anything not finite counts as infinite.
 class Largest {
  public:

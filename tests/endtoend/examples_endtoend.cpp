@@ -88,7 +88,7 @@ TEST(LeastWork, has_parts_that_add_up_and_less_work_than_least_effort) {
   EXPECT_LE(parts.work, 2750.0);  // 3,965 J at least effort
   EXPECT_LE(results.certificate->costs->error, tolerance(1e-12));
   EXPECT_LE(results.certificate->costs->signs, 1e-6);
-  EXPECT_EQ(results.certificate->verdict, certificate::Verdict::stationary);
+  EXPECT_EQ(results.certificate->verdict, certificate::Verdict::proved);
 }
 
 TEST(Gait, closes_its_shape_and_its_velocity) {
@@ -104,6 +104,10 @@ TEST(Gait, closes_its_shape_and_its_velocity) {
     EXPECT_LE((solution.rotation.back()[i] - solution.rotation.front()[i]).norm(), tolerance(1e-9));
     EXPECT_LE((solution.angular_velocity.back()[i] - solution.angular_velocity.front()[i]).norm(), tolerance(1e-7));
   }
+  EXPECT_EQ(results.certificate->verdict, certificate::Verdict::proved);
+  ASSERT_TRUE(results.certificate->all_axes.has_value());
+  EXPECT_GT(results.certificate->all_axes->second_order.negative_eigenvalues, 0)
+      << "a saddle once it may leave the plane";
 }
 
 TEST(OutOfReach, is_said_in_words_and_in_the_exit_code) {

@@ -1,0 +1,266 @@
+#include "certificate/cost_order.hpp"
+
+#include "certificate/gait_ends.hpp"
+#include "certificate/optimality.hpp"
+
+namespace lamprey::certificate {
+
+namespace {
+
+using model::at;
+using model::Joint;
+using model::System;
+
+constexpr double inside_interval = 1e-5;  // distance of a multiplier from ±1
+constexpr double vanishing_power = 1e-5;  // of the largest
+constexpr double power_penalty = 1e6;     // of powers that are held, against the cost and the moments' weight
+constexpr double same_moments = 1e-9;     // of the moments at both ends of a gait
+constexpr double turn_difference = 5e-3;  // rad; differences of order four
+
+// Turns of all joints over a step along the actuation, by the freedoms at its two nodes.
+struct TurnForm {
+  MatrixXd slope;      // [controls][2 turns]
+  MatrixXd curvature;  // [2 turns]² of pull · turn
+};
+
+// Freedoms at one node that a free joint's attitude depends on.
+std::vector<Eigen::Index> attitude_freedoms(const System& system, const Joint& joint) {
+  std::vector<Eigen::Index> freedoms;
+  const auto add = [&](int body) {
+    for (int f = 0; f < system.body(body).freedoms; ++f) freedoms.push_back(system.body(body).velocity_offset + f);
+  };
+  add(joint.child);
+  int body = joint.parent;
+  for (; system.body(body).freedoms < 3; body = system.body(body).parent) add(body);
+  add(body);
+  return freedoms;
+}
+
+TurnForm turn_form(const StoredMotion& motion, int step, const mechanics::Vectors& pull) {
+  const System& system = motion.system;
+  const Eigen::Index turns = system.velocity_count() - 3;
+  const mechanics::Rotations &left = motion.solution.rotation[at(step)],
+                             &right = motion.solution.rotation[at(step + 1)];
+  TurnForm form{MatrixXd::Zero(system.control_count(), 2 * turns), MatrixXd::Zero(2 * turns, 2 * turns)};
+  Eigen::Index row = 0;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const Joint& joint = system.joint(j);
+    const Eigen::Index own = joint.actuation.cols(), first = row;
+    row += own;
+    if (own == 0) continue;
+    if (!joint.free()) {  // angles
+      const model::Body& child = system.body(joint.child);
+      const MatrixXd along = joint.actuation.transpose().leftCols(child.freedoms);
+      form.slope.block(first, child.velocity_offset, own, child.freedoms) = -along;
+      form.slope.block(first, turns + child.velocity_offset, own, child.freedoms) = along;
+      continue;
+    }
+    std::vector<Eigen::Index> places = attitude_freedoms(system, joint);
+    for (std::size_t n = 0, count = places.size(); n < count; ++n) places.push_back(turns + places[n]);
+    const auto turn = [&](const VectorXd& z) {
+      return turn_between(joint, turned_along(system, left, z.head(turns)), turned_along(system, right, z.tail(turns)));
+    };
+    const Vector3d here = turn(VectorXd::Zero(2 * turns));
+    const auto along = [&](const VectorXd& direction) {
+      const double step_size = turn_difference;
+      const Vector3d near = turn(step_size * direction), near_back = turn(-step_size * direction);
+      const Vector3d far = turn(2.0 * step_size * direction), far_back = turn(-2.0 * step_size * direction);
+      return std::pair(
+          Vector3d((8.0 * (near - near_back) - (far - far_back)) / (12.0 * step_size)),
+          pull[at(j)].dot(16.0 * (near + near_back) - (far + far_back) - 30.0 * here) / (12.0 * step_size * step_size));
+    };
+    MatrixXd own_curvature = MatrixXd::Zero(2 * turns, 2 * turns);
+    for (Eigen::Index a : places) {
+      const auto [slope, curvature] = along(VectorXd::Unit(2 * turns, a));
+      form.slope.block(first, a, own, 1) = joint.actuation.transpose() * slope;
+      own_curvature(a, a) = curvature;
+    }
+    if (pull[at(j)].isZero(0.0)) continue;
+    for (Eigen::Index a : places)
+      for (Eigen::Index b : places) {
+        if (b >= a) continue;
+        const double both = along(VectorXd::Unit(2 * turns, a) + VectorXd::Unit(2 * turns, b)).second;
+        own_curvature(a, b) = own_curvature(b, a) = 0.5 * (both - own_curvature(a, a) - own_curvature(b, b));
+      }
+    form.curvature += own_curvature;
+  }
+  return form;
+}
+
+// Columns of the states that costs add: turns over the step before, those over a gait's first step, moments at the node
+// before, work so far. −1: none.
+struct CostColumns {
+  Eigen::Index turn, first_turn = -1, moment = -1, work = -1, count;
+};
+
+CostColumns columns_after(const StoredMotion& motion, Eigen::Index states) {
+  const Eigen::Index controls = motion.system.control_count();
+  const maneuver::CostWeights& weights = motion.problem.cost_weights;
+  CostColumns columns{states, -1, -1, -1, states + controls};
+  const auto take = [&](Eigen::Index& column, Eigen::Index width) {
+    column = columns.count;
+    columns.count += width;
+  };
+  if (periodic(motion)) take(columns.first_turn, controls);
+  if (weights.smoothness > 0.0) take(columns.moment, controls);
+  if (weights.transport > 0.0 && !motion.problem.goal->distance()) take(columns.work, 1);
+  return columns;
+}
+
+// a bᵀ + b aᵀ of rows.
+MatrixXd both_ways(const MatrixXd& a, const MatrixXd& b) {
+  const MatrixXd product = a.transpose() * b;
+  return product + product.transpose();
+}
+
+// A part of the cost that falls with exp(−rate τ) where impulses are held: what τ adds to its second derivative.
+void add_time_change(double rate, double value, const MatrixXd& slope, const MatrixXd& time, MatrixXd& form) {
+  form += -rate * both_ways(time, slope) + rate * rate * value * time.transpose() * time;
+}
+
+// Work so far over the distance at the end (equation 13.14).
+void add_transport(const StoredMotion& motion, const EffortChain& effort, const Powers& powers, double work,
+                   Eigen::Index work_column, Chain& chain) {
+  const Eigen::Index states = chain.end_form.rows(), reached = effort.basis.back().cols();
+  const Eigen::Index place = motion.system.velocity_count() - 3;
+  const Vector3d way = motion.solution.position.back() - motion.solution.position.front();
+  const double D = powers.distance, weight = motion.problem.cost_weights.transport;
+  MatrixXd shift = MatrixXd::Zero(3, states), by_work = MatrixXd::Zero(1, states);
+  shift.leftCols(reached) =
+      effort.tangents.scale.segment<3>(place).asDiagonal() * effort.basis.back().middleRows(place, 3);
+  by_work(0, work_column) = 1.0;
+  const MatrixXd farther = way.transpose() / D * shift;
+  const MatrixXd bent = (shift.transpose() * shift - farther.transpose() * farther) / D;
+  chain.end_form +=
+      weight / (D * D) * (-both_ways(by_work, farther) + 2.0 * work / D * farther.transpose() * farther - work * bent);
+}
+
+}  // namespace
+
+Kinks kinks_of(const StoredMotion& motion, const Powers& powers) {
+  const System& system = motion.system;
+  Kinks kinks;
+  kinks.held.setConstant(system.joint_count(), motion.steps + 1, false);
+  if (weight_of_work(motion, powers) == 0.0) return kinks;
+  const double vanishing = vanishing_power * powers.value.cwiseAbs().maxCoeff();
+  for (int k = periodic(motion) ? 1 : 0; k <= motion.steps; ++k)
+    for (int j = 0; j < system.joint_count(); ++j) {
+      if (system.joint(j).actuation.cols() == 0) continue;
+      const double power = powers.value(j, k);
+      const bool vanishes = std::abs(power) <= vanishing;
+      if (1.0 - std::abs(sign_multiplier(motion, j, k, power)) > inside_interval) {
+        kinks.held(j, k) = true;
+        kinks.known = kinks.known && vanishes;
+      } else if (vanishes) {
+        kinks.weak = true;
+      }
+    }
+  return kinks;
+}
+
+bool ends_fit_costs(const StoredMotion& motion) {
+  if (!motion.problem.cost_weights.any()) return true;
+  const VectorXd first = moments_at(motion, 0), last = moments_at(motion, motion.steps);
+  if (periodic(motion)) return (first - last).norm() <= same_moments * (first + last).norm();
+  if (!motion.problem.duration.free) return true;
+  for (const Vector3d& rate : powers_of(motion).start.front())
+    if (!rate.isZero(0.0)) return false;
+  return true;
+}
+
+void add_costs(const StoredMotion& motion, const EffortChain& effort, const Kinks& kinks,
+               std::optional<Eigen::Index> duration, Chain& chain) {
+  const System& system = motion.system;
+  const Eigen::Index turns = system.velocity_count() - 3, controls = system.control_count();
+  const Eigen::Index reached = effort.basis.back().cols();
+  const maneuver::CostWeights& weights = motion.problem.cost_weights;
+  const Powers powers = powers_of(motion);
+  const double h = motion.time_step, weight = weight_of_work(motion, powers);
+  const int N = motion.steps;
+  const std::vector<mechanics::Vectors> pulls = pulls_on_turns(motion, powers);
+  const double cost = check_cost(motion).cost;
+  const CostColumns columns = columns_after(motion, chain.end_form.rows());
+  widen(chain, columns.count);
+  const Eigen::Index states = columns.count, all = states + controls;
+  MatrixXd time = MatrixXd::Zero(1, all), inputs = MatrixXd::Zero(controls, all);
+  if (duration) time(0, *duration) = 1.0;
+  inputs.rightCols(controls).setIdentity();
+  const auto turned_by = [&](int node) {
+    return MatrixXd(effort.tangents.scale.head(turns).asDiagonal() * effort.basis[at(node)].topRows(turns));
+  };
+  const auto carried = [&](Eigen::Index column) {
+    MatrixXd rows = MatrixXd::Zero(controls, all);
+    rows.middleCols(column, controls).setIdentity();
+    return rows;
+  };
+  double work = 0.0;
+  for (int k = 0; k <= N; ++k) {
+    ChainStage& stage = chain.stage[effort.first + at(k)];
+    MatrixXd form = MatrixXd::Zero(all, all), now = MatrixXd::Zero(controls, all);
+    MatrixXd worked = MatrixXd::Zero(1, all);
+    if (k < N) {
+      const TurnForm turn = turn_form(motion, k, pulls[at(k)]);
+      MatrixXd map = MatrixXd::Zero(2 * turns, all);
+      if (effort.basis[at(k)].size() > 0) map.topLeftCorner(turns, reached) = turned_by(k);
+      const MatrixXd there = turned_by(k + 1);
+      map.bottomLeftCorner(turns, reached) = there * stage.A.topLeftCorner(reached, reached);
+      map.bottomRightCorner(turns, controls) = there * stage.B.topRows(reached);
+      now = turn.slope * map;
+      form += map.transpose() * turn.curvature * map;
+    } else if (columns.first_turn >= 0) {
+      now = carried(columns.first_turn);
+    }
+    MatrixXd rate = now / (2.0 * h);
+    if (k > 0) rate += carried(columns.turn) / (2.0 * h);
+    const VectorXd moments = moments_at(motion, k);
+    Eigen::Index first = 0;
+    for (int j = 0; j < system.joint_count(); ++j) {
+      const auto& actuation = system.joint(j).actuation;
+      const Eigen::Index own = actuation.cols();
+      const auto acting = inputs.middleRows(first, own), turning = rate.middleRows(first, own);
+      const double power = powers.value(j, k), t = powers.time[k];
+      const double sign = sign_multiplier(motion, j, k, power);
+      const MatrixXd change = -(actuation.transpose() * powers.rate[at(k)][at(j)]).transpose() * acting -
+                              moments.segment(first, own).transpose() * turning;
+      first += own;
+      if (own == 0 || t == 0.0) continue;
+      form -= t * (weight * sign + 2.0 * weights.power * power) * both_ways(acting, turning);
+      form += 2.0 * t * weights.power * change.transpose() * change;
+      work += t * std::abs(power);
+      worked += t * sign * (change - 2.0 * power * time);
+      if (duration) {
+        add_time_change(2.0, t * weight * sign * power, t * weight * sign * change, time, form);
+        add_time_change(5.0, t * weights.power * power * power, 2.0 * t * weights.power * power * change, time, form);
+      }
+      if (!kinks.held(j, k)) continue;
+      const double length =
+          change.leftCols(states).squaredNorm() / cost + change.rightCols(controls).squaredNorm() / stage.weight;
+      if (length > 0.0) form += power_penalty / length * change.transpose() * change;
+    }
+    if (columns.moment >= 0 && k > 0) {
+      const VectorXd step = moments - moments_at(motion, k - 1);
+      const MatrixXd change = inputs - carried(columns.moment);
+      const double stiff = weights.smoothness / h;
+      form += stiff * change.transpose() * change;
+      if (duration)
+        add_time_change(5.0, 0.5 * stiff * step.squaredNorm(), stiff * step.transpose() * change, time, form);
+    }
+    stage.Q += form.topLeftCorner(states, states);
+    stage.S += form.bottomLeftCorner(controls, states);
+    stage.R += form.bottomRightCorner(controls, controls);
+    const auto pass = [&](Eigen::Index column, const MatrixXd& rows) {
+      stage.A.middleRows(column, rows.rows()) = rows.leftCols(states);
+      stage.B.middleRows(column, rows.rows()) = rows.rightCols(controls);
+    };
+    pass(columns.turn, now);
+    if (columns.first_turn >= 0) pass(columns.first_turn, k == 0 ? now : carried(columns.first_turn));
+    if (columns.moment >= 0) pass(columns.moment, inputs);
+    if (columns.work >= 0) {
+      if (k > 0) worked(0, columns.work) += 1.0;
+      pass(columns.work, worked);
+    }
+  }
+  if (columns.work >= 0) add_transport(motion, effort, powers, work, columns.work, chain);
+}
+
+}  // namespace lamprey::certificate

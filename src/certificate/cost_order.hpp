@@ -1,0 +1,28 @@
+// Second derivatives of the costs beside effort and time along the chain of the second-order test (chapter 13).
+#pragma once
+
+#include "certificate/cost_check.hpp"
+#include "certificate/second_order.hpp"
+
+namespace lamprey::certificate {
+
+/// Where powers vanish under a weight of work.
+struct Kinks {
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> held;  // [joints][N + 1] the multiplier is inside its interval
+  bool weak = false;                                        // somewhere the multiplier is at its bound as well
+  bool known = true;                                        // powers vanish wherever multipliers are inside
+};
+
+Kinks kinks_of(const StoredMotion& motion, const Powers& powers);
+
+/// Whether the moments at a gait's two ends are one number, and a motion of free duration begins at rest, where costs
+/// beside effort depend on it.
+bool ends_fit_costs(const StoredMotion& motion);
+
+/// Adds the costs' second derivatives (equations 13.12 to 13.14) to a chain whose stages from effort.first on are the nodes'.
+/// More states come after those of the chain; `duration` is the one that holds the logarithm of a free time step. Powers
+/// that are held are kept by a penalty.
+void add_costs(const StoredMotion& motion, const EffortChain& effort, const Kinks& kinks,
+               std::optional<Eigen::Index> duration, Chain& chain);
+
+}  // namespace lamprey::certificate
