@@ -96,7 +96,7 @@ def test_goals_out_of_reach_are_a_status(solver, solution):
     assert solver.cost == solution.cost
 
 
-def test_what_does_not_fit_is_named(translation, solution, solver, root):
+def test_what_does_not_fit_is_named(translation, solution, solver):
     for arguments, key in (({"move": [1.0, 2.0]}, "move"), ({"move": [float("nan"), "free", "free"]}, "move"),
                            ({"turn": [[1.0]]}, "turn"), ({"rotation": {"tail": [0.0, 0.0, 0.0]}}, "rotation.tail"),
                            ({"move": ["free", "free", "free"]}, "goal")):
@@ -112,7 +112,7 @@ def test_what_does_not_fit_is_named(translation, solution, solver, root):
     with pytest.raises(lp.InputError, match="nodes"):
         lp.Solver(translation.changed(time={"steps": 50}), solution)
     with pytest.raises(lp.InputError, match="a Solver does not take"):
-        lp.Solver(lp.load(root / "examples" / "free_time.toml"), solution)
+        lp.Solver(translation.changed(integrator={"scheme": "order4"}), solution)
 
 
 def test_it_is_for_one_thread_at_a_time(translation):

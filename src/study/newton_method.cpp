@@ -246,7 +246,7 @@ class NewtonMethod : public Method {
 }  // namespace
 
 Reached::Reached(const System& system, const Problem& problem) : coordinates(system) {
-  const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, reach_steps));
+  const Maneuver probe = maneuver::make_maneuver(system, problem, reach_steps);
   const NodePath guess = maneuver::random_guess(system, probe, seed_of_start(problem, 0));
   coordinates = maneuver::reachable_coordinates(system, probe, guess);
   rows = maneuver::independent_end_rows(system, probe, coordinates, guess);
