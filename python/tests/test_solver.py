@@ -35,6 +35,18 @@ def test_a_goal_that_moves_by_a_hundredth_is_found_as_from_scratch(translation, 
     assert abs(certified.position[-1, 0] - 2.02) < 1e-10
 
 
+def test_limits_and_free_durations_go_on_too(root):
+    problem = lp.load(root / "examples" / "free_time.toml").changed(time={"steps": 40}, search={"starts": 1})
+    solution = lp.solve(problem)
+    solver = lp.Solver(problem, solution)
+    solver.set_goal(move=[2.02, "free", "free"])
+    assert solver.solve().status == "optimal"
+    assert 1e-4 < abs(solver.solution().time[-1] / solution.time[-1] - 1.0) < 0.1
+    certified = lp.certify(solver.solution())
+    assert certified.status == "optimal"
+    assert certified.certificate["limits"]["violation"] < 1e-8
+
+
 def test_the_certificate_sees_a_goal_that_was_not_met(translation, solver):
     solver.set_goal(move=[2.5, "free", "free"])
     assert solver.solve(max_iterations=0).status == "stalled"
