@@ -135,6 +135,150 @@ void add_transport(const StoredMotion& motion, const EffortChain& effort, const 
       weight / (D * D) * (-both_ways(by_work, farther) + 2.0 * work / D * farther.transpose() * farther - work * bent);
 }
 
+// Takes the costs node by node into a chain that has been widened by their states.
+class CostStages {
+ public:
+  CostStages(const StoredMotion& motion, const EffortChain& effort, const Kinks& kinks,
+             std::optional<Eigen::Index> duration, Chain& chain)
+      : motion_(motion),
+        effort_(effort),
+        kinks_(kinks),
+        chain_(chain),
+        powers_(powers_of(motion)),
+        pulls_(pulls_on_turns(motion, powers_)),
+        cost_(check_cost(motion).cost),
+        columns_(columns_after(motion, chain.end_form.rows())),
+        timed_(duration.has_value()),
+        turns_(motion.system.velocity_count() - 3),
+        controls_(motion.system.control_count()),
+        reached_(effort.basis.back().cols()),
+        states_(columns_.count),
+        all_(states_ + controls_),
+        time_(MatrixXd::Zero(1, all_)),
+        inputs_(MatrixXd::Zero(controls_, all_)) {
+    widen(chain, states_);
+    if (duration) time_(0, *duration) = 1.0;
+    inputs_.rightCols(controls_).setIdentity();
+  }
+
+  void add() {
+    for (int k = 0; k <= motion_.steps; ++k) add_node(k);
+    if (columns_.work >= 0) add_transport(motion_, effort_, powers_, work_, columns_.work, chain_);
+  }
+
+ private:
+  ChainStage& stage(int k) { return chain_.stage[effort_.first + at(k)]; }
+
+  void add_node(int k) {
+    MatrixXd form = MatrixXd::Zero(all_, all_), worked = MatrixXd::Zero(1, all_);
+    const MatrixXd turned = turns_after(k, form);
+    add_powers(k, turned, form, worked);
+    add_smoothness(k, form);
+    stage(k).Q += form.topLeftCorner(states_, states_);
+    stage(k).S += form.bottomLeftCorner(controls_, states_);
+    stage(k).R += form.bottomRightCorner(controls_, controls_);
+    pass_on(k, turned, worked);
+  }
+
+  // Turns of the joints over the step after a node, a gait's first step after the last, [controls][all]; their curvature
+  // goes into the form.
+  MatrixXd turns_after(int k, MatrixXd& form) {
+    if (k == motion_.steps)
+      return columns_.first_turn >= 0 ? carried(columns_.first_turn) : MatrixXd(MatrixXd::Zero(controls_, all_));
+    const TurnForm turn = turn_form(motion_, k, pulls_[at(k)]);
+    MatrixXd map = MatrixXd::Zero(2 * turns_, all_);
+    if (effort_.basis[at(k)].size() > 0) map.topLeftCorner(turns_, reached_) = turned_by(k);
+    const MatrixXd there = turned_by(k + 1);
+    map.bottomLeftCorner(turns_, reached_) = there * stage(k).A.topLeftCorner(reached_, reached_);
+    map.bottomRightCorner(turns_, controls_) = there * stage(k).B.topRows(reached_);
+    form += map.transpose() * turn.curvature * map;
+    return turn.slope * map;
+  }
+
+  MatrixXd turned_by(int node) const {
+    return effort_.tangents.scale.head(turns_).asDiagonal() * effort_.basis[at(node)].topRows(turns_);
+  }
+
+  MatrixXd carried(Eigen::Index column) const {
+    MatrixXd rows = MatrixXd::Zero(controls_, all_);
+    rows.middleCols(column, controls_).setIdentity();
+    return rows;
+  }
+
+  // Work and squared power of each joint, and what the node works.
+  void add_powers(int k, const MatrixXd& turned, MatrixXd& form, MatrixXd& worked) {
+    const maneuver::CostWeights& weights = motion_.problem.cost_weights;
+    const double h = motion_.time_step, weight = weight_of_work(motion_, powers_), t = powers_.time[k];
+    MatrixXd rate = turned / (2.0 * h);
+    if (k > 0) rate += carried(columns_.turn) / (2.0 * h);
+    const VectorXd moments = moments_at(motion_, k);
+    Eigen::Index first = 0;
+    for (int j = 0; j < motion_.system.joint_count(); ++j) {
+      const auto& actuation = motion_.system.joint(j).actuation;
+      const Eigen::Index own = actuation.cols();
+      const auto acting = inputs_.middleRows(first, own), turning = rate.middleRows(first, own);
+      const double power = powers_.value(j, k);
+      const double sign = sign_multiplier(motion_, j, k, power);
+      const MatrixXd change = -(actuation.transpose() * powers_.rate[at(k)][at(j)]).transpose() * acting -
+                              moments.segment(first, own).transpose() * turning;
+      first += own;
+      if (own == 0 || t == 0.0) continue;
+      form -= t * (weight * sign + 2.0 * weights.power * power) * both_ways(acting, turning);
+      form += 2.0 * t * weights.power * change.transpose() * change;
+      work_ += t * std::abs(power);
+      worked += t * sign * (change - 2.0 * power * time_);
+      if (timed_) {
+        add_time_change(2.0, t * weight * sign * power, t * weight * sign * change, time_, form);
+        add_time_change(5.0, t * weights.power * power * power, 2.0 * t * weights.power * power * change, time_, form);
+      }
+      if (kinks_.held(j, k)) hold(k, change, form);
+    }
+  }
+
+  // Keeps a power where it is.
+  void hold(int k, const MatrixXd& change, MatrixXd& form) {
+    const double length =
+        change.leftCols(states_).squaredNorm() / cost_ + change.rightCols(controls_).squaredNorm() / stage(k).weight;
+    if (length > 0.0) form += power_penalty / length * change.transpose() * change;
+  }
+
+  void add_smoothness(int k, MatrixXd& form) const {
+    if (columns_.moment < 0 || k == 0) return;
+    const VectorXd step = moments_at(motion_, k) - moments_at(motion_, k - 1);
+    const MatrixXd change = inputs_ - carried(columns_.moment);
+    const double stiff = motion_.problem.cost_weights.smoothness / motion_.time_step;
+    form += stiff * change.transpose() * change;
+    if (timed_) add_time_change(5.0, 0.5 * stiff * step.squaredNorm(), stiff * step.transpose() * change, time_, form);
+  }
+
+  // What the next node has to know.
+  void pass_on(int k, const MatrixXd& turned, MatrixXd& worked) {
+    const auto pass = [&](Eigen::Index column, const MatrixXd& rows) {
+      stage(k).A.middleRows(column, rows.rows()) = rows.leftCols(states_);
+      stage(k).B.middleRows(column, rows.rows()) = rows.rightCols(controls_);
+    };
+    pass(columns_.turn, turned);
+    if (columns_.first_turn >= 0) pass(columns_.first_turn, k == 0 ? turned : carried(columns_.first_turn));
+    if (columns_.moment >= 0) pass(columns_.moment, inputs_);
+    if (columns_.work < 0) return;
+    if (k > 0) worked(0, columns_.work) += 1.0;
+    pass(columns_.work, worked);
+  }
+
+  const StoredMotion& motion_;
+  const EffortChain& effort_;
+  const Kinks& kinks_;
+  Chain& chain_;
+  Powers powers_;
+  std::vector<mechanics::Vectors> pulls_;  // [N][joints] of the turns over the steps
+  double cost_;
+  CostColumns columns_;
+  bool timed_;
+  Eigen::Index turns_, controls_, reached_, states_, all_;
+  MatrixXd time_, inputs_;  // [1][all], [controls][all] the duration's logarithm and the moments
+  double work_ = 0.0;       // J so far
+};
+
 }  // namespace
 
 Kinks kinks_of(const StoredMotion& motion, const Powers& powers) {
@@ -170,97 +314,7 @@ bool ends_fit_costs(const StoredMotion& motion) {
 
 void add_costs(const StoredMotion& motion, const EffortChain& effort, const Kinks& kinks,
                std::optional<Eigen::Index> duration, Chain& chain) {
-  const System& system = motion.system;
-  const Eigen::Index turns = system.velocity_count() - 3, controls = system.control_count();
-  const Eigen::Index reached = effort.basis.back().cols();
-  const maneuver::CostWeights& weights = motion.problem.cost_weights;
-  const Powers powers = powers_of(motion);
-  const double h = motion.time_step, weight = weight_of_work(motion, powers);
-  const int N = motion.steps;
-  const std::vector<mechanics::Vectors> pulls = pulls_on_turns(motion, powers);
-  const double cost = check_cost(motion).cost;
-  const CostColumns columns = columns_after(motion, chain.end_form.rows());
-  widen(chain, columns.count);
-  const Eigen::Index states = columns.count, all = states + controls;
-  MatrixXd time = MatrixXd::Zero(1, all), inputs = MatrixXd::Zero(controls, all);
-  if (duration) time(0, *duration) = 1.0;
-  inputs.rightCols(controls).setIdentity();
-  const auto turned_by = [&](int node) {
-    return MatrixXd(effort.tangents.scale.head(turns).asDiagonal() * effort.basis[at(node)].topRows(turns));
-  };
-  const auto carried = [&](Eigen::Index column) {
-    MatrixXd rows = MatrixXd::Zero(controls, all);
-    rows.middleCols(column, controls).setIdentity();
-    return rows;
-  };
-  double work = 0.0;
-  for (int k = 0; k <= N; ++k) {
-    ChainStage& stage = chain.stage[effort.first + at(k)];
-    MatrixXd form = MatrixXd::Zero(all, all), now = MatrixXd::Zero(controls, all);
-    MatrixXd worked = MatrixXd::Zero(1, all);
-    if (k < N) {
-      const TurnForm turn = turn_form(motion, k, pulls[at(k)]);
-      MatrixXd map = MatrixXd::Zero(2 * turns, all);
-      if (effort.basis[at(k)].size() > 0) map.topLeftCorner(turns, reached) = turned_by(k);
-      const MatrixXd there = turned_by(k + 1);
-      map.bottomLeftCorner(turns, reached) = there * stage.A.topLeftCorner(reached, reached);
-      map.bottomRightCorner(turns, controls) = there * stage.B.topRows(reached);
-      now = turn.slope * map;
-      form += map.transpose() * turn.curvature * map;
-    } else if (columns.first_turn >= 0) {
-      now = carried(columns.first_turn);
-    }
-    MatrixXd rate = now / (2.0 * h);
-    if (k > 0) rate += carried(columns.turn) / (2.0 * h);
-    const VectorXd moments = moments_at(motion, k);
-    Eigen::Index first = 0;
-    for (int j = 0; j < system.joint_count(); ++j) {
-      const auto& actuation = system.joint(j).actuation;
-      const Eigen::Index own = actuation.cols();
-      const auto acting = inputs.middleRows(first, own), turning = rate.middleRows(first, own);
-      const double power = powers.value(j, k), t = powers.time[k];
-      const double sign = sign_multiplier(motion, j, k, power);
-      const MatrixXd change = -(actuation.transpose() * powers.rate[at(k)][at(j)]).transpose() * acting -
-                              moments.segment(first, own).transpose() * turning;
-      first += own;
-      if (own == 0 || t == 0.0) continue;
-      form -= t * (weight * sign + 2.0 * weights.power * power) * both_ways(acting, turning);
-      form += 2.0 * t * weights.power * change.transpose() * change;
-      work += t * std::abs(power);
-      worked += t * sign * (change - 2.0 * power * time);
-      if (duration) {
-        add_time_change(2.0, t * weight * sign * power, t * weight * sign * change, time, form);
-        add_time_change(5.0, t * weights.power * power * power, 2.0 * t * weights.power * power * change, time, form);
-      }
-      if (!kinks.held(j, k)) continue;
-      const double length =
-          change.leftCols(states).squaredNorm() / cost + change.rightCols(controls).squaredNorm() / stage.weight;
-      if (length > 0.0) form += power_penalty / length * change.transpose() * change;
-    }
-    if (columns.moment >= 0 && k > 0) {
-      const VectorXd step = moments - moments_at(motion, k - 1);
-      const MatrixXd change = inputs - carried(columns.moment);
-      const double stiff = weights.smoothness / h;
-      form += stiff * change.transpose() * change;
-      if (duration)
-        add_time_change(5.0, 0.5 * stiff * step.squaredNorm(), stiff * step.transpose() * change, time, form);
-    }
-    stage.Q += form.topLeftCorner(states, states);
-    stage.S += form.bottomLeftCorner(controls, states);
-    stage.R += form.bottomRightCorner(controls, controls);
-    const auto pass = [&](Eigen::Index column, const MatrixXd& rows) {
-      stage.A.middleRows(column, rows.rows()) = rows.leftCols(states);
-      stage.B.middleRows(column, rows.rows()) = rows.rightCols(controls);
-    };
-    pass(columns.turn, now);
-    if (columns.first_turn >= 0) pass(columns.first_turn, k == 0 ? now : carried(columns.first_turn));
-    if (columns.moment >= 0) pass(columns.moment, inputs);
-    if (columns.work >= 0) {
-      if (k > 0) worked(0, columns.work) += 1.0;
-      pass(columns.work, worked);
-    }
-  }
-  if (columns.work >= 0) add_transport(motion, effort, powers, work, columns.work, chain);
+  CostStages(motion, effort, kinks, duration, chain).add();
 }
 
 }  // namespace lamprey::certificate
