@@ -124,7 +124,7 @@ def test_what_does_not_fit_is_named(translation, solution, solver):
     with pytest.raises(lp.InputError, match="nodes"):
         lp.Solver(translation.changed(time={"steps": 50}), solution)
     with pytest.raises(lp.InputError, match="a Solver does not take"):
-        lp.Solver(translation.changed(integrator={"scheme": "order4"}), solution)
+        lp.Solver(translation.changed(control={"kind": "spline", "points": 11}), solution)
 
 
 def test_it_is_for_one_thread_at_a_time(translation):
