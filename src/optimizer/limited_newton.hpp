@@ -6,8 +6,8 @@
 
 namespace lamprey::optimizer {
 
-/// As StageNewton::solve where there are no limits; adds to the outcome as it does. `limit_tolerance`: of StageProgram::limit_error. Termination::infeasible
-/// where limits stay violated however they weigh.
+/// As StageNewton::solve where there are no limits; adds to the outcome as it does. `limit_tolerance`: of
+/// StageProgram::limit_error. Termination::infeasible where limits stay violated however they weigh.
 void solve_within_limits(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
                          Outcome& outcome);
 

@@ -108,6 +108,8 @@ Found found_in(const model::System& system, const Maneuver& maneuver, const std:
       found.path.cayley.back().push_back(
           lie::inverse_cayley(solution.rotation[k][i].transpose() * solution.rotation[k + 1][i]));
   }
+  found.outcome.termination = solution.status == Status::optimal ? Termination::converged : Termination::stalled;
+  found.outcome.reason = solution.message;
   found.cost = solution.cost;
   found.duration = maneuver.free_duration && !solution.time.empty() ? solution.time.back() : maneuver.duration;
   const auto nodes = static_cast<Eigen::Index>(solution.rotation.size());

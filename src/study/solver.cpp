@@ -49,6 +49,8 @@ Solver::Solver(const System& system, const Problem& problem, const Solution& sol
       last_(found_in(system, maneuver_, program_.limit_rows(), fitting(problem, solution))) {
   for (optimizer::Outcome* outcome : {&outcome_, &last_.outcome})
     outcome->history.reserve(static_cast<std::size_t>(newton_options().max_iterations));
+  last_.path.control.assign(last_.path.rotation.size(), Eigen::VectorXd::Zero(system.control_count()));
+  if (go_to_last()) last_.path.control = program_.path().control;
 }
 
 void Solver::set_goal(const Goal& goal) {

@@ -50,6 +50,9 @@ class SolverOfManeuvers : public testing::TestWithParam<const char*> {};
 TEST_P(SolverOfManeuvers, moves_on_to_another_goal_in_a_few_steps) {
   const Solved solved(GetParam(), 60);
   study::Solver solver(solved.system, solved.problem, solved.solution);
+  const Solution begun = solver.solution();  // what it was given
+  EXPECT_NEAR(begun.cost / solved.solution.cost, 1.0, 1e-9);
+  EXPECT_EQ(begun.status, maneuver::Status::optimal);
   ASSERT_EQ(solver.solve().termination, Termination::converged);
   EXPECT_NEAR(solver.cost() / solved.solution.cost, 1.0, 1e-9);
   Problem moved = solved.problem;
