@@ -1,0 +1,168 @@
+// Which rows the limits and waypoints of a problem make.
+#include "maneuver/limit_rows.hpp"
+
+#include <cmath>
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using model::at;
+using model::Joint;
+using model::System;
+using Kind = LimitRow::Kind;
+
+void add_joint_rows(const System& system, const Problem& problem, std::vector<LimitRow>& rows) {
+  const Limits& limits = problem.limits;
+  const auto add = [&](Kind kind, int j, const std::string& key, double bound, int component = -1) {
+    LimitRow row;
+    row.kind = kind;
+    row.key = "limits." + key;
+    row.joint = j;
+    row.bound = bound;
+    row.component = component;
+    rows.push_back(row);
+  };
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const Joint& joint = system.joint(j);
+    const auto of_joint = [&](const std::optional<double>& all, const std::map<std::string, double>& named,
+                              const std::string& key, const auto& use) {
+      const auto own = named.find(joint.name);
+      if (own != named.end())
+        use(own->second, key + "." + joint.name);
+      else if (all)
+        use(*all, key);
+    };
+    const int moments = static_cast<int>(joint.actuation.cols());
+    if (moments > 0) {
+      of_joint(limits.torque, limits.joint_torque, "torque",
+               [&](double bound, const std::string& key) { add(Kind::torque, j, key, bound); });
+      of_joint(limits.torque_component, limits.joint_torque_component, "torque_component",
+               [&](double bound, const std::string& key) {
+                 for (int c = 0; c < moments; ++c) add(Kind::torque_component, j, key, bound, c);
+               });
+    }
+    if (joint.kind == model::JointKind::fixed) continue;
+    of_joint({}, limits.swing, "swing", [&](double bound, const std::string& key) { add(Kind::swing, j, key, bound); });
+    of_joint({}, limits.twist, "twist", [&](double bound, const std::string& key) { add(Kind::twist, j, key, bound); });
+    of_joint(limits.angular_velocity, limits.joint_angular_velocity, "angular_velocity",
+             [&](double bound, const std::string& key) { add(Kind::speed, j, key, bound); });
+    if (const auto own = limits.angle.find(joint.name); own != limits.angle.end()) {
+      add(Kind::angle_above, j, "angle." + joint.name, own->second[0]);
+      add(Kind::angle_below, j, "angle." + joint.name, own->second[1]);
+    }
+  }
+}
+
+void add_body_rows(const System& system, const Problem& problem, std::vector<LimitRow>& rows) {
+  const Limits& limits = problem.limits;
+  for (int i = 0; i < system.body_count(); ++i) {
+    LimitRow row;
+    row.body = i;
+    row.unit = system.body(i).semi_axes.maxCoeff();
+    if (limits.clearance)
+      for (int other = i + 1; other < system.body_count(); ++other) {
+        row.kind = Kind::clearance;
+        row.key = "limits.clearance";
+        row.other_body = other;
+        row.bound = *limits.clearance;
+        rows.push_back(row);
+      }
+    row.other_body = -1;
+    row.component = 0;
+    for (const KeepOutSphere& sphere : limits.spheres) {
+      row.kind = Kind::sphere;
+      row.key = "limits.sphere";
+      row.centre = sphere.centre;
+      row.bound = sphere.radius;
+      rows.push_back(row);
+      ++row.component;
+    }
+    row.component = 0;
+    for (const KeepOutHalfSpace& half : limits.half_spaces) {
+      row.kind = Kind::half_space;
+      row.key = "limits.half_space";
+      row.centre = half.point;
+      row.normal = half.normal.normalized();
+      row.bound = 0.0;
+      rows.push_back(row);
+      ++row.component;
+    }
+  }
+}
+
+void add_waypoint_rows(const System& system, const Problem& problem, std::vector<LimitRow>& rows) {
+  for (const Waypoint& waypoint : problem.waypoints) {
+    LimitRow row;
+    row.key = "waypoint";
+    row.time = waypoint.time;
+    row.kind = Kind::pass_position;
+    for (int c = 0; c < 3; ++c)
+      if (waypoint.move[at(c)]) {
+        row.component = c;
+        row.bound = problem.start.position[c] + *waypoint.move[at(c)];
+        rows.push_back(row);
+      }
+    row.kind = Kind::pass_turn;
+    for (int i = 0; i < system.body_count(); ++i) {
+      const auto own = waypoint.rotation.find(system.body(i).name);
+      if (own != waypoint.rotation.end())
+        row.asked = lie::exp(own->second);
+      else if (waypoint.turn)
+        row.asked = lie::exp(*waypoint.turn) * lie::exp(problem.start.rotation[at(i)]);
+      else
+        continue;
+      row.body = i;
+      for (row.component = 0; row.component < 3; ++row.component) rows.push_back(row);
+    }
+  }
+}
+
+}  // namespace
+
+const char* LimitRow::unit_name() const {
+  switch (kind) {
+    case Kind::torque:
+    case Kind::torque_component:
+      return "of the bound";
+    case Kind::swing:
+      return "(cosine)";
+    case Kind::twist:
+    case Kind::angle_above:
+    case Kind::angle_below:
+    case Kind::pass_turn:
+      return "rad";
+    case Kind::speed:
+      return "(1 - square of rate over bound)";
+    case Kind::not_shorter:
+    case Kind::not_longer:
+      return "of the bound";
+    case Kind::clearance:
+    case Kind::sphere:
+    case Kind::half_space:
+    case Kind::pass_position:
+      break;
+  }
+  return "m";
+}
+
+std::vector<LimitRow> limit_rows(const System& system, const Problem& problem) {
+  std::vector<LimitRow> rows;
+  add_joint_rows(system, problem, rows);
+  add_body_rows(system, problem, rows);
+  add_waypoint_rows(system, problem, rows);
+  if (problem.duration.free) {
+    LimitRow row;
+    row.kind = Kind::not_shorter;
+    row.key = "time.min";
+    row.bound = problem.duration.min;
+    rows.push_back(row);
+    row.kind = Kind::not_longer;
+    row.key = "time.max";
+    row.bound = problem.duration.max;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace lamprey::maneuver
