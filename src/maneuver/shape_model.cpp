@@ -260,7 +260,6 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
   const int n = shape_;
   const VectorXd& moment = now_.moment.back();
   find_end_moments_by_state();
-  if (!terms_.empty()) end_moments_ = end_by_state_.topRows(controls_);
   const auto controls = end_by_state_.topRows(controls_);
   end_weighed_.setZero();
   add_product(1.0, node.by_control_twice, controls, end_weighed_);
@@ -403,7 +402,7 @@ void ShapeProgram::add_term_models(StageModel& model) {
     stage.gradient = gradient.lpNorm<Eigen::Infinity>();
   }
   terms_.add_to_model(costed(now_), now_.terms, {leads_, maneuver_.free_duration ? tau() : -1, copies(), own_states()},
-                      end_moments_, model);
+                      end_by_state_.topRows(controls_), model);
 }
 
 void ShapeProgram::add_limit_models(StageModel& model) const {

@@ -156,7 +156,6 @@ class ShapeProgram : public optimizer::StageProgram {
   LimitTerms limits_;
   std::optional<LimitMultipliers> limit_start_;  // for the next go_to
   WorkMultipliers work_start_;                   // likewise
-  MatrixXd end_moments_;                         // [controls][n] the last node's moments by the last state
   std::vector<LimitModel> limit_model_;          // [N + 1]
   mechanics::Vectors pose_turn_, pose_shift_;    // [N + 1] multipliers of the root's pose at the nodes, world
   Motion now_, trial_;

@@ -265,13 +265,6 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
   return Verdict::accepted;
 }
 
-void StageNewton::finish(const StageProgram& program, Termination termination, std::string reason, Outcome& outcome) {
-  outcome.termination = termination;
-  outcome.reason = std::move(reason);
-  outcome.objective = program.merit().cost;
-  outcome.infeasibility = program.merit().violation;
-}
-
 Outcome StageNewton::solve(StageProgram& program, const Options& options) {
   Outcome outcome;
   solve(program, options, outcome);
@@ -281,8 +274,11 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
 void StageNewton::solve(StageProgram& program, const Options& options, Outcome& outcome) {
   const auto begin = Clock::now();
   const int most_iterations = outcome.iterations + options.max_iterations;
-  const auto finished = [&](Termination termination, std::string reason) {
-    finish(program, termination, std::move(reason), outcome);
+  const auto finish = [&](Termination termination, std::string reason) {
+    outcome.termination = termination;
+    outcome.reason = std::move(reason);
+    outcome.objective = program.merit().cost;
+    outcome.infeasibility = program.merit().violation;
   };
   factored_ = false;
   damping_ = 0.0;
@@ -291,7 +287,7 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
   funnel_ = std::max(widest_funnel, program.merit().violation);
   if (!program.has_multipliers()) {  // a step's without the curvature that they bring
     program.linearize(model_);
-    if (!factor(0.0)) return finished(Termination::stalled, "the first motion leads nowhere");
+    if (!factor(0.0)) return finish(Termination::stalled, "the first motion leads nowhere");
     find_step();
     step_.end_multiplier = end_multiplier_;
     program.take_multipliers(step_, 1.0);
@@ -308,17 +304,17 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
     factored_ = verdict == Verdict::converged && shift_ == 0.0;
     if (verdict == Verdict::converged) {
       multiplier_ = step_.end_multiplier;
-      return finished(Termination::converged, "converged");
+      return finish(Termination::converged, "converged");
     }
     if (verdict == Verdict::stuck)
-      return finished(program.merit().violation <= met ? Termination::feasible : Termination::stalled,
-                      "no step makes progress any more");
-    if (options.interrupted && options.interrupted()) return finished(Termination::interrupted, "interrupted");
+      return finish(program.merit().violation <= met ? Termination::feasible : Termination::stalled,
+                    "no step makes progress any more");
+    if (options.interrupted && options.interrupted()) return finish(Termination::interrupted, "interrupted");
     if (std::chrono::duration<double>(Clock::now() - begin).count() > options.time_limit)
-      return finished(Termination::time_limit, "the time limit was reached");
+      return finish(Termination::time_limit, "the time limit was reached");
     if (outcome.iterations >= most_iterations)
-      return finished(Termination::stalled,
-                      "no convergence within " + std::to_string(options.max_iterations) + " iterations");
+      return finish(Termination::stalled,
+                    "no convergence within " + std::to_string(options.max_iterations) + " iterations");
   }
 }
 

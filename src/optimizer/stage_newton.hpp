@@ -40,7 +40,6 @@ class StageNewton {
   double stationarity() const;
   double slope() const;
   double curvature();
-  void finish(const StageProgram& program, Termination termination, std::string reason, Outcome& outcome);
 
   StageSizes sizes_;
   StageModel model_;

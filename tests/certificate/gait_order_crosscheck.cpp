@@ -334,19 +334,8 @@ TEST(GaitOrder, of_a_planar_gait_that_may_leave_the_plane_is_a_saddle_as_second_
 
 // A hinge with a spring and a damper, a universal joint, a ball joint with a spring.
 maneuver::Problem mixed_joints(int count) {
-  Random random(3);
   maneuver::Problem problem;
-  problem.swimmer = random_tree(random, 4);
-  for (std::size_t j = 0; j < 3; ++j) problem.swimmer.joints[j].parent = "body" + std::to_string(j);
-  model::JointDescription& hinge = problem.swimmer.joints[0];
-  hinge.kind = model::JointKind::hinge;
-  hinge.axis = random.vector();
-  hinge.stiffness = 3.0;
-  hinge.damping = 0.5;
-  model::JointDescription& universal = problem.swimmer.joints[1];
-  universal.kind = model::JointKind::universal;
-  universal.axes = {Vector3d(0, 1, 0), Vector3d(0, 0, 1)};
-  problem.swimmer.joints[2].stiffness = 2.0;
+  problem.swimmer = swimmer_of_mixed_joints();
   problem.start.rotation.assign(4, Vector3d::Zero());
   problem.start.angular_velocity.assign(4, Vector3d::Zero());
   problem.start.free_shape = true;
@@ -424,12 +413,14 @@ TEST(GaitOrder, of_a_free_duration_within_limits_that_pull_is_that_of_second_dif
   EXPECT_EQ(found.positive, values[0] > 1e-6);
 }
 
-TEST(CostOrder, of_gaits_with_power_and_smoothness_is_that_of_second_differences) {
-  maneuver::Problem problem = gait_in_the_plane(16);
-  const double cost = solved_gait(problem).cost;
-  problem.cost_weights.power = 20.0 / cost;
+void expect_eigenvalues_with_power_and_smoothness(maneuver::Problem problem) {
+  problem.cost_weights.power = 20.0 / solved_gait(problem).cost;
   problem.cost_weights.smoothness = 1e-3;
   expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+}
+
+TEST(CostOrder, of_gaits_with_power_and_smoothness_is_that_of_second_differences) {
+  expect_eigenvalues_with_power_and_smoothness(gait_in_the_plane(16));
 }
 
 maneuver::Problem rest_to_rest(int count) {
@@ -441,11 +432,7 @@ maneuver::Problem rest_to_rest(int count) {
 }
 
 TEST(CostOrder, of_maneuvers_with_power_and_smoothness_is_that_of_second_differences) {
-  maneuver::Problem problem = rest_to_rest(14);
-  const double cost = solved_gait(problem).cost;
-  problem.cost_weights.power = 20.0 / cost;
-  problem.cost_weights.smoothness = 1e-3;
-  expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+  expect_eigenvalues_with_power_and_smoothness(rest_to_rest(14));
 }
 
 TEST(CostOrder, of_gaits_of_mixed_joints_in_space_with_power_is_that_of_second_differences) {

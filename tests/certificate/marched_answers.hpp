@@ -11,6 +11,23 @@
 
 namespace lamprey::tests {
 
+// A chain with a hinge that has a spring and a damper, a universal joint, a ball joint with a spring.
+inline model::SwimmerDescription swimmer_of_mixed_joints() {
+  Random random(3);
+  model::SwimmerDescription swimmer = random_tree(random, 4);
+  for (std::size_t j = 0; j < 3; ++j) swimmer.joints[j].parent = "body" + std::to_string(j);
+  model::JointDescription& hinge = swimmer.joints[0];
+  hinge.kind = model::JointKind::hinge;
+  hinge.axis = random.vector();
+  hinge.stiffness = 3.0;
+  hinge.damping = 0.5;
+  model::JointDescription& universal = swimmer.joints[1];
+  universal.kind = model::JointKind::universal;
+  universal.axes = {Vector3d(0, 1, 0), Vector3d(0, 0, 1)};
+  swimmer.joints[2].stiffness = 2.0;
+  return swimmer;
+}
+
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 

@@ -64,24 +64,10 @@ maneuver::Problem in_space(int count) {
   return problem;
 }
 
-// A hinge with a spring and a damper, a universal joint, a ball joint that nothing drives.
 maneuver::Problem of_mixed_joints(int count) {
-  Random random(3);
   maneuver::Problem problem;
-  problem.swimmer = random_tree(random, 4);
-  for (std::size_t j = 0; j < 3; ++j) {
-    problem.swimmer.joints[j].parent = "body" + std::to_string(j);
-  }
-  model::JointDescription& hinge = problem.swimmer.joints[0];
-  hinge.kind = model::JointKind::hinge;
-  hinge.axis = random.vector();
-  hinge.stiffness = 3.0;
-  hinge.damping = 0.5;
-  model::JointDescription& universal = problem.swimmer.joints[1];
-  universal.kind = model::JointKind::universal;
-  universal.axes = {Vector3d(0, 1, 0), Vector3d(0, 0, 1)};
-  universal.damping = 0.3;
-  problem.swimmer.joints[2].stiffness = 2.0;
+  problem.swimmer = swimmer_of_mixed_joints();
+  problem.swimmer.joints[1].damping = 0.3;
   problem.start.rotation.assign(4, Vector3d::Zero());
   problem.start.angular_velocity.assign(4, Vector3d::Zero());
   problem.steps = count;
