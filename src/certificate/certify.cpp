@@ -14,11 +14,6 @@ namespace lamprey::certificate {
 
 namespace {
 
-// Whether the second-order test knows what a problem leaves free.
-bool moments_at_nodes(const maneuver::Problem& problem) {
-  return problem.goal && problem.control == maneuver::ControlKind::steps;
-}
-
 bool confined(const model::System& system, const model::Joint& joint) {
   return joint.actuation.cols() > 0 && joint.actuation.cols() < system.body(joint.child).freedoms;
 }
@@ -46,6 +41,12 @@ double iterates_momentum(const maneuver::SolverRecord& solver) {
   return largest;
 }
 
+std::optional<SecondOrder> curvature(const StoredMotion& motion, double momentum_scale) {
+  if (motion.steps_known) return second_order(motion, momentum_scale);
+  const std::optional<StageMotion> stages = march_again(motion);
+  return stages ? second_order(motion, *stages, momentum_scale) : std::nullopt;
+}
+
 // The second-order test with all that confined joints leave free.
 std::optional<AllAxes> all_axes(const model::System& system, const maneuver::Problem& problem,
                                 const maneuver::Solution& solution, double momentum_scale) {
@@ -60,10 +61,12 @@ std::optional<AllAxes> all_axes(const model::System& system, const maneuver::Pro
   if (!any) return std::nullopt;
   const model::System free_system(free.swimmer);
   const StoredMotion motion(free_system, free, solution);
+  const std::optional<StageMotion> stages = march_again(motion);
   AllAxes result;
-  result.kkt = kkt_residual(motion, control_space(motion), momentum_scale);
+  result.kkt = stages ? kkt_residual(motion, *stages, momentum_scale)
+                      : kkt_residual(motion, control_space(motion), momentum_scale);
   if (result.kkt <= problem.search.tolerance)
-    result.second_order = second_order(motion, momentum_scale).value_or(SecondOrder());
+    result.second_order = curvature(motion, momentum_scale).value_or(SecondOrder());
   return result;
 }
 
@@ -100,6 +103,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.verdict = Verdict::not_optimal;
   if (!motion.steps_known) {
     proof.verdict = verdict(problem, proof);
+    if (options.second_order) add_second_order(system, problem, solution, proof);
     return proof;
   }
   proof.rest_error = balance.end_momentum;
@@ -127,11 +131,10 @@ Verdict verdict(const maneuver::Problem& problem, const Certificate& proof) {
 
 void add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                       Certificate& proof) {
-  if (!moments_at_nodes(problem)) return;
-  if (verdict(problem, proof) == Verdict::not_optimal) return;
+  if (!problem.goal || verdict(problem, proof) == Verdict::not_optimal) return;
   const StoredMotion motion(system, problem, solution);
   const double scale = check_balance(motion).scale;
-  proof.second_order = second_order(motion, scale);
+  proof.second_order = curvature(motion, scale);
   proof.all_axes = all_axes(system, problem, solution, scale);
   proof.verdict = verdict(problem, proof);
 }

@@ -21,21 +21,6 @@ using model::System;
 constexpr double dependent_row = 1e-11;  // of the largest pivot
 constexpr int most_segments = 20;        // a growth of 1e20 over the whole is 10 over each
 
-// Moments along the actuation axes, [N+1][controls].
-MatrixXd actuated_moments(const StoredMotion& motion) {
-  MatrixXd moments(motion.steps + 1, motion.system.control_count());
-  for (int k = 0; k <= motion.steps; ++k) {
-    int column = 0;
-    for (int j = 0; j < motion.system.joint_count(); ++j) {
-      const auto& actuation = motion.system.joint(j).actuation;
-      const int columns = static_cast<int>(actuation.cols());
-      moments.row(k).segment(column, columns) = (actuation.transpose() * motion.control[at(k)][at(j)]).transpose();
-      column += columns;
-    }
-  }
-  return moments;
-}
-
 // Largest difference of the stored moments from given ones along the axes, relative to the largest moment.
 double difference(const StoredMotion& motion, const MatrixXd& moments) {
   Largest outside, largest;
@@ -81,6 +66,20 @@ VectorXd state_scale(const StoredMotion& motion, double duration) {
 }
 
 }  // namespace
+
+MatrixXd actuated_moments(const StoredMotion& motion) {
+  MatrixXd moments(motion.steps + 1, motion.system.control_count());
+  for (int k = 0; k <= motion.steps; ++k) {
+    int column = 0;
+    for (int j = 0; j < motion.system.joint_count(); ++j) {
+      const auto& actuation = motion.system.joint(j).actuation;
+      const int columns = static_cast<int>(actuation.cols());
+      moments.row(k).segment(column, columns) = (actuation.transpose() * motion.control[at(k)][at(j)]).transpose();
+      column += columns;
+    }
+  }
+  return moments;
+}
 
 ControlSpace control_space(const StoredMotion& motion) {
   const MatrixXd moments = actuated_moments(motion);

@@ -14,6 +14,9 @@ struct ControlSpace {
 
 ControlSpace control_space(const StoredMotion& motion);
 
+/// Stored moments along the actuation axes, [N+1][controls] N m.
+MatrixXd actuated_moments(const StoredMotion& motion);
+
 /// Weight of each node's ½|u|² in the cost, [N+1] s.
 VectorXd node_weights(const StoredMotion& motion);
 

@@ -4,6 +4,7 @@
 
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/row_space.hpp"
+#include "maneuver/step_polynomial.hpp"
 
 namespace lamprey::certificate {
 
@@ -73,6 +74,53 @@ StepTangents step_tangents(const StoredMotion& motion) {
     result.impulse.emplace_back(unit * tangent.B_next);
   }
   result.B.push_back(result.impulse.back());
+  return result;
+}
+
+std::vector<VectorXd> StepStages::pull_back(const VectorXd& scale, const VectorXd& costate) const {
+  std::vector<VectorXd> result(A.size() + 1, costate);
+  VectorXd scaled = scale.cwiseProduct(costate);
+  for (std::size_t s = A.size(); s-- > 0;) {
+    scaled = (A[s].transpose() * scaled).eval();
+    result[s] = scaled.cwiseQuotient(scale);
+  }
+  return result;
+}
+
+StepStages step_stages(const StoredMotion& motion, const StageMotion& stages, int k, const VectorXd& scale) {
+  const Eigen::Index n = scale.size(), controls = motion.system.control_count(), inputs = stages.terms * controls;
+  const auto unit = scale.cwiseInverse().asDiagonal();
+  integrator::TangentWorkspace work(motion.system);
+  integrator::StepTangent tangent(motion.system);
+  StepStages result;
+  for (double fraction : stages.fraction) {
+    const VectorXd value = maneuver::legendre(fraction, stages.terms);
+    MatrixXd& moment = result.moment.emplace_back(MatrixXd::Zero(controls, inputs));
+    for (int term = 0; term < stages.terms; ++term)
+      moment.middleCols(term * controls, controls).diagonal().setConstant(value[term]);
+  }
+  result.by_state.emplace_back(MatrixXd::Identity(n, n));
+  result.by_coefficients.emplace_back(MatrixXd::Zero(n, inputs));
+  for (int s = 0; s < stages.stages; ++s) {
+    const mechanics::ForcedStep stage = forced_stage(motion, stages, k, s);
+    integrator::linearize_step(motion.system, motion.lagrangian, stage.time_step, stage.interval, stage.control,
+                               stage.control_next, work, tangent);
+    const MatrixXd& A = result.A.emplace_back(unit * tangent.A * scale.asDiagonal());
+    const MatrixXd driven = tangent.B * result.moment[at(s)] + tangent.B_next * result.moment[at(s + 1)];
+    result.by_state.emplace_back(A * result.by_state.back());
+    result.by_coefficients.emplace_back(A * result.by_coefficients.back() + unit * driven);
+  }
+  return result;
+}
+
+StepTangents step_tangents(const StoredMotion& motion, const StageMotion& stages) {
+  StepTangents result;
+  result.scale = balanced_scale(motion, motion.time_step * window_steps(motion.steps));
+  for (int k = 0; k < motion.steps; ++k) {
+    StepStages step = step_stages(motion, stages, k, result.scale);
+    result.A.push_back(std::move(step.by_state.back()));
+    result.B.push_back(std::move(step.by_coefficients.back()));
+  }
   return result;
 }
 

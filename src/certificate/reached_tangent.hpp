@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "certificate/stored_motion.hpp"
+#include "certificate/stage_motion.hpp"
 
 namespace lamprey::certificate {
 
@@ -19,6 +19,22 @@ struct StepTangents {
 
 /// Not finite where a step is singular.
 StepTangents step_tangents(const StoredMotion& motion);
+
+/// The same of a scheme above order 2, by the coefficients of the steps' polynomials: B is [N][n][inputs], and no impulse is
+/// left over at the nodes.
+StepTangents step_tangents(const StoredMotion& motion, const StageMotion& stages);
+
+/// What a state at the beginning of a step and the coefficients of its polynomials make of the states at the nodes of its
+/// stages, in units `scale`.
+struct StepStages {
+  std::vector<MatrixXd> A;                // [stages][n][n] from node to node
+  std::vector<MatrixXd> by_state;         // [stages + 1][n][n]
+  std::vector<MatrixXd> by_coefficients;  // [stages + 1][n][inputs]
+  std::vector<MatrixXd> moment;           // [stages + 1][controls][inputs] moments there
+  /// Gradients by the states at the stages' nodes from that at the step's end, [stages + 1][n], as integrator::StateLayout.
+  std::vector<VectorXd> pull_back(const VectorXd& scale, const VectorXd& costate) const;
+};
+StepStages step_stages(const StoredMotion& motion, const StageMotion& stages, int k, const VectorXd& scale);
 
 /// Orthonormal bases of what moments reach at each node, [N + 1][n][reached], the first unset: nothing has arrived
 /// there (equation 6.10). Empty where they do not

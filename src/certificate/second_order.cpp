@@ -4,7 +4,8 @@
 
 #include "certificate/cost_order.hpp"
 #include "certificate/gait_ends.hpp"
-#include "certificate/optimality.hpp"
+#include "certificate/spline_order.hpp"
+#include "certificate/stage_motion.hpp"
 #include "certificate/step_curvature.hpp"
 #include "maneuver/row_space.hpp"
 
@@ -14,20 +15,8 @@ namespace {
 
 using model::at;
 
-constexpr double dependent_goal_row = 1e-9;  // of the longest
-constexpr double costates_hold = 1e-4;       // residual: beyond it multipliers are no costates
-constexpr double penalty_per_cost = 1e4;     // of the end rows
-constexpr double start_share = 1e-3;         // of the effort: a gait's start moved by 1 rad, in the metric
-constexpr double bound_penalty = 1e6;        // of limits and waypoints that pull, against the cost or a moment's weight
-
-MatrixXd moments_by_node(const StoredMotion& motion) {
-  return control_space(motion).value.reshaped(motion.system.control_count(), motion.steps + 1);
-}
-
-double cost_of(const StoredMotion& motion) {
-  const VectorXd weights = node_weights(motion);
-  return 0.5 * moments_by_node(motion).colwise().squaredNorm().dot(weights);
-}
+constexpr double penalty_per_cost = 1e4;  // of the end rows
+constexpr double bound_penalty = 1e6;     // of limits and waypoints that pull, against the cost or a moment's weight
 
 // Curvature of the goal's rotations of led bodies along constant freedoms, [turns][turns]; at the goal that of a body
 // that turns on its own vanishes.
@@ -116,7 +105,7 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
   const double length = row.head(reached).squaredNorm() + row.tail(controls).squaredNorm();  // in units of its own
   MatrixXd form = -bound.pull * (map.transpose() * curvature * map);
   if (length > 0.0)
-    form += bound_penalty * (bound.of_moments ? stage.weight : cost_of(motion)) / length * row * row.transpose();
+    form += bound_penalty * (bound.of_moments ? stage.weight : effort.cost) / length * row * row.transpose();
   stage.Q += form.topLeftCorner(states, states);
   stage.S += form.bottomLeftCorner(controls, states);
   stage.R += form.bottomRightCorner(controls, controls);
@@ -124,159 +113,69 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
 
 // The logarithm τ of a free time step as a last state that no stage changes, impulses h²u held in the place of moments:
 // the motion knows nothing of it, the effort falls with exp(−3τ) (equation 6.16).
-void add_duration(const StoredMotion& motion, std::size_t first, Chain& chain) {
-  const MatrixXd moments = moments_by_node(motion);
+void add_duration(const StoredMotion& motion, const EffortChain& effort, Chain& chain) {
   const Eigen::Index last = chain.end_form.rows();
   widen(chain, last + 1);
   for (ChainStage& stage : chain.stage) stage.A(last, last) = 1.0;
   for (int k = 0; k <= motion.steps; ++k) {
-    ChainStage& stage = chain.stage[first + at(k)];
-    stage.Q(last, last) = 4.5 * stage.weight * moments.col(k).squaredNorm();
-    stage.S.col(last) = -3.0 * stage.weight * moments.col(k);
+    ChainStage& stage = chain.stage[effort.first + at(k)];
+    stage.Q(last, last) = 4.5 * stage.weight * effort.input.col(k).squaredNorm();
+    stage.S.col(last) = -3.0 * stage.weight * effort.input.col(k);
   }
   chain.end_form(last, last) = motion.problem.time_weight * motion.time_step * motion.steps;
 }
 
 // The stage before the first that sets τ, by what it makes of the moments: du = −2u dτ.
-void begin_with_duration(const StoredMotion& motion, Eigen::Index duration, Chain& chain) {
+void begin_with_duration(double cost, Eigen::Index duration, Chain& chain) {
   const Eigen::Index states = chain.end_form.rows();
   ChainStage stage;
   stage.A = stage.Q = MatrixXd::Zero(states, states);
   stage.B = MatrixXd::Zero(states, 1);
-  stage.B(duration, 0) = 1.0 / std::sqrt(8.0 * cost_of(motion));
+  stage.B(duration, 0) = 1.0 / std::sqrt(8.0 * cost);
   stage.S = MatrixXd::Zero(1, states);
   stage.R = MatrixXd::Zero(1, 1);
   stage.weight = 1.0;
   chain.stage.insert(chain.stage.begin(), stage);
 }
 
-void add_rows(GoalRows& goal, const MatrixXd& rows) {
-  const Eigen::Index all = goal.value.size() + rows.rows();
-  goal.value.conservativeResize(all);
-  goal.value.tail(rows.rows()).setZero();
-  goal.unit.conservativeResize(all);
-  goal.unit.tail(rows.rows()).setOnes();
-  goal.by_end_state.conservativeResize(all, Eigen::NoChange);
-  goal.by_end_state.bottomRows(rows.rows()) = rows;
-}
-
-// What is free at a gait's start, turns in rad and momenta that each alone would turn by 1 rad in the whole time, and the
-// rows that close it after those of the goal. False where moments reach too little of it to tell.
-bool set_free_start(const StoredMotion& motion, const std::vector<integrator::State>& states, EffortChain& effort) {
-  const VectorXd& scale = effort.tangents.scale;
-  const MatrixXd inertia = mechanics::generalized_inertia(motion.system, states.front().rotation);
-  const VectorXd unit = (motion.time_step * motion.steps *
-                         inertia.llt().solve(MatrixXd::Identity(inertia.rows(), inertia.cols())).diagonal())
-                            .segment(3, shape_freedoms(motion))
-                            .cwiseInverse();
-  const MatrixXd closure = closure_rows(motion, states.back(), unit);
-  const MatrixXd directions = scale.cwiseInverse().asDiagonal() * periodic_start(motion, states.front(), unit);
-  effort.basis.front() = basis_at_start(effort.tangents, effort.basis);
-  const std::optional<MatrixXd> kept =
-      start_within_reach(effort.tangents, effort.basis, directions, closure * scale.asDiagonal());
-  if (!kept) return false;
-  effort.start = directions * *kept;
-  GoalRows& goal = effort.goal;
-  const Eigen::Index asked = goal.value.size(), all = asked + closure.rows();
-  add_rows(goal, closure);
-  effort.goal_by_carried = MatrixXd::Zero(all, kept->cols());
-  effort.goal_by_carried.bottomRows(kept->rows()) = -*kept;
-  effort.closure = asked;
-  return true;
-}
-
-// Costs beside effort tell the moments at a gait's two ends apart, which are one number: their difference rides along and
-// vanishes at the end.
-void tie_moments(const StoredMotion& motion, EffortChain& effort) {
-  const Eigen::Index controls = motion.system.control_count(), before = effort.chain.end_form.rows();
-  Chain& chain = effort.chain;
-  widen(chain, before + controls);
-  for (ChainStage& stage : chain.stage) stage.A.bottomRightCorner(controls, controls).setIdentity();
-  chain.stage.front().B.bottomRows(controls).setIdentity();
-  chain.stage.back().B.bottomRows(controls) = -MatrixXd::Identity(controls, controls);
-  GoalRows& goal = effort.goal;
-  const Eigen::Index asked = goal.value.size(), carried = effort.goal_by_carried.cols();
-  add_rows(goal, MatrixXd::Zero(controls, goal.by_end_state.cols()));
-  effort.goal_by_carried.conservativeResize(asked + controls, carried + controls);
-  effort.goal_by_carried.bottomRows(controls).setZero();
-  effort.goal_by_carried.rightCols(controls).setZero();
-  effort.goal_by_carried.bottomRightCorner(controls, controls).setIdentity();
-}
-
-// The stage before the first that sets a gait's first state.
-void begin_with_start(const StoredMotion& motion, EffortChain& effort) {
-  const Eigen::Index width = effort.chain.end_form.rows(), carried = effort.start.cols();
-  ChainStage stage;
-  stage.A = stage.Q = MatrixXd::Zero(width, width);
-  stage.B.resize(width, carried);
-  stage.B << effort.basis.front().transpose() * effort.start, MatrixXd::Identity(carried, carried),
-      MatrixXd::Zero(width - effort.basis.front().cols() - carried, carried);
-  stage.S = MatrixXd::Zero(carried, width);
-  stage.weight = 2.0 * start_share * cost_of(motion);
-  stage.R = stage.weight * MatrixXd::Identity(carried, carried);
-  effort.chain.stage.insert(effort.chain.stage.begin(), stage);
-  effort.first = 1;
-}
-
 }  // namespace
 
-std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momentum_scale) {
-  EffortChain effort;
-  effort.tangents = step_tangents(motion);
-  const StepTangents& tangents = effort.tangents;
-  for (const MatrixXd& A : tangents.A)
-    if (!A.allFinite()) return std::nullopt;
-  effort.basis = reached_bases(tangents);
-  if (effort.basis.empty()) return std::nullopt;
-  const std::vector<integrator::State> states = node_states(motion);
-  effort.goal = goal_rows(motion.system, motion.problem, states.back(), momentum_scale);
-  effort.goal.by_end_state = effort.goal.unit.cwiseInverse().asDiagonal() * effort.goal.by_end_state;
-  if (periodic(motion) && !set_free_start(motion, states, effort)) return std::nullopt;
-  const MatrixXd& last = effort.basis.back();
-  const Eigen::Index reached = last.cols(), carried = effort.start.cols(), width = reached + carried;
-  const Eigen::Index controls = motion.system.control_count();
-
-  const VectorXd weights = node_weights(motion);
-  const double moment = std::sqrt(moments_by_node(motion).squaredNorm() / (motion.steps + 1));
-  Chain& chain = effort.chain;
-  for (int k = 0; k <= motion.steps; ++k) {
-    const MatrixXd& next = k < motion.steps ? effort.basis[at(k + 1)] : last;
-    ChainStage stage;
-    stage.A = MatrixXd::Identity(width, width);
-    auto onwards = stage.A.topLeftCorner(reached, reached);
-    if (effort.basis[at(k)].size() == 0)
-      onwards.setZero();
-    else if (k < motion.steps)
-      onwards = next.transpose() * tangents.A[at(k)] * effort.basis[at(k)];
-    stage.B = MatrixXd::Zero(width, controls);
-    stage.B.topRows(reached) = next.transpose() * tangents.B[at(k)];
-    stage.weight = weights[k];
-    stage.Q = MatrixXd::Zero(width, width);
-    stage.Q.topLeftCorner(reached, reached).diagonal().setConstant(weights[k] * moment * moment);
-    stage.S = MatrixXd::Zero(controls, width);
-    stage.R = weights[k] * MatrixXd::Identity(controls, controls);
-    chain.stage.push_back(stage);
+void spread_costates(const EffortChain& effort, const std::vector<VectorXd>& reached,
+                     const std::vector<VectorXd>& pulled, Costates& costates) {
+  const VectorXd& scale = effort.tangents.scale;
+  const Eigen::Index reach = effort.basis.back().cols(), states = reached.back().size();
+  const auto nodes = static_cast<int>(effort.basis.size());
+  costates.at_node.resize(at(nodes));
+  costates.goal.setZero(effort.goal.value.size());
+  const MatrixXd rows = effort.goal.by_end_state(effort.independent, Eigen::all) * scale.asDiagonal();
+  VectorXd costate = VectorXd::Zero(scale.size());
+  if (rows.rows() > 0) {
+    MatrixXd independent(rows.rows(), states);
+    independent.leftCols(reach) = rows * effort.basis.back();
+    if (states > reach) independent.rightCols(states - reach) = effort.goal_by_carried(effort.independent, Eigen::all);
+    const VectorXd multipliers = maneuver::least_squares(independent.transpose(), reached.back());
+    for (std::size_t r = 0; r < effort.independent.size(); ++r)
+      costates.goal[effort.independent[r]] = multipliers[static_cast<Eigen::Index>(r)];
+    costate = rows.transpose() * multipliers;
   }
-  chain.end_form = MatrixXd::Zero(width, width);
-  if (periodic(motion) && motion.problem.cost_weights.any()) tie_moments(motion, effort);
-  if (periodic(motion)) begin_with_start(motion, effort);
-
-  MatrixXd rows(effort.goal.value.size(), chain.end_form.rows());
-  rows << effort.goal.by_end_state * tangents.scale.asDiagonal() * last, effort.goal_by_carried;
-  if (rows.rows() > 0) effort.independent = maneuver::independent_rows(rows, dependent_goal_row);
-  chain.end_rows = maneuver::span_of_rows(rows(effort.independent, Eigen::all), 0.0).transpose();
-  return effort;
+  costate += scale.cwiseProduct(pulled.back());
+  costates.at_node.back() = costate.cwiseQuotient(scale);
+  for (int k = nodes - 2; k >= 0; --k) {
+    costate = (effort.tangents.A[at(k)].transpose() * costate + scale.cwiseProduct(pulled[at(k)])).eval();
+    const MatrixXd& basis = effort.basis[at(k)];
+    if (basis.size() > 0) costate += basis * (reached[effort.first + at(k)].head(reach) - basis.transpose() * costate);
+    costates.at_node[at(k)] = costate.cwiseQuotient(scale);
+  }
 }
 
 Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain& effort,
                                    const std::vector<PullingBound>& bounds) {
   const Chain& chain = effort.chain;
-  const MatrixXd moments = moments_by_node(motion);
   const VectorXd& scale = effort.tangents.scale;
   const Eigen::Index states = chain.end_form.rows(), reach = effort.basis.back().cols();
   ChainGradient gradient;
-  for (int k = 0; k <= motion.steps; ++k)
-    gradient.by_input.emplace_back(chain.stage[effort.first + at(k)].weight * moments.col(k));
+  for (int k = 0; k < effort.input.cols(); ++k)
+    gradient.by_input.emplace_back(chain.stage[effort.first + at(k)].weight * effort.input.col(k));
   const bool beside = motion.problem.cost_weights.any();
   const CostGradient others = beside ? cost_gradient_beside_effort(motion) : CostGradient();
   for (std::size_t k = 0; k < others.by_control.size(); ++k) gradient.by_input[k] += others.by_control[k];
@@ -291,36 +190,17 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
         gradient.by_state[effort.first + k].head(reach) = effort.basis[k].transpose() * scale.cwiseProduct(pulled[k]);
   }
   if (effort.first > 0) gradient.by_input.insert(gradient.by_input.begin(), VectorXd::Zero(effort.start.cols()));
-  ChainSolver solver(chain, penalty_per_cost * cost_of(motion));
+  ChainSolver solver(chain, penalty_per_cost * effort.cost);
   solver.factor(0.0);
   const Inputs change = solver.solve(gradient);
-  const std::vector<VectorXd> reached = solver.costates(gradient, change);
 
-  Costates result{std::vector<VectorXd>(at(motion.steps + 1)), VectorXd::Zero(effort.goal.value.size()), 0.0};
+  Costates result;
   double left = 0.0;
   for (std::size_t k = effort.first; k < change.size(); ++k)
     left = std::max(left, chain.stage[k].weight * change[k].lpNorm<Eigen::Infinity>());
   result.residual = whole > 0.0 ? left / whole : 0.0;
   if (effort.first > 0) result.residual = std::max(result.residual, change.front().lpNorm<Eigen::Infinity>());
-
-  const MatrixXd rows = effort.goal.by_end_state(effort.independent, Eigen::all) * scale.asDiagonal();
-  VectorXd costate = VectorXd::Zero(scale.size());
-  if (rows.rows() > 0) {
-    MatrixXd independent(rows.rows(), states);
-    independent << rows * effort.basis.back(), effort.goal_by_carried(effort.independent, Eigen::all);
-    const VectorXd multipliers = maneuver::least_squares(independent.transpose(), reached.back());
-    for (std::size_t r = 0; r < effort.independent.size(); ++r)
-      result.goal[effort.independent[r]] = multipliers[static_cast<Eigen::Index>(r)];
-    costate = rows.transpose() * multipliers;
-  }
-  costate += scale.cwiseProduct(pulled.back());
-  result.at_node.back() = costate.cwiseQuotient(scale);
-  for (int k = motion.steps - 1; k >= 0; --k) {
-    costate = (effort.tangents.A[at(k)].transpose() * costate + scale.cwiseProduct(pulled[at(k)])).eval();
-    const MatrixXd& basis = effort.basis[at(k)];
-    if (basis.size() > 0) costate += basis * (reached[effort.first + at(k)].head(reach) - basis.transpose() * costate);
-    result.at_node[at(k)] = costate.cwiseQuotient(scale);
-  }
+  spread_costates(effort, solver.costates(gradient, change), pulled, result);
   return result;
 }
 
@@ -369,33 +249,96 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   chain.end_form.topLeftCorner(reached, reached) = here.topRows(turns).transpose() * at_end * here.topRows(turns);
   std::optional<Eigen::Index> duration;
   if (motion.problem.duration.free && !duration_pulls(motion)) duration = chain.end_form.rows();
-  if (duration) add_duration(motion, effort.first, chain);
+  if (duration) add_duration(motion, effort, chain);
   for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, duration, chain);
   if (motion.problem.cost_weights.any())
     add_costs(motion, effort, kinks_of(motion, powers_of(motion)), duration, chain);
-  if (duration) begin_with_duration(motion, *duration, chain);
+  if (duration) begin_with_duration(effort.cost, *duration, chain);
   return chain;
+}
+
+// Of the chain of the steps of a scheme above order 2, the stages of each step condensed.
+Chain lagrangian_chain(const StoredMotion& motion, const StageMotion& stages, EffortChain effort,
+                       const Costates& costates) {
+  const model::System& system = motion.system;
+  const VectorXd& scale = effort.tangents.scale;
+  const Eigen::Index turns = system.velocity_count() - 3, place = turns + 3;
+  const Eigen::Index reached = effort.basis.back().cols(), inputs = effort.input.rows(), all = reached + inputs;
+  Chain chain = std::move(effort.chain);
+  StepCurvature curvature(system);
+  MatrixXd motions(turns + place, all), half(motions.rows(), all), form(all, all);
+  for (int k = 0; k < motion.steps; ++k) {
+    const StepStages step = step_stages(motion, stages, k, scale);
+    const std::vector<VectorXd> costate = step.pull_back(scale, costates.at_node[at(k + 1)]);
+    // turns and shift at a stage's node by what arrives at the step and its coefficients
+    const auto configuration_at = [&](int s) {
+      MatrixXd by_both = MatrixXd::Zero(place, all);
+      if (effort.basis[at(k)].size() > 0)
+        by_both.leftCols(reached) = step.by_state[at(s)].topRows(place) * effort.basis[at(k)];
+      by_both.rightCols(inputs) = step.by_coefficients[at(s)].topRows(place);
+      return MatrixXd(scale.head(place).asDiagonal() * by_both);
+    };
+    form.setZero();
+    MatrixXd here = configuration_at(0);
+    for (int s = 0; s < stages.stages; ++s) {
+      const MatrixXd there = configuration_at(s + 1);
+      curvature.evaluate(forced_stage(motion, stages, k, s), costate[at(s)], costate[at(s + 1)]);
+      motions << here.topRows(turns), there;
+      motions.bottomRows(3) -= here.bottomRows(3);
+      half.noalias() = curvature.by_motion() * motions;
+      form.noalias() += motions.transpose() * half;
+      const MatrixXd mixed = step.moment[at(s)].transpose() * (curvature.by_control() * here.topRows(turns)) +
+                             step.moment[at(s + 1)].transpose() * (curvature.by_next_control() * there.topRows(turns));
+      form.bottomRows(inputs) += mixed;
+      form.rightCols(inputs) += mixed.transpose();
+      here = there;
+    }
+    ChainStage& stage = chain.stage[at(k)];
+    stage.Q = form.topLeftCorner(reached, reached);
+    stage.S = form.bottomLeftCorner(inputs, reached);
+    stage.R += form.bottomRightCorner(inputs, inputs);
+  }
+  const MatrixXd last = configuration(effort, turns, motion.steps);
+  chain.end_form = last.transpose() * goal_curvature(motion, costates.goal) * last;
+  return chain;
+}
+
+std::optional<SecondOrder> eigenvalues_of(const Chain& chain, double cost) {
+  ChainSolver solver(chain, penalty_per_cost * cost);
+  SecondOrder result;
+  result.smallest_eigenvalue = smallest_eigenvalue(chain, solver).value;
+  if (std::isnan(result.smallest_eigenvalue)) return std::nullopt;
+  result.positive = solver.factor(curvature_mark) == 0;
+  result.negative_eigenvalues = solver.factor(0.0);
+  return result;
 }
 
 std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale) {
   std::optional<EffortChain> effort = effort_chain(motion, momentum_scale);
   if (!effort) return std::nullopt;
+  if (motion.problem.control == maneuver::ControlKind::spline)
+    return second_order_on_splines(motion, std::move(*effort));
   const Kinks kinks = motion.problem.cost_weights.any() ? kinks_of(motion, powers_of(motion)) : Kinks();
   if (!kinks.known || !ends_fit_costs(motion)) return std::nullopt;
   const std::vector<PullingBound> bounds = pulling_bounds(motion);
   const Costates costates = costates_by_least_squares(motion, *effort, bounds);
   if (!(costates.residual <= costates_hold)) return std::nullopt;
   effort->tangents.A.clear();
-  const Chain chain = lagrangian_chain(motion, std::move(*effort), costates, bounds);
-  ChainSolver solver(chain, penalty_per_cost * cost_of(motion));
-  SecondOrder result;
-  result.smallest_eigenvalue = smallest_eigenvalue(chain, solver).value;
-  if (std::isnan(result.smallest_eigenvalue)) return std::nullopt;
-  result.positive = solver.factor(curvature_mark) == 0;
-  result.negative_eigenvalues = solver.factor(0.0);
+  const double cost = effort->cost;
+  const std::optional<SecondOrder> result =
+      eigenvalues_of(lagrangian_chain(motion, std::move(*effort), costates, bounds), cost);
   // a multiplier at its bound where the power vanishes too: what costs less on the smooth branch need not cost less
-  if (kinks.weak && !result.positive) return std::nullopt;
+  if (result && kinks.weak && !result->positive) return std::nullopt;
   return result;
+}
+
+std::optional<SecondOrder> second_order(const StoredMotion& motion, const StageMotion& stages, double momentum_scale) {
+  std::optional<EffortChain> effort = effort_chain(motion, stages, momentum_scale);
+  if (!effort) return std::nullopt;
+  const Costates costates = costates_by_least_squares(motion, *effort, {});
+  if (!(costates.residual <= costates_hold)) return std::nullopt;
+  const double cost = effort->cost;
+  return eigenvalues_of(lagrangian_chain(motion, stages, std::move(*effort), costates), cost);
 }
 
 }  // namespace lamprey::certificate

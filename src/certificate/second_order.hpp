@@ -3,12 +3,12 @@
 #pragma once
 
 #include "certificate/certificate.hpp"
-#include "certificate/chain.hpp"
-#include "certificate/goal_check.hpp"
+#include "certificate/effort_chain.hpp"
 #include "certificate/limit_check.hpp"
-#include "certificate/reached_tangent.hpp"
 
 namespace lamprey::certificate {
+
+inline constexpr double costates_hold = 1e-4;  // residual: beyond it multipliers are no costates
 
 /// The motion with costates: gradients of the Lagrangian by the states at the nodes.
 struct Costates {
@@ -17,24 +17,7 @@ struct Costates {
   double residual;                // largest change of a moment's gradient that the multipliers leave / largest gradient
 };
 
-/// The chain of the effort alone: what moments reach along the motion, and the goal's independent rows there. In a gait a
-/// stage before the others sets the first state, and its inputs ride along as states to the end, which has to fit them.
-struct EffortChain {
-  Chain chain;
-  StepTangents tangents;
-  std::vector<MatrixXd> basis;   // [N + 1], the first unset but in gaits
-  GoalRows goal;                 // in gaits those of the closure follow
-  std::vector<int> independent;  // rows of the goal
-  MatrixXd goal_by_carried;      // [rows][carried] inputs of the start, then the difference of the moments at both ends
-  Eigen::Index closure = 0;      // first row of the closure
-  MatrixXd start;                // [n][free] directions of a gait's first state, in units of the tangents
-  std::size_t first = 0;         // stage of node 0
-};
-
-/// Nothing where a step is singular or the reached spaces do not fit together.
-std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momentum_scale);
-
-/// Multipliers by least squares (equation 6.11). At a stationary motion, and there alone, they are costates.
+/// Multipliers by least squares (equation 6.11) of the chain's inputs. At a stationary motion, and there alone, they are costates.
 Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain& effort,
                                    const std::vector<PullingBound>& bounds);
 
@@ -44,8 +27,23 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
 Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Costates& costates,
                        const std::vector<PullingBound>& bounds);
 
-/// For moments free at each node, at a stationary motion that meets its goal, from a given start or a gait.
+/// The same of a scheme above order 2, a stage for each step: its coefficients are the inputs, its own stages condensed.
+Chain lagrangian_chain(const StoredMotion& motion, const StageMotion& stages, EffortChain effort,
+                       const Costates& costates);
+
+/// Costates at the nodes from those along the reached bases, [N + 1] of the last end row's stage and all before: beyond them
+/// they follow from the motion. `pulled` [N + 1][n]: what pulls at the states beside the goal.
+void spread_costates(const EffortChain& effort, const std::vector<VectorXd>& reached,
+                     const std::vector<VectorXd>& pulled, Costates& costates);
+
+/// Eigenvalues of a chain that the effort's cost belongs to; nothing where they cannot be told.
+std::optional<SecondOrder> eigenvalues_of(const Chain& chain, double cost);
+
+/// For moments free at each node or on splines, at a stationary motion that meets its goal, from a given start or a gait.
 /// Nothing where it cannot be told.
 std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale);
+
+/// For moments as polynomials of each step of a scheme above order 2.
+std::optional<SecondOrder> second_order(const StoredMotion& motion, const StageMotion& stages, double momentum_scale);
 
 }  // namespace lamprey::certificate

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "certificate/goal_check.hpp"
+#include "integrator/march.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/row_space.hpp"
 #include "maneuver/step_polynomial.hpp"
@@ -66,10 +67,9 @@ class Marcher {
   Marcher(const StoredMotion& motion, StageMotion& stages)
       : motion_(motion),
         stages_(stages),
-        work_(motion.system),
+        march_(motion.system, motion.problem.scheme),
         none_(at(motion.system.joint_count()), Vector3d::Zero()),
         basis_(stages.stages + 1, stages.terms) {
-    work_.sought_residual = 0.0;
     for (int s = 0; s <= stages.stages; ++s)
       basis_.row(s) = maneuver::legendre(stages.fraction[at(s)], stages.terms).transpose();
   }
@@ -79,17 +79,21 @@ class Marcher {
     const System& system = motion_.system;
     const auto& moments = motion_.solution.control_stages[at(k)];
     integrator::State state = stages_.node[at(k)];
-    work_.predictor.forget();
     stages_.control.push_back(mechanics::moments_of_applied(system, state.rotation, moments.front()));
-    for (int s = 0; s < stages_.stages; ++s) {
-      const double h = stages_.time_step[at(s)];
-      // how the joints stand at the stage's end tells which moment acts there
-      const Moments control = stages_.control.back();
-      if (!integrator::advance(system, motion_.lagrangian, h, control, none_, state, work_).converged) return false;
-      stages_.interval.push_back(work_.interval);
-      stages_.control.push_back(mechanics::moments_of_applied(system, state.rotation, moments[at(s + 1)]));
-      state.momentum += 0.5 * h * mechanics::generalized_force(system, state.rotation, stages_.control.back());
-    }
+    Moments begin = stages_.control.back();
+    int stage = 0;
+    // how the joints stand at a stage's end tells which moment acts there: its impulse is added then
+    const auto control = [&](int node) -> const Moments& { return node == stage ? begin : none_; };
+    const auto witness = [&](const mechanics::Interval& interval, integrator::State& there) {
+      stages_.interval.push_back(interval);
+      begin = mechanics::moments_of_applied(system, there.rotation, moments[at(stage + 1)]);
+      stages_.control.push_back(begin);
+      there.momentum += 0.5 * stages_.time_step[at(stage)] *
+                        (mechanics::generalized_force(system, there.rotation, begin) -
+                         mechanics::generalized_force(system, there.rotation, none_));  // springs have had theirs
+      ++stage;
+    };
+    if (!march_.advance(motion_.time_step, control, state, witness).converged) return false;
     compare(k, state);
     fit(k);
     return true;
@@ -127,7 +131,7 @@ class Marcher {
 
   const StoredMotion& motion_;
   StageMotion& stages_;
-  integrator::StepWorkspace work_;
+  integrator::March march_;
   Moments none_;
   MatrixXd basis_;  // [stages + 1][terms]
   Largest momentum_, configuration_, outside_, largest_;
@@ -149,10 +153,9 @@ StageSweep sweep(const StoredMotion& motion, const StageMotion& stages, integrat
   for (double fraction : stages.fraction) value.push_back(maneuver::legendre(fraction, stages.terms));
   for (int k = range.last - 1; k >= range.first; --k)
     for (int s = stages.stages - 1; s >= 0; --s) {
-      const std::size_t node = at(k * (stages.stages + 1) + s);
-      integrator::linearize_step(motion.system, motion.lagrangian, stages.time_step[at(s)],
-                                 stages.interval[at(k * stages.stages + s)], stages.control[node],
-                                 stages.control[node + 1], work, tangent);
+      const mechanics::ForcedStep stage = forced_stage(motion, stages, k, s);
+      integrator::linearize_step(motion.system, motion.lagrangian, stage.time_step, stage.interval, stage.control,
+                                 stage.control_next, work, tangent);
       integrator::PulledBack pulled = integrator::pull_back(tangent, result.by_start);
       for (int term = 0; term < stages.terms; ++term)
         result.by_coefficients.middleCols(inputs * (k - range.first) + term * controls, controls) +=
@@ -206,6 +209,13 @@ std::optional<StageMotion> march_again(const StoredMotion& motion) {
   return stages;
 }
 
+mechanics::ForcedStep forced_stage(const StoredMotion& motion, const StageMotion& stages, int k, int s) {
+  const std::size_t node = at(k * (stages.stages + 1) + s);
+  return {motion.system,           motion.lagrangian,
+          stages.time_step[at(s)], stages.interval[at(k * stages.stages + s)],
+          stages.control[node],    stages.control[node + 1]};
+}
+
 Moments moments_of_step(const StoredMotion& motion, const StageMotion& stages, int k, double fraction) {
   const VectorXd moments = maneuver::moments_at(stages.polynomial[at(k)], fraction, stages.terms);
   Moments by_joint;
@@ -223,6 +233,10 @@ double step_residual(const StoredMotion& motion, const StageMotion& stages, doub
   momentum.add(stages.momentum_error);
   momentum.add((start.momentum - stages.node.front().momentum).lpNorm<Eigen::Infinity>());
   return std::max(momentum.relative_to(scale), stages.configuration_error);
+}
+
+MatrixXd coefficient_jacobian(const StoredMotion& motion, const StageMotion& stages, const MatrixXd& end_rows) {
+  return sweep(motion, stages, {0, motion.steps}, end_rows).by_coefficients;
 }
 
 double kkt_residual(const StoredMotion& motion, const StageMotion& stages, double momentum_scale) {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "certificate/stored_motion.hpp"
+#include "mechanics/step_balance.hpp"
 
 namespace lamprey::certificate {
 
@@ -26,12 +27,19 @@ struct StageMotion {
 /// Nothing for other schemes, without stored stages, where a march divided its steps and where a step does not converge.
 std::optional<StageMotion> march_again(const StoredMotion& motion);
 
+/// Stage s of step k.
+mechanics::ForcedStep forced_stage(const StoredMotion& motion, const StageMotion& stages, int k, int s);
+
 /// Moments of a step's polynomials at a fraction of it, [joints] along the joints.
 mechanics::Moments moments_of_step(const StoredMotion& motion, const StageMotion& stages, int k, double fraction);
 
 /// Largest change of what the march of the steps left open: of the momenta in units of `scale`, of rotations in rad and positions in m;
 /// with what the first node's momentum differs from the problem's.
 double step_residual(const StoredMotion& motion, const StageMotion& stages, double scale);
+
+/// Jacobian of functionals of the end state by the polynomials' coefficients, [rows][N · terms · controls], by one backward
+/// sweep; rank is lost along motions where perturbations grow, as by control_jacobian.
+MatrixXd coefficient_jacobian(const StoredMotion& motion, const StageMotion& stages, const MatrixXd& end_rows);
 
 /// ‖∇cost + Aᵀλ‖∞/‖∇cost‖∞ (equation 6.5) in the space of the polynomials' coefficients.
 double kkt_residual(const StoredMotion& motion, const StageMotion& stages, double momentum_scale);

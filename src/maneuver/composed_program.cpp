@@ -225,9 +225,11 @@ void ComposedProgram::model_step(int k, const Vector3d& turn, const Vector3d& sh
     std::swap(control, next_control);
   }
   step.condense(stage);
+  const VectorXd gradient = effort_ * now_.polynomial[at(k)];
   stage.weight = effort_;
+  stage.gradient = gradient.lpNorm<Eigen::Infinity>();
   stage.R.diagonal().array() += effort_;
-  stage.r += effort_ * now_.polynomial[at(k)];
+  stage.r += gradient;
 }
 
 void ComposedProgram::model_goal(StageModel& model) const {

@@ -6,8 +6,9 @@
 
 #include "certificate/stored_motion.hpp"
 #include "chains.hpp"
-#include "integrator/step.hpp"
+#include "integrator/march.hpp"
 #include "maneuver/simulate.hpp"
+#include "maneuver/step_polynomial.hpp"
 
 namespace lamprey::tests {
 
@@ -126,6 +127,42 @@ inline MarchedAnswer march(const maneuver::Problem& problem, const NodeMoments& 
     if (k == problem.steps) break;
     const auto report = integrator::advance(system, integrator::lagrangian_of(problem.scheme), problem.time_step(),
                                             moments[n], moments[n + 1], state, work);
+    EXPECT_TRUE(report.converged) << "step " << k;
+  }
+  return answer;
+}
+
+/// By a scheme above order 2, from the coefficients of the steps' polynomials, [terms · controls · N].
+inline MarchedAnswer march_stages(const maneuver::Problem& problem, const VectorXd& coefficients) {
+  const model::System system(problem.swimmer);
+  MarchedAnswer answer{problem, {}};
+  maneuver::Solution& solution = answer.solution;
+  solution.status = maneuver::Status::optimal;
+  integrator::State state = certificate::start_of(system, problem.start);
+  integrator::March march(system, problem.scheme);
+  const int terms = maneuver::polynomial_terms(problem.scheme);
+  const Eigen::Index inputs = terms * system.control_count();
+  for (int k = 0; k <= problem.steps; ++k) {
+    const VectorXd velocity = integrator::velocity_of_state(system, state);
+    solution.time.push_back(k * problem.time_step());
+    solution.position.push_back(state.position);
+    solution.rotation.push_back(state.rotation);
+    solution.angular_velocity.push_back(mechanics::angular_velocities(system, state.rotation, velocity));
+    solution.linear_velocity.emplace_back(state.rotation[0].transpose() * velocity.tail<3>());
+    solution.control.emplace_back(static_cast<std::size_t>(system.joint_count()), Vector3d::Zero());
+    if (k == problem.steps) break;
+    NodeMoments moments;
+    for (double fraction : maneuver::stage_fractions(problem.scheme))
+      moments.push_back(moments_along_joints(
+          system, maneuver::moments_at(coefficients.segment(inputs * k, inputs), fraction, terms), 0)[0]);
+    auto& applied = solution.control_stages.emplace_back();
+    applied.push_back(mechanics::applied_moments(system, state.rotation, moments[0]));
+    const auto report = march.advance(
+        problem.time_step(),
+        [&](int node) -> const mechanics::Moments& { return moments[static_cast<std::size_t>(node)]; }, state,
+        [&](const mechanics::Interval&, const integrator::State& there) {
+          applied.push_back(mechanics::applied_moments(system, there.rotation, moments[applied.size()]));
+        });
     EXPECT_TRUE(report.converged) << "step " << k;
   }
   return answer;

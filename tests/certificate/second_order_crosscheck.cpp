@@ -165,12 +165,12 @@ VectorXd transcribed_eigenvalues(const maneuver::Problem& problem, const maneuve
   const model::System system(problem.swimmer);
   const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, problem.steps);
   const StoredMotion motion(system, problem, solution);
-  const VectorXd value = certificate::control_space(motion).value;
+  const MatrixXd moments = certificate::actuated_moments(motion);
   maneuver::NodePath path;
   path.rotation = solution.rotation;
   path.position = solution.position;
   for (int k = 0; k <= problem.steps; ++k) {
-    path.control.push_back(value.segment(system.control_count() * k, system.control_count()));
+    path.control.emplace_back(moments.row(k));
     if (k == problem.steps) break;
     path.cayley.emplace_back();
     for (std::size_t i = 0; i < solution.rotation[at(k)].size(); ++i)
@@ -239,6 +239,47 @@ TEST(SecondOrder, of_mixed_joints_with_springs_and_dampers_is_that_of_difference
   const maneuver::Problem problem = of_mixed_joints(24);
   const maneuver::Solution solution = solved(problem);
   expect_eigenvalues(problem, solution, dense_eigenvalues(problem, solution));
+}
+
+TEST(SecondOrder, on_splines_is_that_of_the_transcription) {
+  for (const maneuver::CostRule rule : {maneuver::CostRule::rectangle, maneuver::CostRule::trapezoid}) {
+    maneuver::Problem problem = in_space(24);
+    problem.control = maneuver::ControlKind::spline;
+    problem.points = 6;
+    problem.rule = rule;
+    const maneuver::Solution solution = solved(problem);
+    expect_eigenvalues(problem, solution, transcribed_eigenvalues(problem, solution));
+  }
+}
+
+TEST(SecondOrder, on_splines_in_the_plane_is_a_saddle_out_of_it) {
+  maneuver::Problem problem = in_the_plane(24);
+  problem.control = maneuver::ControlKind::spline;
+  problem.points = 7;
+  const maneuver::Solution solution = solved(problem);
+  expect_eigenvalues(problem, solution, transcribed_eigenvalues(problem, solution));
+  const maneuver::Problem free = with_all_axes(problem);
+  const VectorXd values = transcribed_eigenvalues(free, solution);
+  EXPECT_LT(values[0], 0.0);
+  expect_eigenvalues(free, solution, values);
+}
+
+// More points than steps leave moments at the nodes as free as nodes do.
+TEST(SecondOrder, of_many_points_is_that_of_moments_at_the_nodes) {
+  maneuver::Problem problem = in_the_plane(20);
+  const maneuver::Solution solution = solved(problem);
+  const SecondOrder by_nodes = second_order_of(problem, solution);
+  problem.control = maneuver::ControlKind::spline;
+  problem.points = problem.steps + 1;
+  const SecondOrder on_splines = second_order_of(problem, solution);
+  EXPECT_NEAR(on_splines.smallest_eigenvalue, by_nodes.smallest_eigenvalue, tolerance(1e-7));
+  EXPECT_EQ(on_splines.positive, by_nodes.positive);
+  const SecondOrder out_of_plane = second_order_of(with_all_axes(problem), solution);
+  problem.control = maneuver::ControlKind::steps;
+  const SecondOrder expected = second_order_of(with_all_axes(problem), solution);
+  EXPECT_LT(expected.smallest_eigenvalue, 0.0);
+  EXPECT_NEAR(out_of_plane.smallest_eigenvalue / expected.smallest_eigenvalue, 1.0, tolerance(1e-6));
+  EXPECT_EQ(out_of_plane.negative_eigenvalues, expected.negative_eigenvalues);
 }
 
 // Half of what the unlimited maneuver swings and a little less than what it takes: both limits pull.

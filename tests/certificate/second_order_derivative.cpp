@@ -4,6 +4,7 @@
 
 #include "certificate/marched_answers.hpp"
 #include "certificate/optimality.hpp"
+#include "certificate/stage_motion.hpp"
 #include "difference_order.hpp"
 
 namespace lamprey::tests {
@@ -109,6 +110,65 @@ TEST(LagrangianChain, matches_them_with_joints_springs_dampers_and_coupled_inert
     ++trees;
   }
   EXPECT_GT(trees, 8);
+}
+
+// Above order 2: by the coefficients of the steps' polynomials.
+VectorXd lagrangian_gradient_of_stages(const maneuver::Problem& problem, const VectorXd& coefficients,
+                                       const VectorXd& multipliers) {
+  const MarchedAnswer answer = march_stages(problem, coefficients);
+  const model::System system(problem.swimmer);
+  const StoredMotion motion(system, answer.problem, answer.solution);
+  const auto stages = certificate::march_again(motion);
+  if (!stages) throw std::logic_error("the march cannot be repeated");
+  const auto goal = certificate::goal_rows(system, problem, stages->node.back(), 1.0);
+  return problem.effort * motion.time_step * coefficients +
+         certificate::coefficient_jacobian(motion, *stages, goal.by_end_state).transpose() * multipliers;
+}
+
+void check_hessian_of_stages(maneuver::Problem problem, unsigned seed, double size) {
+  Random random(seed);
+  const model::System system(problem.swimmer);
+  const Eigen::Index width = maneuver::polynomial_terms(problem.scheme) * system.control_count();
+  VectorXd coefficients(width * problem.steps), direction(coefficients.size());
+  for (double& entry : coefficients) entry = 0.3 * size * random.normal();
+  for (double& entry : direction) entry = 0.3 * size * random.normal();
+  MarchedAnswer answer = march_stages(problem, coefficients);
+  aim_at_the_end(answer);
+  const StoredMotion motion(system, answer.problem, answer.solution);
+  const auto stages = certificate::march_again(motion);
+  ASSERT_TRUE(stages.has_value());
+  EXPECT_LE(stages->momentum_error, 1e-9);
+  const auto effort = certificate::effort_chain(motion, *stages, 1.0);
+  ASSERT_TRUE(effort.has_value());
+  VectorXd multipliers(effort->goal.value.size());
+  for (double& entry : multipliers) entry = random.normal();
+  const Chain chain =
+      certificate::lagrangian_chain(motion, *stages, *effort, swept_costates(motion, *effort, multipliers));
+  expect_second_order_differences(
+      [&](double t) {
+        return lagrangian_gradient_of_stages(answer.problem, coefficients + t * direction, multipliers);
+      },
+      hessian_product(chain, direction), 1e-7, 0.2);
+}
+
+TEST(LagrangianChain, above_order_2_matches_central_differences_of_the_gradient) {
+  for (const Scheme scheme : {Scheme::order4, Scheme::order6}) {
+    maneuver::Problem problem = chain_problem(14, 0.3);
+    problem.scheme = scheme;
+    check_hessian_of_stages(problem, 7, 60.0);
+  }
+}
+
+TEST(LagrangianChain, above_order_2_matches_them_with_joints_of_any_kind) {
+  int trees = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const maneuver::Problem problem = any_tree(seed, seed % 2 == 0 ? Scheme::order4 : Scheme::order6, 14).problem;
+    if (model::System(problem.swimmer).control_count() == 0) continue;
+    SCOPED_TRACE(seed);
+    check_hessian_of_stages(problem, seed, 4.0);
+    ++trees;
+  }
+  EXPECT_GT(trees, 5);
 }
 
 }  // namespace
