@@ -1,0 +1,76 @@
+// Maneuvers by schemes above order 2: searched to the end, proved, and those of fine steps of order 2.
+#include <gtest/gtest.h>
+
+#include "file/problem_file.hpp"
+#include "study/answer.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using maneuver::Problem;
+using maneuver::Scheme;
+
+Problem from_one_guess(const std::string& example, Scheme scheme, int steps) {
+  Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/" + example + ".toml");
+  problem.scheme = scheme;
+  problem.steps = steps;
+  problem.rule.reset();
+  problem.search.starts = 1;
+  problem.search.hops = 0;
+  problem.search.seed = 3;
+  return problem;
+}
+
+study::Answer proved(const Problem& problem) {
+  study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
+  EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+  EXPECT_LE(answer.certificate.equation_residual, tolerance(1e-10));
+  EXPECT_LE(answer.certificate.kkt, tolerance(1e-8));
+  const auto& history = answer.solution.solver.history;
+  EXPECT_LE(history.back().kkt, tolerance(1e-2)) << "a Newton step from there, and steps with its factors, do the rest";
+  for (const maneuver::SolverIteration& iterate : history) EXPECT_LT(iterate.kkt, 1e3) << iterate.iteration;
+  return answer;
+}
+
+class HighOrder : public testing::TestWithParam<Scheme> {};
+
+TEST_P(HighOrder, finds_the_minima_of_fine_steps_of_order_2) {
+  for (const char* example : {"translation", "rotation", "translation_in_space"}) {
+    SCOPED_TRACE(example);
+    const study::Answer fine = proved(from_one_guess(example, Scheme::trapezoid, 1000));
+    const study::Answer high = proved(from_one_guess(example, GetParam(), 50));
+    EXPECT_NEAR(high.solution.cost / fine.solution.cost, 1.0, 2e-4);
+    ASSERT_TRUE(high.certificate.second_order && fine.certificate.second_order);
+    EXPECT_NEAR(high.certificate.second_order->smallest_eigenvalue / fine.certificate.second_order->smallest_eigenvalue,
+                1.0, 0.01);
+    ASSERT_EQ(high.certificate.all_axes.has_value(), fine.certificate.all_axes.has_value());
+    if (!high.certificate.all_axes) continue;
+    EXPECT_EQ(high.certificate.all_axes->second_order.negative_eigenvalues,
+              fine.certificate.all_axes->second_order.negative_eigenvalues);
+    EXPECT_NEAR(high.certificate.all_axes->second_order.smallest_eigenvalue /
+                    fine.certificate.all_axes->second_order.smallest_eigenvalue,
+                1.0, 0.01);
+  }
+}
+
+TEST_P(HighOrder, knows_springs_and_dampers) {
+  const auto sprung = [](Scheme scheme, int steps) {
+    Problem problem = from_one_guess("translation", scheme, steps);  // joints bend by less than half a turn
+    for (model::JointDescription& joint : problem.swimmer.joints) {
+      joint.stiffness = 40.0;
+      joint.damping = 2.0;
+    }
+    return problem;
+  };
+  const study::Answer fine = proved(sprung(Scheme::trapezoid, 1000)), high = proved(sprung(GetParam(), 50));
+  EXPECT_NEAR(high.solution.cost / fine.solution.cost, 1.0, 1e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Schemes, HighOrder, testing::Values(Scheme::order4, Scheme::order6), [](const auto& scheme) {
+  return std::string(scheme.param == Scheme::order4 ? "order4" : "order6");
+});
+
+}  // namespace
+}  // namespace lamprey::tests
