@@ -41,10 +41,11 @@ double iterates_momentum(const maneuver::SolverRecord& solver) {
   return largest;
 }
 
-std::optional<SecondOrder> curvature(const StoredMotion& motion, double momentum_scale) {
-  if (motion.steps_known) return second_order(motion, momentum_scale);
-  const std::optional<StageMotion> stages = march_again(motion);
-  return stages ? second_order(motion, *stages, momentum_scale) : std::nullopt;
+// By the moments at the nodes or the coefficients of the steps.
+std::optional<SecondOrder> curvature(const StoredMotion& motion, const std::optional<StageMotion>& stages,
+                                     double momentum_scale) {
+  if (stages) return second_order(motion, *stages, momentum_scale);
+  return motion.steps_known ? second_order(motion, momentum_scale) : std::nullopt;
 }
 
 // The second-order test with all that confined joints leave free.
@@ -66,7 +67,7 @@ std::optional<AllAxes> all_axes(const model::System& system, const maneuver::Pro
   result.kkt = stages ? kkt_residual(motion, *stages, momentum_scale)
                       : kkt_residual(motion, control_space(motion), momentum_scale);
   if (result.kkt <= problem.search.tolerance)
-    result.second_order = curvature(motion, momentum_scale).value_or(SecondOrder());
+    result.second_order = curvature(motion, stages, momentum_scale).value_or(SecondOrder());
   return result;
 }
 
@@ -134,7 +135,7 @@ void add_second_order(const model::System& system, const maneuver::Problem& prob
   if (!problem.goal || verdict(problem, proof) == Verdict::not_optimal) return;
   const StoredMotion motion(system, problem, solution);
   const double scale = check_balance(motion).scale;
-  proof.second_order = curvature(motion, scale);
+  proof.second_order = curvature(motion, march_again(motion), scale);
   proof.all_axes = all_axes(system, problem, solution, scale);
   proof.verdict = verdict(problem, proof);
 }

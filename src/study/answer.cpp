@@ -23,6 +23,8 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
+constexpr double half_turn_mark = 1e-4;  // rad
+
 std::string number(double value, int digits = 2) {
   std::ostringstream text;
   text.precision(digits);
@@ -42,6 +44,30 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
            number(proof.limits->time, 3) + " s (rad or m; of moments and rates the share of the bound)";
   if (problem.goal && problem.goal->rest && !(proof.rest_error <= rest_mark))
     return "the end is not at rest: momentum " + number(proof.rest_error) + " of its scale is left";
+  return "";
+}
+
+// A spring's moment is along the joint's turn and jumps where that is half a turn: a search can end there, stationary on
+// neither side. Empty where no sprung joint stands there.
+std::string at_a_spring_s_jump(const Problem& problem, const Solution& solution) {
+  const auto body = [&](const std::string& name) {
+    const auto& bodies = problem.swimmer.bodies;
+    return static_cast<std::size_t>(
+        std::find_if(bodies.begin(), bodies.end(), [&](const auto& each) { return each.name == name; }) -
+        bodies.begin());
+  };
+  for (const model::JointDescription& joint : problem.swimmer.joints) {
+    if (joint.stiffness == 0.0 || joint.kind == model::JointKind::universal) continue;
+    const std::size_t parent = body(joint.parent), child = body(joint.child);
+    const Eigen::Matrix3d zero = lie::exp(joint.reference_rotation);
+    for (std::size_t k = 0; k < solution.rotation.size(); ++k) {
+      const auto& R = solution.rotation[k];
+      if (lie::rotation_angle(zero.transpose() * R[parent].transpose() * R[child]) < M_PI - half_turn_mark) continue;
+      return " At " + number(solution.time[k], 3) + " s joint " + joint.name +
+             " stands at half a turn, where its spring's moment jumps: a limit below it (limits.swing or limits.angle) "
+             "keeps clear of that.";
+    }
+  }
   return "";
 }
 
@@ -110,7 +136,8 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   } else if (missing.empty()) {
     if (!cut_short) solution.status = Status::feasible;
     solution.message = "The goal is met, but the cost is stationary to " + number(proof.kkt) + " only, not to " +
-                       number(problem.search.tolerance) + "." + stopped + " To mend it: " + advice(problem) + ".";
+                       number(problem.search.tolerance) + "." + stopped + at_a_spring_s_jump(problem, solution) +
+                       " To mend it: " + advice(problem) + ".";
   } else {
     const bool beyond_moments = solution.status == Status::optimal && !(proof.goal_error <= goal_mark);
     if (!cut_short && solution.status != Status::infeasible)
@@ -121,7 +148,8 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
                          "or a goal that leaves this free.";
       return;
     }
-    solution.message = "Not solved: " + missing + "." + stopped + " What may help: " + advice(problem) + ".";
+    solution.message = "Not solved: " + missing + "." + stopped + at_a_spring_s_jump(problem, solution) +
+                       " What may help: " + advice(problem) + ".";
   }
 }
 
