@@ -46,6 +46,7 @@ ComposedProgram::ComposedProgram(const System& system, const Maneuver& maneuver,
       end_rows_(without_moments(end_rows)),
       shape_basis_(coordinates.shape),
       pose_basis_(coordinates.pose),
+      end_curvature_(system, end_rows_, shape_basis_, pose_basis_),
       steps_(maneuver.steps),
       stages_(integrator::composition(scheme).stages()),
       shape_(static_cast<int>(shape_basis_.cols())),
@@ -263,6 +264,7 @@ void ComposedProgram::linearize(StageModel& model) {
   for (int k = 0; k < steps_; ++k) model_step(k, turn, shift, model.stage[at(k)]);
   model.Q_end.setZero();
   model.q_end.setZero();
+  end_curvature_.add(end_rows_, now_.rotation.back(), end_multiplier_, 0, 2 * shape_, model.Q_end);
   add_metrics(model);
 }
 

@@ -75,6 +75,7 @@ class ComposedProgram : public optimizer::StageProgram {
   Maneuver maneuver_;
   std::vector<EndRow> end_rows_;
   MatrixXd shape_basis_, pose_basis_;  // [shape_size][f], [6][p]
+  EndCurvature end_curvature_;
   int steps_, stages_, shape_, pose_, controls_;
   int rest_rows_;  // behind the end rows
   double h_;

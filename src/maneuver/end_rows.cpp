@@ -69,6 +69,86 @@ double end_row(const System& system, const Maneuver& maneuver, const EndRow& row
   return error[row.component];
 }
 
+EndCurvature::EndCurvature(const System& system, const std::vector<EndRow>& rows, const MatrixXd& shapes,
+                           const MatrixXd& poses)
+    : system_(system),
+      shapes_(shapes),
+      turns_of_root_(poses.topRows<3>()),
+      whole_(MatrixXd::Zero(shapes.rows() + 3, shapes.rows() + 3)),
+      half_(whole_.rows(), shapes.cols()),
+      mixed_(poses.cols(), shapes.cols()),
+      along_(whole_.rows()),
+      first_(at(system.body_count()), Vector3d::Zero()),
+      second_(first_),
+      turns_(first_),
+      changes_(first_) {
+  for (const EndRow& row : rows) {
+    if (row.kind == EndRow::Kind::orientation) any_ = any_ || row.index > 0;
+    if (row.kind == EndRow::Kind::shape) any_ = any_ || system.body(row.index).freedoms < 3;
+  }
+}
+
+void EndCurvature::add(const std::vector<EndRow>& rows, const mechanics::Rotations& R, const VectorXd& multipliers,
+                       int shape_place, int pose_place, MatrixXd& form) {
+  if (!any_) return;
+  whole_.setZero();
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const EndRow& row = rows[r];
+    if (row.index == 0 || (row.kind != EndRow::Kind::orientation && row.kind != EndRow::Kind::shape)) continue;
+    const Vector3d pull = multipliers[static_cast<Eigen::Index>(r)] * Vector3d::Unit(row.component);
+    if (row.kind == EndRow::Kind::shape) {
+      add_turns(row.index, pull, R);
+    } else {
+      add_turns(row.index, R[at(row.index)].transpose() * pull, R);
+      add_root_and_shape(row.index, pull, R);
+    }
+  }
+  const Eigen::Index all = shapes_.rows(), f = shapes_.cols(), p = turns_of_root_.cols();
+  half_.noalias() = whole_.leftCols(all) * shapes_;
+  form.block(shape_place, shape_place, f, f).noalias() += shapes_.transpose() * half_.topRows(all);
+  mixed_.noalias() = turns_of_root_.transpose() * half_.bottomRows(3);
+  form.block(pose_place, shape_place, p, f) += mixed_;
+  form.block(shape_place, pose_place, f, p) += mixed_.transpose();
+}
+
+// pull · (second-order part of a body's turn, its own frame) along the joints between the root and the body.
+void EndCurvature::add_turns(int body, const Vector3d& pull, const mechanics::Rotations& R) {
+  const auto on_the_way = [&](auto visit) {
+    for (int i = body; system_.body(i).parent >= 0; i = system_.body(i).parent) {
+      for (int f = 0; f < system_.body(i).freedoms; ++f) visit(i, f);
+      if (system_.body(i).freedoms == 3) return;
+    }
+  };
+  on_the_way([&](int i, int f) {
+    first_[at(i)][f] = 1.0;
+    mechanics::body_turns(system_, R, first_, turns_);
+    on_the_way([&](int j, int g) {
+      second_[at(j)][g] = 1.0;
+      mechanics::body_turn_changes(system_, R, first_, turns_, second_, changes_);
+      const double half = 0.5 * pull.dot(changes_[at(body)]);
+      const int a = shape_offset(system_.body(i)) + f, b = shape_offset(system_.body(j)) + g;
+      whole_(a, b) += half;
+      whole_(b, a) += half;
+      second_[at(j)][g] = 0.0;
+    });
+    first_[at(i)][f] = 0.0;
+  });
+}
+
+// log(exp(ρ̂) exp(x̂)) = ρ + x + ½ ρ × x + …, x the turn by the shape as the world sees it; pull in the world.
+void EndCurvature::add_root_and_shape(int body, const Vector3d& pull, const mechanics::Rotations& R) {
+  const int shape = shape_size(system_);
+  for (int c = 0; c < 3; ++c) {
+    // pull · (e_c × x) = (pull × e_c) · x
+    along_.setZero();
+    read_turn(system_, R, body, R[at(body)].transpose() * pull.cross(Vector3d::Unit(c)), along_);
+    for (int a = 0; a < shape; ++a) {
+      whole_(shape + c, a) += 0.5 * along_[a];
+      whole_(a, shape + c) += 0.5 * along_[a];
+    }
+  }
+}
+
 double closure_row(const System& system, const EndRow& row, const mechanics::Rotations& first,
                    const mechanics::Rotations& last, Eigen::Ref<Eigen::RowVectorXd> by_first,
                    Eigen::Ref<Eigen::RowVectorXd> by_last) {

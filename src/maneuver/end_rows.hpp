@@ -37,4 +37,31 @@ double closure_row(const model::System& system, const EndRow& row, const mechani
                    const mechanics::Rotations& last, Eigen::Ref<Eigen::RowVectorXd> by_first,
                    Eigen::Ref<Eigen::RowVectorXd> by_last);
 
+/// Second derivatives of orientation and shape rows where they hold, by (shape, ρ): turns of led bodies bend with the joints
+/// before them, and a root's turn and a shape's do not commute (equation 9.13).
+class EndCurvature {
+ public:
+  /// Along bases of shapes, [shape_size][f], and poses, [6][p].
+  EndCurvature(const model::System& system, const std::vector<EndRow>& rows, const MatrixXd& shapes,
+               const MatrixXd& poses);
+
+  /// Adds multipliers · rows to a form of the last state, whose shape and pose begin at these places. `multipliers`: one for
+  /// each of the rows, and more.
+  void add(const std::vector<EndRow>& rows, const mechanics::Rotations& rotation, const VectorXd& multipliers,
+           int shape_place, int pose_place, MatrixXd& form);
+
+ private:
+  void add_turns(int body, const Vector3d& pull, const mechanics::Rotations& rotation);
+  void add_root_and_shape(int body, const Vector3d& pull, const mechanics::Rotations& rotation);
+
+  const model::System& system_;
+  MatrixXd shapes_, turns_of_root_;     // [shape_size][f], [3][p]
+  bool any_ = false;                    // whether any row bends
+  MatrixXd whole_;                      // [shape_size + 3]² symmetric, by (shape, ρ)
+  MatrixXd half_, mixed_;               // [shape_size + 3][f], [p][f]
+  Eigen::RowVectorXd along_;            // [shape_size + 3] one component of a body's turn by the shape
+  mechanics::Freedoms first_, second_;  // [bodies]
+  mechanics::Vectors turns_, changes_;  // [bodies]
+};
+
 }  // namespace lamprey::maneuver

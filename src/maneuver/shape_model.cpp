@@ -356,6 +356,7 @@ void ShapeProgram::linearize(StageModel& model) {
     std::swap(before_, after_);
   }
   model_end(node, model);
+  end_curvature_.add(end_rows_, now_.rotation.back(), end_multiplier_, shape_, 2 * shape_, model.Q_end);
   if (leads_ > 0) model_leads(model);
   add_limit_models(model);
   if (!terms_.empty()) add_term_models(model);

@@ -57,6 +57,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       h_(maneuver.time_step()),
       kernel_(system, maneuver.lagrangian, shape_basis_),
       moments_(system, shape_basis_, maneuver.start.rotation),
+      end_curvature_(system, end_rows_, shape_basis_, pose_basis_),
       limits_(system, std::move(limits), coordinates, maneuver.steps, maneuver.duration),
       limit_model_(at(steps_ + 1)),
       pose_turn_(at(steps_ + 1)),

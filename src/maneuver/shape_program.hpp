@@ -153,6 +153,7 @@ class ShapeProgram : public optimizer::StageProgram {
   double h_;
   ShapeKernel kernel_;
   MomentBasis moments_;
+  EndCurvature end_curvature_;
   LimitTerms limits_;
   std::optional<LimitMultipliers> limit_start_;  // for the next go_to
   WorkMultipliers work_start_;                   // likewise

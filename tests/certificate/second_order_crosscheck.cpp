@@ -268,7 +268,6 @@ TEST(SecondOrder, on_splines_in_the_plane_is_a_saddle_out_of_it) {
 TEST(SecondOrder, of_as_many_points_as_nodes_is_that_of_moments_at_the_nodes) {
   maneuver::Problem of_one_body = of_mixed_joints(20);  // a led one, whose turn curves the goal
   of_one_body.goal->turn.reset();
-  of_one_body.search.tolerance = 1e-7;
   of_one_body.goal->rotation[of_one_body.swimmer.joints[1].child] = Vector3d(0.4, 0.5, -0.3);
   for (const maneuver::Problem& problem : {in_the_plane(20), of_mixed_joints(20), of_one_body}) {
     const maneuver::Solution solution = solved(problem);

@@ -26,6 +26,7 @@ struct ComposedSetting {
   ComposedSwimmer swimmer;
   Scheme scheme;
   bool rest;
+  bool of_leaves = false;  // the goal asks for all bodies but the root and its children
 };
 
 // N m, of random moments: what the longer stages of order 6 still march.
@@ -39,8 +40,7 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
  protected:
   static constexpr int steps = 3;
 
-  ComposedDerivatives()
-      : random_(29), system_(swimmer()), size_(size_of(GetParam())) {
+  ComposedDerivatives() : random_(29), system_(swimmer()), size_(size_of(GetParam())) {
     const bool planar = GetParam().swimmer == ComposedSwimmer::in_the_plane;
     maneuver_.start.rotation =
         planar ? mechanics::Rotations(3, Matrix3d::Identity()) : random_rotations(random_, system_);
@@ -52,8 +52,9 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
     maneuver_.steps = steps;
     maneuver_.node_weight = maneuver::node_weights(maneuver::CostRule::trapezoid, 1.0, 0.1, steps);
     const NodePath path = marched();
-    maneuver_.end_rotation[0] = path.rotation.back()[0];
-    if (system_.body(1).freedoms == 3) maneuver_.end_rotation[1] = path.rotation.back()[1];
+    for (int i = 0; i < system_.body_count(); ++i)
+      if (GetParam().of_leaves ? system_.body(i).parent > 0 : i == 0 || (i == 1 && system_.body(1).freedoms == 3))
+        maneuver_.end_rotation[model::at(i)] = path.rotation.back()[model::at(i)];
     maneuver_.end_position = {1.0, std::nullopt, -0.5};
     ShapeCoordinates coordinates(system_);
     if (planar) {
@@ -153,9 +154,9 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
     return all;
   }
 
-  // sᵀHs without the end.
+  // sᵀHs
   double curvature(const std::vector<VectorXd>& state) const {
-    double value = 0.0;
+    double value = state.back().dot(model_->Q_end * state.back());
     for (std::size_t k = 0; k < model_->stage.size(); ++k) {
       const optimizer::Stage& stage = model_->stage[k];
       const VectorXd& v = step_->input[k];
@@ -244,7 +245,7 @@ TEST_P(ComposedDerivatives, gaps_bend_the_lagrangian_as_the_model_says) {
   leave_gaps();
   const StageStep forth = step_along(1.0), back = step_along(-1.0);
   const std::vector<VectorXd> inputs_alone = follow(1.0, 0.0), gaps_alone = follow(0.0, 1.0);
-  double expected = 0.0;
+  double expected = 4.0 * inputs_alone.back().dot(model_->Q_end * gaps_alone.back());
   const double weight = model_->stage[0].weight;
   for (std::size_t k = 0; k < model_->stage.size(); ++k) {
     const optimizer::Stage& stage = model_->stage[k];
@@ -263,7 +264,8 @@ INSTANTIATE_TEST_SUITE_P(
                                       Scheme::order6, false},
                       ComposedSetting{"in_the_plane", ComposedSwimmer::in_the_plane, Scheme::order4, true},
                       ComposedSetting{"any_joint_by_order4", ComposedSwimmer::any_joint, Scheme::order4, true},
-                      ComposedSetting{"any_joint_by_order6", ComposedSwimmer::any_joint, Scheme::order6, true}),
+                      ComposedSetting{"any_joint_by_order6", ComposedSwimmer::any_joint, Scheme::order6, true},
+                      ComposedSetting{"leaves_of_any_joint", ComposedSwimmer::any_joint, Scheme::order4, true, true}),
     [](const auto& instance) { return instance.param.name; });
 
 }  // namespace

@@ -27,6 +27,7 @@ struct ShapeSetting {
   bool free_duration = false;
   bool periodic = false;
   maneuver::CostWeights costs = {};
+  bool of_leaves = false;  // the goal asks for all bodies but the root and its children
 };
 
 constexpr maneuver::CostWeights of_power{0.0, 3.0, 0.0, 0.0};
@@ -103,8 +104,9 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     ShapeProgram unasked(system_, maneuver_, ShapeCoordinates(system_), {});
     EXPECT_TRUE(unasked.go_to(path));
     path = unasked.path();
-    maneuver_.end_rotation[0] = path.rotation.back()[0];
-    if (system_.body(1).freedoms == 3) maneuver_.end_rotation[1] = path.rotation.back()[1];
+    for (int i = 0; i < system_.body_count(); ++i)
+      if (GetParam().of_leaves ? system_.body(i).parent > 0 : i == 0 || (i == 1 && system_.body(1).freedoms == 3))
+        maneuver_.end_rotation[model::at(i)] = path.rotation.back()[model::at(i)];
     maneuver_.end_position = {1.0, std::nullopt, -0.5};
     const ShapeCoordinates coordinates = maneuver::reachable_coordinates(system_, maneuver_, path);
     if (planar) {
@@ -237,6 +239,24 @@ INSTANTIATE_TEST_SUITE_P(
         ShapeSetting{"in_the_plane", Swimmer::in_the_plane, mechanics::DiscreteLagrangian::trapezoid, true},
         ShapeSetting{"any_joint_by_the_midpoint", Swimmer::any_joint, mechanics::DiscreteLagrangian::midpoint, true},
         ShapeSetting{"any_joint_with_a_free_end", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid, false},
+        ShapeSetting{"leaves_of_any_joint",
+                     Swimmer::any_joint,
+                     mechanics::DiscreteLagrangian::trapezoid,
+                     true,
+                     false,
+                     false,
+                     false,
+                     {},
+                     true},
+        ShapeSetting{"leaves_of_any_joint_with_a_free_end",
+                     Swimmer::any_joint,
+                     mechanics::DiscreteLagrangian::midpoint,
+                     false,
+                     false,
+                     false,
+                     false,
+                     {},
+                     true},
         ShapeSetting{"paper_chain_within_limits", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true,
                      true},
         ShapeSetting{"any_joint_within_limits", Swimmer::any_joint, mechanics::DiscreteLagrangian::midpoint, true,
