@@ -138,6 +138,17 @@ void begin_with_duration(double cost, Eigen::Index duration, Chain& chain) {
   chain.stage.insert(chain.stage.begin(), stage);
 }
 
+// Nothing where they cannot be told.
+std::optional<SecondOrder> eigenvalues_of(const Chain& chain, double cost) {
+  ChainSolver solver(chain, penalty_per_cost * cost);
+  SecondOrder result;
+  result.smallest_eigenvalue = smallest_eigenvalue(chain, solver).value;
+  if (std::isnan(result.smallest_eigenvalue)) return std::nullopt;
+  result.positive = solver.factor(curvature_mark) == 0;
+  result.negative_eigenvalues = solver.factor(0.0);
+  return result;
+}
+
 }  // namespace
 
 void spread_costates(const EffortChain& effort, const std::vector<VectorXd>& reached,
@@ -301,16 +312,6 @@ Chain lagrangian_chain(const StoredMotion& motion, const StageMotion& stages, Ef
   const MatrixXd last = configuration(effort, turns, motion.steps);
   chain.end_form = last.transpose() * goal_curvature(motion, costates.goal) * last;
   return chain;
-}
-
-std::optional<SecondOrder> eigenvalues_of(const Chain& chain, double cost) {
-  ChainSolver solver(chain, penalty_per_cost * cost);
-  SecondOrder result;
-  result.smallest_eigenvalue = smallest_eigenvalue(chain, solver).value;
-  if (std::isnan(result.smallest_eigenvalue)) return std::nullopt;
-  result.positive = solver.factor(curvature_mark) == 0;
-  result.negative_eigenvalues = solver.factor(0.0);
-  return result;
 }
 
 std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale) {

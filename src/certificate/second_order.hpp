@@ -31,13 +31,10 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
 Chain lagrangian_chain(const StoredMotion& motion, const StageMotion& stages, EffortChain effort,
                        const Costates& costates);
 
-/// Costates at the nodes from those along the reached bases, [N + 1] of the last end row's stage and all before: beyond them
-/// they follow from the motion. `pulled` [N + 1][n]: what pulls at the states beside the goal.
+/// Costates at the nodes, and the goal's multipliers, from costates along the reached bases at the beginnings of the chain's
+/// stages and at its end; beyond the bases the motion tells them. `pulled` [N + 1][n]: gradients by the states beside the goal's.
 void spread_costates(const EffortChain& effort, const std::vector<VectorXd>& reached,
                      const std::vector<VectorXd>& pulled, Costates& costates);
-
-/// Eigenvalues of a chain that the effort's cost belongs to; nothing where they cannot be told.
-std::optional<SecondOrder> eigenvalues_of(const Chain& chain, double cost);
 
 /// For moments free at each node or on splines, at a stationary motion that meets its goal, from a given start or a gait.
 /// Nothing where it cannot be told.

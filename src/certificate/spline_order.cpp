@@ -1,5 +1,7 @@
 #include "certificate/spline_order.hpp"
 
+#include <cstdint>
+
 #include <Eigen/Eigenvalues>
 
 #include "certificate/optimality.hpp"
