@@ -6,7 +6,7 @@
 
 #include <Eigen/LU>
 
-#include "integrator/scheme.hpp"
+#include "integrator/march.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/row_space.hpp"
 #include "optimizer/riccati.hpp"
@@ -59,10 +59,12 @@ class LinearMotion {
         solution_(solution),
         motion_(node_motion(system, solution)),
         composition_(integrator::composition(problem.scheme)),
-        step_(system),
+        march_(system, problem.scheme),
         work_(system),
         tangent_(system),
-        interval_(system.body_count()) {}
+        interval_(system.body_count()) {
+    march_.persist();
+  }
 
   int steps() const { return static_cast<int>(solution_.time.size()) - 1; }
   const ReferenceState& state(int k) const { return motion_.state[at(k)]; }
@@ -109,18 +111,23 @@ class LinearMotion {
     const ReferenceState& from = state(k);
     State reached = integrator::state_of_velocity(system_, from.rotation, from.position, from.velocity);
     const mechanics::Moments none(at(system_.joint_count()), Vector3d::Zero());
-    mechanics::Moments u = mechanics::moments_of_applied(system_, reached.rotation, applied.front()), u_next;
-    for (std::size_t s = 0; s + 1 < times.size(); ++s, u = u_next) {
+    mechanics::Moments u = mechanics::moments_of_applied(system_, reached.rotation, applied.front());
+    std::size_t s = 0;
+    const auto control = [&](int node) -> const mechanics::Moments& { return at(node) == s ? u : none; };
+    const auto witness = [&](const mechanics::Interval& interval, State& there) {
       const double h = (solution_.time[at(k) + 1] - solution_.time[at(k)]) * composition_.fractions[s];
-      if (!integrator::advance(system_, composition_.lagrangian, h, u, none, reached, step_).converged)
-        throw std::domain_error("step " + std::to_string(k) + " does not converge when marched again");
-      u_next = mechanics::moments_of_applied(system_, reached.rotation, applied[s + 1]);
-      reached.momentum += 0.5 * h *
-                          (mechanics::generalized_force(system_, reached.rotation, u_next) -
-                           mechanics::generalized_force(system_, reached.rotation, none));
-      integrator::linearize_step(system_, composition_.lagrangian, h, step_.interval, u, u_next, work_, tangent_);
+      const mechanics::Moments u_next = mechanics::moments_of_applied(system_, there.rotation, applied[s + 1]);
+      there.momentum += 0.5 * h *
+                        (mechanics::generalized_force(system_, there.rotation, u_next) -
+                         mechanics::generalized_force(system_, there.rotation, none));
+      integrator::linearize_step(system_, composition_.lagrangian, h, interval, u, u_next, work_, tangent_);
       append(times[s], times[s + 1]);
-    }
+      u = u_next;
+      ++s;
+    };
+    const double time_step = solution_.time[at(k) + 1] - solution_.time[at(k)];
+    if (!march_.advance(time_step, control, reached, witness).converged)
+      throw std::domain_error("step " + std::to_string(k) + " does not converge when marched again");
     for (std::size_t i = 0; i < reached.rotation.size(); ++i)
       if (!(lie::rotation_angle(reached.rotation[i].transpose() * state(k + 1).rotation[i]) < obeyed))
         throw std::domain_error("step " + std::to_string(k) + " does not end where the motion says");
@@ -130,7 +137,7 @@ class LinearMotion {
   const Solution& solution_;
   integrator::NodeMotion motion_;
   const integrator::Composition& composition_;
-  integrator::StepWorkspace step_;
+  integrator::March march_;
   integrator::TangentWorkspace work_;
   StepTangent tangent_;
   mechanics::Interval interval_;

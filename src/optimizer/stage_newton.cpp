@@ -19,6 +19,7 @@ constexpr double largest_shift = 1e8;
 constexpr double shift_growth = 3.0;        // where a step fails; where one succeeds the shift falls by its square
 constexpr double most_multiplier = 1.0;     // that the end rows' removal may add, relative to what they have
 constexpr double penalty_per_cost = 100.0;  // of the end rows in the Hessian
+constexpr double firmer = 1e5;              // next to a solution, where rows in m or rad are small units
 constexpr double sufficient = 1e-2;         // share of what the model promises
 constexpr double poor_ratio = 0.3;
 constexpr double good_ratio = 0.75;
@@ -54,12 +55,21 @@ StageNewton::StageNewton(const StageSizes& sizes)
 
 double StageNewton::smallest_shift() const { return change_ < nearly_stationary ? least_shift : first_shift; }
 
+// Whether the Hessian is positive definite where the end rows are kept. What penalty shows it depends on their units: next
+// to a solution a firmer one is tried before a shift makes Newton's method linear.
+bool StageNewton::factor_unshifted() {
+  const double penalty = penalty_per_cost * highest_cost_;
+  if (riccati_.factor(model_, 0.0, penalty)) return true;
+  return change_ < nearly_stationary && riccati_.factor(model_, 0.0, firmer * penalty);
+}
+
 // The least shift that makes the Hessian positive definite, found by trial. Next to a solution small shifts come first:
 // along a flat valley of solutions the Hessian is singular.
 bool StageNewton::factor(double least) {
   const double growth = change_ < nearly_stationary ? shift_growth * shift_growth : shift_growth;
   for (shift_ = least; shift_ < largest_shift; shift_ = std::max(smallest_shift(), growth * shift_))
-    if (riccati_.factor(model_, shift_, penalty_per_cost * highest_cost_)) return true;
+    if (shift_ == 0.0 ? factor_unshifted() : riccati_.factor(model_, shift_, penalty_per_cost * highest_cost_))
+      return true;
   return false;
 }
 
@@ -162,7 +172,7 @@ void StageNewton::ease_or_damp(double ratio) {
 
 // At a saddle: along the negative curvature that the sweep has met, as far as the cost falls.
 bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
-  if (riccati_.factor(model_, 0.0, penalty_per_cost * highest_cost_)) return false;
+  if (factor_unshifted()) return false;
   riccati_.bend(model_, bend_unit, step_);
   const Merit here = program.merit();
   const double worth = 2.0 * end_multiplier_.lpNorm<1>();  // of violations, in cost

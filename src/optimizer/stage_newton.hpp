@@ -26,6 +26,7 @@ class StageNewton {
   enum class Verdict { accepted, rejected, converged, stuck };
 
   double smallest_shift() const;
+  bool factor_unshifted();
   bool factor(double least_shift);
   void find_step();
   Verdict improve(StageProgram& program, const Options& options, Outcome& outcome);

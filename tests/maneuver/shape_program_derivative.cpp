@@ -28,6 +28,7 @@ struct ShapeSetting {
   bool periodic = false;
   maneuver::CostWeights costs = {};
   bool of_leaves = false;  // the goal asks for all bodies but the root and its children
+  unsigned seed = 23;
 };
 
 constexpr maneuver::CostWeights of_power{0.0, 3.0, 0.0, 0.0};
@@ -80,7 +81,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
  protected:
   static constexpr int steps = 6;
 
-  ShapeDerivatives() : random_(23), swimmer_(swimmer_of(random_, GetParam().swimmer)), system_(swimmer_) {
+  ShapeDerivatives() : random_(GetParam().seed), swimmer_(swimmer_of(random_, GetParam().swimmer)), system_(swimmer_) {
     const bool planar = GetParam().swimmer == Swimmer::in_the_plane;
     maneuver_.start.rotation =
         planar ? mechanics::Rotations(3, Matrix3d::Identity()) : random_rotations(random_, system_);
@@ -296,6 +297,23 @@ INSTANTIATE_TEST_SUITE_P(
         ShapeSetting{"all_costs_of_a_periodic_motion_of_free_duration", Swimmer::paper_chain,
                      mechanics::DiscreteLagrangian::trapezoid, false, false, true, true, of_all}),
     [](const auto& instance) { return instance.param.name; });
+
+// Trees of other shapes, joints, springs and dampers.
+std::vector<ShapeSetting> other_trees() {
+  std::vector<ShapeSetting> settings;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    ShapeSetting setting{"seed_" + std::to_string(seed), Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid,
+                         seed % 2 == 0};
+    if (seed % 3 == 0) setting.lagrangian = mechanics::DiscreteLagrangian::paper;
+    setting.of_leaves = seed % 5 == 0;
+    setting.seed = seed;
+    settings.push_back(setting);
+  }
+  return settings;
+}
+
+INSTANTIATE_TEST_SUITE_P(Trees, ShapeDerivatives, ::testing::ValuesIn(other_trees()),
+                         [](const auto& instance) { return instance.param.name; });
 
 }  // namespace
 }  // namespace lamprey::tests
