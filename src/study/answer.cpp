@@ -47,6 +47,19 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
   return "";
 }
 
+// What keeps a feasible answer from being optimal.
+std::string unsettled(const Problem& problem, const Certificate& proof) {
+  if (!(proof.kkt <= problem.search.tolerance))
+    return "the cost is stationary to " + number(proof.kkt) + " only, not to " + number(problem.search.tolerance);
+  if (proof.limits && !(proof.limits->complementarity <= complementarity_mark))
+    return "limits pull where they are not reached: by " + number(proof.limits->complementarity) +
+           " of the cost over the duration, allowed " + number(complementarity_mark);
+  if (proof.limits && !(proof.limits->negative <= complementarity_mark))
+    return "limits push the wrong way: by " + number(proof.limits->negative) + " of the largest multiplier, allowed " +
+           number(complementarity_mark);
+  return "the multipliers of the work do not fit the signs of the powers";
+}
+
 // A spring's moment is along the joint's turn and jumps where that is half a turn: a search can end there, stationary on
 // neither side. Empty where no sprung joint stands there.
 std::string at_a_spring_s_jump(const Problem& problem, const Solution& solution) {
@@ -135,9 +148,8 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
         "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) + ".";
   } else if (missing.empty()) {
     if (!cut_short) solution.status = Status::feasible;
-    solution.message = "The goal is met, but the cost is stationary to " + number(proof.kkt) + " only, not to " +
-                       number(problem.search.tolerance) + "." + stopped + at_a_spring_s_jump(problem, solution) +
-                       " To mend it: " + advice(problem) + ".";
+    solution.message = "The goal is met, but " + unsettled(problem, proof) + "." + stopped +
+                       at_a_spring_s_jump(problem, solution) + " To mend it: " + advice(problem) + ".";
   } else {
     const bool beyond_moments = solution.status == Status::optimal && !(proof.goal_error <= goal_mark);
     if (!cut_short && solution.status != Status::infeasible)
