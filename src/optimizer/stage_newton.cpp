@@ -260,7 +260,6 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
     find_step();
   }
   if (settled) {
-    if (shift_ > first_shift) return Verdict::stuck;  // the step is small for its shift's sake
     if (shift_ == 0.0) take_last_step(program, outcome);
     return Verdict::converged;
   }
