@@ -70,7 +70,6 @@ class Marcher {
         march_(motion.system, motion.problem.scheme),
         none_(at(motion.system.joint_count()), Vector3d::Zero()),
         basis_(stages.stages + 1, stages.terms) {
-    march_.persist();
     for (int s = 0; s <= stages.stages; ++s)
       basis_.row(s) = maneuver::legendre(stages.fraction[at(s)], stages.terms).transpose();
   }

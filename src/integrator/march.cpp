@@ -37,10 +37,6 @@ StepReport March::advance(double time_step, const StageControl& control, State& 
   return total;
 }
 
-void March::persist() {
-  for (StepWorkspace& work : work_) work.persistent = true;
-}
-
 void March::restart() {
   for (StepWorkspace& work : work_) work.predictor.forget();
 }

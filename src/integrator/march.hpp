@@ -23,9 +23,6 @@ class March {
   /// that did not converge.
   StepReport advance(double time_step, const StageControl& control, State& state, const StageWitness& witness = {});
 
-  /// Where Newton fails from its guess, shorter steps shall lead to the whole one: for motions that are known to exist.
-  void persist();
-
   /// Forgets the steps seen: the next guess begins anew.
   void restart();
 

@@ -268,35 +268,6 @@ StepReport solve_step(const System& system, DiscreteLagrangian lagrangian, doubl
   return report;
 }
 
-namespace {
-
-// p⁻ that a step of h has to reach.
-void aim(const System& system, double h, const Moments& control, const State& state, StepWorkspace& work) {
-  joint_forces(system, state.rotation, control, work, work.force);
-  mechanics::unpack(system, state.momentum, work.target);
-  for (std::size_t i = 0; i < work.target.size(); ++i) work.target[i] += 0.5 * h * work.force[i];
-}
-
-// By shorter steps from the same state, each from what the one before makes of it.
-StepReport approach(const System& system, DiscreteLagrangian lagrangian, double h, const Moments& control,
-                    const State& state, StepWorkspace& work) {
-  constexpr int parts = 8;
-  stand_still(work.interval);
-  StepReport report;
-  for (int n = 1; n <= parts; ++n) {
-    const double part = h * n / parts, longer = n > 1 ? n / (n - 1.0) : 1.0;
-    for (Vector3d& zeta : work.interval.cayley) zeta *= longer;
-    for (Vector3d& turn : work.interval.joint_turn) turn *= longer;
-    work.interval.displacement *= longer;
-    aim(system, part, control, state, work);
-    report = solve_step(system, lagrangian, part, state.momentum.tail<3>(), work);
-    if (!report.converged) return report;
-  }
-  return report;
-}
-
-}  // namespace
-
 StepReport advance(const System& system, DiscreteLagrangian lagrangian, double h, const Moments& control,
                    const Moments& control_next, State& state, StepWorkspace& work) {
   const Vector3d linear = state.momentum.tail<3>();
@@ -307,9 +278,10 @@ StepReport advance(const System& system, DiscreteLagrangian lagrangian, double h
     stand_still(work.interval);
   }
   if (!finite(control_next)) return {false, 0, std::numeric_limits<double>::quiet_NaN()};
-  aim(system, h, control, state, work);
-  StepReport report = solve_step(system, lagrangian, h, linear, work);
-  if (!report.converged && work.persistent) report = approach(system, lagrangian, h, control, state, work);
+  joint_forces(system, state.rotation, control, work, work.force);
+  mechanics::unpack(system, state.momentum, work.target);
+  for (std::size_t i = 0; i < work.target.size(); ++i) work.target[i] += 0.5 * h * work.force[i];
+  const StepReport report = solve_step(system, lagrangian, h, linear, work);
   if (!report.converged) return report;
   work.predictor.remember(work.interval);
   work.latest_time_step = h;

@@ -65,7 +65,6 @@ struct StepWorkspace {
   Predictor predictor;
   double latest_time_step = 0.0;             // s, of the step that the predictor saw last
   double sought_residual = 2e-14;            // where Newton stops; 0: only where another iteration no longer helps
-  bool persistent = false;                   // where Newton fails from its guess, shorter steps lead to the whole one
   Freedoms target;                           // [bodies] p⁻ to reach
   Freedoms missing;                          // [bodies] target − p⁻, and Newton's correction
   Freedoms force;                            // [bodies] generalised joint moments

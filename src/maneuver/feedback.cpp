@@ -62,9 +62,7 @@ class LinearMotion {
         march_(system, problem.scheme),
         work_(system),
         tangent_(system),
-        interval_(system.body_count()) {
-    march_.persist();
-  }
+        interval_(system.body_count()) {}
 
   int steps() const { return static_cast<int>(solution_.time.size()) - 1; }
   const ReferenceState& state(int k) const { return motion_.state[at(k)]; }

@@ -62,7 +62,7 @@ std::string unsettled(const Problem& problem, const Certificate& proof) {
 
 // A spring's moment is along the joint's turn and jumps where that is half a turn: a search can end there, stationary on
 // neither side. Empty where no sprung joint stands there.
-std::string at_a_spring_s_jump(const Problem& problem, const Solution& solution) {
+std::string spring_at_its_jump(const Problem& problem, const Solution& solution) {
   const auto body = [&](const std::string& name) {
     const auto& bodies = problem.swimmer.bodies;
     return static_cast<std::size_t>(
@@ -149,7 +149,7 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   } else if (missing.empty()) {
     if (!cut_short) solution.status = Status::feasible;
     solution.message = "The goal is met, but " + unsettled(problem, proof) + "." + stopped +
-                       at_a_spring_s_jump(problem, solution) + " To mend it: " + advice(problem) + ".";
+                       spring_at_its_jump(problem, solution) + " To mend it: " + advice(problem) + ".";
   } else {
     const bool beyond_moments = solution.status == Status::optimal && !(proof.goal_error <= goal_mark);
     if (!cut_short && solution.status != Status::infeasible)
@@ -160,7 +160,7 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
                          "or a goal that leaves this free.";
       return;
     }
-    solution.message = "Not solved: " + missing + "." + stopped + at_a_spring_s_jump(problem, solution) +
+    solution.message = "Not solved: " + missing + "." + stopped + spring_at_its_jump(problem, solution) +
                        " What may help: " + advice(problem) + ".";
   }
 }
