@@ -1,7 +1,7 @@
 // Eigen's decompositions of matrices whose sizes are known only at run time, compiled once (decompositions.cpp).
 #pragma once
 
-#include "algebra/products.hpp"
+#include "algebra/operators.hpp"
 
 #include <Eigen/Dense>
 

@@ -124,7 +124,9 @@ FeedbackLaw::FeedbackLaw(MotionPath path, ControlFunction planned, std::vector<d
 MatrixXd FeedbackLaw::gain(double time) const {
   const auto [k, t] = place_of(gain_time_, time);
   if (t == 0.0) return gain_[k];
-  return (1.0 - t) * gain_[k] + t * gain_[k + 1];
+  MatrixXd between = (1.0 - t) * gain_[k];
+  algebra::add_multiple(t, gain_[k + 1], between);
+  return between;
 }
 
 Moments FeedbackLaw::moments(double time, const ReferenceState& state) const {

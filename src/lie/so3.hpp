@@ -20,9 +20,11 @@ inline Matrix3 hat(const Vector3& v) {
 /// m v̂, cheaper than the product.
 inline Matrix3 times_hat(const Matrix3& m, const Vector3& v) {
   Matrix3 result;
-  result.col(0) = m.col(1) * v.z() - m.col(2) * v.y();
-  result.col(1) = m.col(2) * v.x() - m.col(0) * v.z();
-  result.col(2) = m.col(0) * v.y() - m.col(1) * v.x();
+  for (int r = 0; r < 3; ++r) {
+    result(r, 0) = m(r, 1) * v.z() - m(r, 2) * v.y();
+    result(r, 1) = m(r, 2) * v.x() - m(r, 0) * v.z();
+    result(r, 2) = m(r, 0) * v.y() - m(r, 1) * v.x();
+  }
   return result;
 }
 

@@ -74,8 +74,12 @@ VectorXd ControlPath::value(double t) const {
   const double step = times_[k + 1] - times_[k];
   const double b = (t - times_[k]) / step;
   const double a = 1.0 - b;
-  return a * samples_.col(k) + b * samples_.col(k + 1) +
-         step * step / 6.0 * ((a * a * a - a) * second_.col(k) + (b * b * b - b) * second_.col(k + 1));
+  const double bend = step * step / 6.0;
+  VectorXd value = a * samples_.col(k);
+  algebra::add_multiple(b, samples_.col(k + 1), value);
+  algebra::add_multiple(bend * (a * a * a - a), second_.col(k), value);
+  algebra::add_multiple(bend * (b * b * b - b), second_.col(k + 1), value);
+  return value;
 }
 
 MatrixXd natural_spline_basis(int points, double duration, const VectorXd& times) {

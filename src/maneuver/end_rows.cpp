@@ -104,9 +104,9 @@ void EndCurvature::add(const std::vector<EndRow>& rows, const mechanics::Rotatio
     }
   }
   const Eigen::Index all = shapes_.rows(), f = shapes_.cols(), p = turns_of_root_.cols();
-  half_.noalias() = whole_.leftCols(all) * shapes_;
-  form.block(shape_place, shape_place, f, f).noalias() += shapes_.transpose() * half_.topRows(all);
-  mixed_.noalias() = turns_of_root_.transpose() * half_.bottomRows(3);
+  algebra::set_product(whole_.leftCols(all), shapes_, half_);
+  algebra::add_product(1.0, shapes_.transpose(), half_.topRows(all), form.block(shape_place, shape_place, f, f));
+  algebra::set_product(turns_of_root_.transpose(), half_.bottomRows(3), mixed_);
   form.block(pose_place, shape_place, p, f) += mixed_;
   form.block(shape_place, pose_place, f, p) += mixed_.transpose();
 }

@@ -25,7 +25,8 @@ void ShapeProgram::model_node(int k, NodeModel& node) {
   const VectorXd& moment = now_.moment[at(k)];
   moments_.controls(moment, node.control);
   const double weight = node_weight(now_, k);
-  node.by_control = weight * moment.head(controls_);
+  node.by_control = moment.head(controls_);
+  node.by_control *= weight;
   node.by_control_twice.setIdentity();
   node.by_control_twice *= weight;
   if (!limits_.empty())
@@ -58,7 +59,7 @@ void ShapeProgram::model_controls(int k, NodeModel& node) {
   if (all_shapes_)
     node.control_by_shape = by_shape_;
   else
-    node.control_by_shape.noalias() = by_shape_ * shape_basis_;
+    algebra::set_product(by_shape_, shape_basis_, node.control_by_shape);
 }
 
 // Curvature of step k, kept with the state at its end.
@@ -77,12 +78,14 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
   const bool last = k + 1 == steps_;
   MatrixXd& Q = last ? model.Q_end : model.stage[at(leads_ + k + 1)].Q;
   set_transposed(added, added_);
-  bent_ = by_turn - added_.lazyProduct(0.5 * turn_turn);
+  bent_ = by_turn;
+  bent_ -= added_.lazyProduct(0.5 * turn_turn);
   auto by_ends = Q.topLeftCorner(ends, ends);
   by_ends = hessian_.topLeftCorner(ends, ends);
   add_product_transposed(-1.0, bent_, added_, by_ends);
   add_product_transposed(-1.0, added_, bent_, by_ends);
-  bent_ = 2.0 * bent_ - by_turn;
+  bent_ *= 2.0;
+  bent_ -= by_turn;
   Q.block(0, ends, ends, pose_) = bent_.lazyProduct(pose_turn);
   Q.block(ends, 0, pose_, ends) = Q.block(0, ends, ends, pose_).transpose();
   const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> half = turn_turn.lazyProduct(pose_turn);
@@ -139,8 +142,9 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   if (idle() > 0) {
     MatrixXd& by_idle = next_by_idle_[at(k)];
     by_idle.middleRows(n, n) = solved.bottomRows(idle()).transpose();
-    by_idle.middleRows(2 * n, pose_).noalias() = pose_step_.rightCols(n) * by_idle.middleRows(n, n);
-    stage.gap.noalias() = -by_idle * now_.moment[at(k)].tail(idle());
+    algebra::set_product(pose_step_.rightCols(n), by_idle.middleRows(n, n), by_idle.middleRows(2 * n, pose_));
+    stage.gap.setZero();
+    algebra::add_product(-1.0, by_idle, now_.moment[at(k)].tail(idle()), stage.gap);
   }
 
   stage.weight = node_weight(now_, k);
@@ -180,8 +184,8 @@ void ShapeProgram::carry_on(int k, MatrixXd& A) const {
   if (all_poses_) {
     carried.block<3, 3>(3, 0) = -lever;
   } else {
-    const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> moved = lever * pose_basis_.topRows<3>();
-    carried.noalias() -= pose_basis_.bottomRows<3>().transpose() * moved;
+    const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> moved = lever.lazyProduct(pose_basis_.topRows<3>());
+    carried -= pose_basis_.bottomRows<3>().transpose().lazyProduct(moved);
   }
   const int more = states() - tau();
   A.bottomRightCorner(more, more).setIdentity();
@@ -372,7 +376,8 @@ bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
     kernel_.tangent(h_, control, control_next, now_.step[at(k)], after_);
     optimizer::StageSlopes::Slope& stage = slopes.stage[at(k)];
     model_motion(k, stage.A, stage.B);
-    stage.r = node_weight(now_, k) * now_.moment[at(k)];
+    stage.r = now_.moment[at(k)];
+    stage.r *= node_weight(now_, k);
     std::swap(control, control_next);
     std::swap(before_, after_);
   }

@@ -102,7 +102,8 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
 
 void ShapeProgram::take_start_impulse() {
   if (maneuver_.periodic) return;
-  start_impulse_.noalias() = shape_basis_.transpose() * maneuver_.start.momentum.segment(3, shape_basis_.rows());
+  algebra::set_product(shape_basis_.transpose(), maneuver_.start.momentum.segment(3, shape_basis_.rows()),
+                       start_impulse_);
 }
 
 void ShapeProgram::retarget(const Maneuver& maneuver) {
@@ -274,17 +275,19 @@ void ShapeProgram::renew_limits() {
 void ShapeProgram::impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse) {
   moments_.virtual_work(motion.rotation[at(node)], work_);
   if (all_shapes_)
-    impulse = impulse_time(motion, node) * work_;
+    impulse = work_;
   else
-    impulse.noalias() = impulse_time(motion, node) * (shape_basis_.transpose() * work_);
+    algebra::set_product(shape_basis_.transpose(), work_, impulse);
+  impulse *= impulse_time(motion, node);
 }
 
 // Coordinates of a shape become all of them.
 const VectorXd& ShapeProgram::spread_shape(double factor, const Eigen::Ref<const VectorXd>& shape) {
   if (all_shapes_)
-    along_ = factor * shape;
+    along_ = shape;
   else
-    along_.noalias() = factor * (shape_basis_ * shape);
+    algebra::set_product(shape_basis_, shape, along_);
+  along_ *= factor;
   return along_;
 }
 
@@ -335,7 +338,8 @@ VectorXd ShapeProgram::idle_multiplier(const StageStep& step, int k) const {
 }
 
 void ShapeProgram::take_multipliers(const StageStep& step, double length) {
-  end_multiplier_ += length * (step.end_multiplier - end_multiplier_);
+  end_multiplier_ *= 1.0 - length;
+  algebra::add_multiple(length, step.end_multiplier, end_multiplier_);
   if (idle() == 0) return;
   for (int k = 0; k < steps_; ++k)
     idle_multiplier_[at(k)] += length * (idle_multiplier(step, k) - idle_multiplier_[at(k)]);

@@ -33,6 +33,12 @@ void read_shape(const System& system, const Freedoms& freedoms, Eigen::Ref<Vecto
     for (int f = 0; f < system.body(i).freedoms; ++f) shape[shape_offset(system.body(i)) + f] = freedoms[at(i)][f];
 }
 
+// C += ½ (A + Aᵀ).
+void add_symmetric_part(const Eigen::Ref<const MatrixXd>& A, Eigen::Ref<MatrixXd> C) {
+  for (Index j = 0; j < A.cols(); ++j)
+    for (Index i = 0; i < A.rows(); ++i) C(i, j) += 0.5 * (A(i, j) + A(j, i));
+}
+
 }  // namespace
 
 void write_shape(const System& system, const VectorXd& shape, Freedoms& freedoms) {
@@ -119,12 +125,12 @@ void ShapeKernel::project(const Freedoms& freedoms, VectorXd& coordinates) {
     return;
   }
   read_shape(system_, freedoms, along_);
-  coordinates.noalias() = coordinates_.transpose() * along_;
+  algebra::set_product(coordinates_.transpose(), along_, coordinates);
 }
 
 void ShapeKernel::spread(const VectorXd& coordinates, Freedoms& freedoms) {
   if (all_coordinates()) return write_shape(system_, coordinates, freedoms);
-  along_.noalias() = coordinates_ * coordinates;
+  algebra::set_product(coordinates_, coordinates, along_);
   write_shape(system_, along_, freedoms);
 }
 
@@ -204,8 +210,8 @@ void ShapeKernel::learn_inverse(const Vector6d& moved, const Vector6d& change, M
   const Vector6d foretold = inverse * change;
   const double share = moved.dot(foretold);
   if (share < least_learning * moved.squaredNorm()) return;
-  const Eigen::Matrix<double, 1, 6> row = moved.transpose() * inverse;
-  inverse.noalias() += (moved - foretold) / share * row;
+  const Vector6d row = inverse.transpose() * moved, learnt = (moved - foretold) / share;
+  for (int c = 0; c < 6; ++c) inverse.col(c) += row[c] * learnt;
 }
 
 // What a solved step keeps: E⁻ and E⁺ along the coordinates, and the momentum that all bodies have.
@@ -355,18 +361,22 @@ void ShapeKernel::assemble_hessian(MatrixXd& hessian) {
     left = left_left_;
     turn_shape_ = turn_right_;
   } else {
-    left_half_.noalias() = left_left_ * coordinates_;
-    left.noalias() = coordinates_.transpose() * left_half_;
-    turn_shape_.noalias() = coordinates_.transpose() * turn_right_;
+    algebra::set_product(left_left_, coordinates_, left_half_);
+    algebra::set_product(coordinates_.transpose(), left_half_, left);
+    algebra::set_product(coordinates_.transpose(), turn_right_, turn_shape_);
   }
-  left += 0.5 * (by_left_.topRows(n) + by_left_.topRows(n).transpose());
+  add_symmetric_part(by_left_.topRows(n), left);
   whole.bottomLeftCorner(n, n) = by_left_.middleRows(n, n);
   set_transposed(by_left_.middleRows(n, n), whole.topRightCorner(n, n));
-  whole.bottomRightCorner(n, n) = 0.5 * (by_right_.middleRows(n, n) + by_right_.middleRows(n, n).transpose());
+  auto right = whole.bottomRightCorner(n, n);
+  right.setZero();
+  add_symmetric_part(by_right_.middleRows(n, n), right);
 
   const Matrix6d root = 0.5 * (by_root_.bottomRows<6>() + by_root_.bottomRows<6>().transpose());
   set_transposed(by_left_.bottomRows<6>(), ends_root_.topRows(n));
-  ends_root_.bottomRows(n) = 0.5 * (by_root_.middleRows(n, n) + by_right_.bottomRows<6>().transpose());
+  set_transposed(by_right_.bottomRows<6>(), ends_root_.bottomRows(n));
+  ends_root_.bottomRows(n) += by_root_.middleRows(n, n);
+  ends_root_.bottomRows(n) *= 0.5;
   ends_root_.bottomLeftCorner(n, 3) += turn_shape_;
   add_product(0.5, root_, root, ends_root_);
   add_product_transposed(1.0, ends_root_, root_, whole);
@@ -397,7 +407,8 @@ void ShapeKernel::curvature(double time_step, const mechanics::Moments& control,
   // the world's view: ρ' = ρ + R'φ + ½ ρ × R'φ, x' = x + exp(ρ̂)(Δx + R d)
   const int ends = 2 * shape_;
   auto coupling = hessian.topRightCorner(ends, 3);
-  coupling = pose_.leftCols<3>().lazyProduct(0.5 * hat(m.turn)) + pose_.rightCols<3>().lazyProduct(hat(m.shift));
+  coupling = pose_.leftCols<3>().lazyProduct(0.5 * hat(m.turn));
+  coupling += pose_.rightCols<3>().lazyProduct(hat(m.shift));
   set_transposed(coupling, hessian.bottomLeftCorner(3, ends));
   hessian.bottomRightCorner<3, 3>() = lie::double_cross(m.shift, step.interval.displacement);
 }

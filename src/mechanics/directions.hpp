@@ -24,6 +24,9 @@ inline Vector3d cross(const Vector3d& u, const Vector3d& v) { return u.cross(v);
 /// s v.
 inline Vector3d along(double s, const Vector3d& v) { return s * v; }
 
+using lamprey::operator+;  // those of matrices, which the following would hide
+using lamprey::operator-;
+using lamprey::operator*;
 inline Four3 operator+(const Four3& u, const Four3& v) { return {u.x + v.x, u.y + v.y, u.z + v.z}; }
 inline Four3 operator-(const Four3& u, const Four3& v) { return {u.x - v.x, u.y - v.y, u.z - v.z}; }
 inline Four3 operator-(const Four3& v) { return {-v.x, -v.y, -v.z}; }
@@ -47,15 +50,13 @@ inline Four3 along(const Four& s, const Vector3d& v) { return {s * v[0], s * v[1
 
 /// Three directions, the columns of A, and a zero one.
 inline Four3 columns(const Matrix3d& A) {
-  return {Four(A(0, 0), A(0, 1), A(0, 2), 0.0), Four(A(1, 0), A(1, 1), A(1, 2), 0.0),
-          Four(A(2, 0), A(2, 1), A(2, 2), 0.0)};
+  return {Four{A(0, 0), A(0, 1), A(0, 2), 0.0}, Four{A(1, 0), A(1, 1), A(1, 2), 0.0},
+          Four{A(2, 0), A(2, 1), A(2, 2), 0.0}};
 }
 
 /// Back from `columns`.
 inline void read_columns(const Four3& v, Matrix3d& A) {
-  A.row(0) = v.x.head<3>().matrix().transpose();
-  A.row(1) = v.y.head<3>().matrix().transpose();
-  A.row(2) = v.z.head<3>().matrix().transpose();
+  for (int c = 0; c < 3; ++c) A.col(c) = Vector3d(v.x[c], v.y[c], v.z[c]);
 }
 
 }  // namespace lamprey::mechanics

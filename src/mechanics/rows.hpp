@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 
+#include "algebra/four.hpp"
+
 namespace lamprey::mechanics {
 
 /// [rows_for(directions)][3]: one vector for each direction; spare rows hold 0 or what comes of 0.
@@ -22,7 +24,7 @@ struct RowRange {
   RowRange(Eigen::Index first_, Eigen::Index end_) : first(first_), end(end_) {}
 };
 
-using Four = Eigen::Array<double, 4, 1>;
+using algebra::Four;
 
 /// Three numbers for four directions.
 struct Four3 {
@@ -31,9 +33,9 @@ struct Four3 {
   static Four3 of_rows(const Rows3& rows, Eigen::Index first) {
     return {part(rows, first, 0), part(rows, first, 1), part(rows, first, 2)};
   }
-  static Four3 zero() { return {Four::Zero(), Four::Zero(), Four::Zero()}; }
-  static Eigen::Map<const Four> part(const Rows3& rows, Eigen::Index first, int column) {
-    return Eigen::Map<const Four>(rows.data() + column * rows.rows() + first);
+  static Four3 zero() { return {Four{}, Four{}, Four{}}; }
+  static Four part(const Rows3& rows, Eigen::Index first, int column) {
+    return algebra::load<Four>(rows.data() + column * rows.rows() + first);
   }
 };
 
@@ -44,7 +46,7 @@ inline void set_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range
   const Eigen::Index rows = y.rows();
   for (Eigen::Index r = range.first; r < range.end; r += 4) {
     const Four3 v = Four3::of_rows(x, r);
-    for (int c = 0; c < 3; ++c) Eigen::Map<Four>(to + c * rows + r) = a(c, 0) * v.x + a(c, 1) * v.y + a(c, 2) * v.z;
+    for (int c = 0; c < 3; ++c) algebra::store(a(c, 0) * v.x + a(c, 1) * v.y + a(c, 2) * v.z, to + c * rows + r);
   }
 }
 
@@ -55,7 +57,10 @@ inline void add_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range
   const Eigen::Index rows = y.rows();
   for (Eigen::Index r = range.first; r < range.end; r += 4) {
     const Four3 v = Four3::of_rows(x, r);
-    for (int c = 0; c < 3; ++c) Eigen::Map<Four>(to + c * rows + r) += a(c, 0) * v.x + a(c, 1) * v.y + a(c, 2) * v.z;
+    for (int c = 0; c < 3; ++c) {
+      double* sum = to + c * rows + r;
+      algebra::store(algebra::load<Four>(sum) + (a(c, 0) * v.x + a(c, 1) * v.y + a(c, 2) * v.z), sum);
+    }
   }
 }
 
@@ -63,20 +68,20 @@ inline void add_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range
 inline void add_rows(double factor, const Rows3& x, RowRange range, Rows3& y) {
   for (int c = 0; c < 3; ++c)
     for (Eigen::Index r = range.first; r < range.end; r += 4)
-      Eigen::Map<Four>(y.data() + c * y.rows() + r) += factor * Four3::part(x, r, c);
+      algebra::store(Four3::part(y, r, c) + factor * Four3::part(x, r, c), y.data() + c * y.rows() + r);
 }
 
 /// y = x, likewise.
 inline void copy_rows(const Rows3& x, RowRange range, Rows3& y) {
   for (int c = 0; c < 3; ++c)
     for (Eigen::Index r = range.first; r < range.end; r += 4)
-      Eigen::Map<Four>(y.data() + c * y.rows() + r) = Four3::part(x, r, c);
+      algebra::store(Four3::part(x, r, c), y.data() + c * y.rows() + r);
 }
 
 /// y = 0, likewise.
 inline void clear_rows(RowRange range, Rows3& y) {
   for (int c = 0; c < 3; ++c)
-    for (Eigen::Index r = range.first; r < range.end; r += 4) Eigen::Map<Four>(y.data() + c * y.rows() + r).setZero();
+    for (Eigen::Index r = range.first; r < range.end; r += 4) algebra::store(Four{}, y.data() + c * y.rows() + r);
 }
 
 }  // namespace lamprey::mechanics

@@ -142,10 +142,12 @@ void gather_rows(const System& system, const Rotations& R, const Vectors& force,
     }
     const JointFrame frame = joint_frame(joint, R[p], R[at(i)]);
     add_product(frame.axes.transpose(), rows, all, out);
-    if (joint.kind == model::JointKind::universal)  // the first axis moves with the second angle
-      out.col(0).segment(turned.first, turned.end - turned.first) +=
-          frame.axes.col(0).cross(joint.child_axis).dot(moment[at(i)]) *
-          freedoms[at(i)].col(1).segment(turned.first, turned.end - turned.first);
+    if (joint.kind == model::JointKind::universal) {  // the first axis moves with the second angle
+      const Eigen::Index count = turned.end - turned.first;
+      const double moved = frame.axes.col(0).cross(joint.child_axis).dot(moment[at(i)]);
+      algebra::add_multiple(moved, freedoms[at(i)].col(1).segment(turned.first, count),
+                            out.col(0).segment(turned.first, count));
+    }
     add_product(frame.child_to_parent, rows, all, parent_rows);
     add_product(-frame.child_to_parent * hat(moment[at(i)]) * frame.axes, freedoms[at(i)], turned, parent_rows);
   }

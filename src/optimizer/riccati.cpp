@@ -72,8 +72,8 @@ bool Riccati::factor(const StageModel& model, double shift, double penalty) {
   penalty_ = penalty;
   Gain& last = gain_.back();
   last.P = model.Q_end;
-  if (shift > 0.0) last.P += shift * model.metric_end;
-  last.P.noalias() += penalty * model.C.transpose() * model.C;
+  if (shift > 0.0) algebra::add_multiple(shift, model.metric_end, last.P);
+  algebra::add_product(penalty, model.C.transpose(), model.C, last.P);
   last.end = model.C;
   end_gram_.setZero();
   for (int k = sizes_.stages - 1; k >= 0; --k) {
@@ -105,14 +105,14 @@ void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, 
   set_transposed(stage.S, own.topRows(n));
   own.bottomRows(m) = stage.R;
   if (shift > 0.0 && stage.metric_input.size() > 0) {
-    own.topRows(n) += shift * stage.metric_mixed.transpose();
-    own.bottomRows(m) += shift * stage.metric_input;
+    algebra::add_multiple(shift, stage.metric_mixed.transpose(), own.topRows(n));
+    algebra::add_multiple(shift, stage.metric_input, own.bottomRows(m));
   }
   own.middleRows(shifted, shifted) += PB_.topRows(shifted);
   add_product(1.0, transposed, PB_.bottomRows(rest), own);
 
   gain.P = stage.Q;
-  if (shift > 0.0) gain.P += shift * stage.metric;
+  if (shift > 0.0) algebra::add_multiple(shift, stage.metric, gain.P);
   gain.P.middleRows(shifted, shifted) += PA_.topRows(shifted);
   add_lower_product(1.0, transposed.topRows(n), PA_.bottomRows(rest), gain.P);
 }
@@ -167,9 +167,10 @@ bool Riccati::eliminate_inputs(Gain& gain) {
 
 const VectorXd& Riccati::look_back(const StageModel& model, double share) {
   const int n = sizes_.states, m = sizes_.inputs, rows = sizes_.end_rows;
-  reached_ = share * model.c;
+  reached_ = model.c;
+  reached_ *= share;
   gain_.back().p = model.q_end;
-  gain_.back().p.noalias() += penalty_ * (model.C.transpose() * reached_);
+  algebra::add_product(penalty_, model.C.transpose(), reached_, gain_.back().p);
   back_.head(rows) = reached_;  // C s_N + target, before the end rows' multipliers act
   for (int k = sizes_.stages - 1; k >= 0; --k) {
     const Stage& stage = model.stage[at(k)];
@@ -181,7 +182,8 @@ const VectorXd& Riccati::look_back(const StageModel& model, double share) {
       add_image(1.0, next.P, stage.gap, ahead_);
       add_image(1.0, next.end, stage.gap, back_.head(rows));
     }
-    input_ = -stage.r;
+    input_ = stage.r;
+    input_ *= -1.0;
     add_transposed_image(-1.0, stage.B.bottomRows(rest), ahead_.tail(rest), input_);
     back_.tail(n) = stage.q;
     back_.segment(rows + shifted, shifted) += ahead_.head(shifted);

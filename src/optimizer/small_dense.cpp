@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "algebra/four.hpp"
+
 namespace lamprey::optimizer {
 
 namespace {
 
-using Four = Eigen::Array<double, 4, 1>;
+using algebra::Four;
+using algebra::load;
+using algebra::store;
+using algebra::Two;
 
 // Entries of a matrix wherever they lie.
 struct Strided {
@@ -23,22 +28,21 @@ template <int height, int width>
 void add_tile(double factor, Eigen::Index depth, const double* a, Eigen::Index a_stride, Strided b, double* c,
               Eigen::Index c_stride) {
   constexpr int fours = height / 4, pair = height % 4 / 2, single = height % 2;
-  using Two = Eigen::Array<double, 2, 1>;
   Four four[width][fours > 0 ? fours : 1];
   Two two[width];
   double one[width];
   for (int j = 0; j < width; ++j) {
-    for (int f = 0; f < fours; ++f) four[j][f].setZero();
-    two[j].setZero();
+    for (int f = 0; f < fours; ++f) four[j][f] = Four{};
+    two[j] = Two{};
     one[j] = 0.0;
   }
   for (Eigen::Index p = 0; p < depth; ++p) {
     const double* left = a + p * a_stride;
     const double* right = b.data + p * b.row;
     Four left_four[fours > 0 ? fours : 1];
-    for (int f = 0; f < fours; ++f) left_four[f] = Eigen::Map<const Four>(left + 4 * f);
-    Two left_two = Two::Zero();
-    if constexpr (pair == 1) left_two = Eigen::Map<const Two>(left + 4 * fours);
+    for (int f = 0; f < fours; ++f) left_four[f] = load<Four>(left + 4 * f);
+    Two left_two{};
+    if constexpr (pair == 1) left_two = load<Two>(left + 4 * fours);
     for (int j = 0; j < width; ++j) {
       const double entry = right[j * b.column];
       for (int f = 0; f < fours; ++f) four[j][f] += left_four[f] * entry;
@@ -48,8 +52,8 @@ void add_tile(double factor, Eigen::Index depth, const double* a, Eigen::Index a
   }
   for (int j = 0; j < width; ++j) {
     double* to = c + j * c_stride;
-    for (int f = 0; f < fours; ++f) Eigen::Map<Four>(to + 4 * f) += factor * four[j][f];
-    if constexpr (pair == 1) Eigen::Map<Two>(to + 4 * fours) += factor * two[j];
+    for (int f = 0; f < fours; ++f) store(load<Four>(to + 4 * f) + factor * four[j][f], to + 4 * f);
+    if constexpr (pair == 1) store(load<Two>(to + 4 * fours) + factor * two[j], to + 4 * fours);
     if constexpr (single == 1) to[height - 1] += factor * one[j];
   }
 }
@@ -123,10 +127,10 @@ void add_transposed_image(double factor, const MatrixIn& A, const VectorIn& x, V
   double* to = y.data();
   for (Eigen::Index j = 0; j < A.cols(); ++j) {
     const double* a = A.data() + j * stride;
-    Four sum = Four::Zero();
+    Four sum{};
     Eigen::Index i = 0;
-    for (; i + 4 <= rows; i += 4) sum += Eigen::Map<const Four>(a + i) * Eigen::Map<const Four>(v + i);
-    double rest = sum.sum();
+    for (; i + 4 <= rows; i += 4) sum += load<Four>(a + i) * load<Four>(v + i);
+    double rest = algebra::sum(sum);
     for (; i < rows; ++i) rest += a[i] * v[i];
     to[j] += factor * rest;
   }
@@ -139,7 +143,7 @@ void solve_equations(MatrixOut equations) {
   const auto column = [&](Eigen::Index i) { return e + i * stride; };
   const auto subtract = [&](double factor, const double* from, double* to, Eigen::Index first) {
     Eigen::Index i = first;
-    for (; i + 4 <= length; i += 4) Eigen::Map<Four>(to + i) -= factor * Eigen::Map<const Four>(from + i);
+    for (; i + 4 <= length; i += 4) store(load<Four>(to + i) - factor * load<Four>(from + i), to + i);
     for (; i < length; ++i) to[i] -= factor * from[i];
   };
   for (Eigen::Index k = 0; k < unknowns; ++k) {

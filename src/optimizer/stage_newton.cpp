@@ -81,7 +81,9 @@ void StageNewton::find_step() {
   const double largest = sizes_.end_rows > 0 ? model_.c.lpNorm<Eigen::Infinity>() : 0.0;
   if (largest > most_end_change) share_ = most_end_change / largest;
   if (shift_ > 0.0 && largest > 0.0) {
-    const double added = (riccati_.look_back(model_, 1.0) - end_multiplier_).lpNorm<Eigen::Infinity>();
+    missed_ = riccati_.look_back(model_, 1.0);
+    missed_ -= end_multiplier_;
+    const double added = missed_.lpNorm<Eigen::Infinity>();
     const double bearable = most_multiplier * std::max(end_multiplier_.lpNorm<Eigen::Infinity>(), highest_cost_);
     if (share_ * added > bearable) share_ = bearable / added;
   }
@@ -151,7 +153,9 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
   if (!there || found > good_ratio) return found;
   corrected_ = step_;
   for (int correction = 0; correction < most_corrections; ++correction) {
-    missed_ = (program.trial_end_rows() - (1.0 - length_ * share_) * model_.c) / length_;
+    missed_ = program.trial_end_rows();
+    algebra::add_multiple(length_ * share_ - 1.0, model_.c, missed_);
+    missed_ /= length_;
     riccati_.correct(model_, missed_, corrected_);
     there = program.try_step(corrected_, length_);
     ++outcome.evaluations;

@@ -48,7 +48,7 @@ class StageNewton {
   StageStep step_, corrected_;
   StageSlopes slopes_;
   VectorXd state_, input_;     // buffers
-  VectorXd missed_;            // what a trial left of the end rows
+  VectorXd missed_;            // what a trial left of the end rows; a buffer
   VectorXd multiplier_;        // the end rows' at the point
   VectorXd end_multiplier_;    // at the point, the end rows left as they are
   double shift_ = 0.0;         // of the inputs' metric, added to the Hessian

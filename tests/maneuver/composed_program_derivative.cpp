@@ -206,7 +206,7 @@ TEST_P(ComposedDerivatives, a_march_leaves_no_gaps_and_no_total_momentum) {
   for (const Vector3d& p : solution.linear_momentum.bodies) scale = std::max(scale, p.norm());
   EXPECT_GT(scale, 1e-2);
   for (const auto* total : {&solution.linear_momentum.total, &solution.angular_momentum.total})
-    for (const Vector3d& p : *total) EXPECT_LE(p.norm(), tolerance(1e-12) * scale * 10.0);
+    for (const Vector3d& p : *total) EXPECT_LE(p.norm(), tolerance(3e-11) * scale);
 }
 
 TEST_P(ComposedDerivatives, the_slope_of_the_lagrangian_matches_central_differences) {

@@ -40,7 +40,7 @@ TEST_P(EndRows, derivatives_match_central_differences_far_from_the_goal) {
     VectorXd rates(count);
     for (Eigen::Index r = 0; r < count; ++r) {
       end_row(system, maneuver, rows[static_cast<std::size_t>(r)], R, position, derivative);
-      rates[r] = derivative * direction;
+      rates[r] = derivative.dot(direction);
     }
     const auto values = [&](double t) {
       mechanics::Freedoms moved = turn;

@@ -1,4 +1,4 @@
-#include "algebra/products.hpp"
+#include "algebra/operators.hpp"
 
 #include <utility>
 
@@ -7,7 +7,6 @@ namespace lamprey::algebra {
 namespace {
 
 using Eigen::ColMajor;
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::RowMajor;
 using Eigen::VectorXd;
@@ -18,6 +17,8 @@ Entries transposed(const Entries& m) { return {m.data, m.columns, m.rows, m.righ
 bool columns_contiguous(const Entries& m) { return m.down == 1 || m.rows == 1; }
 bool rows_contiguous(const Entries& m) { return m.right == 1 || m.columns == 1; }
 bool contiguous_somehow(const Entries& m) { return columns_contiguous(m) || rows_contiguous(m); }
+
+bool in_one_piece(const Entries& m) { return m.down == 1 && (m.right == m.rows || m.columns == 1); }
 
 MatrixXd copy(const Entries& m) {
   MatrixXd result(m.rows, m.columns);
@@ -38,20 +39,14 @@ Index stride(const Entries& m) {
   return order == ColMajor ? m.right : m.down;
 }
 
-template <int order>
-auto plain(const Entries& m) {
-  using Plain = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, order>;
-  return Eigen::Map<Plain, 0, Eigen::OuterStride<>>(m.data, m.rows, m.columns, Eigen::OuterStride<>(stride<order>(m)));
-}
-
-template <int of_A, int of_B>
 void add_small(double factor, const Entries& A, const Entries& B, const Entries& C) {
-  auto result = plain<ColMajor>(C);
-  const auto product = plain<of_A>(A).lazyProduct(plain<of_B>(B));
-  if (factor == 1.0)
-    result += product;
-  else
-    result += factor * product;
+  for (Index j = 0; j < C.columns; ++j)
+    for (Index k = 0; k < A.columns; ++k) {
+      const double share = factor * B.data[k * B.down + j * B.right];
+      const double* from = A.data + k * A.right;
+      double* to = C.data + j * C.right;
+      for (Index i = 0; i < C.rows; ++i) to[i] += share * from[i * A.down];
+    }
 }
 
 template <int of_A, int of_B>
@@ -68,7 +63,7 @@ void add_large(double factor, const Entries& A, const Entries& B, const Entries&
 template <int of_A, int of_B>
 void add_matrix(double factor, const Entries& A, const Entries& B, const Entries& C) {
   const bool small = C.rows + C.columns + A.columns < EIGEN_GEMM_TO_COEFFBASED_THRESHOLD;
-  small ? add_small<of_A, of_B>(factor, A, B, C) : add_large<of_A, of_B>(factor, A, B, C);
+  small ? add_small(factor, A, B, C) : add_large<of_A, of_B>(factor, A, B, C);
 }
 
 template <int order>
@@ -110,9 +105,11 @@ void add_image(double factor, const Entries& A, const Entries& x, const Entries&
 
 // One column times one row.
 void add_outer(double factor, const Entries& A, const Entries& B, const Entries& C) {
-  const Eigen::Map<const VectorXd> column(A.data, A.rows);
-  for (Index j = 0; j < C.columns; ++j)
-    Eigen::Map<VectorXd>(C.data + j * C.right, C.rows) += factor * B.data[j * B.right] * column;
+  for (Index j = 0; j < C.columns; ++j) {
+    const double share = factor * B.data[j * B.right];
+    double* to = C.data + j * C.right;
+    for (Index i = 0; i < C.rows; ++i) to[i] += share * A.data[i];
+  }
 }
 
 void add_to_columns(double factor, const Entries& A, const Entries& B, const Entries& C) {
@@ -146,11 +143,38 @@ void add_product(double factor, const Entries& A, const Entries& B, const Entrie
   put(sum, C);
 }
 
-void set_product(double factor, const Entries& A, const Entries& B, const Entries& C) {
+void set_product(const Entries& A, const Entries& B, const Entries& C) {
   const Entries along = columns_contiguous(C) ? C : transposed(C);
   for (Index j = 0; j < along.columns; ++j)
     for (Index i = 0; i < along.rows; ++i) along.data[i * along.down + j * along.right] = 0.0;
-  add_product(factor, A, B, C);
+  add_product(1.0, A, B, C);
+}
+
+void set_sum(double a, const Entries& A, double b, const Entries& B, const Entries& C) {
+  if (in_one_piece(A) && in_one_piece(B) && in_one_piece(C)) {
+    const Index size = C.rows * C.columns;
+    for (Index i = 0; i < size; ++i) C.data[i] = a * A.data[i] + b * B.data[i];
+    return;
+  }
+  const bool by_columns = A.down == 1 && B.down == 1 && C.down == 1;
+  for (Index j = 0; j < C.columns; ++j) {
+    const double *from_A = A.data + j * A.right, *from_B = B.data + j * B.right;
+    double* to = C.data + j * C.right;
+    if (by_columns)
+      for (Index i = 0; i < C.rows; ++i) to[i] = a * from_A[i] + b * from_B[i];
+    else
+      for (Index i = 0; i < C.rows; ++i) to[i * C.down] = a * from_A[i * A.down] + b * from_B[i * B.down];
+  }
+}
+
+void set_multiple(double a, const Entries& A, const Entries& C) {
+  if (in_one_piece(A) && in_one_piece(C)) {
+    const Index size = C.rows * C.columns;
+    for (Index i = 0; i < size; ++i) C.data[i] = a * A.data[i];
+    return;
+  }
+  for (Index j = 0; j < C.columns; ++j)
+    for (Index i = 0; i < C.rows; ++i) C.data[i * C.down + j * C.right] = a * A.data[i * A.down + j * A.right];
 }
 
 }  // namespace lamprey::algebra
