@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "file/text_file.hpp"
 #include "model/input_error.hpp"
 
 namespace lamprey::file {
@@ -14,8 +15,6 @@ namespace lamprey::file {
 using Json = nlohmann::json;
 
 namespace {
-
-constexpr std::size_t nesting_limit = 64;
 
 struct Place {
   int line = 1;
@@ -76,7 +75,7 @@ class GuardedBuilder : public nlohmann::json_sax<Json> {
  private:
   void enter() {
     keys_.emplace_back();
-    if (keys_.size() > nesting_limit)
+    if (static_cast<int>(keys_.size()) > nesting_limit)
       throw model::InputError(
           path_, "file",
           fmt::format("found nesting deeper than {0} levels; allowed: at most {0}; write the file again with lamprey",

@@ -1,8 +1,9 @@
-// Whole files as bytes, and the digest that names them.
+// Whole files as bytes, the digest that names them, and what the readers of text have in common.
 #pragma once
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace lamprey::file {
 
@@ -11,5 +12,11 @@ std::string read_bytes(const std::string& path, std::size_t limit);
 
 /// SHA-256 of the bytes as 64 lower-case hexadecimal digits.
 std::string sha256(const std::string& bytes);
+
+/// Without blanks, tabs and carriage returns at both ends.
+std::string_view trimmed(std::string_view text);
+
+/// Levels to which a document may nest: readers call themselves.
+inline constexpr int nesting_limit = 64;
 
 }  // namespace lamprey::file

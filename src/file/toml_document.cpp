@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "file/text_file.hpp"
 #include "model/input_error.hpp"
 
 namespace lamprey::file {
@@ -32,8 +33,6 @@ void break_assumption() { throw BrokenAssumption(); }
 namespace {
 
 using model::InputError;
-
-constexpr int nesting_limit = 64;
 
 bool bare_key_character(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-'; }
 
@@ -147,13 +146,6 @@ TomlValue converted(const toml::node& node) {
     value.kind = Kind::date;
   }
   return value;
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
 }
 
 bool plain_key(std::string_view key) {

@@ -10,8 +10,6 @@ using Eigen::Vector4d;
 using lie::double_cross;
 using lie::hat;
 using mechanics::StepDirection;
-using mechanics::StepLayout;
-
 using model::at;
 
 // Layout of the local Hessian of a step: quaternions, turns, displacement.
@@ -63,7 +61,7 @@ void Transcription::hessian(const VectorXd& x, double factor, const VectorXd& mu
 // The Hessian by body-side perturbations of the step, momentum rows' turning direction included (equation 5.8).
 void Transcription::expand_step(int k, const VectorXd& multiplier) {
   const mechanics::Interval& step = intervals_[at(k)];
-  const StepLayout layout{bodies_};
+  const mechanics::StepLayout layout{bodies_};
   const Vector3d angular = multiplier.segment<3>(momentum_row(k) + 3);
   mechanics::directional_quadratic(system_, maneuver_.lagrangian, h_, step, direction_of(k, multiplier), work_,
                                    directional_);
@@ -84,7 +82,7 @@ void Transcription::expand_step(int k, const VectorXd& multiplier) {
 void Transcription::emit_step_hessian(int k, const VectorXd& multiplier, BlockSink& sink) {
   expand_step(k, multiplier);
   const mechanics::Interval& step = intervals_[at(k)];
-  const StepLayout layout{bodies_};
+  const mechanics::StepLayout layout{bodies_};
   const LocalLayout local_at{bodies_};
   const MatrixXd& H = directional_.hessian;
   MatrixXd half(layout.size(), local_at.size());  // H · d(perturbations)/d(local coordinates)
