@@ -6,10 +6,12 @@
 #include <Eigen/Dense>
 
 #define LAMPREY_DECOMPOSITIONS(EACH)                                                                                  \
-  EACH class Eigen::PartialPivLU<Eigen::MatrixXd>;                                                                    \
-  EACH class Eigen::HouseholderQR<Eigen::MatrixXd>;                                                                   \
-  EACH class Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;                                                             \
-  EACH class Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>;                                               \
+  EACH void Eigen::PartialPivLU<Eigen::MatrixXd>::compute();                                                          \
+  EACH void Eigen::HouseholderQR<Eigen::MatrixXd>::computeInPlace();                                                  \
+  EACH void Eigen::ColPivHouseholderQR<Eigen::MatrixXd>::computeInPlace();                                            \
+  EACH Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>&                                                     \
+  Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>::compute(const Eigen::MatrixXd&, const Eigen::MatrixXd&,  \
+                                                                     int);                                            \
   EACH Eigen::LLT<Eigen::MatrixXd>& Eigen::LLT<Eigen::MatrixXd>::compute(const Eigen::EigenBase<Eigen::MatrixXd>&);   \
   EACH Eigen::LDLT<Eigen::MatrixXd>& Eigen::LDLT<Eigen::MatrixXd>::compute(const Eigen::EigenBase<Eigen::MatrixXd>&); \
   EACH Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>& Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>::compute(       \
