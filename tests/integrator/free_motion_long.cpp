@@ -22,9 +22,11 @@ TEST_P(FreeMotionLong, momentum_and_rotations_stay_for_a_million_stages_of_the_t
 
 INSTANTIATE_TEST_SUITE_P(Schemes, FreeMotionLong, ::testing::ValuesIn(all_schemes));
 
-// Energy over a million steps of 2.5 ms. Whether there is a trend is asked of ten block means: the slope of the line
-// through them, times the duration, against its standard error from their scatter; beyond 5.04 of them (the 99.9 % point
-// of Student's t with eight degrees of freedom) it counts as one. The motion is chaotic, so round-off picks one of many.
+// Energy over a million steps of 2.5 ms. Whether there is a trend is asked of five block means: the slope of the line
+// through them, times the duration, against its standard error from their scatter; beyond 12.92 of them (the 99.9 % point
+// of Student's t with three degrees of freedom) it counts as one. Blocks are long because the mean error wanders within
+// the band over hundreds of thousands of steps (up and down over four million); of ten blocks neighbours are alike. The
+// motion is chaotic, so round-off picks one of many.
 struct EnergyBand {
   Scheme scheme;
   double band;  // relative to the energy at the start
@@ -36,12 +38,12 @@ TEST_P(EnergyLong, stays_in_its_band_without_a_trend_for_a_million_steps_of_the_
   const EnergyBand expected = GetParam();
   const int every = integrator::composition(expected.scheme).stages() > 1 ? 100 : 10;
   const FreeMarch march = free_march(expected.scheme, 0.0025, 1'000'000, every);
-  const Trend found = trend(march.energy, 10);
+  const Trend found = trend(march.energy, 5);
   EXPECT_LE(march.energy_band(), tolerance(expected.band));
-  EXPECT_LE(std::abs(found.change), tolerance(5.04) * found.standard_error) << found.change;
+  EXPECT_LE(std::abs(found.change), tolerance(12.92) * found.standard_error) << found.change;
 }
 
-// Measured, band and slope times duration ± its standard error: paper 1.2e-2, (2.8 ± 2.9)e-5; trapezoid 1.10e-4,
+// Measured, band and slope times duration ± its standard error from ten blocks: paper 1.2e-2, (2.8 ± 2.9)e-5; trapezoid 1.10e-4,
 // (−3.2 ± 1.5)e-6, and 1.08e-4, (−5.4 ± 1.8)e-6 with other compiler options, so a tenth above the 1e-4 sought;
 // midpoint 3.3e-5, (1.6 ± 5.4)e-6; order4 9.5e-11, (8.7 ± 4.7)e-12.
 INSTANTIATE_TEST_SUITE_P(Schemes, EnergyLong,
