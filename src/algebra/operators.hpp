@@ -78,14 +78,17 @@ Entries entries_of(const A& x) {
 /// For loops that ask for no memory: C += factor A; C = A B; C += factor A B, where C is not A or B. C may be a part of a matrix.
 template <Dense A, typename C>
 void add_multiple(double factor, const A& a, C&& c) {
+  eigen_assert(a.rows() == c.rows() && a.cols() == c.cols());
   set_sum(1.0, entries_of(c), factor, entries_of(a), entries_of(c));
 }
 template <Dense A, Dense B, typename C>
 void set_product(const A& a, const B& b, C&& c) {
+  eigen_assert(a.rows() == c.rows() && a.cols() == b.rows() && b.cols() == c.cols());
   set_product(entries_of(a), entries_of(b), entries_of(c));
 }
 template <Dense A, Dense B, typename C>
 void add_product(double factor, const A& a, const B& b, C&& c) {
+  eigen_assert(a.rows() == c.rows() && a.cols() == b.rows() && b.cols() == c.cols());
   add_product(factor, entries_of(a), entries_of(b), entries_of(c));
 }
 
