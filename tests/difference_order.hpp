@@ -38,7 +38,7 @@ inline void expect_second_order_differences(const std::function<Eigen::VectorXd(
   }
   EXPECT_FALSE(equal) << "bit-equal: the same path ran twice";
   EXPECT_LE(best, tolerance(best_relative));
-  if (coarse > 1e-8) {  // round-off is no more than a tenth of the finer one
+  if (coarse > 1e-9) {
     EXPECT_NEAR(std::log2(coarse / fine) / 3.0, 2.0, 0.1) << "coarse " << coarse << ", fine " << fine;
   }
 }

@@ -121,17 +121,12 @@ PlainOf<A> plain(const A& x) {
   }
 }
 
-template <typename M>
+/// a + b, or a - b where the sign is negative.
+template <int sign, typename M>
 M sum(const M& a, const M& b) {
   M result;
-  for (int i = 0; i < M::SizeAtCompileTime; ++i) result.data()[i] = a.data()[i] + b.data()[i];
-  return result;
-}
-
-template <typename M>
-M difference(const M& a, const M& b) {
-  M result;
-  for (int i = 0; i < M::SizeAtCompileTime; ++i) result.data()[i] = a.data()[i] - b.data()[i];
+  for (int i = 0; i < M::SizeAtCompileTime; ++i)
+    result.data()[i] = sign > 0 ? a.data()[i] + b.data()[i] : a.data()[i] - b.data()[i];
   return result;
 }
 
@@ -155,57 +150,44 @@ Plain<rows, columns> product(const double* a, const double* b) {
   return result;
 }
 
+/// The same of whatever there is.
+template <int sign, Dense A, Dense B>
+SumOf<A, B> sum_of(const A& a, const B& b) {
+  if constexpr (AllFixed<A, B>) {
+    return sum<sign>(plain(a), plain(b));
+  } else {
+    eigen_assert(a.rows() == b.rows() && a.cols() == b.cols());
+    decltype(auto) left = in_place(a);
+    decltype(auto) right = in_place(b);
+    SumOf<A, B> result(a.rows(), a.cols());
+    set_sum(1.0, entries_of(left), sign, entries_of(right), entries_of(result));
+    return result;
+  }
+}
+
 }  // namespace lamprey::algebra
 
 namespace lamprey {
 
 template <typename A, typename B>
 requires algebra::OneShape<A, B> algebra::SumOf<A, B>
-operator+(const A& a, const B& b) {
-  using namespace algebra;
-  if constexpr (AllFixed<A, B>) {
-    return sum(plain(a), plain(b));
-  } else {
-    eigen_assert(a.rows() == b.rows() && a.cols() == b.cols());
-    decltype(auto) left = in_place(a);
-    decltype(auto) right = in_place(b);
-    SumOf<A, B> result(a.rows(), a.cols());
-    set_sum(1.0, entries_of(left), 1.0, entries_of(right), entries_of(result));
-    return result;
-  }
-}
+operator+(const A& a, const B& b) { return algebra::sum_of<1>(a, b); }
 
 template <typename A, typename B>
 requires algebra::OneShape<A, B> algebra::SumOf<A, B>
-operator-(const A& a, const B& b) {
-  using namespace algebra;
-  if constexpr (AllFixed<A, B>) {
-    return difference(plain(a), plain(b));
-  } else {
-    eigen_assert(a.rows() == b.rows() && a.cols() == b.cols());
-    decltype(auto) left = in_place(a);
-    decltype(auto) right = in_place(b);
-    SumOf<A, B> result(a.rows(), a.cols());
-    set_sum(1.0, entries_of(left), -1.0, entries_of(right), entries_of(result));
-    return result;
-  }
-}
+operator-(const A& a, const B& b) { return algebra::sum_of<-1>(a, b); }
 
 // The same into memory that nobody else needs.
 
 template <typename A, typename B>
 requires(algebra::OneShape<A, B>&& algebra::Temporary<A>) A operator+(A&& a, const B& b) {
-  eigen_assert(a.rows() == b.rows() && a.cols() == b.cols());
-  decltype(auto) right = algebra::in_place(b);
-  algebra::set_sum(1.0, algebra::entries_of(a), 1.0, algebra::entries_of(right), algebra::entries_of(a));
+  algebra::add_multiple(1.0, algebra::in_place(b), a);
   return std::move(a);
 }
 
 template <typename A, typename B>
 requires(algebra::OneShape<A, B>&& algebra::Temporary<A>) A operator-(A&& a, const B& b) {
-  eigen_assert(a.rows() == b.rows() && a.cols() == b.cols());
-  decltype(auto) right = algebra::in_place(b);
-  algebra::set_sum(1.0, algebra::entries_of(a), -1.0, algebra::entries_of(right), algebra::entries_of(a));
+  algebra::add_multiple(-1.0, algebra::in_place(b), a);
   return std::move(a);
 }
 
