@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "algebra/tiles.hpp"
+
 namespace lamprey::algebra {
 
 namespace {
@@ -39,14 +41,23 @@ Index stride(const Entries& m) {
   return order == ColMajor ? m.right : m.down;
 }
 
-void add_small(double factor, const Entries& A, const Entries& B, const Entries& C) {
-  for (Index j = 0; j < C.columns; ++j)
-    for (Index k = 0; k < A.columns; ++k) {
-      const double share = factor * B.data[k * B.down + j * B.right];
-      const double* from = A.data + k * A.right;
-      double* to = C.data + j * C.right;
-      for (Index i = 0; i < C.rows; ++i) to[i] += share * from[i * A.down];
-    }
+constexpr Index tiled_sizes = 160;      // rows, columns and depth together: up to here add_tiled is faster
+constexpr Index turned_entries = 1024;  // of a matrix that is laid by columns first
+
+template <int of_A>
+bool add_small(double factor, const Entries& A, const Entries& B, const Entries& C) {
+  if (C.rows + C.columns + A.columns > tiled_sizes) return false;
+  const Strided b{B.data, B.down, B.right};
+  if (of_A == ColMajor) {
+    add_tiled(factor, {A.data, A.rows, A.columns, A.right}, b, C.columns, C.data, C.right);
+    return true;
+  }
+  if (A.rows * A.columns > turned_entries) return false;
+  double turned[turned_entries];
+  for (Index k = 0; k < A.columns; ++k)
+    for (Index i = 0; i < A.rows; ++i) turned[k * A.rows + i] = A.data[i * A.down + k * A.right];
+  add_tiled(factor, {turned, A.rows, A.columns, A.rows}, b, C.columns, C.data, C.right);
+  return true;
 }
 
 template <int of_A, int of_B>
@@ -62,8 +73,7 @@ void add_large(double factor, const Entries& A, const Entries& B, const Entries&
 
 template <int of_A, int of_B>
 void add_matrix(double factor, const Entries& A, const Entries& B, const Entries& C) {
-  const bool small = C.rows + C.columns + A.columns < EIGEN_GEMM_TO_COEFFBASED_THRESHOLD;
-  small ? add_small(factor, A, B, C) : add_large<of_A, of_B>(factor, A, B, C);
+  if (!add_small<of_A>(factor, A, B, C)) add_large<of_A, of_B>(factor, A, B, C);
 }
 
 template <int order>

@@ -18,6 +18,34 @@ void for_each_freedom(const System& system, const Function& f) {
       f(at(i), entry, system.body(i).velocity_offset + entry);
 }
 
+// Rows of freedoms as columns, bodies one below the other from `row` on.
+void put(const System& system, const mechanics::FreedomRows& freedoms, Eigen::Index row, Eigen::Ref<MatrixXd> columns) {
+  for (int i = 0; i < system.body_count(); ++i) {
+    const model::Body& body = system.body(i);
+    const mechanics::Rows3& rows = freedoms[at(i)];
+    const Eigen::Index place = row + body.velocity_offset;
+    for (Eigen::Index r = 0; r < columns.cols(); ++r)
+      for (int entry = 0; entry < body.freedoms; ++entry) columns(place + entry, r) = rows(r, entry);
+  }
+}
+
+// One direction for each freedom's momentum, and three for p_x.
+void lay_unit_momenta(const System& system, mechanics::StepDirections& d) {
+  const Eigen::Index half = system.velocity_count();
+  for (mechanics::Rows3& rows : d.right) mechanics::clear_rows(half, rows);
+  for_each_freedom(system, [&](std::size_t i, int entry, int place) { d.right[i](place, entry) = 1.0; });
+  mechanics::clear_rows(half, d.displacement);
+  d.displacement.middleRows(half - 3, 3).setIdentity();
+}
+
+// Half a step's impulses of unit moments at a node along the freedoms, [freedoms][controls].
+void put_controls(const System& system, const mechanics::Rotations& R, double h, TangentWorkspace& work,
+                  Eigen::Ref<MatrixXd> columns) {
+  for (mechanics::Rows3& rows : work.control_rows) rows.setZero();
+  mechanics::add_control_rows(system, R, 0.5 * h, 0, work.control_rows);
+  put(system, work.control_rows, 0, columns);
+}
+
 }  // namespace
 
 StepTangent::StepTangent(const System& system)
@@ -31,8 +59,10 @@ TangentWorkspace::TangentWorkspace(const System& system)
       blocks(at(system.body_count())),
       damping(at(system.body_count()), Matrix3d::Zero()),
       elimination(system),
-      directions(system.body_count(), 2 * system.velocity_count() - 3 + system.control_count()),
-      jacobian(system.body_count(), 2 * system.velocity_count() - 3 + system.control_count()),
+      directions(system.body_count(), system.velocity_count()),
+      jacobian(system.body_count(), system.velocity_count()),
+      by_turns(system.velocity_count(), system.velocity_count() - 3),
+      by_controls(system.velocity_count() - 3, system.control_count()),
       control_rows(at(system.body_count()), mechanics::Rows3::Zero(mechanics::rows_for(system.control_count()), 3)) {
   for_each_freedom(system, [&](std::size_t i, int entry, int place) { directions.left[i](place, entry) = 1.0; });
 }
@@ -60,57 +90,36 @@ void linearize_step(const System& system, DiscreteLagrangian lagrangian, double 
     return;
   }
 
-  // directions: turns at k, then u_k, then the momentum at k, p_x last
+  // along turns at k, the next node held; then along the momentum at k, p_x last
   const Eigen::Index turns = half - 3;
-  const Eigen::Index controls = system.control_count();
-  const Eigen::Index given = turns + controls;  // those that change E⁻ at a fixed next node
   mechanics::StepDirections& d = work.directions;
   mechanics::StepJacobian& J = work.jacobian;
-  rates_at_beginning(step, work.balance, work.blocks, work.rates, d, turns, J);
-  const Eigen::Index all = given + half;
-  const auto set_against = [&](const mechanics::Rows3& rates, mechanics::Rows3& rows) {
-    mechanics::clear_rows(all, rows);
-    mechanics::add_rows(-1.0, rates, turns, rows);
-  };
-  for (std::size_t i = 0; i < d.right.size(); ++i) set_against(J.minus[i], d.right[i]);
-  set_against(J.linear, d.displacement);
-  d.displacement.middleRows(all - 3, 3).setIdentity();
-  mechanics::add_control_rows(system, interval.rotation, 0.5 * h, turns, d.right);
-  for_each_freedom(system, [&](std::size_t i, int entry, int place) { d.right[i](given + place, entry) = 1.0; });
+  rates_at_both_ends(step, work.balance, work.blocks, work.rates, d, turns, turns, J);
+  put(system, J.minus, 0, work.by_turns.topRows(turns));
+  work.by_turns.bottomRows(3) = J.linear.topRows(turns).transpose();
+  put(system, J.plus, half, tangent.A.leftCols(turns));
+  lay_unit_momenta(system, d);
   work.elimination.solve_rows(system, interval.rotation, interval.next_rotation, d.right, d.displacement);
-  rates_at_end(step, work.balance, work.blocks, work.rates, d, all, turns, J);
+  rates_at_end(step, work.balance, work.blocks, work.rates, d, half, J);
+  auto by_momentum = tangent.A.rightCols(half);
+  put(system, d.right, 0, by_momentum);
+  by_momentum.middleRows(turns, 3) = d.displacement.topRows(half).transpose();
+  put(system, J.plus, half, by_momentum);
+  by_momentum.bottomRows(3).setZero();
+  by_momentum.bottomRightCorner(3, 3).setIdentity();
 
-  const auto put = [&](const mechanics::FreedomRows& freedoms, Eigen::Index first, Eigen::Index count, Eigen::Index row,
-                       Eigen::Ref<MatrixXd> columns) {
-    for (int i = 0; i < system.body_count(); ++i) {
-      const model::Body& body = system.body(i);
-      const mechanics::Rows3& rows = freedoms[at(i)];
-      const Eigen::Index place = row + body.velocity_offset;
-      for (Eigen::Index r = 0; r < count; ++r) {
-        double* column = &columns.coeffRef(0, r) + place;
-        if (body.freedoms == 3) {
-          for (int entry = 0; entry < 3; ++entry) column[entry] = rows(first + r, entry);
-        } else {
-          for (int entry = 0; entry < body.freedoms; ++entry) column[entry] = rows(first + r, entry);
-        }
-      }
-    }
-  };
-  const auto put_all = [&](Eigen::Index first, Eigen::Index count, Eigen::Ref<MatrixXd> columns) {
-    put(d.right, first, count, 0, columns);
-    columns.middleRows(turns, 3) = d.displacement.middleRows(first, count).transpose();
-    put(J.plus, first, count, half, columns);
-    columns.bottomRows(3).setZero();
-  };
-  put_all(0, turns, tangent.A.leftCols(turns));
-  put_all(turns, controls, tangent.B);
-  put_all(given, half, tangent.A.rightCols(half));
+  // what turns at k and u_k change of E⁻ counts as momentum
+  const auto followed = by_momentum.topRows(half + turns);
+  auto by_turns = tangent.A.topLeftCorner(half + turns, turns);
+  by_turns.topRows(half).setZero();
+  algebra::add_product(-1.0, followed, work.by_turns, by_turns);
+  tangent.A.bottomLeftCorner(3, turns).setZero();
   tangent.A.middleCols(turns, 3).setZero();
   tangent.A.block(turns, turns, 3, 3).setIdentity();  // a shift of the whole
-  tangent.A.bottomRightCorner(3, 3).setIdentity();
-  for (mechanics::Rows3& rows : work.control_rows) rows.setZero();
-  mechanics::add_control_rows(system, interval.next_rotation, 0.5 * h, 0, work.control_rows);
-  put(work.control_rows, 0, controls, half, tangent.B_next);
+  put_controls(system, interval.rotation, h, work, work.by_controls);
+  tangent.B.setZero();
+  algebra::add_product(1.0, followed.leftCols(turns), work.by_controls, tangent.B.topRows(half + turns));
+  put_controls(system, interval.next_rotation, h, work, tangent.B_next.middleRows(half, turns));
 }
 
 PulledBack pull_back(const StepTangent& tangent, const MatrixXd& rows) {

@@ -40,6 +40,8 @@ struct TangentWorkspace {
   mechanics::TreeElimination elimination;
   mechanics::StepDirections directions;
   mechanics::StepJacobian jacobian;
+  MatrixXd by_turns;     // [velocity_count][freedoms] E⁻ and p_x by turns at k
+  MatrixXd by_controls;  // [freedoms][controls] impulse by moments at k, N m s/(N m)
   mechanics::FreedomRows control_rows;
 };
 

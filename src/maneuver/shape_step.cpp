@@ -149,8 +149,7 @@ Vector6d ShapeKernel::momentum(const mechanics::Interval& interval, double& scal
   scale = 0.0;
   for (int i = 0; i < system_.body_count(); ++i) {
     const std::size_t n = at(i);
-    const Vector3d own =
-        interval.rotation[n] * (interval.relative_rotation[n] * p.turn[n] + p.shift[n].cross(p.impulse[n]));
+    const Vector3d own = interval.rotation[n] * p.own_minus[n];
     angular += own;
     scale = std::max({scale, own.lpNorm<Eigen::Infinity>(), p.impulse[n].lpNorm<Eigen::Infinity>()});
     if (i == 0) continue;

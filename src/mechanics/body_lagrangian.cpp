@@ -120,12 +120,10 @@ BodyGradient BodyLagrangian::gradient(const BodyStep& step) const {
   const Vector3d& zeta = step.cayley;
   const Vector3d spin_momentum = J_ * zeta;
   BodyGradient result{2.0 / (1.0 + zeta.squaredNorm()) * (spin_momentum + spin_momentum.cross(zeta)), Vector3d::Zero()};
-  if (weights_.middle == 0.0 && !coupled_) {  // the common case, without the generality below
-    const Vector3d p = weights_.left * (M_ * step.shift);
-    const Vector3d y = step.rotation.transpose() * step.shift;
-    const Vector3d q = weights_.right * (M_ * y);
-    result.turn += q.cross(y);
-    result.shift = p + step.rotation * q;
+  if (weights_.middle == 0.0 && !coupled_) {
+    const BodyGradient translation = plain_share(step).translation_gradient();
+    result.turn += translation.turn;
+    result.shift = translation.shift;
   } else {
     const Spin spin(step.rotation);
     const Vector3d C_spin = C_ * spin.value;
@@ -153,18 +151,11 @@ BodyHessian BodyLagrangian::hessian(const BodyStep& step) const {
   const Matrix3d X = *Jd_ * F;
   BodyHessian H{X.trace() * Matrix3d::Identity() - X.transpose(), Matrix3d::Zero(), Matrix3d::Zero(), Matrix3d::Zero()};
   if (weights_.middle == 0.0 && !coupled_) {
-    H.shift_by_shift = weights_.left * M_;
-    if (weights_.right != 0.0) {
-      const Vector3d y = F.transpose() * step.shift;
-      const Matrix3d y_hat = hat(y);
-      const Matrix3d p_hat = hat(weights_.right * (M_ * y));
-      const Matrix3d FM = weights_.right * (F * M_);
-      const Matrix3d p_by_turn = weights_.right * (M_ * y_hat);
-      H.shift_by_shift += FM * F.transpose();
-      H.shift_by_turn = F * (p_by_turn - p_hat);
-      H.turn_by_shift = p_hat * F.transpose() - y_hat * FM.transpose();
-      H.turn_by_turn += p_hat * y_hat - y_hat * p_by_turn;
-    }
+    const auto translation = plain_share(step).translation_hessian();
+    H.turn_by_turn += translation.turn_by_turn;
+    H.turn_by_shift = translation.shift_by_turn.transpose();
+    H.shift_by_turn = translation.shift_by_turn;
+    H.shift_by_shift = translation.shift_by_shift;
   } else {
     const Spin spin(F);
     const Matrix3d spin_map = 0.5 * (spin.trace * Matrix3d::Identity() - F.transpose());
@@ -214,19 +205,11 @@ template <typename V>
 TurnAndShift<V> BodyLagrangian::gradient_rate(const BodyStep& step, const TurnAndShift<V>& direction) const {
   const V& a = direction.turn;
   const V& b = direction.shift;
+  if (plain()) return plain_share(step).gradient_rate(direction);
   const Matrix3d& F = step.rotation;
   const Matrix3d Ft = F.transpose();
   const Matrix3d Xt = Ft * *Jd_;
   V by_turn = Xt.trace() * a - Xt * a;
-  if (plain()) {
-    const Vector3d y = Ft * step.shift;
-    const Vector3d p = weights_.right * (M_ * y);
-    const V y_rate = cross(y, a) + Ft * b;
-    const V p_rate = weights_.right * (M_ * y_rate);
-    by_turn += cross(p_rate, y) + cross(p, y_rate);
-    const V by_shift = weights_.left * (M_ * b) + F * V(cross(a, p) + p_rate);
-    return {rate_ * by_turn, rate_ * by_shift};
-  }
   const Spin spin(F);
   const Matrix3d Ct = C_.transpose();
   const Vector3d C_spin = coupled_ ? Vector3d(C_ * spin.value) : Vector3d(Vector3d::Zero());
@@ -259,6 +242,7 @@ TurnAndShift<V> BodyLagrangian::gradient_rate(const BodyStep& step, const TurnAn
 template <typename V>
 TurnAndShift<V> BodyLagrangian::gradient_second_rate(const BodyStep& step, const BodyDirection& first,
                                                      const TurnAndShift<V>& second) const {
+  if (plain()) return PlainSecondRate<Matrix3d, Vector3d>(plain_share(step), first).along_second(second);
   const Matrix3d& F = step.rotation;
   const Matrix3d Ft = F.transpose();
   const Vector3d& a1 = first.turn;
@@ -266,19 +250,6 @@ TurnAndShift<V> BodyLagrangian::gradient_second_rate(const BodyStep& step, const
   const V& b2 = second.shift;
   const Matrix3d X = *Jd_ * F;
   V by_turn = along(-2.0 * dot(vee(X), a2), a1) + cross(a2, Vector3d(X.transpose() * a1));
-  if (plain()) {
-    const double k = weights_.right;
-    const Vector3d y = Ft * step.shift;
-    const Vector3d seen_1 = Ft * first.shift;
-    const Vector3d y_1 = y.cross(a1) + seen_1;
-    const V y_2 = cross(y, a2) + Ft * b2;
-    const V y_12 = cross(y_2, a1) - cross(a2, seen_1);
-    const Vector3d p = k * (M_ * y), p_1 = k * (M_ * y_1);
-    const V p_2 = k * (M_ * y_2), p_12 = k * (M_ * y_12);
-    const V by_shift = F * V(cross(a2, Vector3d(a1.cross(p) + p_1)) + cross(a1, p_2) + p_12);
-    by_turn += cross(p_12, y) + cross(p_1, y_2) + cross(p_2, y_1) + cross(p, y_12);
-    return {rate_ * by_turn, rate_ * by_shift};
-  }
   const Spin spin(F);
   const Matrix3d Ct = C_.transpose();
   const Vector3d none = Vector3d::Zero();

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "lie/so3.hpp"
-#include "mechanics/directions.hpp"
+#include "mechanics/plain_share.hpp"
 #include "model/system.hpp"
 
 namespace lamprey::mechanics {
@@ -33,12 +33,6 @@ struct BodyStep {
   const Matrix3d& rotation_minus_identity;  // F − I, without cancellation
   const Vector3d& cayley;                   // ζ: F = cayley(ζ)
   Vector3d shift;                           // w, m
-};
-
-/// Two parts, by or of F (body side on the right) and w; V: Vector3d, or Four3 of four directions at once.
-template <typename V>
-struct TurnAndShift {
-  V turn, shift;
 };
 
 /// By F and by w: γ, kg m²/s, and β, kg m/s.
@@ -71,10 +65,6 @@ class BodyLagrangian {
   double value(const BodyStep& step) const;
   BodyGradient gradient(const BodyStep& step) const;
   BodyHessian hessian(const BodyStep& step) const;
-  /// Whether momenta need none of the generality of coupling, midpoint and trace form.
-  bool plain() const { return !coupled_ && !trace_form_ && weights_.middle == 0.0; }
-  const Quadrature& weights() const { return weights_; }
-  const Matrix3d& trace_weight() const { return *Jd_; }
   /// Rate of the gradient along a constant direction or four (equation 8.11).
   template <typename V>
   TurnAndShift<V> gradient_rate(const BodyStep& step, const TurnAndShift<V>& along) const;
@@ -87,6 +77,10 @@ class BodyLagrangian {
                             BodyInertiaGradient& result) const;
 
  private:
+  bool plain() const { return !coupled_ && !trace_form_ && weights_.middle == 0.0; }
+  PlainShare<Matrix3d, Vector3d> plain_share(const BodyStep& step) const {
+    return {M_, *Jd_, weights_.left, weights_.right, rate_, step.rotation, step.shift};
+  }
   const Matrix3d& M_;
   const Matrix3d& C_;
   const Matrix3d& J_;

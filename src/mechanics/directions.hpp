@@ -1,7 +1,10 @@
 // One direction, a Vector3d, or four at once, a Four3: what formulas need that are linear in it and written once for both.
 #pragma once
 
-#include "mechanics/rows.hpp"
+#include <Eigen/Core>
+
+#include "lie/so3.hpp"
+#include "mechanics/four3.hpp"
 
 namespace lamprey::mechanics {
 
@@ -24,16 +27,13 @@ inline Vector3d cross(const Vector3d& u, const Vector3d& v) { return u.cross(v);
 /// s v.
 inline Vector3d along(double s, const Vector3d& v) { return s * v; }
 
-using lamprey::operator+;  // those of matrices, which the following would hide
-using lamprey::operator-;
-using lamprey::operator*;
-inline Four3 operator+(const Four3& u, const Four3& v) { return {u.x + v.x, u.y + v.y, u.z + v.z}; }
-inline Four3 operator-(const Four3& u, const Four3& v) { return {u.x - v.x, u.y - v.y, u.z - v.z}; }
-inline Four3 operator-(const Four3& v) { return {-v.x, -v.y, -v.z}; }
-inline Four3 operator*(double s, const Four3& v) { return {s * v.x, s * v.y, s * v.z}; }
-inline Four3& operator+=(Four3& u, const Four3& v) { return u = u + v; }
-inline Four3& operator-=(Four3& u, const Four3& v) { return u = u - v; }
-inline Four3& operator*=(Four3& v, double s) { return v = s * v; }
+inline Matrix3d transposed(const Matrix3d& A) { return A.transpose(); }
+inline double trace(const Matrix3d& A) { return A.trace(); }
+inline Matrix3d times_hat(const Matrix3d& A, const Vector3d& v) { return lie::times_hat(A, v); }
+inline Matrix3d hat_times(const Vector3d& v, const Matrix3d& A) { return lie::hat(v) * A; }
+inline Matrix3d dyad(const Vector3d& u, const Vector3d& v) { return u * v.transpose(); }
+inline Matrix3d minus_diagonal(const Matrix3d& A, double s) { return A - s * Matrix3d::Identity(); }
+
 inline Four3 operator*(const Matrix3d& A, const Four3& v) {
   return {A(0, 0) * v.x + A(0, 1) * v.y + A(0, 2) * v.z, A(1, 0) * v.x + A(1, 1) * v.y + A(1, 2) * v.z,
           A(2, 0) * v.x + A(2, 1) * v.y + A(2, 2) * v.z};
@@ -45,7 +45,6 @@ inline Four3 cross(const Vector3d& u, const Four3& v) {
 inline Four3 cross(const Four3& u, const Vector3d& v) {
   return {u.y * v[2] - u.z * v[1], u.z * v[0] - u.x * v[2], u.x * v[1] - u.y * v[0]};
 }
-inline Four3 along(double s, const Four3& v) { return s * v; }
 inline Four3 along(const Four& s, const Vector3d& v) { return {s * v[0], s * v[1], s * v[2]}; }
 
 /// Three directions, the columns of A, and a zero one.

@@ -26,6 +26,39 @@ Vector3d led_cayley(const Joint& joint, const Matrix3d& R_parent, const Matrix3d
   return composed(seen, std::tan(0.5 * joint_turn[universal ? 1 : 0]) * joint.child_axis);
 }
 
+// F − I, F and R' of all bodies from their Cayley vectors: F − I = 2/(1 + |ζ|²) (ζ̂ + ζζᵀ − |ζ|² I).
+void turn_bodies(Interval& step) {
+  for_each_four(step.cayley.size(), [&](const FourBodies& four) {
+    const Four3 zeta = four.read(step.cayley);
+    const Four square = dot(zeta, zeta);
+    const Four factor = 2.0 / (1.0 + square);
+    const Four3 z = factor * zeta;
+    const Four33 turned = plus_hat(minus_diagonal(dyad(z, zeta), factor * square), z);
+    const Four33 F = plus_identity(turned);
+    four.write(turned, step.relative_rotation_minus_identity);
+    four.write(F, step.relative_rotation);
+    four.write(four.read(step.rotation) * F, step.next_rotation);
+  });
+}
+
+void four_momenta(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step,
+                  const FourBodies& four, DiscreteMomenta& momenta) {
+  const FourShares shares(system, lagrangian, h, step, four);
+  const Four3 zeta = four.read(step.cayley);
+  const Four3 w = transposed(shares.R) * four.read(step.centre_displacement);
+  const TurnAndShift<Four3> translation = shares.with_shift(w).translation_gradient();
+  // 2 vee(J_d (F − I)) = 2/(1 + |ζ|²) (Jζ + Jζ × ζ), J = tr(J_d) I − J_d
+  const Four3 spin = trace(shares.trace_weight) * zeta - shares.trace_weight * zeta;
+  const Four factor = 2.0 / (1.0 + dot(zeta, zeta));
+  const Four3 turn = shares.rate * (factor * (spin + cross(spin, zeta)) + translation.turn);
+  const Four3 impulse = shares.rate * translation.shift;
+  four.write(w, momenta.shift);
+  four.write(turn, momenta.turn);
+  four.write(impulse, momenta.impulse);
+  four.write(shares.F * turn + cross(w, impulse), momenta.own_minus);
+  four.write(shares.R * impulse, momenta.subtree_linear);
+}
+
 // rad, to (−π, π].
 double wrapped(double angle) { return angle - 2.0 * M_PI * std::ceil((angle - M_PI) / (2.0 * M_PI)); }
 
@@ -48,6 +81,7 @@ DiscreteMomenta::DiscreteMomenta(int bodies)
       shift(at(bodies)),
       turn(at(bodies)),
       impulse(at(bodies)),
+      own_minus(at(bodies)),
       joint_minus(at(bodies)),
       joint_plus(at(bodies)) {}
 
@@ -57,9 +91,10 @@ void update_interval(const System& system, Interval& step) {
     if (body.freedoms < 3)
       step.cayley[at(i)] = led_cayley(system.joint(body.joint), step.rotation[at(body.parent)], step.rotation[at(i)],
                                       step.cayley[at(body.parent)], step.joint_turn[at(i)]);
-    step.relative_rotation_minus_identity[at(i)] = lie::cayley_minus_identity(step.cayley[at(i)]);
-    step.relative_rotation[at(i)] = Matrix3d::Identity() + step.relative_rotation_minus_identity[at(i)];
-    step.next_rotation[at(i)] = step.rotation[at(i)] * step.relative_rotation[at(i)];
+  }
+  turn_bodies(step);
+  for (int i : system.root_to_leaves()) {
+    const Body& body = system.body(i);
     if (body.parent < 0) {
       step.centre_displacement[at(i)] = step.displacement;
       continue;
@@ -101,6 +136,20 @@ double discrete_lagrangian(const System& system, DiscreteLagrangian lagrangian, 
   return value;
 }
 
+bool all_plain(const System& system, DiscreteLagrangian lagrangian) {
+  const Quadrature weights = quadrature(lagrangian);
+  return !system.coupled() && !weights.trace_form && weights.middle == 0.0;
+}
+
+FourShares::FourShares(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step,
+                       const FourBodies& four)
+    : mass(four.read(system.bodies(), &Body::mass_matrix)),
+      trace_weight(four.read(system.bodies(), &Body::trace_weight)),
+      R(four.read(step.rotation)),
+      F(four.read(step.relative_rotation)),
+      weights(quadrature(lagrangian)),
+      rate(1.0 / h) {}
+
 BodyStep body_step(const Interval& step, const DiscreteMomenta& momenta, int i) {
   return {step.relative_rotation[at(i)], step.relative_rotation_minus_identity[at(i)], step.cayley[at(i)],
           momenta.shift[at(i)]};
@@ -108,13 +157,20 @@ BodyStep body_step(const Interval& step, const DiscreteMomenta& momenta, int i) 
 
 void body_momenta(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step,
                   DiscreteMomenta& momenta) {
-  for (int i = 0; i < system.body_count(); ++i) {
-    const Matrix3d& R = step.rotation[at(i)];
-    momenta.shift[at(i)] = R.transpose() * step.centre_displacement[at(i)];
-    const BodyGradient own = BodyLagrangian(system, lagrangian, h, i).gradient(body_step(step, momenta, i));
-    momenta.turn[at(i)] = own.turn;
-    momenta.impulse[at(i)] = own.shift;
-    momenta.subtree_linear[at(i)] = R * own.shift;
+  if (all_plain(system, lagrangian)) {
+    for_each_four(momenta.turn.size(),
+                  [&](const FourBodies& four) { four_momenta(system, lagrangian, h, step, four, momenta); });
+  } else {
+    for (int i = 0; i < system.body_count(); ++i) {
+      const std::size_t n = at(i);
+      const Matrix3d& R = step.rotation[n];
+      momenta.shift[n] = R.transpose() * step.centre_displacement[n];
+      const BodyGradient own = BodyLagrangian(system, lagrangian, h, i).gradient(body_step(step, momenta, i));
+      momenta.turn[n] = own.turn;
+      momenta.impulse[n] = own.shift;
+      momenta.own_minus[n] = step.relative_rotation[n] * own.turn + momenta.shift[n].cross(own.shift);
+      momenta.subtree_linear[n] = R * own.shift;
+    }
   }
   sum_subtrees(system, momenta.subtree_linear);
   momenta.linear = momenta.subtree_linear[0];
@@ -123,8 +179,7 @@ void body_momenta(const System& system, DiscreteLagrangian lagrangian, double h,
 void momenta_at_beginning(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step,
                           DiscreteMomenta& momenta) {
   body_momenta(system, lagrangian, h, step, momenta);
-  for (std::size_t i = 0; i < momenta.turn.size(); ++i)
-    momenta.joint_minus[i] = step.relative_rotation[i] * momenta.turn[i] + momenta.shift[i].cross(momenta.impulse[i]);
+  momenta.joint_minus = momenta.own_minus;
   gather(system, step.rotation, momenta.subtree_linear, momenta.joint_minus, momenta.minus);
 }
 

@@ -5,6 +5,7 @@
 
 #include "mechanics/body_lagrangian.hpp"
 #include "mechanics/continuous.hpp"
+#include "mechanics/four_bodies.hpp"
 
 namespace lamprey::mechanics {
 
@@ -41,6 +42,7 @@ struct DiscreteMomenta {
   Vectors shift;        // [bodies] m, w_i: displacement of the mass centre, body frame at k
   Vectors turn;         // [bodies] kg m²/s, γ_i = π⁺_i, body frame at k + 1
   Vectors impulse;      // [bodies] kg m/s, β_i = R_iᵀ P_i, body frame at k
+  Vectors own_minus;    // [bodies] kg m²/s, π⁻_i = F_i γ_i + w_i × β_i, body frame at k
   Vectors joint_minus;  // [bodies] kg m²/s, angular momentum through the joint at k, body frame
   Vectors joint_plus;   // [bodies] kg m²/s, the same at k + 1
 
@@ -55,7 +57,7 @@ double discrete_lagrangian(const model::System& system, DiscreteLagrangian lagra
 void discrete_momenta(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
                       const Interval& interval, DiscreteMomenta& momenta);
 
-/// The bodies' own shares and their sums over subtrees: shift, turn, impulse, subtree_linear and linear.
+/// The bodies' own shares and their sums over subtrees: shift, turn, impulse, own_minus, subtree_linear and linear.
 void body_momenta(const model::System& system, DiscreteLagrangian lagrangian, double time_step,
                   const Interval& interval, DiscreteMomenta& momenta);
 
@@ -65,6 +67,21 @@ void momenta_at_beginning(const model::System& system, DiscreteLagrangian lagran
 
 /// The rest of it: p⁺, after momenta_at_beginning.
 void momenta_at_end(const model::System& system, const Interval& interval, DiscreteMomenta& momenta);
+
+/// Whether the shares of all bodies are plain: formulas of four bodies at once serve then.
+bool all_plain(const model::System& system, DiscreteLagrangian lagrangian);
+
+/// What the shares of four bodies are made of.
+struct FourShares {
+  FourShares(const model::System& system, DiscreteLagrangian lagrangian, double time_step, const Interval& interval,
+             const FourBodies& bodies);
+  PlainShare<Four33, Four3> with_shift(const Four3& w) const {
+    return {mass, trace_weight, weights.left, weights.right, rate, F, w};
+  }
+  Four33 mass, trace_weight, R, F;
+  Quadrature weights;
+  double rate;  // 1/h
+};
 
 /// What body i does in a step.
 BodyStep body_step(const Interval& interval, const DiscreteMomenta& momenta, int body);

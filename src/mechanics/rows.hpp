@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "algebra/four.hpp"
+#include "mechanics/four3.hpp"
 
 namespace lamprey::mechanics {
 
@@ -24,20 +24,14 @@ struct RowRange {
   RowRange(Eigen::Index first_, Eigen::Index end_) : first(first_), end(end_) {}
 };
 
-using algebra::Four;
+inline Four row_part(const Rows3& rows, Eigen::Index first, int column) {
+  return algebra::load<Four>(rows.data() + column * rows.rows() + first);
+}
 
-/// Three numbers for four directions.
-struct Four3 {
-  Four x, y, z;
-
-  static Four3 of_rows(const Rows3& rows, Eigen::Index first) {
-    return {part(rows, first, 0), part(rows, first, 1), part(rows, first, 2)};
-  }
-  static Four3 zero() { return {Four{}, Four{}, Four{}}; }
-  static Four part(const Rows3& rows, Eigen::Index first, int column) {
-    return algebra::load<Four>(rows.data() + column * rows.rows() + first);
-  }
-};
+/// Three numbers for the four directions from `first` on.
+inline Four3 four_rows(const Rows3& rows, Eigen::Index first) {
+  return {row_part(rows, first, 0), row_part(rows, first, 1), row_part(rows, first, 2)};
+}
 
 /// y = A x; x and y the same or not.
 inline void set_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range, Rows3& y) {
@@ -45,7 +39,7 @@ inline void set_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range
   double* to = y.data();
   const Eigen::Index rows = y.rows();
   for (Eigen::Index r = range.first; r < range.end; r += 4) {
-    const Four3 v = Four3::of_rows(x, r);
+    const Four3 v = four_rows(x, r);
     for (int c = 0; c < 3; ++c) algebra::store(a(c, 0) * v.x + a(c, 1) * v.y + a(c, 2) * v.z, to + c * rows + r);
   }
 }
@@ -56,7 +50,7 @@ inline void add_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range
   double* to = y.data();
   const Eigen::Index rows = y.rows();
   for (Eigen::Index r = range.first; r < range.end; r += 4) {
-    const Four3 v = Four3::of_rows(x, r);
+    const Four3 v = four_rows(x, r);
     for (int c = 0; c < 3; ++c) {
       double* sum = to + c * rows + r;
       algebra::store(algebra::load<Four>(sum) + (a(c, 0) * v.x + a(c, 1) * v.y + a(c, 2) * v.z), sum);
@@ -68,14 +62,14 @@ inline void add_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range
 inline void add_rows(double factor, const Rows3& x, RowRange range, Rows3& y) {
   for (int c = 0; c < 3; ++c)
     for (Eigen::Index r = range.first; r < range.end; r += 4)
-      algebra::store(Four3::part(y, r, c) + factor * Four3::part(x, r, c), y.data() + c * y.rows() + r);
+      algebra::store(row_part(y, r, c) + factor * row_part(x, r, c), y.data() + c * y.rows() + r);
 }
 
 /// y = x, likewise.
 inline void copy_rows(const Rows3& x, RowRange range, Rows3& y) {
   for (int c = 0; c < 3; ++c)
     for (Eigen::Index r = range.first; r < range.end; r += 4)
-      algebra::store(Four3::part(x, r, c), y.data() + c * y.rows() + r);
+      algebra::store(row_part(x, r, c), y.data() + c * y.rows() + r);
 }
 
 /// y = 0, likewise.

@@ -1,5 +1,7 @@
 #include "mechanics/step_balance.hpp"
 
+#include "mechanics/second_momenta.hpp"
+
 namespace lamprey::mechanics {
 
 namespace {
@@ -69,74 +71,23 @@ void add_brackets(const System& system, const Freedoms& turn, const Freedoms& mo
     if (system.body(i).freedoms == 3) result[at(i)] += weight * turn[at(i)].cross(momentum[at(i)]);
 }
 
-// A second direction, or four, as one body sees it, and how the first one changes along it.
-template <typename V>
-struct SecondMotion {
-  V turn;                                          // η_2
-  V seen, shift;                                   // a_2, b_2
-  V gamma, beta;                                   // rates along it
-  V turn_change, next_turn_change, centre_change;  // η_12, η'_12, δD_12
-};
-
-// Second rates of a body's momenta: P_12, π⁻_12, π⁺_12 of equation 8.31.
-template <typename V>
-struct SecondMomenta {
-  V force, moment, next;
-};
-
-template <typename V, typename GradientRate>
-SecondMomenta<V> second_momenta(const ForcedStep& step, const DiscreteMomenta& p, const StepRate& first_rate, int i,
-                                const SecondMotion<V>& second, const GradientRate& gradient_rate) {
-  const std::size_t n = at(i);
-  const Matrix3d& R = step.interval.rotation[n];
-  const Matrix3d Rt = R.transpose();
-  const Matrix3d& F = step.interval.relative_rotation[n];
-  const Matrix3d Ft = F.transpose();
-  const Vector3d& w = p.shift[n];
-  const Vector3d& gamma = p.turn[n];
-  const Vector3d& beta = p.impulse[n];
-  const Vector3d& eta_1 = first_rate.turn[n];
-  const auto& [a_1, b_1] = first_rate.seen[n];
-  const auto& [gamma_1, beta_1] = first_rate.gradient[n];
-  const V& eta_2 = second.turn;
-  const V& eta_12 = second.turn_change;
-  const V a_12 = second.next_turn_change - Ft * eta_12 + cross(second.seen, Vector3d(Ft * eta_1));
-  const V b_12 = cross(second.shift, eta_1) + cross(w, eta_12) - cross(eta_2, Vector3d(Rt * first_rate.centre[n])) +
-                 Rt * second.centre_change;
-  const BodyLagrangian body(step.system, step.lagrangian, step.time_step, i);
-  const BodyStep moved = body_step(step.interval, p, i);
-  const TurnAndShift<V> constant =
-      body.gradient_second_rate(moved, first_rate.seen[n], TurnAndShift<V>{second.seen, second.shift});
-  const TurnAndShift<V> changed = gradient_rate(body, moved, TurnAndShift<V>{a_12, b_12});
-  const V gamma_12 = constant.turn + changed.turn;
-  const V beta_12 = constant.shift + changed.shift;
-  SecondMomenta<V> result;
-  result.force = R * V(cross(eta_2, Vector3d(eta_1.cross(beta) + beta_1)) + cross(eta_12, beta) +
-                       cross(eta_1, second.beta) + beta_12);
-  result.moment = F * V(cross(second.seen, Vector3d(a_1.cross(gamma) + gamma_1)) + cross(a_12, gamma) +
-                        cross(a_1, second.gamma) + gamma_12) +
-                  cross(b_12, beta) + cross(b_1, second.beta) + cross(second.shift, beta_1) + cross(w, beta_12);
-  result.next = gamma_12;
-  return result;
-}
-
-// Block of a body whose translation is weighed at the ends of the step alone (equation 4.15).
-void plain_block(const Matrix3d& M, const BodyLagrangian& body, double time_step, const Interval& interval,
-                 const Vector3d& w, std::size_t n, BodyBlock& block) {
-  const Matrix3d& R = interval.rotation[n];
-  const Matrix3d& R_next = interval.next_rotation[n];
-  const Matrix3d& F = interval.relative_rotation[n];
-  const double left = body.weights().left / time_step;
-  const double right = body.weights().right / time_step;
-  const Vector3d w_next = F.transpose() * w;
-  const Matrix3d X = F * body.trace_weight();
-  const Matrix3d RM = left * (R * M);
-  const Matrix3d RM_next = right * (R_next * M);
-  block.moment_by_turn = (X.trace() * F - X * F) / time_step;
-  block.force_by_shift = RM * R.transpose() + RM_next * R_next.transpose();
-  block.force_by_turn = lie::times_hat(RM_next, w_next) - lie::times_hat(R_next, right * (M * w_next));
+// Blocks of bodies whose translation is weighed at the ends of the step alone (equation 4.15).
+void four_blocks(const System& system, DiscreteLagrangian lagrangian, double time_step, const Interval& interval,
+                 const DiscreteMomenta& p, const FourBodies& four, std::vector<BodyBlock>& blocks) {
+  const FourShares of(system, lagrangian, time_step, interval, four);
+  const Four33 R_next = four.read(interval.next_rotation);
+  const Four3 w = four.read(p.shift);
+  const double left = of.rate * of.weights.left, right = of.rate * of.weights.right;
+  const Four3 w_next = transposed(of.F) * w;
+  const Four33 X = of.F * of.trace_weight;
+  const Four33 RM = left * (of.R * of.mass);
+  const Four33 RM_next = right * (R_next * of.mass);
+  four.write(of.rate * (trace(X) * of.F - X * of.F), blocks, &BodyBlock::moment_by_turn);
+  four.write(RM * transposed(of.R) + RM_next * transposed(R_next), blocks, &BodyBlock::force_by_shift);
+  four.write(times_hat(RM_next, w_next) - times_hat(R_next, right * (of.mass * w_next)), blocks,
+             &BodyBlock::force_by_turn);
   // (ŵ M − (M w)^) Rᵀ, transposed
-  block.moment_by_shift = (lie::times_hat(R, left * (M * w)) - lie::times_hat(RM, w)).transpose();
+  four.write(transposed(times_hat(of.R, left * (of.mass * w)) - times_hat(RM, w)), blocks, &BodyBlock::moment_by_shift);
 }
 
 }  // namespace
@@ -206,9 +157,7 @@ void gather_balance(const ForcedStep& step, StepBalance& balance) {
   add_node_moments(system, step.interval.rotation, step.control, -0.5 * step.time_step, balance.joint_minus);
   add_node_moments(system, step.interval.next_rotation, step.control_next, 0.5 * step.time_step, balance.joint_plus);
   for (int i = 0; i < system.body_count(); ++i) {
-    const Vector3d& w = p.shift[at(i)];
-    balance.moment[at(i)] = step.interval.relative_rotation[at(i)] * p.turn[at(i)] + w.cross(p.impulse[at(i)]) +
-                            balance.joint_minus.body[at(i)];
+    balance.moment[at(i)] = p.own_minus[at(i)] + balance.joint_minus.body[at(i)];
     balance.moment_next[at(i)] = p.turn[at(i)] + balance.joint_plus.body[at(i)];
   }
   gather(system, step.interval.rotation, p.subtree_linear, balance.moment, balance.minus);
@@ -309,13 +258,14 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
       work.moment_next[n] = work.joint_plus.body[n];
       continue;
     }
-    const SecondMomenta<Vector3d> momenta = second_momenta<Vector3d>(
-        step, p, first_rate, i,
-        {second_rate.turn[n], second_rate.seen[n].turn, second_rate.seen[n].shift, second_rate.gradient[n].turn,
-         second_rate.gradient[n].shift, work.turn_change[n], work.turn_change_next[n], work.centre_change[n]},
-        [](const BodyLagrangian& body, const BodyStep& moved, const BodyDirection& along) {
-          return body.gradient_rate(moved, along);
-        });
+    const BodyLagrangian body(system, step.lagrangian, step.time_step, i);
+    const BodyStep moved = body_step(interval, p, i);
+    const SecondMomenta<Vector3d> momenta = second_momenta(
+        first_motion(interval, p, first_rate, n),
+        SecondMotion<Vector3d>{second_rate.turn[n], second_rate.seen[n], second_rate.gradient[n], work.turn_change[n],
+                               work.turn_change_next[n], work.centre_change[n]},
+        [&](const BodyDirection& along) { return body.gradient_second_rate(moved, first_rate.seen[n], along); },
+        [&](const BodyDirection& along) { return body.gradient_rate(moved, along); });
     work.force[n] = momenta.force;
     work.moment[n] = momenta.moment + work.joint_minus.body[n];
     work.moment_next[n] = momenta.next + work.joint_plus.body[n];
@@ -337,34 +287,6 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
   for (Vector3d& entry : minus) entry = -entry;
 }
 
-void body_second_rates(const ForcedStep& step, const StepBalance& balance, const StepRate& first_rate,
-                       const BodyHessian& H, int i, BodySecondRates& rates) {
-  const std::size_t n = at(i);
-  const DiscreteMomenta& p = balance.momenta;
-  const Four3 none = Four3::zero();
-  const auto gradient_rate = [&](const BodyLagrangian&, const BodyStep&, const TurnAndShift<Four3>& d) {
-    return TurnAndShift<Four3>{H.turn_by_turn * d.turn + H.turn_by_shift * d.shift,
-                               H.shift_by_turn * d.turn + H.shift_by_shift * d.shift};
-  };
-  const auto along = [&](const Four3& turn, const TurnAndShift<Four3>& seen, const TurnAndShift<Four3>& rate,
-                         BodyMomentaRates& by) {
-    const SecondMomenta<Four3> momenta = second_momenta<Four3>(
-        step, p, first_rate, i, {turn, seen.turn, seen.shift, rate.turn, rate.shift, none, none, none}, gradient_rate);
-    read_columns(momenta.force, by.force);
-    read_columns(momenta.moment, by.moment);
-    read_columns(momenta.next, by.next);
-  };
-  const Matrix3d Ft = step.interval.relative_rotation[n].transpose();
-  const Matrix3d Rt = step.interval.rotation[n].transpose();
-  const Matrix3d w = hat(p.shift[n]);
-  const Four3 unit = columns(Matrix3d::Identity());
-  along(unit, {columns(-Ft), columns(w)},
-        {columns(H.turn_by_shift * w - H.turn_by_turn * Ft), columns(H.shift_by_shift * w - H.shift_by_turn * Ft)},
-        rates.by_left);
-  along(none, {unit, none}, {columns(H.turn_by_turn), columns(H.shift_by_turn)}, rates.by_right);
-  along(none, {none, columns(Rt)}, {columns(H.turn_by_shift * Rt), columns(H.shift_by_shift * Rt)}, rates.by_shift);
-}
-
 void set_block(const Interval& interval, const DiscreteMomenta& p, const BodyHessian& H, std::size_t n,
                BodyBlock& block) {
   const Matrix3d& R = interval.rotation[n];
@@ -378,14 +300,15 @@ void set_block(const Interval& interval, const DiscreteMomenta& p, const BodyHes
 
 void step_blocks(const System& system, DiscreteLagrangian lagrangian, double time_step, const Interval& interval,
                  const DiscreteMomenta& p, std::vector<BodyBlock>& blocks) {
+  if (all_plain(system, lagrangian)) {
+    for_each_four(blocks.size(), [&](const FourBodies& four) {
+      four_blocks(system, lagrangian, time_step, interval, p, four, blocks);
+    });
+    return;
+  }
   for (int i = 0; i < system.body_count(); ++i) {
-    const std::size_t n = at(i);
     const BodyLagrangian body(system, lagrangian, time_step, i);
-    if (body.plain()) {
-      plain_block(system.body(i).mass_matrix, body, time_step, interval, p.shift[n], n, blocks[n]);
-      continue;
-    }
-    set_block(interval, p, body.hessian(body_step(interval, p, i)), n, blocks[n]);
+    set_block(interval, p, body.hessian(body_step(interval, p, i)), at(i), blocks[at(i)]);
   }
 }
 

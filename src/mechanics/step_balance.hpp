@@ -80,20 +80,6 @@ void evaluate_adjoint_rate(const ForcedStep& step, const StepBalance& balance, c
                            const StepRate& first_rate, const StepVariation& second, const StepRate& second_rate,
                            SecondRateWorkspace& work, Freedoms& minus, Freedoms& plus, Vector3d& linear);
 
-/// How a body's momenta change along turns of three kinds: columns by η, by η' or by the displacement of its mass centre.
-struct BodyMomentaRates {
-  Matrix3d force, moment, next;  // of P (world), of π⁻ and of π⁺
-};
-
-struct BodySecondRates {
-  BodyMomentaRates by_left, by_right, by_shift;
-};
-
-/// Of a body whose share has this Hessian: rates of what its momenta's rates along the first direction are (constant
-/// turns), by a second direction: the body's part in evaluate_adjoint_rate as matrices.
-void body_second_rates(const ForcedStep& step, const StepBalance& balance, const StepRate& first_rate,
-                       const BodyHessian& hessian, int body, BodySecondRates& rates);
-
 /// Block of body n from the Hessian of its share.
 void set_block(const Interval& interval, const DiscreteMomenta& momenta, const BodyHessian& hessian, std::size_t n,
                BodyBlock& block);

@@ -1,5 +1,7 @@
 #include "mechanics/step_hessian.hpp"
 
+#include "mechanics/second_momenta.hpp"
+
 namespace lamprey::mechanics {
 
 namespace {
@@ -10,6 +12,90 @@ using model::at;
 using model::Body;
 using model::Joint;
 using model::System;
+
+// Columns of the momenta's rates, one unit direction after the other; `of` gives a direction's second momenta.
+template <typename Of>
+BodyMomentaRates three_columns(const Of& of) {
+  BodyMomentaRates by;
+  const SecondMomenta<Four3> momenta = of();
+  read_columns(momenta.force, by.force);
+  read_columns(momenta.moment, by.moment);
+  read_columns(momenta.next, by.next);
+  return by;
+}
+
+// Rates of what a body's momenta's rates along the first direction are (constant turns), by a second direction: its part
+// in evaluate_adjoint_rate as matrices. Its share has this Hessian.
+void body_second_rates(const ForcedStep& step, const StepBalance& balance, const StepRate& first_rate,
+                       const BodyHessian& H, int i, BodySecondRates& rates) {
+  const std::size_t n = at(i);
+  const BodyLagrangian body(step.system, step.lagrangian, step.time_step, i);
+  const BodyStep moved = body_step(step.interval, balance.momenta, i);
+  const auto first = first_motion(step.interval, balance.momenta, first_rate, n);
+  const Four3 none = Four3::zero();
+  const auto along = [&](const Four3& turn, const TurnAndShift<Four3>& seen, const TurnAndShift<Four3>& rate) {
+    return three_columns([&] {
+      return second_momenta(
+          first, SecondMotion<Four3>{turn, seen, rate, none, none, none},
+          [&](const TurnAndShift<Four3>& d) { return body.gradient_second_rate(moved, first_rate.seen[n], d); },
+          [&](const TurnAndShift<Four3>& d) {
+            return TurnAndShift<Four3>{H.turn_by_turn * d.turn + H.turn_by_shift * d.shift,
+                                       H.shift_by_turn * d.turn + H.shift_by_shift * d.shift};
+          });
+    });
+  };
+  const Matrix3d Ft = first.F.transpose();
+  const Matrix3d Rt = first.R.transpose();
+  const Matrix3d w = hat(first.w);
+  const Four3 unit = columns(Matrix3d::Identity());
+  rates.by_left =
+      along(unit, {columns(-Ft), columns(w)},
+            {columns(H.turn_by_shift * w - H.turn_by_turn * Ft), columns(H.shift_by_shift * w - H.shift_by_turn * Ft)});
+  rates.by_right = along(none, {unit, none}, {columns(H.turn_by_turn), columns(H.shift_by_turn)});
+  rates.by_shift = along(none, {none, columns(Rt)}, {columns(H.turn_by_shift * Rt), columns(H.shift_by_shift * Rt)});
+}
+
+// The same of four bodies, a direction after the other.
+void four_second_rates(const ForcedStep& step, const StepBalance& balance, const StepRate& first_rate,
+                       const std::vector<BodyRates>& body_rates, const FourBodies& four,
+                       std::vector<BodySecondRates>& rates) {
+  const DiscreteMomenta& p = balance.momenta;
+  const FourShares of(step.system, step.lagrangian, step.time_step, step.interval, four);
+  const Four3 w = four.read(p.shift);
+  const FirstMotion<Four33, Four3> first(of.R, of.F, w, {four.read(p.turn), four.read(p.impulse)},
+                                         four.read(first_rate.turn), four.read(first_rate.centre),
+                                         four.read(first_rate.seen), four.read(first_rate.gradient));
+  const PlainShare<Four33, Four3> share = of.with_shift(w);
+  const PlainSecondRate<Four33, Four3> second_rate(share, first.seen);
+  const auto hessian = [&](Matrix3d BodyHessian::*part) { return four.read(body_rates, &BodyRates::hessian, part); };
+  const Four33 turn_by_turn = hessian(&BodyHessian::turn_by_turn), turn_by_shift = hessian(&BodyHessian::turn_by_shift),
+               shift_by_turn = hessian(&BodyHessian::shift_by_turn),
+               shift_by_shift = hessian(&BodyHessian::shift_by_shift);
+  const auto rate = [&](const TurnAndShift<Four3>& d) {
+    return TurnAndShift<Four3>{turn_by_turn * d.turn + turn_by_shift * d.shift,
+                               shift_by_turn * d.turn + shift_by_shift * d.shift};
+  };
+  const Four3 none = Four3::zero();
+  const auto along = [&](const Four33& turn, const Four33& a, const Four33& b, BodyMomentaRates BodySecondRates::*by) {
+    Four33 force, moment, next;
+    for (const auto column : {&Four33::x, &Four33::y, &Four33::z}) {
+      const TurnAndShift<Four3> seen{a.*column, b.*column};
+      const SecondMomenta<Four3> momenta = second_momenta(
+          first, SecondMotion<Four3>{turn.*column, seen, rate(seen), none, none, none},
+          [&](const TurnAndShift<Four3>& d) { return second_rate.along_second(d); }, rate);
+      force.*column = momenta.force;
+      moment.*column = momenta.moment;
+      next.*column = momenta.next;
+    }
+    four.write(force, rates, by, &BodyMomentaRates::force);
+    four.write(moment, rates, by, &BodyMomentaRates::moment);
+    four.write(next, rates, by, &BodyMomentaRates::next);
+  };
+  const Four33 zero{none, none, none}, unit = plus_identity(zero);
+  along(unit, -1.0 * transposed(of.F), plus_hat(zero, w), &BodySecondRates::by_left);
+  along(zero, unit, zero, &BodySecondRates::by_right);
+  along(zero, zero, transposed(of.R), &BodySecondRates::by_shift);
+}
 
 // A node of the step: where the bodies are, how the first direction turns them, and what turns them in rows.
 struct NodeRows {
@@ -249,10 +335,16 @@ void adjoint_rates(const ForcedStep& step, const StepBalance& balance, const std
                        by_right};
   turn_change_rows(system, left, H.turn_change);
   turn_change_rows(system, right, H.turn_change_next);
+  if (all_plain(system, step.lagrangian)) {
+    for_each_four(H.body.size(),
+                  [&](const FourBodies& four) { four_second_rates(step, balance, first_rate, rates, four, H.body); });
+  } else {
+    for (int i = 0; i < system.body_count(); ++i)
+      body_second_rates(step, balance, first_rate, rates[at(i)].hessian, i, H.body[at(i)]);
+  }
   for (int i : system.root_to_leaves()) {
     const std::size_t n = at(i);
-    BodySecondRates& by = H.body[n];
-    body_second_rates(step, balance, first_rate, rates[n].hessian, i, by);
+    const BodySecondRates& by = H.body[n];
     set_product(by.by_shift.force, J.centre[n], all, H.force[n]);
     add_product(by.by_left.force, J.turn[n], by_left, H.force[n]);
     add_product(by.by_right.force, J.turn_next[n], by_right, H.force[n]);
@@ -278,7 +370,7 @@ void adjoint_rates(const ForcedStep& step, const StepBalance& balance, const std
     add_product(blocks[n].force_by_turn, H.turn_change_next[n], by_right, H.force[n]);
     add_product(rates[n].moment_by_left, H.turn_change[n], by_left, H.moment[n]);
     add_product(blocks[n].moment_by_turn, H.turn_change_next[n], by_right, H.moment[n]);
-    add_product(rates[n].next_by_turn, H.turn_change_next[n], by_right, H.moment_next[n]);
+    add_product(rates[n].hessian.turn_by_turn, H.turn_change_next[n], by_right, H.moment_next[n]);
   }
   sum_row_subtrees(system, all, H.force);
   copy_rows(H.force[0], all, H.linear);

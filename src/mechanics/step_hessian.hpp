@@ -6,6 +6,15 @@
 
 namespace lamprey::mechanics {
 
+/// How a body's momenta change along turns of three kinds: columns by η, by η' or by the displacement of its mass centre.
+struct BodyMomentaRates {
+  Matrix3d force, moment, next;  // of P (world), of π⁻ and of π⁺
+};
+
+struct BodySecondRates {
+  BodyMomentaRates by_left, by_right, by_shift;
+};
+
 /// Rates of the adjoint along directions, and what is needed on the way.
 struct StepHessian {
   FreedomRows minus, plus;  // [bodies][directions] as evaluate_adjoint_rate's

@@ -176,7 +176,7 @@ void plus_rows(const ForcedStep& step, const StepBalance& balance, const std::ve
   for (std::size_t n = 0; n < blocks.size(); ++n) {
     set_product(rates[n].next_by_shift, J.centre[n], ends.all, J.moment_next[n]);
     add_product(rates[n].next_by_left, J.turn[n], ends.left, J.moment_next[n]);
-    add_product(rates[n].next_by_turn, J.turn_next[n], ends.right, J.moment_next[n]);
+    add_product(rates[n].hessian.turn_by_turn, J.turn_next[n], ends.right, J.moment_next[n]);
     clear_rows(ends.all, J.plus[n]);
   }
   const Rotations& R = step.interval.next_rotation;
@@ -185,6 +185,40 @@ void plus_rows(const ForcedStep& step, const StepBalance& balance, const std::ve
   add_damping_rows(system, step.interval, d, ends, -1.0, true, J, J.moment_next, J.plus);
   gather_rows(system, R, balance.momenta.subtree_linear, balance.moment_next, d.right, J.turn_next, ends.all,
               ends.right, J.force, J.moment_next, J.plus);
+}
+
+// As body_rates, the Hessian's blocks put in (equations 4.15 and 8.29).
+void four_rates(const ForcedStep& step, const DiscreteMomenta& p, const FourBodies& four,
+                std::vector<BodyBlock>& blocks, std::vector<BodyRates>& rates) {
+  const FourShares of(step.system, step.lagrangian, step.time_step, step.interval, four);
+  const Four3 w = four.read(p.shift);
+  const Four3 turn = four.read(p.turn), impulse = four.read(p.impulse);
+  const Four33 Ft = transposed(of.F), Rt = transposed(of.R);
+  const auto translation = of.with_shift(w).translation_hessian();
+  const Four33 Xt = Ft * of.trace_weight;
+  const Four33 turn_by_turn = of.rate * (translation.turn_by_turn + minus_diagonal(-1.0 * Xt, -trace(Xt)));
+  const Four33 shift_by_turn = of.rate * translation.shift_by_turn;
+  const Four33 turn_by_shift = transposed(shift_by_turn);
+  const Four33 shift_by_shift = of.rate * translation.shift_by_shift;
+  four.write(turn_by_turn, rates, &BodyRates::hessian, &BodyHessian::turn_by_turn);
+  four.write(turn_by_shift, rates, &BodyRates::hessian, &BodyHessian::turn_by_shift);
+  four.write(shift_by_turn, rates, &BodyRates::hessian, &BodyHessian::shift_by_turn);
+  four.write(shift_by_shift, rates, &BodyRates::hessian, &BodyHessian::shift_by_shift);
+
+  const Four33 moment_by_turn = of.F * plus_hat(turn_by_turn, -turn) + hat_times(w, shift_by_turn);
+  const Four33 moment_by_shift = plus_hat(of.F * turn_by_shift + hat_times(w, shift_by_shift), -impulse) * Rt;
+  const Four33 force_by_turn = of.R * shift_by_turn;
+  const Four33 force_by_shift = of.R * shift_by_shift * Rt;
+  four.write(moment_by_turn, blocks, &BodyBlock::moment_by_turn);
+  four.write(moment_by_shift, blocks, &BodyBlock::moment_by_shift);
+  four.write(force_by_turn, blocks, &BodyBlock::force_by_turn);
+  four.write(force_by_shift, blocks, &BodyBlock::force_by_shift);
+
+  const Four33 Rw = times_hat(of.R, w);  // w × η as a displacement
+  four.write(force_by_shift * Rw - force_by_turn * Ft - times_hat(of.R, impulse), rates, &BodyRates::force_by_left);
+  four.write(moment_by_shift * Rw - moment_by_turn * Ft, rates, &BodyRates::moment_by_left);
+  four.write(turn_by_shift * Rt, rates, &BodyRates::next_by_shift);
+  four.write(times_hat(turn_by_shift, w) - turn_by_turn * Ft, rates, &BodyRates::next_by_left);
 }
 
 }  // namespace
@@ -211,6 +245,10 @@ StepJacobian::StepJacobian(int bodies, Index directions)
 // With a = η' − Fᵀη and b = w × η + Rᵀδ inserted into the rates of P, π⁻ and π⁺.
 void body_rates(const ForcedStep& step, const DiscreteMomenta& p, std::vector<BodyBlock>& blocks,
                 std::vector<BodyRates>& rates) {
+  if (all_plain(step.system, step.lagrangian)) {
+    for_each_four(blocks.size(), [&](const FourBodies& four) { four_rates(step, p, four, blocks, rates); });
+    return;
+  }
   for (int i = 0; i < step.system.body_count(); ++i) {
     const std::size_t n = at(i);
     const BodyHessian& H = rates[n].hessian =
@@ -224,7 +262,6 @@ void body_rates(const ForcedStep& step, const DiscreteMomenta& p, std::vector<Bo
     BodyRates& by = rates[n];
     by.force_by_left = block.force_by_shift * Rw - block.force_by_turn * Ft - lie::times_hat(R, p.impulse[n]);
     by.moment_by_left = block.moment_by_shift * Rw - block.moment_by_turn * Ft;
-    by.next_by_turn = H.turn_by_turn;
     by.next_by_shift = H.turn_by_shift * R.transpose();
     by.next_by_left = lie::times_hat(H.turn_by_shift, w) - H.turn_by_turn * Ft;
   }
@@ -256,19 +293,9 @@ void sum_row_subtrees(const System& system, RowRange range, FreedomRows& force) 
       add_rows(1.0, force[at(*position)], range, force[at(system.body(*position).parent)]);
 }
 
-void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
-                        const std::vector<BodyRates>& rates, const StepDirections& d, Index count, StepJacobian& J) {
-  const Ends ends{count, 0, count};
-  turns_of_rows(step.system, step.interval.rotation, d.left, ends.left, J.turn);
-  add_up_forces(step.system, step.interval, blocks, rates, d, ends, J);
-  copy_rows(J.force[0], ends.all, J.linear);
-  minus_rows(step, balance, blocks, rates, d, ends, J);
-}
-
 void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
-                  const std::vector<BodyRates>& rates, const StepDirections& d, Index count, Index left_count,
-                  StepJacobian& J) {
-  const Ends ends{left_count, count, count};
+                  const std::vector<BodyRates>& rates, const StepDirections& d, Index count, StepJacobian& J) {
+  const Ends ends{0, count, count};
   turns_of_rows(step.system, step.interval.next_rotation, d.right, ends.right, J.turn_next);
   add_up_forces(step.system, step.interval, blocks, rates, d, ends, J);
   plus_rows(step, balance, blocks, rates, d, ends, J);

@@ -27,25 +27,19 @@ struct StepJacobian {
 /// Of a body's momenta, by its turn η at k, its turn η' at k + 1 and the displacement δ of its mass centre; what its
 /// BodyBlock does not hold.
 struct BodyRates {
-  Matrix3d force_by_left, moment_by_left;              // P (world) and π⁻ by η
-  Matrix3d next_by_left, next_by_turn, next_by_shift;  // π⁺ by η, η' and δ
-  BodyHessian hessian;                                 // of the body's share
+  Matrix3d force_by_left, moment_by_left;  // P (world) and π⁻ by η
+  Matrix3d next_by_left, next_by_shift;    // π⁺ by η and δ; by η' it is hessian.turn_by_turn
+  BodyHessian hessian;                     // of the body's share
 };
 
 /// Both for all bodies, [bodies], from the Hessians of their shares.
 void body_rates(const ForcedStep& step, const DiscreteMomenta& momenta, std::vector<BodyBlock>& blocks,
                 std::vector<BodyRates>& rates);
 
-/// Rates of E⁻ and p_x along the left turns of the first `count` directions alone, the moments held: minus and linear.
-void rates_at_beginning(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
-                        const std::vector<BodyRates>& rates, const StepDirections& directions, Eigen::Index count,
-                        StepJacobian& result);
-
-/// Rates of E⁺ along the first `count` directions, of which only the first `left_count` have left turns, and those the
-/// ones that rates_at_beginning has seen: plus.
+/// Rates of E⁺ along the right turns and displacements of the first `count` directions: plus.
 void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
                   const std::vector<BodyRates>& rates, const StepDirections& directions, Eigen::Index count,
-                  Eigen::Index left_count, StepJacobian& result);
+                  StepJacobian& result);
 
 /// Rates of E⁻, E⁺ and p_x along the first `count` directions, the moments held: minus, plus and linear. The first
 /// `left_count`, a multiple of four, have left turns alone, the others right turns and displacements alone.

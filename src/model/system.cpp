@@ -174,7 +174,10 @@ System::System(const SwimmerDescription& description) : density_(description.den
 
 void System::resolve_bodies(const SwimmerDescription& description) {
   if (description.bodies.empty()) throw InputError("body", "found none; describe at least one [[body]]");
-  for (const BodyDescription& described : description.bodies) bodies_.push_back(resolve_body(described, density_));
+  for (const BodyDescription& described : description.bodies) {
+    bodies_.push_back(resolve_body(described, density_));
+    coupled_ = coupled_ || bodies_.back().coupled;
+  }
 }
 
 void System::resolve_joints(const SwimmerDescription& description) {

@@ -82,6 +82,8 @@ class System {
   int velocity_count() const { return velocity_count_; }
   /// Whether every joint is a ball joint without spring or damper: each body turns on its own.
   bool only_free_joints() const { return only_free_joints_; }
+  /// Whether any body's velocity and spin are coupled in its energy.
+  bool coupled() const { return coupled_; }
   /// Whether any joint has a damper.
   bool damped() const { return damped_; }
 
@@ -107,6 +109,7 @@ class System {
   int control_count_ = 0;
   int velocity_count_ = 0;
   bool only_free_joints_ = true;
+  bool coupled_ = false;
   bool damped_ = false;
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;

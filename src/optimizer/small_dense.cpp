@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "algebra/four.hpp"
+#include "algebra/tiles.hpp"
 
 namespace lamprey::optimizer {
 
@@ -12,74 +13,13 @@ namespace {
 using algebra::Four;
 using algebra::load;
 using algebra::store;
-using algebra::Two;
 
-// Entries of a matrix wherever they lie.
-struct Strided {
-  const double* data;
-  Eigen::Index row, column;  // strides
-};
+algebra::Strided plain(const MatrixIn& m) { return {m.data(), 1, m.outerStride()}; }
+algebra::Strided transposed(const MatrixIn& m) { return {m.data(), m.outerStride(), 1}; }
 
-Strided plain(const MatrixIn& m) { return {m.data(), 1, m.outerStride()}; }
-Strided transposed(const MatrixIn& m) { return {m.data(), m.outerStride(), 1}; }
-
-// `height` rows and `width` columns of the product, kept in registers along the sum: as fours, a pair and a single one.
-template <int height, int width>
-void add_tile(double factor, Eigen::Index depth, const double* a, Eigen::Index a_stride, Strided b, double* c,
-              Eigen::Index c_stride) {
-  constexpr int fours = height / 4, pair = height % 4 / 2, single = height % 2;
-  Four four[width][fours > 0 ? fours : 1];
-  Two two[width];
-  double one[width];
-  for (int j = 0; j < width; ++j) {
-    for (int f = 0; f < fours; ++f) four[j][f] = Four{};
-    two[j] = Two{};
-    one[j] = 0.0;
-  }
-  for (Eigen::Index p = 0; p < depth; ++p) {
-    const double* left = a + p * a_stride;
-    const double* right = b.data + p * b.row;
-    Four left_four[fours > 0 ? fours : 1];
-    for (int f = 0; f < fours; ++f) left_four[f] = load<Four>(left + 4 * f);
-    Two left_two{};
-    if constexpr (pair == 1) left_two = load<Two>(left + 4 * fours);
-    for (int j = 0; j < width; ++j) {
-      const double entry = right[j * b.column];
-      for (int f = 0; f < fours; ++f) four[j][f] += left_four[f] * entry;
-      if constexpr (pair == 1) two[j] += left_two * entry;
-      if constexpr (single == 1) one[j] += left[height - 1] * entry;
-    }
-  }
-  for (int j = 0; j < width; ++j) {
-    double* to = c + j * c_stride;
-    for (int f = 0; f < fours; ++f) store(load<Four>(to + 4 * f) + factor * four[j][f], to + 4 * f);
-    if constexpr (pair == 1) store(load<Two>(to + 4 * fours) + factor * two[j], to + 4 * fours);
-    if constexpr (single == 1) to[height - 1] += factor * one[j];
-  }
-}
-
-template <int width>
-void add_columns(double factor, Eigen::Index rows, Eigen::Index depth, const double* a, Eigen::Index a_stride,
-                 Strided b, double* c, Eigen::Index c_stride) {
-  for (; rows >= 12; rows -= 12, a += 12, c += 12) add_tile<12, width>(factor, depth, a, a_stride, b, c, c_stride);
-  using Tile = void (*)(double, Eigen::Index, const double*, Eigen::Index, Strided, double*, Eigen::Index);
-  static constexpr Tile rest[] = {add_tile<1, width>, add_tile<2, width>,  add_tile<3, width>, add_tile<4, width>,
-                                  add_tile<5, width>, add_tile<6, width>,  add_tile<7, width>, add_tile<8, width>,
-                                  add_tile<9, width>, add_tile<10, width>, add_tile<11, width>};
-  if (rows > 0) rest[rows - 1](factor, depth, a, a_stride, b, c, c_stride);
-}
-
-void add_strided(double factor, const MatrixIn& A, Strided b, MatrixOut& C, bool lower) {
-  const Eigen::Index depth = A.cols(), stride = A.outerStride(), c_stride = C.outerStride(), columns = C.cols();
-  using Columns =
-      void (*)(double, Eigen::Index, Eigen::Index, const double*, Eigen::Index, Strided, double*, Eigen::Index);
-  static constexpr Columns of_width[] = {add_columns<1>, add_columns<2>, add_columns<3>, add_columns<4>};
-  for (Eigen::Index j = 0; j < columns; j += 4) {
-    const Eigen::Index skipped = lower ? j : 0;
-    of_width[std::min<Eigen::Index>(columns - j, 4) - 1](factor, C.rows() - skipped, depth, A.data() + skipped, stride,
-                                                         {b.data + j * b.column, b.row, b.column},
-                                                         C.data() + j * c_stride + skipped, c_stride);
-  }
+void add_strided(double factor, const MatrixIn& A, const algebra::Strided& B, MatrixOut& C, bool lower) {
+  algebra::add_tiled(factor, {A.data(), C.rows(), A.cols(), A.outerStride()}, B, C.cols(), C.data(), C.outerStride(),
+                     lower);
 }
 
 }  // namespace
@@ -117,8 +57,8 @@ void mirror_lower(MatrixOut C) {
 }
 
 void add_image(double factor, const MatrixIn& A, const VectorIn& x, VectorOut y) {
-  const Strided b{x.data(), 1, A.cols()};
-  add_columns<1>(factor, A.rows(), A.cols(), A.data(), A.outerStride(), b, y.data(), y.size());
+  algebra::add_tiled(factor, {A.data(), A.rows(), A.cols(), A.outerStride()}, {x.data(), 1, A.cols()}, 1, y.data(),
+                     y.size());
 }
 
 void add_transposed_image(double factor, const MatrixIn& A, const VectorIn& x, VectorOut y) {
