@@ -1,6 +1,8 @@
 #include "algebra/tiles.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "algebra/four.hpp"
 
@@ -53,6 +55,28 @@ void add_columns(double factor, Index rows, Index depth, const double* a, Index 
   if (rows > 0) rest[rows - 1](factor, depth, a, a_stride, b, c, c_stride);
 }
 
+// From each of `columns` its entry k times `factors` goes, and that entry is scaled.
+template <int fours>
+void eliminate_fours(const double* factors, double inverse, Index k, Index columns, double* to, Index stride) {
+  Four share[fours];
+  for (int f = 0; f < fours; ++f) share[f] = load<Four>(factors + 4 * f);
+  for (Index c = 0; c < columns; ++c, to += stride) {
+    const double entry = to[k] * inverse;
+    for (int f = 0; f < fours; ++f) store(load<Four>(to + 4 * f) - entry * share[f], to + 4 * f);
+    to[k] = entry;
+  }
+}
+
+// Four rows of it after the other.
+void eliminate_many(const double* factors, double inverse, Index k, Index columns, double* to, Index stride,
+                    Index fours) {
+  for (Index c = 0; c < columns; ++c, to += stride) {
+    const double entry = to[k] * inverse;
+    for (Index f = 0; f < fours; ++f) store(load<Four>(to + 4 * f) - entry * load<Four>(factors + 4 * f), to + 4 * f);
+    to[k] = entry;
+  }
+}
+
 }  // namespace
 
 void add_tiled(double factor, const Tiled& A, const Strided& B, Index columns, double* C, Index stride, bool lower) {
@@ -63,6 +87,30 @@ void add_tiled(double factor, const Tiled& A, const Strided& B, Index columns, d
     of_width[std::min<Index>(columns - j, 4) - 1](factor, A.rows - skipped, A.columns, A.data + skipped, A.stride,
                                                   {B.data + j * B.column, B.row, B.column}, C + j * stride + skipped,
                                                   stride);
+  }
+}
+
+void solve_columns(Index unknowns, Eigen::Ref<Eigen::MatrixXd, 0, Eigen::OuterStride<>> equations) {
+  using Eliminate = void (*)(const double*, double, Index, Index, double*, Index);
+  static constexpr Eliminate of_fours[] = {eliminate_fours<1>, eliminate_fours<2>, eliminate_fours<3>,
+                                           eliminate_fours<4>, eliminate_fours<5>, eliminate_fours<6>};
+  const Index fours = (unknowns + 3) / 4, stride = equations.outerStride();
+  eigen_assert(equations.rows() >= 4 * fours);
+  for (Index k = 0; k < unknowns; ++k) {
+    double* column = equations.data() + k * stride;
+    Index pivot = k;
+    double largest = std::abs(column[k]);
+    for (Index i = k + 1; i < unknowns; ++i)
+      if (const double size = std::abs(column[i]); size > largest) pivot = i, largest = size;
+    if (pivot != k)
+      for (Index c = k; c < equations.cols(); ++c) std::swap(equations(k, c), equations(pivot, c));
+    const double inverse = 1.0 / column[k];
+    column[k] = 0.0;  // what is left of the column: how much of row k each other row has
+    const Index rest = equations.cols() - k - 1;
+    if (fours <= 6)
+      of_fours[fours - 1](column, inverse, k, rest, column + stride, stride);
+    else
+      eliminate_many(column, inverse, k, rest, column + stride, stride, fours);
   }
 }
 

@@ -22,7 +22,7 @@ struct StateLayout {
 };
 
 /// Change of the next state by the state and by the moments at both ends of the step; moments count along
-/// Joint::actuation.
+/// Joint::actuation. What a shift of the whole and the conserved p_x make is there from the beginning.
 struct StepTangent {
   MatrixXd A;       // [2 velocity_count][2 velocity_count] by the state at k
   MatrixXd B;       // [2 velocity_count][controls] by u_k, 1/(N m)
@@ -38,11 +38,16 @@ struct TangentWorkspace {
   std::vector<mechanics::BodyBlock> blocks;
   std::vector<Eigen::Matrix3d> damping;
   mechanics::TreeElimination elimination;
-  mechanics::StepDirections directions;
+  Eigen::Index left_rows;                // where those of the right end begin
+  mechanics::StepDirections directions;  // turns at k, then turns at k + 1 and the root's displacement, one at a time
   mechanics::StepJacobian jacobian;
-  MatrixXd by_turns;     // [velocity_count][freedoms] E⁻ and p_x by turns at k
-  MatrixXd by_controls;  // [freedoms][controls] impulse by moments at k, N m s/(N m)
-  mechanics::FreedomRows control_rows;
+  mechanics::FreedomRows right;   // [bodies] turns at k + 1 by the momentum at k
+  mechanics::Rows3 displacement;  // and the root's displacement
+  MatrixXd by_turns;              // [velocity_count][freedoms] E⁻ and p_x by turns at k
+  MatrixXd next_by_right;         // [freedoms][velocity_count] E⁺ by turns at k + 1 and the displacement
+  bool dense;                     // how E⁻ is inverted: whole, or through the tree
+  MatrixXd equations;             // [velocity_count, up to a multiple of four][3 velocity_count − 3]
+  MatrixXd by_controls;           // [freedoms][controls] impulse by moments at k, N m s/(N m)
 };
 
 /// Factors the derivative of E⁻ by the next node. Returns false where it is singular.

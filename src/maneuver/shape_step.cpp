@@ -99,6 +99,15 @@ ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lag
       direction_.left[at(i)].col(f).head(shape_) = row;
       direction_.right[at(i)].col(f).segment(left_rows_, shape_) = row;
     }
+  const mechanics::RowRange root_turns(left_rows_ + shape_, left_rows_ + shape_ + 3);
+  direction_.left_support[0] = {-1, {0}};
+  direction_.right_support[0] = {-1, root_turns};
+  for (int i = 1; i < system.body_count() && all_coordinates(); ++i) {
+    if (!free(i)) continue;
+    const Index place = shape_offset(system.body(i));
+    direction_.left_support[at(i)] = {place, {0}};
+    direction_.right_support[at(i)] = {left_rows_ + place, root_turns};
+  }
 }
 
 // One coordinate of rows, a direction beside the other.

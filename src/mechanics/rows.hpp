@@ -1,6 +1,8 @@
 // Three numbers for each of many directions: the operations that run over all directions at once.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -22,6 +24,22 @@ struct RowRange {
   Eigen::Index first, end;
   RowRange(Eigen::Index count) : first(0), end(count) {}
   RowRange(Eigen::Index first_, Eigen::Index end_) : first(first_), end(end_) {}
+};
+
+/// Where rows may differ from zero: three that are an identity, from `unit` on (none where it is negative), and `others`.
+struct Support {
+  Eigen::Index unit = -1;
+  RowRange others{std::numeric_limits<Eigen::Index>::max()};
+};
+
+/// Rows that are zero but on their support. Where `others` does not begin at a multiple of four, the rows beyond its end up
+/// to four times a whole number are there too.
+struct SparseRows {
+  Rows3 rows;
+  Support support;
+  RowRange others(RowRange range) const {
+    return {std::max(range.first, support.others.first), std::min(range.end, support.others.end)};
+  }
 };
 
 inline Four row_part(const Rows3& rows, Eigen::Index first, int column) {
@@ -56,6 +74,13 @@ inline void add_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range
       algebra::store(algebra::load<Four>(sum) + (a(c, 0) * v.x + a(c, 1) * v.y + a(c, 2) * v.z), sum);
     }
   }
+}
+
+inline void add_product(const Eigen::Matrix3d& A, const SparseRows& x, RowRange range, Rows3& y) {
+  if (const Eigen::Index unit = x.support.unit; unit >= 0)
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < 3; ++r) y(unit + r, c) += A(c, r);
+  add_product(A, x.rows, x.others(range), y);
 }
 
 /// y += factor x, likewise.

@@ -100,14 +100,14 @@ void four_second_rates(const ForcedStep& step, const StepBalance& balance, const
 // A node of the step: where the bodies are, how the first direction turns them, and what turns them in rows.
 struct NodeRows {
   const Rotations& R;
-  const Freedoms& first;             // freedoms
-  const Vectors& first_turn;         // [bodies]
-  const Vectors& first_moment;       // [bodies] through the joints
-  const Vectors& moment;             // [bodies] through the joints
-  const FreedomRows& freedoms;       // of the rows
-  const FreedomRows& turn;           // [bodies]
-  const FreedomRows& second_moment;  // [bodies] rates of `moment`
-  RowRange turned;                   // rows that turn the bodies here
+  const Freedoms& first;                // freedoms
+  const Vectors& first_turn;            // [bodies]
+  const Vectors& first_moment;          // [bodies] through the joints
+  const Vectors& moment;                // [bodies] through the joints
+  const FreedomRows& freedoms;          // of the rows
+  const std::vector<SparseRows>& turn;  // [bodies]
+  const FreedomRows& second_moment;     // [bodies] rates of `moment`
+  RowRange turned;                      // rows that turn the bodies here
 };
 
 // Whether turns along the first direction change when the bodies turn.

@@ -19,8 +19,8 @@ struct Ends {
 };
 
 // Displacement that turns at one node (sign +1: the next one, −1: this one) give a mass centre, seen from its parent's.
-void add_centre_turns(const System& system, const Rotations& R, int i, double sign, const FreedomRows& turns,
-                      RowRange range, Rows3& centre) {
+void add_centre_turns(const System& system, const Rotations& R, int i, double sign,
+                      const std::vector<SparseRows>& turns, RowRange range, Rows3& centre) {
   const Joint& up = system.joint(system.body(i).joint);
   add_product(lie::times_hat(R[at(up.parent)], -sign * up.parent_offset), turns[at(up.parent)], range, centre);
   add_product(lie::times_hat(R[at(i)], sign * up.child_offset), turns[at(i)], range, centre);
@@ -49,7 +49,7 @@ void add_up_forces(const System& system, const Interval& interval, const std::ve
 
 // Controls and springs at a node.
 void add_node_rows(const System& system, const Rotations& R, const Moments& control, double weight,
-                   const FreedomRows& freedoms, const FreedomRows& turns, RowRange range, Rows3& relative,
+                   const FreedomRows& freedoms, const std::vector<SparseRows>& turns, RowRange range, Rows3& relative,
                    FreedomRows& moment, FreedomRows& along) {
   for (int j = 0; j < system.joint_count(); ++j) {
     const Joint& joint = system.joint(j);
@@ -115,7 +115,7 @@ void add_damping_rows(const System& system, const Interval& step, const StepDire
 
 // Rates of gather's result, added to `result`; of all rows, of which `turned` turn the bodies at this node.
 void gather_rows(const System& system, const Rotations& R, const Vectors& force, const Vectors& moment,
-                 const FreedomRows& freedoms, const FreedomRows& turns, RowRange all, RowRange turned,
+                 const FreedomRows& freedoms, const std::vector<SparseRows>& turns, RowRange all, RowRange turned,
                  const FreedomRows& force_rows, FreedomRows& moment_rows, FreedomRows& result) {
   const std::vector<int>& order = system.root_to_leaves();
   for (auto position = order.rbegin(); position != order.rend(); ++position) {
@@ -226,14 +226,16 @@ void four_rates(const ForcedStep& step, const DiscreteMomenta& p, const FourBodi
 StepDirections::StepDirections(int bodies, Index directions)
     : left(at(bodies), Rows3::Zero(rows_for(directions), 3)),
       right(left),
-      displacement(Rows3::Zero(rows_for(directions), 3)) {}
+      displacement(Rows3::Zero(rows_for(directions), 3)),
+      left_support(at(bodies)),
+      right_support(at(bodies)) {}
 
 StepJacobian::StepJacobian(int bodies, Index directions)
     : minus(at(bodies), Rows3::Zero(rows_for(directions), 3)),
       plus(minus),
       linear(Rows3::Zero(rows_for(directions), 3)),
-      turn(minus),
-      turn_next(minus),
+      turn(at(bodies), SparseRows{linear, Support()}),
+      turn_next(turn),
       centre(minus),
       force(minus),
       moment(minus),
@@ -267,23 +269,27 @@ void body_rates(const ForcedStep& step, const DiscreteMomenta& p, std::vector<Bo
   }
 }
 
-void turns_of_rows(const System& system, const Rotations& R, const FreedomRows& freedoms, RowRange range,
-                   FreedomRows& turns) {
+void turns_of_rows(const System& system, const Rotations& R, const FreedomRows& freedoms,
+                   const std::vector<Support>& supports, RowRange range, std::vector<SparseRows>& turns) {
   for (int i : system.root_to_leaves()) {
     const Body& body = system.body(i);
+    SparseRows& turn = turns[at(i)];
     if (body.freedoms == 3) {
-      copy_rows(freedoms[at(i)], range, turns[at(i)]);
+      turn.support = supports[at(i)];
+      copy_rows(freedoms[at(i)], turn.others(range), turn.rows);
       continue;
     }
     const JointFrame frame = joint_frame(system.joint(body.joint), R[at(body.parent)], R[at(i)]);
-    set_product(frame.child_to_parent.transpose(), turns[at(body.parent)], range, turns[at(i)]);
-    add_product(frame.axes, freedoms[at(i)], range, turns[at(i)]);
+    set_product(frame.axes, freedoms[at(i)], range, turn.rows);
+    add_product(frame.child_to_parent.transpose(), turns[at(body.parent)], range, turn.rows);
   }
 }
 
-void relative_rows(const Joint& joint, const Matrix3d& Q, const FreedomRows& turns, RowRange range, Rows3& relative) {
-  set_product(-Q.transpose(), turns[at(joint.parent)], range, relative);
-  add_rows(1.0, turns[at(joint.child)], range, relative);
+void relative_rows(const Joint& joint, const Matrix3d& Q, const std::vector<SparseRows>& turns, RowRange range,
+                   Rows3& relative) {
+  clear_rows(range, relative);
+  add_product(-Q.transpose(), turns[at(joint.parent)], range, relative);
+  add_product(Matrix3d::Identity(), turns[at(joint.child)], range, relative);
 }
 
 void sum_row_subtrees(const System& system, RowRange range, FreedomRows& force) {
@@ -293,48 +299,52 @@ void sum_row_subtrees(const System& system, RowRange range, FreedomRows& force) 
       add_rows(1.0, force[at(*position)], range, force[at(system.body(*position).parent)]);
 }
 
-void rates_at_end(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
-                  const std::vector<BodyRates>& rates, const StepDirections& d, Index count, StepJacobian& J) {
-  const Ends ends{0, count, count};
-  turns_of_rows(step.system, step.interval.next_rotation, d.right, ends.right, J.turn_next);
-  add_up_forces(step.system, step.interval, blocks, rates, d, ends, J);
-  plus_rows(step, balance, blocks, rates, d, ends, J);
-}
-
 void rates_at_both_ends(const ForcedStep& step, const StepBalance& balance, const std::vector<BodyBlock>& blocks,
                         const std::vector<BodyRates>& rates, const StepDirections& d, Index left_count, Index count,
                         StepJacobian& J) {
   const Ends ends{left_count, {left_count, count}, count};
-  turns_of_rows(step.system, step.interval.rotation, d.left, ends.left, J.turn);
-  turns_of_rows(step.system, step.interval.next_rotation, d.right, ends.right, J.turn_next);
+  turns_of_rows(step.system, step.interval.rotation, d.left, d.left_support, ends.left, J.turn);
+  turns_of_rows(step.system, step.interval.next_rotation, d.right, d.right_support, ends.right, J.turn_next);
   add_up_forces(step.system, step.interval, blocks, rates, d, ends, J);
   copy_rows(J.force[0], ends.all, J.linear);
   minus_rows(step, balance, blocks, rates, d, ends, J);
   plus_rows(step, balance, blocks, rates, d, ends, J);
 }
 
-void add_control_rows(const System& system, const Rotations& R, double weight, Index first, FreedomRows& result) {
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const Joint& joint = system.joint(j);
-    for (Index c = 0; c < joint.actuation.cols(); ++c, ++first) {
-      const Vector3d u = weight * joint.actuation.col(c);
-      if (!joint.free()) {
-        result[at(joint.child)].row(first) -= u.transpose();
-        continue;
+void control_columns(const System& system, const Rotations& R, double weight, Eigen::Ref<Eigen::MatrixXd> columns) {
+  columns.setZero();
+  Index first = 0;
+  for (const Joint& joint : system.joints()) {
+    const Index count = joint.actuation.cols();
+    const auto add = [&](int b, double sign, const Matrix3d& moments) {
+      const Body& body = system.body(b);
+      double* column = columns.data() + first * columns.outerStride() + body.velocity_offset;
+      for (Index c = 0; c < count; ++c, column += columns.outerStride()) {
+        if (body.freedoms == 3) {
+          for (int f = 0; f < 3; ++f) column[f] += sign * moments(f, c);
+        } else {
+          for (int f = 0; f < body.freedoms; ++f) column[f] += sign * moments(f, c);
+        }
       }
-      result[at(joint.child)].row(first) -= (R[at(joint.child)].transpose() * (R[at(joint.parent)] * u)).transpose();
+    };
+    Matrix3d moments = Matrix3d::Zero();
+    for (Index e = 0; e < 3 * count; ++e) moments.data()[e] = weight * joint.actuation.data()[e];
+    if (joint.free()) {
+      add(joint.child, -1.0, R[at(joint.child)].transpose() * (R[at(joint.parent)] * moments));
       // the parent's share goes on to where the parent may turn
-      Vector3d moment = u;
       int b = joint.parent;
       while (system.body(b).freedoms < 3) {
         const Joint& up = system.joint(system.body(b).joint);
         const JointFrame frame = joint_frame(up, R[at(up.parent)], R[at(b)]);
-        result[at(b)].row(first) += (frame.axes.transpose() * moment).transpose();
-        moment = (frame.child_to_parent * moment).eval();
+        add(b, 1.0, frame.axes.transpose() * moments);
+        moments = frame.child_to_parent * moments;
         b = up.parent;
       }
-      result[at(b)].row(first) += moment.transpose();
+      add(b, 1.0, moments);
+    } else {
+      add(joint.child, -1.0, moments);
     }
+    first += count;
   }
 }
 
