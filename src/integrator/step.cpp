@@ -41,6 +41,17 @@ void gather_moments(const System& system, const Rotations& R, const Vectors& no_
 
 double largest(const Vector3d& v) { return v.lpNorm<Eigen::Infinity>(); }
 
+double largest_of(const algebra::Four& v) { return std::max({v[0], v[1], v[2], v[3]}); }
+
+// Calls f with each stretch of an interval's unknowns: where it lies, how long it is, and its place among all.
+template <typename Function, typename Step>
+void for_each_stretch(Step& interval, const Function& f) {
+  const std::size_t turns = 3 * interval.cayley.size();
+  f(interval.cayley.front().data(), turns, std::size_t{0});
+  f(interval.joint_turn.front().data(), turns, turns);
+  f(interval.displacement.data(), std::size_t{3}, 2 * turns);
+}
+
 // Evaluates E⁻ at the current guess; returns the largest missing momentum relative to the largest one in the step.
 double evaluate(const System& system, DiscreteLagrangian lagrangian, double h, const Vector3d& linear,
                 StepWorkspace& work) {
@@ -168,50 +179,46 @@ VectorXd velocity_of_state(const System& system, const State& state) {
 }
 
 Predictor::Predictor(int bodies)
-    : turn_(depth, Vectors(at(2 * bodies), Vector3d::Zero())), shift_(depth, Vector3d::Zero()) {}
+    : unknown_(at((6 * bodies + 3 + 3) / 4 * 4), 0.0), difference_(unknown_.size() * depth, 0.0) {}
 
 void Predictor::remember(const Interval& interval) {
-  const std::size_t bodies = interval.cayley.size();
+  for_each_stretch(interval, [&](const double* from, std::size_t count, std::size_t place) {
+    std::copy_n(from, count, unknown_.data() + place);
+  });
+  using algebra::Four;
+  const std::size_t size = unknown_.size();
   const int kept = std::min(known_, depth - 1);
-  double error[depth] = {};
-  const auto difference = [&](const Vector3d& newest, const auto& column) {
-    Vector3d value = newest;
+  Four errors[depth] = {};
+  for (std::size_t i = 0; i < size; i += 4) {
+    Four value = algebra::load<Four>(unknown_.data() + i);
     for (int d = 0; d < depth; ++d) {
-      Vector3d& stored = column(d);
-      const Vector3d next = value - stored;
-      stored = value;
-      if (d > 0) error[d] = std::max(error[d], largest(value));
+      double* stored = difference_.data() + at(d) * size + i;
+      const Four next = value - algebra::load<Four>(stored);
+      algebra::store(value, stored);
+      const Four magnitude = value < 0.0 ? -value : value;
+      errors[d] = magnitude > errors[d] ? magnitude : errors[d];
       value = next;
     }
-  };
-  for (std::size_t i = 0; i < bodies; ++i) {
-    difference(interval.cayley[i], [&](int d) -> Vector3d& { return turn_[at(d)][i]; });
-    difference(interval.joint_turn[i], [&](int d) -> Vector3d& { return turn_[at(d)][bodies + i]; });
   }
-  difference(interval.displacement, [&](int d) -> Vector3d& { return shift_[at(d)]; });
   known_ = std::min(known_ + 1, depth);
   degree_ = 1;
+  double least = largest_of(errors[1]);
   for (int d = 2; d <= kept; ++d)
-    if (error[d] < error[degree_]) degree_ = d;
-  if (kept == 0) degree_ = 1;
+    if (const double error = largest_of(errors[d]); error < least) degree_ = d, least = error;
 }
 
-void Predictor::predict(Interval& interval, double scale) const {
-  const std::size_t bodies = interval.cayley.size();
+void Predictor::predict(Interval& interval, double scale) {
+  const std::size_t size = unknown_.size();
   const int terms = std::min(degree_, known_);
-  for (std::size_t i = 0; i < bodies; ++i) {
-    interval.cayley[i] = turn_[0][i];
-    interval.joint_turn[i] = turn_[0][bodies + i];
-    for (int d = 1; d < terms; ++d) {
-      interval.cayley[i] += turn_[at(d)][i];
-      interval.joint_turn[i] += turn_[at(d)][bodies + i];
-    }
-    interval.cayley[i] *= scale;
-    interval.joint_turn[i] *= scale;
+  for (std::size_t i = 0; i < size; i += 4) {
+    using algebra::Four;
+    Four sum = algebra::load<Four>(difference_.data() + i);
+    for (int d = 1; d < terms; ++d) sum += algebra::load<Four>(difference_.data() + at(d) * size + i);
+    algebra::store(scale * sum, unknown_.data() + i);
   }
-  interval.displacement = shift_[0];
-  for (int d = 1; d < terms; ++d) interval.displacement += shift_[at(d)];
-  interval.displacement *= scale;
+  for_each_stretch(interval, [&](double* to, std::size_t count, std::size_t place) {
+    std::copy_n(unknown_.data() + place, count, to);
+  });
 }
 
 StepWorkspace::StepWorkspace(const System& system)

@@ -47,14 +47,14 @@ class Predictor {
   /// Takes up the unknowns of a solved step.
   void remember(const mechanics::Interval& interval);
   /// Writes a guess; times `scale` for a step whose length differs from the latest one's.
-  void predict(mechanics::Interval& interval, double scale = 1.0) const;
+  void predict(mechanics::Interval& interval, double scale = 1.0);
 
  private:
   static constexpr int depth = 6;
   int known_ = 0;
-  int degree_ = 1;             // how many differences the guess adds up
-  std::vector<Vectors> turn_;  // [depth][bodies] backward differences of ζ or of the joints' turns
-  Vectors shift_;              // [depth] of the root's displacement, m
+  int degree_ = 1;               // how many differences the guess adds up
+  std::vector<double> unknown_;  // ζ and the joints' turns of all bodies and the root's displacement, and spare zeros
+  std::vector<double> difference_;  // [depth][unknowns] backward differences
 };
 
 /// Buffers of a march: no allocation after construction. Holds the latest step.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "algebra/tiles.hpp"
 #include "maneuver/shape_program.hpp"
 #include "optimizer/small_dense.hpp"
 
@@ -45,7 +46,7 @@ void ShapeProgram::model_node(int k, NodeModel& node) {
       if (end_rows_[r].kind == EndRow::Kind::moment)
         by_moments[end_rows_[r].index] = end_multiplier_[static_cast<Eigen::Index>(r)];
   if (maneuver_.periodic && k == 0) return;  // the last node's multiplier
-  equations_.topRows(shape_) = now_.impulse[at(k)];
+  set_transposed(now_.impulse[at(k)], equations_.topLeftCorner(shape_, shape_));
   solve_moments(node.multiplier);
   model_controls(k, node);
 }
@@ -108,17 +109,19 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
 // Where moments at node k lead: the next shape, by shapes and by moments, and the root with it.
 void ShapeProgram::model_motion(int k, MatrixXd& A, MatrixXd& B) {
   const int n = shape_;
-  set_transposed(after_.minus.rightCols(n), equations_.topRows(n));
-  auto solved = equations_.bottomRows(3 * n);
-  solved.setZero();
-  if (k > 0) set_transposed(before_.plus, solved.topRows(2 * n));
-  solved.middleRows(n, n) -= after_.minus.leftCols(n).transpose();
-  set_transposed(now_.impulse[at(k)], solved.bottomRows(n));
-  optimizer::solve_equations(equations_);
+  equations_.topLeftCorner(n, n) = after_.minus.rightCols(n);
+  auto solved = equations_.topRightCorner(n, 3 * n);
+  if (k > 0)
+    solved.leftCols(2 * n) = before_.plus;
+  else
+    solved.leftCols(2 * n).setZero();
+  solved.middleCols(n, n) -= after_.minus.leftCols(n);
+  solved.rightCols(n) = now_.impulse[at(k)];
+  algebra::solve_columns(n, equations_);
 
   A.block(0, n, n, n).setIdentity();
-  set_transposed(solved.topRows(2 * n), A.block(n, 0, n, 2 * n));
-  set_transposed(solved.middleRows(2 * n, controls_), B.middleRows(n, n));
+  A.block(n, 0, n, 2 * n) = solved.leftCols(2 * n);
+  B.middleRows(n, n) = solved.middleCols(2 * n, controls_);
   if (all_poses_)
     pose_step_ = after_.pose;
   else
@@ -138,10 +141,10 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   const int n = shape_;
   stage.shifted = n;
   model_motion(k, stage.A, stage.B);
-  const auto solved = equations_.bottomRows(3 * n);
+  const auto by_moments = equations_.topRightCorner(n, n);
   if (idle() > 0) {
     MatrixXd& by_idle = next_by_idle_[at(k)];
-    by_idle.middleRows(n, n) = solved.bottomRows(idle()).transpose();
+    by_idle.middleRows(n, n) = by_moments.rightCols(idle());
     algebra::set_product(pose_step_.rightCols(n), by_idle.middleRows(n, n), by_idle.middleRows(2 * n, pose_));
     stage.gap.setZero();
     algebra::add_product(-1.0, by_idle, now_.moment[at(k)].tail(idle()), stage.gap);
@@ -155,7 +158,7 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   if (!maneuver_.free_duration) return;
   // equations 10.8 and 10.9
   const VectorXd& moment = now_.moment[at(k)];
-  VectorXd rate = 2.0 * (solved.bottomRows(n).transpose() * moment);
+  VectorXd rate = 2.0 * (by_moments * moment);
   if (k == 0) rate += after_.minus.rightCols(n).partialPivLu().solve(start_impulse_);
   stage.A.block(n, tau(), n, 1) = rate;
   stage.A.block(2 * n, tau(), pose_, 1).noalias() = pose_step_.rightCols(n) * rate;
@@ -237,18 +240,18 @@ void ShapeProgram::model_leads(StageModel& model) const {
 // At rest the last moments follow from the last two shapes; those of a periodic motion from the first two as well.
 void ShapeProgram::find_end_moments_by_state() {
   const int n = shape_;
-  set_transposed(now_.impulse.back(), equations_.topRows(n));
-  auto solved = equations_.middleRows(n, 2 * n);
-  set_transposed(before_.plus, solved);
-  optimizer::solve_equations(equations_.topRows(3 * n));
+  auto solved = equations_.block(0, n, n, 2 * n);
+  const auto moments_of = [&](const MatrixXd& impulses) {
+    equations_.topLeftCorner(n, n) = now_.impulse.back();
+    solved = impulses;
+    algebra::solve_columns(n, equations_.leftCols(3 * n));
+  };
+  moments_of(before_.plus);
   end_by_state_.setZero();
-  set_transposed(solved, end_by_state_.leftCols(2 * n));
-  end_by_state_.leftCols(2 * n) *= -1.0;
+  end_by_state_.leftCols(2 * n) = -solved;
   if (maneuver_.periodic) {
-    set_transposed(now_.impulse.back(), equations_.topRows(n));
-    set_transposed(first_minus_, solved);
-    optimizer::solve_equations(equations_.topRows(3 * n));
-    set_transposed(solved, end_by_state_.middleCols(copies(), 2 * n));
+    moments_of(first_minus_);
+    end_by_state_.middleCols(copies(), 2 * n) = solved;
   }
   if (maneuver_.free_duration) end_by_state_.col(tau()) = -2.0 * now_.moment.back();
 }

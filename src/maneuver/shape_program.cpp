@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "algebra/tiles.hpp"
 #include "optimizer/small_dense.hpp"
 
 namespace lamprey::maneuver {
@@ -74,7 +75,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       spread_turn_(spread_),
       work_(shape_size(system), moments_.size()),
       by_shape_(controls_, shape_size(system)),
-      equations_(4 * shape_, shape_),
+      equations_(MatrixXd::Zero(mechanics::rows_for(shape_), 4 * shape_)),
       pose_step_(pose_, 2 * shape_),
       pull_(pose_),
       end_by_state_(shape_, states()),
@@ -197,7 +198,7 @@ void ShapeProgram::measure(Motion& motion) {
       moment += motion.step.front().minus;
       impulse += motion.impulse.front();
     }
-    set_transposed(impulse, equations_.topRows(shape_));
+    equations_.topLeftCorner(shape_, shape_) = impulse;
     solve_moments(moment);
     const double weight = node_weight(motion, k) + (periodic && k == steps_ ? node_weight(motion, 0) : 0.0);
     merit.cost += 0.5 * weight * moment.head(controls_).squaredNorm();
@@ -299,11 +300,11 @@ Vector6d ShapeProgram::spread_pose(const Eigen::Ref<const VectorXd>& pose) const
   return whole;
 }
 
-// Equations laid out by column, right-hand side and result in `values`.
+// Of equations laid in the first columns; right-hand side and result in `values`.
 void ShapeProgram::solve_moments(VectorXd& values) {
-  equations_.row(shape_) = values.transpose();
-  optimizer::solve_equations(equations_.topRows(shape_ + 1));
-  values = equations_.row(shape_).transpose();
+  equations_.col(shape_).head(shape_) = values;
+  algebra::solve_columns(shape_, equations_.leftCols(shape_ + 1));
+  values = equations_.col(shape_).head(shape_);
 }
 
 const Merit* ShapeProgram::try_step(const StageStep& along, double length) {

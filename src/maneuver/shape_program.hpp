@@ -172,7 +172,7 @@ class ShapeProgram : public optimizer::StageProgram {
   mechanics::Freedoms spread_;                             // [bodies]
   mechanics::Vectors spread_turn_;                         // [bodies]
   MatrixXd work_, by_shape_;                               // [shape_size][f], [controls][shape_size]
-  MatrixXd equations_;                                     // [4 f][f] a column for each equation
+  MatrixXd equations_;                                     // [f, up to a multiple of four][4 f]
   MatrixXd pose_step_;                                     // [p][2 f]
   VectorXd pull_;                                          // [p]
   MatrixXd end_by_state_;                                  // [f][n] the last node's moments by the last state

@@ -90,7 +90,8 @@ VectorXd velocity_of_momentum(const System& system, const Rotations& R, const Ve
   Freedoms freedoms(at(system.body_count()));
   unpack(system, momentum, freedoms);
   Vector3d linear = momentum.tail<3>();
-  if (!inertia.factor(system, R, R, inertia_blocks(system, R), {}))
+  std::vector<BodyBlock> blocks = inertia_blocks(system, R);
+  if (!inertia.factor(system, R, R, blocks, {}))
     return VectorXd::Constant(system.velocity_count(), std::numeric_limits<double>::quiet_NaN());
   inertia.solve(system, R, R, freedoms, linear);
   VectorXd velocity;

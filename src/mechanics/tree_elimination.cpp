@@ -24,15 +24,17 @@ bool inverted(const Matrix3d& m, Matrix3d& inverse) {
 }  // namespace
 
 TreeElimination::TreeElimination(const System& system)
-    : condensed_(at(system.body_count())), nodes_(at(system.body_count())), walk_(at(system.body_count())) {}
+    : nodes_(at(system.body_count())),
+      led_nodes_(system.only_free_joints() ? 0 : nodes_.size()),
+      walk_(at(system.body_count())) {}
 
 bool TreeElimination::eliminate(const System& system, const Rotations& left, const Rotations& right,
-                                const std::vector<Matrix3d>& damping, int i) {
+                                std::vector<BodyBlock>& condensed, const std::vector<Matrix3d>& damping, int i) {
   const Body& body = system.body(i);
   const Joint& joint = system.joint(body.joint);
-  const BodyBlock& own = condensed_[at(i)];
+  const BodyBlock& own = condensed[at(i)];
   Node& node = nodes_[at(i)];
-  BodyBlock& b = node.at_joint;
+  BodyBlock b;  // about the joint
 
   // from the mass centre to the joint: δ = j + R' d̂ η', n − d × Rᵀ P
   const Matrix3d shift_by_turn = lie::times_hat(right[at(i)], joint.child_offset);
@@ -45,7 +47,7 @@ bool TreeElimination::eliminate(const System& system, const Rotations& left, con
   const int p = body.parent;
   const Matrix3d parent_shift = lie::times_hat(right[at(p)], joint.parent_offset);
   const Matrix3d parent_lever = -lie::times_hat(left[at(p)], joint.parent_offset).transpose();
-  BodyBlock& parent = condensed_[at(p)];
+  BodyBlock& parent = condensed[at(p)];
   const bool damped = !damping.empty() && joint.damping > 0.0;
   node.led = !joint.free() || damped;
 
@@ -62,12 +64,14 @@ bool TreeElimination::eliminate(const System& system, const Rotations& left, con
     return true;
   }
 
-  node.left = joint_frame(joint, left[at(p)], left[at(i)]);
-  node.right = joint_frame(joint, right[at(p)], right[at(i)]);
-  node.left_axes = damped_axes(joint, node.left);
-  node.right_axes = damped_axes(joint, node.right);
-  const Matrix3d& S = node.left_axes;
-  const Matrix3d& S_right = node.right_axes;
+  LedNode& led = led_nodes_[at(i)];
+  led.at_joint = b;
+  led.left = joint_frame(joint, left[at(p)], left[at(i)]);
+  led.right = joint_frame(joint, right[at(p)], right[at(i)]);
+  led.left_axes = damped_axes(joint, led.left);
+  led.right_axes = damped_axes(joint, led.right);
+  const Matrix3d& S = led.left_axes;
+  const Matrix3d& S_right = led.right_axes;
   Matrix3d pivot = S.transpose() * b.moment_by_turn * S_right;
   if (damped) pivot += damping[at(i)];
   for (int f = body.freedoms; f < 3; ++f) pivot(f, f) = 1.0;
@@ -76,8 +80,8 @@ bool TreeElimination::eliminate(const System& system, const Rotations& left, con
   const Matrix3d force_column = b.force_by_turn * S_right * node.inverse;
   const Matrix3d row_by_turn = S.transpose() * b.moment_by_turn;
   const Matrix3d row_by_shift = S.transpose() * b.moment_by_shift;
-  const Matrix3d& Q = node.left.child_to_parent;
-  const Matrix3d Q_right = node.right.child_to_parent.transpose();
+  const Matrix3d& Q = led.left.child_to_parent;
+  const Matrix3d Q_right = led.right.child_to_parent.transpose();
   const Matrix3d moment_by_shift = b.moment_by_shift - moment_column * row_by_shift;
   const Matrix3d force_by_shift = b.force_by_shift - force_column * row_by_shift;
   const Matrix3d moment_by_turn =
@@ -92,12 +96,11 @@ bool TreeElimination::eliminate(const System& system, const Rotations& left, con
 }
 
 bool TreeElimination::factor(const System& system, const Rotations& left, const Rotations& right,
-                             const std::vector<BodyBlock>& blocks, const std::vector<Matrix3d>& damping) {
-  condensed_ = blocks;
+                             std::vector<BodyBlock>& blocks, const std::vector<Matrix3d>& damping) {
   const std::vector<int>& order = system.root_to_leaves();
   for (auto position = order.rbegin(); position != order.rend(); ++position)
-    if (*position != 0 && !eliminate(system, left, right, damping, *position)) return false;
-  const BodyBlock& root = condensed_[0];
+    if (*position != 0 && !eliminate(system, left, right, blocks, damping, *position)) return false;
+  const BodyBlock& root = blocks[0];
   // of the two three-row halves the displacement's is always well conditioned: condense it away
   Matrix3d shift_inverse, turn_inverse;
   if (!inverted(root.force_by_shift, shift_inverse)) return false;
@@ -138,12 +141,13 @@ void TreeElimination::solve_tree(const System& system, const Rotations& near, co
       w.force += block(transposed ? node.turn_by_shift : node.force_by_rest) * t;
       t = (block(node.inverse) * t).eval();
     } else {
-      const Matrix3d& Q = (transposed ? node.right : node.left).child_to_parent;
+      const LedNode& led = led_nodes_[at(i)];
+      const Matrix3d& Q = (transposed ? led.right : led.left).child_to_parent;
       if (joint.free()) parent.moment -= Q * t;
-      t = (block(node.inverse) * (t - (transposed ? node.right_axes : node.left_axes).transpose() * w.moment)).eval();
-      const Vector3d turn = (transposed ? node.left_axes : node.right_axes) * t;
-      w.moment += block(node.at_joint.moment_by_turn) * turn;
-      w.force += block(transposed ? node.at_joint.moment_by_shift : node.at_joint.force_by_turn) * turn;
+      t = (block(node.inverse) * (t - (transposed ? led.right_axes : led.left_axes).transpose() * w.moment)).eval();
+      const Vector3d turn = (transposed ? led.left_axes : led.right_axes) * t;
+      w.moment += block(led.at_joint.moment_by_turn) * turn;
+      w.force += block(transposed ? led.at_joint.moment_by_shift : led.at_joint.force_by_turn) * turn;
       parent.moment += Q * w.moment;
     }
     parent.force += w.force;
@@ -167,12 +171,13 @@ void TreeElimination::solve_tree(const System& system, const Rotations& near, co
       t -= block(transposed ? node.force_by_rest : node.turn_by_shift) * joint_shift;
       w.turn = t;
     } else {
-      const Vector3d carried = (transposed ? node.left : node.right).child_to_parent.transpose() * parent.turn;
-      const Matrix3d& moment_by_shift = transposed ? node.at_joint.force_by_turn : node.at_joint.moment_by_shift;
-      t -= block(node.inverse) *
-           ((transposed ? node.right_axes : node.left_axes).transpose() *
-            (block(node.at_joint.moment_by_turn) * carried + block(moment_by_shift) * joint_shift));
-      w.turn = carried + (transposed ? node.left_axes : node.right_axes) * t;
+      const LedNode& led = led_nodes_[at(i)];
+      const Vector3d carried = (transposed ? led.left : led.right).child_to_parent.transpose() * parent.turn;
+      const Matrix3d& moment_by_shift = transposed ? led.at_joint.force_by_turn : led.at_joint.moment_by_shift;
+      t -=
+          block(node.inverse) * ((transposed ? led.right_axes : led.left_axes).transpose() *
+                                 (block(led.at_joint.moment_by_turn) * carried + block(moment_by_shift) * joint_shift));
+      w.turn = carried + (transposed ? led.left_axes : led.right_axes) * t;
       if (joint.free()) t = w.turn;
     }
     w.shift = joint_shift + far[at(i)] * joint.child_offset.cross(w.turn);
@@ -217,12 +222,13 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
       add_product(node.force_by_rest, t, rows, force);
       set_product(node.inverse, t, rows, t);
     } else {
-      if (joint.free()) add_product(-node.left.child_to_parent, t, rows, parent_moment);
-      add_product(-node.left_axes.transpose(), moment, rows, t);
+      const LedNode& led = led_nodes_[at(i)];
+      if (joint.free()) add_product(-led.left.child_to_parent, t, rows, parent_moment);
+      add_product(-led.left_axes.transpose(), moment, rows, t);
       set_product(node.inverse, t, rows, t);
-      add_product(node.at_joint.moment_by_turn * node.right_axes, t, rows, moment);
-      add_product(node.at_joint.force_by_turn * node.right_axes, t, rows, force);
-      add_product(node.left.child_to_parent, moment, rows, parent_moment);
+      add_product(led.at_joint.moment_by_turn * led.right_axes, t, rows, moment);
+      add_product(led.at_joint.force_by_turn * led.right_axes, t, rows, force);
+      add_product(led.left.child_to_parent, moment, rows, parent_moment);
     }
     add_rows(1.0, force, rows, row_force_[at(body.parent)]);
     add_product(-lie::times_hat(left[at(body.parent)], joint.parent_offset).transpose(), force, rows, parent_moment);
@@ -253,11 +259,12 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
       add_product(-node.turn_by_shift, shift, rows, t);
       copy_rows(t, rows, turn);
     } else {
-      set_product(node.right.child_to_parent.transpose(), parent_turn, rows, turn);
-      const Matrix3d row = node.inverse * node.left_axes.transpose();
-      add_product(-row * node.at_joint.moment_by_turn, turn, rows, t);
-      add_product(-row * node.at_joint.moment_by_shift, shift, rows, t);
-      add_product(node.right_axes, t, rows, turn);
+      const LedNode& led = led_nodes_[at(i)];
+      set_product(led.right.child_to_parent.transpose(), parent_turn, rows, turn);
+      const Matrix3d row = node.inverse * led.left_axes.transpose();
+      add_product(-row * led.at_joint.moment_by_turn, turn, rows, t);
+      add_product(-row * led.at_joint.moment_by_shift, shift, rows, t);
+      add_product(led.right_axes, t, rows, turn);
       if (joint.free()) copy_rows(turn, rows, t);
     }
     add_product(lie::times_hat(right[at(i)], joint.child_offset), turn, rows, shift);

@@ -23,10 +23,10 @@ class TreeElimination {
  public:
   explicit TreeElimination(const model::System& system);
 
-  /// blocks [bodies]; `damping` [bodies]: moment along a body's freedoms by its turn against its parent, or empty.
+  /// blocks [bodies], used up; `damping` [bodies]: moment along a body's freedoms by its turn against its parent, or empty.
   /// Returns false where a pivot is singular or not finite.
   bool factor(const model::System& system, const Rotations& left, const Rotations& right,
-              const std::vector<BodyBlock>& blocks, const std::vector<Matrix3d>& damping);
+              std::vector<BodyBlock>& blocks, const std::vector<Matrix3d>& damping);
 
   /// K y = r: balances become motions, in place. Rotations are those of factor.
   void solve(const model::System& system, const Rotations& left, const Rotations& right, Freedoms& freedoms,
@@ -43,13 +43,15 @@ class TreeElimination {
  private:
   // A body seen from its joint, its subtree condensed.
   struct Node {
-    BodyBlock at_joint;
-    Matrix3d inverse;        // free: of at_joint.moment_by_turn; led: of the pivot
+    Matrix3d inverse;        // free: of moment_by_turn about the joint; led: of the pivot
     Matrix3d turn_by_shift;  // free: inverse · moment_by_shift
     Matrix3d force_by_rest;  // free: force_by_turn · inverse
-    JointFrame left, right;  // led or damped
+    bool led;                // by its joint, or damped
+  };
+  struct LedNode {
+    BodyBlock at_joint;
+    JointFrame left, right;
     Matrix3d left_axes, right_axes;
-    bool led;
   };
   struct Walk {
     Vector3d moment, force;  // what eliminated balances leave
@@ -60,10 +62,10 @@ class TreeElimination {
   void solve_tree(const model::System& system, const Rotations& near, const Rotations& far, Freedoms& freedoms,
                   Vector3d& linear);
   bool eliminate(const model::System& system, const Rotations& left, const Rotations& right,
-                 const std::vector<Matrix3d>& damping, int body);
+                 std::vector<BodyBlock>& condensed, const std::vector<Matrix3d>& damping, int body);
 
-  std::vector<BodyBlock> condensed_;    // [bodies] about the mass centre
   std::vector<Node> nodes_;             // [bodies]
+  std::vector<LedNode> led_nodes_;      // [bodies], or empty where all turn on their own, undamped
   std::vector<Walk> walk_;              // [bodies]
   FreedomRows row_moment_, row_force_;  // [bodies], of solve_rows; sized by its first call
   Eigen::Matrix<double, 6, 6> root_inverse_;

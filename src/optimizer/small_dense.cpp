@@ -76,29 +76,4 @@ void add_transposed_image(double factor, const MatrixIn& A, const VectorIn& x, V
   }
 }
 
-void solve_equations(MatrixOut equations) {
-  const Eigen::Index unknowns = equations.cols(), length = equations.rows();
-  double* e = equations.data();
-  const Eigen::Index stride = equations.outerStride();
-  const auto column = [&](Eigen::Index i) { return e + i * stride; };
-  const auto subtract = [&](double factor, const double* from, double* to, Eigen::Index first) {
-    Eigen::Index i = first;
-    for (; i + 4 <= length; i += 4) store(load<Four>(to + i) - factor * load<Four>(from + i), to + i);
-    for (; i < length; ++i) to[i] -= factor * from[i];
-  };
-  for (Eigen::Index k = 0; k < unknowns; ++k) {
-    Eigen::Index pivot = k;
-    for (Eigen::Index i = k + 1; i < unknowns; ++i)
-      if (std::abs(column(i)[k]) > std::abs(column(pivot)[k])) pivot = i;
-    if (pivot != k) std::swap_ranges(column(k) + k, column(k) + length, column(pivot) + k);
-    const double inverse = 1.0 / column(k)[k];
-    for (Eigen::Index i = k + 1; i < unknowns; ++i) subtract(inverse * column(i)[k], column(k), column(i), k + 1);
-  }
-  for (Eigen::Index k = unknowns - 1; k >= 0; --k) {
-    const double inverse = 1.0 / column(k)[k];
-    for (Eigen::Index i = unknowns; i < length; ++i) column(k)[i] *= inverse;
-    for (Eigen::Index i = 0; i < k; ++i) subtract(column(i)[k], column(k), column(i), unknowns);
-  }
-}
-
 }  // namespace lamprey::optimizer

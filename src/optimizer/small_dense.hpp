@@ -1,4 +1,4 @@
-// Products and elimination of small dense matrices, tens of rows, without allocation: Eigen's own for sizes known at run
+// Products of small dense matrices, tens of rows, without allocation: Eigen's own for sizes known at run
 // time are made for hundreds.
 #pragma once
 
@@ -32,9 +32,5 @@ void add_image(double factor, const MatrixIn& A, const VectorIn& x, VectorOut y)
 
 /// y += factor Aᵀx.
 void add_transposed_image(double factor, const MatrixIn& A, const VectorIn& x, VectorOut y);
-
-/// Solves linear equations in place by elimination with pivots. Column i holds equation i: its coefficients, [unknowns],
-/// then its right-hand sides; on return the latter are those of unknown i. Not finite where the equations are singular.
-void solve_equations(MatrixOut equations);
 
 }  // namespace lamprey::optimizer

@@ -145,6 +145,26 @@ TEST_P(StepTangentOfTree, matches_central_differences_of_the_march_at_second_ord
   }
 }
 
+TEST_P(StepTangentOfTree, is_the_same_inverted_whole_and_through_the_tree) {
+  Random random(70 + static_cast<unsigned>(GetParam().bodies));
+  const model::System system(drawn(random, GetParam()));
+  for (auto lagrangian : lagrangians) {
+    const State start = random_state(random, system);
+    const Moments u = random_moments(random, system, 5.0);
+    integrator::StepWorkspace march(system);
+    State end = start;
+    ASSERT_TRUE(integrator::advance(system, lagrangian, time_step, u, u, end, march).converged);
+    integrator::TangentWorkspace work(system);
+    StepTangent whole(system), through(system);
+    work.dense = true;
+    integrator::linearize_step(system, lagrangian, time_step, march.interval, u, u, work, whole);
+    work.dense = false;
+    integrator::linearize_step(system, lagrangian, time_step, march.interval, u, u, work, through);
+    EXPECT_LE((whole.A - through.A).norm(), tolerance(1e-12) * through.A.norm());
+    EXPECT_LE((whole.B - through.B).norm(), tolerance(1e-12) * (1.0 + through.B.norm()));
+  }
+}
+
 TEST_P(StepTangentOfTree, adjoint_and_tangent_give_one_dot_product) {
   Random random(40 + static_cast<unsigned>(GetParam().bodies));
   const model::System system(drawn(random, GetParam()));

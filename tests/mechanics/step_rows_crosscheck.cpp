@@ -21,7 +21,7 @@ struct RowsOfStep {
 
   RowsOfStep(DiscreteLagrangian lagrangian, int bodies, unsigned seed)
       : random(seed),
-        system(random_swimmer(random, bodies)),
+        system(swimmer(random, bodies, seed % 2 == 0)),
         control(random_moments(random, system, 5.0)),
         control_next(random_moments(random, system, 5.0)),
         interval(random_interval(random, system, 0.4)),
@@ -49,6 +49,14 @@ struct RowsOfStep {
     rates_at_both_ends(step, balance, blocks, rates, directions, left_count, count, jacobian);
     adjoint_rates(step, balance, blocks, rates, multiplier, multiplier_rate, directions, jacobian, left_count, count,
                   hessian);
+  }
+
+  // Without coupling, bodies are taken four at a time.
+  static model::SwimmerDescription swimmer(Random& random, int bodies, bool coupled) {
+    model::SwimmerDescription result = random_swimmer(random, bodies);
+    for (model::BodyDescription& body : result.bodies)
+      if (!coupled) body.coupling_matrix.reset();
+    return result;
   }
 
   std::size_t n() const { return model::at(system.body_count()); }

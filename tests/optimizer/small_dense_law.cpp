@@ -65,27 +65,5 @@ TEST(SmallDense, lower_products_fill_the_lower_triangle_and_mirroring_the_rest) 
   }
 }
 
-TEST(SmallDense, equations_are_solved_whatever_their_order) {
-  for (Index unknowns = 1; unknowns <= 9; ++unknowns)
-    for (Index sides : {0, 1, 4, 13}) {
-      MatrixXd A = MatrixXd::Random(unknowns, unknowns);
-      A(0, 0) = 0.0;  // a pivot must be looked for
-      if (unknowns == 1) A(0, 0) = -2.0;
-      const MatrixXd X = MatrixXd::Random(unknowns, sides);
-      MatrixXd equations(unknowns + sides, unknowns);
-      equations << A.transpose(), (A * X).transpose();
-      optimizer::solve_equations(equations);
-      const double condition = A.norm() * A.inverse().norm();
-      EXPECT_LE((equations.bottomRows(sides).transpose() - X).norm(), tolerance(1e-14) * condition * (1.0 + X.norm()));
-    }
-}
-
-TEST(SmallDense, singular_equations_have_no_finite_solution) {
-  MatrixXd equations(3, 2);
-  equations << 1.0, 2.0, 2.0, 4.0, 1.0, 1.0;
-  optimizer::solve_equations(equations);
-  EXPECT_FALSE(equations.bottomRows(1).allFinite());
-}
-
 }  // namespace
 }  // namespace lamprey::tests
