@@ -248,7 +248,8 @@ void ShapeProgram::find_end_moments_by_state() {
   };
   moments_of(before_.plus);
   end_by_state_.setZero();
-  end_by_state_.leftCols(2 * n) = -solved;
+  end_by_state_.leftCols(2 * n) = solved;
+  end_by_state_.leftCols(2 * n) *= -1.0;
   if (maneuver_.periodic) {
     moments_of(first_minus_);
     end_by_state_.middleCols(copies(), 2 * n) = solved;

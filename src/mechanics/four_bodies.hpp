@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <type_traits>
 
 #include "mechanics/plain_share.hpp"
 #include "mechanics/tree_motion.hpp"
@@ -20,6 +21,10 @@ class FourBodies {
   Four33 read(const std::vector<Owner>& all, Matrix3d Owner::*member) const {
     return read(all[lane_[0]].*member, all[lane_[1]].*member, all[lane_[2]].*member, all[lane_[3]].*member);
   }
+  /// `of` gives the vector of a body.
+  template <typename Of>
+  requires std::is_invocable_v<Of, std::size_t> Four3 read(const Of& of)
+  const { return read(of(lane_[0]), of(lane_[1]), of(lane_[2]), of(lane_[3])); }
   Four3 read(const Vectors& all) const { return read(all[lane_[0]], all[lane_[1]], all[lane_[2]], all[lane_[3]]); }
   TurnAndShift<Four3> read(const std::vector<TurnAndShift<Vector3d>>& all) const {
     const TurnAndShift<Vector3d>&a = all[lane_[0]], &b = all[lane_[1]], &c = all[lane_[2]], &d = all[lane_[3]];

@@ -4,6 +4,8 @@
 
 #include <Eigen/LU>
 
+#include "mechanics/four_bodies.hpp"
+
 namespace lamprey::mechanics {
 
 namespace {
@@ -21,6 +23,32 @@ bool inverted(const Matrix3d& m, Matrix3d& inverse) {
   return true;
 }
 
+// From a body's own joint, the root's mass centre, to a joint that it bears; body frame.
+Vector3d between_joints(const System& system, const Joint& joint) {
+  const int up = system.body(joint.parent).joint;
+  return up < 0 ? joint.parent_offset : Vector3d(joint.parent_offset - system.joint(up).child_offset);
+}
+
+// Blocks about the mass centres become blocks about the joints: δ = j + R' d̂ η', n − d × RᵀP.
+void move_to_joints(const System& system, const Rotations& left, const Rotations& right,
+                    std::vector<BodyBlock>& blocks) {
+  for_each_four(blocks.size(), [&](const FourBodies& four) {
+    const Four3 d = four.read([&](std::size_t i) {
+      const int up = system.bodies()[i].joint;
+      return up < 0 ? Vector3d(Vector3d::Zero()) : system.joint(up).child_offset;
+    });
+    const Four33 shift_by_turn = times_hat(four.read(right), d), lever = transposed(times_hat(four.read(left), d));
+    const Four33 force_by_shift = four.read(blocks, &BodyBlock::force_by_shift);
+    const Four33 moment_by_shift = four.read(blocks, &BodyBlock::moment_by_shift);
+    const Four33 force_by_turn = four.read(blocks, &BodyBlock::force_by_turn) + force_by_shift * shift_by_turn;
+    const Four33 moment_by_turn =
+        four.read(blocks, &BodyBlock::moment_by_turn) + moment_by_shift * shift_by_turn + lever * force_by_turn;
+    four.write(force_by_turn, blocks, &BodyBlock::force_by_turn);
+    four.write(moment_by_turn, blocks, &BodyBlock::moment_by_turn);
+    four.write(moment_by_shift + lever * force_by_shift, blocks, &BodyBlock::moment_by_shift);
+  });
+}
+
 }  // namespace
 
 TreeElimination::TreeElimination(const System& system)
@@ -32,21 +60,12 @@ bool TreeElimination::eliminate(const System& system, const Rotations& left, con
                                 std::vector<BodyBlock>& condensed, const std::vector<Matrix3d>& damping, int i) {
   const Body& body = system.body(i);
   const Joint& joint = system.joint(body.joint);
-  const BodyBlock& own = condensed[at(i)];
+  const BodyBlock& b = condensed[at(i)];
   Node& node = nodes_[at(i)];
-  BodyBlock b;  // about the joint
-
-  // from the mass centre to the joint: δ = j + R' d̂ η', n − d × Rᵀ P
-  const Matrix3d shift_by_turn = lie::times_hat(right[at(i)], joint.child_offset);
-  const Matrix3d lever = -lie::times_hat(left[at(i)], joint.child_offset).transpose();
-  b.force_by_shift = own.force_by_shift;
-  b.force_by_turn = own.force_by_turn + own.force_by_shift * shift_by_turn;
-  b.moment_by_shift = own.moment_by_shift - lever * own.force_by_shift;
-  b.moment_by_turn = own.moment_by_turn + own.moment_by_shift * shift_by_turn - lever * b.force_by_turn;
-
   const int p = body.parent;
-  const Matrix3d parent_shift = lie::times_hat(right[at(p)], joint.parent_offset);
-  const Matrix3d parent_lever = -lie::times_hat(left[at(p)], joint.parent_offset).transpose();
+  const Vector3d between = between_joints(system, joint);
+  const Matrix3d parent_shift = lie::times_hat(right[at(p)], between);
+  const Matrix3d parent_lever = -lie::times_hat(left[at(p)], between).transpose();
   BodyBlock& parent = condensed[at(p)];
   const bool damped = !damping.empty() && joint.damping > 0.0;
   node.led = !joint.free() || damped;
@@ -97,6 +116,7 @@ bool TreeElimination::eliminate(const System& system, const Rotations& left, con
 
 bool TreeElimination::factor(const System& system, const Rotations& left, const Rotations& right,
                              std::vector<BodyBlock>& blocks, const std::vector<Matrix3d>& damping) {
+  move_to_joints(system, left, right, blocks);
   const std::vector<int>& order = system.root_to_leaves();
   for (auto position = order.rbegin(); position != order.rend(); ++position)
     if (*position != 0 && !eliminate(system, left, right, blocks, damping, *position)) return false;
@@ -134,7 +154,6 @@ void TreeElimination::solve_tree(const System& system, const Rotations& near, co
     const Node& node = nodes_[at(i)];
     Walk& w = walk_[at(i)];
     Walk& parent = walk_[at(body.parent)];
-    w.moment -= joint.child_offset.cross(near[at(i)].transpose() * w.force);
     Vector3d& t = freedoms[at(i)];
     if (!node.led) {
       t -= w.moment;
@@ -151,7 +170,7 @@ void TreeElimination::solve_tree(const System& system, const Rotations& near, co
       parent.moment += Q * w.moment;
     }
     parent.force += w.force;
-    parent.moment += joint.parent_offset.cross(near[at(body.parent)].transpose() * w.force);
+    parent.moment += between_joints(system, joint).cross(near[at(body.parent)].transpose() * w.force);
   }
   Vector6 rest;
   rest << freedoms[0] - walk_[0].moment, linear - walk_[0].force;
@@ -165,22 +184,20 @@ void TreeElimination::solve_tree(const System& system, const Rotations& near, co
     const Node& node = nodes_[at(i)];
     const Walk& parent = walk_[at(body.parent)];
     Walk& w = walk_[at(i)];
-    const Vector3d joint_shift = parent.shift - far[at(body.parent)] * joint.parent_offset.cross(parent.turn);
+    w.shift = parent.shift - far[at(body.parent)] * between_joints(system, joint).cross(parent.turn);
     Vector3d& t = freedoms[at(i)];
     if (!node.led) {
-      t -= block(transposed ? node.force_by_rest : node.turn_by_shift) * joint_shift;
+      t -= block(transposed ? node.force_by_rest : node.turn_by_shift) * w.shift;
       w.turn = t;
     } else {
       const LedNode& led = led_nodes_[at(i)];
       const Vector3d carried = (transposed ? led.left : led.right).child_to_parent.transpose() * parent.turn;
       const Matrix3d& moment_by_shift = transposed ? led.at_joint.force_by_turn : led.at_joint.moment_by_shift;
-      t -=
-          block(node.inverse) * ((transposed ? led.right_axes : led.left_axes).transpose() *
-                                 (block(led.at_joint.moment_by_turn) * carried + block(moment_by_shift) * joint_shift));
+      t -= block(node.inverse) * ((transposed ? led.right_axes : led.left_axes).transpose() *
+                                  (block(led.at_joint.moment_by_turn) * carried + block(moment_by_shift) * w.shift));
       w.turn = carried + (transposed ? led.left_axes : led.right_axes) * t;
       if (joint.free()) t = w.turn;
     }
-    w.shift = joint_shift + far[at(i)] * joint.child_offset.cross(w.turn);
   }
 }
 
@@ -215,8 +232,6 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
     Rows3& force = row_force_[at(i)];
     Rows3& parent_moment = row_moment_[at(body.parent)];
     Rows3& t = freedoms[at(i)];
-    if (!body.children.empty())
-      add_product(lie::times_hat(left[at(i)], joint.child_offset).transpose(), force, rows, moment);
     if (!node.led) {
       if (!body.children.empty()) add_rows(-1.0, moment, rows, t);
       add_product(node.force_by_rest, t, rows, force);
@@ -231,9 +246,10 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
       add_product(led.left.child_to_parent, moment, rows, parent_moment);
     }
     add_rows(1.0, force, rows, row_force_[at(body.parent)]);
-    add_product(-lie::times_hat(left[at(body.parent)], joint.parent_offset).transpose(), force, rows, parent_moment);
+    add_product(-lie::times_hat(left[at(body.parent)], between_joints(system, joint)).transpose(), force, rows,
+                parent_moment);
   }
-  // from here on row_moment_ holds the bodies' turns and row_force_ their mass centres' shifts
+  // from here on row_moment_ holds the bodies' turns and row_force_ their joints' shifts
   Rows3& moment = row_moment_[0];
   Rows3& force = row_force_[0];
   add_rows(-1.0, freedoms[0], rows, moment);  // both with their signs changed
@@ -254,7 +270,7 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
     Rows3& shift = row_force_[at(i)];
     Rows3& t = freedoms[at(i)];
     copy_rows(row_force_[at(body.parent)], rows, shift);
-    add_product(-lie::times_hat(right[at(body.parent)], joint.parent_offset), parent_turn, rows, shift);
+    add_product(-lie::times_hat(right[at(body.parent)], between_joints(system, joint)), parent_turn, rows, shift);
     if (!node.led) {
       add_product(-node.turn_by_shift, shift, rows, t);
       copy_rows(t, rows, turn);
@@ -267,7 +283,6 @@ void TreeElimination::solve_rows(const System& system, const Rotations& left, co
       add_product(led.right_axes, t, rows, turn);
       if (joint.free()) copy_rows(turn, rows, t);
     }
-    add_product(lie::times_hat(right[at(i)], joint.child_offset), turn, rows, shift);
   }
 }
 

@@ -41,7 +41,7 @@ class TreeElimination {
                   Rows3& linear);
 
  private:
-  // A body seen from its joint, its subtree condensed.
+  // A body seen from its joint (the root: from its mass centre), its subtree condensed.
   struct Node {
     Matrix3d inverse;        // free: of moment_by_turn about the joint; led: of the pivot
     Matrix3d turn_by_shift;  // free: inverse · moment_by_shift
@@ -55,7 +55,7 @@ class TreeElimination {
   };
   struct Walk {
     Vector3d moment, force;  // what eliminated balances leave
-    Vector3d turn, shift;    // of the body and of its mass centre
+    Vector3d turn, shift;    // of the body and of its joint
   };
   /// Transposed, the two ends of the step change places and every block is its transpose.
   template <bool transposed>
