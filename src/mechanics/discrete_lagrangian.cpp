@@ -41,6 +41,18 @@ void turn_bodies(Interval& step) {
   });
 }
 
+// ζ of all bodies from their rotations at both nodes: 2 vee(F)/(1 + tr F), but for turns towards a half turn.
+void cayley_between(const Rotations& rotation, const Rotations& next_rotation, Vectors& cayley) {
+  for_each_four(cayley.size(), [&](const FourBodies& four) {
+    const Four33 F = transposed(four.read(rotation)) * four.read(next_rotation);
+    const Four trace_F = trace(F);
+    four.write((1.0 / (1.0 + trace_F)) * Four3{F.y.z - F.z.y, F.z.x - F.x.z, F.x.y - F.y.x}, cayley);
+    for (std::size_t l = 0; l < 4; ++l)
+      if (const std::size_t n = four.body(l); !(trace_F[l] > 0.0))
+        cayley[n] = lie::inverse_cayley(rotation[n].transpose() * next_rotation[n]);
+  });
+}
+
 void four_momenta(const System& system, DiscreteLagrangian lagrangian, double h, const Interval& step,
                   const FourBodies& four, DiscreteMomenta& momenta) {
   const FourShares shares(system, lagrangian, h, step, four);
@@ -111,13 +123,11 @@ void interval_between(const System& system, const Rotations& rotation, const Rot
                       const Vector3d& displacement, Interval& step) {
   step.rotation = rotation;
   step.displacement = displacement;
+  cayley_between(rotation, next_rotation, step.cayley);
   for (int i = 0; i < system.body_count(); ++i) {
     const Body& body = system.body(i);
     step.joint_turn[at(i)].setZero();
-    if (body.freedoms == 3) {
-      step.cayley[at(i)] = lie::inverse_cayley(rotation[at(i)].transpose() * next_rotation[at(i)]);
-      continue;
-    }
+    if (body.freedoms == 3) continue;
     const Joint& joint = system.joint(body.joint);
     const auto angles = [&](const Rotations& R) {
       return joint_angles(joint, R[at(body.parent)].transpose() * R[at(i)]);

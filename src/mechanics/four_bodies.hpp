@@ -16,6 +16,8 @@ class FourBodies {
       : lane_{first, std::min(first + 1, bodies - 1), std::min(first + 2, bodies - 1),
               std::min(first + 3, bodies - 1)} {}
 
+  std::size_t body(std::size_t lane) const { return lane_[lane]; }
+
   Four33 read(const Rotations& all) const { return read(all[lane_[0]], all[lane_[1]], all[lane_[2]], all[lane_[3]]); }
   template <typename Owner>
   Four33 read(const std::vector<Owner>& all, Matrix3d Owner::*member) const {
