@@ -133,6 +133,23 @@ TEST_P(FourBodiesOf, have_the_second_rates_of_each) {
   });
 }
 
+// Turns up to nearly half a turn, those of some bodies beyond a right angle and a third.
+TEST_P(FourBodiesOf, are_found_again_between_their_rotations) {
+  for (const double size : {0.3, 3.0}) {
+    Random random(23);
+    mechanics::Interval step = random_interval(random, plain->system, 0.4);
+    for (Vector3d& zeta : step.cayley) zeta = random.vector(size);
+    mechanics::update_interval(plain->system, step);
+    mechanics::Interval found(GetParam());
+    mechanics::interval_between(plain->system, step.rotation, step.next_rotation, step.displacement, found);
+    for_bodies([&](std::size_t i) {
+      expect_near(found.cayley[i], step.cayley[i], "Cayley vector");
+      expect_near(found.next_rotation[i], step.next_rotation[i], "next rotation");
+      expect_near(found.centre_displacement[i], step.centre_displacement[i], "displacement");
+    });
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Bodies, FourBodiesOf, ::testing::Values(1, 2, 3, 4, 5, 8, 11));
 
 }  // namespace
