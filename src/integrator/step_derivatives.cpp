@@ -191,6 +191,7 @@ void linearize_step(const System& system, DiscreteLagrangian lagrangian, double 
     tangent.A.leftCols(turns).topRows(half + turns).setConstant(unknown);
     by_momentum.topRows(half + turns).setConstant(unknown);
     tangent.B.topRows(half + turns).setConstant(unknown);
+    tangent.B_next.middleRows(half, turns).setConstant(unknown);
     return;
   }
 

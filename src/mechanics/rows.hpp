@@ -32,8 +32,7 @@ struct Support {
   RowRange others{std::numeric_limits<Eigen::Index>::max()};
 };
 
-/// Rows that are zero but on their support. Where `others` does not begin at a multiple of four, the rows beyond its end up
-/// to four times a whole number are there too.
+/// Rows that are zero but on their support. `others` may begin anywhere if the matrix holds the last four that begin there.
 struct SparseRows {
   Rows3 rows;
   Support support;

@@ -165,6 +165,30 @@ TEST_P(StepTangentOfTree, is_the_same_inverted_whole_and_through_the_tree) {
   }
 }
 
+// What is not finite goes with the next step that can be linearised.
+TEST_P(StepTangentOfTree, is_not_a_number_where_the_step_is_none_and_right_again_after_it) {
+  Random random(90 + static_cast<unsigned>(GetParam().bodies));
+  const model::System system(drawn(random, GetParam()));
+  const Step step(random, system, lagrangians[1]);
+  State end = step.start;
+  integrator::StepWorkspace march(system);
+  ASSERT_TRUE(integrator::advance(system, lagrangians[1], time_step, step.u, step.u_next, end, march).converged);
+  mechanics::Interval none = march.interval;
+  for (Eigen::Matrix3d& R : none.relative_rotation) R.setConstant(std::numeric_limits<double>::quiet_NaN());
+  integrator::TangentWorkspace work(system);
+  StepTangent tangent(system);
+  for (const mechanics::Interval* interval : {&none, &march.interval}) {
+    integrator::linearize_step(system, lagrangians[1], time_step, *interval, step.u, step.u_next, work, tangent);
+    EXPECT_EQ(tangent.A.allFinite(), interval != &none);
+    if (system.control_count() > 0) {
+      EXPECT_EQ(tangent.B.allFinite() && tangent.B_next.allFinite(), interval != &none);
+    }
+  }
+  EXPECT_EQ(tangent.A, step.tangent.A);
+  EXPECT_EQ(tangent.B, step.tangent.B);
+  EXPECT_EQ(tangent.B_next, step.tangent.B_next);
+}
+
 TEST_P(StepTangentOfTree, adjoint_and_tangent_give_one_dot_product) {
   Random random(40 + static_cast<unsigned>(GetParam().bodies));
   const model::System system(drawn(random, GetParam()));
