@@ -63,33 +63,56 @@ void ShapeProgram::model_controls(int k, NodeModel& node) {
     algebra::set_product(by_shape_, shape_basis_, node.control_by_shape);
 }
 
-// Curvature of step k, kept with the state at its end.
-void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& next, const Vector3d& turn,
-                              const Vector3d& shift, StageModel& model) {
-  ShapeStep& step = now_.step[at(k)];
+// Tangents of up to four steps under the moments that the nodes hold, and their curvature with the nodes' multipliers.
+void ShapeProgram::differentiate_four(int first, bool twice) {
   const double h = h_ * now_.stretch;
-  kernel_.tangent(h, node.control, next.control, step, after_);
-  kernel_.curvature(h, node.control, next.control, step, {node.multiplier, next.multiplier, turn, shift}, hessian_);
+  const int count = std::min(4, steps_ - first);
+  const auto multipliers = [&](int l) {
+    const NodeModel &node = node_[at(l)], &next = node_[at(l + 1)];
+    return ShapeMultipliers{node.multiplier, next.multiplier, pose_turn_[at(first + l + 1)],
+                            pose_shift_[at(first + l + 1)]};
+  };
+  if (!four_steps_) {
+    for (int l = 0; l < count; ++l) {
+      ShapeStep& step = now_.step[at(first + l)];
+      const mechanics::Moments &control = node_[at(l)].control, &control_next = node_[at(l + 1)].control;
+      kernel_.tangent(h, control, control_next, step, four_tangents_[at(l)]);
+      if (!twice) continue;
+      kernel_.curvature(h, control, control_next, step, multipliers(l), four_hessians_[at(l)]);
+      turn_at_end(four_tangents_[at(l)], four_hessians_[at(l)]);
+    }
+    return;
+  }
+  // lanes beyond the last step repeat it
+  const auto each = [&](auto of) {
+    const auto lane = [&](int l) { return of(std::min(l, count - 1), l); };
+    return ForFour<decltype(lane(0))>{lane(0), lane(1), lane(2), lane(3)};
+  };
+  const auto steps = each([&](int l, int) -> const ShapeStep* { return &now_.step[at(first + l)]; });
+  const auto control = each([&](int l, int) -> const mechanics::Moments* { return &node_[at(l)].control; });
+  const auto control_next = each([&](int l, int) -> const mechanics::Moments* { return &node_[at(l + 1)].control; });
+  four_steps_->take_shapes(h, each([&](int l, int) -> const Rotations* { return &now_.shape[at(first + l)]; }),
+                           each([&](int l, int) -> const Rotations* { return &now_.shape[at(first + l + 1)]; }));
+  four_steps_->tangent(steps, control, control_next, each([&](int, int l) { return &four_tangents_[at(l)]; }));
+  if (!twice) return;
+  const auto of_lanes = each([&](int l, int) { return multipliers(l); });
+  four_steps_->curvature(steps, control, control_next,
+                         {&of_lanes[0], &of_lanes[1], &of_lanes[2], &of_lanes[3]},
+                         each([&](int, int l) { return &four_hessians_[at(l)]; }));
+}
+
+// Curvature of step k, kept with the state at its end.
+void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& next, StageModel& model) {
+  const MatrixXd& hessian = four_hessians_[at(k % 4)];
   const int ends = 2 * shape_;
-  // the hessian takes the root's turn ρ at the beginning, which is ρ' at the end less what the step adds
-  const auto added = after_.pose.topRows<3>();
   const auto pose_turn = pose_basis_.topRows<3>();
-  const auto by_turn = hessian_.topRightCorner(ends, 3);
-  const Matrix3d turn_turn = hessian_.bottomRightCorner<3, 3>();
   const bool last = k + 1 == steps_;
   MatrixXd& Q = last ? model.Q_end : model.stage[at(leads_ + k + 1)].Q;
-  set_transposed(added, added_);
-  bent_ = by_turn;
-  bent_ -= added_.lazyProduct(0.5 * turn_turn);
-  auto by_ends = Q.topLeftCorner(ends, ends);
-  by_ends = hessian_.topLeftCorner(ends, ends);
-  add_product_transposed(-1.0, bent_, added_, by_ends);
-  add_product_transposed(-1.0, added_, bent_, by_ends);
-  bent_ *= 2.0;
-  bent_ -= by_turn;
-  Q.block(0, ends, ends, pose_) = bent_.lazyProduct(pose_turn);
+  Q.topLeftCorner(ends, ends) = hessian.topLeftCorner(ends, ends);
+  Q.block(0, ends, ends, pose_) = hessian.topRightCorner(ends, 3).lazyProduct(pose_turn);
   Q.block(ends, 0, pose_, ends) = Q.block(0, ends, ends, pose_).transpose();
-  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> half = turn_turn.lazyProduct(pose_turn);
+  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> half =
+      hessian.bottomRightCorner<3, 3>().lazyProduct(pose_turn);
   Q.block(ends, ends, pose_, pose_) = pose_turn.transpose().lazyProduct(half);
   if (maneuver_.free_duration) {  // equation 10.9
     Q.row(tau()).head(ends).noalias() =
@@ -339,20 +362,26 @@ void ShapeProgram::linearize(StageModel& model) {
     }
     model.Q_end.setZero();
   }
-  NodeModel &node = node_, &next = next_node_;
   if (maneuver_.periodic) {
     model_node(0, first_node_);
-    model_node(steps_, node);
-    first_node_.control = node.control;
-    first_node_.multiplier = node.multiplier;
+    model_node(steps_, node_[0]);
+    first_node_.control = node_[0].control;
+    first_node_.multiplier = node_[0].multiplier;
     model_controls(0, first_node_);
-    node = first_node_;
+    node_[0] = first_node_;
   } else {
-    model_node(0, node);
+    model_node(0, node_[0]);
   }
   for (int k = 0; k < steps_; ++k) {
-    model_node(k + 1, next);
-    model_step(k, node, next, pose_turn_[at(k + 1)], pose_shift_[at(k + 1)], model);
+    const int lane = k % 4;
+    if (lane == 0) {
+      if (k > 0) std::swap(node_[0], node_[4]);
+      for (int l = 0; l < std::min(4, steps_ - k); ++l) model_node(k + l + 1, node_[at(l + 1)]);
+      differentiate_four(k, true);
+    }
+    std::swap(after_, four_tangents_[at(lane)]);
+    const NodeModel &node = node_[at(lane)], &next = node_[at(lane + 1)];
+    model_step(k, node, next, model);
     Stage& stage = model.stage[at(leads_ + k)];
     if (k > 0) stage.q.setZero();
     if (k == 0) first_minus_ = after_.minus;
@@ -360,9 +389,9 @@ void ShapeProgram::linearize(StageModel& model) {
       model_first_shapes(stage);
     else
       model_stage(k, node, stage);
-    std::swap(node, next);
     std::swap(before_, after_);
   }
+  const NodeModel& node = node_[at((steps_ - 1) % 4 + 1)];
   model_end(node, model);
   end_curvature_.add(end_rows_, now_.rotation.back(), end_multiplier_, shape_, 2 * shape_, model.Q_end);
   if (leads_ > 0) model_leads(model);
@@ -373,16 +402,20 @@ void ShapeProgram::linearize(StageModel& model) {
 bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
   if (idle() > 0 || !limits_.empty() || !terms_.empty() || maneuver_.free_duration || maneuver_.periodic) return false;
   model_goal(slopes.C, slopes.c);
-  mechanics::Moments &control = node_.control, &control_next = next_node_.control;
-  moments_.controls(now_.moment.front(), control);
+  moments_.controls(now_.moment.front(), node_[0].control);
   for (int k = 0; k < steps_; ++k) {
-    moments_.controls(now_.moment[at(k + 1)], control_next);
-    kernel_.tangent(h_, control, control_next, now_.step[at(k)], after_);
+    const int lane = k % 4;
+    if (lane == 0) {
+      if (k > 0) std::swap(node_[0], node_[4]);
+      for (int l = 0; l < std::min(4, steps_ - k); ++l)
+        moments_.controls(now_.moment[at(k + l + 1)], node_[at(l + 1)].control);
+      differentiate_four(k, false);
+    }
+    std::swap(after_, four_tangents_[at(lane)]);
     optimizer::StageSlopes::Slope& stage = slopes.stage[at(k)];
     model_motion(k, stage.A, stage.B);
     stage.r = now_.moment[at(k)];
     stage.r *= node_weight(now_, k);
-    std::swap(control, control_next);
     std::swap(before_, after_);
   }
   slopes.q_end.setZero(states());

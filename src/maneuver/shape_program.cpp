@@ -63,8 +63,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       limit_model_(at(steps_ + 1)),
       pose_turn_(at(steps_ + 1)),
       pose_shift_(at(steps_ + 1)),
-      node_(system, shape_),
-      next_node_(node_),
+      node_(5, NodeModel(system, shape_)),
       start_impulse_(VectorXd::Zero(shape_)),
       end_multiplier_(VectorXd::Zero(static_cast<Eigen::Index>(end_rows_.size()))),
       idle_multiplier_(at(steps_), VectorXd::Zero(shape_ - controls_)),
@@ -84,10 +83,10 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       end_mixed_(states(), shape_),
       by_first_(shape_size(system) + 6),
       by_last_(shape_size(system) + 6),
-      bent_(2 * shape_, 3),
-      added_(bent_),
-      first_node_(node_),
-      hessian_(2 * shape_ + 3, 2 * shape_ + 3) {
+      four_tangents_(4),
+      four_hessians_(4, MatrixXd(2 * shape_ + 3, 2 * shape_ + 3)),
+      first_node_(node_.front()) {
+  if (FourSteps::serves(system, maneuver.lagrangian)) four_steps_.emplace(system, shape_basis_);
   take_start_impulse();
   for (Motion* motion : {&now_, &trial_}) {
     motion->shape.assign(at(steps_ + 1), Rotations(at(system.body_count()), Matrix3d::Identity()));
@@ -154,7 +153,12 @@ void ShapeProgram::write_path(NodePath& path) const {
   path.rotation = now_.rotation;
   path.position = now_.position;
   path.cayley.resize(now_.step.size());
-  for (std::size_t k = 0; k < now_.step.size(); ++k) path.cayley[k] = now_.step[k].interval.cayley;
+  for (std::size_t k = 0; k < now_.step.size(); ++k) {
+    path.cayley[k] = now_.step[k].interval.cayley;
+    if (!four_steps_) continue;
+    for (std::size_t i = 0; i < path.cayley[k].size(); ++i)
+      path.cayley[k][i] = lie::inverse_cayley(now_.rotation[k][i].transpose() * now_.rotation[k + 1][i]);
+  }
   path.control.resize(now_.moment.size());
   for (std::size_t k = 0; k < now_.moment.size(); ++k) path.control[k] = now_.moment[k].head(controls_);
 }
@@ -167,6 +171,11 @@ bool ShapeProgram::roll_out(Motion& motion) {
       motion.rotation.front()[i] = maneuver_.start.rotation[0] * motion.shape.front()[i];
   motion.position.front() = maneuver_.start.position;
   for (int k = 0; k < steps_; ++k) {
+    if (four_steps_) {
+      if (k % 4 == 0 && !solve_four(k, motion)) return false;
+      follow_root(k, motion);
+      continue;
+    }
     ShapeStep& step = motion.step[at(k)];
     if (k > 0 && step.momentum_inverse.isZero(0.0)) step.momentum_inverse = motion.step[at(k - 1)].momentum_inverse;
     if (!kernel_.solve(h_ * motion.stretch, motion.rotation[at(k)], motion.shape[at(k + 1)], step)) return false;
@@ -176,6 +185,29 @@ bool ShapeProgram::roll_out(Motion& motion) {
   }
   measure(motion);
   return std::isfinite(motion.merit.cost);
+}
+
+// Beyond the last step it is repeated.
+bool ShapeProgram::solve_four(int first, Motion& motion) {
+  const auto step = [&](int lane) { return at(std::min(first + lane, steps_ - 1)); };
+  const auto each = [&](auto of) { return ForFour<decltype(of(0))>{of(0), of(1), of(2), of(3)}; };
+  four_steps_->take_shapes(h_ * motion.stretch, each([&](int l) -> const Rotations* { return &motion.shape[step(l)]; }),
+                           each([&](int l) -> const Rotations* { return &motion.shape[step(l) + 1]; }));
+  return four_steps_->solve(each([&](int l) { return &motion.step[step(l)]; }));
+}
+
+// Where the root's motion over step k takes all bodies.
+void ShapeProgram::follow_root(int k, Motion& motion) const {
+  ShapeStep& step = motion.step[at(k)];
+  const Rotations& R = motion.rotation[at(k)];
+  Rotations& R_next = motion.rotation[at(k + 1)];
+  R_next[0] = lie::renormalized(R[0] * step.root_turn);
+  for (std::size_t i = 1; i < R_next.size(); ++i) R_next[i] = R_next[0] * motion.shape[at(k + 1)][i];
+  step.interval.displacement = R[0] * step.root_shift;
+  step.interval.rotation = R;
+  step.interval.next_rotation = R_next;
+  if (!terms_.empty()) mechanics::interval_between(system_, R, R_next, step.interval.displacement, step.interval);
+  motion.position[at(k + 1)] = motion.position[at(k)] + step.interval.displacement;
 }
 
 // Moments by inverse dynamics, what they cost, and what is missed.
@@ -329,7 +361,7 @@ const Merit* ShapeProgram::try_step(const StageStep& along, double length) {
     to.root_turn =
         from.root_turn * lie::cayley(0.5 * length * (from.interval.next_rotation[0].transpose() * change.head<3>()));
     to.root_shift = from.root_shift + length * (from.interval.rotation[0].transpose() * moved);
-    to.momentum_inverse = (trial_.stretch / now_.stretch) * from.momentum_inverse;
+    if (!four_steps_) to.momentum_inverse = (trial_.stretch / now_.stretch) * from.momentum_inverse;
   }
   return roll_out(trial_) ? &trial_.merit : nullptr;
 }

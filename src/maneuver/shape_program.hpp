@@ -7,6 +7,7 @@
 
 #include "maneuver/cost_terms.hpp"
 #include "maneuver/end_rows.hpp"
+#include "maneuver/four_steps.hpp"
 #include "maneuver/limit_terms.hpp"
 #include "maneuver/moment_basis.hpp"
 #include "maneuver/node_path.hpp"
@@ -112,8 +113,10 @@ class ShapeProgram : public optimizer::StageProgram {
   void add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q, VectorXd& q) const;
   void carry_on(int k, MatrixXd& A) const;
   void add_limit_models(optimizer::StageModel& model) const;
-  void model_step(int k, const NodeModel& node, const NodeModel& next, const Eigen::Vector3d& turn,
-                  const Eigen::Vector3d& shift, optimizer::StageModel& model);
+  bool solve_four(int first, Motion& motion);
+  void follow_root(int k, Motion& motion) const;
+  void differentiate_four(int first, bool twice);
+  void model_step(int k, const NodeModel& node, const NodeModel& next, optimizer::StageModel& model);
   void model_motion(int k, MatrixXd& A, MatrixXd& B);
   void model_stage(int k, const NodeModel& node, optimizer::Stage& stage);
   void model_first_shapes(optimizer::Stage& stage);
@@ -152,6 +155,7 @@ class ShapeProgram : public optimizer::StageProgram {
   int leads_;  // stages before the first step
   double h_;
   ShapeKernel kernel_;
+  std::optional<FourSteps> four_steps_;  // where it serves
   MomentBasis moments_;
   EndCurvature end_curvature_;
   LimitTerms limits_;
@@ -160,7 +164,7 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<LimitModel> limit_model_;          // [N + 1]
   mechanics::Vectors pose_turn_, pose_shift_;    // [N + 1] multipliers of the root's pose at the nodes, world
   Motion now_, trial_;
-  NodeModel node_, next_node_;
+  std::vector<NodeModel> node_;     // [5] of four steps
   VectorXd start_impulse_;  // [f] momentum along the shape's coordinates that the start brings
   VectorXd end_multiplier_;
   VectorXd end_start_;                     // for the next go_to
@@ -179,11 +183,11 @@ class ShapeProgram : public optimizer::StageProgram {
   MatrixXd end_weighed_, end_transposed_;                  // [controls][n], [n][controls]
   MatrixXd end_mixed_;                                     // [n][f]
   Eigen::RowVectorXd by_first_, by_last_;                  // [shape_size + 6]
-  Eigen::Matrix<double, Eigen::Dynamic, 3> bent_, added_;  // [2 f][3]
   ShapeTangent before_, after_;
+  std::vector<ShapeTangent> four_tangents_;  // [4]
+  std::vector<MatrixXd> four_hessians_;      // [4][2 f + 3] squared, by the root's turn at the end
   MatrixXd first_minus_;  // [f][2 f] of the first step
   NodeModel first_node_;  // of periodic motions
-  MatrixXd hessian_;
 };
 
 }  // namespace lamprey::maneuver

@@ -421,6 +421,19 @@ void ShapeKernel::curvature(double time_step, const mechanics::Moments& control,
   hessian.bottomRightCorner<3, 3>() = lie::double_cross(m.shift, step.interval.displacement);
 }
 
+void turn_at_end(const ShapeTangent& tangent, MatrixXd& hessian) {
+  const Index ends = tangent.pose.cols();
+  const auto added = tangent.pose.topRows<3>();
+  const Matrix3d half = 0.5 * hessian.bottomRightCorner<3, 3>();
+  auto by_turn = hessian.topRightCorner(ends, 3);
+  auto by_ends = hessian.topLeftCorner(ends, ends);
+  by_turn -= added.transpose().lazyProduct(half);
+  add_product(-1.0, by_turn, added, by_ends);
+  by_ends -= added.transpose().lazyProduct(by_turn.transpose());
+  by_turn -= added.transpose().lazyProduct(half);
+  set_transposed(by_turn, hessian.bottomLeftCorner(3, ends));
+}
+
 double momentum_left(const std::vector<ShapeStep>& steps, const std::vector<Rotations>& rotation,
                      const mechanics::Vectors& position) {
   double left = 0.0, scale = 0.0;

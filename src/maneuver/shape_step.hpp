@@ -56,6 +56,10 @@ struct ShapeTangent {
   MatrixXd plus;   // [f][2 f]
 };
 
+/// A step's Hessian by (left shape, right shape, root's world turn at its beginning), [2 f + 3] squared, becomes that by the
+/// turn at its end, which is the one at its beginning and what the step adds.
+void turn_at_end(const ShapeTangent& tangent, MatrixXd& hessian);
+
 /// Multipliers of a step's relations: what its curvature is contracted with.
 struct ShapeMultipliers {
   const VectorXd& minus;  // [f] of E⁻ along the coordinates

@@ -34,17 +34,6 @@ inline Matrix3d hat_times(const Vector3d& v, const Matrix3d& A) { return lie::ha
 inline Matrix3d dyad(const Vector3d& u, const Vector3d& v) { return u * v.transpose(); }
 inline Matrix3d minus_diagonal(const Matrix3d& A, double s) { return A - s * Matrix3d::Identity(); }
 
-inline Four3 operator*(const Matrix3d& A, const Four3& v) {
-  return {A(0, 0) * v.x + A(0, 1) * v.y + A(0, 2) * v.z, A(1, 0) * v.x + A(1, 1) * v.y + A(1, 2) * v.z,
-          A(2, 0) * v.x + A(2, 1) * v.y + A(2, 2) * v.z};
-}
-inline Four dot(const Vector3d& u, const Four3& v) { return u[0] * v.x + u[1] * v.y + u[2] * v.z; }
-inline Four3 cross(const Vector3d& u, const Four3& v) {
-  return {u[1] * v.z - u[2] * v.y, u[2] * v.x - u[0] * v.z, u[0] * v.y - u[1] * v.x};
-}
-inline Four3 cross(const Four3& u, const Vector3d& v) {
-  return {u.y * v[2] - u.z * v[1], u.z * v[0] - u.x * v[2], u.x * v[1] - u.y * v[0]};
-}
 inline Four3 along(const Four& s, const Vector3d& v) { return {s * v[0], s * v[1], s * v[2]}; }
 
 /// Three directions, the columns of A, and a zero one.

@@ -1,75 +1,154 @@
-// Vectors and 3×3 matrices of four at once, of four directions or of four bodies: entry by entry.
+// Vectors and 3×3 matrices of four at once, of four directions, bodies or steps: entry by entry. S: Four, or Four with
+// their rates (algebra/dual_four.hpp).
 #pragma once
 
-#include "algebra/four.hpp"
+#include <Eigen/Core>
+
+#include "algebra/dual_four.hpp"
 
 namespace lamprey::mechanics {
 
+using algebra::DualFour;
 using algebra::Four;
 
 /// Three numbers of each.
-struct Four3 {
-  Four x, y, z;
-  static Four3 zero() { return {Four{}, Four{}, Four{}}; }
+template <typename S>
+struct Three {
+  S x, y, z;
+  static Three zero() { return {S{}, S{}, S{}}; }
 };
 
 /// Three columns of each.
-struct Four33 {
-  Four3 x, y, z;
+template <typename S>
+struct ThreeByThree {
+  Three<S> x, y, z;
+  static ThreeByThree zero() { return {Three<S>::zero(), Three<S>::zero(), Three<S>::zero()}; }
 };
+
+using Four3 = Three<Four>;
+using Four33 = ThreeByThree<Four>;
 
 using lamprey::operator+;  // those of matrices, which the following would hide
 using lamprey::operator-;
 using lamprey::operator*;
-inline Four3 operator+(const Four3& u, const Four3& v) { return {u.x + v.x, u.y + v.y, u.z + v.z}; }
-inline Four3 operator-(const Four3& u, const Four3& v) { return {u.x - v.x, u.y - v.y, u.z - v.z}; }
-inline Four3 operator-(const Four3& v) { return {-v.x, -v.y, -v.z}; }
-inline Four3 operator*(double s, const Four3& v) { return {s * v.x, s * v.y, s * v.z}; }
-inline Four3 operator*(const Four& s, const Four3& v) { return {s * v.x, s * v.y, s * v.z}; }
-inline Four3& operator+=(Four3& u, const Four3& v) { return u = u + v; }
-inline Four3& operator-=(Four3& u, const Four3& v) { return u = u - v; }
-inline Four3& operator*=(Four3& v, double s) { return v = s * v; }
-inline Four dot(const Four3& u, const Four3& v) { return u.x * v.x + u.y * v.y + u.z * v.z; }
-inline Four3 cross(const Four3& u, const Four3& v) {
+template <typename S>
+inline Three<S> operator+(const Three<S>& u, const Three<S>& v) { return {u.x + v.x, u.y + v.y, u.z + v.z}; }
+template <typename S>
+inline Three<S> operator-(const Three<S>& u, const Three<S>& v) { return {u.x - v.x, u.y - v.y, u.z - v.z}; }
+template <typename S>
+inline Three<S> operator-(const Three<S>& v) { return {-v.x, -v.y, -v.z}; }
+template <typename S>
+inline Three<S> operator*(double s, const Three<S>& v) { return {s * v.x, s * v.y, s * v.z}; }
+template <typename S>
+inline Three<S> operator*(const S& s, const Three<S>& v) { return {s * v.x, s * v.y, s * v.z}; }
+template <typename S>
+inline Three<S>& operator+=(Three<S>& u, const Three<S>& v) { return u = u + v; }
+template <typename S>
+inline Three<S>& operator-=(Three<S>& u, const Three<S>& v) { return u = u - v; }
+template <typename S>
+inline Three<S>& operator*=(Three<S>& v, double s) { return v = s * v; }
+template <typename S>
+inline S dot(const Three<S>& u, const Three<S>& v) { return u.x * v.x + u.y * v.y + u.z * v.z; }
+template <typename S>
+inline Three<S> cross(const Three<S>& u, const Three<S>& v) {
   return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
 }
 /// s v.
-inline Four3 along(double s, const Four3& v) { return s * v; }
-inline Four3 along(const Four& s, const Four3& v) { return s * v; }
+template <typename S>
+inline Three<S> along(double s, const Three<S>& v) { return s * v; }
+template <typename S>
+inline Three<S> along(const S& s, const Three<S>& v) { return s * v; }
 
-inline Four33 operator+(const Four33& A, const Four33& B) { return {A.x + B.x, A.y + B.y, A.z + B.z}; }
-inline Four33 operator-(const Four33& A, const Four33& B) { return {A.x - B.x, A.y - B.y, A.z - B.z}; }
-inline Four33 operator*(double s, const Four33& A) { return {s * A.x, s * A.y, s * A.z}; }
-inline Four33 operator*(const Four& s, const Four33& A) { return {s * A.x, s * A.y, s * A.z}; }
-inline Four33& operator+=(Four33& A, const Four33& B) { return A = A + B; }
-inline Four33& operator*=(Four33& A, double s) { return A = s * A; }
-inline Four3 operator*(const Four33& A, const Four3& v) {
+template <typename S>
+inline ThreeByThree<S> operator+(const ThreeByThree<S>& A, const ThreeByThree<S>& B) { return {A.x + B.x, A.y + B.y, A.z + B.z}; }
+template <typename S>
+inline ThreeByThree<S> operator-(const ThreeByThree<S>& A, const ThreeByThree<S>& B) { return {A.x - B.x, A.y - B.y, A.z - B.z}; }
+template <typename S>
+inline ThreeByThree<S> operator*(double s, const ThreeByThree<S>& A) { return {s * A.x, s * A.y, s * A.z}; }
+template <typename S>
+inline ThreeByThree<S> operator*(const S& s, const ThreeByThree<S>& A) { return {s * A.x, s * A.y, s * A.z}; }
+template <typename S>
+inline ThreeByThree<S>& operator+=(ThreeByThree<S>& A, const ThreeByThree<S>& B) { return A = A + B; }
+template <typename S>
+inline ThreeByThree<S>& operator*=(ThreeByThree<S>& A, double s) { return A = s * A; }
+template <typename S>
+inline Three<S> operator*(const ThreeByThree<S>& A, const Three<S>& v) {
   return {A.x.x * v.x + A.y.x * v.y + A.z.x * v.z, A.x.y * v.x + A.y.y * v.y + A.z.y * v.z,
           A.x.z * v.x + A.y.z * v.y + A.z.z * v.z};
 }
-inline Four33 operator*(const Four33& A, const Four33& B) { return {A * B.x, A * B.y, A * B.z}; }
-inline Four33 transposed(const Four33& A) {
+template <typename S>
+inline ThreeByThree<S> operator*(const ThreeByThree<S>& A, const ThreeByThree<S>& B) { return {A * B.x, A * B.y, A * B.z}; }
+template <typename S>
+inline ThreeByThree<S> transposed(const ThreeByThree<S>& A) {
   return {{A.x.x, A.y.x, A.z.x}, {A.x.y, A.y.y, A.z.y}, {A.x.z, A.y.z, A.z.z}};
 }
-inline Four trace(const Four33& A) { return A.x.x + A.y.y + A.z.z; }
+template <typename S>
+inline S trace(const ThreeByThree<S>& A) { return A.x.x + A.y.y + A.z.z; }
 /// A − s I.
-inline Four33 minus_diagonal(const Four33& A, const Four& s) {
+template <typename S>
+inline ThreeByThree<S> minus_diagonal(const ThreeByThree<S>& A, const S& s) {
   return {{A.x.x - s, A.x.y, A.x.z}, {A.y.x, A.y.y - s, A.y.z}, {A.z.x, A.z.y, A.z.z - s}};
 }
-inline Four33 plus_identity(const Four33& A) {
+template <typename S>
+inline ThreeByThree<S> plus_identity(const ThreeByThree<S>& A) {
   return {{A.x.x + 1.0, A.x.y, A.x.z}, {A.y.x, A.y.y + 1.0, A.y.z}, {A.z.x, A.z.y, A.z.z + 1.0}};
 }
 /// u vᵀ.
-inline Four33 dyad(const Four3& u, const Four3& v) { return {v.x * u, v.y * u, v.z * u}; }
+template <typename S>
+inline ThreeByThree<S> dyad(const Three<S>& u, const Three<S>& v) { return {v.x * u, v.y * u, v.z * u}; }
 /// v̂ A.
-inline Four33 hat_times(const Four3& v, const Four33& A) { return {cross(v, A.x), cross(v, A.y), cross(v, A.z)}; }
+template <typename S>
+inline ThreeByThree<S> hat_times(const Three<S>& v, const ThreeByThree<S>& A) { return {cross(v, A.x), cross(v, A.y), cross(v, A.z)}; }
 /// A v̂.
-inline Four33 times_hat(const Four33& A, const Four3& v) {
+template <typename S>
+inline ThreeByThree<S> times_hat(const ThreeByThree<S>& A, const Three<S>& v) {
   return {v.z * A.y - v.y * A.z, v.x * A.z - v.z * A.x, v.y * A.x - v.x * A.y};
 }
 /// A + v̂.
-inline Four33 plus_hat(const Four33& A, const Four3& v) {
+template <typename S>
+inline ThreeByThree<S> plus_hat(const ThreeByThree<S>& A, const Three<S>& v) {
   return {{A.x.x, A.x.y + v.z, A.x.z - v.y}, {A.y.x - v.z, A.y.y, A.y.z + v.x}, {A.z.x + v.y, A.z.y - v.x, A.z.z}};
+}
+
+/// With a constant matrix or vector of all.
+template <typename S>
+inline Three<S> operator*(const Eigen::Matrix3d& A, const Three<S>& v) {
+  return {A(0, 0) * v.x + A(0, 1) * v.y + A(0, 2) * v.z, A(1, 0) * v.x + A(1, 1) * v.y + A(1, 2) * v.z,
+          A(2, 0) * v.x + A(2, 1) * v.y + A(2, 2) * v.z};
+}
+template <typename S>
+inline ThreeByThree<S> operator*(const Eigen::Matrix3d& A, const ThreeByThree<S>& B) {
+  return {A * B.x, A * B.y, A * B.z};
+}
+template <typename S>
+inline Three<S> operator*(const ThreeByThree<S>& A, const Eigen::Vector3d& v) {
+  return {v[0] * A.x.x + v[1] * A.y.x + v[2] * A.z.x, v[0] * A.x.y + v[1] * A.y.y + v[2] * A.z.y,
+          v[0] * A.x.z + v[1] * A.y.z + v[2] * A.z.z};
+}
+template <typename S>
+inline S dot(const Eigen::Vector3d& u, const Three<S>& v) {
+  return u[0] * v.x + u[1] * v.y + u[2] * v.z;
+}
+template <typename S>
+inline Three<S> cross(const Eigen::Vector3d& u, const Three<S>& v) {
+  return {u[1] * v.z - u[2] * v.y, u[2] * v.x - u[0] * v.z, u[0] * v.y - u[1] * v.x};
+}
+template <typename S>
+inline Three<S> cross(const Three<S>& u, const Eigen::Vector3d& v) {
+  return {u.y * v[2] - u.z * v[1], u.z * v[0] - u.x * v[2], u.x * v[1] - u.y * v[0]};
+}
+template <typename S>
+inline ThreeByThree<S> hat_times(const Eigen::Vector3d& v, const ThreeByThree<S>& A) {
+  return {cross(v, A.x), cross(v, A.y), cross(v, A.z)};
+}
+template <typename S>
+inline ThreeByThree<S> times_hat(const ThreeByThree<S>& A, const Eigen::Vector3d& v) {
+  return {v[2] * A.y - v[1] * A.z, v[0] * A.z - v[2] * A.x, v[1] * A.x - v[0] * A.y};
+}
+/// u vᵀ − (u·v) I.
+template <typename S>
+inline ThreeByThree<S> dyad_less_dot(const Three<S>& u, const Eigen::Vector3d& v) {
+  return minus_diagonal(ThreeByThree<S>{v[0] * u, v[1] * u, v[2] * u}, dot(v, u));
 }
 
 }  // namespace lamprey::mechanics

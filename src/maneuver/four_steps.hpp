@@ -1,0 +1,133 @@
+// Steps between given shapes, four at once: a lane of the processor's vectors each. For swimmers whose joints are all ball
+// joints, by the trapezoid (chapter 9, equations 9.14 to 9.19). What any other swimmer or scheme asks is ShapeKernel's.
+//
+// At zero momentum the root's motion z = (turn φ, shift d) makes a step's discrete Lagrangian L stationary, so that the
+// step is one function of its two shapes, V(θ, θ') = stat L(θ, θ', z): momenta are its gradient, tangents its second
+// derivatives, curvature its third ones along the multipliers.
+#pragma once
+
+#include <array>
+
+#include "maneuver/shape_step.hpp"
+
+namespace lamprey::maneuver {
+
+/// One for each of four steps.
+template <typename T>
+using ForFour = std::array<T, 4>;
+
+class FourSteps {
+ public:
+  FourSteps(const model::System& system, const MatrixXd& coordinates);
+
+  /// Whether these are steps that it computes.
+  static bool serves(const model::System& system, mechanics::DiscreteLagrangian lagrangian);
+
+  /// Shapes at both ends: rotations seen from the root.
+  void take_shapes(double time_step, const ForFour<const mechanics::Rotations*>& left,
+                   const ForFour<const mechanics::Rotations*>& right);
+
+  /// Finds the root's motion from the ones that the steps hold as guesses; then E⁻, E⁺ and total momentum. The steps'
+  /// intervals are left as they are. Returns false where none is found.
+  bool solve(const ForFour<ShapeStep*>& step);
+
+  /// Tangents of solved steps under the moments at their ends.
+  void tangent(const ForFour<const ShapeStep*>& step, const ForFour<const mechanics::Moments*>& control,
+               const ForFour<const mechanics::Moments*>& control_next, const ForFour<ShapeTangent*>& tangent);
+
+  /// After `tangent` of the same steps: their Hessians as ShapeKernel::curvature gives them, but by the root's turn at the
+  /// steps' ends (turn_at_end).
+  void curvature(const ForFour<const ShapeStep*>& step, const ForFour<const mechanics::Moments*>& control,
+                 const ForFour<const mechanics::Moments*>& control_next,
+                 const ForFour<const ShapeMultipliers*>& multipliers, const ForFour<MatrixXd*>& hessian);
+
+ private:
+  using Four = mechanics::Four;
+  using Four3 = mechanics::Four3;
+  using Four33 = mechanics::Four33;
+  // A body in four steps, seen from the root at their beginnings.
+  template <typename S>
+  struct Body {
+    mechanics::ThreeByThree<S> left, right, shape;    // R, R', and Q' = F_0ᵀ R'
+    mechanics::Three<S> shift;                        // m, Δx
+    mechanics::Three<S> force;                        // N s, ∂L/∂Δx of its subtree
+    mechanics::ThreeByThree<S> force_by_shift;        // of its own
+    mechanics::ThreeByThree<S> subtree_by_shift;      // of its subtree
+    mechanics::ThreeByThree<S> left_pull, right_pull;  // Rᵀ ∂²l/∂Δx∂η of its own, R'ᵀ ∂²l/∂Δx∂η'
+    mechanics::ThreeByThree<S> by_left, by_right, by_both;  // ∂²l by η, η' twice, and by both (rows η, columns η')
+  };
+  template <typename S>
+  struct Hessian {
+    std::vector<Body<S>> body;                     // [bodies]
+    std::vector<mechanics::ThreeByThree<S>> block;  // [blocks] squared, rows differentiated first
+  };
+  // What solving takes of a body.
+  struct Momenta {
+    Four33 right;           // R'
+    Four3 shift, arm;       // m, Δx, and from the root's centre at the end
+    Four3 left_seen, right_seen;  // Rᵀ Δx, R'ᵀ Δx
+    Four3 own, force;       // N s, ∂l/∂Δx of its own, of its subtree
+    Four3 turn;             // N m s, ∂L/∂η'
+  };
+  // The root's part of the Hessian, inverted by halves.
+  struct RootInverse {
+    Four33 shift_by_turn;  // lower left block of the Hessian
+    Four33 turn_inverse, shift_inverse;
+    void apply(Four3& turn, Four3& shift) const;
+  };
+
+  int shapes() const { return system_.body_count() - 1; }
+  int blocks() const { return 2 * shapes() + 2; }
+  int at_left(int body) const { return body - 1; }
+  int at_right(int body) const { return body == 0 ? 2 * shapes() : shapes() + body - 1; }
+  int at_shift() const { return 2 * shapes() + 1; }
+  std::size_t place(int row, int column) const { return static_cast<std::size_t>(row * blocks() + column); }
+
+  void take_root(const ForFour<const ShapeStep*>& step);
+  void find_momenta(Four& scale);
+  void find_root_inverse();
+  void read_momenta(const ForFour<ShapeStep*>& step);
+  template <typename S>
+  void lay_shifts(const mechanics::Three<S>& of_root, Hessian<S>& hessian) const;
+  template <typename S>
+  void differentiate(Hessian<S>& hessian) const;
+  template <typename S>
+  void differentiate_body(int i, Body<S>& body) const;
+  template <typename S>
+  void add_up_tree(int j, Hessian<S>& hessian) const;
+  template <typename S>
+  void turn_all_with_root(Hessian<S>& hessian) const;
+  void eliminate_root();
+  void add_moments(const ForFour<const mechanics::Moments*>& control, bool right);
+  void add_moment_curvature(const ForFour<const mechanics::Moments*>& control, bool right);
+  void flatten_form();
+  void flatten_answers(const std::vector<Four33>& turn, const std::vector<Four33>& shift);
+  void add_pose(const ForFour<const ShapeStep*>& step, const ForFour<const ShapeMultipliers*>& multipliers,
+                const ForFour<MatrixXd*>& hessian);
+  void write(Eigen::Index all_rows, Eigen::Index first, Eigen::Index rows, double factor, const ForFour<double*>& to,
+             Eigen::Index stride) const;
+  void write_tangents(const ForFour<const ShapeStep*>& step, const ForFour<ShapeTangent*>& tangent);
+
+  const model::System& system_;
+  MatrixXd coordinates_;  // [shape_size][f]
+  bool all_coordinates_;
+  double inertia_ = 0.0;  // kg m², the largest about the root, with kg m beside it
+  double time_step_ = 0.0;
+  std::vector<Four33> left_, right_;  // [bodies] shapes
+  Four33 turn_;                       // F_0
+  Four3 shift_;                       // d
+  std::vector<Momenta> momenta_;      // [bodies]
+  RootInverse root_;
+  Hessian<Four> second_;
+  Hessian<algebra::DualFour> third_;
+  std::vector<Four33> answer_turn_, answer_shift_;  // [2 (bodies − 1)] Z: how the root's motion answers shapes
+  std::vector<Four33> form_;                        // [2 (bodies − 1)] squared: second derivatives of V, moments held
+  std::vector<Four33> symmetric_;                   // likewise: of V without moments, symmetric
+  std::vector<Four33> pose_turn_, pose_shift_;      // [2 (bodies − 1)] Z seen from the world
+  std::vector<Four33> half_turn_, half_shift_;      // [2 (bodies − 1)]
+  std::vector<Four33> by_turn_;                     // [2 (bodies − 1)] rows of shapes, columns of the root's turn
+  std::vector<Four3> shape_vector_;                 // [2 (bodies − 1)] momenta or multipliers along both shapes
+  std::vector<Four> flat_, half_;                   // column after column
+};
+
+}  // namespace lamprey::maneuver
