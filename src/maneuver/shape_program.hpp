@@ -65,6 +65,7 @@ class ShapeProgram : public optimizer::StageProgram {
   const VectorXd& end_rows() const override { return now_.end_rows; }
   const VectorXd& trial_end_rows() const override { return trial_.end_rows; }
   void accept() override { std::swap(now_, trial_); }
+  bool takes_costates() const override { return idle() > 0; }
   void take_multipliers(const optimizer::StageStep& step, double length) override;
   double longest(const optimizer::StageStep& step) const override;
   double goal_error() const override;

@@ -221,6 +221,9 @@ void Riccati::solve(const StageModel& model, double share, StageStep& step) {
     move(stage, step.input[at(k)], state, next);
     next += stage.gap;
   }
+}
+
+void Riccati::find_costates(StageStep& step) const {
   for (int k = 0; k <= sizes_.stages; ++k) {
     const Gain& gain = gain_[at(k)];
     VectorXd& costate = step.costate[at(k)];

@@ -25,8 +25,11 @@ class Riccati {
   /// The end rows' multipliers of the step that solve() finds with this share.
   const VectorXd& look_back(const StageModel& model, double share);
 
-  /// The step whose end rows come to (1 − share) of what they are.
+  /// The step whose end rows come to (1 − share) of what they are; costates are left as they are.
   void solve(const StageModel& model, double share, StageStep& step);
+
+  /// The costates of the step that solve() has found.
+  void find_costates(StageStep& step) const;
 
   /// The least step, in the metric of the factored Hessian, that brings the end rows from `end_rows` to 0: no cost, no
   /// gaps; added to `step`, without its multipliers.

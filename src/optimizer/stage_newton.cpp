@@ -73,6 +73,11 @@ bool StageNewton::factor(double least) {
   return false;
 }
 
+void StageNewton::solve_model(double share) {
+  riccati_.solve(model_, share, step_);
+  if (with_costates_) riccati_.find_costates(step_);
+}
+
 // Of the end rows a step takes away as much as does not cost more than a few times what they cost already: where the
 // Hessian is shifted, multipliers of the whole would be those of the shift.
 void StageNewton::find_step() {
@@ -87,7 +92,7 @@ void StageNewton::find_step() {
     const double bearable = most_multiplier * std::max(end_multiplier_.lpNorm<Eigen::Infinity>(), highest_cost_);
     if (share_ * added > bearable) share_ = bearable / added;
   }
-  riccati_.solve(model_, share_, step_);
+  solve_model(share_);
   step_.shifted = shift_ > 0.0;
 }
 
@@ -109,8 +114,11 @@ double StageNewton::slope() const {
   return rate;
 }
 
-// sᵀHs along the step, without the shift.
+// sᵀHs along the step, without the shift; where there is none, nor gaps, the step's own equations tell it.
 double StageNewton::curvature() {
+  const auto closed = [](const Stage& stage) { return stage.gap.isZero(0.0); };
+  if (shift_ == 0.0 && std::all_of(model_.stage.begin(), model_.stage.end(), closed))
+    return share_ * step_.end_multiplier.dot(model_.c) - slope();
   double value = 0.0;
   const auto along = [](const VectorXd& left, const MatrixXd& form, const VectorXd& right, VectorXd& buffer) {
     buffer.setZero();
@@ -227,7 +235,7 @@ bool StageNewton::follow(StageProgram& program, const Options& options, Outcome&
   while (program.differentiate(slopes_)) {
     multiplier_ = step_.end_multiplier;
     take_gradient();
-    riccati_.solve(model_, 1.0, step_);
+    solve_model(1.0);
     step_.end_multiplier += multiplier_;
     const double before = change_;
     change_ = stationarity();
@@ -295,6 +303,7 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
     outcome.infeasibility = program.merit().violation;
   };
   factored_ = false;
+  with_costates_ = program.takes_costates();
   damping_ = 0.0;
   change_ = 1.0;
   highest_cost_ = std::max(program.merit().cost, 1e-300);
@@ -340,7 +349,7 @@ bool StageNewton::foresee(StageProgram& program) {
   }
   model_.q_end.setZero();
   model_.c = program.end_rows();
-  riccati_.solve(model_, 1.0, step_);
+  solve_model(1.0);
   step_.end_multiplier += multiplier_;
   length_ = program.longest(step_);
   if (!program.try_step(step_, length_)) return false;

@@ -28,6 +28,7 @@ class StageNewton {
   double smallest_shift() const;
   bool factor_unshifted();
   bool factor(double least_shift);
+  void solve_model(double share);
   void find_step();
   Verdict improve(StageProgram& program, const Options& options, Outcome& outcome);
   double try_out(StageProgram& program, Outcome& outcome);
@@ -59,6 +60,7 @@ class StageNewton {
   double highest_cost_ = 0.0;  // of the points so far
   double funnel_ = 0.0;        // violation that steps may have which lower the cost
   bool factored_ = false;      // whether the factors belong to a solution
+  bool with_costates_ = true;  // whether steps are to have them
   bool by_cost_ = false;       // whether the latest trial was good for its cost
 };
 

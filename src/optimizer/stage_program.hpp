@@ -100,6 +100,8 @@ class StageProgram {
   virtual const VectorXd& trial_end_rows() const = 0;
   /// The trial point becomes the point.
   virtual void accept() = 0;
+  /// Whether take_multipliers reads a step's costates.
+  virtual bool takes_costates() const { return true; }
   /// Takes over a share of a step's multipliers.
   virtual void take_multipliers(const StageStep& step, double length) = 0;
   /// Largest sensible length of a step, at most 1.

@@ -130,6 +130,7 @@ TEST(Riccati, costates_are_the_gradient_of_what_is_still_to_come) {
   StageStep step(sizes);
   ASSERT_TRUE(riccati.factor(model, 0.0, penalty));
   riccati.solve(model, 1.0, step);
+  riccati.find_costates(step);
   for (int k = sizes.stages - 1; k >= 0; --k) {
     const auto n = static_cast<std::size_t>(k);
     const Stage& stage = model.stage[n];
@@ -181,6 +182,8 @@ TEST(Riccati, states_that_only_move_on_make_no_difference) {
     if (definite) {
       told.solve(said, 0.7, step);
       untold.solve(model, 0.7, expected);
+      told.find_costates(step);
+      untold.find_costates(expected);
       EXPECT_LE((step.costate.front() - expected.costate.front()).norm(),
                 tolerance(1e-11) * expected.costate.front().norm());
       told.correct(said, model.c, step);
