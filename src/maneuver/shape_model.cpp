@@ -159,6 +159,65 @@ void ShapeProgram::model_motion(int k, MatrixXd& A, MatrixXd& B) {
   carry_on(k, A);
 }
 
+// How moments at node k answer the shapes before, at and after it, and where these lead the root (equation 9.20).
+void ShapeProgram::model_motion_by_shapes(int k, MatrixXd& A, MatrixXd& B) {
+  const int n = shape_;
+  equations_.topLeftCorner(n, n) = now_.impulse[at(k)];
+  auto solved = equations_.topRightCorner(n, 3 * n);
+  if (k > 0) {
+    solved.leftCols(2 * n) = before_.plus;
+    solved.leftCols(2 * n) *= -1.0;
+  } else {
+    solved.leftCols(2 * n).setZero();
+  }
+  solved.middleCols(n, n) += after_.minus.leftCols(n);
+  solved.rightCols(n) = after_.minus.rightCols(n);
+  algebra::solve_columns(n, equations_);
+  moments_by_shapes_ = solved;
+  set_transposed(moments_by_shapes_, transposed_);
+
+  A.block(0, n, n, n).setIdentity();
+  B.middleRows(n, n).setIdentity();
+  const auto of_pose = [&](const auto& pose) {
+    A.block(2 * n, n, pose_, n) = pose.leftCols(n);
+    B.middleRows(2 * n, pose_) = pose.rightCols(n);
+  };
+  if (all_poses_) {
+    of_pose(after_.pose);
+  } else {
+    pose_step_ = pose_basis_.transpose().lazyProduct(after_.pose);
+    of_pose(pose_step_);
+  }
+  carry_on(k, A);
+}
+
+// What the moments that shapes ask for cost: moments and, with them, the node's shape are weighed.
+void ShapeProgram::model_stage_by_shapes(int k, const NodeModel& node, Stage& stage) {
+  const int n = shape_;
+  stage.shifted = stage.placed = n;
+  model_motion_by_shapes(k, stage.A, stage.B);
+  stage.weight = node_weight(now_, k);
+  stage.gradient = stage.weight * now_.moment[at(k)].lpNorm<Eigen::Infinity>();
+  stage.measured_by_state.setZero(n, states());
+  stage.measured_by_state.leftCols(2 * n) = moments_by_shapes_.leftCols(2 * n);
+  stage.measured_by_input = moments_by_shapes_.rightCols(n);
+
+  weighed_.setZero();
+  add_product(1.0, node.by_control_twice, moments_by_shapes_, weighed_);
+  weighed_.middleCols(n, n) += node.control_by_shape;
+  moment_form_.setZero();
+  add_product(1.0, transposed_, weighed_, moment_form_);
+  set_transposed(node.control_by_shape, equations_.topLeftCorner(n, n));
+  add_product(1.0, equations_.topLeftCorner(n, n), moments_by_shapes_, moment_form_.middleRows(n, n));
+  stage.S.leftCols(2 * n) = moment_form_.bottomLeftCorner(n, 2 * n);
+  stage.R = moment_form_.bottomRightCorner(n, n);
+  stage.r.setZero();
+  optimizer::add_image(1.0, transposed_.bottomRows(n), node.by_control, stage.r);
+  if (k == 0) return;  // the first state does not move
+  stage.Q.topLeftCorner(2 * n, 2 * n) += moment_form_.topLeftCorner(2 * n, 2 * n);
+  optimizer::add_image(1.0, transposed_.topRows(2 * n), node.by_control, stage.q.head(2 * n));
+}
+
 // And what they cost.
 void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   const int n = shape_;
@@ -387,6 +446,8 @@ void ShapeProgram::linearize(StageModel& model) {
     if (k == 0) first_minus_ = after_.minus;
     if (k == 0 && maneuver_.periodic)
       model_first_shapes(stage);
+    else if (by_shapes())
+      model_stage_by_shapes(k, node, stage);
     else
       model_stage(k, node, stage);
     std::swap(before_, after_);
@@ -413,9 +474,13 @@ bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
     }
     std::swap(after_, four_tangents_[at(lane)]);
     optimizer::StageSlopes::Slope& stage = slopes.stage[at(k)];
-    model_motion(k, stage.A, stage.B);
-    stage.r = now_.moment[at(k)];
-    stage.r *= node_weight(now_, k);
+    model_motion_by_shapes(k, stage.A, stage.B);
+    stage.r.setZero();
+    optimizer::add_image(node_weight(now_, k), transposed_.bottomRows(shape_), now_.moment[at(k)], stage.r);
+    stage.q.setZero();
+    if (k > 0)
+      optimizer::add_image(node_weight(now_, k), transposed_.topRows(2 * shape_), now_.moment[at(k)],
+                           stage.q.head(2 * shape_));
     std::swap(before_, after_);
   }
   slopes.q_end.setZero(states());

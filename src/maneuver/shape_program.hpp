@@ -1,6 +1,7 @@
 // A maneuver in the shapes of its nodes alone (chapter 9): total momentum zero fixes the root's motion, inverse dynamics the
 // moments, so that every point of the search is a motion of the swimmer and only the goal remains to be met. As an optimizer::StageProgram: state s_k = (shape k − 1, shape k, root's turn ρ and position χ in the
-// world), input = moments along the joints' actuation at node k. A free duration adds its logarithm τ to the state, a
+// world), input = shape k + 1 where moments can take the joints anywhere and cost effort alone, else moments along the joints'
+// actuation at node k. A free duration adds its logarithm τ to the state, a
 // periodic motion its first two shapes; stages before the first step set them (chapter 10). Costs beside effort may add more
 // states (chapter 13).
 #pragma once
@@ -119,6 +120,8 @@ class ShapeProgram : public optimizer::StageProgram {
   void differentiate_four(int first, bool twice);
   void model_step(int k, const NodeModel& node, const NodeModel& next, optimizer::StageModel& model);
   void model_motion(int k, MatrixXd& A, MatrixXd& B);
+  void model_motion_by_shapes(int k, MatrixXd& A, MatrixXd& B);
+  void model_stage_by_shapes(int k, const NodeModel& node, optimizer::Stage& stage);
   void model_stage(int k, const NodeModel& node, optimizer::Stage& stage);
   void model_first_shapes(optimizer::Stage& stage);
   void model_leads(optimizer::StageModel& model) const;
@@ -144,6 +147,9 @@ class ShapeProgram : public optimizer::StageProgram {
   int own_states() const { return copies() + (maneuver_.periodic ? 2 * shape_ : 0); }
   int states() const { return own_states() + terms_.states(); }
   int idle() const { return shape_ - controls_; }
+  bool by_shapes() const {
+    return idle() == 0 && terms_.empty() && !maneuver_.free_duration && !maneuver_.periodic;
+  }
 
   const model::System& system_;
   Maneuver maneuver_;
@@ -179,6 +185,9 @@ class ShapeProgram : public optimizer::StageProgram {
   MatrixXd work_, by_shape_;                               // [shape_size][f], [controls][shape_size]
   MatrixXd equations_;                                     // [f, up to a multiple of four][4 f]
   MatrixXd pose_step_;                                     // [p][2 f]
+  MatrixXd moments_by_shapes_, weighed_;                   // [f][3 f] by shapes k − 1, k, k + 1
+  MatrixXd transposed_;                                    // [3 f][f]
+  MatrixXd moment_form_;                                   // [3 f] squared
   VectorXd pull_;                                          // [p]
   MatrixXd end_by_state_;                                  // [f][n] the last node's moments by the last state
   MatrixXd end_weighed_, end_transposed_;                  // [controls][n], [n][controls]

@@ -32,6 +32,10 @@ StageModel::StageModel(const StageSizes& z)
          0.0,
          MatrixXd::Zero(z.states, z.states),
          MatrixXd(),
+         MatrixXd(),
+         0,
+         0,
+         MatrixXd(),
          MatrixXd()};
 }
 
@@ -91,14 +95,18 @@ bool Riccati::factor(const StageModel& model, double shift, double penalty) {
 
 // What the stage makes of the Hessian still to come: (A, B)ᵀP(A, B) and its own, before inputs are eliminated.
 void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, Gain& gain) {
-  const int n = sizes_.states, m = sizes_.inputs, shifted = stage.shifted, rest = n - shifted;
+  const int n = sizes_.states, m = sizes_.inputs, shifted = stage.shifted, placed = stage.placed;
+  const int rest = n - shifted - placed;
   auto transposed = transposed_.leftCols(rest);
   set_transposed(stage.A.bottomRows(rest), transposed.topRows(n));
   set_transposed(stage.B.bottomRows(rest), transposed.bottomRows(m));
   PA_.setZero();
   PA_.middleCols(shifted, shifted) = next.P.leftCols(shifted);
   add_product(1.0, next.P.rightCols(rest), stage.A.bottomRows(rest), PA_);
-  PB_.setZero();
+  if (placed > 0)
+    PB_ = next.P.middleCols(shifted, placed);
+  else
+    PB_.setZero();
   add_product(1.0, next.P.rightCols(rest), stage.B.bottomRows(rest), PB_);
 
   auto own = by_input_.bottomRows(n + m);
@@ -109,6 +117,7 @@ void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, 
     algebra::add_multiple(shift, stage.metric_input, own.bottomRows(m));
   }
   own.middleRows(shifted, shifted) += PB_.topRows(shifted);
+  if (placed > 0) own.bottomRows(m) += PB_.middleRows(shifted, placed);
   add_product(1.0, transposed, PB_.bottomRows(rest), own);
 
   gain.P = stage.Q;
@@ -118,13 +127,16 @@ void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, 
 }
 
 void Riccati::carry_end(const Stage& stage, const Gain& next, Gain& gain) {
-  const int shifted = stage.shifted, rest = sizes_.states - shifted;
+  const int shifted = stage.shifted, placed = stage.placed, rest = sizes_.states - shifted - placed;
   const auto kept = next.end.rightCols(rest);
   gain.end.setZero();
   gain.end.middleCols(shifted, shifted) = next.end.leftCols(shifted);
   add_product(1.0, kept, stage.A.bottomRows(rest), gain.end);
   auto by_input = by_input_.topRows(sizes_.end_rows);
-  by_input.setZero();
+  if (placed > 0)
+    by_input = next.end.middleCols(shifted, placed);
+  else
+    by_input.setZero();
   add_product(1.0, kept, stage.B.bottomRows(rest), by_input);
 }
 
@@ -176,7 +188,7 @@ const VectorXd& Riccati::look_back(const StageModel& model, double share) {
     const Stage& stage = model.stage[at(k)];
     const Gain& next = gain_[at(k + 1)];
     Gain& gain = gain_[at(k)];
-    const int shifted = stage.shifted, rest = n - shifted;
+    const int shifted = stage.shifted, placed = stage.placed, rest = n - shifted - placed;
     ahead_ = next.p;
     if (!stage.gap.isZero(0.0)) {
       add_image(1.0, next.P, stage.gap, ahead_);
@@ -184,6 +196,7 @@ const VectorXd& Riccati::look_back(const StageModel& model, double share) {
     }
     input_ = stage.r;
     input_ *= -1.0;
+    if (placed > 0) input_ -= ahead_.segment(shifted, placed);
     add_transposed_image(-1.0, stage.B.bottomRows(rest), ahead_.tail(rest), input_);
     back_.tail(n) = stage.q;
     back_.segment(rows + shifted, shifted) += ahead_.head(shifted);
@@ -235,8 +248,9 @@ void Riccati::find_costates(StageStep& step) const {
 
 // The next state without the gap.
 void Riccati::move(const Stage& stage, const VectorXd& input, const VectorXd& state, VectorXd& next) const {
-  const int shifted = stage.shifted, rest = sizes_.states - shifted;
+  const int shifted = stage.shifted, placed = stage.placed, rest = sizes_.states - shifted - placed;
   next.head(shifted) = state.segment(shifted, shifted);
+  if (placed > 0) next.segment(shifted, placed) = input;
   next.tail(rest).setZero();
   add_image(1.0, stage.A.bottomRows(rest), state, next.tail(rest));
   add_image(1.0, stage.B.bottomRows(rest), input, next.tail(rest));

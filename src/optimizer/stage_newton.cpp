@@ -97,11 +97,19 @@ void StageNewton::find_step() {
 }
 
 // What a Newton step still changes in the cost's gradient, relative to that gradient.
-double StageNewton::stationarity() const {
+double StageNewton::stationarity() {
   double change = 0.0, gradient = 0.0;
   for (std::size_t k = 0; k < model_.stage.size(); ++k) {
-    change = std::max(change, model_.stage[k].weight * step_.input[k].lpNorm<Eigen::Infinity>());
-    gradient = std::max(gradient, model_.stage[k].gradient);
+    const Stage& stage = model_.stage[k];
+    if (stage.measured_by_input.size() == 0) {
+      input_ = step_.input[k];
+    } else {
+      input_.setZero();
+      add_image(1.0, stage.measured_by_state, step_.state[k], input_);
+      add_image(1.0, stage.measured_by_input, step_.input[k], input_);
+    }
+    change = std::max(change, stage.weight * input_.lpNorm<Eigen::Infinity>());
+    gradient = std::max(gradient, stage.gradient);
   }
   return change / std::max(gradient, 1e-300);
 }

@@ -39,7 +39,7 @@ class StageNewton {
   void take_last_step(StageProgram& program, Outcome& outcome);
   void ease_or_damp(double ratio);
   bool leave_saddle(StageProgram& program, Outcome& outcome);
-  double stationarity() const;
+  double stationarity();
   double slope() const;
   double curvature();
 

@@ -29,14 +29,19 @@ struct Stage {
   MatrixXd R;       // [m][m]
   VectorXd q;       // [n]
   VectorXd r;       // [m]
-  double weight;    // of ½|v|² in the metric of the inputs
-  double gradient;  // size of the cost's own derivative by the inputs, which stationarity is measured against
+  double weight;    // of ½|v|² in the metric of the inputs, or of what is measured for them
+  double gradient;  // size of the cost's own derivative by the same, which stationarity is measured against
   MatrixXd metric;  // [n][n] of the states: what a shift of the Hessian adds
   // the rest of it where inputs move what the state does not show, else empty
   MatrixXd metric_mixed;  // [m][n]
   MatrixXd metric_input;  // [m][m]
   /// So many first states s' are but the next so many of s: the first rows of A are [0 I 0], those of B are 0.
   int shifted = 0;
+  /// So many states s' after those are the inputs themselves: their rows of A are 0, those of B the identity. 0 or [m].
+  int placed = 0;
+  // [m] what `weight` measures where that is not the inputs: by the state and by the inputs, else empty
+  MatrixXd measured_by_state;  // [m][n]
+  MatrixXd measured_by_input;  // [m][m]
 };
 
 /// The whole program near a point; the first state does not change.

@@ -197,6 +197,39 @@ TEST(Riccati, states_that_only_move_on_make_no_difference) {
   }
 }
 
+// And where the next ones are the inputs themselves.
+TEST(Riccati, states_that_are_inputs_make_no_difference) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    StageModel model = random_model(seed, seed < 10 ? 0.02 : 1.0);
+    for (Stage& stage : model.stage) {
+      stage.A.topRows(2 + sizes.inputs).setZero();
+      stage.A.block(0, 2, 2, 2).setIdentity();
+      stage.B.topRows(2 + sizes.inputs).setZero();
+      stage.B.middleRows(2, sizes.inputs).setIdentity();
+    }
+    StageModel said = model;
+    for (Stage& stage : said.stage) {
+      stage.shifted = 2;
+      stage.placed = sizes.inputs;
+    }
+    Riccati told(sizes), untold(sizes);
+    StageStep step(sizes), expected(sizes);
+    const bool definite = untold.factor(model, 0.1, penalty);
+    ASSERT_EQ(told.factor(said, 0.1, penalty), definite);
+    EXPECT_EQ(definite, seed < 10);
+    if (definite) {
+      told.solve(said, 0.7, step);
+      untold.solve(model, 0.7, expected);
+      told.correct(said, model.c, step);
+      untold.correct(model, model.c, expected);
+    } else {
+      told.bend(said, 1.0, step);
+      untold.bend(model, 1.0, expected);
+    }
+    EXPECT_LE((inputs_of(step) - inputs_of(expected)).norm(), tolerance(1e-11) * inputs_of(expected).norm());
+  }
+}
+
 TEST(Riccati, a_correction_moves_the_end_rows_as_asked_and_is_least_in_the_hessian) {
   const StageModel model = random_model(7, 0.02);
   Riccati riccati(sizes);
