@@ -22,11 +22,11 @@ using model::at;
 using model::System;
 
 constexpr int most_rounds = 40;
-constexpr double as_good_as_zero = 1e-14;    // of the largest momentum: as near to zero as sums of it come
+constexpr double as_good_as_zero = 1e-14;  // of the largest momentum: as near to zero as sums of it come
 constexpr double rotations_noise = 1e-14;  // of inertia over time step, what rotations' round-off makes of momenta
-constexpr double slowly = 1e-2;        // contraction that calls for a new inverse
+constexpr double slowly = 1e-2;            // contraction that calls for a new inverse
 constexpr double longest_root_turn = 0.5;  // rad, of the root in one iteration
-constexpr double lost = 10.0;         // rad, a turn that leads nowhere
+constexpr double lost = 10.0;              // rad, a turn that leads nowhere
 
 Four absolute(const Four& a) { return a < 0.0 ? -a : a; }
 Four larger(const Four& a, const Four& b) { return a > b ? a : b; }
@@ -139,6 +139,13 @@ FourSteps::FourSteps(const System& system, const MatrixXd& coordinates)
   shape_vector_.resize(at(2 * shapes()));
   form_.resize(at(4 * shapes() * shapes()));
   symmetric_.resize(form_.size());
+  takes_effort_ = all_coordinates_;
+  for (const model::Joint& joint : system.joints()) takes_effort_ = takes_effort_ && joint.actuation.cols() == 3;
+  plus_.resize(at(2 * shapes() * shapes()));
+  moment_.resize(at(3 * shapes() * shapes()));
+  weighed_ = moment_;
+  moment_form_.resize(at(9 * shapes() * shapes()));
+  by_control_.resize(at(shapes() * shapes()));
   const Index size = 6 * shapes(), along = 2 * coordinates.cols();
   flat_.resize(at(static_cast<int>(size * size)));
   half_.resize(at(static_cast<int>(size * std::max<Index>(along, 6))));
@@ -180,8 +187,7 @@ void FourSteps::find_momenta(Four& scale) {
     const Four3 p_right = (0.5 * rate) * (body.mass_matrix * m.right_seen);
     m.own = left_[at(i)] * p_left + m.right * p_right;
     m.force = m.own;
-    m.turn = cross(p_right, m.right_seen) +
-             rate * vee_twice(body.trace_weight * (transposed(left_[at(i)]) * m.right));
+    m.turn = cross(p_right, m.right_seen) + rate * vee_twice(body.trace_weight * (transposed(left_[at(i)]) * m.right));
     scale = larger(scale, larger(largest(m.turn), largest(m.own)));
   }
   for (auto i = system_.root_to_leaves().rbegin(); i != system_.root_to_leaves().rend(); ++i) {
@@ -218,12 +224,11 @@ void FourSteps::find_root_inverse() {
     const Four33 along_turn = pull - times_hat(A, m.arm);
     by_shift += A;
     root_.shift_by_turn += along_turn;
-    by_turn += hat_times(m.arm, along_turn) - times_hat(transposed(pull), m.arm) +
-               rate * (R * own * transposed(R)) + second_turn(m.own, m.arm);
+    by_turn += hat_times(m.arm, along_turn) - times_hat(transposed(pull), m.arm) + rate * (R * own * transposed(R)) +
+               second_turn(m.own, m.arm);
   }
   root_.shift_inverse = inverse(by_shift);
-  root_.turn_inverse =
-      inverse(by_turn - transposed(root_.shift_by_turn) * (root_.shift_inverse * root_.shift_by_turn));
+  root_.turn_inverse = inverse(by_turn - transposed(root_.shift_by_turn) * (root_.shift_inverse * root_.shift_by_turn));
 }
 
 void FourSteps::RootInverse::apply(Four3& turn, Four3& shift) const {
@@ -336,8 +341,7 @@ void FourSteps::differentiate_body(int i, Body<S>& body) const {
     return minus_diagonal(dyad(v, Mv), dot(v, Mv)) - hat_times(v, Mv_hat);
   };
   body.by_left = half * of_shift(w, Mw, Mw_hat) - rate * by_turn;
-  body.by_right =
-      half * of_shift(w_next, Mw_next, Mw_hat_next) - rate * minus_diagonal(transposed(weight * F), sum);
+  body.by_right = half * of_shift(w_next, Mw_next, Mw_hat_next) - rate * minus_diagonal(transposed(weight * F), sum);
   body.by_both = rate * (by_turn * F);
 }
 
@@ -351,8 +355,7 @@ void FourSteps::add_up_tree(int j, Hessian<S>& hessian) const {
   ThreeByThree<S> by_left = -1.0 * times_hat(body.force_by_shift * body.left, b) + body.left * body.left_pull;
   ThreeByThree<S> by_right = times_hat(body.force_by_shift * body.right, b) + body.right * body.right_pull;
   ThreeByThree<S> left = body.by_left - times_hat(transposed(body.left_pull), b) + dyad_less_dot(Lt * body.force, b);
-  ThreeByThree<S> right =
-      body.by_right + times_hat(transposed(body.right_pull), b) - dyad_less_dot(Rt * body.force, b);
+  ThreeByThree<S> right = body.by_right + times_hat(transposed(body.right_pull), b) - dyad_less_dot(Rt * body.force, b);
   ThreeByThree<S> both = body.by_both + times_hat(transposed(body.left_pull) * (Lt * body.right), b);
   for (int c : system_.body(j).children) {
     const Body<S>& child = hessian.body[at(c)];
@@ -428,18 +431,17 @@ void FourSteps::eliminate_root() {
   const auto& H = second_.block;
   root_.shift_by_turn = H[place(shift, turn)];
   root_.shift_inverse = inverse(H[place(shift, shift)]);
-  root_.turn_inverse = inverse(H[place(turn, turn)] -
-                               transposed(root_.shift_by_turn) * (root_.shift_inverse * root_.shift_by_turn));
+  root_.turn_inverse =
+      inverse(H[place(turn, turn)] - transposed(root_.shift_by_turn) * (root_.shift_inverse * root_.shift_by_turn));
   for (int c = 0; c < count; ++c) {
     const Four33 seen = root_.shift_inverse * H[place(shift, c)];
     answer_turn_[at(c)] = root_.turn_inverse * (transposed(root_.shift_by_turn) * seen - H[place(turn, c)]);
-    answer_shift_[at(c)] =
-        -1.0 * (seen + root_.shift_inverse * (root_.shift_by_turn * answer_turn_[at(c)]));
+    answer_shift_[at(c)] = -1.0 * (seen + root_.shift_inverse * (root_.shift_by_turn * answer_turn_[at(c)]));
   }
   for (int c = 0; c < count; ++c)
     for (int r = c; r < count; ++r) {
-      const Four33 value = H[place(r, c)] + H[place(r, turn)] * answer_turn_[at(c)] +
-                           H[place(r, shift)] * answer_shift_[at(c)];
+      const Four33 value =
+          H[place(r, c)] + H[place(r, turn)] * answer_turn_[at(c)] + H[place(r, shift)] * answer_shift_[at(c)];
       form_[at(r * count + c)] = value;
       if (r > c) form_[at(c * count + r)] = transposed(value);
     }
@@ -511,9 +513,8 @@ void FourSteps::curvature(const ForFour<const ShapeStep*>& step, const ForFour<c
                           const ForFour<const ShapeMultipliers*>& multipliers, const ForFour<MatrixXd*>& hessian) {
   const int turn = at_right(0), shift = at_shift(), count = 2 * shapes();
   // the multipliers as one direction, the root following it and pulled by the goal
-  Four3 of_turn = vectors([&](std::size_t l) -> Vector3d {
-    return step[l]->interval.next_rotation[0].transpose() * multipliers[l]->turn;
-  });
+  Four3 of_turn = vectors(
+      [&](std::size_t l) -> Vector3d { return step[l]->interval.next_rotation[0].transpose() * multipliers[l]->turn; });
   Four3 of_shift = vectors(
       [&](std::size_t l) -> Vector3d { return step[l]->interval.rotation[0].transpose() * multipliers[l]->shift; });
   root_.apply(of_turn, of_shift);
@@ -609,6 +610,135 @@ void FourSteps::add_pose(const ForFour<const ShapeStep*>& step, const ForFour<co
     hessian[l]->topRightCorner(ends, 3) = hessian[l]->bottomLeftCorner(3, ends).transpose();
     hessian[l]->bottomRightCorner<3, 3>() = twice[l];
   }
+}
+
+// Inverse dynamics to first order, from the leaves: h G u = E⁻ − E⁺, G u of a body being what the joints before and behind it
+// exert on it.
+void FourSteps::find_moments(const ForFour<const NodeEffort*>& node, bool first) {
+  const int s = shapes(), width = 3 * s;
+  const Four rate{1.0 / node[0]->impulse_time, 1.0 / node[1]->impulse_time, 1.0 / node[2]->impulse_time,
+                  1.0 / node[3]->impulse_time};
+  // a lane later: what the step before has at its end
+  const auto before = [first](const Four33& old, const Four33& now) {
+    const auto moved = [first](const Four& a, const Four& b) {
+      return __builtin_shufflevector(first ? Four{} : a, b, 3, 4, 5, 6);
+    };
+    const auto column = [&](const Four3& a, const Four3& b) {
+      return Four3{moved(a.x, b.x), moved(a.y, b.y), moved(a.z, b.z)};
+    };
+    return Four33{column(old.x, now.x), column(old.y, now.y), column(old.z, now.z)};
+  };
+  const int count = 2 * s;
+  const std::vector<int>& order = system_.root_to_leaves();
+  for (auto i = order.rbegin(); i != order.rend(); ++i) {
+    if (*i == 0) continue;
+    const model::Body& body = system_.body(*i);
+    const Matrix3d to_axes = system_.joint(body.joint).actuation.transpose();
+    const int r = *i - 1;
+    const Four33 to_parent = transposed(left_[at(body.parent)]) * left_[at(*i)];
+    for (int c = 0; c < width; ++c) {
+      Four33 needed = Four33::zero();  // E⁻ − E⁺
+      if (c >= s) needed = -1.0 * form_[at(r * count + c - s)];
+      if (c < count) {
+        const Four33& now = form_[at((s + r) * count + c)];
+        needed = needed - before(plus_[at(r * count + c)], now);
+      }
+      Four33 moment = -rate * needed;
+      for (int child : body.children) moment += weighed_[at((child - 1) * width + c)];
+      moment = to_parent * moment;
+      weighed_[at(r * width + c)] = moment;
+      moment_[at(body.joint * width + c)] = to_axes * moment;
+    }
+  }
+  for (int r = 0; r < s; ++r)
+    for (int c = 0; c < count; ++c) plus_[at(r * count + c)] = form_[at((s + r) * count + c)];
+}
+
+// ½ w |u|² and, with it, how moments pull as the node's own shape turns.
+void FourSteps::weigh_moments(const ForFour<const NodeEffort*>& node) {
+  const int s = shapes(), width = 3 * s;
+  const Four weight{node[0]->weight, node[1]->weight, node[2]->weight, node[3]->weight};
+  for (int r = 0; r < s; ++r)
+    for (int c = 0; c < s; ++c)
+      by_control_[at(r * s + c)] =
+          matrices([&](std::size_t l) -> Matrix3d { return node[l]->control_by_shape.block<3, 3>(3 * r, 3 * c); });
+  for (int r = 0; r < s; ++r)
+    for (int c = 0; c < width; ++c) {
+      Four33& weighed = weighed_[at(r * width + c)];
+      weighed = weight * moment_[at(r * width + c)];
+      if (c >= s && c < 2 * s) weighed += by_control_[at(r * s + c - s)];
+    }
+  for (int c = 0; c < width; ++c)
+    for (int r = c; r < width; ++r) {
+      Four33 form = Four33::zero();
+      for (int i = 0; i < s; ++i) form += transposed(moment_[at(i * width + r)]) * weighed_[at(i * width + c)];
+      if (r >= s && r < 2 * s)
+        for (int i = 0; i < s; ++i) form += transposed(by_control_[at(i * s + r - s)]) * moment_[at(i * width + c)];
+      moment_form_[at(r * width + c)] = form;
+      if (r > c) moment_form_[at(c * width + r)] = transposed(form);
+    }
+}
+
+void FourSteps::add_effort(const ForFour<const NodeEffort*>& node, int count, const ForFour<optimizer::Stage*>& stage) {
+  using optimizer::Stage;
+  const int s = shapes(), width = 3 * s;
+  weigh_moments(node);
+  const auto of = [&](MatrixXd Stage::*part) {
+    return ForFour<MatrixXd*>{&(stage[0]->*part), &(stage[1]->*part), &(stage[2]->*part), &(stage[3]->*part)};
+  };
+  write_blocks(moment_, width, 0, s, 0, 2 * s, count, of(&Stage::measured_by_state), false);
+  write_blocks(moment_, width, 0, s, 2 * s, s, count, of(&Stage::measured_by_input), false);
+  write_blocks(moment_form_, width, 2 * s, s, 0, 2 * s, count, of(&Stage::S), false);
+  write_blocks(moment_form_, width, 2 * s, s, 2 * s, s, count, of(&Stage::R), false);
+  write_blocks(moment_form_, width, 0, 2 * s, 0, 2 * s, count, of(&Stage::Q), true);
+  write_gradient(node, count, stage);
+}
+
+void FourSteps::add_effort(const ForFour<const NodeEffort*>& node, int count,
+                           const ForFour<optimizer::StageSlopes::Slope*>& stage) {
+  write_gradient(node, count, stage);
+}
+
+template <typename Slopes>
+void FourSteps::write_gradient(const ForFour<const NodeEffort*>& node, int count, const ForFour<Slopes*>& stage) {
+  const int s = shapes(), width = 3 * s;
+  for (int c = 0; c < s; ++c)
+    shape_vector_[at(c)] =
+        vectors([&](std::size_t l) -> Vector3d { return node[l]->weight * node[l]->moment.segment<3>(3 * c); });
+  for (int c = 0; c < width; ++c) {
+    Four3 sum = Four3::zero();
+    for (int i = 0; i < s; ++i) sum += transposed(moment_[at(i * width + c)]) * shape_vector_[at(i)];
+    for (int l = 0; l < count; ++l) {
+      const std::size_t lane = at(l);
+      const Vector3d one(sum.x[lane], sum.y[lane], sum.z[lane]);
+      if (c < 2 * s)
+        stage[lane]->q.template segment<3>(3 * c) += one;
+      else
+        stage[lane]->r.template segment<3>(3 * (c - 2 * s)) = one;
+    }
+  }
+}
+
+// Some of the blocks into the first rows and columns of a matrix of each step.
+void FourSteps::write_blocks(const std::vector<Four33>& blocks, int width, int row, int rows, int column, int columns,
+                             int count, const ForFour<MatrixXd*>& to, bool add) const {
+  for (int c = 0; c < columns; ++c)
+    for (int r = 0; r < rows; ++r) {
+      Four33 block = blocks[at((row + r) * width + column + c)];
+      algebra::transpose(block.x.x, block.x.y, block.x.z, block.y.x);
+      algebra::transpose(block.y.y, block.y.z, block.z.x, block.z.y);
+      const Four first[4] = {block.x.x, block.x.y, block.x.z, block.y.x};
+      const Four second[4] = {block.y.y, block.y.z, block.z.x, block.z.y};
+      for (int l = 0; l < count; ++l) {
+        const std::size_t lane = at(l);
+        const Index stride = to[lane]->rows();
+        double* place = to[lane]->data() + 3 * c * stride + 3 * r;
+        const Four &a = first[lane], &b = second[lane];
+        const double one[9] = {a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], block.z.z[lane]};
+        for (int j = 0; j < 3; ++j, place += stride)
+          for (int i = 0; i < 3; ++i) place[i] = add ? place[i] + one[3 * j + i] : one[3 * j + i];
+      }
+    }
 }
 
 // form_ along the coordinates, column after column.

@@ -9,12 +9,21 @@
 #include <array>
 
 #include "maneuver/shape_step.hpp"
+#include "optimizer/stage_program.hpp"
 
 namespace lamprey::maneuver {
 
 /// One for each of four steps.
 template <typename T>
 using ForFour = std::array<T, 4>;
+
+/// A node as effort sees it: moments along the joints' actuation, all of them and at no limit.
+struct NodeEffort {
+  double impulse_time;               // s, for which moments act
+  double weight;                     // of ½|u|²
+  const VectorXd& moment;            // [f] N m
+  const MatrixXd& control_by_shape;  // [f][f] second derivative of the Lagrangian by moments and shape
+};
 
 class FourSteps {
  public:
@@ -35,6 +44,19 @@ class FourSteps {
   void tangent(const ForFour<const ShapeStep*>& step, const ForFour<const mechanics::Moments*>& control,
                const ForFour<const mechanics::Moments*>& control_next, const ForFour<ShapeTangent*>& tangent);
 
+  /// Whether it takes the effort of moments, too: of swimmers whose joints are all moved along three axes, in all coordinates.
+  bool takes_effort() const { return takes_effort_; }
+
+  /// After `tangent` of the same steps, which go on from those before unless they are the first: how moments at the nodes
+  /// where they begin answer the shapes before, at and after (equation 9.20).
+  void find_moments(const ForFour<const NodeEffort*>& node, bool first);
+
+  /// And what they cost: sets S, R, r and what is measured of the first `count` stages, adds to Q and q.
+  void add_effort(const ForFour<const NodeEffort*>& node, int count, const ForFour<optimizer::Stage*>& stage);
+  /// Of that the gradient alone: sets r and the first of q.
+  void add_effort(const ForFour<const NodeEffort*>& node, int count,
+                  const ForFour<optimizer::StageSlopes::Slope*>& stage);
+
   /// After `tangent` of the same steps: their Hessians as ShapeKernel::curvature gives them, but by the root's turn at the
   /// steps' ends (turn_at_end).
   void curvature(const ForFour<const ShapeStep*>& step, const ForFour<const mechanics::Moments*>& control,
@@ -48,26 +70,26 @@ class FourSteps {
   // A body in four steps, seen from the root at their beginnings.
   template <typename S>
   struct Body {
-    mechanics::ThreeByThree<S> left, right, shape;    // R, R', and Q' = F_0ᵀ R'
-    mechanics::Three<S> shift;                        // m, Δx
-    mechanics::Three<S> force;                        // N s, ∂L/∂Δx of its subtree
-    mechanics::ThreeByThree<S> force_by_shift;        // of its own
-    mechanics::ThreeByThree<S> subtree_by_shift;      // of its subtree
+    mechanics::ThreeByThree<S> left, right, shape;     // R, R', and Q' = F_0ᵀ R'
+    mechanics::Three<S> shift;                         // m, Δx
+    mechanics::Three<S> force;                         // N s, ∂L/∂Δx of its subtree
+    mechanics::ThreeByThree<S> force_by_shift;         // of its own
+    mechanics::ThreeByThree<S> subtree_by_shift;       // of its subtree
     mechanics::ThreeByThree<S> left_pull, right_pull;  // Rᵀ ∂²l/∂Δx∂η of its own, R'ᵀ ∂²l/∂Δx∂η'
     mechanics::ThreeByThree<S> by_left, by_right, by_both;  // ∂²l by η, η' twice, and by both (rows η, columns η')
   };
   template <typename S>
   struct Hessian {
-    std::vector<Body<S>> body;                     // [bodies]
+    std::vector<Body<S>> body;                      // [bodies]
     std::vector<mechanics::ThreeByThree<S>> block;  // [blocks] squared, rows differentiated first
   };
   // What solving takes of a body.
   struct Momenta {
-    Four33 right;           // R'
-    Four3 shift, arm;       // m, Δx, and from the root's centre at the end
+    Four33 right;                 // R'
+    Four3 shift, arm;             // m, Δx, and from the root's centre at the end
     Four3 left_seen, right_seen;  // Rᵀ Δx, R'ᵀ Δx
-    Four3 own, force;       // N s, ∂l/∂Δx of its own, of its subtree
-    Four3 turn;             // N m s, ∂L/∂η'
+    Four3 own, force;             // N s, ∂l/∂Δx of its own, of its subtree
+    Four3 turn;                   // N m s, ∂L/∂η'
   };
   // The root's part of the Hessian, inverted by halves.
   struct RootInverse {
@@ -106,6 +128,11 @@ class FourSteps {
                 const ForFour<MatrixXd*>& hessian);
   void write(Eigen::Index all_rows, Eigen::Index first, Eigen::Index rows, double factor, const ForFour<double*>& to,
              Eigen::Index stride) const;
+  void weigh_moments(const ForFour<const NodeEffort*>& node);
+  template <typename Slopes>
+  void write_gradient(const ForFour<const NodeEffort*>& node, int count, const ForFour<Slopes*>& stage);
+  void write_blocks(const std::vector<Four33>& blocks, int width, int row, int rows, int column, int columns, int count,
+                    const ForFour<MatrixXd*>& to, bool add) const;
   void write_tangents(const ForFour<const ShapeStep*>& step, const ForFour<ShapeTangent*>& tangent);
 
   const model::System& system_;
@@ -127,7 +154,13 @@ class FourSteps {
   std::vector<Four33> half_turn_, half_shift_;      // [2 (bodies − 1)]
   std::vector<Four33> by_turn_;                     // [2 (bodies − 1)] rows of shapes, columns of the root's turn
   std::vector<Four3> shape_vector_;                 // [2 (bodies − 1)] momenta or multipliers along both shapes
-  std::vector<Four> flat_, half_;                   // column after column
+  bool takes_effort_;
+  std::vector<Four33> plus_;  // [bodies − 1][2 (bodies − 1)] of E⁺ by shapes, of the latest steps
+  // [bodies − 1][3 (bodies − 1)] moments by the shapes k − 1, k, k + 1: rows of joints, and of bodies or weighed
+  std::vector<Four33> moment_, weighed_;
+  std::vector<Four33> moment_form_;  // [3 (bodies − 1)] squared
+  std::vector<Four33> by_control_;   // [bodies − 1] squared
+  std::vector<Four> flat_, half_;    // column after column
 };
 
 }  // namespace lamprey::maneuver

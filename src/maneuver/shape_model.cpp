@@ -94,11 +94,32 @@ void ShapeProgram::differentiate_four(int first, bool twice) {
   four_steps_->take_shapes(h, each([&](int l, int) -> const Rotations* { return &now_.shape[at(first + l)]; }),
                            each([&](int l, int) -> const Rotations* { return &now_.shape[at(first + l + 1)]; }));
   four_steps_->tangent(steps, control, control_next, each([&](int, int l) { return &four_tangents_[at(l)]; }));
+  if (effort_in_fours()) {
+    const ForFour<NodeEffort> effort = node_efforts(first);
+    four_steps_->find_moments({&effort[0], &effort[1], &effort[2], &effort[3]}, first == 0);
+  }
   if (!twice) return;
   const auto of_lanes = each([&](int l, int) { return multipliers(l); });
-  four_steps_->curvature(steps, control, control_next,
-                         {&of_lanes[0], &of_lanes[1], &of_lanes[2], &of_lanes[3]},
+  four_steps_->curvature(steps, control, control_next, {&of_lanes[0], &of_lanes[1], &of_lanes[2], &of_lanes[3]},
                          each([&](int, int l) { return &four_hessians_[at(l)]; }));
+}
+
+// Of the nodes where four steps begin; beyond the last it is repeated.
+ForFour<NodeEffort> ShapeProgram::node_efforts(int first) const {
+  const auto effort = [&](int l) {
+    const int lane = std::min(l, steps_ - 1 - first), k = first + lane;
+    return NodeEffort{impulse_time(now_, k), node_weight(now_, k), now_.moment[at(k)],
+                      node_[at(lane)].control_by_shape};
+  };
+  return {effort(0), effort(1), effort(2), effort(3)};
+}
+
+template <typename Stages>
+void ShapeProgram::add_effort(int first, Stages& stages) {
+  const ForFour<NodeEffort> effort = node_efforts(first);
+  const auto stage = [&](int l) { return &stages[at(std::min(first + l, steps_ - 1))]; };
+  four_steps_->add_effort({&effort[0], &effort[1], &effort[2], &effort[3]}, std::min(4, steps_ - first),
+                          {stage(0), stage(1), stage(2), stage(3)});
 }
 
 // Curvature of step k, kept with the state at its end.
@@ -159,8 +180,8 @@ void ShapeProgram::model_motion(int k, MatrixXd& A, MatrixXd& B) {
   carry_on(k, A);
 }
 
-// How moments at node k answer the shapes before, at and after it, and where these lead the root (equation 9.20).
-void ShapeProgram::model_motion_by_shapes(int k, MatrixXd& A, MatrixXd& B) {
+// How moments at node k answer the shapes before, at and after it (equation 9.20).
+void ShapeProgram::find_moments_by_shapes(int k) {
   const int n = shape_;
   equations_.topLeftCorner(n, n) = now_.impulse[at(k)];
   auto solved = equations_.topRightCorner(n, 3 * n);
@@ -175,7 +196,11 @@ void ShapeProgram::model_motion_by_shapes(int k, MatrixXd& A, MatrixXd& B) {
   algebra::solve_columns(n, equations_);
   moments_by_shapes_ = solved;
   set_transposed(moments_by_shapes_, transposed_);
+}
 
+// Where shapes lead the root.
+void ShapeProgram::model_pose_by_shapes(int k, MatrixXd& A, MatrixXd& B) {
+  const int n = shape_;
   A.block(0, n, n, n).setIdentity();
   B.middleRows(n, n).setIdentity();
   const auto of_pose = [&](const auto& pose) {
@@ -195,10 +220,17 @@ void ShapeProgram::model_motion_by_shapes(int k, MatrixXd& A, MatrixXd& B) {
 void ShapeProgram::model_stage_by_shapes(int k, const NodeModel& node, Stage& stage) {
   const int n = shape_;
   stage.shifted = stage.placed = n;
-  model_motion_by_shapes(k, stage.A, stage.B);
+  model_pose_by_shapes(k, stage.A, stage.B);
   stage.weight = node_weight(now_, k);
   stage.gradient = stage.weight * now_.moment[at(k)].lpNorm<Eigen::Infinity>();
-  stage.measured_by_state.setZero(n, states());
+  if (stage.measured_by_input.size() == 0) {
+    stage.measured_by_state.setZero(n, states());
+    stage.measured_by_input.setZero(n, n);
+  }
+  stage.q.setZero();
+  if (k == 0) stage.Q.setZero();
+  if (effort_in_fours()) return;
+  find_moments_by_shapes(k);
   stage.measured_by_state.leftCols(2 * n) = moments_by_shapes_.leftCols(2 * n);
   stage.measured_by_input = moments_by_shapes_.rightCols(n);
 
@@ -451,6 +483,7 @@ void ShapeProgram::linearize(StageModel& model) {
     else
       model_stage(k, node, stage);
     std::swap(before_, after_);
+    if (effort_in_fours() && (lane == 3 || k + 1 == steps_)) add_effort(k - lane, model.stage);
   }
   const NodeModel& node = node_[at((steps_ - 1) % 4 + 1)];
   model_end(node, model);
@@ -474,13 +507,17 @@ bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
     }
     std::swap(after_, four_tangents_[at(lane)]);
     optimizer::StageSlopes::Slope& stage = slopes.stage[at(k)];
-    model_motion_by_shapes(k, stage.A, stage.B);
-    stage.r.setZero();
-    optimizer::add_image(node_weight(now_, k), transposed_.bottomRows(shape_), now_.moment[at(k)], stage.r);
+    model_pose_by_shapes(k, stage.A, stage.B);
     stage.q.setZero();
-    if (k > 0)
+    if (!effort_in_fours()) {
+      find_moments_by_shapes(k);
+      stage.r.setZero();
+      optimizer::add_image(node_weight(now_, k), transposed_.bottomRows(shape_), now_.moment[at(k)], stage.r);
       optimizer::add_image(node_weight(now_, k), transposed_.topRows(2 * shape_), now_.moment[at(k)],
                            stage.q.head(2 * shape_));
+    } else if (lane == 3 || k + 1 == steps_) {
+      add_effort(k - lane, slopes.stage);
+    }
     std::swap(before_, after_);
   }
   slopes.q_end.setZero(states());

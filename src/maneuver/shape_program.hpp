@@ -118,9 +118,13 @@ class ShapeProgram : public optimizer::StageProgram {
   bool solve_four(int first, Motion& motion);
   void follow_root(int k, Motion& motion) const;
   void differentiate_four(int first, bool twice);
+  template <typename Stages>
+  void add_effort(int first, Stages& stages);
+  ForFour<NodeEffort> node_efforts(int first) const;
   void model_step(int k, const NodeModel& node, const NodeModel& next, optimizer::StageModel& model);
   void model_motion(int k, MatrixXd& A, MatrixXd& B);
-  void model_motion_by_shapes(int k, MatrixXd& A, MatrixXd& B);
+  void model_pose_by_shapes(int k, MatrixXd& A, MatrixXd& B);
+  void find_moments_by_shapes(int k);
   void model_stage_by_shapes(int k, const NodeModel& node, optimizer::Stage& stage);
   void model_stage(int k, const NodeModel& node, optimizer::Stage& stage);
   void model_first_shapes(optimizer::Stage& stage);
@@ -147,9 +151,8 @@ class ShapeProgram : public optimizer::StageProgram {
   int own_states() const { return copies() + (maneuver_.periodic ? 2 * shape_ : 0); }
   int states() const { return own_states() + terms_.states(); }
   int idle() const { return shape_ - controls_; }
-  bool by_shapes() const {
-    return idle() == 0 && terms_.empty() && !maneuver_.free_duration && !maneuver_.periodic;
-  }
+  bool by_shapes() const { return idle() == 0 && terms_.empty() && !maneuver_.free_duration && !maneuver_.periodic; }
+  bool effort_in_fours() const { return four_steps_ && four_steps_->takes_effort() && by_shapes() && limits_.empty(); }
 
   const model::System& system_;
   Maneuver maneuver_;
@@ -171,33 +174,33 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<LimitModel> limit_model_;          // [N + 1]
   mechanics::Vectors pose_turn_, pose_shift_;    // [N + 1] multipliers of the root's pose at the nodes, world
   Motion now_, trial_;
-  std::vector<NodeModel> node_;     // [5] of four steps
-  VectorXd start_impulse_;  // [f] momentum along the shape's coordinates that the start brings
+  std::vector<NodeModel> node_;  // [5] of four steps
+  VectorXd start_impulse_;       // [f] momentum along the shape's coordinates that the start brings
   VectorXd end_multiplier_;
   VectorXd end_start_;                     // for the next go_to
   std::vector<VectorXd> idle_multiplier_;  // [N][idle]
   std::vector<MatrixXd> next_by_idle_;     // [N][n][idle] next state by idle moments
   double metric_scale_ = 1.0;              // N m, what moments are like
   mechanics::Interval buffer_;
-  VectorXd along_;                                         // [shape_size]
-  mechanics::Freedoms spread_;                             // [bodies]
-  mechanics::Vectors spread_turn_;                         // [bodies]
-  MatrixXd work_, by_shape_;                               // [shape_size][f], [controls][shape_size]
-  MatrixXd equations_;                                     // [f, up to a multiple of four][4 f]
-  MatrixXd pose_step_;                                     // [p][2 f]
-  MatrixXd moments_by_shapes_, weighed_;                   // [f][3 f] by shapes k − 1, k, k + 1
-  MatrixXd transposed_;                                    // [3 f][f]
-  MatrixXd moment_form_;                                   // [3 f] squared
-  VectorXd pull_;                                          // [p]
-  MatrixXd end_by_state_;                                  // [f][n] the last node's moments by the last state
-  MatrixXd end_weighed_, end_transposed_;                  // [controls][n], [n][controls]
-  MatrixXd end_mixed_;                                     // [n][f]
-  Eigen::RowVectorXd by_first_, by_last_;                  // [shape_size + 6]
+  VectorXd along_;                         // [shape_size]
+  mechanics::Freedoms spread_;             // [bodies]
+  mechanics::Vectors spread_turn_;         // [bodies]
+  MatrixXd work_, by_shape_;               // [shape_size][f], [controls][shape_size]
+  MatrixXd equations_;                     // [f, up to a multiple of four][4 f]
+  MatrixXd pose_step_;                     // [p][2 f]
+  MatrixXd moments_by_shapes_, weighed_;   // [f][3 f] by shapes k − 1, k, k + 1
+  MatrixXd transposed_;                    // [3 f][f]
+  MatrixXd moment_form_;                   // [3 f] squared
+  VectorXd pull_;                          // [p]
+  MatrixXd end_by_state_;                  // [f][n] the last node's moments by the last state
+  MatrixXd end_weighed_, end_transposed_;  // [controls][n], [n][controls]
+  MatrixXd end_mixed_;                     // [n][f]
+  Eigen::RowVectorXd by_first_, by_last_;  // [shape_size + 6]
   ShapeTangent before_, after_;
   std::vector<ShapeTangent> four_tangents_;  // [4]
   std::vector<MatrixXd> four_hessians_;      // [4][2 f + 3] squared, by the root's turn at the end
-  MatrixXd first_minus_;  // [f][2 f] of the first step
-  NodeModel first_node_;  // of periodic motions
+  MatrixXd first_minus_;                     // [f][2 f] of the first step
+  NodeModel first_node_;                     // of periodic motions
 };
 
 }  // namespace lamprey::maneuver

@@ -32,58 +32,96 @@ using lamprey::operator+;  // those of matrices, which the following would hide
 using lamprey::operator-;
 using lamprey::operator*;
 template <typename S>
-inline Three<S> operator+(const Three<S>& u, const Three<S>& v) { return {u.x + v.x, u.y + v.y, u.z + v.z}; }
+inline Three<S> operator+(const Three<S>& u, const Three<S>& v) {
+  return {u.x + v.x, u.y + v.y, u.z + v.z};
+}
 template <typename S>
-inline Three<S> operator-(const Three<S>& u, const Three<S>& v) { return {u.x - v.x, u.y - v.y, u.z - v.z}; }
+inline Three<S> operator-(const Three<S>& u, const Three<S>& v) {
+  return {u.x - v.x, u.y - v.y, u.z - v.z};
+}
 template <typename S>
-inline Three<S> operator-(const Three<S>& v) { return {-v.x, -v.y, -v.z}; }
+inline Three<S> operator-(const Three<S>& v) {
+  return {-v.x, -v.y, -v.z};
+}
 template <typename S>
-inline Three<S> operator*(double s, const Three<S>& v) { return {s * v.x, s * v.y, s * v.z}; }
+inline Three<S> operator*(double s, const Three<S>& v) {
+  return {s * v.x, s * v.y, s * v.z};
+}
 template <typename S>
-inline Three<S> operator*(const S& s, const Three<S>& v) { return {s * v.x, s * v.y, s * v.z}; }
+inline Three<S> operator*(const S& s, const Three<S>& v) {
+  return {s * v.x, s * v.y, s * v.z};
+}
 template <typename S>
-inline Three<S>& operator+=(Three<S>& u, const Three<S>& v) { return u = u + v; }
+inline Three<S>& operator+=(Three<S>& u, const Three<S>& v) {
+  return u = u + v;
+}
 template <typename S>
-inline Three<S>& operator-=(Three<S>& u, const Three<S>& v) { return u = u - v; }
+inline Three<S>& operator-=(Three<S>& u, const Three<S>& v) {
+  return u = u - v;
+}
 template <typename S>
-inline Three<S>& operator*=(Three<S>& v, double s) { return v = s * v; }
+inline Three<S>& operator*=(Three<S>& v, double s) {
+  return v = s * v;
+}
 template <typename S>
-inline S dot(const Three<S>& u, const Three<S>& v) { return u.x * v.x + u.y * v.y + u.z * v.z; }
+inline S dot(const Three<S>& u, const Three<S>& v) {
+  return u.x * v.x + u.y * v.y + u.z * v.z;
+}
 template <typename S>
 inline Three<S> cross(const Three<S>& u, const Three<S>& v) {
   return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
 }
 /// s v.
 template <typename S>
-inline Three<S> along(double s, const Three<S>& v) { return s * v; }
+inline Three<S> along(double s, const Three<S>& v) {
+  return s * v;
+}
 template <typename S>
-inline Three<S> along(const S& s, const Three<S>& v) { return s * v; }
+inline Three<S> along(const S& s, const Three<S>& v) {
+  return s * v;
+}
 
 template <typename S>
-inline ThreeByThree<S> operator+(const ThreeByThree<S>& A, const ThreeByThree<S>& B) { return {A.x + B.x, A.y + B.y, A.z + B.z}; }
+inline ThreeByThree<S> operator+(const ThreeByThree<S>& A, const ThreeByThree<S>& B) {
+  return {A.x + B.x, A.y + B.y, A.z + B.z};
+}
 template <typename S>
-inline ThreeByThree<S> operator-(const ThreeByThree<S>& A, const ThreeByThree<S>& B) { return {A.x - B.x, A.y - B.y, A.z - B.z}; }
+inline ThreeByThree<S> operator-(const ThreeByThree<S>& A, const ThreeByThree<S>& B) {
+  return {A.x - B.x, A.y - B.y, A.z - B.z};
+}
 template <typename S>
-inline ThreeByThree<S> operator*(double s, const ThreeByThree<S>& A) { return {s * A.x, s * A.y, s * A.z}; }
+inline ThreeByThree<S> operator*(double s, const ThreeByThree<S>& A) {
+  return {s * A.x, s * A.y, s * A.z};
+}
 template <typename S>
-inline ThreeByThree<S> operator*(const S& s, const ThreeByThree<S>& A) { return {s * A.x, s * A.y, s * A.z}; }
+inline ThreeByThree<S> operator*(const S& s, const ThreeByThree<S>& A) {
+  return {s * A.x, s * A.y, s * A.z};
+}
 template <typename S>
-inline ThreeByThree<S>& operator+=(ThreeByThree<S>& A, const ThreeByThree<S>& B) { return A = A + B; }
+inline ThreeByThree<S>& operator+=(ThreeByThree<S>& A, const ThreeByThree<S>& B) {
+  return A = A + B;
+}
 template <typename S>
-inline ThreeByThree<S>& operator*=(ThreeByThree<S>& A, double s) { return A = s * A; }
+inline ThreeByThree<S>& operator*=(ThreeByThree<S>& A, double s) {
+  return A = s * A;
+}
 template <typename S>
 inline Three<S> operator*(const ThreeByThree<S>& A, const Three<S>& v) {
   return {A.x.x * v.x + A.y.x * v.y + A.z.x * v.z, A.x.y * v.x + A.y.y * v.y + A.z.y * v.z,
           A.x.z * v.x + A.y.z * v.y + A.z.z * v.z};
 }
 template <typename S>
-inline ThreeByThree<S> operator*(const ThreeByThree<S>& A, const ThreeByThree<S>& B) { return {A * B.x, A * B.y, A * B.z}; }
+inline ThreeByThree<S> operator*(const ThreeByThree<S>& A, const ThreeByThree<S>& B) {
+  return {A * B.x, A * B.y, A * B.z};
+}
 template <typename S>
 inline ThreeByThree<S> transposed(const ThreeByThree<S>& A) {
   return {{A.x.x, A.y.x, A.z.x}, {A.x.y, A.y.y, A.z.y}, {A.x.z, A.y.z, A.z.z}};
 }
 template <typename S>
-inline S trace(const ThreeByThree<S>& A) { return A.x.x + A.y.y + A.z.z; }
+inline S trace(const ThreeByThree<S>& A) {
+  return A.x.x + A.y.y + A.z.z;
+}
 /// A − s I.
 template <typename S>
 inline ThreeByThree<S> minus_diagonal(const ThreeByThree<S>& A, const S& s) {
@@ -95,10 +133,14 @@ inline ThreeByThree<S> plus_identity(const ThreeByThree<S>& A) {
 }
 /// u vᵀ.
 template <typename S>
-inline ThreeByThree<S> dyad(const Three<S>& u, const Three<S>& v) { return {v.x * u, v.y * u, v.z * u}; }
+inline ThreeByThree<S> dyad(const Three<S>& u, const Three<S>& v) {
+  return {v.x * u, v.y * u, v.z * u};
+}
 /// v̂ A.
 template <typename S>
-inline ThreeByThree<S> hat_times(const Three<S>& v, const ThreeByThree<S>& A) { return {cross(v, A.x), cross(v, A.y), cross(v, A.z)}; }
+inline ThreeByThree<S> hat_times(const Three<S>& v, const ThreeByThree<S>& A) {
+  return {cross(v, A.x), cross(v, A.y), cross(v, A.z)};
+}
 /// A v̂.
 template <typename S>
 inline ThreeByThree<S> times_hat(const ThreeByThree<S>& A, const Three<S>& v) {

@@ -42,7 +42,9 @@ class FourBodies {
 
   std::size_t body(std::size_t lane) const { return lane_[lane]; }
 
-  Four33 read(const Rotations& all) const { return four_of(all[lane_[0]], all[lane_[1]], all[lane_[2]], all[lane_[3]]); }
+  Four33 read(const Rotations& all) const {
+    return four_of(all[lane_[0]], all[lane_[1]], all[lane_[2]], all[lane_[3]]);
+  }
   template <typename Owner>
   Four33 read(const std::vector<Owner>& all, Matrix3d Owner::*member) const {
     return four_of(all[lane_[0]].*member, all[lane_[1]].*member, all[lane_[2]].*member, all[lane_[3]].*member);
@@ -67,12 +69,12 @@ class FourBodies {
   template <typename Owner, typename Part>
   Four33 read(const std::vector<Owner>& all, Part Owner::*part, Matrix3d Part::*member) const {
     return four_of(all[lane_[0]].*part.*member, all[lane_[1]].*part.*member, all[lane_[2]].*part.*member,
-                all[lane_[3]].*part.*member);
+                   all[lane_[3]].*part.*member);
   }
   template <typename Owner, typename Part>
   void write(const Four33& m, std::vector<Owner>& all, Part Owner::*part, Matrix3d Part::*member) const {
     write_four(m, all[lane_[0]].*part.*member, all[lane_[1]].*part.*member, all[lane_[2]].*part.*member,
-          all[lane_[3]].*part.*member);
+               all[lane_[3]].*part.*member);
   }
   void write(const Four3& v, Vectors& all) const {
     for (std::size_t l = 0; l < 4; ++l) all[lane_[l]] = Vector3d(v.x[l], v.y[l], v.z[l]);

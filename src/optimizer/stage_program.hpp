@@ -37,7 +37,8 @@ struct Stage {
   MatrixXd metric_input;  // [m][m]
   /// So many first states s' are but the next so many of s: the first rows of A are [0 I 0], those of B are 0.
   int shifted = 0;
-  /// So many states s' after those are the inputs themselves: their rows of A are 0, those of B the identity. 0 or [m].
+  /// So many states s' after those are the inputs themselves: their rows of A are 0, those of B the identity, and the first
+  /// `shifted` states do no more than move on. 0 or [m].
   int placed = 0;
   // [m] what `weight` measures where that is not the inputs: by the state and by the inputs, else empty
   MatrixXd measured_by_state;  // [m][n]

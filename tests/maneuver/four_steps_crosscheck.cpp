@@ -92,7 +92,8 @@ TEST_P(FourStepsOf, AgreeWithOneStepAfterTheOther) {
   ShapeKernel kernel(system_, DiscreteLagrangian::trapezoid, coordinates_);
   FourSteps four(system_, coordinates_);
   std::vector<ShapeStep> expected = solved_one_by_one(kernel), steps(4, ShapeStep(system_));
-  four.take_shapes(time_step, pointers<Rotations, const Rotations>(left_), pointers<Rotations, const Rotations>(right_));
+  four.take_shapes(time_step, pointers<Rotations, const Rotations>(left_),
+                   pointers<Rotations, const Rotations>(right_));
   ASSERT_TRUE(four.solve(pointers(steps)));
   for (std::size_t l = 0; l < 4; ++l) {
     expect_near(steps[l].root_turn, expected[l].root_turn, "root's turn");

@@ -206,6 +206,7 @@ TEST(Riccati, states_that_are_inputs_make_no_difference) {
       stage.A.block(0, 2, 2, 2).setIdentity();
       stage.B.topRows(2 + sizes.inputs).setZero();
       stage.B.middleRows(2, sizes.inputs).setIdentity();
+      stage.A.bottomLeftCorner(sizes.states - 2 - sizes.inputs, 2).setZero();
     }
     StageModel said = model;
     for (Stage& stage : said.stage) {
