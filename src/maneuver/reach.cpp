@@ -19,6 +19,12 @@ constexpr double dependence_threshold = 1e-9;  // singular directions end this f
 constexpr double reach_threshold = 1e-7;
 constexpr int window_steps = 6;
 
+// How much of some rows lies outside the span of orthonormal ones: of the row that has most.
+double beyond(const MatrixXd& span, const MatrixXd& rows) {
+  const MatrixXd left = rows - (rows * span.transpose()) * span;
+  return left.rowwise().norm().maxCoeff();
+}
+
 }  // namespace
 
 ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& asked, const NodePath& path) {
@@ -36,12 +42,14 @@ ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& ask
   MatrixXd reached(0, sizes.states);  // rows span what moments before a node can move there
   MatrixXd shapes(0, shape), poses(0, 6);
   const auto gather = [](MatrixXd& rows, const MatrixXd& more) {
+    if (rows.rows() > 0 && beyond(rows, more) <= reach_threshold) return;
     MatrixXd both(rows.rows() + more.rows(), more.cols());
     both << rows, more;
     rows = span_of_rows(both, reach_threshold).transpose();
   };
   // over short windows: what is unstable would carry round-off everywhere
-  for (int begin = 0; begin + window_steps <= maneuver.steps; ++begin) {
+  const auto all_reached = [&] { return shapes.rows() == shape && poses.rows() == 6; };
+  for (int begin = 0; begin + window_steps <= maneuver.steps && !all_reached(); ++begin) {
     reached.resize(0, sizes.states);
     for (int k = begin; k < begin + window_steps; ++k) {
       const Stage& stage = model.stage[at(k)];
@@ -50,8 +58,9 @@ ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& ask
       driven.topRows(sizes.inputs) = stage.B.transpose();
       if (unsupported) driven.bottomRows<1>() = stage.gap.transpose();
       for (MatrixXd* rows : {&moved, &driven}) rows->rowwise().normalize();
-      reached = moved;
-      gather(reached, driven);
+      MatrixXd both(moved.rows() + driven.rows(), sizes.states);
+      both << moved, driven;
+      reached = span_of_rows(both, reach_threshold).transpose();
       gather(shapes, reached.middleCols(shape, shape));
       gather(poses, reached.rightCols(6));
     }

@@ -96,7 +96,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
     motion->shape.assign(at(steps_ + 1), Rotations(at(system.body_count()), Matrix3d::Identity()));
     motion->rotation = motion->shape;
     motion->position.assign(at(steps_ + 1), Vector3d::Zero());
-    motion->step.assign(at(steps_), ShapeStep(system));
+    motion->step.assign(at(steps_), ShapeStep(four_steps_ && terms_.empty() ? 1 : system.body_count()));
     motion->impulse.assign(at(steps_ + 1), MatrixXd(shape_, shape_));
     motion->moment.assign(at(steps_ + 1), VectorXd::Zero(shape_));
     motion->end_rows = VectorXd::Zero(end_multiplier_.size());
@@ -160,6 +160,7 @@ void ShapeProgram::write_path(NodePath& path) const {
   for (std::size_t k = 0; k < now_.step.size(); ++k) {
     path.cayley[k] = now_.step[k].interval.cayley;
     if (!four_steps_) continue;
+    path.cayley[k].resize(now_.rotation[k].size());
     for (std::size_t i = 0; i < path.cayley[k].size(); ++i)
       path.cayley[k][i] = lie::inverse_cayley(now_.rotation[k][i].transpose() * now_.rotation[k + 1][i]);
   }
@@ -208,8 +209,8 @@ void ShapeProgram::follow_root(int k, Motion& motion) const {
   R_next[0] = lie::renormalized(R[0] * step.root_turn);
   for (std::size_t i = 1; i < R_next.size(); ++i) R_next[i] = R_next[0] * motion.shape[at(k + 1)][i];
   step.interval.displacement = R[0] * step.root_shift;
-  step.interval.rotation = R;
-  step.interval.next_rotation = R_next;
+  step.interval.rotation[0] = R[0];
+  step.interval.next_rotation[0] = R_next[0];
   if (!terms_.empty()) mechanics::interval_between(system_, R, R_next, step.interval.displacement, step.interval);
   motion.position[at(k + 1)] = motion.position[at(k)] + step.interval.displacement;
 }

@@ -19,24 +19,17 @@ StageModel::StageModel(const StageSizes& z)
       metric_end(MatrixXd::Zero(z.states, z.states)),
       C(MatrixXd::Zero(z.end_rows, z.states)),
       c(VectorXd::Zero(z.end_rows)) {
-  for (Stage& s : stage)
-    s = {MatrixXd::Zero(z.states, z.states),
-         MatrixXd::Zero(z.states, z.inputs),
-         VectorXd::Zero(z.states),
-         MatrixXd::Zero(z.states, z.states),
-         MatrixXd::Zero(z.inputs, z.states),
-         MatrixXd::Zero(z.inputs, z.inputs),
-         VectorXd::Zero(z.states),
-         VectorXd::Zero(z.inputs),
-         1.0,
-         0.0,
-         MatrixXd::Zero(z.states, z.states),
-         MatrixXd(),
-         MatrixXd(),
-         0,
-         0,
-         MatrixXd(),
-         MatrixXd()};
+  for (Stage& s : stage) {
+    s.A.setZero(z.states, z.states);
+    s.B.setZero(z.states, z.inputs);
+    s.gap.setZero(z.states);
+    s.Q.setZero(z.states, z.states);
+    s.S.setZero(z.inputs, z.states);
+    s.R.setZero(z.inputs, z.inputs);
+    s.q.setZero(z.states);
+    s.r.setZero(z.inputs);
+    s.metric.setZero(z.states, z.states);
+  }
 }
 
 StageSlopes::StageSlopes(const StageSizes& z)
@@ -96,13 +89,14 @@ bool Riccati::factor(const StageModel& model, double shift, double penalty) {
 // What the stage makes of the Hessian still to come: (A, B)ᵀP(A, B) and its own, before inputs are eliminated.
 void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, Gain& gain) {
   const int n = sizes_.states, m = sizes_.inputs, shifted = stage.shifted, placed = stage.placed;
-  const int rest = n - shifted - placed;
-  auto transposed = transposed_.leftCols(rest);
-  set_transposed(stage.A.bottomRows(rest), transposed.topRows(n));
+  const int rest = n - shifted - placed, seen = seen_states(stage);
+  auto transposed = transposed_.leftCols(rest).bottomRows(seen + m);
+  set_transposed(stage.A.bottomRows(rest).rightCols(seen), transposed.topRows(seen));
   set_transposed(stage.B.bottomRows(rest), transposed.bottomRows(m));
-  PA_.setZero();
+  auto PA = PA_.rightCols(seen);
+  PA.setZero();
   PA_.middleCols(shifted, shifted) = next.P.leftCols(shifted);
-  add_product(1.0, next.P.rightCols(rest), stage.A.bottomRows(rest), PA_);
+  add_product(1.0, next.P.rightCols(rest), stage.A.bottomRows(rest).rightCols(seen), PA);
   if (placed > 0)
     PB_ = next.P.middleCols(shifted, placed);
   else
@@ -118,12 +112,17 @@ void Riccati::carry_hessian(const Stage& stage, double shift, const Gain& next, 
   }
   own.middleRows(shifted, shifted) += PB_.topRows(shifted);
   if (placed > 0) own.bottomRows(m) += PB_.middleRows(shifted, placed);
-  add_product(1.0, transposed, PB_.bottomRows(rest), own);
+  add_product(1.0, transposed, PB_.bottomRows(rest), own.bottomRows(seen + m));
 
   gain.P = stage.Q;
   if (shift > 0.0) algebra::add_multiple(shift, stage.metric, gain.P);
-  gain.P.middleRows(shifted, shifted) += PA_.topRows(shifted);
-  add_lower_product(1.0, transposed.topRows(n), PA_.bottomRows(rest), gain.P);
+  gain.P.middleRows(shifted, shifted).rightCols(seen) += PA.topRows(shifted);
+  add_lower_product(1.0, transposed.topRows(seen), PA.bottomRows(rest), gain.P.bottomRightCorner(seen, seen));
+}
+
+// The last states, which do more than move on.
+int Riccati::seen_states(const Stage& stage) const {
+  return stage.placed > 0 ? sizes_.states - stage.shifted : sizes_.states;
 }
 
 void Riccati::carry_end(const Stage& stage, const Gain& next, Gain& gain) {
@@ -131,7 +130,8 @@ void Riccati::carry_end(const Stage& stage, const Gain& next, Gain& gain) {
   const auto kept = next.end.rightCols(rest);
   gain.end.setZero();
   gain.end.middleCols(shifted, shifted) = next.end.leftCols(shifted);
-  add_product(1.0, kept, stage.A.bottomRows(rest), gain.end);
+  const int seen = seen_states(stage);
+  add_product(1.0, kept, stage.A.bottomRows(rest).rightCols(seen), gain.end.rightCols(seen));
   auto by_input = by_input_.topRows(sizes_.end_rows);
   if (placed > 0)
     by_input = next.end.middleCols(shifted, placed);

@@ -49,6 +49,7 @@ class Riccati {
     VectorXd input;    // [m] at s = 0
   };
   void carry_hessian(const Stage& stage, double shift, const Gain& next, Gain& gain);
+  int seen_states(const Stage& stage) const;
   void carry_end(const Stage& stage, const Gain& next, Gain& gain);
   bool eliminate_inputs(Gain& gain);
   void move(const Stage& stage, const VectorXd& input, const VectorXd& state, VectorXd& next) const;

@@ -29,8 +29,8 @@ struct Stage {
   MatrixXd R;       // [m][m]
   VectorXd q;       // [n]
   VectorXd r;       // [m]
-  double weight;    // of ½|v|² in the metric of the inputs, or of what is measured for them
-  double gradient;  // size of the cost's own derivative by the same, which stationarity is measured against
+  double weight = 1.0;    // of ½|v|² in the metric of the inputs, or of what is measured for them
+  double gradient = 0.0;  // size of the cost's own derivative by the same, which stationarity is measured against
   MatrixXd metric;  // [n][n] of the states: what a shift of the Hessian adds
   // the rest of it where inputs move what the state does not show, else empty
   MatrixXd metric_mixed;  // [m][n]

@@ -339,12 +339,12 @@ TEST(SecondOrder, of_a_free_duration_without_limits_is_that_of_the_best_duration
 TEST(SecondOrder, of_a_free_duration_with_limits_is_that_of_the_least_cost_by_the_duration) {
   maneuver::Problem given = in_the_plane(20);
   given.search.starts = 6;
-  const maneuver::Solution slow = solved(given);
+  const double time_weight = 2.0 * solved(given).cost / given.duration.value;
   double largest = 0.0;
-  for (const auto& moments : slow.control)
+  for (const auto& moments : solved(of_free_duration(given, time_weight)).control)
     for (const Vector3d& moment : moments) largest = std::max(largest, moment.norm());
   given.limits.torque = 0.7 * largest;
-  const maneuver::Problem free = of_free_duration(given, 2.0 * slow.cost / given.duration.value);
+  const maneuver::Problem free = of_free_duration(given, time_weight);
   const maneuver::Solution solution = solved(free);
   const model::System system(free.swimmer);
   const StoredMotion motion(system, free, solution);
