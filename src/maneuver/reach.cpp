@@ -21,6 +21,7 @@ constexpr int window_steps = 6;
 
 // How much of some rows lies outside the span of orthonormal ones: of the row that has most.
 double beyond(const MatrixXd& span, const MatrixXd& rows) {
+  if (rows.rows() == 0) return 0.0;
   const MatrixXd left = rows - (rows * span.transpose()) * span;
   return left.rowwise().norm().maxCoeff();
 }

@@ -40,11 +40,11 @@ struct ShapeStep {
   Matrix3d root_turn = Matrix3d::Identity();     // F_0
   Vector3d root_shift = Vector3d::Zero();        // m, displacement of its mass centre
   Matrix6d momentum_inverse = Matrix6d::Zero();  // of ∂(momentum)/∂(root's turn, shift), old or new; zero: not known
-  mechanics::Interval interval;                  // updated, world; of four steps at once, the root's turns and shift alone
-  VectorXd minus;                                // [f] E⁻ along the coordinates at its beginning without controls
-  VectorXd plus;                                 // [f] E⁺ at its end
-  Vector6d momentum = Vector6d::Zero();          // total, about the root's mass centre, seen from the root: round-off
-  double largest_momentum = 0.0;                 // |E⁻| of any body
+  mechanics::Interval interval;          // updated, world; of four steps at once, the root's turns and shift alone
+  VectorXd minus;                        // [f] E⁻ along the coordinates at its beginning without controls
+  VectorXd plus;                         // [f] E⁺ at its end
+  Vector6d momentum = Vector6d::Zero();  // total, about the root's mass centre, seen from the root: round-off
+  double largest_momentum = 0.0;         // |E⁻| of any body
   explicit ShapeStep(const model::System& system);
   /// Of its interval so many bodies are kept, the root first.
   explicit ShapeStep(int bodies) : interval(bodies) {}

@@ -21,17 +21,17 @@ struct StageSizes {
 
 /// One stage: s' = A s + B v + gap, and ½ sᵀQs + vᵀSs + ½ vᵀRv + q·s + r·v of the Lagrangian.
 struct Stage {
-  MatrixXd A;       // [n][n]
-  MatrixXd B;       // [n][m]
-  VectorXd gap;     // [n]
-  MatrixXd Q;       // [n][n]
-  MatrixXd S;       // [m][n]
-  MatrixXd R;       // [m][m]
-  VectorXd q;       // [n]
-  VectorXd r;       // [m]
+  MatrixXd A;             // [n][n]
+  MatrixXd B;             // [n][m]
+  VectorXd gap;           // [n]
+  MatrixXd Q;             // [n][n]
+  MatrixXd S;             // [m][n]
+  MatrixXd R;             // [m][m]
+  VectorXd q;             // [n]
+  VectorXd r;             // [m]
   double weight = 1.0;    // of ½|v|² in the metric of the inputs, or of what is measured for them
   double gradient = 0.0;  // size of the cost's own derivative by the same, which stationarity is measured against
-  MatrixXd metric;  // [n][n] of the states: what a shift of the Hessian adds
+  MatrixXd metric;        // [n][n] of the states: what a shift of the Hessian adds
   // the rest of it where inputs move what the state does not show, else empty
   MatrixXd metric_mixed;  // [m][n]
   MatrixXd metric_input;  // [m][m]

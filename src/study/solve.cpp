@@ -29,7 +29,7 @@ using optimizer::Outcome;
 
 constexpr std::size_t batch = 2;  // refined side by side; fixed, so that the answer does not depend on the machine
 constexpr std::size_t refined_candidates =
-    6;                      // coarse grids lie about cost: at most so many are compared at full resolution
+    16;                     // coarse grids lie about cost: at most so many are compared at full resolution
 constexpr int retries = 4;  // further guesses where a single start fails
 constexpr int shooting_iterations = 200;
 constexpr int hop_round = 8;         // hops from one minimum; fixed, so that the answer does not depend on the machine
