@@ -219,6 +219,11 @@ const VectorXd& Riccati::look_back(const StageModel& model, double share) {
   return multiplier_;
 }
 
+void Riccati::end_response(const VectorXd& end_rows, VectorXd& multipliers) const {
+  multipliers = end_solver_.solve(end_rows);
+  algebra::add_multiple(-penalty_, end_rows, multipliers);
+}
+
 void Riccati::solve(const StageModel& model, double share, StageStep& step) {
   step.end_multiplier = look_back(model, share);
   step.state.front().setZero();

@@ -25,6 +25,9 @@ class Riccati {
   /// The end rows' multipliers of the step that solve() finds with this share.
   const VectorXd& look_back(const StageModel& model, double share);
 
+  /// What the end rows' multipliers change by when a whole step is to take `end_rows` away, from a step that leaves them.
+  void end_response(const VectorXd& end_rows, VectorXd& multipliers) const;
+
   /// The step whose end rows come to (1 − share) of what they are; costates are left as they are.
   void solve(const StageModel& model, double share, StageStep& step);
 

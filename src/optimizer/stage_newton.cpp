@@ -86,8 +86,7 @@ void StageNewton::find_step() {
   const double largest = sizes_.end_rows > 0 ? model_.c.lpNorm<Eigen::Infinity>() : 0.0;
   if (largest > most_end_change) share_ = most_end_change / largest;
   if (shift_ > 0.0 && largest > 0.0) {
-    missed_ = riccati_.look_back(model_, 1.0);
-    missed_ -= end_multiplier_;
+    riccati_.end_response(model_.c, missed_);
     const double added = missed_.lpNorm<Eigen::Infinity>();
     const double bearable = most_multiplier * std::max(end_multiplier_.lpNorm<Eigen::Infinity>(), highest_cost_);
     if (share_ * added > bearable) share_ = bearable / added;
@@ -122,24 +121,30 @@ double StageNewton::slope() const {
   return rate;
 }
 
-// sᵀHs along the step, without the shift; where there is none, nor gaps, the step's own equations tell it.
+// sᵀHs along the step, without the shift: the step's own equations tell it, but where there are gaps.
 double StageNewton::curvature() {
-  const auto closed = [](const Stage& stage) { return stage.gap.isZero(0.0); };
-  if (shift_ == 0.0 && std::all_of(model_.stage.begin(), model_.stage.end(), closed))
-    return share_ * step_.end_multiplier.dot(model_.c) - slope();
-  double value = 0.0;
   const auto along = [](const VectorXd& left, const MatrixXd& form, const VectorXd& right, VectorXd& buffer) {
     buffer.setZero();
     add_image(1.0, form, right, buffer);
     return left.dot(buffer);
   };
+  const auto closed = [](const Stage& stage) { return stage.gap.isZero(0.0) && stage.metric_input.size() == 0; };
+  const bool told = std::all_of(model_.stage.begin(), model_.stage.end(), closed);
+  if (told && shift_ == 0.0) return share_ * step_.end_multiplier.dot(model_.c) - slope();
+  double value = 0.0;
   for (std::size_t k = 0; k < model_.stage.size(); ++k) {
     const Stage& stage = model_.stage[k];
     const VectorXd &state = step_.state[k], &input = step_.input[k];
-    value += along(state, stage.Q, state, state_) + 2.0 * along(input, stage.S, state, input_) +
-             along(input, stage.R, input, input_);
+    if (told)
+      value += along(state, stage.metric, state, state_);
+    else
+      value += along(state, stage.Q, state, state_) + 2.0 * along(input, stage.S, state, input_) +
+               along(input, stage.R, input, input_);
   }
-  return value + along(step_.state.back(), model_.Q_end, step_.state.back(), state_);
+  const VectorXd& end = step_.state.back();
+  if (!told) return value + along(end, model_.Q_end, end, state_);
+  value += along(end, model_.metric_end, end, state_);
+  return share_ * step_.end_multiplier.dot(model_.c) - slope() - shift_ * value;
 }
 
 // How much of what the model promises came true: of the cost, or of violations where these matter more; negative where

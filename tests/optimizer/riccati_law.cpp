@@ -120,6 +120,10 @@ TEST(Riccati, steps_are_those_of_the_whole_kkt_system) {
       EXPECT_LE((step.end_multiplier - expected.tail(sizes.end_rows)).norm(), tolerance(1e-10) * expected.norm());
       EXPECT_LE((model.C * step.state.back() + share * model.c).norm(), tolerance(1e-11) * model.c.norm());
       EXPECT_EQ(riccati.look_back(model, share), step.end_multiplier);
+      const VectorXd left = riccati.look_back(model, 0.0);
+      VectorXd response;
+      riccati.end_response(model.c, response);
+      EXPECT_LE((left + share * response - step.end_multiplier).norm(), tolerance(1e-10) * step.end_multiplier.norm());
     }
   }
 }
