@@ -118,8 +118,10 @@ class ShapeProgram : public optimizer::StageProgram {
   bool solve_four(int first, Motion& motion);
   void follow_root(int k, Motion& motion) const;
   void differentiate_four(int first, bool twice);
+  void add_effort(int first, std::vector<optimizer::Stage>& stages);
+  void add_effort(int first, std::vector<optimizer::StageSlopes::Slope>& stages);
   template <typename Stages>
-  void add_effort(int first, Stages& stages);
+  void add_effort_of_four(int first, Stages& stages);
   ForFour<NodeEffort> node_efforts(int first) const;
   void model_step(int k, const NodeModel& node, const NodeModel& next, optimizer::StageModel& model);
   void model_motion(int k, MatrixXd& A, MatrixXd& B);

@@ -187,6 +187,31 @@ template <typename S>
 inline ThreeByThree<S> times_hat(const ThreeByThree<S>& A, const Eigen::Vector3d& v) {
   return {v[2] * A.y - v[1] * A.z, v[0] * A.z - v[2] * A.x, v[1] * A.x - v[0] * A.y};
 }
+template <typename S>
+inline ThreeByThree<S> operator*(const ThreeByThree<S>& A, const Eigen::Matrix3d& B) {
+  return {A * Eigen::Vector3d(B.col(0)), A * Eigen::Vector3d(B.col(1)), A * Eigen::Vector3d(B.col(2))};
+}
+template <typename S>
+inline ThreeByThree<S> times_hat(const Eigen::Matrix3d& A, const Three<S>& v) {
+  const auto column = [&](int p, const S& a, int q, const S& b) {
+    return Three<S>{A(0, p) * a - A(0, q) * b, A(1, p) * a - A(1, q) * b, A(2, p) * a - A(2, q) * b};
+  };
+  return {column(1, v.z, 2, v.y), column(2, v.x, 0, v.z), column(0, v.y, 1, v.x)};
+}
+/// Twice the vector of the skew part.
+template <typename S>
+inline Three<S> vee_twice(const ThreeByThree<S>& A) {
+  return {A.y.z - A.z.y, A.z.x - A.x.z, A.x.y - A.y.x};
+}
+inline Four33 symmetric_part(const Four33& A) { return 0.5 * (A + transposed(A)); }
+inline Four33 inverse(const Four33& A) {
+  const Four3 yz = cross(A.y, A.z), zx = cross(A.z, A.x), xy = cross(A.x, A.y);
+  return (1.0 / dot(A.x, yz)) * transposed(Four33{yz, zx, xy});
+}
+/// ½ (u vᵀ + v uᵀ) − (u·v) I: second derivative of u·exp(θ̂)v.
+inline Four33 second_turn(const Four3& u, const Four3& v) {
+  return minus_diagonal(symmetric_part(dyad(u, v)), dot(u, v));
+}
 /// u vᵀ − (u·v) I.
 template <typename S>
 inline ThreeByThree<S> dyad_less_dot(const Three<S>& u, const Eigen::Vector3d& v) {

@@ -59,6 +59,8 @@ struct PlainShare {
   }
 };
 
+inline Vector3d vee_twice(const Matrix3d& X) { return {X(2, 1) - X(1, 2), X(0, 2) - X(2, 0), X(1, 0) - X(0, 1)}; }
+
 /// Rates along second directions of the rate along a first one, both constant.
 template <typename M, typename K>
 class PlainSecondRate {
@@ -90,8 +92,6 @@ class PlainSecondRate {
   }
 
  private:
-  static K vee_twice(const Matrix3d& X) { return {X(2, 1) - X(1, 2), X(0, 2) - X(2, 0), X(1, 0) - X(0, 1)}; }
-  static K vee_twice(const Four33& X) { return {X.y.z - X.z.y, X.z.x - X.x.z, X.x.y - X.y.x}; }
   const PlainShare<M, K>& share_;
   K a1_, axis_, turned_, y_, seen_1_, y_1_, p_, p_1_, left_;
   M Ft_;
