@@ -144,7 +144,7 @@ INSTANTIATE_TEST_SUITE_P(Trees, FourStepsOf,
                                            FourStepsSetting{"three_bodies", 3, true},
                                            FourStepsSetting{"seven_bodies", 7, true},
                                            FourStepsSetting{"some_coordinates", 5, false}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& instance) { return instance.param.name; });
 
 }  // namespace
 }  // namespace lamprey::tests
