@@ -26,6 +26,14 @@ double beyond(const MatrixXd& span, const MatrixXd& rows) {
   return left.rowwise().norm().maxCoeff();
 }
 
+// Rows of no length but round-off are none.
+void normalize_rows(MatrixXd& rows) {
+  for (Eigen::Index r = 0; r < rows.rows(); ++r) {
+    const double length = rows.row(r).norm();
+    rows.row(r) *= length > dependence_threshold ? 1.0 / length : 0.0;
+  }
+}
+
 }  // namespace
 
 ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& asked, const NodePath& path) {
@@ -58,7 +66,8 @@ ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& ask
       MatrixXd driven(sizes.inputs + (unsupported ? 1 : 0), sizes.states);
       driven.topRows(sizes.inputs) = stage.B.transpose();
       if (unsupported) driven.bottomRows<1>() = stage.gap.transpose();
-      for (MatrixXd* rows : {&moved, &driven}) rows->rowwise().normalize();
+      normalize_rows(moved);
+      normalize_rows(driven);
       MatrixXd both(moved.rows() + driven.rows(), sizes.states);
       both << moved, driven;
       reached = span_of_rows(both, reach_threshold).transpose();

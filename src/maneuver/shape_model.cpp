@@ -384,8 +384,9 @@ bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
       find_moments_by_shapes(k);
       stage.r.setZero();
       optimizer::add_image(node_weight(now_, k), transposed_.bottomRows(shape_), now_.moment[at(k)], stage.r);
-      optimizer::add_image(node_weight(now_, k), transposed_.topRows(2 * shape_), now_.moment[at(k)],
-                           stage.q.head(2 * shape_));
+      if (k > 0)
+        optimizer::add_image(node_weight(now_, k), transposed_.topRows(2 * shape_), now_.moment[at(k)],
+                             stage.q.head(2 * shape_));
     } else if (lane == 3 || k + 1 == steps_) {
       add_effort(k - lane, slopes.stage);
     }
