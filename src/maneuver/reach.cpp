@@ -41,7 +41,7 @@ ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& ask
   maneuver.periodic = maneuver.free_duration = false;
   maneuver.cost_weights = {};
   const ShapeCoordinates all(system);
-  ShapeProgram program(system, maneuver, all, {});
+  ShapeProgram program(system, maneuver, all, {}, {}, Steps::rough);
   if (!program.go_to(path)) return all;
   const optimizer::StageSizes sizes = program.sizes();
   StageModel model(sizes);
@@ -87,7 +87,7 @@ std::vector<EndRow> independent_end_rows(const System& system, const Maneuver& m
   const auto moments = static_cast<int>(coordinates.shape.cols());
   for (int place = system.control_count(); place < moments; ++place) idle.push_back(place);
   const std::vector<EndRow> stated = stated_end_rows(system, maneuver, idle);
-  ShapeProgram program(system, maneuver, coordinates, stated);
+  ShapeProgram program(system, maneuver, coordinates, stated, {}, Steps::rough);
   StageModel model(program.sizes());
   if (!program.go_to(path)) return stated;
   program.linearize(model);

@@ -20,6 +20,7 @@ using optimizer::StageStep;
 
 constexpr double longest_turn = 0.6;     // rad, of one shape coordinate in one step of the search
 constexpr double longest_stretch = 0.3;  // of the logarithm of the duration
+constexpr double trace_of_quarter_turn = 1.0;
 
 constexpr double worth_telling = 1e-7;  // rad, m, N m
 
@@ -40,7 +41,7 @@ ShapeProgram::NodeModel::NodeModel(const System& system, int shape)
       control(at(system.joint_count())) {}
 
 ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
-                           std::vector<EndRow> end_rows, std::vector<LimitRow> limits)
+                           std::vector<EndRow> end_rows, std::vector<LimitRow> limits, Steps use)
     : system_(system),
       maneuver_(maneuver),
       end_rows_(std::move(end_rows)),
@@ -50,6 +51,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       all_shapes_(shape_basis_.isIdentity(0.0)),
       all_poses_(pose_basis_.isIdentity(0.0)),
       steps_(maneuver.steps),
+      use_(use),
       shape_(static_cast<int>(shape_basis_.cols())),
       pose_(static_cast<int>(pose_basis_.cols())),
       controls_(system.control_count()),
@@ -96,7 +98,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
     motion->shape.assign(at(steps_ + 1), Rotations(at(system.body_count()), Matrix3d::Identity()));
     motion->rotation = motion->shape;
     motion->position.assign(at(steps_ + 1), Vector3d::Zero());
-    motion->step.assign(at(steps_), ShapeStep(four_steps_ && terms_.empty() ? 1 : system.body_count()));
+    motion->step.assign(at(steps_), ShapeStep(solves_in_fours() && terms_.empty() ? 1 : system.body_count()));
     motion->impulse.assign(at(steps_ + 1), MatrixXd(shape_, shape_));
     motion->moment.assign(at(steps_ + 1), VectorXd::Zero(shape_));
     motion->end_rows = VectorXd::Zero(end_multiplier_.size());
@@ -159,7 +161,7 @@ void ShapeProgram::write_path(NodePath& path) const {
   path.cayley.resize(now_.step.size());
   for (std::size_t k = 0; k < now_.step.size(); ++k) {
     path.cayley[k] = now_.step[k].interval.cayley;
-    if (!four_steps_) continue;
+    if (!solves_in_fours()) continue;
     path.cayley[k].resize(now_.rotation[k].size());
     for (std::size_t i = 0; i < path.cayley[k].size(); ++i)
       path.cayley[k][i] = lie::inverse_cayley(now_.rotation[k][i].transpose() * now_.rotation[k + 1][i]);
@@ -176,20 +178,33 @@ bool ShapeProgram::roll_out(Motion& motion) {
       motion.rotation.front()[i] = maneuver_.start.rotation[0] * motion.shape.front()[i];
   motion.position.front() = maneuver_.start.position;
   for (int k = 0; k < steps_; ++k) {
-    if (four_steps_) {
+    if (solves_in_fours()) {
       if (k % 4 == 0 && !solve_four(k, motion)) return false;
       follow_root(k, motion);
-      continue;
+    } else if (!solve_step(k, motion)) {
+      return false;
     }
-    ShapeStep& step = motion.step[at(k)];
-    if (k > 0 && step.momentum_inverse.isZero(0.0)) step.momentum_inverse = motion.step[at(k - 1)].momentum_inverse;
-    if (!kernel_.solve(h_ * motion.stretch, motion.rotation[at(k)], motion.shape[at(k + 1)], step)) return false;
-    motion.rotation[at(k + 1)] = step.interval.next_rotation;
-    for (Matrix3d& R : motion.rotation[at(k + 1)]) R = lie::renormalized(R);
-    motion.position[at(k + 1)] = motion.position[at(k)] + step.interval.displacement;
+    if (use_ == Steps::faithful && turns_too_far(motion, k)) return false;
   }
   measure(motion);
   return std::isfinite(motion.merit.cost);
+}
+
+bool ShapeProgram::solve_step(int k, Motion& motion) {
+  ShapeStep& step = motion.step[at(k)];
+  if (k > 0 && step.momentum_inverse.isZero(0.0)) step.momentum_inverse = motion.step[at(k - 1)].momentum_inverse;
+  if (!kernel_.solve(h_ * motion.stretch, motion.rotation[at(k)], motion.shape[at(k + 1)], step)) return false;
+  motion.rotation[at(k + 1)] = step.interval.next_rotation;
+  for (Matrix3d& R : motion.rotation[at(k + 1)]) R = lie::renormalized(R);
+  motion.position[at(k + 1)] = motion.position[at(k)] + step.interval.displacement;
+  return true;
+}
+
+bool ShapeProgram::turns_too_far(const Motion& motion, int k) const {
+  for (std::size_t i = 0; i < motion.rotation[at(k)].size(); ++i)
+    if (!(motion.rotation[at(k)][i].cwiseProduct(motion.rotation[at(k + 1)][i]).sum() > trace_of_quarter_turn))
+      return true;
+  return false;
 }
 
 // Beyond the last step it is repeated.
@@ -366,7 +381,7 @@ const Merit* ShapeProgram::try_step(const StageStep& along, double length) {
     to.root_turn =
         from.root_turn * lie::cayley(0.5 * length * (from.interval.next_rotation[0].transpose() * change.head<3>()));
     to.root_shift = from.root_shift + length * (from.interval.rotation[0].transpose() * moved);
-    if (!four_steps_) to.momentum_inverse = (trial_.stretch / now_.stretch) * from.momentum_inverse;
+    if (!solves_in_fours()) to.momentum_inverse = (trial_.stretch / now_.stretch) * from.momentum_inverse;
   }
   return roll_out(trial_) ? &trial_.merit : nullptr;
 }

@@ -16,11 +16,15 @@
 
 namespace lamprey::maneuver {
 
+/// Faithful steps show motions alone: beyond a quarter turn of a body in one step momentum falls as the turn grows, and half
+/// a turn carries none. Rough ones are few and long, and a search may pass through such turns.
+enum class Steps { faithful, rough };
+
 class ShapeProgram : public optimizer::StageProgram {
  public:
   /// Start must carry no total momentum. Control is free at each node.
   ShapeProgram(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
-               std::vector<EndRow> end_rows, std::vector<LimitRow> limits = {});
+               std::vector<EndRow> end_rows, std::vector<LimitRow> limits = {}, Steps use = Steps::faithful);
 
   /// Takes over another start without total momentum, other targets of the end rows and another duration, of as many steps
   /// and the same kind. A motion there is gets measured anew by them; where start or duration differ go_to must follow.
@@ -105,6 +109,8 @@ class ShapeProgram : public optimizer::StageProgram {
 
   void take_start_impulse();
   bool roll_out(Motion& motion);
+  bool solve_step(int k, Motion& motion);
+  bool turns_too_far(const Motion& motion, int k) const;
   void measure(Motion& motion);
   void impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse);
   void model_node(int k, NodeModel& node);
@@ -153,6 +159,9 @@ class ShapeProgram : public optimizer::StageProgram {
   int own_states() const { return copies() + (maneuver_.periodic ? 2 * shape_ : 0); }
   int states() const { return own_states() + terms_.states(); }
   int idle() const { return shape_ - controls_; }
+  // Of several root motions without momentum, where bodies turn far, ShapeKernel keeps to the guess's better than
+  // Newton's method alone does.
+  bool solves_in_fours() const { return four_steps_ && use_ == Steps::faithful; }
   bool by_shapes() const { return idle() == 0 && terms_.empty() && !maneuver_.free_duration && !maneuver_.periodic; }
   bool effort_in_fours() const { return four_steps_ && four_steps_->takes_effort() && by_shapes() && limits_.empty(); }
 
@@ -162,7 +171,9 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<EndRow> stated_rows_;    // dependent ones too
   MatrixXd shape_basis_, pose_basis_;  // [shape_size][f], [6][p]
   bool all_shapes_, all_poses_;        // whether they are identities
-  int steps_, shape_, pose_, controls_;
+  int steps_;
+  Steps use_;
+  int shape_, pose_, controls_;
   CostTerms terms_;
   int leads_;  // stages before the first step
   double h_;

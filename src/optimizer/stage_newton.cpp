@@ -33,12 +33,13 @@ constexpr double nearly_met = 1e-5;
 constexpr double nearly_stationary = 1e-2;
 constexpr double saddle = 2e-3;  // stationarity at which an indefinite Hessian means a saddle
 constexpr int saddle_halvings = 12;
-constexpr double saddle_gain = 1e-9;  // least decrease, relative
-constexpr double last_rise = 1e-9;    // of the cost, relative
-constexpr double close = 3e-2;        // stationarity before a step after which its factors may be good for more
-constexpr double follow_to = 1e-6;    // of the tolerance, what such steps may leave
-constexpr double following = 0.1;     // what a step with old factors may leave of the one before
-constexpr double bend_unit = 1e8;     // input, more than any step is allowed to take
+constexpr double saddle_gain = 1e-9;        // least decrease, relative
+constexpr double last_rise = 1e-9;          // of the cost, relative
+constexpr double close = 3e-2;              // stationarity before a step after which its factors may be good for more
+constexpr double follow_to = 1e-6;          // of the tolerance, what such steps may leave
+constexpr double following = 0.1;           // what a step with old factors may leave of the one before
+constexpr double most_shift_at_rest = 1e3;  // beyond, steps are short for the shift's sake
+constexpr double bend_unit = 1e8;           // input, more than any step is allowed to take
 
 }  // namespace
 
@@ -278,7 +279,7 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
   if (!factor(damping_)) return Verdict::stuck;
   find_step();
   change_ = stationarity();
-  const bool settled = change_ <= options.tolerance && program.merit().violation <= met;
+  const bool settled = change_ <= options.tolerance && program.merit().violation <= met && shift_ <= most_shift_at_rest;
   if (shift_ > 0.0 && change_ <= saddle && program.merit().violation <= nearly_met) {
     if (leave_saddle(program, outcome)) return Verdict::accepted;
     if (!factor(settled ? 0.0 : damping_)) return Verdict::stuck;  // what damps the search has no part in the last step

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "certificate/certify.hpp"
+#include "integrator/scheme.hpp"
 #include "maneuver/feedback.hpp"
 #include "study/refinement.hpp"
 
@@ -23,7 +24,8 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
-constexpr double half_turn_mark = 1e-4;  // rad
+constexpr double half_turn_mark = 1e-4;      // rad
+constexpr double nearly_quarter_turn = 1.5;  // rad
 
 std::string number(double value, int digits = 2) {
   std::ostringstream text;
@@ -84,6 +86,33 @@ std::string spring_at_its_jump(const Problem& problem, const Solution& solution)
   return "";
 }
 
+// The largest turn of a body in one step, by schemes whose steps are one.
+struct StepTurn {
+  double angle = 0.0;  // rad
+  std::size_t body = 0, step = 0;
+};
+
+StepTurn largest_turn(const Problem& problem, const Solution& solution) {
+  StepTurn largest;
+  if (!integrator::single_step(problem.scheme)) return largest;
+  for (std::size_t k = 0; k + 1 < solution.rotation.size(); ++k)
+    for (std::size_t i = 0; i < solution.rotation[k].size(); ++i) {
+      const double angle = lie::rotation_angle(solution.rotation[k][i].transpose() * solution.rotation[k + 1][i]);
+      if (angle > largest.angle) largest = {angle, i, k};
+    }
+  return largest;
+}
+
+// Beyond a quarter turn momentum falls as the turn grows, and half a turn carries none. Empty where no turn is near that.
+std::string far_turn(const Problem& problem, const Solution& solution) {
+  const StepTurn turn = largest_turn(problem, solution);
+  if (turn.angle < nearly_quarter_turn) return "";
+  return " " + problem.swimmer.bodies[turn.body].name + " turns by " + number(turn.angle, 3) + " rad in one step, at " +
+         number(solution.time[turn.step], 3) +
+         " s, and a quarter turn is the most that a step can show: time.steps = " + std::to_string(problem.steps) +
+         " may be too few.";
+}
+
 std::string advice(const Problem& problem) {
   if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
   if (problem.search.starts == 1) return "try [search] starts = 8, another seed, or a nearer goal";
@@ -113,12 +142,21 @@ std::string curvature_words(const Certificate& proof) {
   return words;
 }
 
-// Whether the steps are fine enough for the motion: an independent integrator stays with it between restarts.
-bool resolved(const Certificate& proof) { return proof.replay && proof.replay->rotation_error <= replay_mark; }
+// What shows that the steps are too coarse for the motion: far turns, or an independent integrator that does not stay with
+// it between restarts. Empty where neither does.
+std::string unresolved(const Problem& problem, const Answer& answer) {
+  const double turn = largest_turn(problem, answer.solution).angle;
+  if (turn > 0.5 * M_PI) return "a body turns by " + number(turn, 3) + " rad in one of its steps";
+  const auto& replay = answer.certificate.replay;
+  if (!replay) return "it was not replayed";
+  if (!(replay->rotation_error <= replay_mark))
+    return "its replay misses by " + number(replay->rotation_error) + " rad";
+  return "";
+}
 
 // Answers in order of worth: proven first, then resolved, then cheap.
-std::tuple<bool, bool, double> rank(const Answer& answer) {
-  return {answer.solution.status != Status::optimal, !resolved(answer.certificate), answer.solution.cost};
+std::tuple<bool, bool, double> rank(const Problem& problem, const Answer& answer) {
+  return {answer.solution.status != Status::optimal, !unresolved(problem, answer).empty(), answer.solution.cost};
 }
 
 // Gains about the answer, and its replay with them.
@@ -144,12 +182,13 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
   if (missing.empty() && stationary) {
     solution.status = Status::optimal;
-    solution.message =
-        "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) + ".";
+    solution.message = "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) +
+                       "." + far_turn(problem, solution);
   } else if (missing.empty()) {
     if (!cut_short) solution.status = Status::feasible;
     solution.message = "The goal is met, but " + unsettled(problem, proof) + "." + stopped +
-                       spring_at_its_jump(problem, solution) + " To mend it: " + advice(problem) + ".";
+                       far_turn(problem, solution) + spring_at_its_jump(problem, solution) +
+                       " To mend it: " + advice(problem) + ".";
   } else {
     const bool beyond_moments = solution.status == Status::optimal && !(proof.goal_error <= goal_mark);
     if (!cut_short && solution.status != Status::infeasible)
@@ -160,8 +199,8 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
                          "or a goal that leaves this free.";
       return;
     }
-    solution.message = "Not solved: " + missing + "." + stopped + spring_at_its_jump(problem, solution) +
-                       " What may help: " + advice(problem) + ".";
+    solution.message = "Not solved: " + missing + "." + stopped + far_turn(problem, solution) +
+                       spring_at_its_jump(problem, solution) + " What may help: " + advice(problem) + ".";
   }
 }
 
@@ -174,13 +213,14 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     judge(problem, proofs.back(), solution);
     if (options.progress && solution.status != Status::optimal)
       options.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
-    return solution.status == Status::optimal && resolved(proofs.back());
+    return solution.status == Status::optimal && unresolved(problem, {solution, proofs.back()}).empty();
   };
   const Candidates candidates = find_candidates(system, problem, certified);
   std::vector<Answer> found;
   for (std::size_t n = 0; n < candidates.solution.size(); ++n) found.push_back({candidates.solution[n], proofs[n]});
-  const auto chosen =
-      std::min_element(found.begin(), found.end(), [](const Answer& a, const Answer& b) { return rank(a) < rank(b); });
+  const auto chosen = std::min_element(found.begin(), found.end(), [&](const Answer& a, const Answer& b) {
+    return rank(problem, a) < rank(problem, b);
+  });
   Answer best = *chosen;
   if (best.solution.status == Status::optimal) {
     if (options.progress) options.progress("proving");
@@ -194,12 +234,12 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
       best.solution.message += refinement_words(*best.certificate.refinement);
     }
   }
-  for (const Answer& other : found)
-    if (other.solution.status == Status::optimal && !resolved(other.certificate) &&
-        other.solution.cost < best.solution.cost)
-      best.solution.message +=
-          " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: its replay misses by " +
-          number(other.certificate.replay->rotation_error) + " rad, so these steps are too coarse for it.";
+  for (const Answer& other : found) {
+    const std::string why = unresolved(problem, other);
+    if (other.solution.status == Status::optimal && !why.empty() && other.solution.cost < best.solution.cost)
+      best.solution.message += " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: " + why +
+                               ", so these steps are too coarse for it.";
+  }
   if (best.solution.status == Status::optimal) add_feedback(system, problem, best);
   return best;
 }

@@ -50,6 +50,9 @@ class Method {
 /// Steps of the grid on which starts are told apart: enough to tell minima apart, few enough to be quick.
 inline constexpr int coarse_steps = 100;
 
+/// Grids of fewer than `coarse_steps` only prepare finer ones; where one is asked for, its answer's message names far turns.
+maneuver::Steps steps_for(int steps);
+
 /// Seeds of a start's first guess and of a hop.
 std::uint64_t seed_of_start(const maneuver::Problem& problem, int start);
 std::uint64_t seed_of_hop(const maneuver::Problem& problem, int hop);

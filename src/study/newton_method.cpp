@@ -45,7 +45,7 @@ struct Grid {
   Grid(const System& system, const Problem& problem, int steps, const ShapeCoordinates& coordinates,
        const std::vector<EndRow>& rows, const std::vector<maneuver::LimitRow>& limits)
       : maneuver(maneuver::make_maneuver(system, problem, steps)),
-        program(system, maneuver, coordinates, rows, limits),
+        program(system, maneuver, coordinates, rows, limits, steps_for(steps)),
         newton(program.sizes()) {}
 };
 
@@ -244,6 +244,10 @@ class NewtonMethod : public Method {
 };
 
 }  // namespace
+
+maneuver::Steps steps_for(int steps) {
+  return steps < coarse_steps ? maneuver::Steps::rough : maneuver::Steps::faithful;
+}
 
 Reached::Reached(const System& system, const Problem& problem) : coordinates(system) {
   const Maneuver probe = maneuver::make_maneuver(system, problem, reach_steps);

@@ -44,7 +44,8 @@ Solver::Solver(const System& system, const Problem& problem, const Solution& sol
     : system_(system),
       problem_(problem),
       maneuver_(maneuver::make_maneuver(system, problem, problem.steps)),
-      program_(system, maneuver_, reached.coordinates, reached.rows, maneuver::limit_rows(system, problem)),
+      program_(system, maneuver_, reached.coordinates, reached.rows, maneuver::limit_rows(system, problem),
+               steps_for(problem.steps)),
       newton_(program_.sizes()),
       last_(found_in(system, maneuver_, program_.limit_rows(), fitting(problem, solution))) {
   for (optimizer::Outcome* outcome : {&outcome_, &last_.outcome})

@@ -338,7 +338,7 @@ TEST(SecondOrder, of_a_free_duration_without_limits_is_that_of_the_best_duration
 // and by the form, where the other inputs make the best of a unit of τ.
 TEST(SecondOrder, of_a_free_duration_with_limits_is_that_of_the_least_cost_by_the_duration) {
   maneuver::Problem given = in_the_plane(20);
-  given.search.starts = 6;
+  given.search.starts = 3;
   const double time_weight = 2.0 * solved(given).cost / given.duration.value;
   double largest = 0.0;
   for (const auto& moments : solved(of_free_duration(given, time_weight)).control)
