@@ -1,5 +1,6 @@
 #include "optimizer/riccati.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "optimizer/small_dense.hpp"
@@ -59,7 +60,8 @@ Riccati::Riccati(const StageSizes& z)
       input_(z.inputs),
       back_(z.end_rows + z.states),
       reached_(z.end_rows),
-      multiplier_(z.end_rows) {
+      multiplier_(z.end_rows),
+      placed_sweep_(PlacedSweep::of(z)) {
   for (Gain& g : gain_)
     g = {MatrixXd(z.states, z.states),   MatrixXd(z.inputs, z.inputs), MatrixXd(z.end_rows + z.states, z.inputs),
          MatrixXd(z.end_rows, z.states), VectorXd(z.states),           VectorXd(z.inputs)};
@@ -73,6 +75,35 @@ bool Riccati::factor(const StageModel& model, double shift, double penalty) {
   algebra::add_product(penalty, model.C.transpose(), model.C, last.P);
   last.end = model.C;
   end_gram_.setZero();
+  if (!(placed_alone(model) ? sweep_placed(model, shift) : sweep(model, shift))) return false;
+  end_solver_.compute(end_gram_);
+  return sizes_.end_rows == 0 || end_solver_.info() == Eigen::Success;
+}
+
+// Whether a PlacedSweep takes all stages and nothing will ask for what it does not keep.
+bool Riccati::placed_alone(const StageModel& model) const {
+  return placed_sweep_ && !with_costates_ &&
+         std::all_of(model.stage.begin(), model.stage.end(), [&](const Stage& stage) {
+           return stage.shifted == sizes_.inputs && stage.placed == sizes_.inputs && stage.metric_input.size() == 0 &&
+                  stage.gap.isZero(0.0);
+         });
+}
+
+bool Riccati::sweep_placed(const StageModel& model, double shift) {
+  placed_sweep_->begin(gain_.back().P, gain_.back().end);
+  for (int k = sizes_.stages - 1; k >= 0; --k) {
+    Gain& gain = gain_[at(k)];
+    const int eliminated = placed_sweep_->step(model.stage[at(k)], shift, gain.factor, gain.by_back);
+    if (eliminated == sizes_.inputs) continue;
+    failed_stage_ = k;
+    find_failed_input(gain.factor, eliminated);
+    return false;
+  }
+  placed_sweep_->read_end_gram(end_gram_);
+  return true;
+}
+
+bool Riccati::sweep(const StageModel& model, double shift) {
   for (int k = sizes_.stages - 1; k >= 0; --k) {
     Gain& gain = gain_[at(k)];
     carry_hessian(model.stage[at(k)], shift, gain_[at(k + 1)], gain);
@@ -82,8 +113,7 @@ bool Riccati::factor(const StageModel& model, double shift, double penalty) {
       return false;
     }
   }
-  end_solver_.compute(end_gram_);
-  return sizes_.end_rows == 0 || end_solver_.info() == Eigen::Success;
+  return true;
 }
 
 // What the stage makes of the Hessian still to come: (A, B)ᵀP(A, B) and its own, before inputs are eliminated.
@@ -150,13 +180,7 @@ bool Riccati::eliminate_inputs(Gain& gain) {
     add_image(-1.0, by_input_.leftCols(c), row, by_input_.col(c));
     const double pivot = by_input_(others + c, c);
     if (!(pivot > 0.0) || !std::isfinite(pivot)) {
-      failed_input_.setZero(m);
-      failed_input_[c] = 1.0;
-      for (int i = c - 1; i >= 0; --i)
-        failed_input_[i] =
-            -(row[i] +
-              by_input_.col(i).segment(others + i + 1, c - i - 1).dot(failed_input_.segment(i + 1, c - i - 1))) *
-            gain.factor(i, i);
+      find_failed_input(gain.factor, c);
       return false;
     }
     gain.factor(c, c) = 1.0 / std::sqrt(pivot);
@@ -175,6 +199,15 @@ bool Riccati::eliminate_inputs(Gain& gain) {
     gain.by_back.col(c) *= gain.factor(c, c);
   }
   return true;
+}
+
+// The direction in which the pivot of an input says that curvature is negative: those before it make the best of it.
+void Riccati::find_failed_input(const MatrixXd& factor, int input) {
+  failed_input_.setZero(sizes_.inputs);
+  failed_input_[input] = 1.0;
+  for (int i = input - 1; i >= 0; --i)
+    failed_input_[i] =
+        -factor.col(i).segment(i + 1, input - i).dot(failed_input_.segment(i + 1, input - i)) * factor(i, i);
 }
 
 const VectorXd& Riccati::look_back(const StageModel& model, double share) {

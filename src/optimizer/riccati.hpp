@@ -3,7 +3,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "optimizer/stage_program.hpp"
+#include "optimizer/placed_sweep.hpp"
 
 namespace lamprey::optimizer {
 
@@ -11,6 +11,9 @@ namespace lamprey::optimizer {
 class Riccati {
  public:
   explicit Riccati(const StageSizes& sizes);
+
+  /// Whether find_costates will be called; by default it may be. Without, sweeps over placed states take less.
+  void want_costates(bool wanted) { with_costates_ = wanted; }
 
   /// One sweep from the end. The Hessian counts with `shift` × the states' metric added, the end rows with `penalty`: with a large
   /// enough penalty the sweep succeeds where the Hessian is positive definite on the tangent space of the end rows, and
@@ -44,13 +47,17 @@ class Riccati {
 
  private:
   struct Gain {
-    MatrixXd P;        // [n][n] Hessian of what is still to come
+    MatrixXd P;        // [n][n] Hessian of what is still to come; lost to a PlacedSweep, and `end` as well
     MatrixXd factor;   // [m][m] lower Cholesky factor of R + BᵀPB, the inverse of its diagonal on the diagonal
     MatrixXd by_back;  // [end_rows + n][m] inputs, sign reversed: by the end rows' multipliers and by the state
     MatrixXd end;      // [end_rows][n] closed-loop sensitivity of the end rows
     VectorXd p;        // [n] gradient of what is still to come at s = 0
     VectorXd input;    // [m] at s = 0
   };
+  bool sweep_placed(const StageModel& model, double shift);
+  bool placed_alone(const StageModel& model) const;
+  bool sweep(const StageModel& model, double shift);
+  void find_failed_input(const MatrixXd& factor, int input);
   void carry_hessian(const Stage& stage, double shift, const Gain& next, Gain& gain);
   int seen_states(const Stage& stage) const;
   void carry_end(const Stage& stage, const Gain& next, Gain& gain);
@@ -65,6 +72,8 @@ class Riccati {
   MatrixXd end_gram_;  // [end_rows] squared
   Eigen::LLT<MatrixXd> end_solver_;
   VectorXd ahead_, state_, input_, back_, reached_, multiplier_;
+  std::unique_ptr<PlacedSweep> placed_sweep_;
+  bool with_costates_ = true;
   double penalty_ = 0.0;
   int failed_stage_ = 0;
   VectorXd failed_input_;  // [m] along which the sweep met negative curvature

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "optimizer/small_dense.hpp"
 
@@ -65,8 +66,12 @@ bool StageNewton::factor_unshifted() {
 }
 
 // The least shift that makes the Hessian positive definite, found by trial. Next to a solution small shifts come first:
-// along a flat valley of solutions the Hessian is singular.
+// along a flat valley of solutions the Hessian is singular. After a good step there, none comes first.
 bool StageNewton::factor(double least) {
+  if (least > 0.0 && std::exchange(unshifted_first_, false) && factor_unshifted()) {
+    shift_ = 0.0;
+    return true;
+  }
   const double growth = change_ < nearly_stationary ? shift_growth * shift_growth : shift_growth;
   for (shift_ = least; shift_ < largest_shift; shift_ = std::max(smallest_shift(), growth * shift_))
     if (shift_ == 0.0 ? factor_unshifted() : riccati_.factor(model_, shift_, penalty_per_cost * highest_cost_))
@@ -194,6 +199,7 @@ void StageNewton::ease_or_damp(double ratio) {
   if (ratio > good_ratio) damping_ = shift_ / (shift_growth * shift_growth);
   if (ratio < poor_ratio) damping_ = std::max(smallest_shift(), shift_growth * shift_);
   if (damping_ < 0.1 * smallest_shift()) damping_ = 0.0;
+  unshifted_first_ = ratio > good_ratio && change_ < nearly_stationary;
 }
 
 // At a saddle: along the negative curvature that the sweep has met, as far as the cost falls.
@@ -318,7 +324,9 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
   };
   factored_ = false;
   with_costates_ = program.takes_costates();
+  riccati_.want_costates(with_costates_);
   damping_ = 0.0;
+  unshifted_first_ = false;
   change_ = 1.0;
   highest_cost_ = std::max(program.merit().cost, 1e-300);
   funnel_ = std::max(widest_funnel, program.merit().violation);

@@ -48,20 +48,21 @@ class StageNewton {
   Riccati riccati_;
   StageStep step_, corrected_;
   StageSlopes slopes_;
-  VectorXd state_, input_;     // buffers
-  VectorXd missed_;            // what a trial left of the end rows; a buffer
-  VectorXd multiplier_;        // the end rows' at the point
-  VectorXd end_multiplier_;    // at the point, the end rows left as they are
-  double shift_ = 0.0;         // of the inputs' metric, added to the Hessian
-  double damping_ = 0.0;       // least shift, raised where steps fail
-  double share_ = 1.0;         // of the end rows that the step takes away
-  double length_ = 1.0;        // of the step that was tried last
-  double change_ = 0.0;        // stationarity at the point
-  double highest_cost_ = 0.0;  // of the points so far
-  double funnel_ = 0.0;        // violation that steps may have which lower the cost
-  bool factored_ = false;      // whether the factors belong to a solution
-  bool with_costates_ = true;  // whether steps are to have them
-  bool by_cost_ = false;       // whether the latest trial was good for its cost
+  VectorXd state_, input_;        // buffers
+  VectorXd missed_;               // what a trial left of the end rows; a buffer
+  VectorXd multiplier_;           // the end rows' at the point
+  VectorXd end_multiplier_;       // at the point, the end rows left as they are
+  double shift_ = 0.0;            // of the inputs' metric, added to the Hessian
+  double damping_ = 0.0;          // least shift, raised where steps fail
+  bool unshifted_first_ = false;  // whether the next factors may do without
+  double share_ = 1.0;            // of the end rows that the step takes away
+  double length_ = 1.0;           // of the step that was tried last
+  double change_ = 0.0;           // stationarity at the point
+  double highest_cost_ = 0.0;     // of the points so far
+  double funnel_ = 0.0;           // violation that steps may have which lower the cost
+  bool factored_ = false;         // whether the factors belong to a solution
+  bool with_costates_ = true;     // whether steps are to have them
+  bool by_cost_ = false;          // whether the latest trial was good for its cost
 };
 
 }  // namespace lamprey::optimizer
