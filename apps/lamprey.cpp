@@ -8,7 +8,6 @@
 
 #include "commands.hpp"
 #include "interrupt.hpp"
-#include "large_pages.hpp"
 
 namespace {
 
@@ -136,7 +135,6 @@ int dispatch(const CLI::App& app, const Arguments& arguments, const std::string&
 }  // namespace
 
 int main(int count, char** words) {
-  use_large_pages();
   CLI::App app("Lamprey: maneuvers of jointed rigid bodies in a perfect fluid");
   app.set_version_flag("--version", version_line());
   app.require_subcommand(1);

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
-#include <random>
 
+#include "random_stages.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -20,47 +20,6 @@ using optimizer::StageStep;
 
 constexpr StageSizes sizes{7, 5, 2, 3};
 constexpr double penalty = 50.0;
-
-class Numbers {
- public:
-  explicit Numbers(unsigned seed) : engine_(seed) {}
-  MatrixXd matrix(Eigen::Index rows, Eigen::Index columns) {
-    MatrixXd m(rows, columns);
-    for (double& entry : m.reshaped()) entry = normal_(engine_);
-    return m;
-  }
-  MatrixXd symmetric(Eigen::Index size) {
-    const MatrixXd m = matrix(size, size);
-    return m + m.transpose();
-  }
-
- private:
-  std::mt19937 engine_;
-  std::normal_distribution<double> normal_;
-};
-
-// `bent`: how much of the Hessian is indefinite.
-StageModel random_model(unsigned seed, double bent) {
-  Numbers numbers(seed);
-  StageModel model(sizes);
-  for (Stage& stage : model.stage) {
-    stage.A = 0.5 * numbers.matrix(sizes.states, sizes.states);
-    stage.B = numbers.matrix(sizes.states, sizes.inputs);
-    stage.gap = numbers.matrix(sizes.states, 1);
-    stage.Q = bent * numbers.symmetric(sizes.states);
-    stage.S = bent * numbers.matrix(sizes.inputs, sizes.states);
-    stage.R = 3.0 * MatrixXd::Identity(sizes.inputs, sizes.inputs);
-    stage.q = numbers.matrix(sizes.states, 1);
-    stage.r = numbers.matrix(sizes.inputs, 1);
-    stage.metric.setIdentity();
-  }
-  model.Q_end = bent * numbers.symmetric(sizes.states);
-  model.metric_end.setIdentity();
-  model.q_end = numbers.matrix(sizes.states, 1);
-  model.C = numbers.matrix(sizes.end_rows, sizes.states);
-  model.c = numbers.matrix(sizes.end_rows, 1);
-  return model;
-}
 
 // The model with the states put in terms of the inputs: ½ xᵀHx + g·x, and the end rows C x + c.
 struct Condensed {
@@ -93,16 +52,17 @@ Condensed condense(const StageModel& model, double shift) {
 }
 
 VectorXd inputs_of(const StageStep& step) {
-  VectorXd all(sizes.stages * sizes.inputs);
-  for (int k = 0; k < sizes.stages; ++k)
-    all.segment(k * sizes.inputs, sizes.inputs) = step.input[static_cast<std::size_t>(k)];
+  const Eigen::Index inputs = step.input.front().size();
+  VectorXd all(inputs * static_cast<Eigen::Index>(step.input.size()));
+  for (std::size_t k = 0; k < step.input.size(); ++k)
+    all.segment(static_cast<Eigen::Index>(k) * inputs, inputs) = step.input[k];
   return all;
 }
 
 TEST(Riccati, steps_are_those_of_the_whole_kkt_system) {
   for (unsigned seed : {1U, 2U, 3U, 4U}) {
     for (double share : {1.0, 0.3}) {
-      const StageModel model = random_model(seed, 0.02);
+      const StageModel model = random_model(sizes, seed, 0.02);
       const Condensed whole = condense(model, 0.1);
       const Eigen::Index inputs = whole.g.size();
       MatrixXd kkt = MatrixXd::Zero(inputs + sizes.end_rows, inputs + sizes.end_rows);
@@ -129,7 +89,7 @@ TEST(Riccati, steps_are_those_of_the_whole_kkt_system) {
 }
 
 TEST(Riccati, costates_are_the_gradient_of_what_is_still_to_come) {
-  const StageModel model = random_model(5, 0.02);
+  const StageModel model = random_model(sizes, 5, 0.02);
   Riccati riccati(sizes);
   StageStep step(sizes);
   ASSERT_TRUE(riccati.factor(model, 0.0, penalty));
@@ -150,7 +110,7 @@ TEST(Riccati, costates_are_the_gradient_of_what_is_still_to_come) {
 TEST(Riccati, a_sweep_succeeds_where_the_hessian_with_the_penalty_is_positive_definite_and_only_there) {
   int definite = 0, indefinite = 0;
   for (unsigned seed = 0; seed < 60; ++seed) {
-    const StageModel model = random_model(seed, 0.01 + 0.004 * seed);
+    const StageModel model = random_model(sizes, seed, 0.01 + 0.004 * seed);
     const Condensed whole = condense(model, 0.0);
     const MatrixXd H = whole.H + penalty * whole.C.transpose() * whole.C;
     const double least = Eigen::SelfAdjointEigenSolver<MatrixXd>(H).eigenvalues()[0];
@@ -167,76 +127,68 @@ TEST(Riccati, a_sweep_succeeds_where_the_hessian_with_the_penalty_is_positive_de
   EXPECT_GT(indefinite, 10);
 }
 
-// The first states of each node are the next ones of the node before: told so, the sweep does the same with less work.
-TEST(Riccati, states_that_only_move_on_make_no_difference) {
+// What is told of the states makes no difference to what a sweep finds, step, correction or bend.
+void expect_no_difference(const StageSizes& z, int shifted, bool placed, bool with_costates) {
+  int definite_ones = 0, indefinite_ones = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {
-    StageModel model = random_model(seed, seed < 10 ? 0.02 : 1.0);
-    for (Stage& stage : model.stage) {
-      stage.A.topRows(2).setZero();
-      stage.A.block(0, 2, 2, 2).setIdentity();
-      stage.B.topRows(2).setZero();
-    }
-    StageModel said = model;
-    for (Stage& stage : said.stage) stage.shifted = 2;
-    Riccati told(sizes), untold(sizes);
-    StageStep step(sizes), expected(sizes);
-    const bool definite = untold.factor(model, 0.1, penalty);
-    ASSERT_EQ(told.factor(said, 0.1, penalty), definite);
-    EXPECT_EQ(definite, seed < 10);
+    StageModel plain = random_model(z, seed, seed < 10 ? 0.2 / (z.states * z.states) : 1.0);
+    if (!with_costates)
+      for (Stage& stage : plain.stage) stage.gap.setZero();
+    StageModel said = plain;
+    place(plain, shifted, placed, false);
+    place(said, shifted, placed, true);
+    Riccati told(z), untold(z);
+    told.want_costates(with_costates);
+    StageStep step(z), expected(z);
+    const double shift = seed % 2 == 0 ? 0.1 : 0.0;
+    const bool definite = untold.factor(plain, shift, penalty);
+    ASSERT_EQ(told.factor(said, shift, penalty), definite);
+    ++(definite ? definite_ones : indefinite_ones);
     if (definite) {
       told.solve(said, 0.7, step);
-      untold.solve(model, 0.7, expected);
-      told.find_costates(step);
+      untold.solve(plain, 0.7, expected);
       untold.find_costates(expected);
-      EXPECT_LE((step.costate.front() - expected.costate.front()).norm(),
-                tolerance(1e-11) * expected.costate.front().norm());
-      told.correct(said, model.c, step);
-      untold.correct(model, model.c, expected);
+      if (with_costates) {
+        told.find_costates(step);
+        EXPECT_LE((step.costate.front() - expected.costate.front()).norm(),
+                  tolerance(1e-11) * expected.costate.front().norm());
+      }
+      for (int k = 0; k < z.stages; ++k)
+        EXPECT_LE((told.feedback(k) - untold.feedback(k)).norm(), tolerance(1e-11) * untold.feedback(k).norm()) << k;
+      EXPECT_LE((step.end_multiplier - expected.end_multiplier).norm(),
+                tolerance(1e-11) * expected.end_multiplier.norm());
+      told.correct(said, plain.c, step);
+      untold.correct(plain, plain.c, expected);
     } else {
       told.bend(said, 1.0, step);
-      untold.bend(model, 1.0, expected);
+      untold.bend(plain, 1.0, expected);
     }
     EXPECT_LE((inputs_of(step) - inputs_of(expected)).norm(), tolerance(1e-11) * inputs_of(expected).norm());
-    EXPECT_NE(inputs_of(step), inputs_of(expected)) << "two roads, not one";
+    if (definite) {
+      EXPECT_NE(inputs_of(step), inputs_of(expected)) << "two roads, not one";
+    }
   }
+  EXPECT_GE(definite_ones, 5);
+  EXPECT_GE(indefinite_ones, 5);
 }
 
+// The first states of each node are the next ones of the node before: told so, the sweep does the same with less work.
+TEST(Riccati, states_that_only_move_on_make_no_difference) { expect_no_difference(sizes, 2, false, true); }
+
 // And where the next ones are the inputs themselves.
-TEST(Riccati, states_that_are_inputs_make_no_difference) {
-  for (unsigned seed = 0; seed < 20; ++seed) {
-    StageModel model = random_model(seed, seed < 10 ? 0.02 : 1.0);
-    for (Stage& stage : model.stage) {
-      stage.A.topRows(2 + sizes.inputs).setZero();
-      stage.A.block(0, 2, 2, 2).setIdentity();
-      stage.B.topRows(2 + sizes.inputs).setZero();
-      stage.B.middleRows(2, sizes.inputs).setIdentity();
-      stage.A.bottomLeftCorner(sizes.states - 2 - sizes.inputs, 2).setZero();
+TEST(Riccati, states_that_are_inputs_make_no_difference) { expect_no_difference(sizes, 2, true, true); }
+
+// Sizes that the compiler knows have a sweep of their own, for any number of end rows.
+TEST(Riccati, sweeps_of_known_sizes_make_no_difference) {
+  for (const auto& [shape, rest] : {std::pair(2, 3), std::pair(3, 6), std::pair(6, 6)})
+    for (int end_rows : {0, 1, 4, shape + rest}) {
+      SCOPED_TRACE(testing::Message() << shape << " shapes, " << end_rows << " end rows");
+      expect_no_difference({6, 2 * shape + rest, shape, end_rows}, shape, true, false);
     }
-    StageModel said = model;
-    for (Stage& stage : said.stage) {
-      stage.shifted = 2;
-      stage.placed = sizes.inputs;
-    }
-    Riccati told(sizes), untold(sizes);
-    StageStep step(sizes), expected(sizes);
-    const bool definite = untold.factor(model, 0.1, penalty);
-    ASSERT_EQ(told.factor(said, 0.1, penalty), definite);
-    EXPECT_EQ(definite, seed < 10);
-    if (definite) {
-      told.solve(said, 0.7, step);
-      untold.solve(model, 0.7, expected);
-      told.correct(said, model.c, step);
-      untold.correct(model, model.c, expected);
-    } else {
-      told.bend(said, 1.0, step);
-      untold.bend(model, 1.0, expected);
-    }
-    EXPECT_LE((inputs_of(step) - inputs_of(expected)).norm(), tolerance(1e-11) * inputs_of(expected).norm());
-  }
 }
 
 TEST(Riccati, a_correction_moves_the_end_rows_as_asked_and_is_least_in_the_hessian) {
-  const StageModel model = random_model(7, 0.02);
+  const StageModel model = random_model(sizes, 7, 0.02);
   Riccati riccati(sizes);
   StageStep step(sizes);
   ASSERT_TRUE(riccati.factor(model, 0.0, penalty));
