@@ -1,4 +1,6 @@
 // What the interface describes and this version cannot solve yet: said plainly, at the key's place, with what to use instead.
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "file/problem_file.hpp"
@@ -16,7 +18,7 @@ namespace {
                        allowed, cure));
 }
 
-// What the transcription for Ipopt lacks, spline moments among it.
+// What the transcription for Ipopt, and spline moments with it, lack.
 void require_supported_swimmer(const model::SwimmerDescription& swimmer) {
   for (std::size_t i = 0; i < swimmer.bodies.size(); ++i)
     if (const auto& coupling = swimmer.bodies[i].coupling_matrix; coupling && !coupling->isZero(0.0))
@@ -25,9 +27,6 @@ void require_supported_swimmer(const model::SwimmerDescription& swimmer) {
   for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
     const model::JointDescription& joint = swimmer.joints[j];
     const std::string path = fmt::format("joint[{}]", j);
-    if (joint.kind != JointKind::ball)
-      refuse_unsupported(path + ".kind", in_quotes(word(joint.kind)), "\"ball\"",
-                         "use a ball joint, or set control.kind = \"steps\" without --solver ipopt");
     if (joint.stiffness > 0.0)
       refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)",
                          "remove this key, or set control.kind = \"steps\" without --solver ipopt");
@@ -35,6 +34,14 @@ void require_supported_swimmer(const model::SwimmerDescription& swimmer) {
       refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)",
                          "remove this key, or set control.kind = \"steps\" without --solver ipopt");
   }
+}
+
+// And what the certificate's checks of spline moments lack.
+void require_supported_spline(const model::SwimmerDescription& swimmer) {
+  for (std::size_t j = 0; j < swimmer.joints.size(); ++j)
+    if (swimmer.joints[j].kind != JointKind::ball)
+      refuse_unsupported(fmt::format("joint[{}].kind", j), in_quotes(word(swimmer.joints[j].kind)), "\"ball\"",
+                         "use a ball joint, or set control.kind = \"steps\"");
 }
 
 void require_supported_scheme(Scheme scheme, bool transcribed) {
@@ -75,18 +82,26 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
             fmt::format("fix it, for instance at {}, and compare the costs of several", problem.duration.value));
     }
   const bool composed = !integrator::single_step(problem.scheme);
+  const bool spline = problem.control == maneuver::ControlKind::spline;
   if (!transcribed && !composed) return;
   const std::string mend =
       composed ? "use scheme = \"trapezoid\"" : "use control.kind = \"steps\" without --solver ipopt";
-  if (problem.limits.any()) refuse_unsupported(first_limit(problem.limits), "a limit", "no [limits]", mend);
-  if (problem.duration.free) refuse_unsupported("time.duration", "\"free\"", "a number > 0 (s)", mend);
-  if (problem.goal->periodic) refuse_unsupported("goal.periodic", "true", "false", mend);
-  if (!problem.waypoints.empty()) refuse_unsupported("waypoint[0]", "a waypoint", "no [[waypoint]]", mend);
+  if (composed || spline) {
+    if (problem.limits.any()) refuse_unsupported(first_limit(problem.limits), "a limit", "no [limits]", mend);
+    if (problem.duration.free) refuse_unsupported("time.duration", "\"free\"", "a number > 0 (s)", mend);
+    if (problem.goal->periodic) refuse_unsupported("goal.periodic", "true", "false", mend);
+    if (!problem.waypoints.empty()) refuse_unsupported("waypoint[0]", "a waypoint", "no [[waypoint]]", mend);
+  }
+  const bool universal = std::any_of(problem.swimmer.joints.begin(), problem.swimmer.joints.end(),
+                                     [](const auto& joint) { return joint.kind == JointKind::universal; });
+  if (!composed && !spline && !universal) return;
   const maneuver::CostWeights& weights = problem.cost_weights;
   for (const auto& [key, weight] :
        {std::pair("cost.work", weights.work), std::pair("cost.power", weights.power),
         std::pair("cost.smoothness", weights.smoothness), std::pair("cost.transport", weights.transport)})
-    if (weight > 0.0) refuse_unsupported(key, shown(weight), "effort and time alone", mend);
+    if (weight > 0.0)
+      refuse_unsupported(key, shown(weight) + (composed || spline ? "" : " with a universal joint"),
+                         "effort and time alone", mend);
 }
 
 }  // namespace
@@ -97,6 +112,7 @@ void require_supported(const ProblemFile& file, Purpose purpose) {
   const bool transcribed = purpose == Purpose::solve_with_ipopt || problem.control == maneuver::ControlKind::spline;
   try {
     if (transcribed) require_supported_swimmer(problem.swimmer);
+    if (problem.control == maneuver::ControlKind::spline) require_supported_spline(problem.swimmer);
     require_supported_scheme(problem.scheme, transcribed);
     require_supported_maneuver(file.problem, transcribed);
   } catch (const model::InputError& error) {

@@ -5,8 +5,8 @@
 
 namespace lamprey::maneuver {
 
-/// The stated goal rows that controls can move independently of each other, by the rank of their sensitivity to all controls
-/// along the linearised motion at `path` (chapter 5). The path must not be still: there the rank is too small.
+/// The stated goal rows that can be moved independently of each other, by the rank of what they see of the changes that keep
+/// the equations of motion at `path` (chapter 5). The path must not be still: there the rank is too small.
 std::vector<GoalRow> independent_goal_rows(const model::System& system, const Maneuver& maneuver, const NodePath& path);
 
 }  // namespace lamprey::maneuver

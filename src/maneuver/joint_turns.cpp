@@ -13,16 +13,51 @@ using model::at;
 using model::Joint;
 using model::System;
 
-// A ball joint over a step: ψ = log(Q'Qᵀ), the child's turn in the parent's frame, where the attitude at either end shows it alike.
-struct JointTurns::BallStep {
-  Matrix3d Q, Q_next, M;
-  Vector3d psi;
-  BallStep(const Interval& interval, const Joint& joint)
-      : Q(mechanics::child_to_parent(interval.rotation, joint)),
-        Q_next(mechanics::child_to_parent(interval.next_rotation, joint)),
-        M(Q_next * Q.transpose()),
-        psi(lie::log(M)) {}
-};
+namespace {
+
+BallTurn ball_turn(const Interval& interval, const Joint& joint) {
+  return {mechanics::child_to_parent(interval.rotation, joint),
+          mechanics::child_to_parent(interval.next_rotation, joint)};
+}
+
+}  // namespace
+
+BallTurn::BallTurn(const Matrix3d& before, const Matrix3d& after)
+    : before_(before),
+      after_(after),
+      turn_(after * before.transpose()),
+      psi_(lie::log(turn_)),
+      tangent_(lie::log_tangent(psi_)) {}
+
+Eigen::Matrix<double, 3, 12> BallTurn::derivative() const {
+  const Matrix3d later = tangent_ * turn_.transpose();
+  Eigen::Matrix<double, 3, 12> rate;
+  rate << tangent_, -tangent_ * before_, -later, later * after_;
+  return rate;
+}
+
+// Equations 13.8 and 13.9.
+Eigen::Matrix<double, 12, 12> BallTurn::curvature(const Vector3d& pull) const {
+  const Vector3d turned = tangent_.transpose() * pull;  // gradient of pull·ψ by a turn of Q'Qᵀ
+  Matrix3d bend;
+  for (int c = 0; c < 3; ++c) bend.col(c) = lie::log_tangent_rate(psi_, tangent_.col(c)).transpose() * pull;
+  bend = (0.5 * (bend + bend.transpose())).eval();
+  // turns of the child against the parent, parent's frame
+  Eigen::Matrix<double, 3, 12> left = Eigen::Matrix<double, 3, 12>::Zero(), right = left;
+  left.leftCols<6>() << -Matrix3d::Identity(), before_;
+  right.rightCols<6>() << -turn_.transpose(), turn_.transpose() * after_;
+  Eigen::Matrix<double, 12, 12> hessian = (right - left).transpose() * bend * (right - left);
+  const Eigen::Matrix<double, 12, 12> mixed = -0.5 * left.transpose() * hat(turned) * right;
+  hessian += mixed + mixed.transpose();
+  // the parent's turn first, then the child's: exp(−p) exp(c) = exp(c − p − ½ p × c + …)
+  const auto add_bracket = [&](int place, const Matrix3d& child) {
+    hessian.block<3, 3>(place, place + 3) += child;
+    hessian.block<3, 3>(place + 3, place) += child.transpose();
+  };
+  add_bracket(0, -0.5 * hat(turned) * before_);
+  add_bracket(6, 0.5 * hat(turn_ * turned) * after_);
+  return hessian;
+}
 
 JointTurns::JointTurns(const System& system, const MatrixXd& shape_basis) : system_(system), shape_basis_(shape_basis) {
   for (int j = 0; j < system.joint_count(); ++j)
@@ -43,7 +78,7 @@ void JointTurns::evaluate(const Interval& interval, Eigen::Ref<VectorXd> turn) c
   for (std::size_t c = 0; c < moment_.size(); ++c) {
     const Joint& joint = system_.joint(moment_[c].joint);
     if (moment_[c].joint != before)
-      child_turn = joint.free() ? BallStep(interval, joint).psi : interval.joint_turn[at(joint.child)];
+      child_turn = joint.free() ? ball_turn(interval, joint).psi() : interval.joint_turn[at(joint.child)];
     before = moment_[c].joint;
     turn[static_cast<Eigen::Index>(c)] = -moment_[c].direction.dot(child_turn);
   }
@@ -59,13 +94,11 @@ void JointTurns::derivative(const Interval& interval, MatrixXd& rate) const {
     if (joint_of(c) != before) {
       joint_rate.setZero();
       if (joint.free()) {
-        const BallStep ball(interval, joint);
-        const Matrix3d T = lie::log_tangent(ball.psi);
-        joint_rate.leftCols(f) =
-            -T * (ball.Q * turns_of(interval.rotation, joint.child) - turns_of(interval.rotation, joint.parent));
-        joint_rate.rightCols(f) = T * ball.M.transpose() *
-                                  (ball.Q_next * turns_of(interval.next_rotation, joint.child) -
-                                   turns_of(interval.next_rotation, joint.parent));
+        const Eigen::Matrix<double, 3, 12> ball = ball_turn(interval, joint).derivative();
+        joint_rate.leftCols(f) = ball.middleCols<3>(0) * turns_of(interval.rotation, joint.parent) +
+                                 ball.middleCols<3>(3) * turns_of(interval.rotation, joint.child);
+        joint_rate.rightCols(f) = ball.middleCols<3>(6) * turns_of(interval.next_rotation, joint.parent) +
+                                  ball.middleCols<3>(9) * turns_of(interval.next_rotation, joint.child);
       } else {
         const model::Body& child = system_.body(joint.child);
         const auto rows = shape_basis_.middleRows(shape_offset(child), child.freedoms);
@@ -87,34 +120,18 @@ void JointTurns::add_curvature(const Interval& interval, const VectorXd& pull, M
     Vector3d e = Vector3d::Zero();
     for (int c = 0; c < size(); ++c)
       if (joint_of(c) == j) e -= pull[c] * moment_[at(c)].direction;
-    const BallStep ball(interval, joint);
-    const MatrixXd parent = turns_of(interval.rotation, joint.parent);
-    const MatrixXd child = ball.Q * turns_of(interval.rotation, joint.child);
-    const MatrixXd parent_next = turns_of(interval.next_rotation, joint.parent);
-    const MatrixXd child_next = ball.Q_next * turns_of(interval.next_rotation, joint.child);
-    const Matrix3d T = lie::log_tangent(ball.psi);
-    const Vector3d turned = T.transpose() * e;  // gradient of e·ψ by a turn of M
-    Matrix3d bend;
-    for (int c = 0; c < 3; ++c) bend.col(c) = lie::log_tangent_rate(ball.psi, T.col(c)).transpose() * e;
-    bend = (0.5 * (bend + bend.transpose())).eval();
-    // (left, right) as turns of the child against the parent, parent's frame
-    const MatrixXd left = child - parent, right = ball.M.transpose() * (child_next - parent_next);
-    MatrixXd both(3, 2 * f);
-    both << -left, right;
-    hessian.noalias() += both.transpose() * bend * both;
-    const MatrixXd mixed = -0.5 * left.transpose() * hat(turned) * right;
-    hessian.topRightCorner(f, f) += mixed;
-    hessian.bottomLeftCorner(f, f) += mixed.transpose();
-    // parent's turn first, then the child's: exp(−p) exp(c) = exp(c − p − ½ p × c + …)
-    const Vector3d at_left = -turned, at_right = ball.M * turned;
-    const MatrixXd bracket = 0.5 * parent.transpose() * hat(at_left) * child;
-    const MatrixXd bracket_next = 0.5 * parent_next.transpose() * hat(at_right) * child_next;
-    hessian.topLeftCorner(f, f) += bracket + bracket.transpose();
-    hessian.bottomRightCorner(f, f) += bracket_next + bracket_next.transpose();
-    pull_left.segment<3>(3 * joint.parent) -= at_left;
-    pull_left.segment<3>(3 * joint.child) += ball.Q.transpose() * at_left;
-    pull_right.segment<3>(3 * joint.parent) -= at_right;
-    pull_right.segment<3>(3 * joint.child) += ball.Q_next.transpose() * at_right;
+    const BallTurn ball = ball_turn(interval, joint);
+    MatrixXd turns = MatrixXd::Zero(12, 2 * f);
+    turns.block(0, 0, 3, f) = turns_of(interval.rotation, joint.parent);
+    turns.block(3, 0, 3, f) = turns_of(interval.rotation, joint.child);
+    turns.block(6, f, 3, f) = turns_of(interval.next_rotation, joint.parent);
+    turns.block(9, f, 3, f) = turns_of(interval.next_rotation, joint.child);
+    hessian.noalias() += turns.transpose() * ball.curvature(e) * turns;
+    const Eigen::Matrix<double, 12, 1> slope = ball.derivative().transpose() * e;
+    pull_left.segment<3>(3 * joint.parent) += slope.segment<3>(0);
+    pull_left.segment<3>(3 * joint.child) += slope.segment<3>(3);
+    pull_right.segment<3>(3 * joint.parent) += slope.segment<3>(6);
+    pull_right.segment<3>(3 * joint.child) += slope.segment<3>(9);
   }
   if (system_.only_free_joints() || pull_left.isZero(0.0)) return;
   hessian.topLeftCorner(f, f) +=

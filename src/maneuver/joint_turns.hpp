@@ -6,6 +6,25 @@
 
 namespace lamprey::maneuver {
 
+/// A joint's turn over a step, ψ = log(Q'Qᵀ): the child's as the parent sees it, where the attitude at either end shows it
+/// alike; with derivatives by turns of its bodies, body frames along exponentials: (parent, child) before, then after the step.
+class BallTurn {
+ public:
+  /// Q = R_pᵀR_c before and after.
+  BallTurn(const Matrix3d& before, const Matrix3d& after);
+
+  const Vector3d& psi() const { return psi_; }  // rad, parent's frame
+  /// Rate of ψ.
+  Eigen::Matrix<double, 3, 12> derivative() const;
+  /// Hessian of pull·ψ.
+  Eigen::Matrix<double, 12, 12> curvature(const Vector3d& pull) const;
+
+ private:
+  Matrix3d before_, after_, turn_;  // Q, Q', Q'Qᵀ
+  Vector3d psi_;
+  Matrix3d tangent_;
+};
+
 /// One number for each moment along the joints' actuation: times a constant moment it is the work that the moment does.
 class JointTurns {
  public:
@@ -28,7 +47,6 @@ class JointTurns {
     int joint;
     Vector3d direction;  // as Joint::actuation has it
   };
-  struct BallStep;
   /// How a body turns by the coordinates of the shape, body frame: [3][f].
   MatrixXd turns_of(const mechanics::Rotations& R, int body) const;
 

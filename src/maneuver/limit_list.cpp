@@ -146,6 +146,17 @@ const char* LimitRow::unit_name() const {
   return "m";
 }
 
+bool applies(const LimitRow& row, int node, int steps, double duration) {
+  if (row.time >= 0.0) return node == static_cast<int>(std::lround(row.time / duration * steps));
+  if (row.of_duration()) return node == steps;
+  return node > 0 || row.of_moments();
+}
+
+double counted_time(const LimitRow& row, int node, int steps, double duration) {
+  if (row.time >= 0.0 || row.of_duration()) return 1.0;
+  return (row.of_moments() && (node == 0 || node == steps) ? 0.5 : 1.0) * duration / steps;
+}
+
 std::vector<LimitRow> limit_rows(const System& system, const Problem& problem) {
   std::vector<LimitRow> rows;
   add_joint_rows(system, problem, rows);

@@ -84,20 +84,24 @@ lie::Vector4 turn_from_zero(const Joint& joint, const mechanics::Rotations& R) {
   return lie::quaternion_of_rotation(mechanics::child_to_parent(R, joint) * joint.reference_rotation.transpose());
 }
 
-double twist(const Joint& joint, const mechanics::Rotations& R) {
+// Turn about an axis of the child, rad in [−π, π].
+double twist_about(const Vector3d& axis, const Joint& joint, const mechanics::Rotations& R) {
   const lie::Vector4 q = turn_from_zero(joint, R);
-  return 2.0 * std::atan2(q.tail<3>().dot(joint.reference_rotation * child_arm(joint)), q[0]);
+  return 2.0 * std::atan2(q.tail<3>().dot(joint.reference_rotation * axis), q[0]);
 }
+
+double twist(const Joint& joint, const mechanics::Rotations& R) { return twist_about(child_arm(joint), joint, R); }
 
 lie::Vector4 pure(const Vector3d& v) { return {0.0, v.x(), v.y(), v.z()}; }
 
-// Equation 10.2: τ = 2 atan2(y, x) of the quaternion's scalar x and its part y along the arm; both are linear in it.
-void twist_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
-                       MatrixXd& hessian) {
+// Equation 10.2: τ = 2 atan2(y, x) of the quaternion's scalar x and its part y along an axis of the child; both are linear
+// in it. `scale` times τ.
+void twist_derivatives(const System& system, const LimitRow& row, const Vector3d& axis, double scale,
+                       const LimitedNode& node, VectorXd& gradient, MatrixXd& hessian) {
   const Joint& joint = system.joint(row.joint);
   const lie::Vector4 q = turn_from_zero(joint, node.rotation);
   const Matrix3d& zero = joint.reference_rotation;
-  const Vector3d arm = zero * child_arm(joint);
+  const Vector3d arm = zero * axis;
   const auto read = [&](const lie::Vector4& p) { return Eigen::Vector2d(p[0], p.tail<3>().dot(arm)); };
   const Eigen::Vector2d xy = read(q);
   Eigen::Matrix<double, 2, 6> rate;  // of (x, y) by the turns of parent and child
@@ -118,10 +122,9 @@ void twist_derivatives(const System& system, const LimitRow& row, const LimitedN
   Eigen::Matrix2d bend;
   bend << 4.0 * x * y, 2.0 * (y * y - x * x), 2.0 * (y * y - x * x), -4.0 * x * y;
   bend /= r2 * r2;
-  const double sign = (y < 0.0 ? 1.0 : -1.0) / row.unit;  // of bound − |τ|
-  const Eigen::Matrix<double, 6, 1> by_turns = sign * (slope * rate).transpose();
+  const Eigen::Matrix<double, 6, 1> by_turns = scale * (slope * rate).transpose();
   const Eigen::Matrix<double, 6, 6> curvature =
-      sign * (rate.transpose() * bend * rate + slope[0] * second[0] + slope[1] * second[1]);
+      scale * (rate.transpose() * bend * rate + slope[0] * second[0] + slope[1] * second[1]);
   const std::array<Eigen::Index, 2> place{turn_of(joint.parent), turn_of(joint.child)};
   for (int a = 0; a < 2; ++a) {
     gradient.segment<3>(place[at(a)]) = by_turns.segment<3>(3 * a);
@@ -247,7 +250,7 @@ Eigen::Index first_moment(const System& system, int joint) {
 
 double angle_of(const System& system, const LimitRow& row, const LimitedNode& node) {
   const Joint& joint = system.joint(row.joint);
-  return mechanics::joint_angles(joint, mechanics::child_to_parent(node.rotation, joint))[0];
+  return twist_about(joint.child_axis, joint, node.rotation);
 }
 
 double plain_value(const System& system, const LimitRow& row, const LimitedNode& node, double enough) {
@@ -316,8 +319,17 @@ void limit_derivatives(const System& system, const LimitRow& row, const LimitedN
   switch (row.kind) {
     case Kind::swing:
       return swing_derivatives(system, row, node, gradient, hessian);
-    case Kind::twist:
-      return twist_derivatives(system, row, node, gradient, hessian);
+    case Kind::twist: {
+      const Joint& joint = system.joint(row.joint);
+      const double scale = (twist(joint, node.rotation) < 0.0 ? 1.0 : -1.0) / row.unit;  // of bound − |τ|
+      return twist_derivatives(system, row, child_arm(joint), scale, node, gradient, hessian);
+    }
+    case Kind::angle_above:
+    case Kind::angle_below: {
+      const double scale = (row.kind == Kind::angle_above ? 1.0 : -1.0) / row.unit;
+      const Vector3d& axis = system.joint(row.joint).child_axis;
+      return twist_derivatives(system, row, axis, scale, node, gradient, hessian);
+    }
     case Kind::speed:
       return speed_derivatives(system, row, node, gradient, hessian);
     case Kind::clearance:
@@ -339,8 +351,6 @@ void limit_derivatives(const System& system, const LimitRow& row, const LimitedN
     }
     case Kind::torque:
     case Kind::torque_component:
-    case Kind::angle_above:
-    case Kind::angle_below:
       return;
   }
 }

@@ -53,6 +53,12 @@ struct LimitRow {
 /// All limits and waypoints of a problem, in the order of the file's keys.
 std::vector<LimitRow> limit_rows(const model::System& system, const Problem& problem);
 
+/// Whether a row counts at a node of a motion of so many steps and this duration, s: shapes at the start are given, moments are not.
+bool applies(const LimitRow& row, int node, int steps, double duration);
+
+/// Time that a row counts for at a node, s: 1 of waypoints and durations.
+double counted_time(const LimitRow& row, int node, int steps, double duration);
+
 /// A node as limits see it.
 struct LimitedNode {
   const mechanics::Rotations& rotation;         // [bodies] body → world
@@ -69,7 +75,7 @@ inline int body_coordinates(const model::System& system) { return 6 * system.bod
 /// Value of a row divided by its unit; where two bodies are far apart, a lower bound that is larger than `enough`.
 double limit_value(const model::System& system, const LimitRow& row, const LimitedNode& node, double enough);
 
-/// Gradient and Hessian of limit_value by the body coordinates, not of torque and angle rows: [body_coordinates], squared.
+/// Gradient and Hessian of limit_value by the body coordinates, not of torque rows: [body_coordinates], squared.
 void limit_derivatives(const model::System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
                        MatrixXd& hessian);
 

@@ -56,19 +56,6 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
   multipliers_.value.setZero(static_cast<Eigen::Index>(rows_.size()), steps + 1);
 }
 
-// Shapes at the start are given; moments are not.
-bool LimitTerms::applies(const LimitRow& row, int node) const {
-  if (row.time >= 0.0) return node == static_cast<int>(std::lround(row.time / duration_ * steps_));
-  if (row.of_duration()) return node == steps_;
-  return node > 0 || row.of_moments();
-}
-
-// Time that a row counts for at a node, s.
-double LimitTerms::node_time(const LimitRow& row, int node) const {
-  if (row.time >= 0.0 || row.of_duration()) return 1.0;
-  return (row.of_moments() && (node == 0 || node == steps_) ? 0.5 : 1.0) * duration_ / steps_;
-}
-
 // λ − weight g, what pulls the row up; 0 where a limit is kept and does not hold anything.
 double LimitTerms::pull(std::size_t row, int node, double value) const {
   const double pull = multipliers_.value(static_cast<Eigen::Index>(row), node) - multipliers_.weight * value;

@@ -68,8 +68,8 @@ class LimitTerms {
   void take(const LimitMultipliers& from, double cost);
 
  private:
-  bool applies(const LimitRow& row, int node) const;
-  double node_time(const LimitRow& row, int node) const;
+  bool applies(const LimitRow& row, int node) const { return maneuver::applies(row, node, steps_, duration_); }
+  double node_time(const LimitRow& row, int node) const { return counted_time(row, node, steps_, duration_); }
   double pull(std::size_t row, int node, double value) const;
 
   const model::System& system_;

@@ -81,6 +81,12 @@ integrator::State start_without_momentum(const System& system, const Start& star
   return integrator::state_of_velocity(system, rotation, start.position, velocity);
 }
 
+bool has_momentum(const System& system, const Start& start) {
+  const integrator::State state = start_state(system, start);
+  const auto total = mechanics::spatial_momentum(system, state.rotation, state.position, state.momentum);
+  return !total.linear.isZero(0.0) || !total.angular.isZero(0.0);
+}
+
 Maneuver make_maneuver(const System& system, const Problem& problem, int steps) {
   if (!problem.goal) throw InputError("goal", "missing; a maneuver needs a [goal] (simulate and check do not)");
   const Goal& goal = *problem.goal;

@@ -42,6 +42,9 @@ integrator::State start_state(const model::System& system, const Start& start);
 /// swimmer's shape and its rates, made to fit the law. The start's linear velocity says nothing.
 integrator::State start_without_momentum(const model::System& system, const Start& start);
 
+/// Whether the whole has linear or angular momentum at the start.
+bool has_momentum(const model::System& system, const Start& start);
+
 /// The maneuver of a problem marched with `steps` steps. Throws InputError where the goal contradicts mechanics.
 Maneuver make_maneuver(const model::System& system, const Problem& problem, int steps);
 

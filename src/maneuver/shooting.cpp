@@ -9,7 +9,7 @@ namespace lamprey::maneuver {
 
 namespace {
 
-constexpr double unit = Transcription::control_unit;
+constexpr double unit = 100.0;  // N m, of the variables; of the objective (N m)² s
 
 using model::at;
 
@@ -31,10 +31,6 @@ Shooting::Shooting(const model::System& system, const Maneuver& maneuver, std::v
       zero_(VectorXd::Zero(static_cast<Eigen::Index>(goal_rows_.size()))) {
   for (int r = 0; r < constraint_count(); ++r)
     for (int v = 0; v < variable_count(); ++v) jacobian_pattern_.add(r, v);
-}
-
-optimizer::StageOrder Shooting::stages() const {
-  return {std::vector<int>(at(variable_count()), -1), std::vector<int>(at(constraint_count()), -1)};
 }
 
 VectorXd Shooting::node_control(const VectorXd& x, int node) const {

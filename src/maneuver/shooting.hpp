@@ -16,7 +16,6 @@ class Shooting : public optimizer::Program {
   int constraint_count() const override { return static_cast<int>(goal_rows_.size()); }
   const VectorXd& constraint_lower() const override { return zero_; }
   const VectorXd& constraint_upper() const override { return zero_; }
-  optimizer::StageOrder stages() const override;
   double objective(const VectorXd& x) override;
   void gradient(const VectorXd& x, VectorXd& g) override;
   /// Not a number where the march fails: solvers take a shorter step then.

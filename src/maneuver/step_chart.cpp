@@ -28,6 +28,8 @@ Matrix4 right_product(const Vector4& p) {
   return m;
 }
 
+Vector4 conjugate(const Vector4& q) { return {q[0], -q[1], -q[2], -q[3]}; }
+
 Vector4 unscaled(const Vector3& zeta) { return Vector4(1.0, zeta[0], zeta[1], zeta[2]); }
 
 }  // namespace
@@ -83,9 +85,14 @@ AdvancedQuaternionCurvature::AdvancedQuaternionCurvature(const Vector4& multipli
                   value * (3.0 * n3 * n * n * zeta * zeta.transpose() - n3 * Matrix3::Identity());
 }
 
+Vector4 shape_difference(const Vector4& first, const Vector4& first_root, const Vector4& root, const Vector4& last) {
+  return lie::quaternion_product(lie::quaternion_product(conjugate(first), first_root),
+                                 lie::quaternion_product(conjugate(root), last));
+}
+
 Matrix34 rotation_goal_rows(const Matrix3& goal) {
   const Vector4 q = lie::quaternion_of_rotation(goal);
-  return 2.0 * left_product(Vector4(q[0], -q[1], -q[2], -q[3])).bottomRows<3>();
+  return 2.0 * left_product(conjugate(q)).bottomRows<3>();
 }
 
 }  // namespace lamprey::maneuver

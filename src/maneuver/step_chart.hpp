@@ -44,6 +44,9 @@ struct AdvancedQuaternionCurvature {
   Matrix3 cayley_cayley;
 };
 
+/// (r_0* ∘ q_0)* ∘ (r* ∘ q): how a body has turned as seen from another one, whose quaternions are r_0 and r. Linear in each.
+Vector4 shape_difference(const Vector4& first, const Vector4& first_root, const Vector4& root, const Vector4& last);
+
 /// 2 vec(q_goal* ∘ q) = rows · q: zero exactly where q turns as the goal does, of either sign.
 Matrix34 rotation_goal_rows(const Matrix3& goal);
 

@@ -1,4 +1,6 @@
 // Second derivatives of the transcription: multiplier · constraints, step by step.
+#include <cmath>
+
 #include "maneuver/step_chart.hpp"
 #include "maneuver/transcription.hpp"
 
@@ -23,14 +25,12 @@ struct LocalLayout {
 
 }  // namespace
 
-// Multiplier of the balance p⁻ − p⁺ − weight U of a non-root body at a node; the rest rows stand for it at the end.
+// Multiplier of the balance p⁻ − p⁺ − weight U of a non-root body at a node; at the ends other rows stand for it.
 Vector3d Transcription::balance_multiplier(int node, int body, const VectorXd& multiplier) const {
-  if (body == 0) return Vector3d::Zero();
-  if (node < steps_) return multiplier.segment<3>(balance_row(node, body));
   Vector3d lambda = Vector3d::Zero();
-  for (std::size_t r = 0; r < goal_rows_.size(); ++r)
-    if (goal_rows_[r].kind == GoalRow::Kind::rest && goal_rows_[r].body == body)
-      lambda[goal_rows_[r].component] = -multiplier[goal_row() + static_cast<int>(r)];
+  if (body == 0) return lambda;
+  for (int c = 0; c < 3; ++c)
+    for (const auto& [row, sign] : end_force_rows(node, body, c)) lambda[c] -= sign * multiplier[row];
   return lambda;
 }
 
@@ -49,13 +49,35 @@ StepDirection Transcription::direction_of(int k, const VectorXd& multiplier) con
 void Transcription::hessian(const VectorXd& x, double factor, const VectorXd& multiplier, VectorXd& values) {
   move_to(x);
   BlockSink sink(hessian_pattern_, values);
+  const auto scalar = [](double value) { return Eigen::Matrix<double, 1, 1>::Constant(value); };
+  const double scale = factor * unit / std::pow(stretch(), 3);
   for (int k = 0; k <= steps_; ++k) {
-    const double weight = factor * control_unit * maneuver_.node_weight[k];
-    for (int m = 0; m < controls_; ++m)
-      sink.add(control_variable(k) + m, control_variable(k) + m, Eigen::Matrix<double, 1, 1>::Constant(weight));
+    const double weight = scale * maneuver_.node_weight[k];
+    for (int m = 0; m < controls_; ++m) {
+      const int variable = control_variable(k) + m;
+      sink.add(variable, variable, scalar(weight));
+      if (stretch_variable_ >= 0) sink.add(stretch_variable_, variable, scalar(-3.0 * weight * x[variable]));
+    }
     if (k < steps_) emit_step_hessian(k, multiplier, sink);
-    if (k > 0 && balance_at(k)) emit_force_hessian(k, multiplier, sink);
+    if ((k > 0 || maneuver_.free_shape) && balance_at(k)) emit_force_hessian(k, multiplier, sink);
+    if (k > 0 || maneuver_.free_shape) emit_joint_hessian(k, multiplier, sink);
+    emit_axis_hessian(k, multiplier, sink);
   }
+  if (maneuver_.free_shape)
+    for (int i = 1; i < bodies_; ++i)
+      sink.add_symmetric(quaternion_variable(0, i), quaternion_variable(0, i),
+                         multiplier[length_row(i)] * Eigen::Matrix4d::Identity());
+  emit_limit_hessian(multiplier, sink);
+  emit_closure_hessian(multiplier, sink);
+  emit_cost_hessian(factor, sink);
+  emit_cost_rows_hessian(multiplier, sink);
+  if (stretch_variable_ < 0) return;
+  const double timed = maneuver_.time_weight * duration(x) / cost_unit();
+  double bend = factor * (9.0 * (objective(x) - timed - other_costs(x).sum()) + timed);
+  if (!maneuver_.periodic)
+    for (int i = 1; i < bodies_; ++i)
+      bend -= stretch() * start_momentum_[at(i)].dot(multiplier.segment<3>(balance_row(0, i)));
+  sink.add(stretch_variable_, stretch_variable_, scalar(bend));
 }
 
 // The Hessian by body-side perturbations of the step, momentum rows' turning direction included (equation 5.8).
@@ -63,9 +85,9 @@ void Transcription::expand_step(int k, const VectorXd& multiplier) {
   const mechanics::Interval& step = intervals_[at(k)];
   const mechanics::StepLayout layout{bodies_};
   const Vector3d angular = multiplier.segment<3>(momentum_row(k) + 3);
-  mechanics::directional_quadratic(system_, maneuver_.lagrangian, h_, step, direction_of(k, multiplier), work_,
+  mechanics::directional_quadratic(free_, maneuver_.lagrangian, h_, step, direction_of(k, multiplier), work_,
                                    directional_);
-  mechanics::lagrangian_quadratic(system_, maneuver_.lagrangian, h_, step, work_, lagrangian_);
+  mechanics::lagrangian_quadratic(free_, maneuver_.lagrangian, h_, step, work_, lagrangian_);
   mechanics::momentum_jacobian(lagrangian_, jacobian_);
   for (int i = 0; i < bodies_; ++i) {
     const int left = layout.left(i);
@@ -132,42 +154,41 @@ void Transcription::add_kinematic_curvature(int k, const VectorXd& multiplier, M
 
 void Transcription::scatter_step_hessian(int k, const MatrixXd& local, BlockSink& sink) const {
   const LocalLayout local_at{bodies_};
-  const int shift = local_at.displacement();
+  const int shift = local_at.displacement(), here = position_variable(k), there = position_variable(k + 1);
   for (int a = 0; a < bodies_; ++a) {
     const int q = local_at.quaternion(a);
     const int w = local_at.turn(a);
+    const int variable = quaternion_variable(k, a), turn = turn_variable(k, a);
     for (int b = 0; b <= a; ++b) {
       if (!related_[at(a)][at(b)]) continue;
       const int qb = local_at.quaternion(b);
       const int wb = local_at.turn(b);
-      sink.add_symmetric(turn_variable(k, a), turn_variable(k, b), local.block<3, 3>(w, wb));
-      if (k == 0) continue;
-      sink.add_symmetric(quaternion_variable(k, a), quaternion_variable(k, b), local.block<4, 4>(q, qb));
-      sink.add_symmetric(turn_variable(k, a), quaternion_variable(k, b), local.block<3, 4>(w, qb));
-      if (a != b) sink.add_symmetric(quaternion_variable(k, a), turn_variable(k, b), local.block<4, 3>(q, wb));
+      const int other = quaternion_variable(k, b);
+      sink.add_symmetric(turn, turn_variable(k, b), local.block<3, 3>(w, wb));
+      if (variable >= 0 && other >= 0) sink.add_symmetric(variable, other, local.block<4, 4>(q, qb));
+      if (other >= 0) sink.add_symmetric(turn, other, local.block<3, 4>(w, qb));
+      if (a != b && variable >= 0) sink.add_symmetric(variable, turn_variable(k, b), local.block<4, 3>(q, wb));
     }
     const auto by_shift_turn = local.block<3, 3>(w, shift);
-    sink.add_symmetric(turn_variable(k, a), position_variable(k + 1), by_shift_turn);
-    if (k == 0) continue;
     const auto by_shift_quaternion = local.block<4, 3>(q, shift);
-    sink.add_symmetric(turn_variable(k, a), position_variable(k), -by_shift_turn);
-    sink.add_symmetric(quaternion_variable(k, a), position_variable(k + 1), by_shift_quaternion);
-    sink.add_symmetric(quaternion_variable(k, a), position_variable(k), -by_shift_quaternion);
+    sink.add_symmetric(turn, there, by_shift_turn);
+    if (here >= 0) sink.add_symmetric(turn, here, -by_shift_turn);
+    if (variable >= 0) sink.add_symmetric(variable, there, by_shift_quaternion);
+    if (variable >= 0 && here >= 0) sink.add_symmetric(variable, here, -by_shift_quaternion);
   }
   const auto shift_shift = local.block<3, 3>(shift, shift);
-  sink.add_symmetric(position_variable(k + 1), position_variable(k + 1), shift_shift);
-  if (k == 0) return;
-  sink.add_symmetric(position_variable(k), position_variable(k), shift_shift);
-  sink.add_symmetric(position_variable(k + 1), position_variable(k), -shift_shift);
+  sink.add_symmetric(there, there, shift_shift);
+  if (here < 0) return;
+  sink.add_symmetric(here, here, shift_shift);
+  sink.add_symmetric(there, here, -shift_shift);
 }
 
 // −weight · λ·U at a node: bilinear in the moments and the relative rotation of the joint (equation 5.9).
 void Transcription::emit_force_hessian(int node, const VectorXd& multiplier, BlockSink& sink) const {
   const mechanics::Moments u = moments(node);
   const double weight = force_weight(node);
-  int column = control_variable(node);
   for (int j = 0; j < system_.joint_count(); ++j) {
-    const model::Joint& joint = system_.joint(j);
+    const model::Joint& joint = free_.joint(j);
     const Vector4d q_child = quaternion(node, joint.child);
     const Vector4d q_parent = quaternion(node, joint.parent);
     const Matrix3d Q = lie::rotation_of_quaternion(q_child).transpose() * lie::rotation_of_quaternion(q_parent);
@@ -178,18 +199,51 @@ void Transcription::emit_force_hessian(int node, const VectorXd& multiplier, Blo
     const auto T_parent = lie::quaternion_tangent(q_parent);
     const int child = quaternion_variable(node, joint.child);
     const int parent = quaternion_variable(node, joint.parent);
-    sink.add_symmetric(
-        child, child,
-        T_child.transpose() * double_cross(lambda, y) * T_child + quaternion_curvature(q_child, lambda.cross(y)));
-    sink.add_symmetric(parent, parent,
-                       T_parent.transpose() * double_cross(z, u[at(j)]) * T_parent +
-                           quaternion_curvature(q_parent, u[at(j)].cross(z)));
-    sink.add_symmetric(child, parent, -T_child.transpose() * hat(lambda) * Q * hat(u[at(j)]) * T_parent);
-    if (joint.actuation.cols() > 0) {
-      sink.add_symmetric(child, column, control_unit * T_child.transpose() * hat(lambda) * Q * joint.actuation);
-      sink.add_symmetric(parent, column, -control_unit * T_parent.transpose() * hat(z) * joint.actuation);
+    const int column = moment_variable(node, j);
+    if (child >= 0)
+      sink.add_symmetric(
+          child, child,
+          T_child.transpose() * double_cross(lambda, y) * T_child + quaternion_curvature(q_child, lambda.cross(y)));
+    if (parent >= 0)
+      sink.add_symmetric(parent, parent,
+                         T_parent.transpose() * double_cross(z, u[at(j)]) * T_parent +
+                             quaternion_curvature(q_parent, u[at(j)].cross(z)));
+    if (child >= 0 && parent >= 0)
+      sink.add_symmetric(child, parent, -T_child.transpose() * hat(lambda) * Q * hat(u[at(j)]) * T_parent);
+    if (joint.actuation.cols() == 0) continue;
+    if (child >= 0) sink.add_symmetric(child, column, unit * T_child.transpose() * hat(lambda) * Q * joint.actuation);
+    if (parent >= 0) sink.add_symmetric(parent, column, -unit * T_parent.transpose() * hat(z) * joint.actuation);
+  }
+}
+
+// Pairs of the three quaternions of a closure row; in each it is linear.
+void Transcription::emit_closure_hessian(const VectorXd& multiplier, BlockSink& sink) const {
+  for (int i = 1; i < bodies_; ++i) {
+    Vector4d pull = Vector4d::Zero();
+    bool any = false;
+    for (std::size_t r = 0; r < goal_rows_.size(); ++r) {
+      const GoalRow& row = goal_rows_[r];
+      if (row.kind != GoalRow::Kind::closure || row.body != i) continue;
+      pull[1 + row.component] = 2.0 * multiplier[goal_row() + static_cast<int>(r)];
+      any = true;
     }
-    column += static_cast<int>(joint.actuation.cols());
+    if (!any) continue;
+    const Vector4d first = quaternion(0, i), root = quaternion(0, 0), root_end = quaternion(steps_, 0),
+                   last = quaternion(steps_, i);
+    Eigen::Matrix4d root_last, first_root, first_last;
+    for (int a = 0; a < 4; ++a)
+      for (int b = 0; b < 4; ++b) {
+        const Vector4d one = Vector4d::Unit(a), other = Vector4d::Unit(b);
+        root_last(a, b) = pull.dot(shape_difference(first, root, one, other));
+        first_root(a, b) = pull.dot(shape_difference(one, root, other, last));
+        first_last(a, b) = pull.dot(shape_difference(one, root, root_end, other));
+      }
+    const int start = quaternion_variable(0, i), root_variable = quaternion_variable(steps_, 0),
+              last_variable = quaternion_variable(steps_, i);
+    sink.add_symmetric(root_variable, last_variable, root_last);
+    if (start < 0) continue;
+    sink.add_symmetric(start, root_variable, first_root);
+    sink.add_symmetric(start, last_variable, first_last);
   }
 }
 

@@ -241,6 +241,28 @@ void System::lay_freedoms() {
   velocity_count_ += 3;
 }
 
+System System::with_ball_joints(double heavier) const {
+  System free = *this;
+  free.control_count_ = free.velocity_count_ = 0;
+  free.only_free_joints_ = true;
+  free.damped_ = false;
+  for (Joint& joint_j : free.joints_) {
+    if (!joint_j.free()) joint_j.actuation = Matrix3d::Identity();
+    joint_j.kind = JointKind::ball;
+    joint_j.stiffness = joint_j.damping = 0.0;
+    free.control_count_ += static_cast<int>(joint_j.actuation.cols());
+  }
+  for (Body& body_i : free.bodies_) {
+    body_i.freedoms = 3;
+    body_i.mass *= heavier;
+    for (Matrix3d* matrix : {&body_i.body_inertia, &body_i.mass_matrix, &body_i.inertia_matrix,
+                             &body_i.coupling_matrix, &body_i.trace_weight})
+      *matrix *= heavier;
+  }
+  free.lay_freedoms();
+  return free;
+}
+
 std::vector<Vector3d> System::mass_centres(const std::vector<Matrix3d>& rotation, const Vector3d& position) const {
   std::vector<Vector3d> centres(bodies_.size(), position);
   for (int i : order_) {

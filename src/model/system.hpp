@@ -74,6 +74,10 @@ class System {
   /// Throws InputError naming the key when the description is not a tree of bodies with positive definite inertia.
   explicit System(const SwimmerDescription& description);
 
+  /// The same bodies, so many times as heavy, on ball joints alone, without springs and dampers. Joints that led their child exert
+  /// moments about any axis of the parent's frame, what held the child among them.
+  System with_ball_joints(double heavier) const;
+
   int body_count() const { return static_cast<int>(bodies_.size()); }
   int joint_count() const { return static_cast<int>(joints_.size()); }
   /// Number of scalar controls: Σ columns of Joint::actuation.

@@ -101,14 +101,15 @@ class Adapter : public Ipopt::TNLP {
   }
 
   bool intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Number objective, Number infeasibility,
-                             Number dual_infeasibility, Number, Number, Number, Number alpha, Number, Index,
+                             Number dual_infeasibility, Number barrier, Number, Number, Number alpha, Number, Index,
                              const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
     outcome_.history.push_back(
         {iteration, objective, infeasibility, dual_infeasibility, program_.goal_error(x_), alpha});
     outcome_.iterations = iteration;
     timed_out_ = std::chrono::duration<double>(Clock::now() - begin_).count() > options_.time_limit;
     interrupted_ = options_.interrupted && options_.interrupted();
-    if (infeasibility <= options_.tolerance && dual_infeasibility <= options_.tolerance) ++converged_points_;
+    const bool settled = !program_.has_inequalities() || barrier <= options_.tolerance;
+    if (settled && infeasibility <= options_.tolerance && dual_infeasibility <= options_.tolerance) ++converged_points_;
     return !timed_out_ && !interrupted_ && !converged();
   }
 
@@ -161,12 +162,19 @@ void set_options(Ipopt::OptionsList& list, const Program& program, const Options
   list.SetNumericValue("constr_viol_tol", options.tolerance);
   list.SetNumericValue("dual_inf_tol", 1.0);
   list.SetNumericValue("tol", 1e-3 * options.tolerance);  // the adapter stops earlier, by its own test
+  list.SetNumericValue("compl_inf_tol", options.tolerance);
+  list.SetNumericValue("bound_relax_factor", 0.0);
   list.SetIntegerValue("acceptable_iter", 0);
   list.SetIntegerValue("max_iter", options.max_iterations);
   // Approximate minimum degree is several times faster here than MUMPS's own choice; near a solution approximate minimum fill
   // without permuting for large diagonals is several times faster again, but far from one it stalls (decision 004).
   list.SetIntegerValue("mumps_pivot_order", options.near_solution ? 2 : 0);
   if (options.near_solution) list.SetIntegerValue("mumps_permuting_scaling", 0);
+  if (options.near_solution && program.has_inequalities()) {  // limits that hold must not be left to be found again
+    list.SetNumericValue("mu_init", 1e-6);
+    list.SetNumericValue("slack_bound_push", 1e-6);
+    list.SetNumericValue("slack_bound_frac", 1e-6);
+  }
   // a Hessian shifted further than this leads nowhere, and its multipliers ruin the factorisation's pivots
   list.SetNumericValue("max_hessian_perturbation", 1e7);
   list.SetNumericValue("first_hessian_perturbation", options.first_regularization);

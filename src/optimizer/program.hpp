@@ -20,12 +20,6 @@ struct SparsePattern {
   }
 };
 
-/// The order in time of variables and constraints: stages couple to their neighbours only, so elimination along them is linear.
-struct StageOrder {
-  std::vector<int> stage_of_variable;    // [variables]; −1: couples to all stages
-  std::vector<int> stage_of_constraint;  // [constraints]; −1: couples to all stages
-};
-
 /// Implementations may cache by point: solvers call the functions below at one point after another.
 class Program {
  public:
@@ -35,7 +29,8 @@ class Program {
   virtual int constraint_count() const = 0;
   virtual const VectorXd& constraint_lower() const = 0;
   virtual const VectorXd& constraint_upper() const = 0;
-  virtual StageOrder stages() const = 0;
+  /// Whether any constraint is more than an equation.
+  bool has_inequalities() const { return constraint_lower() != constraint_upper(); }
 
   virtual double objective(const VectorXd& x) = 0;
   virtual void gradient(const VectorXd& x, VectorXd& g) = 0;

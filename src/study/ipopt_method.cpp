@@ -36,7 +36,8 @@ class IpoptMethod : public Method {
         options_(options),
         budget_(budget),
         coarse_(maneuver::make_maneuver(system, problem, std::min(problem.steps, coarse_steps))),
-        full_(maneuver::make_maneuver(system, problem, problem.steps)) {
+        full_(maneuver::make_maneuver(system, problem, problem.steps)),
+        limits_(maneuver::limit_rows(system, problem)) {
     const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, rank_steps));
     rows_ = maneuver::independent_goal_rows(system, probe,
                                             maneuver::random_guess(system, probe, seed_of_start(problem, 0)));
@@ -46,6 +47,15 @@ class IpoptMethod : public Method {
 
   std::vector<Found> solve_starts(int first, int count) override {
     return in_workers(count, "start", coarse_, [&](int n) { return solve_start(first + n); });
+  }
+
+  std::vector<Found> hop(const Found& from, int first, int count) override {
+    return in_workers(count, "", coarse_, [&](int n) {
+      Transcription program(system_, coarse_, rows_, limits_);
+      const NodePath path = maneuver::perturbed(system_, from.path, seed_of_hop(problem_, first + n));
+      return optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
+                                         program.pack(path, from.duration));
+    });
   }
 
   std::vector<Found> refine(const std::vector<const Found*>& coarse) override {
@@ -68,38 +78,56 @@ class IpoptMethod : public Method {
   std::vector<Found> in_workers(int count, const char* what, const Maneuver& maneuver,
                                 const std::function<Outcome(int)>& task) const {
     const auto told = [&](int done) {
-      if (options_.progress)
+      if (options_.progress && *what)
         options_.progress(std::string(what) + " " + std::to_string(done) + " of " + std::to_string(count));
     };
     const auto all = run_in_workers(
         count, options_.workers, [&](int t) { return numbers_of(task(t)); }, told, [&] { return budget_.stopped(); });
     std::vector<Found> found;
-    Transcription program(system_, maneuver, rows_);
+    Transcription program(system_, maneuver, rows_, limits_);
     for (const auto& numbers : all) {
       found.emplace_back();
       if (!numbers) continue;
       Found& last = found.back();
       last.outcome = outcome_of(*numbers);
-      last.cost = last.outcome.objective * Transcription::control_unit;
-      for (optimizer::Iteration& step : last.outcome.history) step.objective *= Transcription::control_unit;
-      if (last.outcome.point.size() > 0) last.path = program.unpack(last.outcome.point);
+      last.cost = last.outcome.objective * program.cost_unit();
+      for (optimizer::Iteration& step : last.outcome.history) step.objective *= program.cost_unit();
+      if (last.outcome.point.size() == 0) continue;
+      last.path = program.unpack(last.outcome.point);
+      last.duration = program.duration(last.outcome.point);
+      last.cost_parts = program.cost_parts(last.outcome.point);
+      if (last.outcome.multipliers.size() != program.constraint_count()) continue;
+      last.limit_multipliers = program.limit_multipliers(last.outcome.point, last.outcome.multipliers);
+      last.work_multipliers = program.work_multipliers(last.outcome.multipliers);
     }
     return found;
   }
 
   Outcome solve_start(int start) const {
     if (budget_.stopped()) return Outcome();
-    Transcription program(system_, coarse_, rows_);
-    return optimizer::solve_with_ipopt(
-        program, optimizer_options(start_iterations),
-        program.pack(maneuver::random_guess(system_, coarse_, seed_of_start(problem_, start))));
+    Transcription program(system_, coarse_, rows_, limits_);
+    const NodePath guess = maneuver::random_guess(system_, coarse_, seed_of_start(problem_, start));
+    if (!problem_.cost_weights.any())
+      return optimizer::solve_with_ipopt(program, optimizer_options(start_iterations), program.pack(guess));
+    // rates of a first guess say little: costs that depend on them wait for the cheapest motion by effort
+    Maneuver by_effort = coarse_;
+    by_effort.cost_weights = {};
+    by_effort.node_weight = maneuver::node_weights(problem_.cost_rule(), 1.0, coarse_.time_step(), coarse_.steps);
+    Transcription first(system_, by_effort, rows_, limits_);
+    const Outcome outcome = optimizer::solve_with_ipopt(first, optimizer_options(start_iterations), first.pack(guess));
+    Outcome last =
+        optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
+                                    program.pack(first.unpack(outcome.point), first.duration(outcome.point)));
+    last.iterations += outcome.iterations;
+    last.evaluations += outcome.evaluations;
+    return last;
   }
 
   Outcome refine(const Found& start, const Maneuver& grid) const {
-    Transcription full(system_, grid, rows_);
+    Transcription full(system_, grid, rows_, limits_);
     const NodePath path =
         start.path.rotation.empty() ? maneuver::random_guess(system_, coarse_, seed_of_start(problem_, 0)) : start.path;
-    const VectorXd start_point = full.pack(maneuver::refined(system_, path, grid.steps));
+    const VectorXd start_point = full.pack(maneuver::refined(system_, path, grid.steps), start.duration);
     optimizer::Options options = optimizer_options(quick_iterations);
     options.near_solution = true;
     Outcome outcome = optimizer::solve_with_ipopt(full, options, start_point);
@@ -116,6 +144,7 @@ class IpoptMethod : public Method {
   const Budget& budget_;
   Maneuver coarse_, full_;
   std::vector<GoalRow> rows_;
+  std::vector<maneuver::LimitRow> limits_;
 };
 
 }  // namespace

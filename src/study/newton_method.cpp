@@ -270,9 +270,7 @@ bool newton_takes(const System& system, const Problem& problem) {
   const bool more = problem.limits.any() || problem.cost_weights.any() || problem.duration.free ||
                     !problem.waypoints.empty() || (problem.goal && problem.goal->periodic);
   if (!integrator::single_step(problem.scheme) && more) return false;
-  const integrator::State start = maneuver::start_state(system, problem.start);
-  const auto total = mechanics::spatial_momentum(system, start.rotation, start.position, start.momentum);
-  return total.linear.isZero(0.0) && total.angular.isZero(0.0);
+  return !maneuver::has_momentum(system, problem.start);
 }
 
 std::unique_ptr<Method> newton_method(const System& system, const Problem& problem, const SolveOptions& options,

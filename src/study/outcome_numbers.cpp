@@ -17,7 +17,9 @@ std::vector<double> numbers_of(const Outcome& outcome) {
                                    step.dual_infeasibility, step.goal_error, step.step, step.drift});
   numbers.push_back(static_cast<double>(outcome.reason.size()));
   numbers.insert(numbers.end(), outcome.reason.begin(), outcome.reason.end());
+  numbers.push_back(static_cast<double>(outcome.point.size()));
   numbers.insert(numbers.end(), outcome.point.begin(), outcome.point.end());
+  numbers.insert(numbers.end(), outcome.multipliers.begin(), outcome.multipliers.end());
   return numbers;
 }
 
@@ -35,7 +37,10 @@ Outcome outcome_of(const std::vector<double>& numbers) {
   outcome.reason.clear();
   const auto letters = static_cast<std::size_t>(*next++);
   for (std::size_t n = 0; n < letters; ++n) outcome.reason += static_cast<char>(*next++);
-  outcome.point = Eigen::Map<const Eigen::VectorXd>(next, numbers.data() + numbers.size() - next);
+  const auto variables = static_cast<Eigen::Index>(*next++);
+  outcome.point = Eigen::Map<const Eigen::VectorXd>(next, variables);
+  next += variables;
+  outcome.multipliers = Eigen::Map<const Eigen::VectorXd>(next, numbers.data() + numbers.size() - next);
   return outcome;
 }
 

@@ -7,7 +7,7 @@
 
 namespace lamprey::study {
 
-/// All of an outcome but its multipliers.
+/// All of an outcome.
 std::vector<double> numbers_of(const optimizer::Outcome& outcome);
 optimizer::Outcome outcome_of(const std::vector<double>& numbers);
 

@@ -61,16 +61,11 @@ std::unique_ptr<Method> choose_method(const System& system, const Problem& probl
                             "found a scheme above order 2, which takes control.kind = \"steps\", no limits, waypoints, "
                             "periodic goal or free duration, a start without total momentum, and not --solver ipopt; "
                             "use \"trapezoid\" with more steps");
-  if (problem.cost_weights.any() && (options.solver == Backend::ipopt || !newton))
-    throw model::InputError(
-        "cost",
-        "found work, power, smoothness or transport, which take control.kind = \"steps\", a scheme of "
-        "order 1 or 2, a start without total momentum, and not --solver ipopt; remove these keys");
-  if (problem.search.hops > 0 && (options.solver == Backend::ipopt || !newton))
-    throw model::InputError(
-        "search.hops", "found " + std::to_string(problem.search.hops) +
-                           ", which Ipopt does not take (and it alone solves this problem, or --solver ipopt asked "
-                           "for it); allowed: 0; remove the key");
+  const bool timeless = problem.duration.free || (problem.goal && problem.goal->periodic);
+  if (timeless && maneuver::has_momentum(system, problem.start))
+    throw model::InputError("start",
+                            "found total momentum, with which durations and ends cannot be free; take the "
+                            "velocities out, or give a duration and goal.periodic = false");
   if (options.solver == Backend::ipopt || !newton) return ipopt_method(system, problem, options, budget);
   return newton_method(system, problem, options, budget);
 }

@@ -294,16 +294,29 @@ TEST(LedJoints, with_springs_and_dampers_find_their_maneuver_and_prove_it) {
   EXPECT_LE((turn - Vector3d(0.0, 0.0, 0.1)).norm(), tolerance(1e-9));
 }
 
-TEST(LedJoints, are_refused_by_the_transcription_at_their_place) {
+TEST(LedJoints, have_springs_refused_by_the_transcription_at_their_place) {
   const Folder folder;
   std::ofstream(folder / "problem.toml") << fins_with_a_goal();
   const ProgramRun run =
       lamprey(folder, "solve --solver ipopt " + (folder / "problem.toml") + " --out " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 3) << run.err;
-  EXPECT_NE(run.err.find("joint[0].kind: found \"hinge\", for which this version seeks no maneuvers yet"),
+  EXPECT_NE(run.err.find("joint[0].stiffness: found 0.5, for which this version seeks no maneuvers yet"),
             std::string::npos)
       << run.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "run"));
+}
+
+// By the full transcription, where what joints hold are equations and moments of their own, with hops.
+TEST(LedJoints, flip_the_cat_for_the_same_cost_by_the_other_solver) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "falling_cat_flip", {{"starts", "1\nhops = 2"}});
+  const ProgramRun run = lamprey(folder, "solve --solver ipopt " + problem + " --out " + (folder / "run"));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const Results results = file::read_solution(folder / "run");
+  EXPECT_EQ(results.solution.solver.name, "ipopt");
+  EXPECT_EQ(results.solution.search.hops, 2);
+  EXPECT_NEAR(results.solution.cost / 0.16696594, 1.0, tolerance(1e-7));
+  expect_verified(folder);
 }
 
 }  // namespace

@@ -148,16 +148,6 @@ TEST(Program, says_what_it_cannot_do_yet) {
   EXPECT_FALSE(fs::exists(folder / "run"));
 }
 
-TEST(Program, refuses_hops_with_ipopt_before_it_searches) {
-  const Folder folder;
-  const std::string problem = varied_example(folder, "translation", {{"starts", "1\nhops = 8"}});
-  const ProgramRun run = lamprey(folder, "solve --solver ipopt " + problem + " --out " + (folder / "run"));
-  EXPECT_EQ(run.exit_code, 3) << run.err;
-  EXPECT_NE(run.err.find("search.hops: found 8"), std::string::npos) << run.err;
-  EXPECT_EQ(run.err.find("start 1 of 1"), std::string::npos) << run.err;
-  EXPECT_FALSE(fs::exists(folder / "run"));
-}
-
 TEST(Program, says_which_limit_is_still_broken_when_its_time_is_up) {
   const Folder folder;
   const std::string problem = varied_example(folder, "translation_with_clearance", {{"starts", "1\ntime_limit = 0.2"}});

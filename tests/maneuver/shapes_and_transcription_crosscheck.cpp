@@ -72,7 +72,7 @@ class TwoRoads : public ::testing::TestWithParam<Asked> {
     optimizer::Options options;
     options.tolerance = 1e-10;
     Outcome outcome = optimizer::solve_with_ipopt(program, options, program.pack(from));
-    outcome.objective *= maneuver::Transcription::control_unit;
+    outcome.objective *= program.cost_unit();
     found = program.unpack(outcome.point);
     return outcome;
   }

@@ -39,10 +39,6 @@ class DenseProgram : public optimizer::Program {
   int constraint_count() const override { return static_cast<int>(lower.size()); }
   const VectorXd& constraint_lower() const override { return lower; }
   const VectorXd& constraint_upper() const override { return upper; }
-  optimizer::StageOrder stages() const override {
-    return {std::vector<int>(static_cast<std::size_t>(variables), -1),
-            std::vector<int>(static_cast<std::size_t>(lower.size()), -1)};
-  }
   double objective(const VectorXd& x) override { return f(x); }
   void gradient(const VectorXd& x, VectorXd& g) override { g = df(x); }
   void constraints(const VectorXd& x, VectorXd& values) override { values = c(x); }

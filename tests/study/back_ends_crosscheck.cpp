@@ -29,8 +29,9 @@ class BackEnds : public testing::TestWithParam<const char*> {
     certificate::Options options;
     options.replay = false;
     const maneuver::Maneuver maneuver = maneuver::make_maneuver(system_, problem_, few_steps);
-    return certificate::certify(system_, problem_, study::describe(system_, maneuver, problem_.scheme, {}, found),
-                                options);
+    return certificate::certify(
+        system_, problem_,
+        study::describe(system_, maneuver, problem_.scheme, maneuver::limit_rows(system_, problem_), found), options);
   }
 
   void expect_to_stay(study::Method& method, const Found& at) {
@@ -47,13 +48,17 @@ class BackEnds : public testing::TestWithParam<const char*> {
   std::unique_ptr<study::Method> ipopt_ = study::ipopt_method(system_, problem_, options_, budget_);
 };
 
-TEST_P(BackEnds, stay_at_the_minima_of_the_other) {
+TEST_P(BackEnds, stay_at_the_minima_of_newtons_method) {
   const Found by_newton = newton_->solve_starts(0, 1).front();
   ASSERT_TRUE(by_newton.converged()) << by_newton.outcome.reason;
   EXPECT_LT(certified(by_newton).kkt, 1e-8);
   expect_to_stay(*ipopt_, by_newton);
+}
 
-  // Ipopt may end where constraints are all but dependent: what its multipliers hide the certificate tells
+// From first guesses of its own. Ipopt may end where constraints are all but dependent: what its multipliers hide the
+// certificate tells.
+TEST_P(BackEnds, stay_at_the_minima_of_ipopt) {
+  if (GetParam() == std::string("yaw")) GTEST_SKIP() << "Ipopt does not arrive from first guesses of few steps";
   Found by_ipopt;
   certificate::Certificate proof;
   for (int start = 0; start < most_starts && !(proof.kkt < 1e-8); ++start) {
@@ -70,7 +75,9 @@ TEST_P(BackEnds, stay_at_the_minima_of_the_other) {
 
 INSTANTIATE_TEST_SUITE_P(Examples, BackEnds,
                          testing::Values("translation", "translation_in_space", "rotation", "as_printed/translation",
-                                         "as_printed/rotation", "sideways"));
+                                         "as_printed/rotation", "sideways", "yaw", "around_an_obstacle",
+                                         "translation_with_clearance", "rotation_with_clearance", "free_time", "gait",
+                                         "gait_within_limits", "least_work", "falling_cat_flip"));
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -1,0 +1,372 @@
+// Costs beside effort and time in the transcription (chapter 13, equation 13.15). Turns of the joints over the steps, powers of
+// the joints at the nodes and, for work, numbers no smaller than the powers' absolute values are variables; for work per distance
+// also the whole work and the distance. All are as a motion of the first guess's duration would have them.
+#include <cmath>
+
+#include "maneuver/joint_turns.hpp"
+#include "maneuver/motion.hpp"
+#include "maneuver/step_chart.hpp"
+#include "maneuver/transcription.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using model::at;
+using model::Joint;
+
+Eigen::Matrix<double, 1, 1> scalar(double value) { return Eigen::Matrix<double, 1, 1>::Constant(value); }
+
+// Along which a turn in the parent's frame is counted for a moment: against it, as moments act on the parent.
+Vector3d counted_along(const Joint& joint, Eigen::Index moment) {
+  if (joint.free()) return -joint.actuation.col(moment);
+  return -joint.actuation(0, moment) * (joint.reference_rotation * joint.child_axis);
+}
+
+constexpr double work_slows = 2.0;   // powers of the stretch that costs fall with
+constexpr double other_slows = 5.0;  // squared power and smoothness
+
+}  // namespace
+
+void Transcription::lay_costs() {
+  const CostWeights& weights = maneuver_.cost_weights;
+  if (!weights.any()) return;
+  for (int j = 0; j < system_.joint_count(); ++j)
+    if (system_.joint(j).actuation.cols() > 0) powered_.push_back(j);
+  const auto joints = static_cast<int>(powered_.size());
+  worked_ = weights.work > 0.0 || weights.transport > 0.0;
+  joint_turn_variable_ = variable_count_;
+  power_variable_ = joint_turn_variable_ + steps_ * controls_;
+  work_variable_ = power_variable_ + (steps_ + 1) * joints;
+  variable_count_ = work_variable_ + (worked_ ? (steps_ + 1) * joints : 0);
+  if (weights.transport > 0.0) {
+    whole_variable_ = variable_count_;
+    variable_count_ += 2;
+  }
+  start_rate_ = VectorXd::Zero(controls_);
+  const integrator::State& start = maneuver_.start;
+  if (maneuver_.periodic || start.momentum.isZero(0.0)) return;
+  start_rate_ = JointTurns(system_, MatrixXd())
+                    .rates(start.rotation, mechanics::velocity_of_momentum(system_, start.rotation, start.momentum));
+}
+
+int Transcription::cost_row_count() const {
+  if (joint_turn_variable_ < 0) return 0;
+  const int nodes = (steps_ + 1) * static_cast<int>(powered_.size());
+  return steps_ * controls_ + nodes + (worked_ ? 2 * nodes : 0) + (whole_variable_ < 0 ? 0 : 2);
+}
+
+// s, that a node's power counts for; 0 where no moments are.
+double Transcription::power_time(int node) const {
+  if (maneuver_.periodic) return node > 0 ? h_ : 0.0;
+  return node < steps_ || maneuver_.rest ? force_weight(node) : 0.0;
+}
+
+// Steps whose turns a node's power sees.
+std::vector<int> Transcription::steps_about(int node) const {
+  std::vector<int> steps;
+  if (node > 0) steps.push_back(node - 1);
+  if (node < steps_) steps.push_back(node);
+  if (maneuver_.periodic && node == steps_) steps.push_back(0);
+  return steps;
+}
+
+// Mean rate of a moment's joint about a node, rad/s.
+double Transcription::joint_rate(int node, int moment) const {
+  double rate = node == 0 ? 0.5 * stretch() * start_rate_[moment] : 0.0;
+  for (int k : steps_about(node)) rate += 0.5 / h_ * point_[joint_turn_variable(k, moment)];
+  return rate;
+}
+
+BallTurn Transcription::turn_over(int k, const Joint& joint) const {
+  const auto seen = [&](int node) -> Matrix3d {
+    return lie::rotation_of_quaternion(quaternion(node, joint.parent)).transpose() *
+           lie::rotation_of_quaternion(quaternion(node, joint.child));
+  };
+  return {seen(k), seen(k + 1)};
+}
+
+// ---- the cost itself: Σ w_i s^(−r_i) f_i ----
+
+Transcription::OtherCosts Transcription::other_costs(const VectorXd& x) const {
+  OtherCosts costs;
+  if (joint_turn_variable_ < 0) return costs;
+  const CostWeights& weights = maneuver_.cost_weights;
+  const double s = stretch(x);
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t j = 0; j < powered_.size(); ++j) {
+      costs.power += power_time(k) * std::pow(x[power_variable(k, j)], 2);
+      if (worked_) costs.work += power_time(k) * x[work_variable(k, j)];
+    }
+  for (int k = 0; k < steps_; ++k)
+    costs.smoothness +=
+        0.5 / h_ *
+        (x.segment(control_variable(k + 1), controls_) - x.segment(control_variable(k), controls_)).squaredNorm();
+  costs.work *= weights.work / scale_ * std::pow(s, -work_slows);
+  costs.power *= unit * weights.power * std::pow(s, -other_slows);
+  costs.smoothness *= unit * weights.smoothness * std::pow(s, -other_slows);
+  if (whole_variable_ >= 0)
+    costs.transport =
+        weights.transport / scale_ * std::pow(s, -work_slows) * x[whole_variable_] / x[whole_variable_ + 1];
+  return costs;
+}
+
+void Transcription::add_cost_gradient(const VectorXd& x, VectorXd& g) const {
+  if (joint_turn_variable_ < 0) return;
+  const CostWeights& weights = maneuver_.cost_weights;
+  const OtherCosts costs = other_costs(x);
+  const double s = stretch(x), slow = std::pow(s, -work_slows) / scale_, slower = unit * std::pow(s, -other_slows);
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t j = 0; j < powered_.size(); ++j) {
+      g[power_variable(k, j)] += 2.0 * slower * weights.power * power_time(k) * x[power_variable(k, j)];
+      if (worked_) g[work_variable(k, j)] += slow * weights.work * power_time(k);
+    }
+  for (int k = 0; k < steps_; ++k) {
+    const VectorXd change = slower * weights.smoothness / h_ *
+                            (x.segment(control_variable(k + 1), controls_) - x.segment(control_variable(k), controls_));
+    g.segment(control_variable(k + 1), controls_) += change;
+    g.segment(control_variable(k), controls_) -= change;
+  }
+  if (whole_variable_ >= 0) {
+    g[whole_variable_] += costs.transport / x[whole_variable_];
+    g[whole_variable_ + 1] -= costs.transport / x[whole_variable_ + 1];
+  }
+  if (stretch_variable_ >= 0)
+    g[stretch_variable_] -=
+        work_slows * (costs.work + costs.transport) + other_slows * (costs.power + costs.smoothness);
+}
+
+void Transcription::emit_cost_hessian(double factor, BlockSink& sink) const {
+  if (joint_turn_variable_ < 0) return;
+  const CostWeights& weights = maneuver_.cost_weights;
+  const OtherCosts costs = other_costs(point_);
+  const double s = stretch(), slow = factor / scale_ * std::pow(s, -work_slows),
+               slower = factor * unit * std::pow(s, -other_slows);
+  const auto by_stretch = [&](int variable, double value) {
+    if (stretch_variable_ >= 0)
+      sink.add(std::max(stretch_variable_, variable), std::min(stretch_variable_, variable), scalar(value));
+  };
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t j = 0; j < powered_.size(); ++j) {
+      const double bend = 2.0 * slower * weights.power * power_time(k);
+      const int power = power_variable(k, j);
+      sink.add(power, power, scalar(bend));
+      by_stretch(power, -other_slows * bend * point_[power]);
+      if (worked_) by_stretch(work_variable(k, j), -work_slows * slow * weights.work * power_time(k));
+    }
+  const double stiff = slower * weights.smoothness / h_;
+  for (int k = 0; k < steps_ && weights.smoothness > 0.0; ++k)
+    for (int m = 0; m < controls_; ++m) {
+      const int here = control_variable(k) + m, there = control_variable(k + 1) + m;
+      const double change = -other_slows * stiff * (point_[there] - point_[here]);
+      sink.add(here, here, scalar(stiff));
+      sink.add(there, there, scalar(stiff));
+      sink.add(there, here, scalar(-stiff));
+      by_stretch(there, change);
+      by_stretch(here, -change);
+    }
+  if (whole_variable_ >= 0) {
+    const double work = point_[whole_variable_], distance = point_[whole_variable_ + 1];
+    const double value = factor * costs.transport;
+    sink.add(whole_variable_ + 1, whole_variable_, scalar(-value / (work * distance)));
+    sink.add(whole_variable_ + 1, whole_variable_ + 1, scalar(2.0 * value / (distance * distance)));
+    by_stretch(whole_variable_, -work_slows * value / work);
+    by_stretch(whole_variable_ + 1, work_slows * value / distance);
+  }
+  by_stretch(stretch_variable_, factor * (work_slows * work_slows * (costs.work + costs.transport) +
+                                          other_slows * other_slows * (costs.power + costs.smoothness)));
+}
+
+// ---- what the variables are ----
+
+void Transcription::cost_values(VectorXd& c) const {
+  if (joint_turn_variable_ < 0) return;
+  int row = cost_row_;
+  for (int k = 0; k < steps_; ++k)
+    for (int j : powered_) {
+      const Joint& joint = system_.joint(j);
+      const BallTurn turn = turn_over(k, joint);
+      for (Eigen::Index m = 0; m < joint.actuation.cols(); ++m)
+        c[row++] = counted_along(joint, m).dot(turn.psi()) -
+                   point_[joint_turn_variable(k, control_place_[at(j)] + static_cast<int>(m))];
+    }
+  double whole = 0.0;
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t j = 0; j < powered_.size(); ++j) {
+      const int first = control_place_[at(powered_[j])];
+      const auto count = static_cast<int>(system_.joint(powered_[j]).actuation.cols());
+      const double power = point_[power_variable(k, j)];
+      c[row] = -power;
+      for (int m = first; m < first + count; ++m) c[row] += point_[control_variable(k) + m] * joint_rate(k, m);
+      ++row;
+      if (!worked_) continue;
+      const double work = point_[work_variable(k, j)];
+      c[row++] = work - power;
+      c[row++] = work + power;
+      whole += power_time(k) * work;
+    }
+  if (whole_variable_ < 0) return;
+  c[row++] = whole - point_[whole_variable_];
+  c[row] = 0.5 * (position(steps_) - position(0)).squaredNorm() - 0.5 * std::pow(point_[whole_variable_ + 1], 2);
+}
+
+std::vector<Transcription::Charted> Transcription::charted(int k, const Joint& joint) const {
+  std::vector<Charted> all;
+  for (int side = 0; side < 2; ++side)
+    for (int end = 0; end < 2; ++end) {
+      const int body = end == 0 ? joint.parent : joint.child, variable = quaternion_variable(k + side, body);
+      if (variable >= 0)
+        all.push_back(
+            {variable, 6 * side + 3 * end, lie::quaternion_tangent(quaternion(k + side, body)), k + side, body});
+    }
+  return all;
+}
+
+void Transcription::emit_cost_rows_jacobian(BlockSink& sink) const {
+  if (joint_turn_variable_ < 0) return;
+  int row = cost_row_;
+  for (int k = 0; k < steps_; ++k)
+    for (int j : powered_) {
+      const Joint& joint = system_.joint(j);
+      const Eigen::Matrix<double, 3, 12> rate = turn_over(k, joint).derivative();
+      const std::vector<Charted> charts = charted(k, joint);
+      for (Eigen::Index m = 0; m < joint.actuation.cols(); ++m, ++row) {
+        emit_charted(row, rate.transpose() * counted_along(joint, m), charts, sink);
+        sink.add(row, joint_turn_variable(k, control_place_[at(j)] + static_cast<int>(m)), scalar(-1.0));
+      }
+    }
+  std::vector<std::pair<int, double>> whole;
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t j = 0; j < powered_.size(); ++j) {
+      const int first = control_place_[at(powered_[j])];
+      const auto count = static_cast<int>(system_.joint(powered_[j]).actuation.cols());
+      for (int m = first; m < first + count; ++m) {
+        const double control = point_[control_variable(k) + m];
+        sink.add(row, control_variable(k) + m, scalar(joint_rate(k, m)));
+        for (int step : steps_about(k)) sink.add(row, joint_turn_variable(step, m), scalar(0.5 / h_ * control));
+        if (k == 0 && stretch_variable_ >= 0)
+          sink.add(row, stretch_variable_, scalar(0.5 * stretch() * start_rate_[m] * control));
+      }
+      sink.add(row++, power_variable(k, j), scalar(-1.0));
+      if (!worked_) continue;
+      for (double sign : {-1.0, 1.0}) {
+        sink.add(row, work_variable(k, j), scalar(1.0));
+        sink.add(row++, power_variable(k, j), scalar(sign));
+      }
+      whole.emplace_back(work_variable(k, j), power_time(k));
+    }
+  if (whole_variable_ < 0) return;
+  for (const auto& [variable, time] : whole) sink.add(row, variable, scalar(time));
+  sink.add(row++, whole_variable_, scalar(-1.0));
+  sink.add(row, position_variable(steps_), (position(steps_) - position(0)).transpose());
+  sink.add(row, whole_variable_ + 1, scalar(-point_[whole_variable_ + 1]));
+}
+
+void Transcription::emit_cost_rows_hessian(const VectorXd& multiplier, BlockSink& sink) const {
+  if (joint_turn_variable_ < 0) return;
+  int row = cost_row_;
+  for (int k = 0; k < steps_; ++k)
+    for (int j : powered_) {
+      const Joint& joint = system_.joint(j);
+      const BallTurn turn = turn_over(k, joint);
+      Vector3d pull = Vector3d::Zero();
+      for (Eigen::Index m = 0; m < joint.actuation.cols(); ++m) pull += multiplier[row++] * counted_along(joint, m);
+      emit_charted(1.0, turn.derivative().transpose() * pull, turn.curvature(pull), charted(k, joint), sink);
+    }
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t j = 0; j < powered_.size(); ++j) {
+      const int first = control_place_[at(powered_[j])];
+      const auto count = static_cast<int>(system_.joint(powered_[j]).actuation.cols());
+      const double lambda = multiplier[row++];
+      for (int m = first; m < first + count; ++m) {
+        const int control = control_variable(k) + m;
+        for (int step : steps_about(k)) sink.add(joint_turn_variable(step, m), control, scalar(0.5 / h_ * lambda));
+        if (k > 0 || stretch_variable_ < 0) continue;
+        const double faster = 0.5 * stretch() * start_rate_[m] * lambda;
+        sink.add(stretch_variable_, control, scalar(faster));
+        sink.add(stretch_variable_, stretch_variable_, scalar(faster * point_[control]));
+      }
+      if (worked_) row += 2;
+    }
+  if (whole_variable_ < 0) return;
+  const double lambda = multiplier[++row];
+  sink.add_symmetric(position_variable(steps_), position_variable(steps_), lambda * Matrix3d::Identity());
+  sink.add(whole_variable_ + 1, whole_variable_ + 1, scalar(-lambda));
+}
+
+// ---- points and answers ----
+
+void Transcription::pack_costs(VectorXd& x) {
+  if (joint_turn_variable_ < 0) return;
+  point_ = x;
+  for (int k = 0; k < steps_; ++k)
+    for (int j : powered_) {
+      const Joint& joint = system_.joint(j);
+      const Vector3d psi = turn_over(k, joint).psi();
+      for (Eigen::Index m = 0; m < joint.actuation.cols(); ++m)
+        x[joint_turn_variable(k, control_place_[at(j)] + static_cast<int>(m))] = counted_along(joint, m).dot(psi);
+    }
+  point_ = x;
+  double whole = 0.0;
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t j = 0; j < powered_.size(); ++j) {
+      const int first = control_place_[at(powered_[j])];
+      const auto count = static_cast<int>(system_.joint(powered_[j]).actuation.cols());
+      double power = 0.0;
+      for (int m = first; m < first + count; ++m) power += x[control_variable(k) + m] * joint_rate(k, m);
+      x[power_variable(k, j)] = power;
+      if (worked_) x[work_variable(k, j)] = std::abs(power);
+      whole += power_time(k) * std::abs(power);
+    }
+  if (whole_variable_ >= 0) {
+    x[whole_variable_] = whole;
+    x[whole_variable_ + 1] = (position(steps_) - position(0)).norm();
+  }
+  point_.resize(0);
+}
+
+std::optional<CostParts> Transcription::cost_parts(const VectorXd& x) {
+  if (joint_turn_variable_ < 0) return std::nullopt;
+  VectorXd exact = x;
+  pack_costs(exact);
+  CostParts parts;
+  const double s = stretch(x);
+  for (int k = 0; k <= steps_; ++k) {
+    parts.effort += 0.5 * maneuver_.node_weight[k] / maneuver_.effort *
+                    x.segment(control_variable(k), controls_).squaredNorm() * control_unit() * control_unit();
+    for (std::size_t j = 0; j < powered_.size(); ++j) {
+      const double power = control_unit() * exact[power_variable(k, j)];
+      parts.work += power_time(k) * std::abs(power);
+      parts.power += power_time(k) * power * power;
+    }
+  }
+  for (int k = 0; k < steps_; ++k)
+    parts.smoothness +=
+        0.5 / h_ * control_unit() * control_unit() *
+        (x.segment(control_variable(k + 1), controls_) - x.segment(control_variable(k), controls_)).squaredNorm();
+  parts.effort *= std::pow(s, -3.0);
+  parts.work *= std::pow(s, -work_slows);
+  parts.power *= std::pow(s, -other_slows);
+  parts.smoothness *= std::pow(s, -other_slows);
+  parts.time = duration(x);
+  parts.transport = parts.work / (x.segment<3>(position_variable(steps_)) - position(0)).norm();
+  return parts;
+}
+
+// Of |p| the slope by p that the two rows v ± p ≥ 0 share out.
+WorkMultipliers Transcription::work_multipliers(const VectorXd& multiplier) const {
+  WorkMultipliers result;
+  if (!worked_) return result;
+  result.value.setZero(system_.joint_count(), steps_ + 1);
+  result.weight = 1.0;
+  int row = cost_row_ + steps_ * controls_;
+  for (int k = 0; k <= steps_; ++k)
+    for (int j : powered_) {
+      const double above = -multiplier[row + 1], below = -multiplier[row + 2];
+      if (above + below > 0.0) result.value(j, k) = (above - below) / (above + below);
+      row += 3;
+    }
+  return result;
+}
+
+}  // namespace lamprey::maneuver
