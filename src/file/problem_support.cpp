@@ -6,6 +6,7 @@
 #include "file/problem_file.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
+#include "maneuver/maneuver.hpp"
 
 namespace lamprey::file {
 
@@ -18,21 +19,22 @@ namespace {
                        allowed, cure));
 }
 
+constexpr const char* only_by_newton =
+    "remove this key, or set control.kind = \"steps\" without --solver ipopt and begin without momentum";
+
 // What the transcription for Ipopt, and spline moments with it, lack.
 void require_supported_swimmer(const model::SwimmerDescription& swimmer) {
   for (std::size_t i = 0; i < swimmer.bodies.size(); ++i)
     if (const auto& coupling = swimmer.bodies[i].coupling_matrix; coupling && !coupling->isZero(0.0))
       refuse_unsupported(fmt::format("body[{}].coupling_matrix", i), "a matrix that is not zero", "zero",
-                         "remove this key, or set control.kind = \"steps\" without --solver ipopt");
+                         only_by_newton);
   for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
     const model::JointDescription& joint = swimmer.joints[j];
     const std::string path = fmt::format("joint[{}]", j);
     if (joint.stiffness > 0.0)
-      refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)",
-                         "remove this key, or set control.kind = \"steps\" without --solver ipopt");
+      refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)", only_by_newton);
     if (joint.damping > 0.0)
-      refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)",
-                         "remove this key, or set control.kind = \"steps\" without --solver ipopt");
+      refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)", only_by_newton);
   }
 }
 
@@ -46,9 +48,10 @@ void require_supported_spline(const model::SwimmerDescription& swimmer) {
 
 void require_supported_scheme(Scheme scheme, bool transcribed) {
   if (transcribed && scheme != Scheme::trapezoid && scheme != Scheme::paper)
-    refuse_unsupported("integrator.scheme", in_quotes(word(scheme)) + " with spline moments or --solver ipopt",
-                       "\"trapezoid\" (order 2) or \"paper\" (order 1)",
-                       "use \"trapezoid\", or set control.kind = \"steps\" without --solver ipopt");
+    refuse_unsupported(
+        "integrator.scheme", in_quotes(word(scheme)) + " with spline moments, a start with momentum or --solver ipopt",
+        "\"trapezoid\" (order 2) or \"paper\" (order 1)",
+        "use \"trapezoid\", or set control.kind = \"steps\" without --solver ipopt and begin without momentum");
 }
 
 std::string first_limit(const maneuver::Limits& limits) {
@@ -109,8 +112,9 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
 void require_supported(const ProblemFile& file, Purpose purpose) {
   if (purpose == Purpose::simulate) return;  // marching knows no bounds
   const maneuver::Problem& problem = file.problem;
-  const bool transcribed = purpose == Purpose::solve_with_ipopt || problem.control == maneuver::ControlKind::spline;
   try {
+    const bool transcribed = purpose == Purpose::solve_with_ipopt || problem.control == maneuver::ControlKind::spline ||
+                             maneuver::has_momentum(model::System(problem.swimmer), problem.start);
     if (transcribed) require_supported_swimmer(problem.swimmer);
     if (problem.control == maneuver::ControlKind::spline) require_supported_spline(problem.swimmer);
     require_supported_scheme(problem.scheme, transcribed);

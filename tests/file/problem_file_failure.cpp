@@ -226,9 +226,29 @@ TEST(UnsupportedProblem, each_feature_is_refused_at_its_place_until_none_is_left
   }
   replace("rule = \"rectangle\"\n", "");
   replace("method = \"shooting\"\n", "");
+  for (const char* line : {"angular_velocity.front = [0.1, 0.2, 0.3]\n", "angular_velocity.middle = [0.0, 0.0, 0.5]\n",
+                           "angular_velocity.back = [0.0, 0.0, 0.75]\n", "linear_velocity = [0.5, 0.0, 0.0]\n"})
+    replace(line, "");                      // from a start without momentum
   expect_key("time.duration", "duration");  // not with springs and dampers
   replace("duration = \"free\"\nmin = 0.5\nmax = 2.5", "duration = 1.0");
   EXPECT_NO_THROW(file::require_supported(parse_problem(text, path), file::Purpose::solve));
+}
+
+TEST(UnsupportedProblem, a_spring_is_refused_where_momentum_at_the_start_leaves_the_solving_to_ipopt) {
+  std::string text = tests::bytes_of(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml");
+  const auto insert = [&](const std::string& behind, const std::string& what) {
+    text.insert(text.find('\n', text.find(behind)), "\n" + what);
+  };
+  insert("kind = \"ball\"", "stiffness = 3.0");
+  EXPECT_NO_THROW(file::require_supported(parse_problem(text, "spring.toml"), file::Purpose::solve));
+  insert("[start]", "linear_velocity = [0.5, 0.0, 0.0]");
+  try {
+    file::require_supported(parse_problem(text, "spring.toml"), file::Purpose::solve);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.key, "joint[0].stiffness") << error.what();
+    EXPECT_NE(error.message.find("begin without momentum"), std::string::npos) << error.what();
+  }
 }
 
 TEST(UnsupportedProblem, an_error_that_knows_only_a_key_gets_the_place_of_the_nearest_enclosing_key) {
