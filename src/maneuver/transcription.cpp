@@ -23,12 +23,16 @@ bool is_ancestor(const System& system, int ancestor, int body) {
   return false;
 }
 
-// Moments that turn the heaviest body about in the time, in units of 100 N m: 1 for the paper's swimmer.
-double inertia_scale(const System& system, double duration) {
+// Moments that turn the whole about in the time, in units of 100 N m: 1 for the paper's swimmer.
+double inertia_scale(const System& system, const Maneuver& maneuver) {
+  const std::vector<Vector3d> centres = system.mass_centres(maneuver.start.rotation, maneuver.start.position);
   double inertia = 0.0;
-  for (const model::Body& body : system.bodies())
-    inertia = std::max(inertia, body.inertia_matrix.diagonal().maxCoeff());
-  return 0.04 * inertia / (duration * duration);
+  for (int i = 0; i < system.body_count(); ++i) {
+    const model::Body& body = system.body(i);
+    inertia += body.inertia_matrix.diagonal().maxCoeff() +
+               body.mass_matrix.diagonal().maxCoeff() * (centres[at(i)] - centres[0]).squaredNorm();
+  }
+  return inertia / (300.0 * maneuver.duration * maneuver.duration);
 }
 
 }  // namespace
@@ -56,7 +60,7 @@ std::vector<GoalRow> stated_goal_rows(const System& system, const Maneuver& mane
 Transcription::Transcription(const System& system, const Maneuver& maneuver, std::vector<GoalRow> goal_rows,
                              std::vector<LimitRow> limits)
     : system_(system),
-      scale_(inertia_scale(system, maneuver.duration)),
+      scale_(inertia_scale(system, maneuver)),
       free_(system.with_ball_joints(1.0 / scale_)),
       maneuver_(maneuver),
       goal_rows_(std::move(goal_rows)),

@@ -39,8 +39,13 @@ class IpoptMethod : public Method {
         full_(maneuver::make_maneuver(system, problem, problem.steps)),
         limits_(maneuver::limit_rows(system, problem)) {
     const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, rank_steps));
-    rows_ = maneuver::independent_goal_rows(system, probe,
-                                            maneuver::random_guess(system, probe, seed_of_start(problem, 0)));
+    NodePath path = maneuver::random_guess(system, probe, seed_of_start(problem, 0));
+    if (newton_takes(system, problem)) {  // the motion of its shapes: on none, errors may grow from step to step
+      const Reached reached(system, problem);
+      maneuver::ShapeProgram motion(system, probe, reached.coordinates, reached.rows, {}, maneuver::Steps::rough);
+      if (motion.go_to(path)) path = motion.path();
+    }
+    rows_ = maneuver::independent_goal_rows(system, probe, path);
   }
 
   std::string name() const override { return "ipopt"; }
