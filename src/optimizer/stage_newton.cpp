@@ -87,18 +87,20 @@ void StageNewton::solve_model(double share) {
 // Of the end rows a step takes away as much as does not cost more than a few times what they cost already: where the
 // Hessian is shifted, multipliers of the whole would be those of the shift.
 void StageNewton::find_step() {
-  end_multiplier_ = riccati_.look_back(model_, 0.0);
   share_ = 1.0;
   const double largest = sizes_.end_rows > 0 ? model_.c.lpNorm<Eigen::Infinity>() : 0.0;
   if (largest > most_end_change) share_ = most_end_change / largest;
+  if (largest > 0.0) riccati_.end_response(model_.c, missed_);
   if (shift_ > 0.0 && largest > 0.0) {
-    riccati_.end_response(model_.c, missed_);
+    end_multiplier_ = riccati_.look_back(model_, 0.0);
     const double added = missed_.lpNorm<Eigen::Infinity>();
     const double bearable = most_multiplier * std::max(end_multiplier_.lpNorm<Eigen::Infinity>(), highest_cost_);
     if (share_ * added > bearable) share_ = bearable / added;
   }
   solve_model(share_);
   step_.shifted = shift_ > 0.0;
+  end_multiplier_ = step_.end_multiplier;
+  if (largest > 0.0) algebra::add_multiple(-share_, missed_, end_multiplier_);
 }
 
 // What a Newton step still changes in the cost's gradient, relative to that gradient.
