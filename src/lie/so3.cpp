@@ -153,6 +153,10 @@ double rotation_angle(const Matrix3& R) {
   return 2.0 * std::atan2(q.tail<3>().norm(), q[0]);
 }
 
-Matrix3 renormalized(const Matrix3& R) { return rotation_of_quaternion(quaternion_of_rotation(R)); }
+// A Newton step towards the polar decomposition's rotation: what was left is squared.
+Matrix3 renormalized(const Matrix3& R) {
+  const Matrix3 left = Matrix3(R.transpose().lazyProduct(R)) - Matrix3::Identity();
+  return R - 0.5 * R.lazyProduct(left);
+}
 
 }  // namespace lamprey::lie

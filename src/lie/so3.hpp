@@ -86,7 +86,7 @@ Eigen::Matrix<double, 3, 4> quaternion_tangent(const Vector4& q);
 /// Full angle of the rotation R in [0, π], rad; accurate at both ends.
 double rotation_angle(const Matrix3& R);
 
-/// The rotation nearest to a matrix that is one up to round-off.
+/// The rotation nearest to a matrix that is one up to 1e-8.
 Matrix3 renormalized(const Matrix3& R);
 
 }  // namespace lamprey::lie

@@ -21,6 +21,7 @@ using optimizer::StageStep;
 constexpr double longest_turn = 0.6;     // rad, of one shape coordinate in one step of the search
 constexpr double longest_stretch = 0.3;  // of the logarithm of the duration
 constexpr double trace_of_quarter_turn = 1.0;
+constexpr double trace_of_near_turn = 2.755;  // 0.5 rad
 
 constexpr double worth_telling = 1e-7;  // rad, m, N m
 
@@ -98,7 +99,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
     motion->shape.assign(at(steps_ + 1), Rotations(at(system.body_count()), Matrix3d::Identity()));
     motion->rotation = motion->shape;
     motion->position.assign(at(steps_ + 1), Vector3d::Zero());
-    motion->step.assign(at(steps_), ShapeStep(solves_in_fours() && terms_.empty() ? 1 : system.body_count()));
+    motion->step.assign(at(steps_), ShapeStep(keeps_roots_alone() ? 1 : system.body_count()));
     motion->impulse.assign(at(steps_ + 1), MatrixXd(shape_, shape_));
     motion->moment.assign(at(steps_ + 1), VectorXd::Zero(shape_));
     motion->end_rows = VectorXd::Zero(end_multiplier_.size());
@@ -161,7 +162,7 @@ void ShapeProgram::write_path(NodePath& path) const {
   path.cayley.resize(now_.step.size());
   for (std::size_t k = 0; k < now_.step.size(); ++k) {
     path.cayley[k] = now_.step[k].interval.cayley;
-    if (!solves_in_fours()) continue;
+    if (!four_steps_) continue;
     path.cayley[k].resize(now_.rotation[k].size());
     for (std::size_t i = 0; i < path.cayley[k].size(); ++i)
       path.cayley[k][i] = lie::inverse_cayley(now_.rotation[k][i].transpose() * now_.rotation[k + 1][i]);
@@ -178,7 +179,7 @@ bool ShapeProgram::roll_out(Motion& motion) {
       motion.rotation.front()[i] = maneuver_.start.rotation[0] * motion.shape.front()[i];
   motion.position.front() = maneuver_.start.position;
   for (int k = 0; k < steps_; ++k) {
-    if (solves_in_fours()) {
+    if (four_steps_) {
       if (k % 4 == 0 && !solve_four(k, motion)) return false;
       follow_root(k, motion);
     } else if (!solve_step(k, motion)) {
@@ -207,13 +208,29 @@ bool ShapeProgram::turns_too_far(const Motion& motion, int k) const {
   return false;
 }
 
-// Beyond the last step it is repeated.
+// Beyond the last step it is repeated. Where bodies turn far in a step there are several root motions without momentum: if
+// Newton's method alone does not end next to the guess, ShapeKernel keeps to it.
 bool ShapeProgram::solve_four(int first, Motion& motion) {
   const auto step = [&](int lane) { return at(std::min(first + lane, steps_ - 1)); };
   const auto each = [&](auto of) { return ForFour<decltype(of(0))>{of(0), of(1), of(2), of(3)}; };
+  const auto steps = each([&](int l) { return &motion.step[step(l)]; });
   four_steps_->take_shapes(h_ * motion.stretch, each([&](int l) -> const Rotations* { return &motion.shape[step(l)]; }),
                            each([&](int l) -> const Rotations* { return &motion.shape[step(l) + 1]; }));
-  return four_steps_->solve(each([&](int l) { return &motion.step[step(l)]; }));
+  if (use_ == Steps::faithful) return four_steps_->solve(steps);
+  const auto turn = each([&](int l) { return steps[at(l)]->root_turn; });
+  const auto shift = each([&](int l) { return steps[at(l)]->root_shift; });
+  bool near = four_steps_->solve(steps);
+  for (std::size_t l = 0; l < 4; ++l)
+    near = near && turn[l].cwiseProduct(steps[l]->root_turn).sum() > trace_of_near_turn;
+  if (near) return true;
+  for (std::size_t l = 0; l < 4; ++l) {
+    steps[l]->root_turn = turn[l];
+    steps[l]->root_shift = shift[l];
+    steps[l]->momentum_inverse.setZero();
+  }
+  for (int k = first; k < std::min(first + 4, steps_); ++k)
+    if (!solve_step(k, motion)) return false;
+  return true;
 }
 
 // Where the root's motion over step k takes all bodies.
@@ -381,7 +398,7 @@ const Merit* ShapeProgram::try_step(const StageStep& along, double length) {
     to.root_turn =
         from.root_turn * lie::cayley(0.5 * length * (from.interval.next_rotation[0].transpose() * change.head<3>()));
     to.root_shift = from.root_shift + length * (from.interval.rotation[0].transpose() * moved);
-    if (!solves_in_fours()) to.momentum_inverse = (trial_.stretch / now_.stretch) * from.momentum_inverse;
+    if (!four_steps_) to.momentum_inverse = (trial_.stretch / now_.stretch) * from.momentum_inverse;
   }
   return roll_out(trial_) ? &trial_.merit : nullptr;
 }

@@ -159,9 +159,7 @@ class ShapeProgram : public optimizer::StageProgram {
   int own_states() const { return copies() + (maneuver_.periodic ? 2 * shape_ : 0); }
   int states() const { return own_states() + terms_.states(); }
   int idle() const { return shape_ - controls_; }
-  // Of several root motions without momentum, where bodies turn far, ShapeKernel keeps to the guess's better than
-  // Newton's method alone does.
-  bool solves_in_fours() const { return four_steps_ && use_ == Steps::faithful; }
+  bool keeps_roots_alone() const { return four_steps_ && use_ == Steps::faithful && terms_.empty(); }
   bool by_shapes() const { return idle() == 0 && terms_.empty() && !maneuver_.free_duration && !maneuver_.periodic; }
   bool effort_in_fours() const { return four_steps_ && four_steps_->takes_effort() && by_shapes() && limits_.empty(); }
 

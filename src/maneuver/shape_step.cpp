@@ -449,13 +449,20 @@ double momentum_left(const std::vector<ShapeStep>& steps, const std::vector<Rota
 
 void move_shape(const System& system, const Rotations& shape, const VectorXd& along, mechanics::Interval& buffer,
                 Rotations& moved) {
+  const auto half_turn = [&](int i) -> Vector3d { return 0.5 * along.segment<3>(shape_offset(system.body(i))); };
+  if (system.only_free_joints()) {
+    moved[0] = shape[0];
+    for (int i = 1; i < system.body_count(); ++i)
+      moved[at(i)] = lie::renormalized(shape[at(i)].lazyProduct(lie::cayley(half_turn(i))));
+    return;
+  }
   buffer.rotation = shape;
   for (Vector3d& v : buffer.cayley) v.setZero();
   for (Vector3d& v : buffer.joint_turn) v.setZero();
   for (int i = 1; i < system.body_count(); ++i) {
     const model::Body& body = system.body(i);
     if (body.freedoms == 3) {
-      buffer.cayley[at(i)] = 0.5 * along.segment<3>(shape_offset(body));
+      buffer.cayley[at(i)] = half_turn(i);
       continue;
     }
     for (int f = 0; f < body.freedoms; ++f) buffer.joint_turn[at(i)][f] = along[shape_offset(body) + f];

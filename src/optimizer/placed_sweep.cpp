@@ -101,41 +101,109 @@ void divide(const double* L, double* y, Index stride) {
 template <int shape, int rest>
 class SweepOf : public PlacedSweep {
  public:
-  explicit SweepOf(int end_rows)
-      : ends_(end_rows),
-        fours_(in_fours(states + end_rows)),
-        end_fours_(in_fours(end_rows)),
+  explicit SweepOf(const StageSizes& sizes)
+      : stages_(sizes.stages),
+        ends_(sizes.end_rows),
+        fours_(in_fours(states + ends_)),
+        end_fours_(in_fours(ends_)),
         stride_(4 * fours_),
+        gain_size_(4 * in_fours(shape * stride_ + shape * shape + shape)),
         ahead_(room(4 * in_fours(states))),
         moved_(room(seen + shape)),
-        by_input_(room(shape)),
-        gram_(static_cast<std::size_t>(16 * end_fours_ * end_fours_)) {}
+        gain_(at(stages_ * gain_size_ + 8)),
+        carried_(at(stride_ + 8)),
+        gram_(at(16 * end_fours_ * end_fours_)) {}
 
-  void begin(const MatrixXd& P, const MatrixXd& end) override {
+  bool factor(const StageModel& model, double shift, const MatrixXd& P, MatrixXd& end_gram) override {
     for (int c = 0; c < states; ++c) {
       std::copy_n(P.data() + c * states, states, column(ahead_, c));
-      std::copy_n(end.data() + c * ends_, ends_, column(ahead_, c) + states);
+      std::copy_n(model.C.data() + c * ends_, ends_, column(ahead_, c) + states);
     }
     std::fill(gram_.begin(), gram_.end(), 0.0);
+    for (Index k = stages_ - 1; k >= 0; --k) {
+      const Stage& stage = model.stage[at(k)];
+      double* gain = gain_of(k);
+      move_columns(stage);
+      move_rows(stage);
+      if (shift > 0.0)
+        add_own<true>(stage, shift, gain);
+      else
+        add_own<false>(stage, 0.0, gain);
+      failed_input_ = find_factor();
+      std::copy_n(factor_, shape * shape, gain + shape * stride_);
+      if (failed_input_ < shape) {
+        failed_stage_ = static_cast<int>(k);
+        return false;
+      }
+      eliminate(gain);
+      for (Index f = 0; f < fours_; ++f) divide<shape>(factor_, gain + 4 * f, stride_);
+    }
+    for (Index c = 0; c < ends_; ++c) std::copy_n(&gram_[at(c * 4 * end_fours_)], ends_, &end_gram(0, c));
+    return true;
   }
 
-  int step(const Stage& stage, double shift, MatrixXd& factor, MatrixXd& by_back) override {
-    move_columns(stage);
-    move_rows(stage);
-    if (shift > 0.0)
-      add_own<true>(stage, shift);
-    else
-      add_own<false>(stage, 0.0);
-    const int eliminated = find_factor();
-    std::copy_n(factor_, shape * shape, factor.data());
-    if (eliminated < shape) return eliminated;
-    eliminate();
-    write_gain(by_back);
-    return shape;
+  void read_factor(int stage, MatrixXd& factor) const override {
+    std::copy_n(gain_of(stage) + shape * stride_, shape * shape, factor.data());
   }
 
-  void read_end_gram(MatrixXd& gram) const override {
-    for (Index c = 0; c < ends_; ++c) std::copy_n(&gram_[at(c * 4 * end_fours_)], ends_, &gram(0, c));
+  MatrixXd feedback(int stage) const override {
+    MatrixXd by_state(shape, states);
+    for (int c = 0; c < shape; ++c)
+      for (int r = 0; r < states; ++r) by_state(c, r) = -gain_of(stage)[c * stride_ + r];
+    return by_state;
+  }
+
+  void look_back(const StageModel& model, const VectorXd& gradient, VectorXd& end_rows) override {
+    double* carried = carried_.data();  // gradient above end rows
+    std::copy_n(gradient.data(), states, carried);
+    std::copy_n(end_rows.data(), ends_, carried + states);
+    for (Index k = stages_ - 1; k >= 0; --k) {
+      const Stage& stage = model.stage[at(k)];
+      const double *A = stage.A.data() + shape * states + kept, *B = stage.B.data() + kept;
+      double* gain = gain_of(k);
+      double* input = gain + shape * (stride_ + shape);
+      double p[states];
+      std::copy_n(carried, states, p);
+      for (int c = 0; c < shape; ++c) {
+        double sum = stage.r.data()[c] + p[shape + c];
+        for (int i = 0; i < rest; ++i) sum += B[c * states + i] * p[kept + i];
+        input[c] = -sum;
+      }
+      std::copy_n(stage.q.data(), states, carried);
+      for (int c = 0; c < shape; ++c) carried[shape + c] += p[c];
+      for (int c = 0; c < seen; ++c) {
+        double sum = 0.0;
+        for (int i = 0; i < rest; ++i) sum += A[c * states + i] * p[kept + i];
+        carried[shape + c] += sum;
+      }
+      for (Index f = 0; f < fours_; ++f) {
+        Four sum = load<Four>(carried + 4 * f);
+        for (int c = 0; c < shape; ++c) sum += load<Four>(gain + c * stride_ + 4 * f) * input[c];
+        store(sum, carried + 4 * f);
+      }
+      solve_factored(gain + shape * stride_, input);
+    }
+    std::copy_n(carried + states, ends_, end_rows.data());
+  }
+
+  void follow(const StageModel& model, int first, const VectorXd& state, const VectorXd& end_multiplier,
+              bool own_inputs, bool add, StageStep& step) override {
+    double *here = carried_.data(), input[shape];  // state above multipliers
+    std::copy_n(state.data(), states, here);
+    std::copy_n(end_multiplier.data(), ends_, here + states);
+    for (Index k = first; k < stages_; ++k) {
+      const double* gain = gain_of(k);
+      const double* own = gain + shape * (stride_ + shape);
+      for (int c = 0; c < shape; ++c) {
+        Four sum{};
+        for (Index f = 0; f < fours_; ++f) sum += load<Four>(gain + c * stride_ + 4 * f) * load<Four>(here + 4 * f);
+        input[c] = (own_inputs ? own[c] : 0.0) - algebra::sum(sum);
+      }
+      move(model.stage[at(k)], input, here);
+      double *to_input = step.input[at(k)].data(), *to_state = step.state[at(k + 1)].data();
+      for (int c = 0; c < shape; ++c) to_input[c] = add ? to_input[c] + input[c] : input[c];
+      for (int c = 0; c < states; ++c) to_state[c] = add ? to_state[c] + here[c] : here[c];
+    }
   }
 
  private:
@@ -146,6 +214,8 @@ class SweepOf : public PlacedSweep {
 
   static std::size_t at(Index place) { return static_cast<std::size_t>(place); }
   std::vector<double> room(Index columns) const { return std::vector<double>(at(columns * stride_ + 8)); }
+  double* gain_of(Index stage) { return &gain_[at(stage * gain_size_)]; }
+  const double* gain_of(Index stage) const { return &gain_[at(stage * gain_size_)]; }
   double* column(std::vector<double>& matrix, Index c) const { return matrix.data() + c * stride_; }
 
   // Fours of end rows, in columns of rising number: what is written beyond them is written again.
@@ -191,7 +261,7 @@ class SweepOf : public PlacedSweep {
 
   // With the stage's own part: (P; end) and what inputs have to do with states and end rows, before they are eliminated.
   template <bool shifted>
-  void add_own(const Stage& stage, double shift) {
+  void add_own(const Stage& stage, double shift, double* gain) {
     const double *Q = stage.Q.data(), *S = stage.S.data(), *R = stage.R.data(), *metric = stage.metric.data();
     for (int c = 0; c < states; ++c) {
       double* to = column(ahead_, c);
@@ -206,7 +276,7 @@ class SweepOf : public PlacedSweep {
       copy_ends(column(moved_, c - shape), to);
     }
     for (int c = 0; c < shape; ++c) {
-      double* to = column(by_input_, c);
+      double* to = gain + c * stride_;
       const double* more = hessian_ + (seen + c) * square;
       for (int r = 0; r < states; ++r) to[r] = S[r * shape + c];
       for (int r = 0; r < seen; ++r) to[shape + r] += more[r];
@@ -230,9 +300,8 @@ class SweepOf : public PlacedSweep {
     return shape;
   }
 
-  void eliminate() {
-    const double* inputs = by_input_.data();
-    for (Index f = 0; f < fours_; ++f) divide_by_transposed<shape>(factor_, by_input_.data() + 4 * f, stride_);
+  void eliminate(double* inputs) {
+    for (Index f = 0; f < fours_; ++f) divide_by_transposed<shape>(factor_, inputs + 4 * f, stride_);
     add_product<states, shape, -1>(fours_, inputs, stride_, {inputs, stride_, 1}, ahead_.data(), stride_);
     mirror();
     const double* ends = inputs + states;
@@ -265,21 +334,39 @@ class SweepOf : public PlacedSweep {
     }
   }
 
-  void write_gain(MatrixXd& by_back) {
-    for (Index f = 0; f < fours_; ++f) divide<shape>(factor_, by_input_.data() + 4 * f, stride_);
-    double* to = by_back.data();
-    for (int c = 0; c < shape; ++c, to += ends_ + states) {
-      const double* from = column(by_input_, c);
-      for (Index e = 0; e < ends_; ++e) to[e] = from[states + e];
-      for (int r = 0; r < states; ++r) to[ends_ + r] = from[r];
+  // (L Lᵀ)⁻¹
+  static void solve_factored(const double* L, double* input) {
+    for (int c = 0; c < shape; ++c) {
+      input[c] *= L[c + c * shape];
+      for (int i = c + 1; i < shape; ++i) input[i] -= L[i + c * shape] * input[c];
+    }
+    for (int c = shape - 1; c >= 0; --c) {
+      for (int i = c + 1; i < shape; ++i) input[c] -= L[i + c * shape] * input[i];
+      input[c] *= L[c + c * shape];
     }
   }
 
-  Index ends_, fours_, end_fours_, stride_;
+  // The state becomes the next.
+  static void move(const Stage& stage, const double* input, double* state) {
+    const double *A = stage.A.data() + shape * states + kept, *B = stage.B.data() + kept;
+    double next[rest] = {};
+    for (int c = 0; c < seen; ++c)
+      for (int i = 0; i < rest; ++i) next[i] += A[c * states + i] * state[shape + c];
+    for (int c = 0; c < shape; ++c)
+      for (int i = 0; i < rest; ++i) next[i] += B[c * states + i] * input[c];
+    std::copy_n(state + shape, shape, state);
+    std::copy_n(input, shape, state + shape);
+    std::copy_n(next, rest, state + kept);
+  }
+
+  Index stages_, ends_, fours_, end_fours_, stride_, gain_size_;
   // columns of states' rows above end rows, and spare ones
-  std::vector<double> ahead_;                                 // [states] columns: (P; end)
-  std::vector<double> moved_;                                 // [seen + shape] columns: (P; end) (A, B)
-  std::vector<double> by_input_;                              // [shape] columns
+  std::vector<double> ahead_;  // [states] columns: (P; end)
+  std::vector<double> moved_;  // [seen + shape] columns: (P; end) (A, B)
+  // [stages]: [shape] columns, inputs by states and by end rows' multipliers with their signs reversed; the factor; the input at
+  // state and multipliers 0
+  std::vector<double> gain_;
+  std::vector<double> carried_;                               // one such column
   std::vector<double> gram_;                                  // [end_rows] columns of whole fours
   alignas(32) double transposed_[rest * square] = {};         // [seen + shape][rest] of (A, B)
   alignas(32) double hessian_[(seen + shape) * square] = {};  // [seen + shape] squared, by columns
@@ -290,9 +377,9 @@ class SweepOf : public PlacedSweep {
 
 std::unique_ptr<PlacedSweep> PlacedSweep::of(const StageSizes& sizes) {
   const int shape = sizes.inputs, rest = sizes.states - 2 * sizes.inputs;
-  if (shape == 2 && rest == 3) return std::make_unique<SweepOf<2, 3>>(sizes.end_rows);  // three bodies in their plane
-  if (shape == 3 && rest == 6) return std::make_unique<SweepOf<3, 6>>(sizes.end_rows);  // two in space
-  if (shape == 6 && rest == 6) return std::make_unique<SweepOf<6, 6>>(sizes.end_rows);  // three in space
+  if (shape == 2 && rest == 3) return std::make_unique<SweepOf<2, 3>>(sizes);  // three bodies in their plane
+  if (shape == 3 && rest == 6) return std::make_unique<SweepOf<3, 6>>(sizes);  // two in space
+  if (shape == 6 && rest == 6) return std::make_unique<SweepOf<6, 6>>(sizes);  // three in space
   return nullptr;
 }
 

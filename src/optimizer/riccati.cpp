@@ -48,7 +48,6 @@ StageStep::StageStep(const StageSizes& z)
 
 Riccati::Riccati(const StageSizes& z)
     : sizes_(z),
-      gain_(at(z.stages + 1)),
       transposed_(z.states + z.inputs, z.states),
       PA_(z.states, z.states),
       PB_(z.states, z.inputs),
@@ -61,21 +60,28 @@ Riccati::Riccati(const StageSizes& z)
       back_(z.end_rows + z.states),
       reached_(z.end_rows),
       multiplier_(z.end_rows),
-      placed_sweep_(PlacedSweep::of(z)) {
-  for (Gain& g : gain_)
-    g = {MatrixXd(z.states, z.states),   MatrixXd(z.inputs, z.inputs), MatrixXd(z.end_rows + z.states, z.inputs),
-         MatrixXd(z.end_rows, z.states), VectorXd(z.states),           VectorXd(z.inputs)};
-}
+      placed_sweep_(PlacedSweep::of(z)),
+      P_end_(z.states, z.states),
+      p_end_(z.states),
+      factor_(z.inputs, z.inputs) {}
 
 bool Riccati::factor(const StageModel& model, double shift, double penalty) {
   penalty_ = penalty;
-  Gain& last = gain_.back();
-  last.P = model.Q_end;
-  if (shift > 0.0) algebra::add_multiple(shift, model.metric_end, last.P);
-  algebra::add_product(penalty, model.C.transpose(), model.C, last.P);
-  last.end = model.C;
+  P_end_ = model.Q_end;
+  if (shift > 0.0) algebra::add_multiple(shift, model.metric_end, P_end_);
+  algebra::add_product(penalty, model.C.transpose(), model.C, P_end_);
   end_gram_.setZero();
-  if (!(placed_alone(model) ? sweep_placed(model, shift) : sweep(model, shift))) return false;
+  placed_ = placed_alone(model);
+  if (placed_) {
+    if (!placed_sweep_->factor(model, shift, P_end_, end_gram_)) {
+      failed_stage_ = placed_sweep_->failed_stage();
+      placed_sweep_->read_factor(failed_stage_, factor_);
+      find_failed_input(factor_, placed_sweep_->failed_input());
+      return false;
+    }
+  } else if (!sweep(model, shift)) {
+    return false;
+  }
   end_solver_.compute(end_gram_);
   return sizes_.end_rows == 0 || end_solver_.info() == Eigen::Success;
 }
@@ -89,21 +95,22 @@ bool Riccati::placed_alone(const StageModel& model) const {
          });
 }
 
-bool Riccati::sweep_placed(const StageModel& model, double shift) {
-  placed_sweep_->begin(gain_.back().P, gain_.back().end);
-  for (int k = sizes_.stages - 1; k >= 0; --k) {
-    Gain& gain = gain_[at(k)];
-    const int eliminated = placed_sweep_->step(model.stage[at(k)], shift, gain.factor, gain.by_back);
-    if (eliminated == sizes_.inputs) continue;
-    failed_stage_ = k;
-    find_failed_input(gain.factor, eliminated);
-    return false;
-  }
-  placed_sweep_->read_end_gram(end_gram_);
-  return true;
+MatrixXd Riccati::feedback(int stage) const {
+  if (placed_) return placed_sweep_->feedback(stage);
+  return -gain_[at(stage)].by_back.bottomRows(sizes_.states).transpose();
+}
+
+// For the first sweep.
+void Riccati::make_room() {
+  const int n = sizes_.states, m = sizes_.inputs, e = sizes_.end_rows;
+  gain_.assign(at(sizes_.stages + 1),
+               {MatrixXd(n, n), MatrixXd(m, m), MatrixXd(e + n, m), MatrixXd(e, n), VectorXd(n), VectorXd(m)});
 }
 
 bool Riccati::sweep(const StageModel& model, double shift) {
+  if (gain_.empty()) make_room();
+  gain_.back().P = P_end_;
+  gain_.back().end = model.C;
   for (int k = sizes_.stages - 1; k >= 0; --k) {
     Gain& gain = gain_[at(k)];
     carry_hessian(model.stage[at(k)], shift, gain_[at(k + 1)], gain);
@@ -212,11 +219,17 @@ void Riccati::find_failed_input(const MatrixXd& factor, int input) {
 
 const VectorXd& Riccati::look_back(const StageModel& model, double share) {
   const int n = sizes_.states, m = sizes_.inputs, rows = sizes_.end_rows;
-  reached_ = model.c;
+  reached_ = model.c;  // C s_N + target, before the end rows' multipliers act
   reached_ *= share;
-  gain_.back().p = model.q_end;
-  algebra::add_product(penalty_, model.C.transpose(), reached_, gain_.back().p);
-  back_.head(rows) = reached_;  // C s_N + target, before the end rows' multipliers act
+  p_end_ = model.q_end;
+  algebra::add_product(penalty_, model.C.transpose(), reached_, p_end_);
+  if (placed_) {
+    placed_sweep_->look_back(model, p_end_, reached_);
+    multiplier_ = end_solver_.solve(reached_);
+    return multiplier_;
+  }
+  gain_.back().p = p_end_;
+  back_.head(rows) = reached_;
   for (int k = sizes_.stages - 1; k >= 0; --k) {
     const Stage& stage = model.stage[at(k)];
     const Gain& next = gain_[at(k + 1)];
@@ -260,17 +273,51 @@ void Riccati::end_response(const VectorXd& end_rows, VectorXd& multipliers) cons
 void Riccati::solve(const StageModel& model, double share, StageStep& step) {
   step.end_multiplier = look_back(model, share);
   step.state.front().setZero();
-  back_.head(sizes_.end_rows) = step.end_multiplier;
-  for (int k = 0; k < sizes_.stages; ++k) {
-    const Stage& stage = model.stage[at(k)];
+  follow(model, 0, step.state.front(), step.end_multiplier, true, false, step);
+}
+
+void Riccati::correct(const StageModel& model, const VectorXd& end_rows, StageStep& step) {
+  multiplier_ = end_solver_.solve(end_rows);
+  state_.setZero();
+  follow(model, 0, state_, multiplier_, false, true, step);
+}
+
+void Riccati::bend(const StageModel& model, double size, StageStep& step) {
+  for (VectorXd& state : step.state) state.setZero();
+  for (VectorXd& input : step.input) input.setZero();
+  const auto failed = at(failed_stage_);
+  step.input[failed] = size * failed_input_;
+  move(model.stage[failed], step.input[failed], step.state[failed], step.state[failed + 1]);
+  multiplier_.setZero();
+  follow(model, failed_stage_ + 1, step.state[failed + 1], multiplier_, false, false, step);
+}
+
+// Inputs and states from a stage on, which begins at `state`, along the feedback: added to a step or put in their place; with
+// what gaps and gradients call for, or without.
+void Riccati::follow(const StageModel& model, int first, const VectorXd& state, const VectorXd& end_multiplier,
+                     bool own_inputs, bool add, StageStep& step) {
+  if (placed_) return placed_sweep_->follow(model, first, state, end_multiplier, own_inputs, add, step);
+  back_.head(sizes_.end_rows) = end_multiplier;
+  back_.tail(sizes_.states) = state;
+  for (int k = first; k < sizes_.stages; ++k) {
     const Gain& gain = gain_[at(k)];
-    const VectorXd& state = step.state[at(k)];
-    back_.tail(sizes_.states) = state;
-    step.input[at(k)] = gain.input;
-    add_transposed_image(-1.0, gain.by_back, back_, step.input[at(k)]);
-    VectorXd& next = step.state[at(k + 1)];
-    move(stage, step.input[at(k)], state, next);
-    next += stage.gap;
+    if (own_inputs)
+      input_ = gain.input;
+    else
+      input_.setZero();
+    add_transposed_image(-1.0, gain.by_back, back_, input_);
+    state_ = back_.tail(sizes_.states);
+    move(model.stage[at(k)], input_, state_, ahead_);
+    if (own_inputs) ahead_ += model.stage[at(k)].gap;
+    back_.tail(sizes_.states) = ahead_;
+    VectorXd &input = step.input[at(k)], &next = step.state[at(k + 1)];
+    if (add) {
+      input += input_;
+      next += ahead_;
+    } else {
+      input = input_;
+      next = ahead_;
+    }
   }
 }
 
@@ -292,34 +339,6 @@ void Riccati::move(const Stage& stage, const VectorXd& input, const VectorXd& st
   next.tail(rest).setZero();
   add_image(1.0, stage.A.bottomRows(rest), state, next.tail(rest));
   add_image(1.0, stage.B.bottomRows(rest), input, next.tail(rest));
-}
-
-void Riccati::bend(const StageModel& model, double size, StageStep& step) const {
-  for (VectorXd& state : step.state) state.setZero();
-  for (VectorXd& input : step.input) input.setZero();
-  for (int k = failed_stage_; k < sizes_.stages; ++k) {
-    VectorXd& input = step.input[at(k)];
-    if (k == failed_stage_)
-      input = size * failed_input_;
-    else
-      add_transposed_image(-1.0, gain_[at(k)].by_back.bottomRows(sizes_.states), step.state[at(k)], input);
-    move(model.stage[at(k)], input, step.state[at(k)], step.state[at(k + 1)]);
-  }
-}
-
-void Riccati::correct(const StageModel& model, const VectorXd& end_rows, StageStep& step) {
-  multiplier_ = end_solver_.solve(end_rows);
-  back_.head(sizes_.end_rows) = multiplier_;
-  state_.setZero();
-  for (int k = 0; k < sizes_.stages; ++k) {
-    back_.tail(sizes_.states) = state_;
-    input_.setZero();
-    add_transposed_image(-1.0, gain_[at(k)].by_back, back_, input_);
-    step.input[at(k)] += input_;
-    move(model.stage[at(k)], input_, state_, ahead_);
-    state_.swap(ahead_);
-    step.state[at(k + 1)] += state_;
-  }
 }
 
 }  // namespace lamprey::optimizer

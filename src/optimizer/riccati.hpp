@@ -21,9 +21,7 @@ class Riccati {
   bool factor(const StageModel& model, double shift, double penalty);
 
   /// After factor: how a stage's optimal input answers its state, [m][n].
-  MatrixXd feedback(int stage) const {
-    return -gain_[static_cast<std::size_t>(stage)].by_back.bottomRows(sizes_.states).transpose();
-  }
+  MatrixXd feedback(int stage) const;
 
   /// The end rows' multipliers of the step that solve() finds with this share.
   const VectorXd& look_back(const StageModel& model, double share);
@@ -43,29 +41,31 @@ class Riccati {
 
   /// After a factor that returned false: a direction of negative curvature, small in the end rows, with inputs of
   /// `size` where the sweep met it. Not for shifted Hessians.
-  void bend(const StageModel& model, double size, StageStep& step) const;
+  void bend(const StageModel& model, double size, StageStep& step);
 
  private:
   struct Gain {
-    MatrixXd P;        // [n][n] Hessian of what is still to come; lost to a PlacedSweep, and `end` as well
+    MatrixXd P;        // [n][n] Hessian of what is still to come
     MatrixXd factor;   // [m][m] lower Cholesky factor of R + BᵀPB, the inverse of its diagonal on the diagonal
     MatrixXd by_back;  // [end_rows + n][m] inputs, sign reversed: by the end rows' multipliers and by the state
     MatrixXd end;      // [end_rows][n] closed-loop sensitivity of the end rows
     VectorXd p;        // [n] gradient of what is still to come at s = 0
     VectorXd input;    // [m] at s = 0
   };
-  bool sweep_placed(const StageModel& model, double shift);
   bool placed_alone(const StageModel& model) const;
   bool sweep(const StageModel& model, double shift);
+  void make_room();
   void find_failed_input(const MatrixXd& factor, int input);
   void carry_hessian(const Stage& stage, double shift, const Gain& next, Gain& gain);
   int seen_states(const Stage& stage) const;
   void carry_end(const Stage& stage, const Gain& next, Gain& gain);
   bool eliminate_inputs(Gain& gain);
+  void follow(const StageModel& model, int first, const VectorXd& state, const VectorXd& end_multiplier,
+              bool own_inputs, bool add, StageStep& step);
   void move(const Stage& stage, const VectorXd& input, const VectorXd& state, VectorXd& next) const;
 
   StageSizes sizes_;
-  std::vector<Gain> gain_;  // [N + 1], the last without gains
+  std::vector<Gain> gain_;  // [N + 1], the last without gains; none where a PlacedSweep does it all
   MatrixXd transposed_;     // [n + m][n] of the rows of (A, B) that are not shifted ones
   MatrixXd PA_, PB_;        // P A, P B
   MatrixXd by_input_;  // [end_rows + n + m][m] what inputs do to end rows, to the states' gradient and to their own
@@ -73,7 +73,11 @@ class Riccati {
   Eigen::LLT<MatrixXd> end_solver_;
   VectorXd ahead_, state_, input_, back_, reached_, multiplier_;
   std::unique_ptr<PlacedSweep> placed_sweep_;
+  bool placed_ = false;  // whether it has factored the latest model
   bool with_costates_ = true;
+  MatrixXd P_end_;   // [n][n]
+  VectorXd p_end_;   // [n]
+  MatrixXd factor_;  // [m][m]
   double penalty_ = 0.0;
   int failed_stage_ = 0;
   VectorXd failed_input_;  // [m] along which the sweep met negative curvature
