@@ -19,7 +19,7 @@ using model::System;
 constexpr int most_rounds = 40;
 constexpr double as_good_as_zero = 1e-14;  // of the largest momentum: as near to zero as sums of it come
 constexpr double rotations_noise = 1e-14;  // of inertia over time step, what rotations' round-off makes of momenta
-constexpr double slowly = 1e-2;            // contraction that calls for a new inverse
+constexpr double slowly = 3e-2;            // contraction that calls for a new inverse
 constexpr double longest_root_turn = 0.5;  // rad, of the root in one iteration
 constexpr double lost = 10.0;              // rad, a turn that leads nowhere
 

@@ -58,7 +58,7 @@ class FourSteps {
                   const ForFour<optimizer::StageSlopes::Slope*>& stage);
 
   /// After `tangent` of the same steps: their Hessians as ShapeKernel::curvature gives them, but by the root's turn at the
-  /// steps' ends (turn_at_end).
+  /// steps' ends (turn_at_end); into the first rows and columns of matrices that may be larger.
   void curvature(const ForFour<const ShapeStep*>& step, const ForFour<const mechanics::Moments*>& control,
                  const ForFour<const mechanics::Moments*>& control_next,
                  const ForFour<const ShapeMultipliers*>& multipliers, const ForFour<MatrixXd*>& hessian);

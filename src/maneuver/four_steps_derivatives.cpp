@@ -332,8 +332,8 @@ void FourSteps::add_pose(const ForFour<const ShapeStep*>& step, const ForFour<co
   const auto corner = [&](std::size_t l) { return hessian[l]->data() + ends; };
   write(6, 0, 3, 1.0, {corner(0), corner(1), corner(2), corner(3)}, hessian[0]->rows());
   for (std::size_t l = 0; l < 4; ++l) {
-    hessian[l]->topRightCorner(ends, 3) = hessian[l]->bottomLeftCorner(3, ends).transpose();
-    hessian[l]->bottomRightCorner<3, 3>() = twice[l];
+    hessian[l]->block(0, ends, ends, 3) = hessian[l]->block(ends, 0, 3, ends).transpose();
+    hessian[l]->block<3, 3>(ends, ends) = twice[l];
   }
 }
 

@@ -43,6 +43,9 @@ MomentBasis::MomentBasis(const System& system, const MatrixXd& shape_basis, cons
       idle.push_back({j, direction});
   }
   column_.insert(column_.end(), idle.begin(), idle.end());
+  const auto whole = [](const Joint& joint) { return joint.free() && joint.actuation.cols() == 3; };
+  if (shape_basis.isIdentity(0.0) && std::all_of(system.joints().begin(), system.joints().end(), whole))
+    by_joint_.setZero(size());
   if (shape_basis.rows() == shape_basis.cols()) return;
   // of the idle ones as many as add to what the coordinates feel
   MatrixXd work(shape_size(system), size());
@@ -87,6 +90,30 @@ void MomentBasis::virtual_work(const Rotations& R, MatrixXd& work) const {
       column.segment(shape_offset(body), body.freedoms) = (frame.axes.transpose() * moment).head(body.freedoms);
       moment = (frame.child_to_parent * moment).eval();
     }
+  }
+}
+
+// A body's turn feels its own joint's moment and those of its children's: −Qᵀu + Σ u.
+void MomentBasis::solve(const Rotations& R, VectorXd& x) {
+  const std::vector<int>& bodies = system_.root_to_leaves();
+  for (auto b = bodies.rbegin(); b != bodies.rend(); ++b) {
+    const Body& body = system_.body(*b);
+    if (body.parent < 0) continue;
+    const Vector3d u = -(R[at(body.parent)].transpose() * (R[at(*b)] * x.segment<3>(shape_offset(body))));
+    if (body.parent > 0) x.segment<3>(shape_offset(system_.body(body.parent))) -= u;
+    by_joint_.segment<3>(3 * body.joint) = system_.joint(body.joint).actuation.leftCols<3>().transpose() * u;
+  }
+  x.swap(by_joint_);
+}
+
+void MomentBasis::solve_transposed(const Rotations& R, VectorXd& x) {
+  x.swap(by_joint_);
+  for (int b : system_.root_to_leaves()) {
+    const Body& body = system_.body(b);
+    if (body.parent < 0) continue;
+    Vector3d turn = -(system_.joint(body.joint).actuation.leftCols<3>() * by_joint_.segment<3>(3 * body.joint));
+    if (body.parent > 0) turn += x.segment<3>(shape_offset(system_.body(body.parent)));
+    x.segment<3>(shape_offset(body)) = R[at(b)].transpose() * (R[at(body.parent)] * turn);
   }
 }
 

@@ -17,6 +17,12 @@ class MomentBasis {
   void controls(const VectorXd& moment, mechanics::Moments& by_joint) const;
   /// Virtual work of unit moments along each coordinate of a shape, [shape_size][size].
   void virtual_work(const mechanics::Rotations& rotation, MatrixXd& work) const;
+  /// Whether all joints are ball joints that exert moments about any axis, and all coordinates are there: moments then
+  /// follow joint by joint from what they do.
+  bool joint_by_joint() const { return by_joint_.size() > 0; }
+  /// Where joint_by_joint, with W the virtual_work: x becomes W⁻¹ x, or W⁻ᵀ x.
+  void solve(const mechanics::Rotations& rotation, VectorXd& x);
+  void solve_transposed(const mechanics::Rotations& rotation, VectorXd& x);
   /// Derivative of the controls' virtual work along `freedoms`, which turn the bodies by `turns` and not the root, by the
   /// shape: [controls][shape_size].
   void virtual_work_by_shape(const mechanics::Rotations& rotation, mechanics::NodeTurns along,
@@ -29,6 +35,7 @@ class MomentBasis {
   };
   const model::System& system_;
   std::vector<Column> column_;
+  VectorXd by_joint_;  // [size], where joint_by_joint
 };
 
 }  // namespace lamprey::maneuver

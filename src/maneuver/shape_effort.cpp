@@ -14,12 +14,14 @@ using model::at;
 using optimizer::add_product;
 using optimizer::set_transposed;
 using optimizer::Stage;
+using optimizer::StageModel;
 using optimizer::StageSlopes;
 
 }  // namespace
 
-// Tangents of up to four steps under the moments that the nodes hold, and their curvature with the nodes' multipliers.
-void ShapeProgram::differentiate_four(int first, bool twice) {
+// Tangents of up to four steps under the moments that the nodes hold and, for a model, their curvature with the nodes'
+// multipliers.
+void ShapeProgram::differentiate_four(int first, StageModel* model) {
   const double h = h_ * now_.stretch;
   const int count = std::min(4, steps_ - first);
   const auto multipliers = [&](int l) {
@@ -32,7 +34,7 @@ void ShapeProgram::differentiate_four(int first, bool twice) {
       ShapeStep& step = now_.step[at(first + l)];
       const mechanics::Moments &control = node_[at(l)].control, &control_next = node_[at(l + 1)].control;
       kernel_.tangent(h, control, control_next, step, four_tangents_[at(l)]);
-      if (!twice) continue;
+      if (!model) continue;
       kernel_.curvature(h, control, control_next, step, multipliers(l), four_hessians_[at(l)]);
       turn_at_end(four_tangents_[at(l)], four_hessians_[at(l)]);
     }
@@ -53,10 +55,13 @@ void ShapeProgram::differentiate_four(int first, bool twice) {
     const ForFour<NodeEffort> effort = node_efforts(first);
     four_steps_->find_moments({&effort[0], &effort[1], &effort[2], &effort[3]}, first == 0);
   }
-  if (!twice) return;
+  if (!model) return;
   const auto of_lanes = each([&](int l, int) { return multipliers(l); });
+  const auto form = [&](int l) {
+    return hessians_in_place() ? &end_form(first + std::min(l, count - 1), *model) : &four_hessians_[at(l)];
+  };
   four_steps_->curvature(steps, control, control_next, {&of_lanes[0], &of_lanes[1], &of_lanes[2], &of_lanes[3]},
-                         each([&](int, int l) { return &four_hessians_[at(l)]; }));
+                         {form(0), form(1), form(2), form(3)});
 }
 
 // Of the nodes where four steps begin; beyond the last it is repeated.

@@ -46,8 +46,13 @@ void ShapeProgram::model_node(int k, NodeModel& node) {
       if (end_rows_[r].kind == EndRow::Kind::moment)
         by_moments[end_rows_[r].index] = end_multiplier_[static_cast<Eigen::Index>(r)];
   if (maneuver_.periodic && k == 0) return;  // the last node's multiplier
-  set_transposed(now_.impulse[at(k)], equations_.topLeftCorner(shape_, shape_));
-  solve_moments(node.multiplier);
+  if (joint_by_joint()) {
+    moments_.solve_transposed(now_.rotation[at(k)], node.multiplier);
+    node.multiplier *= 1.0 / impulse_time(now_, k);
+  } else {
+    set_transposed(now_.impulse[at(k)], equations_.topLeftCorner(shape_, shape_));
+    solve_moments(node.multiplier);
+  }
   model_controls(k, node);
 }
 
@@ -63,19 +68,28 @@ void ShapeProgram::model_controls(int k, NodeModel& node) {
     algebra::set_product(by_shape_, shape_basis_, node.control_by_shape);
 }
 
-// Curvature of step k, kept with the state at its end.
+// Where the curvature of step k is kept: with the state at its end.
+MatrixXd& ShapeProgram::end_form(int k, StageModel& model) const {
+  return k + 1 == steps_ ? model.Q_end : model.stage[at(leads_ + k + 1)].Q;
+}
+
 void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& next, StageModel& model) {
-  const MatrixXd& hessian = four_hessians_[at(k % 4)];
   const int ends = 2 * shape_;
-  const auto pose_turn = pose_basis_.topRows<3>();
   const bool last = k + 1 == steps_;
-  MatrixXd& Q = last ? model.Q_end : model.stage[at(leads_ + k + 1)].Q;
-  Q.topLeftCorner(ends, ends) = hessian.topLeftCorner(ends, ends);
-  Q.block(0, ends, ends, pose_) = hessian.topRightCorner(ends, 3).lazyProduct(pose_turn);
-  Q.block(ends, 0, pose_, ends) = Q.block(0, ends, ends, pose_).transpose();
-  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> half =
-      hessian.bottomRightCorner<3, 3>().lazyProduct(pose_turn);
-  Q.block(ends, ends, pose_, pose_) = pose_turn.transpose().lazyProduct(half);
+  MatrixXd& Q = end_form(k, model);
+  if (hessians_in_place()) {
+    Q.block(0, ends + 3, ends + 3, 3).setZero();
+    Q.block(ends + 3, 0, 3, ends + 6).setZero();
+  } else {
+    const MatrixXd& hessian = four_hessians_[at(k % 4)];
+    const auto pose_turn = pose_basis_.topRows<3>();
+    Q.topLeftCorner(ends, ends) = hessian.topLeftCorner(ends, ends);
+    Q.block(0, ends, ends, pose_) = hessian.topRightCorner(ends, 3).lazyProduct(pose_turn);
+    Q.block(ends, 0, pose_, ends) = Q.block(0, ends, ends, pose_).transpose();
+    const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> half =
+        hessian.bottomRightCorner<3, 3>().lazyProduct(pose_turn);
+    Q.block(ends, ends, pose_, pose_) = pose_turn.transpose().lazyProduct(half);
+  }
   if (maneuver_.free_duration) {  // equation 10.9
     Q.row(tau()).head(ends).noalias() =
         next.multiplier.transpose() * after_.plus - node.multiplier.transpose() * after_.minus;
@@ -339,7 +353,7 @@ void ShapeProgram::linearize(StageModel& model) {
     if (lane == 0) {
       if (k > 0) std::swap(node_[0], node_[4]);
       for (int l = 0; l < std::min(4, steps_ - k); ++l) model_node(k + l + 1, node_[at(l + 1)]);
-      differentiate_four(k, true);
+      differentiate_four(k, &model);
     }
     std::swap(after_, four_tangents_[at(lane)]);
     const NodeModel &node = node_[at(lane)], &next = node_[at(lane + 1)];
@@ -374,7 +388,7 @@ bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
       if (k > 0) std::swap(node_[0], node_[4]);
       for (int l = 0; l < std::min(4, steps_ - k); ++l)
         moments_.controls(now_.moment[at(k + l + 1)], node_[at(l + 1)].control);
-      differentiate_four(k, false);
+      differentiate_four(k, nullptr);
     }
     std::swap(after_, four_tangents_[at(lane)]);
     optimizer::StageSlopes::Slope& stage = slopes.stage[at(k)];

@@ -100,7 +100,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
     motion->rotation = motion->shape;
     motion->position.assign(at(steps_ + 1), Vector3d::Zero());
     motion->step.assign(at(steps_), ShapeStep(keeps_roots_alone() ? 1 : system.body_count()));
-    motion->impulse.assign(at(steps_ + 1), MatrixXd(shape_, shape_));
+    motion->impulse.assign(at(steps_ + 1), joint_by_joint() ? MatrixXd() : MatrixXd(shape_, shape_));
     motion->moment.assign(at(steps_ + 1), VectorXd::Zero(shape_));
     motion->end_rows = VectorXd::Zero(end_multiplier_.size());
     motion->limit_value.setZero(static_cast<Eigen::Index>(limits_.rows().size()), steps_ + 1);
@@ -255,7 +255,7 @@ void ShapeProgram::measure(Motion& motion) {
   double needed = 0.0, idle_sum = 0.0;
   for (int k = 0; k <= steps_; ++k) {
     MatrixXd& impulse = motion.impulse[at(k)];
-    impulse_by_moments(motion, k, impulse);
+    if (!joint_by_joint() || k == steps_) impulse_by_moments(motion, k, impulse);
     VectorXd& moment = motion.moment[at(k)];
     moment.setZero();
     if (periodic && k == 0) continue;                        // the last node's
@@ -267,8 +267,13 @@ void ShapeProgram::measure(Motion& motion) {
       moment += motion.step.front().minus;
       impulse += motion.impulse.front();
     }
-    equations_.topLeftCorner(shape_, shape_) = impulse;
-    solve_moments(moment);
+    if (joint_by_joint()) {
+      moments_.solve(motion.rotation[at(k)], moment);
+      moment *= 1.0 / impulse_time(motion, k);
+    } else {
+      equations_.topLeftCorner(shape_, shape_) = impulse;
+      solve_moments(moment);
+    }
     const double weight = node_weight(motion, k) + (periodic && k == steps_ ? node_weight(motion, 0) : 0.0);
     merit.cost += 0.5 * weight * moment.head(controls_).squaredNorm();
     needed = std::max(needed, moment.lpNorm<Eigen::Infinity>());

@@ -89,8 +89,9 @@ class ShapeProgram : public optimizer::StageProgram {
     std::vector<mechanics::Rotations> rotation;  // [N + 1][bodies] body → world
     mechanics::Vectors position;                 // [N + 1] m, root, world
     std::vector<ShapeStep> step;                 // [N]
-    std::vector<MatrixXd> impulse;               // [N + 1][f][f] impulse along the coordinates by moments, N m s/(N m)
-    std::vector<VectorXd> moment;                // [N + 1][f] N m by inverse dynamics: actuated ones, then idle ones
+    // [N + 1][f][f] impulse along the coordinates by moments, N m s/(N m); joint_by_joint: at the end alone
+    std::vector<MatrixXd> impulse;
+    std::vector<VectorXd> moment;  // [N + 1][f] N m by inverse dynamics: actuated ones, then idle ones
     VectorXd end_rows;
     MatrixXd limit_value;  // [limits][N + 1]
     CostValues terms;      // of costs beside effort and time
@@ -123,7 +124,8 @@ class ShapeProgram : public optimizer::StageProgram {
   void add_limit_models(optimizer::StageModel& model) const;
   bool solve_four(int first, Motion& motion);
   void follow_root(int k, Motion& motion) const;
-  void differentiate_four(int first, bool twice);
+  void differentiate_four(int first, optimizer::StageModel* model);
+  MatrixXd& end_form(int k, optimizer::StageModel& model) const;
   void add_effort(int first, std::vector<optimizer::Stage>& stages);
   void add_effort(int first, std::vector<optimizer::StageSlopes::Slope>& stages);
   template <typename Stages>
@@ -161,6 +163,9 @@ class ShapeProgram : public optimizer::StageProgram {
   int idle() const { return shape_ - controls_; }
   bool keeps_roots_alone() const { return four_steps_ && use_ == Steps::faithful && terms_.empty(); }
   bool by_shapes() const { return idle() == 0 && terms_.empty() && !maneuver_.free_duration && !maneuver_.periodic; }
+  // Where the pose's first coordinates are the root's turn, four steps write their Hessians where the model wants them.
+  bool hessians_in_place() const { return four_steps_ && all_poses_; }
+  bool joint_by_joint() const { return moments_.joint_by_joint() && effort_in_fours(); }
   bool effort_in_fours() const { return four_steps_ && four_steps_->takes_effort() && by_shapes() && limits_.empty(); }
 
   const model::System& system_;
