@@ -403,8 +403,6 @@ void FourSteps::write_tangents(const ForFour<const ShapeStep*>& step, const ForF
   flatten_form();
   write(2 * f, 0, f, -1.0, data(&ShapeTangent::minus, f), f);
   write(2 * f, f, f, 1.0, data(&ShapeTangent::plus, f), f);
-  flatten_answers(answer_turn_, answer_shift_);
-  write(6, 0, 6, 1.0, data(&ShapeTangent::root, 6), 6);
   const Four33 R = matrices_of_lanes([&](std::size_t l) -> const Matrix3d& { return step[l]->interval.rotation[0]; });
   const Four33 R_next =
       matrices_of_lanes([&](std::size_t l) -> const Matrix3d& { return step[l]->interval.next_rotation[0]; });

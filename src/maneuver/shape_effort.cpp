@@ -103,22 +103,23 @@ void ShapeProgram::find_moments_by_shapes(int k) {
   set_transposed(moments_by_shapes_, transposed_);
 }
 
-// Where shapes lead the root.
+// Where shapes lead the root. All else that A and B hold stays.
 void ShapeProgram::model_pose_by_shapes(int k, MatrixXd& A, MatrixXd& B) {
   const int n = shape_;
-  A.block(0, n, n, n).setIdentity();
-  B.middleRows(n, n).setIdentity();
-  const auto of_pose = [&](const auto& pose) {
-    A.block(2 * n, n, pose_, n) = pose.leftCols(n);
-    B.middleRows(2 * n, pose_) = pose.rightCols(n);
-  };
-  if (all_poses_) {
-    of_pose(after_.pose);
-  } else {
-    pose_step_ = pose_basis_.transpose().lazyProduct(after_.pose);
-    of_pose(pose_step_);
+  if (B(n, 0) != 1.0) {
+    A.block(0, n, n, n).setIdentity();
+    B.middleRows(n, n).setIdentity();
+    A.bottomRightCorner(pose_, pose_).setIdentity();
   }
-  carry_on(k, A);
+  if (!all_poses_) {
+    pose_step_ = pose_basis_.transpose().lazyProduct(after_.pose);
+    A.block(2 * n, n, pose_, n) = pose_step_.leftCols(n);
+    B.middleRows(2 * n, pose_) = pose_step_.rightCols(n);
+    return carry_on(k, A);
+  }
+  A.block<6, Eigen::Dynamic>(2 * n, n, 6, n) = after_.pose.leftCols(n);
+  B.middleRows<6>(2 * n) = after_.pose.rightCols(n);
+  A.block<3, 3>(2 * n + 3, 2 * n) = -lie::hat(now_.step[at(k)].interval.displacement);
 }
 
 // What the moments that shapes ask for cost: moments and, with them, the node's shape are weighed.

@@ -99,7 +99,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
     motion->shape.assign(at(steps_ + 1), Rotations(at(system.body_count()), Matrix3d::Identity()));
     motion->rotation = motion->shape;
     motion->position.assign(at(steps_ + 1), Vector3d::Zero());
-    motion->step.assign(at(steps_), ShapeStep(keeps_roots_alone() ? 1 : system.body_count()));
+    motion->step.assign(at(steps_), keeps_roots_alone() ? ShapeStep::of_root() : ShapeStep(system));
     motion->impulse.assign(at(steps_ + 1), joint_by_joint() ? MatrixXd() : MatrixXd(shape_, shape_));
     motion->moment.assign(at(steps_ + 1), VectorXd::Zero(shape_));
     motion->end_rows = VectorXd::Zero(end_multiplier_.size());

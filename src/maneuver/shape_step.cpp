@@ -49,7 +49,12 @@ void write_shape(const System& system, const VectorXd& shape, Freedoms& freedoms
 ShapeCoordinates::ShapeCoordinates(const System& system)
     : shape(MatrixXd::Identity(shape_size(system), shape_size(system))), pose(MatrixXd::Identity(6, 6)) {}
 
-ShapeStep::ShapeStep(const System& system) : interval(system.body_count()) {}
+ShapeStep ShapeStep::of_root() {
+  ShapeStep step{mechanics::Interval(0)};
+  step.interval.rotation.assign(1, Matrix3d::Identity());
+  step.interval.next_rotation.assign(1, Matrix3d::Identity());
+  return step;
+}
 
 ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lagrangian, const MatrixXd& coordinates)
     : system_(system),
@@ -293,11 +298,9 @@ void ShapeKernel::tangent(double time_step, const mechanics::Moments& control, c
   const Index ends = 2 * shape_;
   root_.setZero();
   add_product_transposed(-1.0, momentum_.topRows(ends), step.momentum_inverse, root_);
-  tangent.root.resize(6, ends);
   tangent.pose.resize(6, ends);
   tangent.minus.resize(shape_, ends);
   tangent.plus.resize(shape_, ends);
-  set_transposed(root_, tangent.root);
   pose_.leftCols<3>() = root_.leftCols<3>().lazyProduct(step.interval.next_rotation[0].transpose());
   pose_.rightCols<3>() = root_.rightCols<3>().lazyProduct(step.interval.rotation[0].transpose());
   set_transposed(pose_, tangent.pose);

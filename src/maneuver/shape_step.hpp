@@ -45,15 +45,17 @@ struct ShapeStep {
   VectorXd plus;                         // [f] E⁺ at its end
   Vector6d momentum = Vector6d::Zero();  // total, about the root's mass centre, seen from the root: round-off
   double largest_momentum = 0.0;         // |E⁻| of any body
-  explicit ShapeStep(const model::System& system);
-  /// Of its interval so many bodies are kept, the root first.
-  explicit ShapeStep(int bodies) : interval(bodies) {}
+  explicit ShapeStep(const model::System& system) : interval(system.body_count()) {}
+  /// Keeps of its interval the root's rotations and displacement alone.
+  static ShapeStep of_root();
+
+ private:
+  explicit ShapeStep(mechanics::Interval kept) : interval(std::move(kept)) {}
 };
 
 /// First derivatives of a step by the shapes (left, right) at its ends, controls at its ends held.
 struct ShapeTangent {
-  MatrixXd root;   // [6][2 f] root's turn (body frame at the end) and shift (root frame at the beginning)
-  MatrixXd pose;   // [6][2 f] the same in the world: what the step adds to the root's turn and position
+  MatrixXd pose;   // [6][2 f] what the step adds to the root's turn and position, world
   MatrixXd minus;  // [f][2 f]
   MatrixXd plus;   // [f][2 f]
 };
