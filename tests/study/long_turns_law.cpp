@@ -71,5 +71,39 @@ TEST(LongTurns, are_motions_of_rough_steps_alone) {
   EXPECT_TRUE(bends(2.2, Steps::rough));
 }
 
+// Where bodies turn far, rough steps find the root's motion that ShapeKernel finds from the same guess.
+TEST(LongTurns, of_rough_steps_are_those_of_one_step_after_the_other) {
+  const maneuver::Problem problem = yaw(12);
+  const model::System system(problem.swimmer);
+  const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, problem.steps);
+  const maneuver::ShapeCoordinates coordinates(system);
+  maneuver::ShapeKernel kernel(system, maneuver.lagrangian, coordinates.shape);
+  int far = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    maneuver::NodePath path = maneuver::random_guess(system, maneuver, seed);
+    for (std::size_t k = 0; k < path.rotation.size(); ++k)  // three times the guess's turns, and a root that rests
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d turn = lie::log(path.rotation[0][i].transpose() * path.rotation[k][i]);
+        path.rotation[k][i] = i == 0 ? Eigen::Matrix3d::Identity() : lie::exp(3.0 * turn);
+        path.position[k].setZero();
+      }
+    std::vector<mechanics::Rotations> rotation = path.rotation;
+    bool found = true;
+    for (std::size_t k = 0; found && k + 1 < rotation.size(); ++k) {
+      maneuver::ShapeStep step(system);
+      found = kernel.solve(maneuver.time_step(), rotation[k], path.rotation[k + 1], step);
+      rotation[k + 1] = step.interval.next_rotation;
+    }
+    ShapeProgram program(system, maneuver, coordinates, {}, {}, Steps::rough);
+    ASSERT_EQ(program.go_to(path), found) << seed;
+    if (!found) continue;
+    for (std::size_t k = 0; k < rotation.size(); ++k)
+      for (std::size_t i = 0; i < rotation[k].size(); ++i)
+        EXPECT_LE((program.path().rotation[k][i] - rotation[k][i]).norm(), 1e-9) << seed << ' ' << k << ' ' << i;
+    far += largest_turn(rotation) > 0.5 * std::numbers::pi ? 1 : 0;
+  }
+  EXPECT_GE(far, 10);
+}
+
 }  // namespace
 }  // namespace lamprey::tests
