@@ -21,7 +21,6 @@ using optimizer::StageStep;
 constexpr double longest_turn = 0.6;     // rad, of one shape coordinate in one step of the search
 constexpr double longest_stretch = 0.3;  // of the logarithm of the duration
 constexpr double trace_of_quarter_turn = 1.0;
-constexpr double trace_of_near_turn = 2.755;  // 0.5 rad
 
 constexpr double worth_telling = 1e-7;  // rad, m, N m
 
@@ -208,28 +207,18 @@ bool ShapeProgram::turns_too_far(const Motion& motion, int k) const {
   return false;
 }
 
-// Beyond the last step it is repeated. Where bodies turn far in a step there are several root motions without momentum: if
-// Newton's method alone does not end next to the guess, ShapeKernel keeps to it.
+// Beyond the last step it is repeated. Where bodies turn far, ShapeKernel may find motions that are not found in fours.
 bool ShapeProgram::solve_four(int first, Motion& motion) {
   const auto step = [&](int lane) { return at(std::min(first + lane, steps_ - 1)); };
   const auto each = [&](auto of) { return ForFour<decltype(of(0))>{of(0), of(1), of(2), of(3)}; };
-  const auto steps = each([&](int l) { return &motion.step[step(l)]; });
   four_steps_->take_shapes(h_ * motion.stretch, each([&](int l) -> const Rotations* { return &motion.shape[step(l)]; }),
                            each([&](int l) -> const Rotations* { return &motion.shape[step(l) + 1]; }));
-  if (use_ == Steps::faithful) return four_steps_->solve(steps);
-  const auto turn = each([&](int l) { return steps[at(l)]->root_turn; });
-  const auto shift = each([&](int l) { return steps[at(l)]->root_shift; });
-  bool near = four_steps_->solve(steps);
-  for (std::size_t l = 0; l < 4; ++l)
-    near = near && turn[l].cwiseProduct(steps[l]->root_turn).sum() > trace_of_near_turn;
-  if (near) return true;
-  for (std::size_t l = 0; l < 4; ++l) {
-    steps[l]->root_turn = turn[l];
-    steps[l]->root_shift = shift[l];
-    steps[l]->momentum_inverse.setZero();
-  }
-  for (int k = first; k < std::min(first + 4, steps_); ++k)
+  if (four_steps_->solve(each([&](int l) { return &motion.step[step(l)]; }))) return true;
+  if (use_ == Steps::faithful) return false;
+  for (int k = first; k < std::min(first + 4, steps_); ++k) {
+    motion.step[at(k)].momentum_inverse.setZero();
     if (!solve_step(k, motion)) return false;
+  }
   return true;
 }
 

@@ -144,8 +144,7 @@ class SweepOf : public PlacedSweep {
 
   bool factor(const StageModel& model, double shift, const MatrixXd& P, MatrixXd& end_gram) override {
     for (int c = 0; c < states; ++c) {
-      std::copy_n(P.data() + c * states, states, column(ahead_, c));
-      std::copy_n(model.C.data() + c * ends_, ends_, column(ahead_, c) + states);
+      lay(P.data() + c * states, model.C.data() + c * ends_, column(ahead_, c));
     }
     std::fill(gram_.begin(), gram_.end(), 0.0);
     for (Index k = stages_ - 1; k >= 0; --k) {
@@ -182,8 +181,7 @@ class SweepOf : public PlacedSweep {
 
   void look_back(const StageModel& model, const VectorXd& gradient, VectorXd& end_rows) override {
     double* carried = carried_.data();  // gradient above end rows
-    std::copy_n(gradient.data(), states, carried);
-    std::copy_n(end_rows.data(), ends_, carried + states);
+    lay(gradient.data(), end_rows.data(), carried);
     for (Index k = stages_ - 1; k >= 0; --k) {
       const Stage& stage = model.stage[at(k)];
       const double *A = stage.A.data() + shape * states + kept, *B = stage.B.data() + kept;
@@ -216,8 +214,7 @@ class SweepOf : public PlacedSweep {
   void follow(const StageModel& model, int first, const VectorXd& state, const VectorXd& end_multiplier,
               bool own_inputs, bool add, StageStep& step) override {
     double *here = carried_.data(), input[shape];  // state above multipliers
-    std::copy_n(state.data(), states, here);
-    std::copy_n(end_multiplier.data(), ends_, here + states);
+    lay(state.data(), end_multiplier.data(), here);
     for (Index k = first; k < stages_; ++k) {
       const double* gain = gain_of(k);
       const double* own = gain + shape * (stride + shape);
@@ -247,6 +244,13 @@ class SweepOf : public PlacedSweep {
   double* gain_of(Index stage) { return &gain_[at(stage * gain_size)]; }
   const double* gain_of(Index stage) const { return &gain_[at(stage * gain_size)]; }
   double* column(std::vector<double>& matrix, Index c) const { return matrix.data() + c * stride; }
+
+  // A column: spare rows must be 0, whatever came before.
+  void lay(const double* of_states, const double* of_ends, double* to) const {
+    std::copy_n(of_states, states, to);
+    std::copy_n(of_ends, ends_, to + states);
+    std::fill(to + states + ends_, to + stride, 0.0);
+  }
 
   // Fours of end rows.
   void copy_ends(const double* from, double* to) const {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include <Eigen/Dense>
 
 #include "random_stages.hpp"
@@ -185,6 +187,27 @@ TEST(Riccati, sweeps_of_known_sizes_make_no_difference) {
       SCOPED_TRACE(testing::Message() << shape << " shapes, " << end_rows << " end rows");
       expect_no_difference({6, 2 * shape + rest, shape, end_rows}, shape, true, false);
     }
+}
+
+TEST(Riccati, a_model_that_is_not_finite_leaves_no_trace) {
+  const StageSizes z{6, 7, 2, 3};
+  StageModel model = random_model(z, 1, 0.005);
+  for (Stage& stage : model.stage) stage.gap.setZero();
+  place(model, 2, true, true);
+  StageModel broken = model;
+  broken.stage[3].A(5, 3) = std::numeric_limits<double>::infinity();
+  for (bool with_costates : {true, false}) {
+    Riccati used(z), fresh(z);
+    used.want_costates(with_costates);
+    fresh.want_costates(with_costates);
+    StageStep step(z), expected(z);
+    EXPECT_FALSE(used.factor(broken, 0.0, penalty));
+    ASSERT_TRUE(used.factor(model, 0.0, penalty));
+    ASSERT_TRUE(fresh.factor(model, 0.0, penalty));
+    used.solve(model, 1.0, step);
+    fresh.solve(model, 1.0, expected);
+    EXPECT_EQ(inputs_of(step), inputs_of(expected));
+  }
 }
 
 TEST(Riccati, a_correction_moves_the_end_rows_as_asked_and_is_least_in_the_hessian) {
