@@ -17,8 +17,6 @@ using model::at;
 using model::System;
 
 constexpr int most_rounds = 40;
-constexpr double as_good_as_zero = 1e-14;  // of the largest momentum: as near to zero as sums of it come
-constexpr double rotations_noise = 1e-14;  // of inertia over time step, what rotations' round-off makes of momenta
 constexpr double slowly = 3e-2;            // contraction that calls for a new inverse
 constexpr double longest_root_turn = 0.5;  // rad, of the root in one iteration
 constexpr double lost = 10.0;              // rad, a turn that leads nowhere
@@ -52,14 +50,10 @@ FourSteps::FourSteps(const System& system, const MatrixXd& coordinates)
     : system_(system),
       coordinates_(coordinates),
       all_coordinates_(coordinates.isIdentity(0.0)),
+      noise_(system),
       left_(at(system.body_count()), identity()),
       right_(left_),
       momenta_(at(system.body_count())) {
-  for (const model::Body& body : system.bodies()) {
-    double reach = 0.0;  // m
-    for (const model::PathPoint& point : body.path) reach += point.offset.norm();
-    inertia_ = std::max(inertia_, body.inertia_matrix.norm() + body.mass_matrix.norm() * (reach + reach * reach));
-  }
   const auto count = at(system.body_count());
   second_.body.resize(count);
   third_.body.resize(count);
@@ -170,7 +164,7 @@ void FourSteps::RootInverse::apply(Four3& turn, Four3& shift) const {
 
 bool FourSteps::solve(const ForFour<ShapeStep*>& step) {
   take_root({step[0], step[1], step[2], step[3]});
-  const double noise = rotations_noise * inertia_ / std::abs(time_step_);
+  const double noise = noise_.of_rotations(time_step_);
   Four before = Four{} + std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < most_rounds; ++iteration) {
     Four scale;
@@ -178,7 +172,8 @@ bool FourSteps::solve(const ForFour<ShapeStep*>& step) {
     Four3 turn = Four3::zero(), shift = momenta_[0].force;
     for (const Momenta& m : momenta_) turn += m.right * m.turn;
     const Four residual = larger(largest(turn), largest(shift));
-    const auto open = ~((residual <= as_good_as_zero * scale) | ((residual <= noise) & (residual >= 0.5 * before)));
+    const auto open =
+        ~((residual <= MomentumNoise::of_sums * scale) | ((residual <= noise) & (residual >= 0.5 * before)));
     if (!(open[0] || open[1] || open[2] || open[3])) {
       read_momenta(step);
       return true;

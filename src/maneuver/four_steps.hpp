@@ -138,7 +138,7 @@ class FourSteps {
   const model::System& system_;
   MatrixXd coordinates_;  // [shape_size][f]
   bool all_coordinates_;
-  double inertia_ = 0.0;  // kg m², the largest about the root, with kg m beside it
+  MomentumNoise noise_;
   double time_step_ = 0.0;
   std::vector<Four33> left_, right_;  // [bodies] shapes
   Four33 turn_;                       // F_0

@@ -22,8 +22,6 @@ using optimizer::add_product_transposed;
 using optimizer::set_transposed;
 
 constexpr int most_iterations = 40;
-constexpr double settled = 1e-14;       // of the largest momentum: as near to zero as sums of it come
-constexpr double round_off = 1e-14;     // of inertia over time step, what rotations' round-off makes of momenta
 constexpr double least_learning = 0.1;  // cosine and length of what the inverse foretells, against what was
 constexpr double slow = 0.2;            // contraction that calls for a new inverse
 
@@ -49,6 +47,14 @@ void write_shape(const System& system, const VectorXd& shape, Freedoms& freedoms
 ShapeCoordinates::ShapeCoordinates(const System& system)
     : shape(MatrixXd::Identity(shape_size(system), shape_size(system))), pose(MatrixXd::Identity(6, 6)) {}
 
+MomentumNoise::MomentumNoise(const System& system) {
+  for (const model::Body& body : system.bodies()) {
+    double reach = 0.0;  // m
+    for (const model::PathPoint& point : body.path) reach += point.offset.norm();
+    inertia = std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (reach + reach * reach));
+  }
+}
+
 ShapeStep ShapeStep::of_root() {
   ShapeStep step{mechanics::Interval(0)};
   step.interval.rotation.assign(1, Matrix3d::Identity());
@@ -60,6 +66,7 @@ ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lag
     : system_(system),
       lagrangian_(lagrangian),
       coordinates_(coordinates),
+      noise_(system),
       shape_(static_cast<int>(coordinates.cols())),
       directions_(2 * shape_ + 6),
       left_rows_(mechanics::rows_for(shape_)),
@@ -93,11 +100,6 @@ ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lag
       turn_right_(MatrixXd::Zero(shape_size(system), 3)),
       turn_shape_(shape_, 3),
       ends_root_(2 * shape_, 6) {
-  for (const model::Body& body : system.bodies()) {
-    double reach = 0.0;  // m
-    for (const model::PathPoint& point : body.path) reach += point.offset.norm();
-    inertia_ = std::max(inertia_, body.inertia_matrix.norm() + body.mass_matrix.norm() * (reach + reach * reach));
-  }
   for (int i = 1; i < system.body_count(); ++i)
     for (int f = 0; f < system.body(i).freedoms; ++f) {
       const auto row = coordinates.row(shape_offset(system.body(i)) + f).transpose();
@@ -191,8 +193,8 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
     const Vector6d missed = momentum(step.interval, scale);
     const double residual = missed.lpNorm<Eigen::Infinity>();
     if (!std::isfinite(residual)) return false;
-    const double noise = round_off * inertia_ / std::abs(time_step);
-    if (residual <= settled * scale || (residual <= noise && residual >= 0.5 * before)) {
+    const double noise = noise_.of_rotations(time_step);
+    if (residual <= MomentumNoise::of_sums * scale || (residual <= noise && residual >= 0.5 * before)) {
       read_balance(forced, step);
       return true;
     }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/LU>
+#include <cmath>
 
 #include "mechanics/step_hessian.hpp"
 
@@ -33,6 +34,15 @@ struct ShapeCoordinates {
   MatrixXd pose;   // [6][p] root's world turn and position
   /// All of them.
   explicit ShapeCoordinates(const model::System& system);
+};
+
+/// What round-off leaves of a step's total momentum.
+struct MomentumNoise {
+  static constexpr double of_sums = 1e-14;  // of the largest momentum: as near to zero as sums of it come
+  explicit MomentumNoise(const model::System& system);
+  /// What that of rotations makes of it.
+  double of_rotations(double time_step) const { return 1e-14 * inertia / std::abs(time_step); }
+  double inertia = 0.0;  // kg m², the largest about the root, with kg m beside it
 };
 
 /// A step between two shapes. The root's motion over it is seen from the root at its beginning.
@@ -112,12 +122,12 @@ class ShapeKernel {
 
   const model::System& system_;
   mechanics::DiscreteLagrangian lagrangian_;
-  MatrixXd coordinates_;    // [shape_size][f]
+  MatrixXd coordinates_;  // [shape_size][f]
+  MomentumNoise noise_;
   int shape_;               // f
   int directions_;          // left shape, right shape, root's turn, root's shift
   Eigen::Index left_rows_;  // of the left shape, padded; those of the others follow
   Eigen::Index rows_;       // of all directions
-  double inertia_ = 0.0;    // kg m², the largest about the root, with kg m beside it
   mechanics::Moments no_moments_;
   mechanics::StepBalance balance_;
   std::vector<mechanics::BodyBlock> block_;      // [bodies]

@@ -37,26 +37,6 @@ double inertia_scale(const System& system, const Maneuver& maneuver) {
 
 }  // namespace
 
-std::vector<GoalRow> stated_goal_rows(const System& system, const Maneuver& maneuver) {
-  using Kind = GoalRow::Kind;
-  std::vector<GoalRow> rows;
-  const auto add_bodies = [&](Kind kind) {  // the root follows from the others because total momentum is given
-    for (int i = 1; i < system.body_count(); ++i)
-      for (int c = 0; c < 3; ++c) rows.push_back({kind, i, c});
-  };
-  if (maneuver.periodic) add_bodies(Kind::closure);
-  for (int i = 0; i < (maneuver.periodic ? 1 : system.body_count()); ++i)
-    if (maneuver.end_rotation[at(i)])
-      for (int c = 0; c < 3; ++c) rows.push_back({Kind::rotation, i, c});
-  for (int c = 0; c < 3; ++c)
-    if (maneuver.end_position[at(c)]) rows.push_back({Kind::position, 0, c});
-  if (maneuver.periodic)
-    add_bodies(Kind::recurrence);
-  else if (maneuver.rest)
-    add_bodies(Kind::rest);
-  return rows;
-}
-
 Transcription::Transcription(const System& system, const Maneuver& maneuver, std::vector<GoalRow> goal_rows,
                              std::vector<LimitRow> limits)
     : system_(system),
@@ -285,48 +265,6 @@ void Transcription::constraints(const VectorXd& x, VectorXd& c) {
           spline_basis_.row(k).dot(x.segment(spline_variable_ + m * maneuver_.spline_points, maneuver_.spline_points));
 }
 
-double Transcription::value_of(const GoalRow& row) const {
-  const auto force_at = [&](int node) {
-    const VectorXd all = mechanics::generalized_force(free_, rotations(node), moments(node));
-    return force_weight(node) * all[3 * row.body + row.component];
-  };
-  switch (row.kind) {
-    case GoalRow::Kind::rotation:
-      return rotation_goal_rows(*maneuver_.end_rotation[at(row.body)])
-          .row(row.component)
-          .dot(quaternion(steps_, row.body));
-    case GoalRow::Kind::position:
-      return position(steps_)[row.component] - *maneuver_.end_position[at(row.component)];
-    case GoalRow::Kind::rest:
-      return momenta_.back().plus[at(row.body)][row.component] + force_at(steps_);
-    case GoalRow::Kind::closure:
-      return 2.0 * shape_difference(quaternion(0, row.body), quaternion(0, 0), quaternion(steps_, 0),
-                                    quaternion(steps_, row.body))[1 + row.component];
-    case GoalRow::Kind::recurrence:
-      return momenta_.back().plus[at(row.body)][row.component] + force_at(steps_) -
-             momenta_.front().minus[at(row.body)][row.component] + force_at(0);
-  }
-  return 0.0;
-}
-
-double Transcription::goal_error(const VectorXd& x) {
-  move_to(x);
-  double error = 0.0;
-  for (int i = 0; i < (maneuver_.periodic ? 1 : bodies_); ++i)
-    if (maneuver_.end_rotation[at(i)])
-      error = std::max(error, lie::rotation_angle(maneuver_.end_rotation[at(i)]->transpose() *
-                                                  lie::rotation_of_quaternion(quaternion(steps_, i))));
-  for (int c = 0; c < 3; ++c)
-    if (maneuver_.end_position[at(c)])
-      error = std::max(error, std::abs(position(steps_)[c] - *maneuver_.end_position[at(c)]));
-  if (!maneuver_.periodic) return error;
-  const mechanics::Rotations first = rotations(0), last = rotations(steps_);
-  for (std::size_t i = 1; i < first.size(); ++i)
-    error = std::max(
-        error, lie::rotation_angle((first[0].transpose() * first[i]).transpose() * (last[0].transpose() * last[i])));
-  return error;
-}
-
 // ---- Jacobian ----
 
 void Transcription::jacobian(const VectorXd& x, VectorXd& values) {
@@ -443,43 +381,6 @@ void Transcription::emit_force_jacobian(int node, BlockSink& sink) const {
     emit(joint.child, child, -lie::hat(Q * u[at(j)]) * lie::quaternion_tangent(q_child));
     emit(joint.child, parent, Q * lie::hat(u[at(j)]) * lie::quaternion_tangent(q_parent));
   }
-}
-
-void Transcription::emit_goal_jacobian(BlockSink& sink) const {
-  emit_force_jacobian(steps_, sink);
-  for (std::size_t r = 0; r < goal_rows_.size(); ++r) {
-    const GoalRow& row = goal_rows_[r];
-    const int constraint = goal_row() + static_cast<int>(r);
-    if (row.kind == GoalRow::Kind::rotation)
-      sink.add(constraint, quaternion_variable(steps_, row.body),
-               rotation_goal_rows(*maneuver_.end_rotation[at(row.body)]).row(row.component));
-    if (row.kind == GoalRow::Kind::position)
-      sink.add(constraint, position_variable(steps_) + row.component, Eigen::Matrix<double, 1, 1>::Identity());
-    if (row.kind == GoalRow::Kind::closure) emit_closure_jacobian(constraint, row, sink);
-  }
-  if (maneuver_.spline_points == 0) return;
-  for (int k = 0; k <= steps_; ++k)
-    for (int m = 0; m < controls_; ++m) {
-      const int row = spline_row() + k * controls_ + m;
-      sink.add(row, control_variable(k) + m, Eigen::Matrix<double, 1, 1>::Identity());
-      sink.add(row, spline_variable_ + m * maneuver_.spline_points, -spline_basis_.row(k));
-    }
-}
-
-// It is linear in each of the quaternions.
-void Transcription::emit_closure_jacobian(int constraint, const GoalRow& row, BlockSink& sink) const {
-  const Vector4d first = quaternion(0, row.body), root = quaternion(0, 0), root_end = quaternion(steps_, 0),
-                 last = quaternion(steps_, row.body);
-  Eigen::RowVector4d by_first, by_root, by_last;
-  for (int e = 0; e < 4; ++e) {
-    const Vector4d one = Vector4d::Unit(e);
-    by_first[e] = 2.0 * shape_difference(one, root, root_end, last)[1 + row.component];
-    by_root[e] = 2.0 * shape_difference(first, root, one, last)[1 + row.component];
-    by_last[e] = 2.0 * shape_difference(first, root, root_end, one)[1 + row.component];
-  }
-  if (const int q = quaternion_variable(0, row.body); q >= 0) sink.add(constraint, q, by_first);
-  sink.add(constraint, quaternion_variable(steps_, 0), by_root);
-  sink.add(constraint, quaternion_variable(steps_, row.body), by_last);
 }
 
 // ---- points and motions ----

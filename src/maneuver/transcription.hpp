@@ -119,6 +119,10 @@ class Transcription : public optimizer::Program {
   int joint_turn_variable(int k, int moment) const { return joint_turn_variable_ + k * controls_ + moment; }
   int power_variable(int node, std::size_t powered) const { return place_of(power_variable_, node, powered); }
   int work_variable(int node, std::size_t powered) const { return place_of(work_variable_, node, powered); }
+  // A joint's places among a node's controls: the first, and how many.
+  std::pair<int, int> controls_of(int joint) const {
+    return {control_place_[static_cast<std::size_t>(joint)], static_cast<int>(system_.joint(joint).actuation.cols())};
+  }
   int place_of(int first, int node, std::size_t powered) const {
     return first + node * static_cast<int>(powered_.size()) + static_cast<int>(powered);
   }

@@ -193,8 +193,7 @@ void Transcription::cost_values(VectorXd& c) const {
   double whole = 0.0;
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t j = 0; j < powered_.size(); ++j) {
-      const int first = control_place_[at(powered_[j])];
-      const auto count = static_cast<int>(system_.joint(powered_[j]).actuation.cols());
+      const auto [first, count] = controls_of(powered_[j]);
       const double power = point_[power_variable(k, j)];
       c[row] = -power;
       for (int m = first; m < first + count; ++m) c[row] += point_[control_variable(k) + m] * joint_rate(k, m);
@@ -238,8 +237,7 @@ void Transcription::emit_cost_rows_jacobian(BlockSink& sink) const {
   std::vector<std::pair<int, double>> whole;
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t j = 0; j < powered_.size(); ++j) {
-      const int first = control_place_[at(powered_[j])];
-      const auto count = static_cast<int>(system_.joint(powered_[j]).actuation.cols());
+      const auto [first, count] = controls_of(powered_[j]);
       for (int m = first; m < first + count; ++m) {
         const double control = point_[control_variable(k) + m];
         sink.add(row, control_variable(k) + m, scalar(joint_rate(k, m)));
@@ -275,8 +273,7 @@ void Transcription::emit_cost_rows_hessian(const VectorXd& multiplier, BlockSink
     }
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t j = 0; j < powered_.size(); ++j) {
-      const int first = control_place_[at(powered_[j])];
-      const auto count = static_cast<int>(system_.joint(powered_[j]).actuation.cols());
+      const auto [first, count] = controls_of(powered_[j]);
       const double lambda = multiplier[row++];
       for (int m = first; m < first + count; ++m) {
         const int control = control_variable(k) + m;
@@ -310,8 +307,7 @@ void Transcription::pack_costs(VectorXd& x) {
   double whole = 0.0;
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t j = 0; j < powered_.size(); ++j) {
-      const int first = control_place_[at(powered_[j])];
-      const auto count = static_cast<int>(system_.joint(powered_[j]).actuation.cols());
+      const auto [first, count] = controls_of(powered_[j]);
       double power = 0.0;
       for (int m = first; m < first + count; ++m) power += x[control_variable(k) + m] * joint_rate(k, m);
       x[power_variable(k, j)] = power;
