@@ -9,8 +9,10 @@ using model::at;
 double rotation_drift(const maneuver::Solution& solution) {
   Largest drift;
   for (const auto& rotations : solution.rotation)
-    for (const Matrix3d& R : rotations)
-      for (double entry : (R.transpose() * R - Matrix3d::Identity()).reshaped()) drift.add(std::abs(entry));
+    for (const Matrix3d& R : rotations) {
+      const Matrix3d missing = R.transpose() * R - Matrix3d::Identity();
+      for (double entry : missing.reshaped()) drift.add(std::abs(entry));
+    }
   return drift.value();
 }
 

@@ -14,6 +14,11 @@ inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double goal_mark = 1e-9;             // rad, m
 inline constexpr double rest_mark = 1e-9;             // of the scale
 inline constexpr double equation_mark = 1e-10;        // of the scale
+inline constexpr double momentum_mark = 1e-11;        // of the scale
+inline constexpr double start_mark = 1e-9;            // rad, m
+inline constexpr double control_mark = 1e-9;          // of the largest moment
+inline constexpr double time_mark = 1e-9;             // of the duration
+inline constexpr double cost_mark = 1e-9;             // of the cost
 inline constexpr double limit_mark = 1e-7;            // rad, m, s, of the bound
 inline constexpr double complementarity_mark = 1e-6;  // of the cost over the duration; of the largest multiplier
 inline constexpr double curvature_mark = 1e-6;        // of the effort's own
@@ -105,6 +110,8 @@ struct Certificate {
   double equation_residual = unset;  // largest residual of the discrete equations, both ends included, / scale
   double start_error = unset;        // largest difference of node 0 from the problem's start, rad or m
   double control_error = unset;      // largest part of a moment that joints or control kind forbid / largest moment
+  double time_error = unset;         // largest difference of a node's time from equal steps / duration
+  double cost_error = unset;         // relative difference of the stored cost from the one recomputed
 
   std::optional<Clearance> clearance;  // least gap of two bodies; nothing for a single one
 };

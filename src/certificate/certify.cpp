@@ -18,8 +18,15 @@ bool confined(const model::System& system, const model::Joint& joint) {
   return joint.actuation.cols() > 0 && joint.actuation.cols() < system.body(joint.child).freedoms;
 }
 
+// Whether the files tell of a motion of the problem's swimmer, from its start, in its time, by moments that it has, at the cost
+// that they state.
+bool of_the_problem(const Certificate& proof) {
+  return proof.momentum_drift <= momentum_mark && proof.start_error <= start_mark &&
+         proof.control_error <= control_mark && proof.time_error <= time_mark && proof.cost_error <= cost_mark;
+}
+
 bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
-  return proof.equation_residual <= equation_mark && proof.goal_error <= goal_mark &&
+  return of_the_problem(proof) && proof.equation_residual <= equation_mark && proof.goal_error <= goal_mark &&
          (!problem.goal->rest || proof.rest_error <= rest_mark) &&
          (!proof.limits || proof.limits->violation <= limit_mark);
 }
@@ -28,6 +35,20 @@ bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
   return proof.kkt <= problem.search.tolerance && (!proof.costs || proof.costs->signs <= complementarity_mark) &&
          (!proof.limits ||
           (proof.limits->complementarity <= complementarity_mark && proof.limits->negative <= complementarity_mark));
+}
+
+// Where the problem's duration is free it is that of the files, which its bounds judge.
+double time_error(const StoredMotion& motion) {
+  const std::vector<double>& time = motion.solution.time;
+  const maneuver::Duration& asked = motion.problem.duration;
+  const double duration = asked.free ? time.back() : asked.value;
+  Largest error;
+  for (int k = 0; k <= motion.steps; ++k) error.add(std::abs(time[model::at(k)] - duration * k / motion.steps));
+  return error.relative_to(duration);
+}
+
+double relative_difference(double stored, double recomputed) {
+  return std::abs(stored - recomputed) / std::max(std::abs(recomputed), 1e-300);
 }
 
 // Largest of the iterates; NaN where one was not measured, or there is none.
@@ -78,6 +99,7 @@ void certify_stages(const StoredMotion& motion, const Options& options, double s
   proof.equation_residual = step_residual(motion, *stages, scale);
   proof.rest_error = largest_part(motion.system, stages->node.back().momentum) / scale;
   proof.control_error = stages->control_error;
+  proof.cost_error = relative_difference(motion.solution.cost, cost_of_steps(motion, *stages));
   if (options.optimality) proof.kkt = kkt_residual(motion, *stages, scale);
   if (options.replay) proof.replay = replay(motion, *stages, options.replay_window, options.replay_tolerance);
 }
@@ -101,6 +123,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
 
   proof.iterates_momentum = iterates_momentum(solution.solver);
   proof.goal_error = goal_error(motion);
+  proof.time_error = time_error(motion);
   proof.verdict = Verdict::not_optimal;
   if (!motion.steps_known) {
     proof.verdict = verdict(problem, proof);
@@ -114,10 +137,9 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
     const LimitCheck kept = check_limits(motion);
     proof.limits = {kept.violation, kept.key, kept.time, kept.complementarity, kept.negative};
   }
-  if (problem.cost_weights.any()) {
-    const CostCheck check = check_cost(motion);
-    proof.costs = {std::abs(solution.cost - check.cost) / check.cost, check.signs};
-  }
+  const CostCheck cost = check_cost(motion);
+  proof.cost_error = relative_difference(solution.cost, cost.cost);
+  if (problem.cost_weights.any()) proof.costs = {proof.cost_error, cost.signs};
   if (options.optimality) proof.kkt = kkt_residual(motion, space, balance.scale);
   proof.verdict = verdict(problem, proof);
   if (options.second_order) add_second_order(system, problem, solution, proof);

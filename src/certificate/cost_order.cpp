@@ -307,9 +307,9 @@ bool ends_fit_costs(const StoredMotion& motion) {
   const VectorXd first = moments_at(motion, 0), last = moments_at(motion, motion.steps);
   if (periodic(motion)) return (first - last).norm() <= same_moments * (first + last).norm();
   if (!motion.problem.duration.free) return true;
-  for (const Vector3d& rate : powers_of(motion).start.front())
-    if (!rate.isZero(0.0)) return false;
-  return true;
+  const Powers powers = powers_of(motion);
+  return std::all_of(powers.start.front().begin(), powers.start.front().end(),
+                     [](const Vector3d& rate) { return rate.isZero(0.0); });
 }
 
 void add_costs(const StoredMotion& motion, const EffortChain& effort, const Kinks& kinks,

@@ -328,7 +328,8 @@ LimitPulls limit_pulls(const StoredMotion& motion) {
 namespace {
 
 constexpr double second_difference_step = 5e-3;  // rad, m or relative; differences of order four
-constexpr double least_pull = 1e-9;              // of the largest
+constexpr double least_pull = 1e-9;              // of the largest; times its unit, of the cost over the duration
+constexpr double at_the_bound = 1e-6;            // of a bound's unit
 
 // Margin where the place is moved by z along exponentials.
 double margin_beside(const StoredMotion& motion, const Bound& bound, const Place& here, bool of_moments,
@@ -427,6 +428,15 @@ double largest_multiplier(const StoredMotion& motion) {
   return largest;
 }
 
+// Whether a bound leaves no room at a node: strictly, so that what hardly pulls counts as free.
+bool holds(const StoredMotion& motion, const Bound& bound, int k, double multiplier) {
+  if (bound.equality()) return true;
+  const double unit = unit_of(bound);
+  const double cost_rate = std::abs(motion.solution.cost) / (motion.time_step * motion.steps);
+  return multiplier * unit > least_pull * cost_rate &&
+         std::abs(margin(motion, bound, place_of(motion, k))) <= at_the_bound * unit;
+}
+
 }  // namespace
 
 std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
@@ -439,18 +449,18 @@ std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
       const double multiplier = (*multipliers)[at(k)];
       if (!applies(motion, bound, k) || !(std::abs(multiplier) > least_pull * largest)) continue;
       result.push_back(pulling_bound(motion, bound, k, multiplier * node_time(motion, bound, k)));
+      result.back().holds = holds(motion, bound, k, multiplier);
     }
   }
   return result;
 }
 
-bool duration_pulls(const StoredMotion& motion) {
-  const double least = least_pull * largest_multiplier(motion);
+bool duration_holds(const StoredMotion& motion) {
   for (const Bound& bound : bounds_of(motion)) {
     if (bound.kind != Kind::duration) continue;
     if (const std::vector<double>* multipliers = multipliers_of(motion, bound))
-      for (double multiplier : *multipliers)
-        if (std::abs(multiplier) > least) return true;
+      for (int k = 0; k <= motion.steps; ++k)
+        if (applies(motion, bound, k) && holds(motion, bound, k, (*multipliers)[at(k)])) return true;
   }
   return false;
 }

@@ -69,12 +69,13 @@ struct PullingBound {
   // by the logarithm of the time step, shapes and impulses h²u held: first, second, mixed with the place
   double by_time, by_time_twice;
   VectorXd by_time_mixed;  // [place]
+  bool holds = false;      // whether what moves has to keep it; a pull where nothing holds is a solver's remainder
 };
 
 /// All but those of the duration.
 std::vector<PullingBound> pulling_bounds(const StoredMotion& motion);
 
-/// Whether a bound of the duration pulls.
-bool duration_pulls(const StoredMotion& motion);
+/// Whether a bound of the duration leaves it no room.
+bool duration_holds(const StoredMotion& motion);
 
 }  // namespace lamprey::certificate

@@ -273,8 +273,10 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
       join(conditions.shift.head(controls), conditions.shift.segment(last, controls));
       join(conditions.rows.leftCols(controls), conditions.rows.middleCols(last, controls));
     }
-    // a state or the duration changes all nodes' moments: as one of them it counts
-    const double share = 1.0 / (motion.steps + 1);
+    // a state or the duration changes all nodes' moments: by what that costs it counts, as a moment does by its own
+    const double costs = gradient.head(moments).cwiseProduct(space.value).lpNorm<1>() +
+                         motion.problem.time_weight * motion.time_step * motion.steps;
+    const double share = costs > 0.0 ? gradient.head(moments).lpNorm<Eigen::Infinity>() / costs : 0.0;
     gradient.tail(free.count()) *= share;
     conditions.shift.tail(free.count()) *= share;
     conditions.rows.rightCols(free.count()) *= share;

@@ -68,7 +68,7 @@ std::vector<VectorXd> pull_on_states(const StoredMotion& motion, const std::vect
   return by_state;
 }
 
-// Curvature of a bound that pulls, and a penalty that keeps it.
+// Curvature of a bound that pulls, and a penalty that keeps what holds.
 void add_bound(const StoredMotion& motion, const EffortChain& effort, const PullingBound& bound,
                std::optional<Eigen::Index> duration, Chain& chain) {
   const Eigen::Index place = motion.system.velocity_count(), before = bound.gradient.size() - place;
@@ -104,7 +104,7 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
   const VectorXd row = map.transpose() * gradient;
   const double length = row.head(reached).squaredNorm() + row.tail(controls).squaredNorm();  // in units of its own
   MatrixXd form = -bound.pull * (map.transpose() * curvature * map);
-  if (length > 0.0)
+  if (bound.holds && length > 0.0)
     form += bound_penalty * (bound.of_moments ? stage.weight : effort.cost) / length * row * row.transpose();
   stage.Q += form.topLeftCorner(states, states);
   stage.S += form.bottomLeftCorner(controls, states);
@@ -145,7 +145,7 @@ std::optional<SecondOrder> eigenvalues_of(const Chain& chain, double cost) {
   result.smallest_eigenvalue = smallest_eigenvalue(chain, solver).value;
   if (std::isnan(result.smallest_eigenvalue)) return std::nullopt;
   result.positive = solver.factor(curvature_mark) == 0;
-  result.negative_eigenvalues = solver.factor(0.0);
+  result.negative_eigenvalues = solver.factor(-curvature_mark);  // a flat direction is no descent
   return result;
 }
 
@@ -201,11 +201,14 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
         gradient.by_state[effort.first + k].head(reach) = effort.basis[k].transpose() * scale.cwiseProduct(pulled[k]);
   }
   if (effort.first > 0) gradient.by_input.insert(gradient.by_input.begin(), VectorXd::Zero(effort.start.cols()));
+  Costates result;
   ChainSolver solver(chain, penalty_per_cost * effort.cost);
-  solver.factor(0.0);
+  if (!solver.factor(0.0)) {
+    result.residual = std::numeric_limits<double>::infinity();
+    return result;
+  }
   const Inputs change = solver.solve(gradient);
 
-  Costates result;
   double left = 0.0;
   for (std::size_t k = effort.first; k < change.size(); ++k)
     left = std::max(left, chain.stage[k].weight * change[k].lpNorm<Eigen::Infinity>());
@@ -259,7 +262,7 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   chain.end_form.setZero();
   chain.end_form.topLeftCorner(reached, reached) = here.topRows(turns).transpose() * at_end * here.topRows(turns);
   std::optional<Eigen::Index> duration;
-  if (motion.problem.duration.free && !duration_pulls(motion)) duration = chain.end_form.rows();
+  if (motion.problem.duration.free && !duration_holds(motion)) duration = chain.end_form.rows();
   if (duration) add_duration(motion, effort, chain);
   for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, duration, chain);
   if (motion.problem.cost_weights.any())

@@ -227,6 +227,12 @@ Moments moments_of_step(const StoredMotion& motion, const StageMotion& stages, i
   return by_joint;
 }
 
+double cost_of_steps(const StoredMotion& motion, const StageMotion& stages) {
+  double sum = 0.0;
+  for (const VectorXd& coefficients : stages.polynomial) sum += 0.5 * coefficients.squaredNorm();
+  return motion.problem.effort * motion.time_step * sum;
+}
+
 double step_residual(const StoredMotion& motion, const StageMotion& stages, double scale) {
   const integrator::State start = start_of(motion.system, motion.problem.start);
   Largest momentum;

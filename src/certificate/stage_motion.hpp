@@ -37,6 +37,9 @@ mechanics::Moments moments_of_step(const StoredMotion& motion, const StageMotion
 /// with what the first node's momentum differs from the problem's.
 double step_residual(const StoredMotion& motion, const StageMotion& stages, double scale);
 
+/// The effort by the problem's weight, (N m)² s.
+double cost_of_steps(const StoredMotion& motion, const StageMotion& stages);
+
 /// Jacobian of functionals of the end state by the polynomials' coefficients, [rows][N · terms · controls], by one backward
 /// sweep; rank is lost along motions where perturbations grow, as by control_jacobian.
 MatrixXd coefficient_jacobian(const StoredMotion& motion, const StageMotion& stages, const MatrixXd& end_rows);

@@ -66,6 +66,11 @@ ResolvedProblem resolve(const model::System& system, const maneuver::Problem& pr
   resolved.free_duration = problem.duration.free;
   if (problem.duration.free) resolved.between = {problem.duration.min, problem.duration.max};
   resolved.free_shape = problem.start.free_shape;
+  if (problem.start.rotation.size() == resolved.bodies.size()) {
+    resolved.start = {{}, problem.start.position, problem.start.linear_velocity, problem.start.angular_velocity};
+    for (const Eigen::Vector3d& rotation : problem.start.rotation)
+      resolved.start->rotation.push_back(lie::exp(rotation));
+  }
   resolved.tolerance = problem.search.tolerance;
   return resolved;
 }
@@ -95,15 +100,30 @@ model::SwimmerDescription swimmer_of(const ResolvedProblem& resolved) {
   return swimmer;
 }
 
+namespace {
+
+// As asked for; of files of early versions, which do not tell, what the first node shows.
+maneuver::Start start_of(const Results& results) {
+  maneuver::Start start;
+  const maneuver::Solution& motion = results.solution;
+  const std::optional<ResolvedStart>& asked = results.problem.start;
+  for (const Eigen::Matrix3d& R : asked ? asked->rotation : motion.rotation.front())
+    start.rotation.push_back(lie::log(R));
+  start.position = asked ? asked->position : motion.position.front();
+  start.angular_velocity = asked ? asked->angular_velocity : motion.angular_velocity.front();
+  start.linear_velocity =
+      asked ? asked->linear_velocity : Eigen::Vector3d(motion.rotation.front()[0] * motion.linear_velocity.front());
+  return start;
+}
+
+}  // namespace
+
 maneuver::Problem problem_of(const Results& results) {
   maneuver::Problem problem;
   problem.name = results.name;
   problem.source = results.source;
   problem.swimmer = swimmer_of(results.problem);
-  problem.start.position = results.solution.position.front();
-  for (const Eigen::Matrix3d& R : results.solution.rotation.front()) problem.start.rotation.push_back(lie::log(R));
-  problem.start.angular_velocity = results.solution.angular_velocity.front();
-  problem.start.linear_velocity = results.solution.rotation.front()[0] * results.solution.linear_velocity.front();
+  problem.start = start_of(results);
   problem.goal = results.problem.goal;
   problem.duration.value = results.problem.duration;
   problem.steps = results.problem.steps;

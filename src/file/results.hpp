@@ -52,6 +52,14 @@ struct ResolvedJoint {
   double damping = 0.0;                                          // N m s/rad
 };
 
+/// Where the motion was asked to begin; of a free first shape the root alone counts.
+struct ResolvedStart {
+  std::vector<Eigen::Matrix3d> rotation;          // [bodies] body → world
+  Eigen::Vector3d position;                       // m, root's mass centre
+  Eigen::Vector3d linear_velocity;                // m/s, of the root, world
+  std::vector<Eigen::Vector3d> angular_velocity;  // [bodies] rad/s, body frames
+};
+
 struct ResolvedProblem {
   std::vector<ResolvedBody> bodies;
   std::vector<ResolvedJoint> joints;
@@ -68,11 +76,12 @@ struct ResolvedProblem {
   std::vector<maneuver::Waypoint> waypoints;
   double time_weight = 0.0;  // (N m)², of the duration in the cost
   maneuver::CostWeights cost_weights;
-  bool free_duration = false;       // then `duration` is the one found
-  std::array<double, 2> between{};  // s, its bounds
-  bool free_shape = false;          // of a periodic motion's start
-  double effort = 1.0;              // weight of the cost
-  double tolerance = 1e-8;          // on certificate.kkt
+  bool free_duration = false;               // then `duration` is the one found
+  std::array<double, 2> between{};          // s, its bounds
+  bool free_shape = false;                  // of a periodic motion's start
+  std::optional<ResolvedStart> start = {};  // nothing in files of early versions
+  double effort = 1.0;                      // weight of the cost
+  double tolerance = 1e-8;                  // on certificate.kkt
 };
 
 struct Results {

@@ -123,6 +123,20 @@ maneuver::Goal read_goal(const JsonReader& reader) {
   return goal;
 }
 
+ResolvedStart read_start(const JsonReader& reader, std::size_t bodies) {
+  ResolvedStart start;
+  const JsonReader rotation = reader.at("rotation"), rate = reader.at("angular_velocity");
+  rotation.require_array(bodies);
+  rate.require_array(bodies);
+  for (std::size_t i = 0; i < bodies; ++i) {
+    start.rotation.push_back(value_at<Matrix3d>(rotation.at(i)));
+    start.angular_velocity.push_back(value_at<Vector3d>(rate.at(i)));
+  }
+  start.position = value_at<Vector3d>(reader.at("position"));
+  start.linear_velocity = value_at<Vector3d>(reader.at("linear_velocity"));
+  return start;
+}
+
 ResolvedProblem read_resolved(const JsonReader& reader) {
   ResolvedProblem problem;
   const JsonReader bodies = reader.at("bodies");
@@ -137,6 +151,7 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   problem.duration = reader.at("duration").number();
   problem.steps = reader.at("steps").integer(1, largest - 1);
   problem.cost_rule = read_word(reader.at("cost_rule"), cost_rules);
+  if (reader.has("start")) problem.start = read_start(reader.at("start"), problem.bodies.size());
   if (!reader.at("goal").is_null()) problem.goal = read_goal(reader.at("goal"));
   if (reader.has("control")) {
     problem.control = read_word(reader.at("control").at("kind"), control_kinds);
@@ -261,6 +276,8 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
   if (reader.has("equation_residual")) result.equation_residual = reader.at("equation_residual").number_or_nan();
   if (reader.has("start_error")) result.start_error = reader.at("start_error").number_or_nan();
   if (reader.has("control_error")) result.control_error = reader.at("control_error").number_or_nan();
+  if (reader.has("time_error")) result.time_error = reader.at("time_error").number_or_nan();
+  if (reader.has("cost_error")) result.cost_error = reader.at("cost_error").number_or_nan();
   if (reader.has("clearance") && !reader.at("clearance").is_null()) {
     const JsonReader clearance = reader.at("clearance");
     const JsonReader pair = clearance.at("bodies");

@@ -158,6 +158,19 @@ std::string goal_text(const maneuver::Goal& goal) {
   return text.finished();
 }
 
+std::string start_text(const ResolvedStart& start) {
+  require_finite(start.position.allFinite() && start.linear_velocity.allFinite(), "problem.start");
+  for (const Matrix3d& rotation : start.rotation) require_finite(rotation.allFinite(), "problem.start.rotation");
+  for (const Vector3d& rate : start.angular_velocity)
+    require_finite(rate.allFinite(), "problem.start.angular_velocity");
+  ObjectText text(2);
+  text.add("rotation", json_list(start.rotation, [](const Matrix3d& m) { return json(m); }));
+  text.add("position", json(start.position));
+  text.add("linear_velocity", json(start.linear_velocity));
+  text.add("angular_velocity", json_list(start.angular_velocity, [](const Vector3d& v) { return json(v); }));
+  return text.finished();
+}
+
 std::string problem_text(const ResolvedProblem& problem) {
   require_finite(std::isfinite(problem.time_step) && std::isfinite(problem.duration),
                  "problem.time_step, problem.duration");
@@ -169,6 +182,7 @@ std::string problem_text(const ResolvedProblem& problem) {
   text.add("duration", json(problem.duration));
   text.add("steps", json(problem.steps));
   text.add("cost_rule", json(word(problem.cost_rule)));
+  if (problem.start) text.add("start", start_text(*problem.start));
   text.add("goal", problem.goal ? goal_text(*problem.goal) : "null");
   text.add("control", fmt::format("{{\"kind\": {}, \"points\": {}}}", json(word(problem.control)), problem.points));
   text.add("effort", json(problem.effort));
@@ -204,6 +218,8 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   text.add("equation_residual", json(certificate->equation_residual));
   text.add("start_error", json(certificate->start_error));
   text.add("control_error", json(certificate->control_error));
+  text.add("time_error", json(certificate->time_error));
+  text.add("cost_error", json(certificate->cost_error));
   const auto& clearance = certificate->clearance;
   text.add("clearance", clearance
                             ? fmt::format("{{\"gap\": {}, \"time\": {}, \"bodies\": [{}, {}]}}", json(clearance->gap),

@@ -15,10 +15,12 @@ using model::System;
 using optimizer::Stage;
 using optimizer::StageModel;
 
-constexpr double first_work_weight = 4.0;      // over the root mean square of the powers
-constexpr double work_weight_growth = 8.0;     // where the error has not fallen
-constexpr double largest_work_weight = 1e7;    // of the first
-constexpr double enough_work_progress = 0.25;  // share of the error that may be left
+constexpr double first_work_weight = 4.0;     // over the root mean square of the powers
+constexpr double carried_work_weight = 8.0;   // most of the first, that another grid begins with
+constexpr double work_weight_growth = 4.0;    // where the error has not fallen
+constexpr double largest_work_weight = 1e7;   // of the first
+constexpr double enough_work_progress = 0.5;  // share of the error that may be left
+constexpr double multiplier_noise = 3e-8;     // that round-off in the powers may bring
 
 }  // namespace
 
@@ -35,6 +37,7 @@ CostTerms::CostTerms(const System& system, const Maneuver& maneuver, const Shape
       controls_(system.control_count()),
       start_rate_(VectorXd::Zero(controls_)) {
   multipliers_.value.setZero(system.joint_count(), steps_ + 1);
+  heaviest_.setConstant(system.joint_count(), steps_ + 1, std::numeric_limits<double>::infinity());
   retarget(maneuver);
 }
 
@@ -56,9 +59,13 @@ double CostTerms::work_weight(const CostValues& values) const {
   return weights_.work + (weights_.transport > 0.0 ? weights_.transport / values.distance : 0.0);
 }
 
+double CostTerms::weight_of_power(int joint, int node) const {
+  return std::min(multipliers_.weight, heaviest_(joint, node));
+}
+
 // Equation 13.5.
 CostTerms::Bend CostTerms::work_term(int joint, int node, double power) const {
-  const double c = multipliers_.weight, mu = multipliers_.value(joint, node);
+  const double c = weight_of_power(joint, node), mu = multipliers_.value(joint, node);
   if (c <= 0.0) return {std::abs(power), power < 0.0 ? -1.0 : 1.0, 0.0};
   const double sign = mu + c * power;
   if (std::abs(sign) <= 1.0) return {power * (mu + 0.5 * c * power), sign, c};
@@ -336,21 +343,46 @@ double CostTerms::error(const CostValues& values) const {
   for (Eigen::Index k = 0; k <= steps_; ++k)
     for (Eigen::Index j = 0; j < values.power.rows(); ++j) {
       const double renewed = work_term(static_cast<int>(j), static_cast<int>(k), values.power(j, k)).slope;
-      error = std::max(error, std::abs(renewed - multipliers_.value(j, k)) / multipliers_.weight);
+      error = std::max(error, std::abs(renewed - multipliers_.value(j, k)) /
+                                  weight_of_power(static_cast<int>(j), static_cast<int>(k)));
     }
   return error / std::max(largest, 1e-300);
 }
 
-void CostTerms::renew(const CostValues& values) {
+// Moments follow from second differences of the shapes, rates from first ones: relative to what they are like, round-off in
+// them is ε N² and ε N. A weight turns what that makes of a power into an error of its multiplier.
+void CostTerms::find_heaviest(const CostedMotion& motion, const CostValues& values) {
+  const double epsilon = std::numeric_limits<double>::epsilon();
+  double largest_moment = 0.0, largest_rate = 0.0;
+  for (int k = 0; k <= steps_; ++k) {
+    rates(values, k, motion.time_step, rate_, changing_);
+    largest_moment = std::max(largest_moment, motion.moment[at(k)].head(controls_).lpNorm<Eigen::Infinity>());
+    largest_rate = std::max(largest_rate, rate_.lpNorm<Eigen::Infinity>());
+  }
+  heaviest_.setConstant(std::numeric_limits<double>::infinity());
+  for (int k = 0; k <= steps_; ++k) {
+    rates(values, k, motion.time_step, rate_, changing_);
+    for (int c = 0; c < controls_; ++c) {
+      const double of_moment = std::abs(rate_[c]) * largest_moment * steps_;
+      const double of_rate = std::abs(motion.moment[at(k)][c]) * largest_rate;
+      const double noise = epsilon * steps_ * (of_moment + of_rate);
+      double& heaviest = heaviest_(turns_.joint_of(c), k);
+      if (noise > 0.0) heaviest = std::min(heaviest, multiplier_noise / noise);
+    }
+  }
+}
+
+void CostTerms::renew(const CostedMotion& motion, const CostValues& values, bool heavier) {
   if (!of_work()) return;
   const double error = this->error(values);
   for (int k = 0; k <= steps_; ++k)
     for (int j = 0; j < system_.joint_count(); ++j)
       multipliers_.value(j, k) = moves(k) ? work_term(j, k, values.power(j, k)).slope : 0.0;
   if (periodic_) multipliers_.value.col(0) = multipliers_.value.col(steps_);
-  if (last_error_ > 0.0 && error > enough_work_progress * last_error_)
+  if (heavier && last_error_ > 0.0 && error > enough_work_progress * last_error_)
     multipliers_.weight = std::min(work_weight_growth * multipliers_.weight, multipliers_.largest_weight);
   last_error_ = error;
+  find_heaviest(motion, values);
 }
 
 void CostTerms::choose_weight(const CostValues& values) {
@@ -363,8 +395,9 @@ void CostTerms::choose_weight(const CostValues& values) {
 void CostTerms::take(const WorkMultipliers& from) {
   last_error_ = 0.0;
   multipliers_.value.setZero();
-  multipliers_.weight = from.weight;
+  heaviest_.setConstant(std::numeric_limits<double>::infinity());
   multipliers_.largest_weight = from.largest_weight;
+  multipliers_.weight = std::min(from.weight, carried_work_weight / largest_work_weight * from.largest_weight);
   const auto coarse = static_cast<int>(from.value.cols()) - 1;
   if (coarse < 1) return;
   for (int k = 0; k <= steps_; ++k) {

@@ -12,9 +12,9 @@ namespace lamprey::maneuver {
 
 /// Multipliers of the joints' powers between searches.
 struct WorkMultipliers {
-  MatrixXd value;       // [joints][N + 1] between −1 and 1: what the sign of the power is where it has one
-  double weight = 0.0;  // 1/W, of ½ p² where the power has no sign; 0: not chosen yet
-  double largest_weight = 0.0;
+  MatrixXd value;               // [joints][N + 1] between −1 and 1: what the sign of the power is where it has one
+  double weight = 0.0;          // 1/W, of ½ p² where the power has no sign; 0: not chosen yet
+  double largest_weight = 0.0;  // 0: multipliers of another method, whose weight is none
 };
 
 /// What the terms look at of a motion.
@@ -67,11 +67,13 @@ class CostTerms {
 
   /// How far the multipliers are from the signs of the powers, of the largest power.
   double error(const CostValues& values) const;
-  /// Multipliers at the point with these values; the weight rises where the error has not fallen.
-  void renew(const CostValues& values);
+  /// Multipliers at the point with these values; where `heavier`, the weight rises if the error has not fallen.
+  void renew(const CostedMotion& motion, const CostValues& values, bool heavier);
   const WorkMultipliers& multipliers() const { return multipliers_; }
-  /// Takes over multipliers of another grid.
+  /// Takes over multipliers of another grid, and no more of their weight than lets signs change there.
   void take(const WorkMultipliers& from);
+  /// Whether multipliers have a weight yet.
+  bool weighs() const { return multipliers_.weight > 0.0; }
   /// Chooses the first weight by a motion's powers.
   void choose_weight(const CostValues& values);
 
@@ -82,6 +84,8 @@ class CostTerms {
   };
   Bend work_term(int joint, int node, double power) const;
   Bend term(int joint, int node, double power, double work_weight) const;
+  double weight_of_power(int joint, int node) const;
+  void find_heaviest(const CostedMotion& motion, const CostValues& values);
   double work_weight(const CostValues& values) const;
   double node_time(int node, double time_step) const;
   bool moves(int node) const;  // whether moments at a node count
@@ -100,8 +104,10 @@ class CostTerms {
   CostWeights weights_;
   bool periodic_, rest_, free_duration_;
   int steps_, shape_, controls_;
-  VectorXd start_rate_;  // [controls] rad/s, of the joints at the start
+  VectorXd start_rate_;       // [controls] rad/s, of the joints at the start
+  VectorXd rate_, changing_;  // [controls] rad/s
   WorkMultipliers multipliers_;
+  MatrixXd heaviest_;  // [joints][N + 1] 1/W, weights beyond which multipliers would tell of round-off
   double last_error_ = 0.0;
 };
 

@@ -180,13 +180,13 @@ LimitError LimitTerms::error(const MatrixXd& value) const {
   return worst;
 }
 
-void LimitTerms::renew(const MatrixXd& value) {
+void LimitTerms::renew(const MatrixXd& value, bool heavier) {
   const double error = this->error(value).value;
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r)
       if (applies(rows_[r], k))
         multipliers_.value(static_cast<Eigen::Index>(r), k) = pull(r, k, value(static_cast<Eigen::Index>(r), k));
-  if (last_error_ > 0.0 && error > enough_progress * last_error_)
+  if (heavier && last_error_ > 0.0 && error > enough_progress * last_error_)
     multipliers_.weight = std::min(weight_growth * multipliers_.weight, multipliers_.largest_weight);
   last_error_ = error;
 }

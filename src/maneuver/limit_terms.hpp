@@ -61,8 +61,8 @@ class LimitTerms {
   void model(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, LimitModel& model) const;
 
   LimitError error(const MatrixXd& value) const;
-  /// Multipliers at the point with these values, [rows][N + 1]; the weight rises where the error has not fallen.
-  void renew(const MatrixXd& value);
+  /// Multipliers at the point with these values, [rows][N + 1]; where `heavier`, the weight rises if the error has not fallen.
+  void renew(const MatrixXd& value, bool heavier);
   const LimitMultipliers& multipliers() const { return multipliers_; }
   /// Takes over multipliers of another grid, or chooses the first weight by a cost.
   void take(const LimitMultipliers& from, double cost);

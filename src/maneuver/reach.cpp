@@ -26,12 +26,21 @@ double beyond(const MatrixXd& span, const MatrixXd& rows) {
   return left.rowwise().norm().maxCoeff();
 }
 
-// Rows of no length but round-off are none.
-void normalize_rows(MatrixXd& rows) {
+// Rows of no length but round-off are none: next to the longest of their kind, whatever a moment moves a body by.
+template <typename Rows>
+void normalize_rows(Rows&& rows) {
+  if (rows.rows() == 0) return;
+  const double longest = rows.rowwise().norm().maxCoeff();
   for (Eigen::Index r = 0; r < rows.rows(); ++r) {
     const double length = rows.row(r).norm();
-    rows.row(r) *= length > dependence_threshold ? 1.0 / length : 0.0;
+    rows.row(r) *= length > dependence_threshold * longest ? 1.0 / length : 0.0;
   }
+}
+
+// What is missed by no more than round-off is none.
+void normalize_gap(Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> gap) {
+  const double length = gap.norm();
+  gap *= length > dependence_threshold ? 1.0 / length : 0.0;
 }
 
 }  // namespace
@@ -65,9 +74,12 @@ ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& ask
       MatrixXd moved = reached * stage.A.transpose();
       MatrixXd driven(sizes.inputs + (unsupported ? 1 : 0), sizes.states);
       driven.topRows(sizes.inputs) = stage.B.transpose();
-      if (unsupported) driven.bottomRows<1>() = stage.gap.transpose();
       normalize_rows(moved);
-      normalize_rows(driven);
+      normalize_rows(driven.topRows(sizes.inputs));
+      if (unsupported) {
+        driven.bottomRows<1>() = stage.gap.transpose();
+        normalize_gap(driven.bottomRows<1>());
+      }
       MatrixXd both(moved.rows() + driven.rows(), sizes.states);
       both << moved, driven;
       reached = span_of_rows(both, reach_threshold).transpose();

@@ -19,7 +19,10 @@ Pivoted factored(const MatrixXd& rows, double threshold) {
 
 }  // namespace
 
-MatrixXd least_squares(const MatrixXd& basis, const MatrixXd& samples) { return Pivoted(basis).solve(samples); }
+MatrixXd least_squares(const MatrixXd& basis, const MatrixXd& samples) {
+  if (basis.cols() == 0) return MatrixXd::Zero(0, samples.cols());
+  return Pivoted(basis).solve(samples);
+}
 
 MatrixXd null_space(const MatrixXd& rows) {
   const Eigen::Index free = rows.cols() - rows.rows();
@@ -30,12 +33,14 @@ MatrixXd null_space(const MatrixXd& rows) {
 }
 
 std::vector<int> independent_rows(const MatrixXd& rows, double threshold) {
+  if (rows.rows() == 0) return {};
   const Pivoted qr = factored(rows, threshold);
   const auto& order = qr.colsPermutation().indices();
   return std::vector<int>(order.data(), order.data() + qr.rank());
 }
 
 MatrixXd span_of_rows(const MatrixXd& rows, double threshold) {
+  if (rows.rows() == 0) return MatrixXd::Zero(rows.cols(), 0);
   const Pivoted qr = factored(rows, threshold);
   return qr.householderQ() * MatrixXd(MatrixXd::Identity(rows.cols(), qr.rank()));
 }

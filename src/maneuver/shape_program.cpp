@@ -142,9 +142,10 @@ bool ShapeProgram::go_to(const NodePath& path) {
   limits_.take(before, 1.0);
   terms_.take(work_start_);
   if (!roll_out(now_)) return false;
-  if (before.weight > 0.0 || work_start_.weight > 0.0) return true;
-  limits_.take(before, now_.cost);  // a weight fit for what the guess costs
-  terms_.choose_weight(now_.terms);
+  const bool weighs = limits_.empty() || before.weight > 0.0, works = !terms_.of_work() || terms_.weighs();
+  if (weighs && works) return true;
+  if (!weighs) limits_.take(before, now_.cost);  // a weight fit for what the guess costs
+  if (!works) terms_.choose_weight(now_.terms);
   measure(now_);
   return true;
 }
@@ -330,9 +331,9 @@ void ShapeProgram::add_limits(Motion& motion) {
   }
 }
 
-void ShapeProgram::renew_limits() {
-  if (!limits_.empty()) limits_.renew(now_.limit_value);
-  terms_.renew(now_.terms);
+void ShapeProgram::renew_limits(bool heavier) {
+  if (!limits_.empty()) limits_.renew(now_.limit_value, heavier);
+  terms_.renew(costed(now_), now_.terms, heavier);
   measure(now_);
 }
 

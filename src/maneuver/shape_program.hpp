@@ -79,7 +79,7 @@ class ShapeProgram : public optimizer::StageProgram {
   double limit_error() const override {
     return std::max(limits_.empty() ? 0.0 : worst_limit().value, terms_.error(now_.terms));
   }
-  void renew_limits() override;
+  void renew_limits(bool heavier) override;
 
  private:
   // A motion through given shapes.

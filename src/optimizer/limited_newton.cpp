@@ -7,8 +7,9 @@ namespace lamprey::optimizer {
 
 namespace {
 
-constexpr int most_rounds = 40;
+constexpr int most_rounds = 60;
 constexpr int most_idle_rounds = 6;  // without progress
+constexpr double idle_share = 0.7;   // of the best error so far, that is no progress
 constexpr int most_round_iterations = 150;
 constexpr double least_tolerance = 1e-11;  // where a search's own error keeps the limits' from falling
 constexpr double first_tolerance = 1e-3;   // of a search while the multipliers are still rough
@@ -31,7 +32,7 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
   for (int n = 0; n < most_rounds && idle < most_idle_rounds; ++n) {
     const double error = program.limit_error();
     if (n > 0 || error > limit_tolerance) {  // an old answer keeps limits that another goal makes hard to keep
-      idle = error < 0.5 * best ? 0 : idle + 1;
+      idle = error < idle_share * best ? 0 : idle + 1;
       best = std::min(best, error);
     }
     if (idle > 1) finest = std::max(least_tolerance, 0.1 * finest);
@@ -40,7 +41,7 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     newton.solve(program, round, outcome);
     if (gave_up(outcome.termination)) return;
     const bool met = program.limit_error() <= limit_tolerance;
-    program.renew_limits();  // at the answer too: its multipliers are those that make it stationary
+    program.renew_limits(!met);  // at the answer too: its multipliers are those that make it stationary
     if (met && round.tolerance == finest && outcome.termination == Termination::converged) return;
   }
   if (program.limit_error() > out_of_reach) {

@@ -35,6 +35,7 @@ constexpr double nearly_stationary = 1e-2;
 constexpr double saddle = 2e-3;  // stationarity at which an indefinite Hessian means a saddle
 constexpr int saddle_halvings = 12;
 constexpr double saddle_gain = 1e-9;        // least decrease, relative
+constexpr double drowned = 1e-6;            // stationarity below which a step's gain is lost in round-off
 constexpr double last_rise = 1e-9;          // of the cost, relative
 constexpr double close = 3e-2;              // stationarity before a step after which its factors may be good for more
 constexpr double follow_to = 1e-6;          // of the tolerance, what such steps may leave
@@ -231,6 +232,17 @@ void StageNewton::take_last_step(StageProgram& program, Outcome& outcome) {
   if (there && there->violation <= met && there->cost <= cost + last_rise * std::abs(cost)) program.accept();
 }
 
+// Where no step shows progress any more because what it gains drowns in round-off: a last one, without a shift.
+bool StageNewton::settle(StageProgram& program, Outcome& outcome) {
+  if (program.merit().violation > met || !factor_unshifted()) return false;
+  shift_ = 0.0;
+  find_step();
+  change_ = stationarity();
+  if (!(change_ <= drowned)) return false;
+  take_last_step(program, outcome);
+  return true;
+}
+
 // The Lagrangian's gradient by the inputs, states following them.
 void StageNewton::take_gradient() {
   VectorXd& costate = state_;
@@ -348,6 +360,7 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
       record(program, outcome);
       if (follow(program, options, outcome)) verdict = Verdict::converged;
     }
+    if (verdict == Verdict::stuck && settle(program, outcome)) verdict = Verdict::converged;
     factored_ = verdict == Verdict::converged && shift_ == 0.0;
     if (verdict == Verdict::converged) {
       multiplier_ = step_.end_multiplier;

@@ -37,6 +37,7 @@ class StageNewton {
   bool follow(StageProgram& program, const Options& options, Outcome& outcome);
   void record(const StageProgram& program, Outcome& outcome) const;
   void take_last_step(StageProgram& program, Outcome& outcome);
+  bool settle(StageProgram& program, Outcome& outcome);
   void ease_or_damp(double ratio);
   bool leave_saddle(StageProgram& program, Outcome& outcome);
   double stationarity();

@@ -13,10 +13,10 @@ using certificate::curvature_mark;
 using certificate::equation_mark;
 using certificate::goal_mark;
 using certificate::limit_mark;
+using certificate::momentum_mark;
 using certificate::rest_mark;
 using certificate::unset;
 
-constexpr double momentum_mark = 1e-11;  // of the scale
 constexpr double replay_mark = 1e-3;     // rad at a window's end
 constexpr double feedback_mark = 1e-2;   // rad at the end
 

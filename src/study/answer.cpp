@@ -34,12 +34,28 @@ std::string number(double value, int digits = 2) {
   return text.str();
 }
 
+// What shows that files do not tell of the problem's own motion; empty when nothing does.
+std::string foreign(const Certificate& proof) {
+  if (!(proof.start_error <= certificate::start_mark))
+    return "the motion begins " + number(proof.start_error) + " (rad or m) beside the problem's start";
+  if (!(proof.time_error <= certificate::time_mark))
+    return "the nodes' times differ by " + number(proof.time_error) + " of the duration from its equal steps";
+  if (!(proof.control_error <= certificate::control_mark))
+    return number(proof.control_error) + " of the moments is outside what the joints or the control's kind can exert";
+  if (!(proof.momentum_drift <= certificate::momentum_mark))
+    return "total momentum changes by " + number(proof.momentum_drift) + " of its scale";
+  if (!(proof.cost_error <= certificate::cost_mark))
+    return "the stored cost is off by " + number(proof.cost_error) + " of the one recomputed";
+  return "";
+}
+
 // What keeps the answer from being feasible; empty when nothing does.
 std::string unmet(const Problem& problem, const Certificate& proof) {
   if (!(proof.equation_residual <= equation_mark))
     return "no motion was found that obeys the mechanics and meets the goal (discrete equations off by " +
            number(proof.equation_residual) + " of the momentum's scale, goal by " + number(proof.goal_error) +
            " rad or m)";
+  if (const std::string other = foreign(proof); !other.empty()) return other;
   if (!(proof.goal_error <= goal_mark)) return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
   if (proof.limits && !(proof.limits->violation <= limit_mark))
     return proof.limits->key + " is broken by " + number(proof.limits->violation) + " at " +
@@ -59,7 +75,8 @@ std::string unsettled(const Problem& problem, const Certificate& proof) {
   if (proof.limits && !(proof.limits->negative <= complementarity_mark))
     return "limits push the wrong way: by " + number(proof.limits->negative) + " of the largest multiplier, allowed " +
            number(complementarity_mark);
-  return "the multipliers of the work do not fit the signs of the powers";
+  return "the work's multipliers do not fit the signs of the powers: by " + number(proof.costs->signs) +
+         " of the cost over the duration, allowed " + number(complementarity_mark);
 }
 
 // A spring's moment is along the joint's turn and jumps where that is half a turn: a search can end there, stationary on

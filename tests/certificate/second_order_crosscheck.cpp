@@ -349,7 +349,7 @@ TEST(SecondOrder, of_a_free_duration_with_limits_is_that_of_the_least_cost_by_th
   const model::System system(free.swimmer);
   const StoredMotion motion(system, free, solution);
   ASSERT_FALSE(certificate::pulling_bounds(motion).empty());
-  ASSERT_FALSE(certificate::duration_pulls(motion));
+  ASSERT_FALSE(certificate::duration_holds(motion));
   const auto least_cost = [&](double tau) {  // of the minimum that this one becomes
     maneuver::Problem problem = given;
     problem.duration.value = solution.time.back() * std::exp(tau);
