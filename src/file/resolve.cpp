@@ -102,11 +102,12 @@ model::SwimmerDescription swimmer_of(const ResolvedProblem& resolved) {
 
 namespace {
 
-// As asked for; of files of early versions, which do not tell, what the first node shows.
+// As asked for; of files of early versions, which do not tell, what the first node shows if there is one.
 maneuver::Start start_of(const Results& results) {
   maneuver::Start start;
   const maneuver::Solution& motion = results.solution;
   const std::optional<ResolvedStart>& asked = results.problem.start;
+  if (!asked && motion.rotation.empty()) return start;
   for (const Eigen::Matrix3d& R : asked ? asked->rotation : motion.rotation.front())
     start.rotation.push_back(lie::log(R));
   start.position = asked ? asked->position : motion.position.front();

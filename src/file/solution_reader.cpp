@@ -155,7 +155,8 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   if (!reader.at("goal").is_null()) problem.goal = read_goal(reader.at("goal"));
   if (reader.has("control")) {
     problem.control = read_word(reader.at("control").at("kind"), control_kinds);
-    problem.points = reader.at("control").at("points").integer(0, largest);
+    const bool spline = problem.control == maneuver::ControlKind::spline;
+    problem.points = reader.at("control").at("points").integer(spline ? 2 : 0, spline ? problem.steps + 1 : largest);
   }
   if (reader.has("effort")) problem.effort = reader.at("effort").number();
   if (reader.has("time_weight")) problem.time_weight = reader.at("time_weight").number();

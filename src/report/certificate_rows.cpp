@@ -9,16 +9,20 @@ namespace lamprey::report {
 namespace {
 
 using certificate::complementarity_mark;
+using certificate::control_mark;
+using certificate::cost_mark;
 using certificate::curvature_mark;
 using certificate::equation_mark;
 using certificate::goal_mark;
 using certificate::limit_mark;
 using certificate::momentum_mark;
 using certificate::rest_mark;
+using certificate::start_mark;
+using certificate::time_mark;
 using certificate::unset;
 
-constexpr double replay_mark = 1e-3;     // rad at a window's end
-constexpr double feedback_mark = 1e-2;   // rad at the end
+constexpr double replay_mark = 1e-3;    // rad at a window's end
+constexpr double feedback_mark = 1e-2;  // rad at the end
 
 std::string with_unit(double value, const char* unit) {
   if (std::isnan(value) || *unit == '\0') return number(value, 3);
@@ -94,6 +98,15 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
        "Least distance of two bodies at the nodes and between them, with joints turning evenly from node to node. "
        "Where "
        "bodies overlap: the shortest way out of each other. Nothing in the mechanics keeps bodies apart."},
+      held("Start", proof.start_error, "", problem.goal ? start_mark : unset,
+           "Largest distance of the first node from where the problem begins, in rad or m."),
+      held("Times of the nodes", proof.time_error, "", time_mark,
+           "Largest difference of a node’s time from equal steps over the duration, relative to the duration."),
+      held("Moments beside the actuation", proof.control_error, "", problem.goal ? control_mark : unset,
+           "Largest part of a moment that joints, control_axes or the control’s kind do not have, relative to the "
+           "largest moment."),
+      held("Stored cost", proof.cost_error, "", cost_mark,
+           "Relative difference of the stored cost from the one recomputed along the motion."),
       held("First-order optimality (KKT)", proof.kkt, "", problem.tolerance,
            "Largest part of the cost’s gradient that no multiplier of the goal explains, relative to the gradient "
            "itself."),

@@ -42,7 +42,7 @@ TEST(SolutionFile, every_double_comes_back_bit_for_bit) {
   EXPECT_TRUE(back.problem.joints[1].control_axes.empty());
   EXPECT_EQ(back.problem.goal->turn, results.problem.goal->turn);
   EXPECT_EQ(back.problem.goal->rotation, results.problem.goal->rotation);
-  EXPECT_EQ(back.problem.points, 5);
+  EXPECT_EQ(back.problem.points, results.problem.points);
   EXPECT_EQ(back.problem.effort, results.problem.effort);
   EXPECT_EQ(back.problem.tolerance, results.problem.tolerance);
   EXPECT_EQ(back.problem.time_weight, results.problem.time_weight);

@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -69,7 +70,7 @@ inline file::ResolvedProblem sample_problem(int steps, SampleNumbers& sample) {
   problem.scheme = maneuver::Scheme::paper;
   problem.cost_rule = maneuver::CostRule::rectangle;
   problem.control = maneuver::ControlKind::spline;
-  problem.points = 5;
+  problem.points = std::min(5, steps + 1);
   problem.steps = steps;
   problem.duration = sample.number();
   problem.time_step = problem.duration / steps;

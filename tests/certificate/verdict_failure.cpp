@@ -1,0 +1,139 @@
+// Answers that no certificate may pass: files that tell of another problem's motion, bounds that hold nothing, and numbers
+// whose size is a matter of units.
+#include <gtest/gtest.h>
+
+#include "certificate/certify.hpp"
+#include "certificate/limit_check.hpp"
+#include "certificate/marched_answers.hpp"
+#include "study/answer.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using certificate::Certificate;
+using certificate::Verdict;
+
+const certificate::Options unreplayed{.replay = false};
+
+// The paper's translation in the plane, proved.
+const MarchedAnswer& translation() {
+  static const MarchedAnswer answer = [] {
+    maneuver::Problem problem = chain_problem(40, 1.0);
+    problem.goal->turn = Vector3d::Zero();
+    problem.goal->move = {2.0, std::nullopt, std::nullopt};
+    for (model::JointDescription& joint : problem.swimmer.joints) joint.control_axes = {Vector3d(0, 0, 1)};
+    const model::System system(problem.swimmer);
+    return MarchedAnswer{problem, study::answer(system, problem, {}).solution};
+  }();
+  return answer;
+}
+
+Certificate judged(const MarchedAnswer& answer) {
+  return certificate::certify(model::System(answer.problem.swimmer), answer.problem, answer.solution, unreplayed);
+}
+
+TEST(Verdict, of_the_answer_itself_is_a_proved_minimum) {
+  const Certificate proof = judged(translation());
+  EXPECT_EQ(proof.verdict, Verdict::proved);
+  EXPECT_LE(proof.time_error, tolerance(1e-14));
+  EXPECT_LE(proof.cost_error, tolerance(1e-14));
+}
+
+TEST(Verdict, does_not_pass_another_cost) {
+  MarchedAnswer answer = translation();
+  answer.solution.cost *= 1.0 - 1e-6;
+  EXPECT_NEAR(judged(answer).cost_error, 1e-6, tolerance(1e-9));
+  EXPECT_EQ(judged(answer).verdict, Verdict::not_optimal);
+}
+
+TEST(Verdict, does_not_pass_a_motion_that_takes_more_time_than_asked) {
+  MarchedAnswer answer = translation();
+  answer.problem.duration.value = 0.5;
+  EXPECT_NEAR(judged(answer).time_error, 1.0, tolerance(1e-12));
+  EXPECT_EQ(judged(answer).verdict, Verdict::not_optimal);
+}
+
+TEST(Verdict, does_not_pass_steps_of_unequal_length) {
+  MarchedAnswer answer = translation();
+  answer.solution.time[7] += 1e-4;
+  EXPECT_NEAR(judged(answer).time_error, 1e-4, tolerance(1e-9));
+  EXPECT_EQ(judged(answer).verdict, Verdict::not_optimal);
+}
+
+TEST(Verdict, does_not_pass_another_start) {
+  MarchedAnswer answer = translation();
+  answer.problem.start.position.y() += 1e-6;
+  EXPECT_EQ(judged(answer).verdict, Verdict::not_optimal);
+}
+
+// Beside the actuation moments cost nothing, so that they are stationary whatever they are.
+TEST(Verdict, does_not_pass_moments_about_axes_that_are_not_actuated) {
+  MarchedAnswer answer = translation();
+  for (model::JointDescription& joint : answer.problem.swimmer.joints) joint.control_axes = {Vector3d(0, 1, 0)};
+  EXPECT_NEAR(judged(answer).control_error, 1.0, tolerance(1e-12));
+  EXPECT_EQ(judged(answer).verdict, Verdict::not_optimal);
+}
+
+// An interior-point method leaves a little of a multiplier on every bound. Where none is reached, none holds: the curvature
+// is that of the problem without bounds.
+TEST(Verdict, counts_no_bound_as_held_that_is_not_reached) {
+  MarchedAnswer answer = translation();
+  const double free = judged(answer).second_order->smallest_eigenvalue;
+  answer.problem.limits.torque = 1e6;
+  for (int joint = 0; joint < 2; ++joint) {
+    maneuver::LimitMultiplier remainder;
+    remainder.key = "limits.torque";
+    remainder.joint = joint;
+    remainder.multiplier.assign(answer.solution.time.size(), 1e-13);
+    answer.solution.limit_multipliers.push_back(remainder);
+  }
+  const model::System system(answer.problem.swimmer);
+  const certificate::StoredMotion motion(system, answer.problem, answer.solution);
+  ASSERT_FALSE(certificate::pulling_bounds(motion).empty()) << "the multipliers belong to no bound";
+  const Certificate proof = judged(answer);
+  ASSERT_TRUE(proof.second_order);
+  EXPECT_NEAR(proof.second_order->smallest_eigenvalue, free, tolerance(1e-8));
+}
+
+// A duration that may be longer, at a motion that is the best of its own: longer would be cheaper. Masses in grams or in
+// gigatons, the residual says so.
+TEST(Verdict, residual_of_a_free_duration_does_not_depend_on_the_unit_of_mass) {
+  std::vector<double> residual;
+  for (const double unit : {1.0, 1e-11, 1e6}) {
+    MarchedAnswer answer = translation();
+    answer.problem.duration.free = true;
+    answer.problem.duration.min = 0.5;
+    answer.problem.duration.max = 2.0;
+    for (model::BodyDescription& body : answer.problem.swimmer.bodies) {
+      *body.mass_matrix *= unit;
+      *body.inertia_matrix *= unit;
+    }
+    for (auto& moments : answer.solution.control)
+      for (Vector3d& moment : moments) moment *= unit;
+    answer.solution.cost *= unit * unit;
+    const Certificate proof = judged(answer);
+    EXPECT_LE(proof.equation_residual, tolerance(1e-11));
+    EXPECT_EQ(proof.verdict, Verdict::not_optimal);
+    residual.push_back(proof.kkt);
+  }
+  EXPECT_GT(residual[0], 1e-3);
+  EXPECT_NEAR(residual[1] / residual[0], 1.0, tolerance(1e-6));
+  EXPECT_NEAR(residual[2] / residual[0], 1.0, tolerance(1e-6));
+}
+
+// One step is too few for a closed motion to have any freedom; the certificate says that it is none, or knows nothing.
+TEST(Verdict, of_a_gait_of_one_step_ends_in_words) {
+  maneuver::Problem problem = chain_problem(1, 0.1);
+  problem.goal->periodic = true;
+  problem.goal->rest = false;
+  problem.goal->turn.reset();
+  problem.goal->move = {std::nullopt, std::nullopt, std::nullopt};
+  const model::System system(problem.swimmer);
+  const study::Answer answer = study::answer(system, problem, {});
+  EXPECT_FALSE(answer.solution.message.empty());
+  EXPECT_NE(answer.certificate.verdict, Verdict::proved);
+}
+
+}  // namespace
+}  // namespace lamprey::tests
