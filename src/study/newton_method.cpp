@@ -1,9 +1,7 @@
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <mutex>
-#include <thread>
 
 #include "integrator/scheme.hpp"
 #include "maneuver/composed_program.hpp"
@@ -12,6 +10,7 @@
 #include "maneuver/shape_program.hpp"
 #include "optimizer/limited_newton.hpp"
 #include "study/method.hpp"
+#include "study/workers.hpp"
 
 namespace lamprey::study {
 
@@ -118,21 +117,16 @@ class NewtonMethod : public Method {
   // Tasks 0 … count − 1, each by itself, so that results do not depend on the number of threads; told of by name if any.
   std::vector<Found> in_threads(int count, const char* what, const std::function<Found(int)>& task) const {
     std::vector<Found> all(static_cast<std::size_t>(count));
-    std::atomic<int> next = 0, done = 0;
+    int done = 0;
     std::mutex telling;
-    const auto work = [&] {
-      for (int n = next++; n < count; n = next++) {
-        if (budget_.stopped() && n > 0) continue;
-        all[static_cast<std::size_t>(n)] = task(n);
-        const std::scoped_lock lock(telling);
-        if (options_.progress && *what != '\0')
-          options_.progress(std::string(what) + " " + std::to_string(++done) + " of " + std::to_string(count));
-      }
-    };
-    std::vector<std::thread> threads;
-    for (int t = 1; t < std::min(options_.workers, count); ++t) threads.emplace_back(work);
-    work();
-    for (std::thread& thread : threads) thread.join();
+    run_in_threads(count, options_.workers, [&](int n) {
+      if (budget_.stopped() && n > 0) return;
+      all[static_cast<std::size_t>(n)] = task(n);
+      const std::scoped_lock lock(telling);
+      ++done;
+      if (options_.progress && *what != '\0')
+        options_.progress(std::string(what) + " " + std::to_string(done) + " of " + std::to_string(count));
+    });
     return all;
   }
 

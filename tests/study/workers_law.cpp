@@ -2,11 +2,12 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <stdexcept>
 
 namespace lamprey::tests {
 namespace {
@@ -100,18 +101,70 @@ TEST(Workers, tasks_that_all_die_leave_the_caller_alive_and_empty_handed) {
                       {0, 1});
 }
 
-TEST(Workers, a_task_that_throws_in_a_worker_gives_nothing_and_the_others_arrive) {
-  expect_only_missing(run(6, 2,
-                          [](int t) {
-                            if (t == 2) throw std::runtime_error("task 2");
-                            return Numbers{1.0};
-                          }),
-                      {2});
+TEST(Workers, one_worker_works_in_the_callers_process) {
+  EXPECT_EQ(run(2, 1, [](int) { return Numbers{static_cast<double>(getpid())}; })[1].value().front(), getpid());
 }
 
-TEST(Workers, one_worker_works_in_the_callers_process_where_exceptions_go_on) {
-  EXPECT_EQ(run(2, 1, [](int) { return Numbers{static_cast<double>(getpid())}; })[1].value().front(), getpid());
-  EXPECT_THROW(run(2, 1, [](int) -> Numbers { throw std::runtime_error("here"); }), std::runtime_error);
+struct Thrown {
+  int task;
+};
+
+// The task whose exception went on; −1: none.
+int thrown_by(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Thrown& thrown) {
+    return thrown.task;
+  }
+  return -1;
+}
+
+TEST(Workers, what_the_first_of_the_tasks_throws_goes_on_whatever_the_number_of_workers) {
+  for (int workers : {1, 2, 3, 40}) {
+    const auto task = [](int t) {
+      if (t == 2) usleep(20000);  // task 4 throws first
+      if (t == 2 || t == 4) throw Thrown{t};
+      return Numbers{1.0};
+    };
+    EXPECT_EQ(thrown_by([&] { run(8, workers, task); }), 2) << workers << " workers";
+    EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a worker was left behind, " << workers << " workers";
+  }
+}
+
+TEST(Workers, are_gone_when_telling_of_them_throws) {
+  const auto told = [](int done) {
+    if (done == 2) throw Thrown{0};
+  };
+  EXPECT_EQ(thrown_by([&] { study::run_in_workers(8, 3, numbers_of_task, told); }), 0);
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+}
+
+TEST(Threads, do_every_task_once) {
+  for (int workers : {1, 2, 7, 40}) {
+    std::vector<std::atomic<int>> times(13);
+    study::run_in_threads(13, workers, [&](int t) { ++times[static_cast<std::size_t>(t)]; });
+    for (const auto& each : times) EXPECT_EQ(each, 1) << workers << " workers";
+  }
+  study::run_in_threads(0, 4, [](int) { FAIL() << "there is no task"; });
+}
+
+TEST(Threads, what_the_first_of_the_tasks_throws_goes_on_after_all_have_ended) {
+  for (int workers : {1, 2, 3, 40}) {
+    std::atomic<int> begun = 0, ended = 0;
+    const auto task = [&](int t) {
+      ++begun;
+      if (t == 2) usleep(20000);  // task 4 throws first
+      if (t == 2 || t == 4) {
+        ++ended;
+        throw Thrown{t};
+      }
+      usleep(t < 8 ? 100 : 2000);
+      ++ended;
+    };
+    EXPECT_EQ(thrown_by([&] { study::run_in_threads(10000, workers, task); }), 2) << workers << " workers";
+    EXPECT_EQ(begun, ended) << workers << " workers";
+    EXPECT_LT(begun, 1000) << workers << " workers";
+  }
 }
 
 }  // namespace
