@@ -1,6 +1,7 @@
 #include "optimizer/limited_newton.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <limits>
 
 namespace lamprey::optimizer {
@@ -20,11 +21,21 @@ bool gave_up(Termination termination) {
   return termination == Termination::time_limit || termination == Termination::interrupted;
 }
 
+// Whether the search has to end here; the outcome then says why.
+bool stopped(const Options& options, double time_left, Outcome& outcome) {
+  const bool interrupted = options.interrupted && options.interrupted();
+  if (!interrupted && time_left > 0.0) return false;
+  outcome.termination = interrupted ? Termination::interrupted : Termination::time_limit;
+  outcome.reason = interrupted ? "interrupted" : "the time limit was reached";
+  return true;
+}
+
 }  // namespace
 
 void solve_within_limits(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
                          Outcome& outcome) {
   if (!program.limited()) return newton.solve(program, options, outcome);
+  const auto begin = std::chrono::steady_clock::now();
   Options round = options;
   round.max_iterations = std::min(options.max_iterations, most_round_iterations);
   double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
@@ -43,6 +54,9 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     const bool met = program.limit_error() <= limit_tolerance;
     program.renew_limits(!met);  // at the answer too: its multipliers are those that make it stationary
     if (met && round.tolerance == finest && outcome.termination == Termination::converged) return;
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+    round.time_limit = options.time_limit - taken.count();  // of all rounds together
+    if (stopped(options, round.time_limit, outcome)) return;
   }
   if (program.limit_error() > out_of_reach) {
     outcome.termination = Termination::infeasible;

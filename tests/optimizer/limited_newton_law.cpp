@@ -1,0 +1,98 @@
+// Rounds of a search within limits share one time and one interruption.
+#include "optimizer/limited_newton.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+namespace lamprey::tests {
+namespace {
+
+using optimizer::Merit;
+using optimizer::StageModel;
+using optimizer::StageSizes;
+using optimizer::StageStep;
+using optimizer::Termination;
+
+// ½ (x − 1)² + ½ x² of one input x, and a limit that comes nearer with every look at it but is never met.
+class SlowLimit : public optimizer::StageProgram {
+ public:
+  explicit SlowLimit(useconds_t each_model) : each_model_(each_model) { merit_ = at(x_); }
+  int models = 0;
+
+  StageSizes sizes() const override { return {.stages = 1, .states = 1, .inputs = 1, .end_rows = 0}; }
+  const Merit& merit() const override { return merit_; }
+  bool has_multipliers() const override { return true; }
+  void linearize(StageModel& model) override {
+    ++models;
+    usleep(each_model_);
+    optimizer::Stage& stage = model.stage.front();
+    stage.A.setZero();
+    stage.B.setOnes();
+    stage.gap.setZero();
+    stage.Q.setZero();
+    stage.S.setZero();
+    stage.q.setZero();
+    stage.R.setOnes();
+    stage.r.setConstant(x_);
+    stage.metric.setIdentity();
+    stage.gradient = 1.0;
+    model.Q_end.setOnes();
+    model.q_end.setConstant(x_ - 1.0);
+    model.metric_end.setIdentity();
+  }
+  const Merit* try_step(const StageStep& step, double length) override {
+    trial_ = x_ + length * step.input.front()[0];
+    trial_merit_ = at(trial_);
+    return &trial_merit_;
+  }
+  const Eigen::VectorXd& end_rows() const override { return none_; }
+  const Eigen::VectorXd& trial_end_rows() const override { return none_; }
+  void accept() override {
+    x_ = trial_;
+    merit_ = trial_merit_;
+  }
+  void take_multipliers(const StageStep&, double) override {}
+  double longest(const StageStep&) const override { return 1.0; }
+  double goal_error() const override { return 0.0; }
+  bool limited() const override { return true; }
+  double limit_error() const override { return error_ *= 0.6; }
+
+ private:
+  static Merit at(double x) { return {0.5 * (x - 1.0) * (x - 1.0) + 0.5 * x * x, 0.0}; }
+  useconds_t each_model_;  // µs
+  double x_ = 0.0, trial_ = 0.0;
+  Merit merit_, trial_merit_;
+  mutable double error_ = 1e12;
+  Eigen::VectorXd none_;
+};
+
+optimizer::Outcome solve(SlowLimit& program, const optimizer::Options& options) {
+  optimizer::StageNewton newton(program.sizes());
+  optimizer::Outcome outcome;
+  optimizer::solve_within_limits(newton, program, options, 1e-9, outcome);
+  return outcome;
+}
+
+TEST(LimitedNewton, gives_all_rounds_together_the_time_of_one_search) {
+  SlowLimit endless(0);
+  EXPECT_EQ(solve(endless, {}).termination, Termination::stalled);
+  EXPECT_GE(endless.models, 40) << "one for each round at least";
+  SlowLimit program(10000);  // so that a round takes less than the limit, and all of them much more
+  optimizer::Options options;
+  options.time_limit = 0.05;
+  const optimizer::Outcome outcome = solve(program, options);
+  EXPECT_EQ(outcome.termination, Termination::time_limit) << outcome.reason;
+  EXPECT_LE(program.models, 6);
+  EXPECT_GE(program.models, 2);
+}
+
+TEST(LimitedNewton, ends_between_rounds_when_it_is_interrupted) {
+  SlowLimit program(0);
+  optimizer::Options options;
+  options.interrupted = [&] { return program.models >= 5; };
+  EXPECT_EQ(solve(program, options).termination, Termination::interrupted);
+  EXPECT_LE(program.models, 6);
+}
+
+}  // namespace
+}  // namespace lamprey::tests
