@@ -69,9 +69,8 @@ std::optional<SecondOrder> curvature(const StoredMotion& motion, const std::opti
   return motion.steps_known ? second_order(motion, momentum_scale) : std::nullopt;
 }
 
-// The second-order test with all that confined joints leave free.
-std::optional<AllAxes> all_axes(const model::System& system, const maneuver::Problem& problem,
-                                const maneuver::Solution& solution, double momentum_scale) {
+// The problem with all that confined joints leave free; nothing where none is confined.
+std::optional<maneuver::Problem> with_all_axes(const model::System& system, const maneuver::Problem& problem) {
   if (problem.limits.any()) return std::nullopt;  // limits on moments name axes
   maneuver::Problem free = problem;
   bool any = false;
@@ -80,14 +79,18 @@ std::optional<AllAxes> all_axes(const model::System& system, const maneuver::Pro
       free.swimmer.joints[model::at(j)].control_axes.reset();
       any = true;
     }
-  if (!any) return std::nullopt;
+  return any ? std::optional(free) : std::nullopt;
+}
+
+// The second-order test of that problem.
+AllAxes all_axes(const maneuver::Problem& free, const maneuver::Solution& solution, double momentum_scale) {
   const model::System free_system(free.swimmer);
   const StoredMotion motion(free_system, free, solution);
   const std::optional<StageMotion> stages = march_again(motion);
   AllAxes result;
   result.kkt = stages ? kkt_residual(motion, *stages, momentum_scale)
                       : kkt_residual(motion, control_space(motion), momentum_scale);
-  if (result.kkt <= problem.search.tolerance)
+  if (result.kkt <= free.search.tolerance)
     result.second_order = curvature(motion, stages, momentum_scale).value_or(SecondOrder());
   return result;
 }
@@ -152,14 +155,18 @@ Verdict verdict(const maneuver::Problem& problem, const Certificate& proof) {
   return proof.second_order && proof.second_order->positive ? Verdict::proved : Verdict::stationary;
 }
 
-void add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
-                      Certificate& proof) {
-  if (!problem.goal || verdict(problem, proof) == Verdict::not_optimal) return;
+bool add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                      Certificate& proof, const std::function<bool()>& stopped) {
+  if (!problem.goal || verdict(problem, proof) == Verdict::not_optimal) return true;
   const StoredMotion motion(system, problem, solution);
   const double scale = check_balance(motion).scale;
   proof.second_order = curvature(motion, march_again(motion), scale);
-  proof.all_axes = all_axes(system, problem, solution, scale);
   proof.verdict = verdict(problem, proof);
+  const std::optional<maneuver::Problem> free = with_all_axes(system, problem);
+  if (!free) return true;
+  if (stopped && stopped()) return false;
+  proof.all_axes = all_axes(*free, solution, scale);
+  return true;
 }
 
 void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,

@@ -1,6 +1,8 @@
 // Certificate of an answer from its plain data alone: rotations, positions and controls at the nodes, and the problem.
 #pragma once
 
+#include <functional>
+
 #include "certificate/certificate.hpp"
 #include "maneuver/problem.hpp"
 #include "maneuver/solution.hpp"
@@ -26,9 +28,10 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
 /// What a certificate's numbers add up to.
 Verdict verdict(const maneuver::Problem& problem, const Certificate& certificate);
 
-/// Adds what second derivatives say, and the verdict, to a certificate of the same answer.
-void add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
-                      Certificate& certificate);
+/// Adds what second derivatives say, and the verdict, to a certificate of the same answer. Once `stopped` says so (it may be
+/// empty) the test with all axes does not begin; returns whether all was done.
+bool add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                      Certificate& certificate, const std::function<bool()>& stopped = {});
 
 /// Adds the replay with feedback to the certificate of a solution that was given its gains since.
 void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,

@@ -8,6 +8,7 @@
 #include "certificate/certify.hpp"
 #include "integrator/scheme.hpp"
 #include "maneuver/feedback.hpp"
+#include "study/method.hpp"
 #include "study/refinement.hpp"
 
 namespace lamprey::study {
@@ -176,15 +177,74 @@ std::tuple<bool, bool, double> rank(const Problem& problem, const Answer& answer
   return {answer.solution.status != Status::optimal, !unresolved(problem, answer).empty(), answer.solution.cost};
 }
 
+// What an answer consists of beside a motion and its certificate: once the search shall stop no part of it begins any more.
+class Parts {
+ public:
+  Parts(const Problem& problem, const SolveOptions& options) : options_(options), budget_(problem, options) {}
+  bool stopped() const { return budget_.stopped(); }
+  bool begins(const std::string& part) {
+    if (left_out_.empty() && !stopped()) return true;
+    leave_out(part);
+    return false;
+  }
+  void leave_out(const std::string& part) { left_out_ += (left_out_.empty() ? "" : ", ") + part; }
+
+  // Says what was left out; an answer that was interrupted before it was complete has that status.
+  void tell(Solution& solution) const {
+    if (left_out_.empty()) return;
+    const bool interrupted = options_.interrupted && options_.interrupted();
+    if (interrupted) solution.status = Status::interrupted;
+    solution.message += std::string(" Since ") + (interrupted ? "it was interrupted" : "the time limit was reached") +
+                        ", these were not computed: " + left_out_ + ".";
+  }
+  void progress(const std::string& line) const {
+    if (options_.progress) options_.progress(line);
+  }
+
+ private:
+  const SolveOptions& options_;
+  Budget budget_;
+  std::string left_out_;
+};
+
+// A candidate of the search, by its number.
+struct Certified {
+  std::size_t candidate;
+  Answer answer;
+};
+
+// What second derivatives say of the answer.
+void add_curvature(const model::System& system, const Problem& problem, Parts& parts, Answer& best) {
+  if (!parts.begins("whether it is a minimum")) return;
+  parts.progress("proving");
+  const auto stopped = [&] { return parts.stopped(); };
+  if (!certificate::add_second_order(system, problem, best.solution, best.certificate, stopped))
+    parts.leave_out("whether it is one with control_axes set aside");
+  best.solution.message += curvature_words(best.certificate);
+}
+
+// Its cost on other grids, all of them or none.
+void add_refinement(const Problem& problem, const CostOnGrid& cost_on_grid, Parts& parts, Answer& best) {
+  const std::string part = "its cost on other grids";
+  if (!parts.begins(part)) return;
+  parts.progress("on other grids");
+  const certificate::Refinement refinement = refine_cost(problem, best.solution.cost, cost_on_grid);
+  if (refinement.grids.size() < 3 && !parts.begins(part)) return;
+  best.certificate.refinement = refinement;
+  best.solution.message += refinement_words(refinement);
+}
+
 // Gains about the answer, and its replay with them.
-void add_feedback(const model::System& system, const Problem& problem, Answer& answer) {
+void add_feedback(const model::System& system, const Problem& problem, Parts& parts, Answer& best) {
+  if (!parts.begins("feedback")) return;
   try {
-    answer.solution.feedback = maneuver::design_feedback(system, problem, answer.solution);
+    best.solution.feedback = maneuver::design_feedback(system, problem, best.solution);
   } catch (const std::domain_error& error) {
-    answer.solution.message += std::string(" It comes without feedback: ") + error.what() + ".";
+    best.solution.message += std::string(" It comes without feedback: ") + error.what() + ".";
     return;
   }
-  certificate::certify_feedback(system, problem, answer.solution, answer.certificate);
+  if (parts.begins("its replay with feedback"))
+    certificate::certify_feedback(system, problem, best.solution, best.certificate);
 }
 
 }  // namespace
@@ -222,42 +282,47 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
 }
 
 Answer answer(const model::System& system, const Problem& problem, const SolveOptions& options) {
-  std::vector<Certificate> proofs;
+  Parts parts(problem, options);
+  std::vector<std::optional<Certificate>> proofs;
+  bool proven = false;  // whether a candidate is
   SolveOptions certified = options;
   certified.accept = [&](Solution& solution) {
-    if (options.progress) options.progress("certifying");
-    proofs.push_back(certificate::certify(system, problem, solution, {.second_order = false}));
-    judge(problem, proofs.back(), solution);
-    if (options.progress && solution.status != Status::optimal)
-      options.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
-    return solution.status == Status::optimal && unresolved(problem, {solution, proofs.back()}).empty();
+    // without a certificate an answer is worth little: time or not, the first candidate has one, and so have others that
+    // may be proven where none is yet
+    const bool needed = proofs.empty() || (!proven && solution.status == Status::optimal);
+    proofs.emplace_back();
+    if (!needed && !parts.begins("the certificate of another candidate")) return false;
+    parts.progress("certifying");
+    Certificate& proof =
+        proofs.back().emplace(certificate::certify(system, problem, solution, {.second_order = false}));
+    judge(problem, proof, solution);
+    if (solution.status != Status::optimal)
+      parts.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
+    proven = proven || solution.status == Status::optimal;
+    return solution.status == Status::optimal && unresolved(problem, {solution, proof}).empty();
   };
   const Candidates candidates = find_candidates(system, problem, certified);
-  std::vector<Answer> found;
-  for (std::size_t n = 0; n < candidates.solution.size(); ++n) found.push_back({candidates.solution[n], proofs[n]});
-  const auto chosen = std::min_element(found.begin(), found.end(), [&](const Answer& a, const Answer& b) {
-    return rank(problem, a) < rank(problem, b);
+  std::vector<Certified> found;
+  for (std::size_t n = 0; n < candidates.solution.size(); ++n)
+    if (proofs[n]) found.push_back({n, {candidates.solution[n], *proofs[n]}});
+  const auto chosen = std::min_element(found.begin(), found.end(), [&](const Certified& a, const Certified& b) {
+    return rank(problem, a.answer) < rank(problem, b.answer);
   });
-  Answer best = *chosen;
-  if (best.solution.status == Status::optimal) {
-    if (options.progress) options.progress("proving");
-    certificate::add_second_order(system, problem, best.solution, best.certificate);
-    best.solution.message += curvature_words(best.certificate);
-    if (candidates.cost_on_grid) {
-      if (options.progress) options.progress("on other grids");
-      best.certificate.refinement = refine_cost(problem, best.solution.cost, [&](int steps) {
-        return candidates.cost_on_grid(static_cast<std::size_t>(chosen - found.begin()), steps);
-      });
-      best.solution.message += refinement_words(*best.certificate.refinement);
-    }
+  Answer best = chosen->answer;
+  const bool optimal = best.solution.status == Status::optimal;
+  if (optimal) add_curvature(system, problem, parts, best);
+  if (optimal && candidates.cost_on_grid) {
+    const auto cost_on_grid = [&](int steps) { return candidates.cost_on_grid(chosen->candidate, steps); };
+    add_refinement(problem, cost_on_grid, parts, best);
   }
-  for (const Answer& other : found) {
+  for (const auto& [candidate, other] : found) {
     const std::string why = unresolved(problem, other);
     if (other.solution.status == Status::optimal && !why.empty() && other.solution.cost < best.solution.cost)
       best.solution.message += " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: " + why +
                                ", so these steps are too coarse for it.";
   }
-  if (best.solution.status == Status::optimal) add_feedback(system, problem, best);
+  if (optimal) add_feedback(system, problem, parts, best);
+  parts.tell(best.solution);
   return best;
 }
 

@@ -13,7 +13,9 @@ struct Answer {
 
 /// Solves and certifies every candidate; status and message say what the certificate shows. Of the proven candidates the cheapest
 /// one that its steps resolve is the answer: coarse grids hold motions that cost little only because they are wrong.
-/// An optimal answer comes with gains about it.
+/// An optimal answer comes with what second derivatives say, its cost on other grids where these are asked for, and gains about it.
+/// Time limit and interruption hold for these too: what has not begun by then is left out, and the message says so; an answer
+/// that was interrupted before it had all of them has status interrupted. One candidate at least is always certified.
 Answer answer(const model::System& system, const maneuver::Problem& problem, const SolveOptions& options);
 
 /// Sets status and message from the numbers of the certificate: "optimal" needs the discrete equations, the goal, rest and the

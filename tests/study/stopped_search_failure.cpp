@@ -1,6 +1,8 @@
 // Searches that are made to stop end with what there is, or with the exception of who stops them.
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "file/problem_file.hpp"
 #include "study/answer.hpp"
 
@@ -25,6 +27,84 @@ TEST(StoppedSearch, ends_with_an_exception_of_its_threads_whatever_their_number)
     options.progress = [](const std::string&) { throw std::out_of_range("told"); };
     EXPECT_THROW(study::solve(system, problem, options), std::out_of_range) << workers << " workers";
   }
+}
+
+// An answer whose search shall stop once it tells of a line, by interruption or because that takes all its time.
+struct StoppedAt {
+  std::vector<std::string> told;
+  study::Answer answer;
+
+  StoppedAt(const Problem& problem, const std::string& line) {
+    bool stop = false;
+    study::SolveOptions options;
+    options.refinement = true;
+    options.interrupted = [&] { return stop; };
+    options.progress = [&](const std::string& said) {
+      told.push_back(said);
+      if (said != line) return;
+      if (problem.search.time_limit)
+        std::this_thread::sleep_for(std::chrono::duration<double>(*problem.search.time_limit));
+      else
+        stop = true;
+    };
+    answer = study::answer(model::System(problem.swimmer), problem, options);
+  }
+  auto times(const std::string& line) const { return std::count(told.begin(), told.end(), line); }
+  bool says(const std::string& words) const { return answer.solution.message.find(words) != std::string::npos; }
+};
+
+bool has_feedback(const study::Answer& answer) { return !answer.solution.feedback.gain.empty(); }
+
+TEST(StoppedSearch, that_may_go_on_to_its_end_has_every_part) {
+  const StoppedAt never(translation(40), "never");
+  EXPECT_EQ(never.answer.solution.status, maneuver::Status::optimal);
+  EXPECT_GE(never.times("certifying"), 2) << "another example is needed for these tests";
+  EXPECT_TRUE(never.answer.certificate.second_order && never.answer.certificate.all_axes);
+  EXPECT_TRUE(never.answer.certificate.refinement);
+  EXPECT_TRUE(has_feedback(never.answer));
+  EXPECT_FALSE(never.says("not computed"));
+}
+
+TEST(StoppedSearch, certifies_what_it_has_and_begins_nothing_more_once_it_is_interrupted) {
+  const StoppedAt first(translation(40), "certifying");
+  EXPECT_EQ(first.answer.solution.status, maneuver::Status::interrupted);
+  EXPECT_LE(first.answer.certificate.goal_error, certificate::goal_mark);
+  EXPECT_LE(first.answer.certificate.kkt, 1e-8);
+  EXPECT_EQ(first.times("certifying"), 1);
+  EXPECT_EQ(first.times("proving") + first.times("on other grids"), 0);
+  EXPECT_FALSE(first.answer.certificate.second_order || first.answer.certificate.refinement);
+  EXPECT_FALSE(has_feedback(first.answer));
+  EXPECT_TRUE(
+      first.says("Since it was interrupted, these were not computed: the certificate of another candidate, "
+                 "whether it is a minimum, its cost on other grids, feedback."))
+      << first.answer.solution.message;
+}
+
+TEST(StoppedSearch, leaves_out_what_follows_the_part_at_which_it_is_interrupted) {
+  const StoppedAt proving(translation(40), "proving");
+  EXPECT_EQ(proving.answer.solution.status, maneuver::Status::interrupted);
+  EXPECT_TRUE(proving.answer.certificate.second_order);
+  EXPECT_FALSE(proving.answer.certificate.all_axes || proving.answer.certificate.refinement);
+  EXPECT_FALSE(has_feedback(proving.answer));
+  const StoppedAt refining(translation(40), "on other grids");
+  EXPECT_EQ(refining.answer.solution.status, maneuver::Status::interrupted);
+  EXPECT_TRUE(refining.answer.certificate.all_axes);
+  EXPECT_FALSE(refining.answer.certificate.refinement);
+  EXPECT_FALSE(has_feedback(refining.answer));
+  EXPECT_TRUE(refining.says("these were not computed: its cost on other grids, feedback."))
+      << refining.answer.solution.message;
+}
+
+TEST(StoppedSearch, stays_optimal_without_the_parts_that_its_time_does_not_reach) {
+  Problem problem = translation(40);
+  problem.search.time_limit = 0.7;
+  const StoppedAt late(problem, "certifying");
+  EXPECT_EQ(late.answer.solution.status, maneuver::Status::optimal);
+  EXPECT_EQ(late.times("certifying"), 1);
+  EXPECT_FALSE(late.answer.certificate.second_order || late.answer.certificate.refinement);
+  EXPECT_EQ(late.answer.certificate.verdict, certificate::Verdict::stationary);
+  EXPECT_FALSE(has_feedback(late.answer));
+  EXPECT_TRUE(late.says("Since the time limit was reached")) << late.answer.solution.message;
 }
 
 }  // namespace
