@@ -44,6 +44,7 @@ Solver::Solver(const System& system, const Problem& problem, const Solution& sol
     : system_(system),
       problem_(problem),
       maneuver_(maneuver::make_maneuver(system, problem, problem.steps)),
+      answered_(maneuver_),
       program_(system, maneuver_, reached.coordinates, reached.rows, maneuver::limit_rows(system, problem),
                steps_for(problem.steps)),
       newton_(program_.sizes()),
@@ -51,7 +52,7 @@ Solver::Solver(const System& system, const Problem& problem, const Solution& sol
   for (optimizer::Outcome* outcome : {&outcome_, &last_.outcome})
     outcome->history.reserve(static_cast<std::size_t>(newton_options().max_iterations));
   last_.path.control.assign(last_.path.rotation.size(), Eigen::VectorXd::Zero(system.control_count()));
-  if (go_to_last()) last_.path.control = program_.path().control;
+  if (go_to(last_.path)) last_.path.control = program_.path().control;
 }
 
 void Solver::set_goal(const Goal& goal) {
@@ -78,7 +79,7 @@ void Solver::set_start(const integrator::State& start) {
   const double scale = start.momentum.lpNorm<Eigen::Infinity>();
   if (std::max(total.linear.lpNorm<Eigen::Infinity>(), total.angular.lpNorm<Eigen::Infinity>()) > no_momentum * scale)
     throw InputError("start", "found total momentum, which joint moments cannot change; give a start without");
-  last_.path = maneuver::led_to_start(system_, last_.path, start.rotation);
+  led_ = maneuver::led_to_start(system_, led_ ? *led_ : last_.path, start.rotation);
   maneuver_.start = start;
   moved_ = true;
 }
@@ -92,7 +93,7 @@ void Solver::set_duration(double duration) {
   if (!problem_.waypoints.empty())
     throw InputError("duration", "found " + std::to_string(duration) +
                                      " where waypoints are tied to times; make a new Solver of another problem");
-  maneuver_.duration = last_.duration = duration;
+  maneuver_.duration = duration;
   maneuver_.node_weight =
       maneuver::node_weights(problem_.cost_rule(), problem_.effort, maneuver_.time_step(), maneuver_.steps);
   moved_ = true;
@@ -104,13 +105,13 @@ optimizer::Options Solver::newton_options() {
   return options;
 }
 
-// The last answer's shapes and multipliers, as a motion of what is asked for now.
-bool Solver::go_to_last() {
-  program_.take_duration(last_.duration);
+// To a motion of what is asked for now, with a path's shapes and the last answer's multipliers.
+bool Solver::go_to(const maneuver::NodePath& path) {
+  program_.take_duration(maneuver_.free_duration ? last_.duration : maneuver_.duration);
   program_.take_end_multipliers(last_.end_multipliers);
   program_.take_limit_multipliers(last_.limit_multipliers);
   program_.take_work_multipliers(last_.work_multipliers);
-  return program_.go_to(last_.path);
+  return program_.go_to(path);
 }
 
 const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
@@ -120,7 +121,7 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
   program_.retarget(maneuver_);
   if (!moved_) {
     newton_.foresee(program_);
-  } else if (!go_to_last()) {
+  } else if (!go_to(led_ ? *led_ : last_.path)) {
     outcome_.reason = "no motion was found through the shapes of the last answer";
     return outcome_;
   }
@@ -139,6 +140,8 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
 }
 
 void Solver::keep_answer() {
+  answered_ = maneuver_;
+  led_.reset();
   program_.write_path(last_.path);
   last_.cost = program_.cost();
   last_.duration = program_.duration();
@@ -151,7 +154,7 @@ void Solver::keep_answer() {
 }
 
 Solution Solver::solution() const {
-  return describe(system_, maneuver_, problem_.scheme, program_.limit_rows(), last_);
+  return describe(system_, answered_, problem_.scheme, program_.limit_rows(), last_);
 }
 
 }  // namespace lamprey::study

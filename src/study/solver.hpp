@@ -28,9 +28,10 @@ class Solver {
   void set_duration(double duration);
 
   /// Newton steps from the last answer on. The outcome says whether they arrived; the motion is then that of the new problem,
-  /// otherwise the last answer stays. Goals that the reduced coordinates cannot meet (out of the plane of a planar
-  /// maneuver) end as infeasible. From the second call on it allocates no memory where the duration
-  /// is given, the cost effort alone and there are no limits. What it returns is written anew by the next call.
+  /// otherwise the last answer stays, with the start, goal and duration that it has; what is asked for stays too. Goals that the
+  /// reduced coordinates cannot meet (out of the plane of a planar maneuver) end as infeasible. From the second call on it
+  /// allocates no memory where the duration is given, the cost effort alone and there are no limits. What it returns is
+  /// written anew by the next call.
   const optimizer::Outcome& solve(const optimizer::Options& options = newton_options());
 
   /// Stationary to 1e-7 of the cost's gradient before a last Newton step.
@@ -42,6 +43,8 @@ class Solver {
   double duration() const { return last_.duration; }
   /// What is asked for.
   const maneuver::Maneuver& maneuver() const { return maneuver_; }
+  /// What the last answer answers: other than what is asked for until a solve arrives there.
+  const maneuver::Maneuver& answered() const { return answered_; }
 
   /// Nodes, moments, velocities, momenta and multipliers of the last answer, as solution.json has them.
   maneuver::Solution solution() const;
@@ -49,15 +52,16 @@ class Solver {
  private:
   Solver(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
          const Reached& reached);
-  bool go_to_last();
+  bool go_to(const maneuver::NodePath& path);
   void keep_answer();
 
   const model::System& system_;
   maneuver::Problem problem_;
-  maneuver::Maneuver maneuver_;
+  maneuver::Maneuver maneuver_, answered_;
   maneuver::ShapeProgram program_;
   optimizer::StageNewton newton_;
   Found last_;
+  std::optional<maneuver::NodePath> led_;  // the last answer's motion led to another start that is asked for
   optimizer::Outcome outcome_;
   bool moved_ = true;  // whether start or time did, or the last answer is none: its motion has to be found again
 };

@@ -113,6 +113,75 @@ TEST_P(SolverOfManeuvers, goes_on_from_another_start_and_with_less_time) {
   EXPECT_LT(certificate.kkt, 1e-8);
 }
 
+void expect_same_answer(const Solution& one, const Solution& two) {
+  EXPECT_EQ(one.cost, two.cost);
+  EXPECT_EQ(one.status, two.status);
+  EXPECT_EQ(one.time, two.time);
+  EXPECT_EQ(one.position, two.position);
+  EXPECT_EQ(one.rotation, two.rotation);
+  EXPECT_EQ(one.control, two.control);
+  EXPECT_EQ(one.angular_velocity, two.angular_velocity);
+}
+
+TEST_P(SolverOfManeuvers, keeps_its_answer_while_another_start_and_duration_are_not_solved) {
+  const Solved solved(GetParam(), 60);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  ASSERT_EQ(solver.solve().termination, Termination::converged);
+  const Solution answer = solver.solution();
+  const maneuver::NodePath path = solver.path();
+  const double before = solver.duration();
+  Problem moved = solved.problem;
+  moved.start.rotation.back() = Eigen::Vector3d(0.0, 0.0, 0.02);
+  const double duration = 0.98 * solved.problem.duration.value;
+  const auto ask = [&] {
+    solver.set_start(maneuver::start_state(solved.system, moved.start));
+    solver.set_duration(duration);
+  };
+  const auto expect_kept = [&] {
+    EXPECT_EQ(solver.path().rotation, path.rotation);
+    EXPECT_EQ(solver.path().cayley, path.cayley);
+    EXPECT_EQ(solver.duration(), before);
+    expect_same_answer(solver.solution(), answer);
+    EXPECT_EQ(solver.answered().duration, solved.problem.duration.value);
+    EXPECT_EQ(solver.answered().start.rotation, path.rotation.front());
+    EXPECT_EQ(solver.maneuver().duration, duration);
+    const certificate::Certificate certificate = certified(solved, solved.problem, solver);
+    EXPECT_LT(certificate.equation_residual, certificate::equation_mark);
+    EXPECT_LT(certificate.start_error, 1e-12);
+    EXPECT_LT(certificate.kkt, 1e-8);
+  };
+  ask();
+  expect_kept();
+  optimizer::Options none = study::Solver::newton_options();
+  none.interrupted = [] { return true; };
+  ASSERT_EQ(solver.solve(none).termination, Termination::interrupted);
+  expect_kept();
+
+  ASSERT_EQ(solver.solve().termination, Termination::converged) << "what is asked for stays";
+  EXPECT_EQ(solver.answered().duration, duration);
+  EXPECT_NEAR(solver.duration(), duration, 1e-12);
+  EXPECT_NE(solver.cost(), answer.cost);
+}
+
+// Whatever comes between two requests, the second goes on from the first one's motion.
+TEST_P(SolverOfManeuvers, requests_before_a_solve_add_up) {
+  const Solved solved(GetParam(), 60);
+  const auto outcome_of = [&](const std::vector<double>& angles, const std::vector<double>& shares) {
+    study::Solver solver(solved.system, solved.problem, solved.solution);
+    Problem moved = solved.problem;
+    for (double angle : angles) {
+      moved.start.rotation.back() = Eigen::Vector3d(0.0, 0.0, angle);
+      solver.set_start(maneuver::start_state(solved.system, moved.start));
+    }
+    for (double share : shares) solver.set_duration(share * solved.problem.duration.value);
+    EXPECT_EQ(solver.solve().termination, Termination::converged);
+    return solver.solution();
+  };
+  const Solution straight = outcome_of({0.02}, {0.98}), around = outcome_of({-0.01, 0.03, 0.02}, {1.02, 0.98});
+  EXPECT_NEAR(around.cost / straight.cost, 1.0, 1e-8);
+  EXPECT_NEAR(around.time.back() / straight.time.back(), 1.0, 1e-14);
+}
+
 INSTANTIATE_TEST_SUITE_P(Examples, SolverOfManeuvers, testing::Values("translation", "rotation"));
 
 // Limits, waypoints, free durations, other costs and periodic goals: what a search takes.
