@@ -61,8 +61,10 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
       ->add_option("--solver", arguments.solve.solver,
                    "newton: our own along the steps; ipopt: the full transcription (default: newton where it can)")
       ->check(CLI::IsMember({"newton", "ipopt"}));
-  solve->add_flag("--refinement,!--no-refinement", arguments.solve.refinement,
-                  "solve on half and on twice the steps too, for the certificate's refinement (default: with newton)");
+  // not into the optional: absent flags would set it
+  solve->add_flag_function(
+      "--refinement,!--no-refinement", [&arguments](std::int64_t times) { arguments.solve.refinement = times > 0; },
+      "solve on half and on twice the steps too, for the certificate's refinement (default: with newton)");
   solve->add_flag("--json", arguments.solve.json, "print solution.json on standard output");
 }
 

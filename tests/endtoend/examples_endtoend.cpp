@@ -78,6 +78,22 @@ TEST(FreeDuration, balances_effort_and_time) {
   EXPECT_NEAR(results.problem.duration, std::pow(3.0 * 243080.02 / 1e5, 0.25), 1e-6);
 }
 
+TEST(Refinement, comes_with_an_answer_unless_it_is_not_wanted) {
+  const Folder folder;
+  const std::string path = varied_example(folder, "translation", coarse);
+  const auto refinement = [&](const std::string& option) {
+    EXPECT_EQ(lamprey(folder, "solve " + path + option + " --out " + (folder / "run")).exit_code, 0);
+    return file::read_solution(folder / "run").certificate->refinement;
+  };
+  EXPECT_FALSE(refinement(" --no-refinement"));
+  for (const char* option : {"", " --refinement"}) {
+    const auto found = refinement(option);
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->observed_order, 2.0, 0.1);
+    EXPECT_NEAR(found->cost_limit, 243153.3, 1.0);
+  }
+}
+
 TEST(LeastWork, has_parts_that_add_up_and_less_work_than_least_effort) {
   const Folder folder;
   ASSERT_EQ(lamprey(folder, "solve " + example("least_work") + " --no-refinement --out " + (folder / "run")).exit_code,

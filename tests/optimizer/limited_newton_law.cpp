@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 namespace lamprey::tests {
 namespace {
 
@@ -55,14 +57,14 @@ class SlowLimit : public optimizer::StageProgram {
   double longest(const StageStep&) const override { return 1.0; }
   double goal_error() const override { return 0.0; }
   bool limited() const override { return true; }
-  double limit_error() const override { return error_ *= 0.6; }
+  double limit_error() const override { return error_ = std::max(0.8 * error_, 1e-6); }
 
  private:
   static Merit at(double x) { return {0.5 * (x - 1.0) * (x - 1.0) + 0.5 * x * x, 0.0}; }
   useconds_t each_model_;  // µs
   double x_ = 0.0, trial_ = 0.0;
   Merit merit_, trial_merit_;
-  mutable double error_ = 1e12;
+  mutable double error_ = 1e7;
   Eigen::VectorXd none_;
 };
 
