@@ -350,7 +350,7 @@ double CostTerms::error(const CostValues& values) const {
 }
 
 // Moments follow from second differences of the shapes, rates from first ones: relative to what they are like, round-off in
-// them is ε N² and ε N. A weight turns what that makes of a power into an error of its multiplier.
+// them is ε N² and ε N (equation 13.16). A weight turns what that makes of a power into an error of its multiplier.
 void CostTerms::find_heaviest(const CostedMotion& motion, const CostValues& values) {
   const double epsilon = std::numeric_limits<double>::epsilon();
   double largest_moment = 0.0, largest_rate = 0.0;
