@@ -14,8 +14,11 @@ LONG = {
     "ipopt": 'lp.solve(problem.changed(search={"starts": 100000}), solver="ipopt", workers=2, progress=told)',
     "simulate": 'lp.simulate(problem, lambda t: told(t) or [[0, 0, 1], [0, 0, 1]], steps=10_000_000)',
 }
+# What a shell starts in the background ignores SIGINT, and so does what that starts.
 PROGRAM = """
+import signal
 import sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
 import lamprey as lp
 problem = lp.load(sys.argv[1]).changed(time={{"steps": 200}})
 def told(line):

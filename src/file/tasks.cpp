@@ -165,6 +165,8 @@ Results certified(const Results& results) {
   const model::System system(problem.swimmer);
   again.certificate = certificate::certify(system, problem, results.solution);
   if (results.certificate) again.certificate->refinement = results.certificate->refinement;
+  again.solution.message.clear();  // no optimiser stopped here, and none says that it arrived
+  if (again.solution.status == maneuver::Status::optimal) again.solution.status = maneuver::Status::feasible;
   if (problem.goal) study::judge(problem, *again.certificate, again.solution);
   return again;
 }

@@ -52,11 +52,11 @@ std::string foreign(const Certificate& proof) {
 
 // What keeps the answer from being feasible; empty when nothing does.
 std::string unmet(const Problem& problem, const Certificate& proof) {
+  if (std::isnan(proof.equation_residual)) return "there is no motion whose equations can be checked";
   if (!(proof.equation_residual <= equation_mark))
     return "no motion was found that obeys the mechanics and meets the goal (discrete equations off by " +
            number(proof.equation_residual) + " of the momentum's scale, goal by " + number(proof.goal_error) +
            " rad or m)";
-  if (const std::string other = foreign(proof); !other.empty()) return other;
   if (!(proof.goal_error <= goal_mark)) return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
   if (proof.limits && !(proof.limits->violation <= limit_mark))
     return proof.limits->key + " is broken by " + number(proof.limits->violation) + " at " +
@@ -251,13 +251,17 @@ void add_feedback(const model::System& system, const Problem& problem, Parts& pa
 
 void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
   const std::string missing = unmet(problem, proof);
+  const std::string other = proof.equation_residual <= equation_mark ? foreign(proof) : "";
   const bool multipliers_fit = !proof.limits || (proof.limits->complementarity <= complementarity_mark &&
                                                  proof.limits->negative <= complementarity_mark);
   const bool signs_fit = !proof.costs || proof.costs->signs <= complementarity_mark;
   const bool stationary = proof.kkt <= problem.search.tolerance && multipliers_fit && signs_fit;
   const std::string stopped = solution.message.empty() ? "" : " The optimiser stopped: " + solution.message + ".";
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
-  if (missing.empty() && stationary) {
+  if (!other.empty()) {
+    if (!cut_short) solution.status = Status::stalled;
+    solution.message = "No answer to this problem: " + other + "." + stopped;
+  } else if (missing.empty() && stationary) {
     solution.status = Status::optimal;
     solution.message = "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) +
                        "." + far_turn(problem, solution);

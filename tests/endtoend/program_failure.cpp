@@ -89,6 +89,32 @@ TEST(Program, verify_sees_a_tampered_solution) {
   EXPECT_NE(run.out.find("does not hold"), std::string::npos) << run.out;
 }
 
+TEST(Program, verify_names_what_a_solution_claims_in_vain) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});
+  ASSERT_EQ(lamprey(folder, "solve " + problem + " --out " + (folder / "run")).exit_code, 0);
+  const file::Results answer = file::read_solution(folder / "run");
+  const auto refused = [&](const file::Results& results) {
+    file::write_solution(folder / "run", results);
+    const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
+    EXPECT_EQ(run.exit_code, 4);
+    return run.out;
+  };
+  file::Results cheaper = answer, later = answer, elsewhere = answer, empty = answer;
+  cheaper.solution.cost *= 0.9;
+  EXPECT_NE(refused(cheaper).find("No answer to this problem: the stored cost is off by 0.1 of"), std::string::npos);
+  later.problem.duration = 0.5;
+  EXPECT_NE(refused(later).find("the nodes' times differ by 1 of the duration"), std::string::npos);
+  elsewhere.problem.start->position.y() = 0.25;
+  EXPECT_NE(refused(elsewhere).find("the motion begins 0.25 (rad or m) beside the problem's start"), std::string::npos);
+  empty.solution = maneuver::Solution();
+  empty.solution.status = maneuver::Status::optimal;
+  empty.solution.cost = answer.solution.cost;
+  const std::string nothing = refused(empty);
+  EXPECT_NE(nothing.find("there is no motion whose equations can be checked"), std::string::npos) << nothing;
+  EXPECT_EQ(nothing.find("nan"), std::string::npos);
+}
+
 // A copy of the program with its two companions for benchmarks beside it, the first of them made to leave a trace.
 struct BenchFolder : Folder {
   BenchFolder() {
