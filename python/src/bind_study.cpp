@@ -154,6 +154,9 @@ class Solver {
     const maneuver::Maneuver& maneuver = solver_.maneuver();
     results.problem.duration = solver_.duration();
     results.problem.time_step = solver_.duration() / maneuver.steps;
+    const Eigen::VectorXd velocity = integrator::velocity_of_state(system_, maneuver.start);
+    results.problem.start = {maneuver.start.rotation, maneuver.start.position, velocity.tail<3>(),
+                             mechanics::angular_velocities(system_, maneuver.start.rotation, velocity)};
     maneuver::Goal& goal = *results.problem.goal;
     goal.turn.reset();
     goal.rotation.clear();

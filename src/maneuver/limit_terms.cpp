@@ -14,6 +14,7 @@ using model::at;
 using model::System;
 
 constexpr double first_weight = 30.0;     // of the cost over the duration
+constexpr double answers_weight = 8.0;    // of the first, where an answer's multipliers come without one
 constexpr double weight_growth = 8.0;     // where the error has not fallen
 constexpr double largest_weight = 1e7;    // of the first
 constexpr double enough_progress = 0.25;  // share of the error that may be left
@@ -194,8 +195,9 @@ void LimitTerms::renew(const MatrixXd& value, bool heavier) {
 void LimitTerms::take(const LimitMultipliers& from, double cost) {
   last_error_ = 0.0;
   multipliers_.value.setZero();
-  multipliers_.weight = from.weight > 0.0 ? from.weight : first_weight * cost / duration_;
-  multipliers_.largest_weight = from.weight > 0.0 ? from.largest_weight : largest_weight * multipliers_.weight;
+  const double first = first_weight * cost / duration_;
+  multipliers_.weight = from.weight > 0.0 ? from.weight : (from.value.size() > 0 ? answers_weight * first : first);
+  multipliers_.largest_weight = from.weight > 0.0 ? from.largest_weight : largest_weight * first;
   const auto coarse = static_cast<int>(from.value.cols()) - 1;
   if (coarse < 1) return;
   for (int k = 0; k <= steps_; ++k) {
