@@ -35,10 +35,15 @@ concept Dense = requires {
   requires std::is_same_v<typename Eigen::internal::traits<T>::XprKind, Eigen::MatrixXpr>;
 };
 
+// Return types are named before a constraint is asked, of whatever stands beside an operator: what is no matrix has a size too.
 template <typename T>
-inline constexpr int rows_of = T::RowsAtCompileTime;
+inline constexpr int rows_of = Dynamic;
+template <Dense T>
+inline constexpr int rows_of<T> = T::RowsAtCompileTime;
 template <typename T>
-inline constexpr int columns_of = T::ColsAtCompileTime;
+inline constexpr int columns_of = Dynamic;
+template <Dense T>
+inline constexpr int columns_of<T> = T::ColsAtCompileTime;
 template <typename T>
 inline constexpr bool fixed_size = T::SizeAtCompileTime != Dynamic;
 template <typename T>
@@ -182,19 +187,19 @@ operator-(const A& a, const B& b) { return algebra::sum_of<-1>(a, b); }
 template <typename A, typename B>
 requires(algebra::OneShape<A, B>&& algebra::Temporary<A>) A operator+(A&& a, const B& b) {
   algebra::add_multiple(1.0, algebra::in_place(b), a);
-  return std::move(a);
+  return std::forward<A>(a);
 }
 
 template <typename A, typename B>
 requires(algebra::OneShape<A, B>&& algebra::Temporary<A>) A operator-(A&& a, const B& b) {
   algebra::add_multiple(-1.0, algebra::in_place(b), a);
-  return std::move(a);
+  return std::forward<A>(a);
 }
 
 template <typename Factor, typename A>
 requires(std::is_arithmetic_v<Factor>&& algebra::Temporary<A>) A operator*(const Factor& factor, A&& a) {
   algebra::set_multiple(static_cast<double>(factor), algebra::entries_of(a), algebra::entries_of(a));
-  return std::move(a);
+  return std::forward<A>(a);
 }
 
 template <typename Factor, typename A>

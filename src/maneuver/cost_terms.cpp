@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "mechanics/continuous.hpp"
+#include "optimizer/small_dense.hpp"
 
 namespace lamprey::maneuver {
 
@@ -35,7 +36,11 @@ CostTerms::CostTerms(const System& system, const Maneuver& maneuver, const Shape
       steps_(maneuver.steps),
       shape_(static_cast<int>(coordinates.shape.cols())),
       controls_(system.control_count()),
-      start_rate_(VectorXd::Zero(controls_)) {
+      start_rate_(VectorXd::Zero(controls_)),
+      rate_(controls_),
+      changing_(controls_),
+      difference_(controls_),
+      pull_(controls_) {
   multipliers_.value.setZero(system.joint_count(), steps_ + 1);
   heaviest_.setConstant(system.joint_count(), steps_ + 1, std::numeric_limits<double>::infinity());
   retarget(maneuver);
@@ -91,31 +96,31 @@ double CostTerms::node_time(int node, double time_step) const {
 }
 
 // Equation 13.2: mean rates of the joints about a node, and their part that changes with the shapes.
-void CostTerms::rates(const CostValues& values, int node, double time_step, VectorXd& rate, VectorXd& changing) const {
-  changing.setZero(controls_);
-  if (node > 0) changing += values.turn.col(node - 1);
-  if (node < steps_) changing += values.turn.col(node);
-  if (periodic_ && node == steps_) changing += values.turn.col(0);
-  changing *= 0.5 / time_step;
-  rate = changing;
-  if (node == 0) rate += 0.5 * start_rate_;
+void CostTerms::find_rates(const CostValues& values, int node, double time_step) {
+  changing_.setZero();
+  if (node > 0) changing_ += values.turn.col(node - 1);
+  if (node < steps_) changing_ += values.turn.col(node);
+  if (periodic_ && node == steps_) changing_ += values.turn.col(0);
+  changing_ *= 0.5 / time_step;
+  rate_ = changing_;
+  if (node == 0) algebra::add_multiple(0.5, start_rate_, rate_);
 }
 
-VectorXd CostTerms::difference(const CostedMotion& motion, int step) const {
-  return motion.moment[at(step + 1)].head(controls_) - motion.moment[at(step)].head(controls_);
+void CostTerms::find_difference(const CostedMotion& motion, int step) {
+  difference_ = motion.moment[at(step + 1)].head(controls_);
+  difference_ -= motion.moment[at(step)].head(controls_);
 }
 
-void CostTerms::measure(const CostedMotion& motion, CostValues& values) const {
+void CostTerms::measure(const CostedMotion& motion, CostValues& values) {
   values.turn.resize(controls_, steps_);
   values.power.setZero(system_.joint_count(), steps_ + 1);
   values.parts = CostParts();
   values.reached = 0.0;
   for (int k = 0; k < steps_; ++k) turns_.evaluate(motion.step[at(k)].interval, values.turn.col(k));
-  VectorXd rate(controls_), changing(controls_);
   for (int k = 0; k <= steps_; ++k) {
     if (!moves(k)) continue;
-    rates(values, k, motion.time_step, rate, changing);
-    for (int c = 0; c < controls_; ++c) values.power(turns_.joint_of(c), k) += motion.moment[at(k)][c] * rate[c];
+    find_rates(values, k, motion.time_step);
+    for (int c = 0; c < controls_; ++c) values.power(turns_.joint_of(c), k) += motion.moment[at(k)][c] * rate_[c];
     const double time = node_time(k, motion.time_step);
     for (int j = 0; j < system_.joint_count(); ++j) {
       const double power = values.power(j, k);
@@ -124,8 +129,10 @@ void CostTerms::measure(const CostedMotion& motion, CostValues& values) const {
       values.reached += time * work_term(j, k, power).value;
     }
   }
-  for (int k = 0; k < steps_; ++k)
-    values.parts.smoothness += 0.5 * difference(motion, k).squaredNorm() / motion.time_step;
+  for (int k = 0; k < steps_; ++k) {
+    find_difference(motion, k);
+    values.parts.smoothness += 0.5 * difference_.squaredNorm() / motion.time_step;
+  }
   values.distance = (motion.position.back() - motion.position.front()).norm();
   values.parts.transport = values.parts.work / values.distance;
   const double others = weights_.power * values.parts.power + weights_.smoothness * values.parts.smoothness;
@@ -133,21 +140,24 @@ void CostTerms::measure(const CostedMotion& motion, CostValues& values) const {
   values.merit = others + work_weight(values) * values.reached;
 }
 
-void CostTerms::add_by_moments(const CostedMotion& motion, const CostValues& values, int node,
-                               VectorXd& gradient) const {
+void CostTerms::add_difference(double factor, const CostedMotion& motion, int step, VectorXd& gradient) {
+  find_difference(motion, step);
+  algebra::add_multiple(factor, difference_, gradient);
+}
+
+void CostTerms::add_by_moments(const CostedMotion& motion, const CostValues& values, int node, VectorXd& gradient) {
   if (!moves(node)) return;
-  VectorXd rate(controls_), changing(controls_);
-  rates(values, node, motion.time_step, rate, changing);
+  find_rates(values, node, motion.time_step);
   const double time = node_time(node, motion.time_step), weight = work_weight(values);
   for (int c = 0; c < controls_; ++c) {
     const int joint = turns_.joint_of(c);
-    gradient[c] += time * term(joint, node, values.power(joint, node), weight).slope * rate[c];
+    gradient[c] += time * term(joint, node, values.power(joint, node), weight).slope * rate_[c];
   }
-  if (weights_.smoothness == 0.0) return;
+  if (!smooth()) return;
   const double stiff = weights_.smoothness / motion.time_step;
-  if (node > 0) gradient += stiff * difference(motion, node - 1);
-  if (node < steps_) gradient -= stiff * difference(motion, node);
-  if (periodic_ && node == steps_) gradient -= stiff * difference(motion, 0);
+  if (node > 0) add_difference(stiff, motion, node - 1, gradient);
+  if (node < steps_) add_difference(-stiff, motion, node, gradient);
+  if (periodic_ && node == steps_) add_difference(-stiff, motion, 0, gradient);
 }
 
 Vector3d CostTerms::pull_at_end(const CostedMotion& motion, const CostValues& values) const {
@@ -157,183 +167,208 @@ Vector3d CostTerms::pull_at_end(const CostedMotion& motion, const CostValues& va
 }
 
 // Derivative of the merit by the joints' rates about a node.
-VectorXd CostTerms::by_rates(const CostedMotion& motion, const CostValues& values, int node) const {
-  VectorXd result = VectorXd::Zero(controls_);
+void CostTerms::add_by_rates(double factor, const CostedMotion& motion, const CostValues& values, int node,
+                             VectorXd& pull) {
   if (periodic_ && node == 0) node = steps_;
-  if (!moves(node)) return result;
-  const double time = node_time(node, motion.time_step), weight = work_weight(values);
+  if (!moves(node)) return;
+  const double time = factor * node_time(node, motion.time_step), weight = work_weight(values);
   for (int c = 0; c < controls_; ++c) {
     const int joint = turns_.joint_of(c);
-    result[c] = time * term(joint, node, values.power(joint, node), weight).slope * motion.moment[at(node)][c];
+    pull[c] += time * term(joint, node, values.power(joint, node), weight).slope * motion.moment[at(node)][c];
   }
-  return result;
 }
 
-// Second derivatives of a node's term along a row of variables, and the rate of its work; `moments` and `turns`: rates of the
-// node's moments and of the joints' turns about it (over twice the time step), [controls][variables].
-void CostTerms::add_node_form(const CostedMotion& motion, const CostValues& values, int node, const MatrixXd& moments,
-                              const MatrixXd& turns, int tau, MatrixXd& form, VectorXd& work) const {
+// Second derivatives of a node's term along a row of variables, and the rate of its work, from the rates of the node's moments
+// and of the joints' turns about it (over twice the time step) in moments_ and turned_.
+void CostTerms::add_node_form(const CostedMotion& motion, const CostValues& values, int node, int tau) {
   const double time = node_time(node, motion.time_step), weight = work_weight(values);
-  VectorXd rate(controls_), changing(controls_);
-  rates(values, node, motion.time_step, rate, changing);
-  MatrixXd rate_by = turns;
-  if (tau >= 0) rate_by.col(tau) -= changing;
+  find_rates(values, node, motion.time_step);
+  rate_by_ = turned_;
+  if (tau >= 0) rate_by_.col(tau) -= changing_;
   for (int j = 0; j < system_.joint_count(); ++j) {
     const double power = values.power(j, node);
     const Bend bend = term(j, node, power, weight);
-    VectorXd power_by = VectorXd::Zero(form.rows());
+    power_by_.setZero();
     bool any = false;
     for (int c = 0; c < controls_; ++c) {
       if (turns_.joint_of(c) != j) continue;
       any = true;
-      const double u = motion.moment[at(node)][c];
-      power_by += rate[c] * moments.row(c).transpose() + u * rate_by.row(c).transpose();
-      const MatrixXd mixed = time * bend.slope * moments.row(c).transpose() * rate_by.row(c);
-      form += mixed + mixed.transpose();
+      const double u = motion.moment[at(node)][c], slope = time * bend.slope;
+      const auto moment_by = moments_.row(c), rate_by = rate_by_.row(c);
+      algebra::add_multiple(rate_[c], moment_by.transpose(), power_by_);
+      algebra::add_multiple(u, rate_by.transpose(), power_by_);
+      algebra::add_product(slope, moment_by.transpose(), rate_by, form_);
+      algebra::add_product(slope, rate_by.transpose(), moment_by, form_);
       if (tau < 0) continue;
-      const VectorXd slower = time * bend.slope * u * turns.row(c).transpose();
-      form.col(tau) -= slower;
-      form.row(tau) -= slower.transpose();
-      form(tau, tau) += time * bend.slope * u * changing[c];
+      algebra::add_multiple(-slope * u, turned_.row(c).transpose(), form_.col(tau));
+      algebra::add_multiple(-slope * u, turned_.row(c), form_.row(tau));
+      form_(tau, tau) += slope * u * changing_[c];
     }
     if (!any) continue;
-    form.noalias() += time * bend.curvature * power_by * power_by.transpose();
+    algebra::add_product(time * bend.curvature, power_by_, power_by_.transpose(), form_);
     const Bend own = of_work() ? work_term(j, node, power) : Bend{0.0, 0.0, 0.0};
-    work += time * own.slope * power_by;
+    algebra::add_multiple(time * own.slope, power_by_, work_);
     if (tau < 0) continue;
-    form.col(tau) += time * bend.slope * power_by;
-    form.row(tau) += time * bend.slope * power_by.transpose();
-    form(tau, tau) += time * bend.value;
-    work[tau] += time * own.value;
+    algebra::add_multiple(time * bend.slope, power_by_, form_.col(tau));
+    algebra::add_multiple(time * bend.slope, power_by_.transpose(), form_.row(tau));
+    form_(tau, tau) += time * bend.value;
+    work_[tau] += time * own.value;
   }
 }
 
-// The same of ½|u_{k+1} − u_k|²/h.
-void CostTerms::add_difference_form(const CostedMotion& motion, int step, const MatrixXd& difference_by, int tau,
-                                    MatrixXd& form) const {
+// The same of ½|u_{k+1} − u_k|²/h, whose difference has these rates.
+void CostTerms::add_difference_form(const CostedMotion& motion, int step, const MatrixXd& difference_by, int tau) {
   const double stiff = weights_.smoothness / motion.time_step;
-  form.noalias() += stiff * difference_by.transpose() * difference_by;
+  algebra::add_product(stiff, difference_by.transpose(), difference_by, form_);
   if (tau < 0) return;
-  const VectorXd change = difference(motion, step);
-  const VectorXd slower = stiff * difference_by.transpose() * change;
-  form.col(tau) -= slower;
-  form.row(tau) -= slower.transpose();
-  form(tau, tau) += 0.5 * stiff * change.squaredNorm();
+  find_difference(motion, step);
+  algebra::set_product(difference_by.transpose(), difference_, slower_);
+  algebra::add_multiple(-stiff, slower_, form_.col(tau));
+  algebra::add_multiple(-stiff, slower_.transpose(), form_.row(tau));
+  form_(tau, tau) += 0.5 * stiff * difference_.squaredNorm();
 }
 
 // Derivative of a node's terms by the logarithm of the time step, shapes and moments held; smoothness counts at its step's end.
-void CostTerms::add_duration(const CostedMotion& motion, const CostValues& values, int node, double& slope) const {
-  if (node > 0 && weights_.smoothness > 0.0)
-    slope -= 0.5 * weights_.smoothness / motion.time_step * difference(motion, node - 1).squaredNorm();
+void CostTerms::add_duration(const CostedMotion& motion, const CostValues& values, int node, double& slope) {
+  if (node > 0 && smooth()) {
+    find_difference(motion, node - 1);
+    slope -= 0.5 * weights_.smoothness / motion.time_step * difference_.squaredNorm();
+  }
   if (!moves(node)) return;
-  VectorXd rate(controls_), changing(controls_);
-  rates(values, node, motion.time_step, rate, changing);
+  find_rates(values, node, motion.time_step);
   const double time = node_time(node, motion.time_step), weight = work_weight(values);
   for (int j = 0; j < system_.joint_count(); ++j) {
     const Bend bend = term(j, node, values.power(j, node), weight);
     slope += time * bend.value;
     for (int c = 0; c < controls_; ++c)
-      if (turns_.joint_of(c) == j) slope -= time * bend.slope * motion.moment[at(node)][c] * changing[c];
+      if (turns_.joint_of(c) == j) slope -= time * bend.slope * motion.moment[at(node)][c] * changing_[c];
   }
 }
 
 void CostTerms::add_to_model(const CostedMotion& motion, const CostValues& values, const Places& places,
-                             const MatrixXd& end_moments, StageModel& model) const {
-  const Eigen::Index n = model.Q_end.rows(), m = controls_, ends = Eigen::Index{2} * shape_, all = n + m + 1;
-  const bool smooth = weights_.smoothness > 0.0, transport = weights_.transport > 0.0;
-  const int second = places.first, before = second + (smooth && periodic_ ? controls_ : 0);
-  const int work_place = before + (smooth ? controls_ : 0);
-  const double half = 0.5 / motion.time_step;
-  MatrixXd turns_before = MatrixXd::Zero(m, ends), turns_after, first_turns;
-  MatrixXd form(all, all), moments(m, all), turned(m, all), step_form(ends, ends);
-  VectorXd work(all);
+                             const Eigen::Ref<const MatrixXd>& end_moments, StageModel& model) {
+  const Eigen::Index ends = Eigen::Index{2} * shape_, all = model.Q_end.rows() + controls_ + 1;
+  turns_before_.setZero(controls_, ends);
+  next_.resize(ends, all);
+  for (MatrixXd* by : {&moments_, &turned_}) by->resize(controls_, all);
+  for (VectorXd* row : {&work_, &power_by_, &slower_}) row->resize(all);
   for (int k = 0; k <= steps_; ++k) {
     const bool last = k == steps_;
     MatrixXd& Q = last ? model.Q_end : model.stage[at(places.leads + k)].Q;
     VectorXd& q = last ? model.q_end : model.stage[at(places.leads + k)].q;
-    if (k > 0) {  // the step before, at its end
-      const VectorXd pull = half * (by_rates(motion, values, k - 1) + by_rates(motion, values, k));
-      step_form.setZero();
-      turns_.add_curvature(motion.step[at(k - 1)].interval, pull, step_form);
-      Q.topLeftCorner(ends, ends) += step_form;
-      q.head(ends).noalias() += turns_before.transpose() * pull;
-    }
+    if (k > 0) add_step_form(motion, values, k - 1, Q, q);
     if (places.tau >= 0) add_duration(motion, values, k, q[places.tau]);
-    form.setZero();
-    work.setZero();
-    if (!last) {
-      Stage& stage = model.stage[at(places.leads + k)];
-      turns_.derivative(motion.step[at(k)].interval, turns_after);
-      if (k == 0) first_turns = turns_after;
-      if (smooth) {
-        stage.A.middleRows(before, m).setZero();
-        stage.B.middleRows(before, m).setIdentity();
-        if (periodic_ && k == 1) {
-          stage.A.middleRows(second, m).setZero();
-          stage.B.middleRows(second, m).setIdentity();
-        }
-      }
-      if (moves(k)) {
-        MatrixXd next(ends, all);  // shapes at the step's ends
-        next << stage.A.topRows(ends), stage.B.topRows(ends), stage.gap.head(ends);
-        moments.setZero();
-        moments.middleCols(n, m).setIdentity();
-        turned.noalias() = half * turns_after * next;
-        turned.leftCols(ends) += half * turns_before;
-        add_node_form(motion, values, k, moments, turned, places.tau, form, work);
-        if (smooth && k > (periodic_ ? 1 : 0)) {
-          moments.middleCols(before, m) = -MatrixXd::Identity(m, m);
-          add_difference_form(motion, k - 1, moments, places.tau, form);
-        }
-      }
-      stage.Q += form.topLeftCorner(n, n);
-      stage.S += form.block(n, 0, m, n);
-      stage.R += form.block(n, n, m, m);
-      stage.weight += std::max(form.block(n, n, m, m).diagonal().maxCoeff(), 0.0);
-      stage.q += form.col(n + m).head(n);
-      stage.r += form.col(n + m).segment(n, m);
-      if (transport) {
-        stage.A.row(work_place) += work.head(n).transpose();
-        stage.B.row(work_place) += work.segment(n, m).transpose();
-        stage.gap[work_place] += work[n + m];
-      }
-      std::swap(turns_before, turns_after);
-      continue;
-    }
-    if (moves(k)) {
-      moments.setZero();
-      moments.leftCols(n) = end_moments;
-      turned.setZero();
-      turned.leftCols(ends) = half * turns_before;
-      if (periodic_) turned.middleCols(places.copies, ends) += half * first_turns;
-      add_node_form(motion, values, k, moments, turned, places.tau, form, work);
-      if (smooth && periodic_ && steps_ > 1) {
-        MatrixXd first = -moments;
-        first.middleCols(second, m) += MatrixXd::Identity(m, m);
-        add_difference_form(motion, 0, first, places.tau, form);
-      }
-      if (smooth && steps_ > (periodic_ ? 1 : 0)) {
-        moments.middleCols(before, m) -= MatrixXd::Identity(m, m);
-        add_difference_form(motion, k - 1, moments, places.tau, form);
-      }
-    }
-    Q += form.topLeftCorner(n, n);
-    if (!transport) continue;
-    // J = w W/D
-    work[work_place] += 1.0;
-    const double d = values.distance, weight = weights_.transport;
-    const Vector3d direction = (motion.position.back() - motion.position.front()) / d;
-    VectorXd away = VectorXd::Zero(n);
-    const Eigen::Index pose = ends;
-    const auto shift = pose_basis_.bottomRows<3>();
-    away.segment(pose, pose_basis_.cols()) = shift.transpose() * direction;
-    q += -weight * values.reached / (d * d) * away;
-    const MatrixXd mixed = -weight / (d * d) * work.head(n) * away.transpose();
-    Q += mixed + mixed.transpose() + 2.0 * weight * values.reached / (d * d * d) * away * away.transpose();
-    const Eigen::Matrix3d bend = (Eigen::Matrix3d::Identity() - direction * direction.transpose()) / d;
-    Q.block(pose, pose, pose_basis_.cols(), pose_basis_.cols()) -=
-        weight * values.reached / (d * d) * shift.transpose() * bend * shift;
+    form_.setZero(all, all);
+    work_.setZero();
+    if (last)
+      add_to_end(motion, values, places, end_moments, model);
+    else
+      add_to_stage(motion, values, places, k, model.stage[at(places.leads + k)]);
   }
+}
+
+// The joints' turns over a step, with the state at its end.
+void CostTerms::add_step_form(const CostedMotion& motion, const CostValues& values, int step, MatrixXd& Q,
+                              VectorXd& q) {
+  const double half = 0.5 / motion.time_step;
+  const Eigen::Index ends = turns_before_.cols();
+  pull_.setZero();
+  add_by_rates(half, motion, values, step, pull_);
+  add_by_rates(half, motion, values, step + 1, pull_);
+  turns_.add_curvature(motion.step[at(step)].interval, pull_, Q.topLeftCorner(ends, ends));
+  optimizer::add_transposed_image(1.0, turns_before_, pull_, q.head(ends));
+}
+
+void CostTerms::add_to_stage(const CostedMotion& motion, const CostValues& values, const Places& places, int k,
+                             Stage& stage) {
+  const Eigen::Index n = stage.Q.rows(), m = controls_, ends = turns_before_.cols();
+  const int second = place_of_second(places), before = place_before(places), work_place = place_of_work(places);
+  const double half = 0.5 / motion.time_step;
+  turns_.derivative(motion.step[at(k)].interval, turns_after_);
+  if (k == 0) first_turns_ = turns_after_;
+  if (smooth()) {
+    stage.A.middleRows(before, m).setZero();
+    stage.B.middleRows(before, m).setIdentity();
+    if (periodic_ && k == 1) {
+      stage.A.middleRows(second, m).setZero();
+      stage.B.middleRows(second, m).setIdentity();
+    }
+  }
+  if (moves(k)) {
+    next_.leftCols(n) = stage.A.topRows(ends);
+    next_.middleCols(n, m) = stage.B.topRows(ends);
+    next_.col(n + m) = stage.gap.head(ends);
+    moments_.setZero();
+    moments_.middleCols(n, m).setIdentity();
+    algebra::set_product(turns_after_, next_, turned_);
+    turned_ *= half;
+    algebra::add_multiple(half, turns_before_, turned_.leftCols(ends));
+    add_node_form(motion, values, k, places.tau);
+    if (smooth() && k > (periodic_ ? 1 : 0)) {
+      moments_.middleCols(before, m).diagonal().array() -= 1.0;
+      add_difference_form(motion, k - 1, moments_, places.tau);
+    }
+  }
+  stage.Q += form_.topLeftCorner(n, n);
+  stage.S += form_.block(n, 0, m, n);
+  stage.R += form_.block(n, n, m, m);
+  stage.weight += std::max(form_.block(n, n, m, m).diagonal().maxCoeff(), 0.0);
+  stage.q += form_.col(n + m).head(n);
+  stage.r += form_.col(n + m).segment(n, m);
+  if (weights_.transport > 0.0) {
+    stage.A.row(work_place) += work_.head(n).transpose();
+    stage.B.row(work_place) += work_.segment(n, m).transpose();
+    stage.gap[work_place] += work_[n + m];
+  }
+  std::swap(turns_before_, turns_after_);
+}
+
+void CostTerms::add_to_end(const CostedMotion& motion, const CostValues& values, const Places& places,
+                           const Eigen::Ref<const MatrixXd>& end_moments, StageModel& model) {
+  const Eigen::Index n = model.Q_end.rows(), m = controls_, ends = turns_before_.cols();
+  const int before = place_before(places);
+  const double half = 0.5 / motion.time_step;
+  if (moves(steps_)) {
+    moments_.setZero();
+    moments_.leftCols(n) = end_moments;
+    turned_.setZero();
+    algebra::add_multiple(half, turns_before_, turned_.leftCols(ends));
+    if (periodic_) algebra::add_multiple(half, first_turns_, turned_.middleCols(places.copies, ends));
+    add_node_form(motion, values, steps_, places.tau);
+    if (smooth() && periodic_ && steps_ > 1) {
+      difference_by_ = moments_;
+      difference_by_ *= -1.0;
+      difference_by_.middleCols(place_of_second(places), m).diagonal().array() += 1.0;
+      add_difference_form(motion, 0, difference_by_, places.tau);
+    }
+    if (smooth() && steps_ > (periodic_ ? 1 : 0)) {
+      moments_.middleCols(before, m).diagonal().array() -= 1.0;
+      add_difference_form(motion, steps_ - 1, moments_, places.tau);
+    }
+  }
+  model.Q_end += form_.topLeftCorner(n, n);
+  if (weights_.transport == 0.0) return;
+  work_[place_of_work(places)] += 1.0;
+  add_transport(motion, values, model);
+}
+
+// Second derivatives of J = w W/D by the last state, with those of W in work_.
+void CostTerms::add_transport(const CostedMotion& motion, const CostValues& values, StageModel& model) {
+  const Eigen::Index n = model.Q_end.rows(), pose = Eigen::Index{2} * shape_, p = pose_basis_.cols();
+  MatrixXd& Q = model.Q_end;
+  const double d = values.distance, weight = weights_.transport, reached = weight * values.reached;
+  const Vector3d direction = (motion.position.back() - motion.position.front()) / d;
+  const auto shift = pose_basis_.bottomRows<3>();
+  away_.setZero(n);
+  optimizer::add_transposed_image(1.0, shift, direction, away_.segment(pose, p));
+  algebra::add_multiple(-reached / (d * d), away_, model.q_end);
+  const auto work = work_.head(n);
+  algebra::add_product(-weight / (d * d), work, away_.transpose(), Q);
+  algebra::add_product(-weight / (d * d), away_, work.transpose(), Q);
+  algebra::add_product(2.0 * reached / (d * d * d), away_, away_.transpose(), Q);
+  const Matrix3d bend = (Matrix3d::Identity() - direction * direction.transpose()) / d;
+  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> bent = bend.lazyProduct(shift);
+  algebra::add_product(-reached / (d * d), shift.transpose(), bent, Q.block(pose, pose, p, p));
 }
 
 double CostTerms::error(const CostValues& values) const {
@@ -355,13 +390,13 @@ void CostTerms::find_heaviest(const CostedMotion& motion, const CostValues& valu
   const double epsilon = std::numeric_limits<double>::epsilon();
   double largest_moment = 0.0, largest_rate = 0.0;
   for (int k = 0; k <= steps_; ++k) {
-    rates(values, k, motion.time_step, rate_, changing_);
+    find_rates(values, k, motion.time_step);
     largest_moment = std::max(largest_moment, motion.moment[at(k)].head(controls_).lpNorm<Eigen::Infinity>());
     largest_rate = std::max(largest_rate, rate_.lpNorm<Eigen::Infinity>());
   }
   heaviest_.setConstant(std::numeric_limits<double>::infinity());
   for (int k = 0; k <= steps_; ++k) {
-    rates(values, k, motion.time_step, rate_, changing_);
+    find_rates(values, k, motion.time_step);
     for (int c = 0; c < controls_; ++c) {
       const double of_moment = std::abs(rate_[c]) * largest_moment * steps_;
       const double of_rate = std::abs(motion.moment[at(k)][c]) * largest_rate;
@@ -404,7 +439,10 @@ void CostTerms::take(const WorkMultipliers& from) {
     const double place = static_cast<double>(k) * coarse / steps_;
     const int left = std::min(static_cast<int>(place), coarse - 1);
     const double share = place - left;
-    multipliers_.value.col(k) = (1.0 - share) * from.value.col(left) + share * from.value.col(left + 1);
+    auto at_node = multipliers_.value.col(k);
+    at_node = from.value.col(left);
+    at_node *= 1.0 - share;
+    algebra::add_multiple(share, from.value.col(left + 1), at_node);
   }
 }
 

@@ -48,9 +48,9 @@ class CostTerms {
   /// States that the terms add behind all others.
   int states() const;
 
-  void measure(const CostedMotion& motion, CostValues& values) const;
+  void measure(const CostedMotion& motion, CostValues& values);
   /// Adds the derivative of the merit by a node's moments, [controls].
-  void add_by_moments(const CostedMotion& motion, const CostValues& values, int node, VectorXd& gradient) const;
+  void add_by_moments(const CostedMotion& motion, const CostValues& values, int node, VectorXd& gradient);
   /// What the end's position pulls with, N m² s/m and the like.
   Vector3d pull_at_end(const CostedMotion& motion, const CostValues& values) const;
 
@@ -63,7 +63,7 @@ class CostTerms {
   };
   /// Adds the terms' second derivatives and their first ones but those by moments. `end_moments`: moments at the last node by the last state, [controls][n].
   void add_to_model(const CostedMotion& motion, const CostValues& values, const Places& places,
-                    const MatrixXd& end_moments, optimizer::StageModel& model) const;
+                    const Eigen::Ref<const MatrixXd>& end_moments, optimizer::StageModel& model);
 
   /// How far the multipliers are from the signs of the powers, of the largest power.
   double error(const CostValues& values) const;
@@ -89,14 +89,25 @@ class CostTerms {
   double work_weight(const CostValues& values) const;
   double node_time(int node, double time_step) const;
   bool moves(int node) const;  // whether moments at a node count
-  void rates(const CostValues& values, int node, double time_step, VectorXd& rate, VectorXd& changing) const;
-  VectorXd by_rates(const CostedMotion& motion, const CostValues& values, int node) const;
-  VectorXd difference(const CostedMotion& motion, int step) const;
-  void add_node_form(const CostedMotion& motion, const CostValues& values, int node, const MatrixXd& moments,
-                     const MatrixXd& turns, int tau, MatrixXd& form, VectorXd& work) const;
-  void add_difference_form(const CostedMotion& motion, int step, const MatrixXd& difference_by, int tau,
-                           MatrixXd& form) const;
-  void add_duration(const CostedMotion& motion, const CostValues& values, int node, double& slope) const;
+  void find_rates(const CostValues& values, int node, double time_step);
+  void find_difference(const CostedMotion& motion, int step);
+  void add_difference(double factor, const CostedMotion& motion, int step, VectorXd& gradient);
+  void add_by_rates(double factor, const CostedMotion& motion, const CostValues& values, int node, VectorXd& pull);
+  void add_node_form(const CostedMotion& motion, const CostValues& values, int node, int tau);
+  void add_difference_form(const CostedMotion& motion, int step, const MatrixXd& difference_by, int tau);
+  void add_duration(const CostedMotion& motion, const CostValues& values, int node, double& slope);
+  void add_step_form(const CostedMotion& motion, const CostValues& values, int step, MatrixXd& Q, VectorXd& q);
+  void add_to_stage(const CostedMotion& motion, const CostValues& values, const Places& places, int node,
+                    optimizer::Stage& stage);
+  void add_to_end(const CostedMotion& motion, const CostValues& values, const Places& places,
+                  const Eigen::Ref<const MatrixXd>& end_moments, optimizer::StageModel& model);
+  void add_transport(const CostedMotion& motion, const CostValues& values, optimizer::StageModel& model);
+  int place_of_second(const Places& places) const { return places.first; }  // first moments of a periodic motion
+  int place_before(const Places& places) const {                           // moments at the node before
+    return places.first + (smooth() && periodic_ ? controls_ : 0);
+  }
+  int place_of_work(const Places& places) const { return place_before(places) + (smooth() ? controls_ : 0); }
+  bool smooth() const { return weights_.smoothness > 0.0; }
 
   const model::System& system_;
   JointTurns turns_;
@@ -105,10 +116,18 @@ class CostTerms {
   bool periodic_, rest_, free_duration_;
   int steps_, shape_, controls_;
   VectorXd start_rate_;       // [controls] rad/s, of the joints at the start
-  VectorXd rate_, changing_;  // [controls] rad/s
   WorkMultipliers multipliers_;
   MatrixXd heaviest_;  // [joints][N + 1] 1/W, weights beyond which multipliers would tell of round-off
   double last_error_ = 0.0;
+  // workspace
+  VectorXd rate_, changing_;                            // [controls] rad/s, mean rates of the joints about a node
+  VectorXd difference_;                                 // [controls] N m, of moments over a step
+  VectorXd pull_;                                       // [controls] N m s, on the joints' turns over a step
+  MatrixXd turns_before_, turns_after_, first_turns_;   // [controls][2 f] of the joints' turns by the shapes
+  MatrixXd next_;                                       // [2 f][n + controls + 1] shapes at a step's ends
+  MatrixXd moments_, turned_, rate_by_, difference_by_;  // [controls][n + controls + 1]
+  MatrixXd form_;                                       // [n + controls + 1] squared, of (state, input, 1)
+  VectorXd work_, power_by_, slower_, away_;            // [n + controls + 1]
 };
 
 }  // namespace lamprey::maneuver

@@ -1,7 +1,7 @@
 #include "maneuver/joint_turns.hpp"
 
-#include "maneuver/limit_terms.hpp"
 #include "mechanics/continuous.hpp"
+#include "optimizer/small_dense.hpp"
 
 namespace lamprey::maneuver {
 
@@ -59,16 +59,28 @@ Eigen::Matrix<double, 12, 12> BallTurn::curvature(const Vector3d& pull) const {
   return hessian;
 }
 
-JointTurns::JointTurns(const System& system, const MatrixXd& shape_basis) : system_(system), shape_basis_(shape_basis) {
+JointTurns::JointTurns(const System& system, const MatrixXd& shape_basis)
+    : system_(system),
+      shape_basis_(shape_basis),
+      turns_(system, shape_basis),
+      joint_rate_(3, 2 * shape_basis.cols()),
+      of_bodies_(12, 2 * shape_basis.cols()),
+      transposed_(2 * shape_basis.cols(), 12),
+      bent_(of_bodies_),
+      pull_left_(Eigen::Index{3} * system.body_count()),
+      pull_right_(pull_left_) {
   for (int j = 0; j < system.joint_count(); ++j)
     for (Eigen::Index c = 0; c < system.joint(j).actuation.cols(); ++c)
       moment_.push_back({j, system.joint(j).actuation.col(c)});
 }
 
-MatrixXd JointTurns::turns_of(const Rotations& R, int body) const {
-  if (body == 0) return MatrixXd::Zero(3, shape_basis_.cols());
-  if (system_.body(body).freedoms == 3) return shape_basis_.middleRows<3>(shape_offset(system_.body(body)));
-  return mechanics::turn_by_freedoms(system_, R, body).rightCols(shape_basis_.rows()) * shape_basis_;
+void JointTurns::turns_of_bodies(const Interval& interval, const Joint& joint) {
+  const Eigen::Index f = shape_basis_.cols();
+  of_bodies_.setZero();
+  of_bodies_.block(0, 0, 3, f) = turns_.of_body(interval.rotation, joint.parent);
+  of_bodies_.block(3, 0, 3, f) = turns_.of_body(interval.rotation, joint.child);
+  of_bodies_.block(6, f, 3, f) = turns_.of_body(interval.next_rotation, joint.parent);
+  of_bodies_.block(9, f, 3, f) = turns_.of_body(interval.next_rotation, joint.child);
 }
 
 // Moments act on the parent, their opposites on the child: hence the signs.
@@ -84,36 +96,34 @@ void JointTurns::evaluate(const Interval& interval, Eigen::Ref<VectorXd> turn) c
   }
 }
 
-void JointTurns::derivative(const Interval& interval, MatrixXd& rate) const {
+void JointTurns::derivative(const Interval& interval, MatrixXd& rate) {
   const Eigen::Index f = shape_basis_.cols();
   rate.setZero(size(), 2 * f);
   int before = -1;
-  MatrixXd joint_rate(3, 2 * f);
   for (int c = 0; c < size(); ++c) {
     const Joint& joint = system_.joint(joint_of(c));
     if (joint_of(c) != before) {
-      joint_rate.setZero();
+      joint_rate_.setZero();
       if (joint.free()) {
-        const Eigen::Matrix<double, 3, 12> ball = ball_turn(interval, joint).derivative();
-        joint_rate.leftCols(f) = ball.middleCols<3>(0) * turns_of(interval.rotation, joint.parent) +
-                                 ball.middleCols<3>(3) * turns_of(interval.rotation, joint.child);
-        joint_rate.rightCols(f) = ball.middleCols<3>(6) * turns_of(interval.next_rotation, joint.parent) +
-                                  ball.middleCols<3>(9) * turns_of(interval.next_rotation, joint.child);
+        turns_of_bodies(interval, joint);
+        algebra::set_product(ball_turn(interval, joint).derivative(), of_bodies_, joint_rate_);
       } else {
         const model::Body& child = system_.body(joint.child);
         const auto rows = shape_basis_.middleRows(shape_offset(child), child.freedoms);
-        joint_rate.topLeftCorner(child.freedoms, f) = -rows;
-        joint_rate.topRightCorner(child.freedoms, f) = rows;
+        joint_rate_.topLeftCorner(child.freedoms, f) -= rows;
+        joint_rate_.topRightCorner(child.freedoms, f) = rows;
       }
       before = joint_of(c);
     }
-    rate.row(c) = -moment_[at(c)].direction.transpose() * joint_rate;
+    const Vector3d down = -moment_[at(c)].direction;
+    algebra::set_product(down.transpose(), joint_rate_, rate.row(c));
   }
 }
 
-void JointTurns::add_curvature(const Interval& interval, const VectorXd& pull, MatrixXd& hessian) const {
+void JointTurns::add_curvature(const Interval& interval, const VectorXd& pull, Eigen::Ref<MatrixXd> hessian) {
   const Eigen::Index f = shape_basis_.cols();
-  VectorXd pull_left = VectorXd::Zero(Eigen::Index{3} * system_.body_count()), pull_right = pull_left;
+  pull_left_.setZero();
+  pull_right_.setZero();
   for (int j = 0; j < system_.joint_count(); ++j) {
     const Joint& joint = system_.joint(j);
     if (!joint.free()) continue;  // turns about axes are differences of angles
@@ -121,23 +131,19 @@ void JointTurns::add_curvature(const Interval& interval, const VectorXd& pull, M
     for (int c = 0; c < size(); ++c)
       if (joint_of(c) == j) e -= pull[c] * moment_[at(c)].direction;
     const BallTurn ball = ball_turn(interval, joint);
-    MatrixXd turns = MatrixXd::Zero(12, 2 * f);
-    turns.block(0, 0, 3, f) = turns_of(interval.rotation, joint.parent);
-    turns.block(3, 0, 3, f) = turns_of(interval.rotation, joint.child);
-    turns.block(6, f, 3, f) = turns_of(interval.next_rotation, joint.parent);
-    turns.block(9, f, 3, f) = turns_of(interval.next_rotation, joint.child);
-    hessian.noalias() += turns.transpose() * ball.curvature(e) * turns;
+    turns_of_bodies(interval, joint);
+    algebra::set_product(ball.curvature(e), of_bodies_, bent_);
+    optimizer::set_transposed(of_bodies_, transposed_);
+    optimizer::add_product(1.0, transposed_, bent_, hessian);
     const Eigen::Matrix<double, 12, 1> slope = ball.derivative().transpose() * e;
-    pull_left.segment<3>(3 * joint.parent) += slope.segment<3>(0);
-    pull_left.segment<3>(3 * joint.child) += slope.segment<3>(3);
-    pull_right.segment<3>(3 * joint.parent) += slope.segment<3>(6);
-    pull_right.segment<3>(3 * joint.child) += slope.segment<3>(9);
+    pull_left_.segment<3>(3 * joint.parent) += slope.segment<3>(0);
+    pull_left_.segment<3>(3 * joint.child) += slope.segment<3>(3);
+    pull_right_.segment<3>(3 * joint.parent) += slope.segment<3>(6);
+    pull_right_.segment<3>(3 * joint.child) += slope.segment<3>(9);
   }
-  if (system_.only_free_joints() || pull_left.isZero(0.0)) return;
-  hessian.topLeftCorner(f, f) +=
-      shape_basis_.transpose() * turn_curvature(system_, interval.rotation, pull_left) * shape_basis_;
-  hessian.bottomRightCorner(f, f) +=
-      shape_basis_.transpose() * turn_curvature(system_, interval.next_rotation, pull_right) * shape_basis_;
+  if (pull_left_.isZero(0.0)) return;
+  turns_.add_curvature(interval.rotation, pull_left_, hessian.topLeftCorner(f, f));
+  turns_.add_curvature(interval.next_rotation, pull_right_, hessian.bottomRightCorner(f, f));
 }
 
 VectorXd JointTurns::rates(const Rotations& rotation, const VectorXd& velocity) const {

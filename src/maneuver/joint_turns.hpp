@@ -2,7 +2,7 @@
 // (chapter 13, equations 13.1, 13.8 and 13.9).
 #pragma once
 
-#include "maneuver/shape_step.hpp"
+#include "maneuver/shape_turns.hpp"
 
 namespace lamprey::maneuver {
 
@@ -36,9 +36,9 @@ class JointTurns {
   /// rad, [controls].
   void evaluate(const mechanics::Interval& interval, Eigen::Ref<VectorXd> turn) const;
   /// By the shapes (left, right), [controls][2 f].
-  void derivative(const mechanics::Interval& interval, MatrixXd& rate) const;
+  void derivative(const mechanics::Interval& interval, MatrixXd& rate);
   /// Adds the Hessian of pull·turn by the shapes along exponentials, [2 f] squared.
-  void add_curvature(const mechanics::Interval& interval, const VectorXd& pull, MatrixXd& hessian) const;
+  void add_curvature(const mechanics::Interval& interval, const VectorXd& pull, Eigen::Ref<MatrixXd> hessian);
   /// rad/s, [controls]: the joints' rates at a node with velocity ξ.
   VectorXd rates(const mechanics::Rotations& rotation, const VectorXd& velocity) const;
 
@@ -47,12 +47,17 @@ class JointTurns {
     int joint;
     Vector3d direction;  // as Joint::actuation has it
   };
-  /// How a body turns by the coordinates of the shape, body frame: [3][f].
-  MatrixXd turns_of(const mechanics::Rotations& R, int body) const;
+  void turns_of_bodies(const mechanics::Interval& interval, const model::Joint& joint);
 
   const model::System& system_;
   MatrixXd shape_basis_;  // [shape_size][f]
   std::vector<Moment> moment_;
+  ShapeTurns turns_;
+  // workspace
+  MatrixXd joint_rate_;              // [3][2 f]
+  MatrixXd of_bodies_, transposed_;  // [12][2 f] turns of (parent, child) before, then after the step, and its transpose
+  MatrixXd bent_;                    // [12][2 f]
+  VectorXd pull_left_, pull_right_;  // [3 bodies]
 };
 
 }  // namespace lamprey::maneuver

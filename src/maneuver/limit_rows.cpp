@@ -31,36 +31,50 @@ Vector3d mass_centre(const System& system, const LimitedNode& node, int body) {
   return x;
 }
 
-// x_b − x_a = Σ R_i o_i over the bodies between them.
-std::vector<Vector3d> offsets_between(const System& system, int a, int b) {
-  std::vector<Vector3d> offset(at(system.body_count()), Vector3d::Zero());
-  for (const model::PathPoint& point : system.body(b).path) offset[at(point.body)] += point.offset;
-  for (const model::PathPoint& point : system.body(a).path) offset[at(point.body)] -= point.offset;
+// o_i in x_b − x_a = Σ R_i o_i; a < 0: from the root's mass centre.
+Vector3d offset_along(const System& system, int a, int b, int i) {
+  Vector3d offset = Vector3d::Zero();
+  for (const model::PathPoint& point : system.body(b).path)
+    if (point.body == i) offset += point.offset;
+  if (a < 0) return offset;
+  for (const model::PathPoint& point : system.body(a).path)
+    if (point.body == i) offset -= point.offset;
   return offset;
 }
 
 // A quantity's derivatives by the turns of two bodies and the offset from one to the other (world, m), spread over the
 // body coordinates: the offset turns with the bodies between. `from` < 0: a fixed point instead of the first body.
-void spread_pair(const System& system, const LimitedNode& node, int from, int to, const std::vector<Vector3d>& offset,
-                 const Vector9d& local, const Matrix9d& local_hessian, VectorXd& gradient, MatrixXd& hessian) {
-  MatrixXd map = MatrixXd::Zero(9, body_coordinates(system));
-  if (from >= 0) map.block<3, 3>(0, turn_of(from)).setIdentity();
-  map.block<3, 3>(3, turn_of(to)).setIdentity();
-  if (from < 0) map.block<3, 3>(6, position_of(system)).setIdentity();
-  for (int i = 0; i < system.body_count(); ++i)
-    map.block<3, 3>(6, turn_of(i)) -= lie::times_hat(node.rotation[at(i)], offset[at(i)]);
-  gradient.noalias() = map.transpose() * local;
-  hessian.noalias() = map.transpose() * local_hessian * map;
-  for (int i = 0; i < system.body_count(); ++i) {
+void spread_pair(const System& system, const LimitedNode& node, int from, int to, const Vector9d& local,
+                 const Matrix9d& local_hessian, VectorXd& gradient, MatrixXd& hessian) {
+  using Rate = Eigen::Matrix<double, 9, 3>;
+  const int bodies = system.body_count(), last = from < 0 ? bodies : bodies - 1;  // after the turns the root's position
+  const auto rate_by = [&](int i) {
+    Rate rate = Rate::Zero();
+    if (i == bodies) {
+      rate.bottomRows<3>().setIdentity();
+      return rate;
+    }
+    if (i == from) rate.topRows<3>().setIdentity();
+    if (i == to) rate.middleRows<3>(3).setIdentity();
+    rate.bottomRows<3>() = -lie::times_hat(node.rotation[at(i)], offset_along(system, from, to, i));
+    return rate;
+  };
+  for (int i = 0; i <= last; ++i) {
+    const Rate by_i = rate_by(i);
+    if (by_i.isZero(0.0)) continue;
+    const Rate bent = local_hessian * by_i;
+    gradient.segment<3>(3 * i) = by_i.transpose() * local;
+    for (int j = 0; j <= last; ++j) hessian.block<3, 3>(3 * j, 3 * i) = rate_by(j).transpose() * bent;
+    if (i == bodies) continue;
     const Vector3d pull = node.rotation[at(i)].transpose() * local.tail<3>();
-    hessian.block<3, 3>(turn_of(i), turn_of(i)) += double_cross(pull, offset[at(i)]);
+    hessian.block<3, 3>(3 * i, 3 * i) += double_cross(pull, offset_along(system, from, to, i));
   }
 }
 
 fluid::EllipsoidPair pair_of_bodies(const System& system, const LimitRow& row, const LimitedNode& node) {
   Vector3d offset = Vector3d::Zero();
-  const std::vector<Vector3d> between = offsets_between(system, row.body, row.other_body);
-  for (std::size_t i = 0; i < between.size(); ++i) offset += node.rotation[i] * between[i];
+  for (int i = 0; i < system.body_count(); ++i)
+    offset += node.rotation[at(i)] * offset_along(system, row.body, row.other_body, i);
   return {system.body(row.body).semi_axes, system.body(row.other_body).semi_axes, node.rotation[at(row.body)],
           node.rotation[at(row.other_body)], offset};
 }
@@ -201,9 +215,7 @@ void half_space_derivatives(const System& system, const LimitRow& row, const Lim
   local.segment<3>(3) = -by_m.cross(m);
   local.tail<3>() = row.normal;
   local_hessian.block<3, 3>(3, 3) = -double_cross(by_m, m) - hat(m).transpose() * by_m_m * hat(m);
-  std::vector<Vector3d> offset(at(system.body_count()), Vector3d::Zero());
-  for (const model::PathPoint& point : body.path) offset[at(point.body)] += point.offset;
-  spread_pair(system, node, -1, row.body, offset, local / row.unit, local_hessian / row.unit, gradient, hessian);
+  spread_pair(system, node, -1, row.body, local / row.unit, local_hessian / row.unit, gradient, hessian);
 }
 
 void gap_row_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
@@ -213,16 +225,12 @@ void gap_row_derivatives(const System& system, const LimitRow& row, const Limite
   Vector9d local;
   Matrix9d local_hessian;
   fluid::gap_derivatives(pair, fluid::gap(pair), local, local_hessian);
-  std::vector<Vector3d> offset(at(system.body_count()), Vector3d::Zero());
   if (sphere) {
     local.head<3>().setZero();  // a sphere does not turn
     local_hessian.topRows<3>().setZero();
     local_hessian.leftCols<3>().setZero();
-    for (const model::PathPoint& point : system.body(row.body).path) offset[at(point.body)] += point.offset;
-  } else {
-    offset = offsets_between(system, row.body, row.other_body);
   }
-  spread_pair(system, node, sphere ? -1 : row.body, sphere ? row.body : row.other_body, offset, local / row.unit,
+  spread_pair(system, node, sphere ? -1 : row.body, sphere ? row.body : row.other_body, local / row.unit,
               local_hessian / row.unit, gradient, hessian);
 }
 
@@ -248,6 +256,12 @@ Eigen::Index first_moment(const System& system, int joint) {
   return first;
 }
 
+// N m, in the frame of Joint::actuation's columns.
+Vector3d joint_moment(const System& system, int joint, const VectorXd& moment) {
+  const auto& actuation = system.joint(joint).actuation;
+  return actuation * moment.segment(first_moment(system, joint), actuation.cols());
+}
+
 double angle_of(const System& system, const LimitRow& row, const LimitedNode& node) {
   const Joint& joint = system.joint(row.joint);
   return twist_about(joint.child_axis, joint, node.rotation);
@@ -255,11 +269,8 @@ double angle_of(const System& system, const LimitRow& row, const LimitedNode& no
 
 double plain_value(const System& system, const LimitRow& row, const LimitedNode& node, double enough) {
   switch (row.kind) {
-    case Kind::torque: {
-      const auto& actuation = system.joint(row.joint).actuation;
-      return 1.0 -
-             (actuation * node.moment.segment(first_moment(system, row.joint), actuation.cols())).norm() / row.bound;
-    }
+    case Kind::torque:
+      return 1.0 - joint_moment(system, row.joint, node.moment).norm() / row.bound;
     case Kind::torque_component:
       return 1.0 - std::abs(node.moment[first_moment(system, row.joint) + row.component]) / row.bound;
     case Kind::swing: {
@@ -386,10 +397,10 @@ void torque_derivatives(const System& system, const LimitRow& row, const VectorX
   }
   const auto& actuation = system.joint(row.joint).actuation;
   const Eigen::Index columns = actuation.cols();
-  const Vector3d u = actuation * moment.segment(first, columns);
+  const Vector3d u = joint_moment(system, row.joint, moment);
   const double size = u.norm();
   if (size == 0.0) return;  // far from any bound
-  const VectorXd along = actuation.transpose() * (u / size);
+  const auto along = actuation.transpose() * (u / size);
   gradient.segment(first, columns) = scale * along;
   hessian.block(first, first, columns, columns) =
       scale / size * (actuation.transpose() * actuation - along * along.transpose());

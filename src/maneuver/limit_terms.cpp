@@ -4,14 +4,16 @@
 #include <cmath>
 #include <limits>
 
+#include "optimizer/small_dense.hpp"
+
 namespace lamprey::maneuver {
 
 namespace {
 
 using Kind = LimitRow::Kind;
-using mechanics::Freedoms;
 using model::at;
 using model::System;
+using optimizer::set_transposed;
 
 constexpr double first_weight = 30.0;     // of the cost over the duration
 constexpr double answers_weight = 8.0;    // of the first, where an answer's multipliers come without one
@@ -21,30 +23,6 @@ constexpr double enough_progress = 0.25;  // share of the error that may be left
 
 }  // namespace
 
-MatrixXd turn_curvature(const System& system, const mechanics::Rotations& R, const Eigen::Ref<const VectorXd>& pull) {
-  const int size = shape_size(system);
-  const std::size_t bodies = at(system.body_count());
-  std::vector<Freedoms> unit;
-  std::vector<mechanics::Vectors> turns;
-  for (int i = 1; i < system.body_count(); ++i)
-    for (int c = 0; c < system.body(i).freedoms; ++c) {
-      unit.emplace_back(bodies, Vector3d::Zero());
-      unit.back()[at(i)][c] = 1.0;
-      turns.emplace_back(bodies);
-      mechanics::body_turns(system, R, unit.back(), turns.back());
-    }
-  MatrixXd result(size, size);
-  mechanics::Vectors changes(bodies);
-  for (std::size_t a = 0; a < unit.size(); ++a)
-    for (std::size_t b = 0; b < unit.size(); ++b) {
-      mechanics::body_turn_changes(system, R, unit[a], turns[a], unit[b], changes);
-      double sum = 0.0;
-      for (std::size_t i = 0; i < bodies; ++i) sum += changes[i].dot(pull.segment<3>(static_cast<Eigen::Index>(3 * i)));
-      result(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) = sum;
-    }
-  return 0.5 * (result + result.transpose());
-}
-
 LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const ShapeCoordinates& coordinates, int steps,
                        double duration)
     : system_(system),
@@ -52,9 +30,27 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
       shape_basis_(coordinates.shape),
       pose_basis_(coordinates.pose),
       steps_(steps),
-      duration_(duration) {
+      duration_(duration),
+      turns_(system, coordinates.shape) {
   for (const LimitRow& row : rows_) before_ = before_ || row.kind == Kind::speed;
   multipliers_.value.setZero(static_cast<Eigen::Index>(rows_.size()), steps + 1);
+  if (rows_.empty()) return;
+  const Eigen::Index f = shape_basis_.cols(), p = pose_basis_.cols(), bodies = body_coordinates(system);
+  by_bodies_.resize(bodies);
+  bend_bodies_.resize(bodies, bodies);
+  map_.resize(bodies, 2 * f + p + 1);
+  bent_ = map_;
+  transposed_.resize(2 * f + p + 1, bodies);
+  turn_shape_.resize(3, f);
+  mixed_.resize(p, f);
+  angle_.resize(f);
+}
+
+LimitModel LimitTerms::model_of_size() const {
+  LimitModel model;
+  model.q.resize(map_.cols());
+  model.Q.resize(map_.cols(), map_.cols());
+  return model;
 }
 
 // λ − weight g, what pulls the row up; 0 where a limit is kept and does not hold anything.
@@ -84,27 +80,44 @@ double LimitTerms::cost(int node, const Eigen::Ref<const VectorXd>& value) const
 }
 
 void LimitTerms::add_by_moments(int node, const LimitedNode& node_at, const Eigen::Ref<const VectorXd>& value,
-                                VectorXd& gradient, MatrixXd& hessian) const {
-  VectorXd slope;
-  MatrixXd bend;
+                                VectorXd& gradient, MatrixXd& hessian) {
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     if (!rows_[r].of_moments() || !applies(rows_[r], node)) continue;
     const double pulled = pull(r, node, value[static_cast<Eigen::Index>(r)]);
     if (pulled == 0.0) continue;
-    torque_derivatives(system_, rows_[r], node_at.moment, slope, bend);
-    const double time = node_time(rows_[r], node);
-    gradient -= time * pulled * slope;
-    hessian += time * (multipliers_.weight * slope * slope.transpose() - pulled * bend);
+    torque_derivatives(system_, rows_[r], node_at.moment, slope_, bend_);
+    add_row(node_time(rows_[r], node), pulled, gradient, hessian);
   }
 }
 
+// What a row's derivatives in slope_ and bend_ make of ½ weight (g − λ/weight)².
+void LimitTerms::add_row(double time, double pulled, VectorXd& gradient, MatrixXd& hessian) const {
+  algebra::add_multiple(-time * pulled, slope_, gradient);
+  algebra::add_multiple(-time * pulled, bend_, hessian);
+  algebra::add_product(time * multipliers_.weight, slope_, slope_.transpose(), hessian);
+}
+
 void LimitTerms::model(int node, const LimitedNode& node_at, const Eigen::Ref<const VectorXd>& value,
-                       LimitModel& model) const {
-  const Eigen::Index f = shape_basis_.cols(), p = pose_basis_.cols(), all = shape_basis_.rows();
-  const Eigen::Index bodies = system_.body_count();
+                       LimitModel& model) {
+  add_rows(node, node_at, value, model);
+  if (!model.any) return;
+  map_bodies(node_at);
+  set_transposed(map_, transposed_);
+  bent_.setZero();
+  optimizer::add_product(1.0, bend_bodies_, map_, bent_);
+  optimizer::add_product(1.0, transposed_, bent_, model.Q);
+  optimizer::add_image(1.0, transposed_, by_bodies_, model.q);
+  add_curvatures(node_at, model);
+  const Eigen::Index pose = 2 * shape_basis_.cols(), p = pose_basis_.cols();
+  algebra::set_product(pose_basis_.topRows<3>(), model.q.segment(pose, p), model.turn);
+  algebra::set_product(pose_basis_.bottomRows<3>(), model.q.segment(pose, p), model.shift);
+}
+
+// All rows but those of moments, by the body coordinates; those that are a coordinate of the shape into the model itself.
+void LimitTerms::add_rows(int node, const LimitedNode& node_at, const Eigen::Ref<const VectorXd>& value,
+                          LimitModel& model) {
+  const Eigen::Index f = shape_basis_.cols();
   model.any = false;
-  VectorXd by_bodies, slope;   // gradient by the body coordinates
-  MatrixXd bend_bodies, bend;  // Hessian
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const LimitRow& row = rows_[r];
     if (row.of_moments() || !applies(row, node)) continue;
@@ -112,60 +125,53 @@ void LimitTerms::model(int node, const LimitedNode& node_at, const Eigen::Ref<co
     if (pulled == 0.0) continue;
     if (!model.any) {
       model.any = true;
-      model.q.setZero(2 * f + p + 1);
-      model.Q.setZero(2 * f + p + 1, 2 * f + p + 1);
-      by_bodies.setZero(body_coordinates(system_));
-      bend_bodies.setZero(by_bodies.size(), by_bodies.size());
+      model.q.setZero();
+      model.Q.setZero();
+      by_bodies_.setZero();
+      bend_bodies_.setZero();
     }
     const double time = node_time(row, node);
-    if (row.kind == Kind::angle_above || row.kind == Kind::angle_below) {  // a coordinate of the shape
-      const double sign = (row.kind == Kind::angle_above ? 1.0 : -1.0) / row.unit;
-      const VectorXd along =
-          sign * shape_basis_.row(shape_offset(system_.body(system_.joint(row.joint).child))).transpose();
-      model.q.segment(f, f) -= time * pulled * along;
-      model.Q.block(f, f, f, f) += time * multipliers_.weight * along * along.transpose();
+    if (row.kind == Kind::angle_above || row.kind == Kind::angle_below) {
+      angle_ = shape_basis_.row(shape_offset(system_.body(system_.joint(row.joint).child))).transpose();
+      angle_ *= (row.kind == Kind::angle_above ? 1.0 : -1.0) / row.unit;
+      algebra::add_multiple(-time * pulled, angle_, model.q.segment(f, f));
+      algebra::add_product(time * multipliers_.weight, angle_, angle_.transpose(), model.Q.block(f, f, f, f));
       continue;
     }
-    limit_derivatives(system_, row, node_at, slope, bend);
-    by_bodies -= time * pulled * slope;
-    bend_bodies += time * (multipliers_.weight * slope * slope.transpose() - pulled * bend);
+    limit_derivatives(system_, row, node_at, slope_, bend_);
+    add_row(time, pulled, by_bodies_, bend_bodies_);
   }
-  if (!model.any) return;
+}
 
-  // body coordinates by (shape before, shape, pose)
-  MatrixXd map = MatrixXd::Zero(by_bodies.size(), 2 * f + p + 1);
-  map(by_bodies.size() - 1, 2 * f + p) = 1.0;
-  MatrixXd turn_shape = MatrixXd::Zero(3, f);  // curvature of turns after the swimmer's own
+// Body coordinates by (shape before, shape, pose, logarithm of the time step), to first order.
+void LimitTerms::map_bodies(const LimitedNode& node_at) {
+  const Eigen::Index f = shape_basis_.cols(), p = pose_basis_.cols(), bodies = system_.body_count();
+  map_.setZero();
+  map_(map_.rows() - 1, 2 * f + p) = 1.0;
   for (int i = 0; i < system_.body_count(); ++i) {
-    const Matrix3d& R = node_at.rotation[at(i)];
-    map.block(3 * i, 2 * f, 3, p) = R.transpose() * pose_basis_.topRows<3>();
+    algebra::set_product(node_at.rotation[at(i)].transpose(), pose_basis_.topRows<3>(),
+                         map_.block(3 * i, 2 * f, 3, p));
     if (i == 0) continue;
-    const MatrixXd turns = mechanics::turn_by_freedoms(system_, node_at.rotation, i).rightCols(all) * shape_basis_;
-    map.block(3 * i, f, 3, f) = turns;
-    turn_shape -= 0.5 * R * lie::hat(by_bodies.segment<3>(3 * i)) * turns;
-    if (before_)
-      map.block(3 * (bodies + 1 + i), 0, 3, f) =
-          mechanics::turn_by_freedoms(system_, node_at.rotation_before, i).rightCols(all) * shape_basis_;
+    map_.block(3 * i, f, 3, f) = turns_.of_body(node_at.rotation, i);
+    if (before_) map_.block(3 * (bodies + 1 + i), 0, 3, f) = turns_.of_body(node_at.rotation_before, i);
   }
-  map.block(3 * bodies, 2 * f, 3, p) = pose_basis_.bottomRows<3>();
-  model.q.noalias() += map.transpose() * by_bodies;
-  model.Q.noalias() += map.transpose() * bend_bodies * map;
-  const MatrixXd mixed = pose_basis_.topRows<3>().transpose() * turn_shape;
-  model.Q.block(2 * f, f, p, f) += mixed;
-  model.Q.block(f, 2 * f, f, p) += mixed.transpose();
-  const bool led = !system_.only_free_joints();
-  if (led) {
-    model.Q.block(f, f, f, f) +=
-        shape_basis_.transpose() * turn_curvature(system_, node_at.rotation, by_bodies.head(3 * bodies)) * shape_basis_;
-    if (before_)
-      model.Q.topLeftCorner(f, f) +=
-          shape_basis_.transpose() *
-          turn_curvature(system_, node_at.rotation_before, by_bodies.segment(3 * bodies + 3, 3 * bodies)) *
-          shape_basis_;
+  map_.block(3 * bodies, 2 * f, 3, p) = pose_basis_.bottomRows<3>();
+}
+
+// What the map's own derivatives add.
+void LimitTerms::add_curvatures(const LimitedNode& node_at, LimitModel& model) {
+  const Eigen::Index f = shape_basis_.cols(), p = pose_basis_.cols(), turns = Eigen::Index{3} * system_.body_count();
+  turn_shape_.setZero();  // of turns after the swimmer's own
+  for (int i = 1; i < system_.body_count(); ++i) {
+    const Matrix3d bracket = node_at.rotation[at(i)] * lie::hat(by_bodies_.segment<3>(3 * i));
+    algebra::add_product(-0.5, bracket, map_.block(3 * i, f, 3, f), turn_shape_);
   }
-  const VectorXd pose = pose_basis_ * model.q.segment(2 * f, p);
-  model.turn = pose.head<3>();
-  model.shift = pose.tail<3>();
+  algebra::set_product(pose_basis_.topRows<3>().transpose(), turn_shape_, mixed_);
+  model.Q.block(2 * f, f, p, f) += mixed_;
+  model.Q.block(f, 2 * f, f, p) += mixed_.transpose();
+  turns_.add_curvature(node_at.rotation, by_bodies_.head(turns), model.Q.block(f, f, f, f));
+  if (before_)
+    turns_.add_curvature(node_at.rotation_before, by_bodies_.segment(turns + 3, turns), model.Q.topLeftCorner(f, f));
 }
 
 LimitError LimitTerms::error(const MatrixXd& value) const {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "maneuver/limit_rows.hpp"
-#include "maneuver/shape_step.hpp"
+#include "maneuver/shape_turns.hpp"
 
 namespace lamprey::maneuver {
 
@@ -34,11 +34,6 @@ struct LimitModel {
   Vector3d shift;
 };
 
-/// Γ·(change of the bodies' turns along two coordinates of the shape), where joints lead bodies: [shape_size] squared. `pull`:
-/// Γ, [3 bodies], body frames.
-MatrixXd turn_curvature(const model::System& system, const mechanics::Rotations& R,
-                        const Eigen::Ref<const VectorXd>& pull);
-
 class LimitTerms {
  public:
   LimitTerms(const model::System& system, std::vector<LimitRow> rows, const ShapeCoordinates& coordinates, int steps,
@@ -48,6 +43,8 @@ class LimitTerms {
   void take_duration(double duration) { duration_ = duration; }
 
   bool empty() const { return rows_.empty(); }
+  /// Without rows of no size.
+  LimitModel model_of_size() const;
   const std::vector<LimitRow>& rows() const { return rows_; }
 
   /// Values of all rows at a node, [rows]; infinite where a row does not apply.
@@ -56,9 +53,9 @@ class LimitTerms {
   double cost(int node, const Eigen::Ref<const VectorXd>& value) const;
   /// Adds the derivatives of `cost` by the node's moments, [controls], squared.
   void add_by_moments(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, VectorXd& gradient,
-                      MatrixXd& hessian) const;
+                      MatrixXd& hessian);
   /// Derivatives of `cost` by the node's shape and pose.
-  void model(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, LimitModel& model) const;
+  void model(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, LimitModel& model);
 
   LimitError error(const MatrixXd& value) const;
   /// Multipliers at the point with these values, [rows][N + 1]; where `heavier`, the weight rises if the error has not fallen.
@@ -71,6 +68,10 @@ class LimitTerms {
   bool applies(const LimitRow& row, int node) const { return maneuver::applies(row, node, steps_, duration_); }
   double node_time(const LimitRow& row, int node) const { return counted_time(row, node, steps_, duration_); }
   double pull(std::size_t row, int node, double value) const;
+  void add_row(double time, double pulled, VectorXd& gradient, MatrixXd& hessian) const;
+  void add_rows(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, LimitModel& model);
+  void map_bodies(const LimitedNode& at);
+  void add_curvatures(const LimitedNode& at, LimitModel& model);
 
   const model::System& system_;
   std::vector<LimitRow> rows_;
@@ -80,6 +81,14 @@ class LimitTerms {
   bool before_ = false;  // whether any row looks at the node before
   LimitMultipliers multipliers_;
   double last_error_ = 0.0;
+  ShapeTurns turns_;
+  // workspace
+  VectorXd by_bodies_, slope_;       // [body_coordinates] gradient of all rows and of one, [controls] for moments
+  MatrixXd bend_bodies_, bend_;      // likewise squared
+  MatrixXd map_, transposed_;        // [body_coordinates][2 f + p + 1] by (shape before, shape, pose, logarithm), its transpose
+  MatrixXd bent_;                    // [body_coordinates][2 f + p + 1]
+  MatrixXd turn_shape_, mixed_;      // [3][f], [p][f]
+  VectorXd angle_;                   // [f]
 };
 
 }  // namespace lamprey::maneuver

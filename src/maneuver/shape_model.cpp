@@ -91,9 +91,11 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
     Q.block(ends, ends, pose_, pose_) = pose_turn.transpose().lazyProduct(half);
   }
   if (maneuver_.free_duration) {  // equation 10.9
-    Q.row(tau()).head(ends).noalias() =
-        next.multiplier.transpose() * after_.plus - node.multiplier.transpose() * after_.minus;
-    Q.col(tau()).head(ends) = Q.row(tau()).head(ends).transpose();
+    ends_rate_.setZero();
+    optimizer::add_transposed_image(1.0, after_.plus, next.multiplier, ends_rate_);
+    optimizer::add_transposed_image(-1.0, after_.minus, node.multiplier, ends_rate_);
+    Q.row(tau()).head(ends) = ends_rate_.transpose();
+    Q.col(tau()).head(ends) = ends_rate_;
   }
 
   // turns against the node before, weighed by the joints' inertia
@@ -154,28 +156,45 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   stage.R = node.by_control_twice;
   stage.r = node.by_control;
   stage.gradient = stage.weight * now_.moment[at(k)].head(controls_).lpNorm<Eigen::Infinity>();
-  if (!maneuver_.free_duration) return;
-  // equations 10.8 and 10.9
+  if (maneuver_.free_duration) model_duration(k, node, stage);
+}
+
+// Equations 10.8 and 10.9, after model_motion.
+void ShapeProgram::model_duration(int k, const NodeModel& node, Stage& stage) {
+  const int n = shape_;
   const VectorXd& moment = now_.moment[at(k)];
-  VectorXd rate = 2.0 * (by_moments * moment);
-  if (k == 0) rate += after_.minus.rightCols(n).partialPivLu().solve(start_impulse_);
-  stage.A.block(n, tau(), n, 1) = rate;
-  stage.A.block(2 * n, tau(), pose_, 1).noalias() = pose_step_.rightCols(n) * rate;
+  rate_.setZero();
+  optimizer::add_image(2.0, equations_.topRightCorner(n, n), moment, rate_);
+  if (k == 0 && !start_impulse_.isZero(0.0)) {
+    start_equations_.topLeftCorner(n, n) = after_.minus.rightCols(n);
+    start_equations_.col(n).head(n) = start_impulse_;
+    algebra::solve_columns(n, start_equations_);
+    rate_ += start_equations_.col(n).head(n);
+  }
+  stage.A.block(n, tau(), n, 1) = rate_;
+  algebra::set_product(pose_step_.rightCols(n), rate_, stage.A.block(2 * n, tau(), pose_, 1));
   add_duration(node, moment, stage.weight, stage.Q, stage.q);
-  stage.S.col(tau()) = stage.weight * moment.head(controls_) - node.by_control;
+  stage.S.col(tau()) = moment.head(controls_);
+  stage.S.col(tau()) *= stage.weight;
+  stage.S.col(tau()) -= node.by_control;
   if (k == 0) stage.Q(tau(), tau()) += node.multiplier.dot(start_impulse_);
 }
 
 // What the logarithm of the duration does at a node: the effort lasts longer, moments fall with its square.
 void ShapeProgram::add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q,
-                                VectorXd& q) const {
-  const auto controls = moment.head(controls_);
-  const double effort = 0.5 * weight * controls.squaredNorm();
+                                VectorXd& q) {
+  const double effort = 0.5 * weight * moment.head(controls_).squaredNorm();
   q[tau()] += effort;
   Q(tau(), tau()) += effort;
-  const VectorXd mixed = 2.0 * node.control_by_shape.transpose() * controls;
-  Q.row(tau()).segment(shape_, shape_) += mixed.transpose();
-  Q.col(tau()).segment(shape_, shape_) += mixed;
+  add_effort_mixed(node, moment, shape_, Q);
+}
+
+// And with the shape that lies at `place` of a state.
+void ShapeProgram::add_effort_mixed(const NodeModel& node, const VectorXd& moment, int place, MatrixXd& Q) {
+  mixed_.setZero();
+  optimizer::add_transposed_image(2.0, node.control_by_shape, moment.head(controls_), mixed_);
+  Q.row(tau()).segment(place, shape_) += mixed_.transpose();
+  Q.col(tau()).segment(place, shape_) += mixed_;
 }
 
 // What a step only carries on.
@@ -198,13 +217,14 @@ void ShapeProgram::model_first_shapes(Stage& stage) {
   const int n = shape_;
   stage.A.setZero();
   stage.A.block(0, copies(), 2 * n, 2 * n).setIdentity();
-  stage.A.block(2 * n, copies(), pose_, 2 * n).noalias() = pose_basis_.transpose() * after_.pose;
+  algebra::set_product(pose_basis_.transpose(), after_.pose, stage.A.block(2 * n, copies(), pose_, 2 * n));
   carry_on(0, stage.A);
   stage.B.setZero();
   stage.gap.setZero();
   stage.S.setZero();
   stage.weight = node_weight(now_, 1);
-  stage.R = stage.weight * MatrixXd::Identity(controls_, controls_);
+  stage.R.setIdentity();
+  stage.R *= stage.weight;
   stage.r.setZero();
   stage.Q.setZero();
   stage.q.setZero();
@@ -230,9 +250,12 @@ void ShapeProgram::model_leads(StageModel& model) const {
   if (maneuver_.free_duration) model.metric_end(tau(), tau()) = now_.cost;
   if (maneuver_.periodic) {
     const int n = shape_;
-    const auto hold = free_shape_hold * metric_scale_ * first_minus_.rightCols(n).diagonal().cwiseAbs();
-    model.metric_end.block(copies(), copies(), n, n) = hold.asDiagonal();
-    model.metric_end.block(copies() + n, copies() + n, n, n) = hold.asDiagonal();
+    model.metric_end.block(copies(), copies(), 2 * n, 2 * n).setZero();
+    for (int c = 0; c < n; ++c) {
+      const int first = copies() + c, second = first + n;
+      const double hold = free_shape_hold * metric_scale_ * std::abs(first_minus_(c, n + c));
+      model.metric_end(first, first) = model.metric_end(second, second) = hold;
+    }
   }
 }
 
@@ -253,7 +276,9 @@ void ShapeProgram::find_end_moments_by_state() {
     moments_of(first_minus_);
     end_by_state_.middleCols(copies(), 2 * n) = solved;
   }
-  if (maneuver_.free_duration) end_by_state_.col(tau()) = -2.0 * now_.moment.back();
+  if (!maneuver_.free_duration) return;
+  end_by_state_.col(tau()) = now_.moment.back();
+  end_by_state_.col(tau()) *= -2.0;
 }
 
 void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
@@ -286,13 +311,12 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
   if (maneuver_.periodic) add_mixed(first_node_.control_by_shape, copies());
   if (maneuver_.free_duration) {
     const double weight = node_weight(now_, steps_) + (maneuver_.periodic ? node_weight(now_, 0) : 0.0);
-    add_mixed(weight * moment.head(controls_) - node.by_control, tau());
+    by_moments_ = moment.head(controls_);
+    by_moments_ *= weight;
+    by_moments_ -= node.by_control;
+    add_mixed(by_moments_, tau());
     add_duration(node, moment, weight, model.Q_end, model.q_end);
-    if (maneuver_.periodic) {
-      const VectorXd mixed = 2.0 * first_node_.control_by_shape.transpose() * moment.head(controls_);
-      model.Q_end.row(tau()).segment(copies(), n) += mixed.transpose();
-      model.Q_end.col(tau()).segment(copies(), n) += mixed;
-    }
+    if (maneuver_.periodic) add_effort_mixed(first_node_, moment, copies(), model.Q_end);
   }
   for (std::size_t r = 0; r < end_rows_.size(); ++r)
     if (end_rows_[r].kind == EndRow::Kind::moment)
@@ -425,12 +449,11 @@ void ShapeProgram::prepare_terms(StageModel& model) {
 }
 
 void ShapeProgram::add_term_models(StageModel& model) {
-  VectorXd gradient;
   for (int k = 0; k < steps_; ++k) {
-    Stage& stage = model.stage[at(leads_ + k)];
-    gradient = node_weight(now_, k) * now_.moment[at(k)].head(controls_);
-    terms_.add_by_moments(costed(now_), now_.terms, k, gradient);
-    stage.gradient = gradient.lpNorm<Eigen::Infinity>();
+    by_moments_ = now_.moment[at(k)].head(controls_);
+    by_moments_ *= node_weight(now_, k);
+    terms_.add_by_moments(costed(now_), now_.terms, k, by_moments_);
+    model.stage[at(leads_ + k)].gradient = by_moments_.lpNorm<Eigen::Infinity>();
   }
   terms_.add_to_model(costed(now_), now_.terms, {leads_, maneuver_.free_duration ? tau() : -1, copies(), own_states()},
                       end_by_state_.topRows(controls_), model);

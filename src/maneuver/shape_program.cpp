@@ -62,7 +62,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       moments_(system, shape_basis_, maneuver.start.rotation),
       end_curvature_(system, end_rows_, shape_basis_, pose_basis_),
       limits_(system, std::move(limits), coordinates, maneuver.steps, maneuver.duration),
-      limit_model_(at(steps_ + 1)),
+      limit_model_(at(steps_ + 1), limits_.model_of_size()),
       pose_turn_(at(steps_ + 1)),
       pose_shift_(at(steps_ + 1)),
       node_(5, NodeModel(system, shape_)),
@@ -87,6 +87,11 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       end_weighed_(controls_, states()),
       end_transposed_(states(), controls_),
       end_mixed_(states(), shape_),
+      rate_(shape_),
+      ends_rate_(2 * shape_),
+      mixed_(shape_),
+      by_moments_(controls_),
+      start_equations_(MatrixXd::Zero(mechanics::rows_for(shape_), shape_ + 1)),
       by_first_(shape_size(system) + 6),
       by_last_(shape_size(system) + 6),
       four_tangents_(4),
@@ -138,7 +143,8 @@ bool ShapeProgram::go_to(const NodePath& path) {
   if (has_multipliers()) end_multiplier_ = end_start_;
   for (VectorXd& multiplier : idle_multiplier_) multiplier.setZero();
   if (!limited()) return roll_out(now_);
-  const LimitMultipliers before = limit_start_.value_or(LimitMultipliers());
+  static const LimitMultipliers none;
+  const LimitMultipliers& before = limit_start_ ? *limit_start_ : none;
   limits_.take(before, 1.0);
   terms_.take(work_start_);
   if (!roll_out(now_)) return false;
@@ -398,16 +404,15 @@ const Merit* ShapeProgram::try_step(const StageStep& along, double length) {
   return roll_out(trial_) ? &trial_.merit : nullptr;
 }
 
-VectorXd ShapeProgram::idle_multiplier(const StageStep& step, int k) const {
-  return -(next_by_idle_[at(k)].transpose() * step.costate[at(leads_ + k + 1)]);
-}
-
 void ShapeProgram::take_multipliers(const StageStep& step, double length) {
   end_multiplier_ *= 1.0 - length;
   algebra::add_multiple(length, step.end_multiplier, end_multiplier_);
   if (idle() == 0) return;
-  for (int k = 0; k < steps_; ++k)
-    idle_multiplier_[at(k)] += length * (idle_multiplier(step, k) - idle_multiplier_[at(k)]);
+  for (int k = 0; k < steps_; ++k) {
+    idle_multiplier_[at(k)] *= 1.0 - length;
+    optimizer::add_transposed_image(-length, next_by_idle_[at(k)], step.costate[at(leads_ + k + 1)],
+                                    idle_multiplier_[at(k)]);
+  }
 }
 
 double ShapeProgram::longest(const StageStep& step) const {

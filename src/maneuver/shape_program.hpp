@@ -119,7 +119,9 @@ class ShapeProgram : public optimizer::StageProgram {
   void solve_moments(VectorXd& values);
   Vector6d spread_pose(const Eigen::Ref<const VectorXd>& pose) const;
   const VectorXd& spread_shape(double factor, const Eigen::Ref<const VectorXd>& shape);
-  void add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q, VectorXd& q) const;
+  void model_duration(int k, const NodeModel& node, optimizer::Stage& stage);
+  void add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q, VectorXd& q);
+  void add_effort_mixed(const NodeModel& node, const VectorXd& moment, int place, MatrixXd& Q);
   void carry_on(int k, MatrixXd& A) const;
   void add_limit_models(optimizer::StageModel& model) const;
   bool solve_four(int first, Motion& motion);
@@ -151,7 +153,6 @@ class ShapeProgram : public optimizer::StageProgram {
   void add_terms(Motion& motion);
   void prepare_terms(optimizer::StageModel& model);
   void add_term_models(optimizer::StageModel& model);
-  VectorXd idle_multiplier(const optimizer::StageStep& step, int k) const;
   double impulse_time(const Motion& motion, int node) const {
     return (node == 0 || node == steps_ ? 0.5 : 1.0) * h_ * motion.stretch;
   }
@@ -211,6 +212,9 @@ class ShapeProgram : public optimizer::StageProgram {
   MatrixXd end_by_state_;                  // [f][n] the last node's moments by the last state
   MatrixXd end_weighed_, end_transposed_;  // [controls][n], [n][controls]
   MatrixXd end_mixed_;                     // [n][f]
+  VectorXd rate_, ends_rate_;              // [f], [2 f] of shapes and impulses by the logarithm of the duration
+  VectorXd mixed_, by_moments_;            // [f], [controls]
+  MatrixXd start_equations_;               // [f, up to a multiple of four][f + 1]
   Eigen::RowVectorXd by_first_, by_last_;  // [shape_size + 6]
   ShapeTangent before_, after_;
   std::vector<ShapeTangent> four_tangents_;  // [4]

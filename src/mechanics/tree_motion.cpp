@@ -88,18 +88,24 @@ void body_turns(const System& system, const Rotations& R, const Freedoms& freedo
   }
 }
 
-MatrixXd turn_by_freedoms(const System& system, const Rotations& R, int asked) {
-  MatrixXd turn = MatrixXd::Zero(3, system.velocity_count() - 3);
+MatrixXd turn_by_freedoms(const System& system, const Rotations& R, int body) {
+  MatrixXd turn(3, system.velocity_count() - 3);
+  set_turn_by_freedoms(system, R, body, turn);
+  return turn;
+}
+
+void set_turn_by_freedoms(const System& system, const Rotations& R, int asked, MatrixXd& turn) {
+  turn.setZero();
   Matrix3d seen = Matrix3d::Identity();  // from the body on the way to the one asked for
   for (int i = asked;; i = system.body(i).parent) {
     const Body& body = system.body(i);
     if (body.freedoms == 3) {
       turn.middleCols<3>(body.velocity_offset) = seen;
-      return turn;
+      return;
     }
     const JointFrame frame = joint_frame(system.joint(body.joint), R[at(body.parent)], R[at(i)]);
-    turn.middleCols(body.velocity_offset, body.freedoms) = seen * frame.axes.leftCols(body.freedoms);
-    seen = (seen * frame.child_to_parent.transpose()).eval();
+    for (int f = 0; f < body.freedoms; ++f) turn.col(body.velocity_offset + f) = seen * frame.axes.col(f);
+    seen = seen * frame.child_to_parent.transpose();
   }
 }
 

@@ -55,6 +55,8 @@ void body_turns(const model::System& system, const Rotations& R, const Freedoms&
 
 /// Body-frame turn of one body by all freedoms, [3][velocity_count − 3].
 MatrixXd turn_by_freedoms(const model::System& system, const Rotations& R, int body);
+/// The same into a matrix of that size.
+void set_turn_by_freedoms(const model::System& system, const Rotations& R, int body, MatrixXd& turn);
 
 /// Change of the turns along `first` (constant freedoms) when the bodies turn along `second` (equation 8.4).
 void body_turn_changes(const model::System& system, const Rotations& R, const Freedoms& first,

@@ -32,6 +32,10 @@ bool stopped(const Options& options, double time_left, Outcome& outcome) {
 
 }  // namespace
 
+int most_iterations(const StageProgram& program, const Options& options) {
+  return program.limited() ? most_rounds * most_round_iterations : options.max_iterations;
+}
+
 void solve_within_limits(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
                          Outcome& outcome) {
   if (!program.limited()) return newton.solve(program, options, outcome);

@@ -11,4 +11,7 @@ namespace lamprey::optimizer {
 void solve_within_limits(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
                          Outcome& outcome);
 
+/// Most iterations that it may add, with limits or without.
+int most_iterations(const StageProgram& program, const Options& options);
+
 }  // namespace lamprey::optimizer

@@ -286,7 +286,8 @@ void Riccati::bend(const StageModel& model, double size, StageStep& step) {
   for (VectorXd& state : step.state) state.setZero();
   for (VectorXd& input : step.input) input.setZero();
   const auto failed = at(failed_stage_);
-  step.input[failed] = size * failed_input_;
+  step.input[failed] = failed_input_;
+  step.input[failed] *= size;
   move(model.stage[failed], step.input[failed], step.state[failed], step.state[failed + 1]);
   multiplier_.setZero();
   follow(model, failed_stage_ + 1, step.state[failed + 1], multiplier_, false, false, step);

@@ -330,9 +330,9 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
 void StageNewton::solve(StageProgram& program, const Options& options, Outcome& outcome) {
   const auto begin = Clock::now();
   const int most_iterations = outcome.iterations + options.max_iterations;
-  const auto finish = [&](Termination termination, std::string reason) {
+  const auto finish = [&](Termination termination, const char* reason) {
     outcome.termination = termination;
-    outcome.reason = std::move(reason);
+    outcome.reason = reason;
     outcome.objective = program.merit().cost;
     outcome.infeasibility = program.merit().violation;
   };
@@ -372,9 +372,11 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
     if (options.interrupted && options.interrupted()) return finish(Termination::interrupted, "interrupted");
     if (std::chrono::duration<double>(Clock::now() - begin).count() > options.time_limit)
       return finish(Termination::time_limit, "the time limit was reached");
-    if (outcome.iterations >= most_iterations)
-      return finish(Termination::stalled,
-                    "no convergence within " + std::to_string(options.max_iterations) + " iterations");
+    if (outcome.iterations >= most_iterations) {
+      finish(Termination::stalled, "no convergence within ");
+      outcome.reason.append(std::to_string(options.max_iterations)).append(" iterations");
+      return;
+    }
   }
 }
 

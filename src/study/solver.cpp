@@ -2,6 +2,7 @@
 
 #include "maneuver/guess.hpp"
 #include "model/input_error.hpp"
+#include "optimizer/limited_newton.hpp"
 
 namespace lamprey::study {
 
@@ -17,6 +18,7 @@ using optimizer::Termination;
 
 constexpr double asked_twice = 1e-6;   // rad or m, of conditions that follow from others
 constexpr double no_momentum = 1e-10;  // of what the start's bodies have
+constexpr std::size_t longest_reason = 100;  // letters, of a search that converges
 
 // The problem, where it is one that a Solver takes.
 const Problem& taken(const System& system, const Problem& problem) {
@@ -49,8 +51,10 @@ Solver::Solver(const System& system, const Problem& problem, const Solution& sol
                steps_for(problem.steps)),
       newton_(program_.sizes()),
       last_(found_in(system, maneuver_, program_.limit_rows(), fitting(problem, solution))) {
-  for (optimizer::Outcome* outcome : {&outcome_, &last_.outcome})
-    outcome->history.reserve(static_cast<std::size_t>(newton_options().max_iterations));
+  for (optimizer::Outcome* outcome : {&outcome_, &last_.outcome}) {
+    outcome->history.reserve(static_cast<std::size_t>(optimizer::most_iterations(program_, newton_options())));
+    outcome->reason.reserve(longest_reason);
+  }
   last_.path.control.assign(last_.path.rotation.size(), Eigen::VectorXd::Zero(system.control_count()));
   if (go_to(last_.path)) last_.path.control = program_.path().control;
 }

@@ -25,7 +25,7 @@ TEST_P(SolverAllocation, none_happens_after_the_first_solve) {
     maneuver::Goal goal = *problem.goal;
     for (auto& coordinate : goal.move)
       if (coordinate) *coordinate *= share;
-    *goal.turn *= 2.0 - share;
+    if (goal.turn) *goal.turn *= 2.0 - share;
     solver.set_goal(goal);
     const long before = allocations;
     const optimizer::Outcome& outcome = solver.solve();
@@ -37,7 +37,9 @@ TEST_P(SolverAllocation, none_happens_after_the_first_solve) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Examples, SolverAllocation,
-                         testing::Values("translation", "translation_in_space", "rotation", "falling_cat_flip"));
+                         testing::Values("translation", "translation_in_space", "rotation", "falling_cat_flip",
+                                         "sideways", "around_an_obstacle", "rotation_with_clearance", "free_time",
+                                         "gait", "gait_within_limits", "least_work", "eel_gait"));
 
 }  // namespace
 }  // namespace lamprey::tests
