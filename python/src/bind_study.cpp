@@ -141,6 +141,19 @@ class Solver {
     throw InputError("rotation." + name, "found a name of no body; allowed: " + known + "; choose one of them");
   }
 
+  // Waypoints stay where they are in the world while the start that they are seen from moves.
+  void keep_waypoints(const Eigen::Vector3d& start, file::ResolvedProblem& problem) const {
+    for (maneuver::Waypoint& waypoint : problem.waypoints) {
+      for (int c = 0; c < 3; ++c)
+        if (auto& move = waypoint.move[static_cast<std::size_t>(c)]) *move += problem.start->position[c] - start[c];
+      if (!waypoint.turn) continue;
+      for (std::size_t i = 0; i < problem.bodies.size(); ++i)
+        waypoint.rotation.try_emplace(problem.bodies[i].name,
+                                      lie::log(lie::exp(*waypoint.turn) * problem.start->rotation[i]));
+      waypoint.turn.reset();
+    }
+  }
+
   // The solver's answer, its goal as seen from its own start.
   file::Results described(const optimizer::Outcome& outcome, double seconds) const {
     file::Results results = begun_;
@@ -155,6 +168,7 @@ class Solver {
     results.problem.duration = solver_.duration();
     results.problem.time_step = solver_.duration() / maneuver.steps;
     const Eigen::VectorXd velocity = integrator::velocity_of_state(system_, maneuver.start);
+    keep_waypoints(maneuver.start.position, results.problem);
     results.problem.start = {maneuver.start.rotation, maneuver.start.position, velocity.tail<3>(),
                              mechanics::angular_velocities(system_, maneuver.start.rotation, velocity)};
     maneuver::Goal& goal = *results.problem.goal;

@@ -105,6 +105,7 @@ double largest_part(const model::System& system, const VectorXd& v) {
 Balance check_balance(const StoredMotion& motion) {
   const integrator::State start = start_of(motion.system, motion.problem.start);
   Balance balance = motion.steps_known ? check_steps(motion, start) : check_nodes(motion, start);
+  if (balance.scale == 0.0) balance.scale = 1.0;
   balance.rotation_drift = rotation_drift(motion.solution);
   return balance;
 }

@@ -11,7 +11,7 @@ namespace lamprey::certificate {
 /// each body's freedoms. Where steps are not known (StoredMotion::steps_known) the momenta are those of the stored
 /// velocities at the nodes, and what only the steps tell stays NaN.
 struct Balance {
-  double scale = 0.0;           // kg m²/s
+  double scale = 0.0;           // kg m²/s; 1 where nothing moves
   double momentum_drift = 0.0;  // largest |p − p_0|, linear or angular about the origin; p_0 of the problem's start
   double equation_residual = unset;  // largest residual of (4.4), and of (4.5) at the start and, with rest, at the end
   double end_momentum = unset;       // largest |μ_N|

@@ -230,7 +230,7 @@ Moments moments_of_step(const StoredMotion& motion, const StageMotion& stages, i
 double cost_of_steps(const StoredMotion& motion, const StageMotion& stages) {
   double sum = 0.0;
   for (const VectorXd& coefficients : stages.polynomial) sum += 0.5 * coefficients.squaredNorm();
-  return motion.problem.effort * motion.time_step * sum;
+  return motion.problem.effort * motion.time_step * sum + motion.problem.time_weight * motion.time_step * motion.steps;
 }
 
 double step_residual(const StoredMotion& motion, const StageMotion& stages, double scale) {

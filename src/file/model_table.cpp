@@ -298,6 +298,7 @@ std::string cost_text(const Problem& problem) {
        {std::pair(weights.work, "∫ Σ|u·ω| dt"), std::pair(weights.power, "∫ Σ(u·ω)² dt"),
         std::pair(weights.smoothness, "∫ ½ Σ|du/dt|² dt"), std::pair(weights.transport, "∫ Σ|u·ω| dt per distance")})
     if (weight > 0.0) text += fmt::format(" + {} × {}", short_number(weight), term);
+  if (problem.time_weight > 0.0) text += fmt::format(" + {} × ∫ dt", short_number(problem.time_weight));
   return text;
 }
 

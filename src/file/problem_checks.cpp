@@ -375,6 +375,9 @@ void check_goal(const Problem& problem) {
   if (!moves && !rotates && !goal.turn && !goal.rest && !goal.periodic)
     refuse("goal", "nothing asked for", "at least one of move, turn, rotation.NAME, rest or periodic",
            "add one, or remove [goal] to simulate");
+  if (goal.rest && goal.periodic)
+    refuse("goal.rest", "true with goal.periodic = true", "one of the two",
+           "remove rest: a periodic motion ends as it begins, and goes on");
   check_goal_against_joints(problem, index_bodies(problem.swimmer));
 }
 

@@ -31,14 +31,15 @@ void read_for_joints(const TableReader& table, const char* key, const std::vecto
 }
 
 void read_angles(const TableReader& angle, const std::vector<std::string>& names, Limits& limits) {
+  const Range angles{.low = -half_turn, .high = half_turn, .low_included = true, .unit = "rad"};
   angle.allow_only(names);
   for (const TomlValue& member : angle.members()) {
-    const std::string allowed = "[min, max] with min < max (rad)";
+    const std::string allowed = "[min, max] with -π <= min < max <= π (rad)";
     if (member.kind != TomlValue::Kind::array || member.items.size() != 2)
       refuse(angle.key(member.key), shown(member), allowed, "as in [-0.5, 0.5]");
     std::array<double, 2> bounds{};
     for (std::size_t i = 0; i < 2; ++i)
-      bounds[i] = angle.number_in(member.items[i], member.key, any_number("rad"), member, allowed);
+      bounds[i] = angle.number_in(member.items[i], member.key, angles, member, allowed);
     if (!(bounds[0] < bounds[1])) refuse(angle.key(member.key), shown(member), allowed, "exchange or widen the bounds");
     limits.angle[member.key] = bounds;
   }

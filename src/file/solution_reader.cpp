@@ -149,7 +149,7 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   problem.scheme = read_word(reader.at("scheme"), schemes);
   problem.time_step = reader.at("time_step").number();
   problem.duration = reader.at("duration").number();
-  problem.steps = reader.at("steps").integer(1, largest - 1);
+  problem.steps = reader.at("steps").integer(0, largest - 1);  // 0: a march that was interrupted at once
   problem.cost_rule = read_word(reader.at("cost_rule"), cost_rules);
   if (reader.has("start")) problem.start = read_start(reader.at("start"), problem.bodies.size());
   if (!reader.at("goal").is_null()) problem.goal = read_goal(reader.at("goal"));
@@ -333,6 +333,15 @@ maneuver::SearchRecord read_search(const JsonReader& reader) {
   return search;
 }
 
+maneuver::MultiplierWeight read_weight(const JsonReader& reader, const char* key) {
+  if (!reader.has(key)) return {};
+  const JsonReader weight = reader.at(key);
+  const maneuver::MultiplierWeight read{weight.at("value").number(), weight.at("largest").number()};
+  if (!(read.value > 0.0)) weight.at("value").refuse("positive numbers");
+  if (!(read.largest >= read.value)) weight.at("largest").refuse("numbers not below value");
+  return read;
+}
+
 maneuver::SolverRecord read_solver(const JsonReader& reader) {
   maneuver::SolverRecord solver;
   solver.name = reader.at("name").text();
@@ -349,6 +358,8 @@ maneuver::SolverRecord read_solver(const JsonReader& reader) {
                               entry.at("step").number_or_nan(),
                               entry.has("momentum") ? entry.at("momentum").number_or_nan() : std::nan("")});
   }
+  solver.limit_weight = read_weight(reader, "limit_weight");
+  solver.work_weight = read_weight(reader, "work_weight");
   return solver;
 }
 

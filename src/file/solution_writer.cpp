@@ -298,6 +298,12 @@ std::string solver_text(const maneuver::SolverRecord& solver) {
   text.add("wall_seconds", json(solver.wall_seconds));
   text.add("processor_seconds", json(solver.processor_seconds));
   text.add("history", json_list(solver.history, entry));
+  const auto add_weight = [&](const char* key, const maneuver::MultiplierWeight& weight) {
+    if (weight.value > 0.0)
+      text.add(key, fmt::format("{{\"value\": {}, \"largest\": {}}}", json(weight.value), json(weight.largest)));
+  };
+  add_weight("limit_weight", solver.limit_weight);
+  add_weight("work_weight", solver.work_weight);
   return text.finished();
 }
 
@@ -364,10 +370,18 @@ void add_arrays(const std::vector<ShapedArray>& arrays, ObjectText& text) {
   text.add("momentum", momentum.finished());
 }
 
+void require_nodes(const char* field, const std::vector<double>& values, const maneuver::Solution& solution) {
+  if (values.size() != solution.time.size())
+    throw std::domain_error(fmt::format("{}: found {} entries, needs {}", field, values.size(), solution.time.size()));
+}
+
 }  // namespace
 
 std::string solution_text(const Results& results) {
   const maneuver::Solution& solution = results.solution;
+  for (const maneuver::LimitMultiplier& own : solution.limit_multipliers)
+    require_nodes("limit_multipliers", own.multiplier, solution);
+  for (const std::vector<double>& own : solution.work_multipliers) require_nodes("work_multipliers", own, solution);
   ObjectText text(0);
   text.add("schema", "1");
   text.add("name", json(results.name));

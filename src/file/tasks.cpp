@@ -152,9 +152,14 @@ Results march_task(ProblemFile file, const MarchOptions& options, const std::str
   Results results = begun_results(file, system, command);
   results.solution = march(options, system, file.problem, followed.get());
   const std::size_t nodes = results.solution.time.size();
-  if (results.solution.status != maneuver::Status::simulated && nodes > 0) {  // the nodes reached are the result
+  const bool ended = results.solution.status == maneuver::Status::simulated;
+  if (!ended && nodes > 0) {  // the nodes reached are the result
     results.problem.steps = static_cast<int>(nodes) - 1;
     results.problem.duration = results.solution.time.back();
+  }
+  if (!ended || results.problem.points > results.problem.steps + 1) {  // too few nodes tell nothing of the spline
+    results.problem.control = maneuver::ControlKind::steps;
+    results.problem.points = 0;
   }
   return results;
 }

@@ -139,6 +139,7 @@ bool ComposedProgram::roll_out(Motion& motion) {
 void ComposedProgram::measure(Motion& motion) {
   Merit& merit = motion.merit;
   merit = Merit();
+  merit.cost = maneuver_.time_weight * maneuver_.duration;
   double largest = 0.0, missing = 0.0;
   VectorXd arrived = shape_basis_.transpose() * maneuver_.start.momentum.segment(3, shape_basis_.rows());
   for (int n = 0; n <= steps_ * stages_; ++n) {

@@ -103,7 +103,7 @@ class CostTerms {
                   const Eigen::Ref<const MatrixXd>& end_moments, optimizer::StageModel& model);
   void add_transport(const CostedMotion& motion, const CostValues& values, optimizer::StageModel& model);
   int place_of_second(const Places& places) const { return places.first; }  // first moments of a periodic motion
-  int place_before(const Places& places) const {                           // moments at the node before
+  int place_before(const Places& places) const {                            // moments at the node before
     return places.first + (smooth() && periodic_ ? controls_ : 0);
   }
   int place_of_work(const Places& places) const { return place_before(places) + (smooth() ? controls_ : 0); }
@@ -115,19 +115,19 @@ class CostTerms {
   CostWeights weights_;
   bool periodic_, rest_, free_duration_;
   int steps_, shape_, controls_;
-  VectorXd start_rate_;       // [controls] rad/s, of the joints at the start
+  VectorXd start_rate_;  // [controls] rad/s, of the joints at the start
   WorkMultipliers multipliers_;
   MatrixXd heaviest_;  // [joints][N + 1] 1/W, weights beyond which multipliers would tell of round-off
   double last_error_ = 0.0;
   // workspace
-  VectorXd rate_, changing_;                            // [controls] rad/s, mean rates of the joints about a node
-  VectorXd difference_;                                 // [controls] N m, of moments over a step
-  VectorXd pull_;                                       // [controls] N m s, on the joints' turns over a step
-  MatrixXd turns_before_, turns_after_, first_turns_;   // [controls][2 f] of the joints' turns by the shapes
-  MatrixXd next_;                                       // [2 f][n + controls + 1] shapes at a step's ends
+  VectorXd rate_, changing_;                             // [controls] rad/s, mean rates of the joints about a node
+  VectorXd difference_;                                  // [controls] N m, of moments over a step
+  VectorXd pull_;                                        // [controls] N m s, on the joints' turns over a step
+  MatrixXd turns_before_, turns_after_, first_turns_;    // [controls][2 f] of the joints' turns by the shapes
+  MatrixXd next_;                                        // [2 f][n + controls + 1] shapes at a step's ends
   MatrixXd moments_, turned_, rate_by_, difference_by_;  // [controls][n + controls + 1]
-  MatrixXd form_;                                       // [n + controls + 1] squared, of (state, input, 1)
-  VectorXd work_, power_by_, slower_, away_;            // [n + controls + 1]
+  MatrixXd form_;                                        // [n + controls + 1] squared, of (state, input, 1)
+  VectorXd work_, power_by_, slower_, away_;             // [n + controls + 1]
 };
 
 }  // namespace lamprey::maneuver

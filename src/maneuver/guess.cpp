@@ -1,5 +1,6 @@
 #include "maneuver/guess.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,7 +17,8 @@ using mechanics::Rotations;
 using model::System;
 
 constexpr int harmonics = 4;
-constexpr double amplitude = 0.8;  // rad, of the first harmonic; 0.3 to 0.8 serve alike
+constexpr double amplitude = 0.8;     // rad, of the first harmonic; 0.3 to 0.8 serve alike
+constexpr double same_place = 1e-12;  // rad, m
 
 using model::at;
 
@@ -179,6 +181,36 @@ NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint6
   }
   path.control.assign(at(maneuver.steps + 1), VectorXd::Zero(system.control_count()));
   return path;
+}
+
+NodePath at_rest(const System& system, const Maneuver& maneuver, integrator::Scheme scheme) {
+  const bool composed = !integrator::single_step(scheme);
+  const int stages = composed ? integrator::composition(scheme).stages() : 1;
+  const std::size_t nodes = at(maneuver.steps * stages + 1);
+  NodePath path;
+  if (composed)
+    path.polynomial.assign(at(maneuver.steps),
+                           VectorXd::Zero(Eigen::Index{polynomial_terms(scheme)} * system.control_count()));
+  path.rotation.assign(nodes, maneuver.start.rotation);
+  path.position.assign(nodes, maneuver.start.position);
+  path.cayley.assign(nodes - 1, mechanics::Vectors(at(system.body_count()), Vector3d::Zero()));
+  path.control.assign(nodes, VectorXd::Zero(system.control_count()));
+  return path;
+}
+
+bool met_by_rest(const System& system, const Problem& problem, const Maneuver& maneuver) {
+  if (!maneuver.start.momentum.isZero(0.0) || maneuver.periodic || maneuver.free_duration) return false;
+  if (!problem.waypoints.empty() || problem.cost_weights.transport > 0.0) return false;
+  for (const model::Joint& joint : system.joints())
+    if (joint.stiffness > 0.0) return false;
+  double away = 0.0;  // rad, m
+  for (std::size_t i = 0; i < maneuver.end_rotation.size(); ++i)
+    if (const auto& end = maneuver.end_rotation[i])
+      away = std::max(away, lie::log(maneuver.start.rotation[i].transpose() * *end).norm());
+  for (int c = 0; c < 3; ++c)
+    if (const auto& end = maneuver.end_position[at(c)])
+      away = std::max(away, std::abs(*end - maneuver.start.position[c]));
+  return away <= same_place;
 }
 
 NodePath perturbed(const System& system, const NodePath& path, std::uint64_t seed) {

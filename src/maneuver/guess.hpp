@@ -11,6 +11,13 @@ namespace lamprey::maneuver {
 /// moments are left to the solver. The same for the same seed on every machine. Never the still motion, a singular point.
 NodePath random_guess(const model::System& system, const Maneuver& maneuver, std::uint64_t seed);
 
+/// The motion that stays as it starts; above order 2 at the nodes of all stages.
+NodePath at_rest(const model::System& system, const Maneuver& maneuver, integrator::Scheme scheme);
+
+/// Whether staying so meets the goal and costs nothing but time: from rest to where the start is, in a given duration, by no
+/// waypoint, with no spring and no cost for each metre. Limits are not asked.
+bool met_by_rest(const model::System& system, const Problem& problem, const Maneuver& maneuver);
+
 /// A motion near another one: its joints swing further, at random as random_guess's do. The root stays where it was.
 NodePath perturbed(const model::System& system, const NodePath& path, std::uint64_t seed);
 

@@ -54,9 +54,10 @@ class JointTurns {
   std::vector<Moment> moment_;
   ShapeTurns turns_;
   // workspace
-  MatrixXd joint_rate_;              // [3][2 f]
-  MatrixXd of_bodies_, transposed_;  // [12][2 f] turns of (parent, child) before, then after the step, and its transpose
-  MatrixXd bent_;                    // [12][2 f]
+  MatrixXd joint_rate_;  // [3][2 f]
+  MatrixXd of_bodies_,
+      transposed_;  // [12][2 f] turns of (parent, child) before, then after the step, and its transpose
+  MatrixXd bent_;   // [12][2 f]
   VectorXd pull_left_, pull_right_;  // [3 bodies]
 };
 

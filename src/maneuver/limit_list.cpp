@@ -96,6 +96,8 @@ void add_waypoint_rows(const System& system, const Problem& problem, std::vector
     LimitRow row;
     row.key = "waypoint";
     row.time = waypoint.time;
+    for (const Waypoint& other : problem.waypoints)
+      if (other.time < waypoint.time) row.time_before = std::max(row.time_before, other.time);
     row.kind = Kind::pass_position;
     for (int c = 0; c < 3; ++c)
       if (waypoint.move[at(c)]) {
@@ -147,7 +149,11 @@ const char* LimitRow::unit_name() const {
 }
 
 bool applies(const LimitRow& row, int node, int steps, double duration) {
-  if (row.time >= 0.0) return node == static_cast<int>(std::lround(row.time / duration * steps));
+  if (row.time >= 0.0) {
+    const auto node_of = [&](double time) { return static_cast<int>(std::lround(time / duration * steps)); };
+    const bool alone = row.time_before < 0.0 || node_of(row.time_before) < node;
+    return node == node_of(row.time) && node > 0 && node < steps && alone;
+  }
   if (row.of_duration()) return node == steps;
   return node > 0 || row.of_moments();
 }

@@ -42,6 +42,7 @@ struct LimitRow {
   Vector3d normal = Vector3d::Zero();     // out of the forbidden half-space, unit
   Matrix3d asked = Matrix3d::Identity();  // body → world at a waypoint
   double time = -1.0;                     // s of a waypoint; negative: at each node
+  double time_before = -1.0;              // s of the waypoint before it; negative: there is none
   bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
   bool upper() const { return kind == Kind::angle_below || kind == Kind::not_longer; }
   /// What a value times `unit` is counted in.
@@ -54,6 +55,8 @@ struct LimitRow {
 std::vector<LimitRow> limit_rows(const model::System& system, const Problem& problem);
 
 /// Whether a row counts at a node of a motion of so many steps and this duration, s: shapes at the start are given, moments are not.
+/// Steps coarser than the problem's own may bring a waypoint to the node of the one before it, or to the motion's ends: there it
+/// does not count.
 bool applies(const LimitRow& row, int node, int steps, double duration);
 
 /// Time that a row counts for at a node, s: 1 of waypoints and durations.

@@ -149,8 +149,7 @@ void LimitTerms::map_bodies(const LimitedNode& node_at) {
   map_.setZero();
   map_(map_.rows() - 1, 2 * f + p) = 1.0;
   for (int i = 0; i < system_.body_count(); ++i) {
-    algebra::set_product(node_at.rotation[at(i)].transpose(), pose_basis_.topRows<3>(),
-                         map_.block(3 * i, 2 * f, 3, p));
+    algebra::set_product(node_at.rotation[at(i)].transpose(), pose_basis_.topRows<3>(), map_.block(3 * i, 2 * f, 3, p));
     if (i == 0) continue;
     map_.block(3 * i, f, 3, f) = turns_.of_body(node_at.rotation, i);
     if (before_) map_.block(3 * (bodies + 1 + i), 0, 3, f) = turns_.of_body(node_at.rotation_before, i);

@@ -83,12 +83,13 @@ class LimitTerms {
   double last_error_ = 0.0;
   ShapeTurns turns_;
   // workspace
-  VectorXd by_bodies_, slope_;       // [body_coordinates] gradient of all rows and of one, [controls] for moments
-  MatrixXd bend_bodies_, bend_;      // likewise squared
-  MatrixXd map_, transposed_;        // [body_coordinates][2 f + p + 1] by (shape before, shape, pose, logarithm), its transpose
-  MatrixXd bent_;                    // [body_coordinates][2 f + p + 1]
-  MatrixXd turn_shape_, mixed_;      // [3][f], [p][f]
-  VectorXd angle_;                   // [f]
+  VectorXd by_bodies_, slope_;   // [body_coordinates] gradient of all rows and of one, [controls] for moments
+  MatrixXd bend_bodies_, bend_;  // likewise squared
+  MatrixXd map_,
+      transposed_;  // [body_coordinates][2 f + p + 1] by (shape before, shape, pose, logarithm), its transpose
+  MatrixXd bent_;   // [body_coordinates][2 f + p + 1]
+  MatrixXd turn_shape_, mixed_;  // [3][f], [p][f]
+  VectorXd angle_;               // [f]
 };
 
 }  // namespace lamprey::maneuver

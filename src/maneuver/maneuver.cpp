@@ -104,11 +104,7 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
   maneuver.free_shape = problem.start.free_shape;
   maneuver.free_duration = problem.duration.free;
   maneuver.time_weight = problem.time_weight;
-  maneuver.cost_weights = problem.cost_weights;
-  if (const std::optional<double> distance = goal.distance(); distance && maneuver.cost_weights.transport > 0.0) {
-    maneuver.cost_weights.work += maneuver.cost_weights.transport / *distance;
-    maneuver.cost_weights.transport = 0.0;
-  }
+  maneuver.cost_weights = weights_along(maneuver, problem.cost_weights);
   maneuver.lagrangian = integrator::lagrangian_of(problem.scheme);
   maneuver.duration = problem.duration.value;
   maneuver.steps = steps;
@@ -117,6 +113,21 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
   maneuver.spline_points = problem.control == ControlKind::spline ? problem.points : 0;
   refuse_contradictions(system, problem, maneuver);
   return maneuver;
+}
+
+CostWeights weights_along(const Maneuver& maneuver, CostWeights asked) {
+  if (asked.transport == 0.0) return asked;
+  Vector3d way;
+  for (int c = 0; c < 3; ++c) {
+    const auto& end = maneuver.end_position[static_cast<std::size_t>(c)];
+    if (!end) return asked;
+    way[c] = *end - maneuver.start.position[c];
+  }
+  if (way.isZero(0.0))
+    throw InputError("cost.transport", "found an end where the motion begins; a cost for each metre needs a distance");
+  asked.work += asked.transport / way.norm();
+  asked.transport = 0.0;
+  return asked;
 }
 
 VectorXd node_weights(CostRule rule, double effort, double time_step, int steps) {

@@ -48,6 +48,10 @@ bool has_momentum(const model::System& system, const Start& start);
 /// The maneuver of a problem marched with `steps` steps. Throws InputError where the goal contradicts mechanics.
 Maneuver make_maneuver(const model::System& system, const Problem& problem, int steps);
 
+/// Costs as a maneuver has them: work per distance is work where its start and its end fix the distance. Throws InputError where
+/// they are one point.
+CostWeights weights_along(const Maneuver& maneuver, CostWeights asked);
+
 /// Weights of the cost rule, [N+1] in s, times the effort weight.
 VectorXd node_weights(CostRule rule, double effort, double time_step, int steps);
 

@@ -18,7 +18,7 @@ class ShapeTurns {
 
  private:
   const model::System& system_;
-  MatrixXd shape_basis_;                  // [shape_size][f]
+  MatrixXd shape_basis_;                   // [shape_size][f]
   std::vector<mechanics::Freedoms> unit_;  // [shape_size][bodies] along each coordinate of a whole shape
   std::vector<mechanics::Vectors> turns_;  // [shape_size][bodies] of the bodies along these
   mechanics::Vectors changes_;             // [bodies]

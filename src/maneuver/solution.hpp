@@ -30,6 +30,12 @@ struct SolverIteration {
   double momentum = std::numeric_limits<double>::quiet_NaN();  // largest total momentum of the iterate / its scale
 };
 
+/// What a square weighs in the cost where multipliers are being found; 0: there are none.
+struct MultiplierWeight {
+  double value = 0.0;
+  double largest = 0.0;  // that the search would take
+};
+
 struct SolverRecord {
   std::string name;
   int iterations = 0;
@@ -37,6 +43,8 @@ struct SolverRecord {
   double wall_seconds = 0.0;
   double processor_seconds = std::numeric_limits<double>::quiet_NaN();  // of all threads and worker processes
   std::vector<SolverIteration> history;
+  MultiplierWeight limit_weight;  // (N m)², of limits, for a Solver to go on with
+  MultiplierWeight work_weight;   // 1/W, of powers, likewise
 };
 
 struct Minimum {

@@ -62,12 +62,14 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     round.time_limit = options.time_limit - taken.count();  // of all rounds together
     if (stopped(options, round.time_limit, outcome)) return;
   }
-  if (program.limit_error() > out_of_reach) {
+  if (program.limit_violation() > out_of_reach) {
     outcome.termination = Termination::infeasible;
     outcome.reason = "limits stay violated however much they weigh";
   } else if (outcome.termination == Termination::converged) {
     outcome.termination = Termination::stalled;
-    outcome.reason = "limits are met slowly";
+    outcome.reason = program.limit_violation() > limit_tolerance
+                         ? "limits are met slowly"
+                         : "kinks of the cost, powers that change sign, settle slowly";
   }
 }
 

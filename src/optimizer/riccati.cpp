@@ -63,10 +63,12 @@ Riccati::Riccati(const StageSizes& z)
       placed_sweep_(PlacedSweep::of(z)),
       P_end_(z.states, z.states),
       p_end_(z.states),
-      factor_(z.inputs, z.inputs) {}
+      factor_(z.inputs, z.inputs),
+      failed_input_(z.inputs) {}
 
 bool Riccati::factor(const StageModel& model, double shift, double penalty) {
   penalty_ = penalty;
+  failed_stage_ = -1;
   P_end_ = model.Q_end;
   if (shift > 0.0) algebra::add_multiple(shift, model.metric_end, P_end_);
   algebra::add_product(penalty, model.C.transpose(), model.C, P_end_);

@@ -39,8 +39,11 @@ class Riccati {
   /// gaps; added to `step`, without its multipliers.
   void correct(const StageModel& model, const VectorXd& end_rows, StageStep& step);
 
-  /// After a factor that returned false: a direction of negative curvature, small in the end rows, with inputs of
-  /// `size` where the sweep met it. Not for shifted Hessians.
+  /// After a factor that returned false: whether its sweep met negative curvature. Otherwise its end rows depend on each other.
+  bool met_curvature() const { return failed_stage_ >= 0; }
+
+  /// Where met_curvature: a direction of negative curvature, small in the end rows, with inputs of `size` where the sweep
+  /// met it. Not for shifted Hessians.
   void bend(const StageModel& model, double size, StageStep& step);
 
  private:
@@ -79,7 +82,7 @@ class Riccati {
   VectorXd p_end_;   // [n]
   MatrixXd factor_;  // [m][m]
   double penalty_ = 0.0;
-  int failed_stage_ = 0;
+  int failed_stage_ = -1;
   VectorXd failed_input_;  // [m] along which the sweep met negative curvature
 };
 

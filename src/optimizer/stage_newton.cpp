@@ -207,7 +207,7 @@ void StageNewton::ease_or_damp(double ratio) {
 
 // At a saddle: along the negative curvature that the sweep has met, as far as the cost falls.
 bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
-  if (factor_unshifted()) return false;
+  if (factor_unshifted() || !riccati_.met_curvature()) return false;
   riccati_.bend(model_, bend_unit, step_);
   const Merit here = program.merit();
   const double worth = 2.0 * end_multiplier_.lpNorm<1>();  // of violations, in cost

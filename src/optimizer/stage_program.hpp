@@ -120,6 +120,8 @@ class StageProgram {
   virtual bool limited() const { return false; }
   /// Limits that are terms of the cost with multipliers: how far they are from being met and complementary, 0 without.
   virtual double limit_error() const { return 0.0; }
+  /// How far limits are broken; the rest of limit_error is of kinks in the cost.
+  virtual double limit_violation() const { return limit_error(); }
   /// Takes the limits' multipliers that belong to the point; the cost changes by it. Where `heavier`, limits weigh more from
   /// now on if they have not come much nearer.
   virtual void renew_limits(bool /*heavier*/) {}

@@ -82,7 +82,8 @@ Solution describe(const model::System& system, const Maneuver& maneuver, maneuve
                     maneuver.time_weight * duration;
   } else {
     describe_composed_motion(system, scheme, time_step, found.path, solution);
-    solution.cost = maneuver::cost_of_polynomials(maneuver.effort, time_step, found.path.polynomial);
+    solution.cost = maneuver::cost_of_polynomials(maneuver.effort, time_step, found.path.polynomial) +
+                    maneuver.time_weight * duration;
   }
   solution.limit_multipliers = multipliers_of_limits(maneuver, limits, found, time_step);
   if (found.cost_parts) {
@@ -92,6 +93,8 @@ Solution describe(const model::System& system, const Maneuver& maneuver, maneuve
   const maneuver::WorkMultipliers& work = found.work_multipliers;
   for (Eigen::Index j = 0; j < work.value.rows() && work.weight > 0.0; ++j)
     solution.work_multipliers.emplace_back(work.value.row(j).begin(), work.value.row(j).end());
+  solution.solver.limit_weight = {found.limit_multipliers.weight, found.limit_multipliers.largest_weight};
+  if (work.largest_weight > 0.0) solution.solver.work_weight = {work.weight, work.largest_weight};
   solution.status = status_of(found.outcome);
   solution.message = found.outcome.reason;
   return solution;
@@ -122,7 +125,11 @@ Found found_in(const model::System& system, const Maneuver& maneuver, const std:
           Eigen::Map<const Eigen::RowVectorXd>(own.multiplier.data(), nodes) / unit;
       break;
     }
+  found.limit_multipliers.weight = solution.solver.limit_weight.value;
+  found.limit_multipliers.largest_weight = solution.solver.limit_weight.largest;
   if (solution.work_multipliers.size() != static_cast<std::size_t>(system.joint_count())) return found;
+  found.work_multipliers.weight = solution.solver.work_weight.value;
+  found.work_multipliers.largest_weight = solution.solver.work_weight.largest;
   found.work_multipliers.value.setZero(system.joint_count(), nodes);
   for (std::size_t j = 0; j < solution.work_multipliers.size(); ++j)
     if (solution.work_multipliers[j].size() == solution.rotation.size())

@@ -30,8 +30,7 @@ maneuver::Status status_of(const optimizer::Outcome& outcome);
 maneuver::Solution describe(const model::System& system, const maneuver::Maneuver& maneuver, maneuver::Scheme scheme,
                             const std::vector<maneuver::LimitRow>& limits, const Found& found);
 
-/// The way back: nodes without their moments, duration and multipliers of limits and work, without the weights that a search
-/// chooses.
+/// The way back: nodes without their moments, duration and multipliers of limits and work with their weights.
 Found found_in(const model::System& system, const maneuver::Maneuver& maneuver,
                const std::vector<maneuver::LimitRow>& limits, const maneuver::Solution& solution);
 

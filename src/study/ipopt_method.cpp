@@ -91,6 +91,7 @@ class IpoptMethod : public Method {
     std::vector<Found> found;
     Transcription program(system_, maneuver, rows_, limits_);
     for (const auto& numbers : all) {
+      if (!numbers && !found.empty() && budget_.stopped()) continue;  // not begun
       found.emplace_back();
       if (!numbers) continue;
       Found& last = found.back();

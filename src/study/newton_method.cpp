@@ -79,6 +79,7 @@ class NewtonMethod : public Method {
     return in_threads(count, "", [&](int n) {
       Grid grid(system_, problem_, steps_of(from.path), reached_.coordinates, reached_.rows, limits_);
       Found found;
+      found.duration = from.duration;
       solve(grid, maneuver::perturbed(system_, from.path, seed_of_hop(problem_, first + n)), fine_tolerance, found);
       return found;
     });
@@ -102,7 +103,9 @@ class NewtonMethod : public Method {
     });
   }
 
-  Found carry(const Found& from, int steps) override { return carry_on(from, steps, fine_tolerance); }
+  Found carry(const Found& from, int steps) override {
+    return from.path.polynomial.empty() ? carry_on(from, steps, fine_tolerance) : carry_on_composed(from, steps);
+  }
   bool carries_cheaply() const override { return true; }
 
  private:
@@ -115,8 +118,9 @@ class NewtonMethod : public Method {
   }
 
   // Tasks 0 … count − 1, each by itself, so that results do not depend on the number of threads; told of by name if any.
+  // Results of those that began before the search had to stop; of the first always.
   std::vector<Found> in_threads(int count, const char* what, const std::function<Found(int)>& task) const {
-    std::vector<Found> all(static_cast<std::size_t>(count));
+    std::vector<std::optional<Found>> all(static_cast<std::size_t>(count));
     int done = 0;
     std::mutex telling;
     run_in_threads(count, options_.workers, [&](int n) {
@@ -127,7 +131,10 @@ class NewtonMethod : public Method {
       if (options_.progress && *what != '\0')
         options_.progress(std::string(what) + " " + std::to_string(done) + " of " + std::to_string(count));
     });
-    return all;
+    std::vector<Found> begun;
+    for (std::optional<Found>& found : all)
+      if (found) begun.push_back(std::move(*found));
+    return begun;
   }
 
   Found solve_start(int start) const {

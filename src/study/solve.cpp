@@ -3,10 +3,12 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <numeric>
 #include <sstream>
+#include <tuple>
 
 #include "maneuver/goal_rank.hpp"
 #include "maneuver/guess.hpp"
@@ -81,6 +83,7 @@ class Search {
         method_(choose_method(system, problem, options, budget_)) {}
 
   std::vector<Solution> run() {
+    if (stays()) return solutions_;
     search_starts();
     hop();
     count_minima();
@@ -97,6 +100,7 @@ class Search {
 
   std::optional<double> cost_on_grid(std::size_t candidate, int steps) const {
     if (candidate >= found_.size() || budget_.stopped()) return std::nullopt;
+    if (rests_) return found_[candidate].cost;
     const Found carried = method_->carry(found_[candidate], steps);
     return carried.converged() ? std::optional(carried.cost) : std::nullopt;
   }
@@ -105,6 +109,28 @@ class Search {
   void count_effort(const Outcome& outcome) {
     iterations_ += outcome.iterations;
     evaluations_ += outcome.evaluations;
+  }
+
+  // Nothing costs less than to stay where the goal is: an answer without a search, where it is accepted.
+  bool stays() {
+    if (!maneuver::met_by_rest(system_, problem_, full_)) return false;
+    Found still;
+    still.outcome.termination = optimizer::Termination::converged;
+    still.outcome.reason = "the goal is where the swimmer rests";
+    still.outcome.infeasibility = 0.0;
+    still.path = maneuver::at_rest(system_, full_, problem_.scheme);
+    if (problem_.cost_weights.any())
+      still.cost_parts = maneuver::CostParts{.time = full_.duration, .transport = std::nan("")};
+    still.cost = full_.time_weight * full_.duration;
+    Solution solution = study::describe(system_, full_, problem_.scheme, {}, still);
+    solution.solver.name = "at rest";
+    solution.solver.wall_seconds = budget_.seconds();
+    solution.solver.processor_seconds = budget_.processor_seconds();
+    if (options_.accept && !options_.accept(solution)) return false;
+    rests_ = true;
+    found_.push_back(still);
+    solutions_.push_back(solution);
+    return true;
   }
 
   // Every start on the coarse grid; a single start that fails is followed by others.
@@ -154,9 +180,13 @@ class Search {
   std::vector<std::size_t> by_rising_cost() const {
     std::vector<std::size_t> order(starts_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
-      return std::pair(!starts_[a].converged(), starts_[a].cost) < std::pair(!starts_[b].converged(), starts_[b].cost);
-    });
+    const auto rank =
+        [this](std::size_t s) {  // solved ones by cost, then others by how near they came, last those without a motion
+          const Found& found = starts_[s];
+          const double missed = found.converged() ? 0.0 : found.outcome.infeasibility;
+          return std::tuple(found.path.rotation.empty(), !found.converged(), std::isnan(missed), missed, found.cost);
+        };
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
     return order;
   }
 
@@ -199,7 +229,8 @@ class Search {
     }
     if (!solutions_.empty())
       return;  // otherwise nothing was found: the first guess, so that there is something to look at
-    Found guess = starts_.front();
+    Found guess;
+    guess.outcome = starts_.front().outcome;
     guess.path = maneuver::random_guess(system_, full_, seed_of_start(problem_, 0));
     if (!integrator::single_step(problem_.scheme))
       guess.path = maneuver::refined(system_, guess.path, full_.steps, problem_.scheme);
@@ -262,6 +293,7 @@ class Search {
   maneuver::SearchRecord record_;
   std::vector<Solution> solutions_;
   std::vector<Found> found_;  // of the solutions
+  bool rests_ = false;        // whether these are the one that stays where the goal is
   int iterations_ = 0;
   int evaluations_ = 0;
 };

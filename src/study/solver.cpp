@@ -1,5 +1,7 @@
 #include "study/solver.hpp"
 
+#include <limits>
+
 #include "maneuver/guess.hpp"
 #include "model/input_error.hpp"
 #include "optimizer/limited_newton.hpp"
@@ -16,8 +18,8 @@ using model::InputError;
 using model::System;
 using optimizer::Termination;
 
-constexpr double asked_twice = 1e-6;   // rad or m, of conditions that follow from others
-constexpr double no_momentum = 1e-10;  // of what the start's bodies have
+constexpr double asked_twice = 1e-6;         // rad or m, of conditions that follow from others
+constexpr double no_momentum = 1e-10;        // of what the start's bodies have
 constexpr std::size_t longest_reason = 100;  // letters, of a search that converges
 
 // The problem, where it is one that a Solver takes.
@@ -34,6 +36,20 @@ const Solution& fitting(const Problem& problem, const Solution& solution) {
   if (solution.rotation.size() != static_cast<std::size_t>(problem.steps) + 1)
     throw InputError("solution", "found " + std::to_string(solution.rotation.size()) + " nodes, the problem has " +
                                      std::to_string(problem.steps + 1) + "; give a solution of this problem");
+  const auto require = [](bool fits, const std::string& found) {
+    if (!fits) throw InputError("solution", "found " + found + "; give a solution of this problem");
+  };
+  require(solution.position.size() == solution.rotation.size(),
+          std::to_string(solution.position.size()) + " positions at its nodes");
+  for (const auto& bodies : solution.rotation)
+    require(
+        bodies.size() == problem.swimmer.bodies.size(),
+        std::to_string(bodies.size()) + " bodies, the problem has " + std::to_string(problem.swimmer.bodies.size()));
+  for (std::size_t k = 0; k < solution.rotation.size(); ++k) {
+    bool finite = solution.position[k].allFinite();
+    for (const Eigen::Matrix3d& R : solution.rotation[k]) finite = finite && R.allFinite();
+    require(finite, "numbers that are not finite at node " + std::to_string(k));
+  }
   return solution;
 }
 
@@ -71,9 +87,12 @@ void Solver::set_goal(const Goal& goal) {
   for (std::size_t c = 0; c < 3; ++c)
     same = same && asked.end_position[c].has_value() == maneuver_.end_position[c].has_value();
   if (!same) throw InputError("goal", "found other numbers free than in the goal before; make a new Solver for it");
+  Maneuver moved = maneuver_;
+  moved.end_rotation = asked.end_rotation;
+  moved.end_position = asked.end_position;
+  maneuver_.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
   maneuver_.end_rotation = asked.end_rotation;
   maneuver_.end_position = asked.end_position;
-  maneuver_.cost_weights = asked.cost_weights;  // work per distance knows the distance
 }
 
 void Solver::set_start(const integrator::State& start) {
@@ -83,6 +102,9 @@ void Solver::set_start(const integrator::State& start) {
   const double scale = start.momentum.lpNorm<Eigen::Infinity>();
   if (std::max(total.linear.lpNorm<Eigen::Infinity>(), total.angular.lpNorm<Eigen::Infinity>()) > no_momentum * scale)
     throw InputError("start", "found total momentum, which joint moments cannot change; give a start without");
+  Maneuver moved = maneuver_;
+  moved.start = start;
+  maneuver_.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
   led_ = maneuver::led_to_start(system_, led_ ? *led_ : last_.path, start.rotation);
   maneuver_.start = start;
   moved_ = true;
@@ -127,6 +149,8 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
     newton_.foresee(program_);
   } else if (!go_to(led_ ? *led_ : last_.path)) {
     outcome_.reason = "no motion was found through the shapes of the last answer";
+    outcome_.objective = std::numeric_limits<double>::quiet_NaN();
+    outcome_.infeasibility = std::numeric_limits<double>::infinity();
     return outcome_;
   }
   moved_ = true;

@@ -30,8 +30,7 @@ class Solver {
   /// Newton steps from the last answer on. The outcome says whether they arrived; the motion is then that of the new problem,
   /// otherwise the last answer stays, with the start, goal and duration that it has; what is asked for stays too. Goals that the
   /// reduced coordinates cannot meet (out of the plane of a planar maneuver) end as infeasible. From the second call on it
-  /// allocates no memory where the duration is given, the cost effort alone and there are no limits. What it returns is
-  /// written anew by the next call.
+  /// allocates no memory unless it fails. What it returns is written anew by the next call.
   const optimizer::Outcome& solve(const optimizer::Options& options = newton_options());
 
   /// Stationary to 1e-7 of the cost's gradient before a last Newton step.

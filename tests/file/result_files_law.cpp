@@ -133,10 +133,12 @@ file::Results staged_results() {
     for (int s = 0; s < 4; ++s) results.solution.control_stages.back().push_back({sample.vector(), sample.vector()});
   }
   results.solution.divided = {1, 7, sample.number()};
+  results.solution.solver.limit_weight = {0.25, 1e7};
+  results.solution.solver.work_weight = {3.5, 3.5};
   return results;
 }
 
-TEST(SolutionFile, moments_at_stages_and_divided_steps_come_back) {
+TEST(SolutionFile, moments_at_stages_divided_steps_and_weights_come_back) {
   const file::Results results = staged_results();
   const std::string text = file::solution_text(results);
   const json document = json::parse(text);
@@ -148,6 +150,9 @@ TEST(SolutionFile, moments_at_stages_and_divided_steps_come_back) {
   EXPECT_EQ(back.solution.stage_time, results.solution.stage_time);
   EXPECT_EQ(back.solution.control_stages, results.solution.control_stages);
   EXPECT_EQ(back.solution.divided.substeps, 7);
+  EXPECT_EQ(back.solution.solver.limit_weight.value, 0.25);
+  EXPECT_EQ(back.solution.solver.limit_weight.largest, 1e7);
+  EXPECT_EQ(back.solution.solver.work_weight.largest, 3.5);
   EXPECT_EQ(file::solution_text(back), text);
 }
 

@@ -120,6 +120,7 @@ TEST(Riccati, a_sweep_succeeds_where_the_hessian_with_the_penalty_is_positive_de
     EXPECT_EQ(riccati.factor(model, 0.0, penalty), least > 0.0) << "seed " << seed << ", least eigenvalue " << least;
     ++(least > 0.0 ? definite : indefinite);
     if (least > 0.0) continue;
+    ASSERT_TRUE(riccati.met_curvature());
     StageStep step(sizes);
     riccati.bend(model, 2.0, step);
     const VectorXd x = inputs_of(step);
@@ -127,6 +128,15 @@ TEST(Riccati, a_sweep_succeeds_where_the_hessian_with_the_penalty_is_positive_de
   }
   EXPECT_GT(definite, 10);
   EXPECT_GT(indefinite, 10);
+}
+
+TEST(Riccati, end_rows_that_depend_on_each_other_are_no_curvature) {
+  StageModel model = random_model(sizes, 3, 0.01);
+  Riccati riccati(sizes);
+  ASSERT_TRUE(riccati.factor(model, 0.0, penalty));
+  model.C.row(1).setZero();  // which no input moves
+  EXPECT_FALSE(riccati.factor(model, 0.0, penalty));
+  EXPECT_FALSE(riccati.met_curvature());
 }
 
 // What is told of the states makes no difference to what a sweep finds, step, correction or bend.

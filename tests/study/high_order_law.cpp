@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "file/problem_file.hpp"
+#include "integrator/scheme.hpp"
 #include "study/answer.hpp"
 #include "tolerance.hpp"
 
@@ -53,6 +54,22 @@ TEST_P(HighOrder, finds_the_minima_of_fine_steps_of_order_2) {
                     fine.certificate.all_axes->second_order.smallest_eigenvalue,
                 1.0, 0.01);
   }
+}
+
+TEST_P(HighOrder, has_its_own_order_on_other_grids) {
+  Problem problem = from_one_guess("translation", GetParam(), 60);
+  problem.time_weight = 500.0;  // a second costs so much, whatever the grid
+  study::SolveOptions options;
+  options.refinement = true;
+  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+  ASSERT_TRUE(answer.certificate.refinement);
+  const int order = integrator::order(GetParam());
+  EXPECT_NEAR(answer.certificate.refinement->observed_order, order, 0.2 * order) << answer.solution.message;
+  EXPECT_LT(answer.certificate.refinement->cost_error, 1e-4 * answer.solution.cost);
+  problem.time_weight = 0.0;
+  const study::Answer timeless = study::answer(model::System(problem.swimmer), problem, options);
+  EXPECT_NEAR(answer.solution.cost - timeless.solution.cost, 500.0 * problem.duration.value,
+              1e-9 * answer.solution.cost);
 }
 
 TEST_P(HighOrder, knows_springs_and_dampers) {

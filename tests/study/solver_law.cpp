@@ -12,6 +12,7 @@
 namespace lamprey::tests {
 namespace {
 
+using maneuver::Goal;
 using maneuver::Problem;
 using maneuver::Solution;
 using optimizer::Termination;
@@ -209,12 +210,43 @@ TEST_P(SolverOfRicherProblems, stays_at_an_answer_and_moves_on_to_another_goal) 
     EXPECT_LT(certificate.limits->violation, certificate::limit_mark);
     EXPECT_LT(certificate.limits->complementarity, certificate::complementarity_mark);
   }
+  EXPECT_LE(outcome.iterations, 40) << "the weights of the answer's multipliers were forgotten";
   EXPECT_GT(std::abs(solver.cost() - solved.solution.cost), 1e-3 * solved.solution.cost);
 }
 
 INSTANTIATE_TEST_SUITE_P(Examples, SolverOfRicherProblems,
                          testing::Values("free_time", "around_an_obstacle", "least_work", "gait_within_limits",
                                          "rotation_with_clearance"));
+
+// The distance that work is counted by is the one from the start that is asked for to the goal.
+TEST(SolverOfWorkPerDistance, follows_its_start_and_its_goal) {
+  Problem problem = example_with("translation", 50);
+  problem.goal->move = {1.0, 0.0, 0.0};
+  problem.cost_weights.transport = 20.0;
+  const model::System system(problem.swimmer);
+  study::Solver solver(system, problem, study::solve(system, problem, study::SolveOptions()).front());
+  ASSERT_EQ(solver.solve().termination, Termination::converged);
+  const auto expect_certified = [&] {
+    ASSERT_EQ(solver.solve().termination, Termination::converged);
+    certificate::Options options;
+    options.replay = false;
+    const certificate::Certificate certificate = certificate::certify(system, problem, solver.solution(), options);
+    EXPECT_LT(certificate.cost_error, 1e-9);
+    EXPECT_LT(certificate.kkt, 1e-8);
+    EXPECT_LT(certificate.goal_error, 1e-9);
+  };
+  problem.start.position[0] = 0.05;
+  *problem.goal->move[0] -= 0.05;  // to where it was in the world
+  solver.set_start(maneuver::start_state(system, problem.start));
+  expect_certified();
+  Goal goal = *problem.goal;
+  *goal.move[0] = 1.02;  // seen from the first start
+  solver.set_goal(goal);
+  *problem.goal->move[0] = 0.97;
+  expect_certified();
+  *goal.move[0] = 0.05;
+  EXPECT_THROW(solver.set_goal(goal), model::InputError);
+}
 
 TEST(SolverOfLedBodies, follows_a_start_with_other_joint_angles) {
   const Solved solved("falling_cat_flip", 50);
@@ -267,6 +299,15 @@ TEST(SolverRefusals, say_what_does_not_fit) {
   other = solved.problem;
   other.steps = 31;
   EXPECT_THROW(study::Solver(solved.system, other, solved.solution), model::InputError);
+  Solution foreign = solved.solution;
+  foreign.position.clear();
+  EXPECT_THROW(study::Solver(solved.system, solved.problem, foreign), model::InputError);
+  foreign = solved.solution;
+  foreign.position[3][1] = std::nan("");
+  EXPECT_THROW(study::Solver(solved.system, solved.problem, foreign), model::InputError);
+  foreign = solved.solution;
+  for (auto& bodies : foreign.rotation) bodies.pop_back();
+  EXPECT_THROW(study::Solver(solved.system, solved.problem, foreign), model::InputError);
 }
 
 TEST(SolverRefusals, goals_out_of_the_plane_that_moments_keep_are_out_of_reach) {

@@ -80,6 +80,30 @@ TEST(StoppedSearch, certifies_what_it_has_and_begins_nothing_more_once_it_is_int
       << first.answer.solution.message;
 }
 
+// Within its starts: of those that began the one that came nearest, a motion in all cases.
+TEST(StoppedSearch, has_the_best_motion_of_the_starts_that_began) {
+  const StoppedAt second(translation(1000), "start 2 of 4");
+  EXPECT_EQ(second.answer.solution.status, maneuver::Status::interrupted);
+  EXPECT_EQ(second.answer.solution.search.starts, 2);
+  EXPECT_EQ(second.answer.solution.search.solved, 2);
+  for (const char* example : {"rotation_with_clearance", "rotation", "least_work"})
+    for (const int allowed : {0, 3, 10, 30}) {
+      Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/" + example + ".toml");
+      problem.steps = 200;
+      problem.search.starts = 8;
+      problem.search.hops = 0;
+      int asked = 0;
+      study::SolveOptions options;
+      options.interrupted = [&] { return asked++ >= allowed; };
+      const study::Answer stopped = study::answer(model::System(problem.swimmer), problem, options);
+      EXPECT_EQ(stopped.solution.status, maneuver::Status::interrupted) << example << " after " << allowed;
+      EXPECT_LE(stopped.certificate.equation_residual, certificate::equation_mark) << example << " after " << allowed;
+      EXPECT_GT(stopped.solution.cost, 0.0);
+      for (const auto& own : stopped.solution.limit_multipliers) EXPECT_EQ(own.multiplier.size(), 201U);
+      for (const auto& own : stopped.solution.work_multipliers) EXPECT_EQ(own.size(), 201U);
+    }
+}
+
 TEST(StoppedSearch, leaves_out_what_follows_the_part_at_which_it_is_interrupted) {
   const StoppedAt proving(translation(40), "proving");
   EXPECT_EQ(proving.answer.solution.status, maneuver::Status::interrupted);

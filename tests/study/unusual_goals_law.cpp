@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "certificate/marched_answers.hpp"
+#include "maneuver/guess.hpp"
 #include "study/answer.hpp"
 
 namespace lamprey::tests {
@@ -19,11 +20,63 @@ study::Answer answered(const maneuver::Problem& problem) {
   return study::answer(model::System(problem.swimmer), problem, {});
 }
 
-// From rest, to rest anywhere: nothing is to be done, and of no momentum nothing can be told relative to its scale.
-TEST(UnusualGoals, to_come_to_rest_anywhere_costs_nothing) {
-  const study::Answer answer = answered(planar_chain());
-  EXPECT_LE(answer.solution.cost, 1e-12);
-  EXPECT_FALSE(answer.solution.message.empty());
+// From rest, to rest anywhere or where the swimmer is: nothing is to be done.
+TEST(UnusualGoals, where_the_swimmer_rests_cost_nothing) {
+  for (maneuver::Scheme scheme : {maneuver::Scheme::trapezoid, maneuver::Scheme::order4})
+    for (bool here : {false, true})
+      for (bool work : {false, true}) {
+        maneuver::Problem problem = planar_chain();
+        problem.scheme = scheme;
+        if (here) problem.goal->turn = Vector3d::Zero();
+        if (here) problem.goal->move = {0.0, 0.0, std::nullopt};
+        if (work && scheme == maneuver::Scheme::trapezoid) problem.cost_weights.work = 2.0;
+        const study::Answer answer = answered(problem);
+        EXPECT_EQ(answer.solution.cost, 0.0);
+        EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+        EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+      }
+}
+
+// Springs that are bent at the start, momentum of the joints: to stay is no motion, or no rest.
+TEST(UnusualGoals, where_the_swimmer_cannot_stay_are_searched) {
+  maneuver::Problem problem = planar_chain();
+  problem.goal->turn = Vector3d::Zero();
+  const auto met = [](const maneuver::Problem& asked) {
+    const model::System system(asked.swimmer);
+    return maneuver::met_by_rest(system, asked, maneuver::make_maneuver(system, asked, asked.steps));
+  };
+  problem.goal->move[0] = 0.4;
+  EXPECT_FALSE(met(problem));
+  problem.goal->move = {0.0, std::nullopt, std::nullopt};
+  EXPECT_TRUE(met(problem));
+  maneuver::Problem other = problem;
+  other.swimmer.joints[0].stiffness = 3.0;
+  EXPECT_FALSE(met(other));
+  other = problem;
+  other.goal->rest = false;
+  other.start.angular_velocity[1] = Vector3d(0, 0, 0.2);
+  EXPECT_FALSE(met(other));
+  other = problem;
+  other.waypoints.emplace_back().time = 0.5;
+  EXPECT_FALSE(met(other));
+}
+
+// On the coarser grids that a search begins with, two waypoints may share a node.
+TEST(UnusualGoals, with_waypoints_a_step_apart_are_met_where_the_motion_passes_anyway) {
+  maneuver::Problem problem = planar_chain();
+  problem.goal->turn = Vector3d::Zero();
+  problem.goal->move[0] = 0.5;
+  const study::Answer free = answered(problem);
+  for (int node : {20, 21}) {
+    maneuver::Waypoint waypoint;
+    waypoint.time = free.solution.time[static_cast<std::size_t>(node)];
+    const Vector3d moved = free.solution.position[static_cast<std::size_t>(node)] - free.solution.position.front();
+    waypoint.move = {moved[0], moved[1], std::nullopt};
+    problem.waypoints.push_back(waypoint);
+  }
+  const study::Answer passing = answered(problem);
+  EXPECT_EQ(passing.certificate.verdict, certificate::Verdict::proved) << passing.solution.message;
+  EXPECT_NEAR(passing.solution.cost / free.solution.cost, 1.0, 1e-6);
 }
 
 TEST(UnusualGoals, to_pass_a_point_and_come_to_rest_anywhere_is_proved) {
