@@ -52,7 +52,7 @@ inline Four3 four_rows(const Rows3& rows, Eigen::Index first) {
 
 /// y = A x; x and y the same or not.
 inline void set_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range, Rows3& y) {
-  const Eigen::Matrix3d a = A;
+  const Eigen::Matrix3d a = A;  // NOLINT(performance-unnecessary-copy-initialization): y may lie where A does
   double* to = y.data();
   const Eigen::Index rows = y.rows();
   for (Eigen::Index r = range.first; r < range.end; r += 4) {
@@ -63,7 +63,7 @@ inline void set_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range
 
 /// y += A x, likewise.
 inline void add_product(const Eigen::Matrix3d& A, const Rows3& x, RowRange range, Rows3& y) {
-  const Eigen::Matrix3d a = A;
+  const Eigen::Matrix3d a = A;  // NOLINT(performance-unnecessary-copy-initialization): y may lie where A does
   double* to = y.data();
   const Eigen::Index rows = y.rows();
   for (Eigen::Index r = range.first; r < range.end; r += 4) {

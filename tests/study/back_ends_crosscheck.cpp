@@ -18,6 +18,24 @@ class BackEndsFromFirstGuesses : public BackEnds {};
 
 TEST_P(BackEndsFromFirstGuesses, stay_at_the_minima_of_ipopt) { expect_newton_to_stay_where_ipopt_arrives(); }
 
+struct Catalogue {
+  const char* name;
+  int starts;
+};
+
+class BackEndsInTheCatalogue : public testing::TestWithParam<Catalogue>, protected BackEndsOn {
+ protected:
+  BackEndsInTheCatalogue() : BackEndsOn(GetParam().name, 40) {}
+};
+
+TEST_P(BackEndsInTheCatalogue, have_their_minima) { expect_minima_of_both_in_the_catalogue(GetParam().starts); }
+
+INSTANTIATE_TEST_SUITE_P(Examples, BackEndsInTheCatalogue,
+                         testing::Values(Catalogue{"translation", 20}, Catalogue{"rotation", 120},
+                                         Catalogue{"free_time", 20}, Catalogue{"gait", 20},
+                                         Catalogue{"gait_within_limits", 5}, Catalogue{"least_work", 20},
+                                         Catalogue{"falling_cat_flip", 10}),
+                         [](const auto& catalogue) { return std::string(catalogue.param.name); });
 INSTANTIATE_TEST_SUITE_P(Examples, BackEnds,
                          testing::Values("translation", "translation_in_space", "rotation", "as_printed/translation",
                                          "as_printed/rotation", "sideways", "yaw", "around_an_obstacle",
