@@ -8,6 +8,7 @@
 #include "certificate/certify.hpp"
 #include "integrator/scheme.hpp"
 #include "maneuver/feedback.hpp"
+#include "study/found.hpp"
 #include "study/method.hpp"
 #include "study/refinement.hpp"
 
@@ -25,8 +26,7 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
-constexpr double half_turn_mark = 1e-4;      // rad
-constexpr double nearly_quarter_turn = 1.5;  // rad
+constexpr double half_turn_mark = 1e-4;  // rad
 
 std::string number(double value, int digits = 2) {
   std::ostringstream text;
@@ -104,26 +104,14 @@ std::string spring_at_its_jump(const Problem& problem, const Solution& solution)
   return "";
 }
 
-// The largest turn of a body in one step, by schemes whose steps are one.
-struct StepTurn {
-  double angle = 0.0;  // rad
-  std::size_t body = 0, step = 0;
-};
-
-StepTurn largest_turn(const Problem& problem, const Solution& solution) {
-  StepTurn largest;
-  if (!integrator::single_step(problem.scheme)) return largest;
-  for (std::size_t k = 0; k + 1 < solution.rotation.size(); ++k)
-    for (std::size_t i = 0; i < solution.rotation[k].size(); ++i) {
-      const double angle = lie::rotation_angle(solution.rotation[k][i].transpose() * solution.rotation[k + 1][i]);
-      if (angle > largest.angle) largest = {angle, i, k};
-    }
-  return largest;
+// By schemes whose steps are one.
+StepTurn turn_of_steps(const Problem& problem, const Solution& solution) {
+  return integrator::single_step(problem.scheme) ? largest_turn(solution.rotation) : StepTurn();
 }
 
 // Beyond a quarter turn momentum falls as the turn grows, and half a turn carries none. Empty where no turn is near that.
 std::string far_turn(const Problem& problem, const Solution& solution) {
-  const StepTurn turn = largest_turn(problem, solution);
+  const StepTurn turn = turn_of_steps(problem, solution);
   if (turn.angle < nearly_quarter_turn) return "";
   return " " + problem.swimmer.bodies[turn.body].name + " turns by " + number(turn.angle, 3) + " rad in one step, at " +
          number(solution.time[turn.step], 3) +
@@ -163,7 +151,7 @@ std::string curvature_words(const Certificate& proof) {
 // What shows that the steps are too coarse for the motion: far turns, or an independent integrator that does not stay with
 // it between restarts. Empty where neither does.
 std::string unresolved(const Problem& problem, const Answer& answer) {
-  const double turn = largest_turn(problem, answer.solution).angle;
+  const double turn = turn_of_steps(problem, answer.solution).angle;
   if (turn > 0.5 * M_PI) return "a body turns by " + number(turn, 3) + " rad in one of its steps";
   const auto& replay = answer.certificate.replay;
   if (!replay) return "it was not replayed";
@@ -172,9 +160,11 @@ std::string unresolved(const Problem& problem, const Answer& answer) {
   return "";
 }
 
-// Answers in order of worth: proven first, then resolved, then cheap.
-std::tuple<bool, bool, double> rank(const Problem& problem, const Answer& answer) {
-  return {answer.solution.status != Status::optimal, !unresolved(problem, answer).empty(), answer.solution.cost};
+// Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then resolved, then cheap.
+std::tuple<bool, bool, bool, bool, double> rank(const Problem& problem, const Answer& answer) {
+  const Certificate& proof = answer.certificate;
+  return {answer.solution.status != Status::optimal, !unmet(problem, proof).empty(),
+          !(proof.equation_residual <= equation_mark), !unresolved(problem, answer).empty(), answer.solution.cost};
 }
 
 // What an answer consists of beside a motion and its certificate: once the search shall stop no part of it begins any more.

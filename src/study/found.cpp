@@ -53,6 +53,16 @@ bool belongs(const Maneuver& maneuver, const LimitRow& row, const LimitMultiplie
 
 }  // namespace
 
+StepTurn largest_turn(const std::vector<mechanics::Rotations>& rotation) {
+  StepTurn largest;
+  for (std::size_t k = 0; k + 1 < rotation.size(); ++k)
+    for (std::size_t i = 0; i < rotation[k].size(); ++i) {
+      const double angle = lie::rotation_angle(rotation[k][i].transpose() * rotation[k + 1][i]);
+      if (angle > largest.angle) largest = {angle, i, k};
+    }
+  return largest;
+}
+
 Status status_of(const Outcome& outcome) {
   switch (outcome.termination) {
     case Termination::converged:

@@ -22,6 +22,17 @@ struct Found {
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
 };
 
+/// The largest turn of a body in one step.
+struct StepTurn {
+  double angle = 0.0;  // rad
+  std::size_t body = 0, step = 0;
+};
+
+StepTurn largest_turn(const std::vector<mechanics::Rotations>& rotation);
+
+/// rad, next to the quarter turn that is the most that a step can show.
+inline constexpr double nearly_quarter_turn = 1.5;
+
 /// The optimiser's own view of how it ended.
 maneuver::Status status_of(const optimizer::Outcome& outcome);
 

@@ -23,11 +23,14 @@ using maneuver::Problem;
 using maneuver::ShapeCoordinates;
 using maneuver::ShapeProgram;
 using model::System;
+using optimizer::Outcome;
+using optimizer::Termination;
 
-constexpr int reach_steps = 20;      // rank and reach do not depend on the resolution
-constexpr int first_steps = 25;      // of the grid on which a first guess becomes a maneuver
-constexpr int most_refinement = 10;  // times as many steps from one grid to the next
-constexpr int composed_steps = 50;   // of the first grid of a scheme above order 2
+constexpr int reach_steps = 20;                       // rank and reach do not depend on the resolution
+constexpr int first_steps = 25;                       // of the grid on which a first guess becomes a maneuver
+constexpr int finest_first_steps = 4 * coarse_steps;  // where those show too little
+constexpr int most_refinement = 10;                   // times as many steps from one grid to the next
+constexpr int composed_steps = 50;                    // of the first grid of a scheme above order 2
 constexpr int most_iterations = 500;
 constexpr double rough_tolerance = 1e-4;
 constexpr double fine_tolerance = 1e-7;  // before a last Newton step
@@ -93,7 +96,8 @@ class NewtonMethod : public Method {
       if (!integrator::single_step(asked_.scheme))
         found = refine_composed(found);
       else
-        for (int steps = coarse_of(problem_.steps); steps < problem_.steps && !found.path.rotation.empty();) {
+        for (int steps = std::max(coarse_of(problem_.steps), steps_of(found.path));
+             steps < problem_.steps && !found.path.rotation.empty();) {
           steps = finer_of(steps);
           found = carry_on(found, steps, fine_tolerance);
         }
@@ -138,15 +142,34 @@ class NewtonMethod : public Method {
   }
 
   Found solve_start(int start) const {
-    const int coarse = coarse_of(problem_.steps);
-    Found found;
-    const int steps = std::min(coarse, first_steps);
-    Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
-    solve(grid, maneuver::random_guess(system_, grid.maneuver, seed_of_start(problem_, start)),
-          steps < coarse ? rough_tolerance : fine_tolerance, found);
-    if (steps == coarse || found.path.rotation.empty()) return found;
-    found = carry_on(found, coarse, fine_tolerance);
+    const int coarse = coarse_of(problem_.steps), first = std::min(coarse, first_steps);
+    Found found = solve_guess(start, first, first < coarse ? rough_tolerance : fine_tolerance, Outcome());
+    if (first == coarse) return found;
+    if (!found.path.rotation.empty()) found = carry_on(found, coarse, fine_tolerance);
     found.coarser = NodePath();  // a rough answer foretells nothing
+    const int finest = std::min(problem_.steps, finest_first_steps);
+    for (int steps = coarse; may_need_more_steps(found); steps = std::min(2 * steps, finest)) {
+      const Found again = solve_guess(start, steps, fine_tolerance, found.outcome);
+      if (again.converged()) return again;
+      found.outcome.iterations = again.outcome.iterations;
+      found.outcome.evaluations = again.outcome.evaluations;
+      if (steps == finest) break;
+    }
+    return found;
+  }
+
+  // Few steps may have led to turns that more steps do not show, or do not show turns that the motion takes.
+  bool may_need_more_steps(const Found& found) const {
+    if (found.converged() || found.outcome.termination == Termination::infeasible || budget_.stopped()) return false;
+    return found.path.rotation.empty() || largest_turn(found.path.rotation).angle > nearly_quarter_turn;
+  }
+
+  // From a first guess; effort and history of `before` go on.
+  Found solve_guess(int start, int steps, double tolerance, const Outcome& before) const {
+    Found found;
+    found.outcome = before;
+    Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
+    solve(grid, maneuver::random_guess(system_, grid.maneuver, seed_of_start(problem_, start)), tolerance, found);
     return found;
   }
 

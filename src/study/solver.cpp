@@ -20,6 +20,8 @@ using optimizer::Termination;
 
 constexpr double asked_twice = 1e-6;         // rad or m, of conditions that follow from others
 constexpr double no_momentum = 1e-10;        // of what the start's bodies have
+constexpr double same_answer = 1e-6;         // relative difference of cost
+constexpr int most_polishing = 5;            // iterations at an answer
 constexpr std::size_t longest_reason = 100;  // letters, of a search that converges
 
 // The problem, where it is one that a Solver takes.
@@ -72,7 +74,20 @@ Solver::Solver(const System& system, const Problem& problem, const Solution& sol
     outcome->reason.reserve(longest_reason);
   }
   last_.path.control.assign(last_.path.rotation.size(), Eigen::VectorXd::Zero(system.control_count()));
-  if (go_to(last_.path)) last_.path.control = program_.path().control;
+  if (!go_to(last_.path)) return;
+  last_.path.control = program_.path().control;
+  if (last_.converged()) learn_from_answer();
+}
+
+// Multipliers and factors at an answer, for what is asked next to begin with.
+void Solver::learn_from_answer() {
+  optimizer::Options options = newton_options();
+  options.max_iterations = most_polishing;
+  solve_program(newton_, program_, options, outcome_);
+  if (outcome_.termination != Termination::converged) return;
+  if (std::abs(program_.cost() - last_.cost) > same_answer * std::abs(last_.cost)) return;
+  moved_ = false;
+  keep_answer();
 }
 
 void Solver::set_goal(const Goal& goal) {

@@ -29,8 +29,8 @@ class Solver {
 
   /// Newton steps from the last answer on. The outcome says whether they arrived; the motion is then that of the new problem,
   /// otherwise the last answer stays, with the start, goal and duration that it has; what is asked for stays too. Goals that the
-  /// reduced coordinates cannot meet (out of the plane of a planar maneuver) end as infeasible. From the second call on it
-  /// allocates no memory unless it fails. What it returns is written anew by the next call.
+  /// reduced coordinates cannot meet (out of the plane of a planar maneuver) end as infeasible. It allocates no memory
+  /// unless it fails, once it has begun at an answer or found one. What it returns is written anew by the next call.
   const optimizer::Outcome& solve(const optimizer::Options& options = newton_options());
 
   /// Stationary to 1e-7 of the cost's gradient before a last Newton step.
@@ -53,6 +53,7 @@ class Solver {
          const Reached& reached);
   bool go_to(const maneuver::NodePath& path);
   void keep_answer();
+  void learn_from_answer();
 
   const model::System& system_;
   maneuver::Problem problem_;

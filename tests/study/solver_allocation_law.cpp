@@ -1,4 +1,4 @@
-// A Solver that has solved once asks for no more memory.
+// A Solver that begins at an answer asks for no more memory.
 #include <gtest/gtest.h>
 
 #include "counted_allocations.hpp"
@@ -10,16 +10,16 @@ namespace {
 
 class SolverAllocation : public testing::TestWithParam<const char*> {};
 
-TEST_P(SolverAllocation, none_happens_after_the_first_solve) {
+TEST_P(SolverAllocation, none_happens_once_a_solver_is_made) {
   maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/" + GetParam() + ".toml");
   problem.steps = 50;
   problem.search.starts = 1;
   problem.search.hops = 0;
   const model::System system(problem.swimmer);
-  study::Solver solver(system, problem, study::solve(system, problem, study::SolveOptions()).front());
+  const maneuver::Solution solution = study::solve(system, problem, study::SolveOptions()).front();
   const long at_first = allocations;
-  ASSERT_EQ(solver.solve().termination, optimizer::Termination::converged);
-  EXPECT_GT(allocations, at_first);
+  study::Solver solver(system, problem, solution);
+  EXPECT_GT(allocations, at_first) << "nothing is counted";
   int iterations = 0;
   for (double share : {1.01, 1.02, 0.99}) {
     maneuver::Goal goal = *problem.goal;
