@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "report/summary.hpp"
+
 namespace lamprey::report {
 
 namespace {
@@ -50,7 +52,7 @@ bool in_a_vacuum(const file::ResolvedProblem& problem) {
 std::vector<std::string> momentum_lines(const file::Results& results) {
   const maneuver::Solution& solution = results.solution;
   std::vector<std::string> lines;
-  if (solution.time.size() < 2 || !results.problem.goal) return lines;
+  if (solution.time.size() < 2 || !results.problem.goal || without_motion(results)) return lines;
   const double moving = largest(solution.linear_momentum.bodies) + largest(solution.angular_momentum.bodies);
   const double start = solution.linear_momentum.bodies.front().norm() + solution.angular_momentum.bodies.front().norm();
   if (moving == 0.0 || in_a_vacuum(results.problem)) return lines;

@@ -98,6 +98,11 @@ bool succeeded(const file::Results& results) {
   return results.solution.status == Status::optimal || results.solution.status == Status::simulated;
 }
 
+bool without_motion(const file::Results& results) {
+  return results.solution.status != Status::simulated && results.certificate &&
+         results.certificate->equation_residual > certificate::equation_mark;
+}
+
 std::string verdict(const file::Results& results) {
   std::string words = status_words(results.solution.status);
   if (results.solution.status == Status::optimal && results.certificate && results.certificate->verdict) {
@@ -106,6 +111,10 @@ std::string verdict(const file::Results& results) {
   }
   if (results.solution.status == Status::simulated || !results.certificate) return words;
   const Certificate& proof = *results.certificate;
+  if (without_motion(results))
+    return fmt::format(
+        "{}: no motion was found, what is shown breaks the discrete equations by {} of the momentum’s scale", words,
+        number(proof.equation_residual, 2));
   std::vector<std::string> parts;
   const bool missed = proof.goal_error > 1e-9;
   if (!std::isnan(proof.goal_error)) {
@@ -124,12 +133,12 @@ std::string verdict(const file::Results& results) {
 std::vector<std::pair<std::string, std::string>> facts(const file::Results& results) {
   const file::ResolvedProblem& problem = results.problem;
   const maneuver::Solution& solution = results.solution;
-  const bool sought = solution.status != Status::simulated;
+  const bool sought = solution.status != Status::simulated, moves = !without_motion(results);
   std::vector<std::pair<std::string, std::string>> rows;
-  if (sought && !std::isnan(solution.cost)) rows.emplace_back("Cost", grouped(solution.cost) + " (N m)² s");
-  if (results.certificate && results.certificate->clearance)
+  if (sought && moves && !std::isnan(solution.cost)) rows.emplace_back("Cost", grouped(solution.cost) + " (N m)² s");
+  if (moves && results.certificate && results.certificate->clearance)
     rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
-  if (const std::optional<Transport> moved = transport(results); sought && moved) {
+  if (const std::optional<Transport> moved = transport(results); sought && moves && moved) {
     rows.emplace_back("Work of the joints", number(moved->work, 5) + " J, nothing won back");
     if (problem.goal && problem.goal->periodic && moved->distance > 0.0)
       rows.emplace_back("Cost of transport", number(moved->work / moved->distance, 5) + " J/m");

@@ -13,6 +13,9 @@ namespace lamprey::report {
 /// Whether the run did what was asked: optimal, or simulated.
 bool succeeded(const file::Results& results);
 
+/// Whether what was sought was not even found as a motion: the nodes, a guess then, do not obey the mechanics.
+bool without_motion(const file::Results& results);
+
 /// One line, as "Proved local minimum: goal reached within 3.1×10⁻¹² rad, at rest within …".
 std::string verdict(const file::Results& results);
 

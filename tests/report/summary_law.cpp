@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "report/momentum_lines.hpp"
 #include "report/sample_results.hpp"
 #include "report/summary.hpp"
 #include "report/wording.hpp"
@@ -120,6 +121,24 @@ TEST(Verdict, says_missed_when_the_goal_is_missed_and_in_which_unit) {
   results.solution.status = maneuver::Status::infeasible;
   results.certificate->goal_error = 0.25;
   EXPECT_NE(report::verdict(results).find("goal missed by 0.25 m"), std::string::npos) << report::verdict(results);
+}
+
+TEST(Verdict, says_that_there_is_no_motion_and_nothing_of_its_cost) {
+  file::Results results = tests::sample_results(5);
+  const auto says = [&](const std::string& name) {
+    const auto rows = report::facts(results);
+    return std::any_of(rows.begin(), rows.end(), [&](const auto& entry) { return entry.first == name; });
+  };
+  EXPECT_TRUE(says("Cost"));
+  EXPECT_FALSE(report::momentum_lines(results).empty());
+  results.solution.status = maneuver::Status::stalled;
+  results.certificate->equation_residual = 0.064;
+  EXPECT_EQ(
+      report::verdict(results),
+      "Stalled before it was optimal: no motion was found, what is shown breaks the discrete equations by 0.064 of "
+      "the momentum’s scale");
+  EXPECT_FALSE(says("Cost") || says("Clearance") || says("Work of the joints"));
+  EXPECT_TRUE(report::momentum_lines(results).empty());
 }
 
 TEST(Wording, writes_numbers_for_people) {

@@ -1,0 +1,50 @@
+"""Which of these problems end in a proved local minimum, at what cost and in what time.
+
+usage: python3 bench/problems/run.py build/release/lamprey [NAME ...]
+
+Swimmers, costs and limits of people who tried Lamprey, hard ones among them: not all are solved. Each has 60 s.
+"""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+LIMIT = 60  # s
+
+
+def solve(program, problem, folder):
+    try:
+        subprocess.run([program, "solve", problem, "--out", folder], capture_output=True, timeout=LIMIT, check=False)
+    except subprocess.TimeoutExpired:
+        return None
+    answer = pathlib.Path(folder) / "solution.json"
+    return json.loads(answer.read_text()) if answer.exists() else None
+
+
+def row(problem, answer):
+    if answer is None:
+        return f"{problem.stem:34} no answer within {LIMIT} s"
+    verdict = (answer["certificate"] or {}).get("verdict") or answer["status"]
+    words = "" if answer["status"] == "optimal" else answer["message"][:110]
+    cost = "-" if answer["cost"] is None else f"{answer['cost']:.6g}"
+    return f"{problem.stem:34} {verdict:22} {cost:>12} {answer['solver']['wall_seconds']:7.1f} s  {words}"
+
+
+def main():
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    here = pathlib.Path(__file__).parent
+    problems = [here / f"{name}.toml" for name in sys.argv[2:]] or sorted(here.glob("*.toml"))
+    proved = 0
+    for problem in problems:
+        with tempfile.TemporaryDirectory() as folder:
+            answer = solve(sys.argv[1], problem, folder)
+        proved += bool(answer) and (answer["certificate"] or {}).get("verdict") == "proved local minimum"
+        print(row(problem, answer), flush=True)
+    print(f"{proved} of {len(problems)} proved")
+
+
+if __name__ == "__main__":
+    main()
