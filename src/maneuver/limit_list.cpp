@@ -1,6 +1,7 @@
 // Which rows the limits and waypoints of a problem make.
 #include "maneuver/limit_rows.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lamprey::maneuver {
@@ -126,19 +127,18 @@ const char* LimitRow::unit_name() const {
   switch (kind) {
     case Kind::torque:
     case Kind::torque_component:
-      return "of the bound";
+      return "N m";
     case Kind::swing:
-      return "(cosine)";
     case Kind::twist:
     case Kind::angle_above:
     case Kind::angle_below:
     case Kind::pass_turn:
       return "rad";
     case Kind::speed:
-      return "(1 - square of rate over bound)";
+      return "rad/s";
     case Kind::not_shorter:
     case Kind::not_longer:
-      return "of the bound";
+      return "s";
     case Kind::clearance:
     case Kind::sphere:
     case Kind::half_space:
@@ -146,6 +146,26 @@ const char* LimitRow::unit_name() const {
       break;
   }
   return "m";
+}
+
+double LimitRow::excess(double missing, double time_step) const {
+  const double broken = missing * unit;
+  const auto angle_of = [](double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)); };
+  switch (kind) {
+    case Kind::torque:
+    case Kind::torque_component:
+    case Kind::not_shorter:
+    case Kind::not_longer:
+      return broken * bound;
+    case Kind::swing:
+      return angle_of(std::cos(bound) - broken) - bound;
+    case Kind::speed: {
+      const double angle = bound * time_step;
+      return angle_of(std::cos(angle) - 0.5 * broken * angle * angle) / time_step - bound;
+    }
+    default:
+      return broken;
+  }
 }
 
 bool applies(const LimitRow& row, int node, int steps, double duration) {

@@ -45,8 +45,10 @@ struct LimitRow {
   double time_before = -1.0;              // s of the waypoint before it; negative: there is none
   bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
   bool upper() const { return kind == Kind::angle_below || kind == Kind::not_longer; }
-  /// What a value times `unit` is counted in.
+  /// What the bound is counted in, and by how much of it a limit is exceeded where its value is −`missing`; rates as means over a
+  /// step of `time_step` s.
   const char* unit_name() const;
+  double excess(double missing, double time_step) const;
   bool of_duration() const { return kind == Kind::not_shorter || kind == Kind::not_longer; }
   bool of_moments() const { return kind == Kind::torque || kind == Kind::torque_component; }
 };

@@ -464,8 +464,8 @@ std::string ShapeProgram::largest_violation() const {
   if (row.joint >= 0) who = " at joint " + system_.joint(row.joint).name;
   if (row.body >= 0) who = " of " + system_.body(row.body).name;
   if (row.other_body >= 0) who += " and " + system_.body(row.other_body).name;
-  return row.key + who + " cannot be kept: broken by " + in_words(worst.value * row.unit) + " " + row.unit_name() +
-         " at " + in_words(worst.node * h_ * now_.stretch) + " s";
+  return row.key + who + " cannot be kept: broken by " + in_words(row.excess(worst.value, h_ * now_.stretch)) + " " +
+         row.unit_name() + " at " + in_words(worst.node * h_ * now_.stretch) + " s";
 }
 
 }  // namespace lamprey::maneuver

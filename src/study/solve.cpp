@@ -100,7 +100,7 @@ class Search {
 
   std::optional<double> cost_on_grid(std::size_t candidate, int steps) const {
     if (candidate >= found_.size() || budget_.stopped()) return std::nullopt;
-    if (rests_) return found_[candidate].cost;
+    if (rests_ && candidate == 0) return found_[candidate].cost;
     const Found carried = method_->carry(found_[candidate], steps);
     return carried.converged() ? std::optional(carried.cost) : std::nullopt;
   }
@@ -126,11 +126,10 @@ class Search {
     solution.solver.name = "at rest";
     solution.solver.wall_seconds = budget_.seconds();
     solution.solver.processor_seconds = budget_.processor_seconds();
-    if (options_.accept && !options_.accept(solution)) return false;
     rests_ = true;
     found_.push_back(still);
     solutions_.push_back(solution);
-    return true;
+    return !options_.accept || options_.accept(solutions_.back());
   }
 
   // Every start on the coarse grid; a single start that fails is followed by others.
@@ -180,12 +179,12 @@ class Search {
   std::vector<std::size_t> by_rising_cost() const {
     std::vector<std::size_t> order(starts_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto rank =
-        [this](std::size_t s) {  // solved ones by cost, then others by how near they came, last those without a motion
-          const Found& found = starts_[s];
-          const double missed = found.converged() ? 0.0 : found.outcome.infeasibility;
-          return std::tuple(found.path.rotation.empty(), !found.converged(), std::isnan(missed), missed, found.cost);
-        };
+    // solved ones by cost, then others by how near they came, last those without a motion
+    const auto rank = [this](std::size_t s) {
+      const Found& found = starts_[s];
+      const double missed = found.converged() ? 0.0 : found.outcome.infeasibility;
+      return std::tuple(found.path.rotation.empty(), !found.converged(), std::isnan(missed), missed, found.cost);
+    };
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
     return order;
   }
@@ -293,7 +292,7 @@ class Search {
   maneuver::SearchRecord record_;
   std::vector<Solution> solutions_;
   std::vector<Found> found_;  // of the solutions
-  bool rests_ = false;        // whether these are the one that stays where the goal is
+  bool rests_ = false;        // whether the first of these stays where the goal is
   int iterations_ = 0;
   int evaluations_ = 0;
 };
