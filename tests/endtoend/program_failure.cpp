@@ -179,9 +179,12 @@ TEST(Program, says_which_limit_is_still_broken_when_its_time_is_up) {
   const std::string problem = varied_example(folder, "translation_with_clearance", {{"starts", "1\ntime_limit = 0.2"}});
   const ProgramRun run = lamprey(folder, "solve " + problem + " --workers 1 --out " + (folder / "run"));
   EXPECT_NE(run.exit_code, 0);
-  const maneuver::Solution solution = file::read_solution(folder / "run").solution;
-  EXPECT_EQ(solution.status, maneuver::Status::time_limit);
-  EXPECT_NE(solution.message.find("limits.clearance"), std::string::npos) << solution.message;
+  const file::Results results = file::read_solution(folder / "run");
+  EXPECT_EQ(results.solution.status, maneuver::Status::time_limit);
+  ASSERT_TRUE(results.certificate && results.certificate->limits);
+  const bool broken = results.certificate->limits->violation > 1e-6;  // how far it comes depends on the machine
+  EXPECT_NE(results.solution.message.find(broken ? "limits.clearance" : "missed by"), std::string::npos)
+      << results.solution.message;
 }
 
 TEST(Program, refuses_a_scheme_it_does_not_know_and_names_those_it_does) {
