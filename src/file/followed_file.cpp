@@ -35,8 +35,7 @@ void require_followed(const Results& results, const std::string& path, const mod
                          own.parent, own.child),
              "choose a maneuver of the same swimmer");
   }
-  if (results.solution.time.empty())
-    refuse("/time", "no nodes", "those of a maneuver", "solve the maneuver again");
+  if (results.solution.time.empty()) refuse("/time", "no nodes", "those of a maneuver", "solve the maneuver again");
   if (results.solution.feedback.gain.empty())
     refuse("/feedback", "no gains", "those that lamprey solve stores with optimal maneuvers",
            "solve the maneuver again");

@@ -255,8 +255,8 @@ System System::with_ball_joints(double heavier) const {
   for (Body& body_i : free.bodies_) {
     body_i.freedoms = 3;
     body_i.mass *= heavier;
-    for (Matrix3d* matrix : {&body_i.body_inertia, &body_i.mass_matrix, &body_i.inertia_matrix,
-                             &body_i.coupling_matrix, &body_i.trace_weight})
+    for (Matrix3d* matrix : {&body_i.body_inertia, &body_i.mass_matrix, &body_i.inertia_matrix, &body_i.coupling_matrix,
+                             &body_i.trace_weight})
       *matrix *= heavier;
   }
   free.lay_freedoms();
