@@ -103,7 +103,7 @@ class FourSteps {
   int at_left(int body) const { return body - 1; }
   int at_right(int body) const { return body == 0 ? 2 * shapes() : shapes() + body - 1; }
   int at_shift() const { return 2 * shapes() + 1; }
-  std::size_t place(int row, int column) const { return static_cast<std::size_t>(row * blocks() + column); }
+  std::size_t place(int row, int column) const { return model::at(row * blocks() + column); }
 
   void take_root(const ForFour<const ShapeStep*>& step);
   void find_momenta(Four& scale);

@@ -34,7 +34,9 @@ const MatrixXd& ShapeTurns::of_body(const Rotations& R, int body) {
   return of_body_;
 }
 
-void ShapeTurns::add_curvature(const Rotations& R, const Eigen::Ref<const VectorXd>& pull, Eigen::Ref<MatrixXd> to) {
+void ShapeTurns::add_curvature(
+    const Rotations& R, const Eigen::Ref<const VectorXd>& pull,
+    Eigen::Ref<MatrixXd> to) {  // NOLINT(performance-unnecessary-value-param): written through
   if (system_.only_free_joints()) return;
   for (std::size_t a = 0; a < unit_.size(); ++a) mechanics::body_turns(system_, R, unit_[a], turns_[a]);
   for (std::size_t a = 0; a < unit_.size(); ++a)
