@@ -282,7 +282,7 @@ void CostTerms::add_step_form(const CostedMotion& motion, const CostValues& valu
 void CostTerms::add_to_stage(const CostedMotion& motion, const CostValues& values, const Places& places, int k,
                              Stage& stage) {
   const Eigen::Index n = stage.Q.rows(), m = controls_, ends = turns_before_.cols();
-  const int second = place_of_second(places), before = place_before(places), work_place = place_of_work(places);
+  const int second = places.first, before = place_before(places), work_place = place_of_work(places);
   const double half = 0.5 / motion.time_step;
   turns_.derivative(motion.step[at(k)].interval, turns_after_);
   if (k == 0) first_turns_ = turns_after_;
@@ -338,7 +338,7 @@ void CostTerms::add_to_end(const CostedMotion& motion, const CostValues& values,
     if (smooth() && periodic_ && steps_ > 1) {
       difference_by_ = moments_;
       difference_by_ *= -1.0;
-      difference_by_.middleCols(place_of_second(places), m).diagonal().array() += 1.0;
+      difference_by_.middleCols(places.first, m).diagonal().array() += 1.0;
       add_difference_form(motion, 0, difference_by_, places.tau);
     }
     if (smooth() && steps_ > (periodic_ ? 1 : 0)) {

@@ -59,7 +59,7 @@ class CostTerms {
     int leads;   // stages before the first step
     int tau;     // −1: a given duration
     int copies;  // of a periodic motion's first two shapes
-    int first;   // of the terms' own states
+    int first;   // of the terms' own states, with which a periodic motion's first moments begin
   };
   /// Adds the terms' second derivatives and their first ones but those by moments. `end_moments`: moments at the last node by the last state, [controls][n].
   void add_to_model(const CostedMotion& motion, const CostValues& values, const Places& places,
@@ -102,8 +102,7 @@ class CostTerms {
   void add_to_end(const CostedMotion& motion, const CostValues& values, const Places& places,
                   const Eigen::Ref<const MatrixXd>& end_moments, optimizer::StageModel& model);
   void add_transport(const CostedMotion& motion, const CostValues& values, optimizer::StageModel& model);
-  int place_of_second(const Places& places) const { return places.first; }  // first moments of a periodic motion
-  int place_before(const Places& places) const {                            // moments at the node before
+  int place_before(const Places& places) const {  // moments at the node before
     return places.first + (smooth() && periodic_ ? controls_ : 0);
   }
   int place_of_work(const Places& places) const { return place_before(places) + (smooth() ? controls_ : 0); }

@@ -105,9 +105,8 @@ void Solver::set_goal(const Goal& goal) {
   Maneuver moved = maneuver_;
   moved.end_rotation = asked.end_rotation;
   moved.end_position = asked.end_position;
-  maneuver_.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
-  maneuver_.end_rotation = asked.end_rotation;
-  maneuver_.end_position = asked.end_position;
+  moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
+  maneuver_ = moved;
 }
 
 void Solver::set_start(const integrator::State& start) {
@@ -119,9 +118,9 @@ void Solver::set_start(const integrator::State& start) {
     throw InputError("start", "found total momentum, which joint moments cannot change; give a start without");
   Maneuver moved = maneuver_;
   moved.start = start;
-  maneuver_.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
+  moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
   led_ = maneuver::led_to_start(system_, led_ ? *led_ : last_.path, start.rotation);
-  maneuver_.start = start;
+  maneuver_ = moved;
   moved_ = true;
 }
 
