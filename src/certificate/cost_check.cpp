@@ -128,6 +128,11 @@ std::vector<mechanics::Vectors> pulls_on_turns(const StoredMotion& motion, const
   return pulls;
 }
 
+double won(const StoredMotion& motion) {
+  return motion.problem.cost_weights.displacement.dot(motion.solution.position.back() -
+                                                      motion.solution.position.front());
+}
+
 CostCheck check_cost(const StoredMotion& motion) {
   const maneuver::Problem& problem = motion.problem;
   const maneuver::CostWeights& weights = problem.cost_weights;
@@ -148,10 +153,11 @@ CostCheck check_cost(const StoredMotion& motion) {
   check.parts.time = motion.time_step * motion.steps;
   check.parts.transport = check.parts.work / powers.distance;
   const double weight = weight_of_work(motion, powers);
-  check.cost = problem.effort * check.parts.effort + problem.time_weight * check.parts.time +
-               weight * check.parts.work + weights.power * check.parts.power +
-               weights.smoothness * check.parts.smoothness;
-  const double rate = std::max(check.cost, 1e-300) / check.parts.time;
+  const double spent = problem.effort * check.parts.effort + problem.time_weight * check.parts.time +
+                       weight * check.parts.work + weights.power * check.parts.power +
+                       weights.smoothness * check.parts.smoothness;
+  check.cost = spent - won(motion);
+  const double rate = std::max(spent, 1e-300) / check.parts.time;
   for (int k = periodic(motion) ? 1 : 0; k <= motion.steps; ++k)
     for (int j = 0; j < motion.system.joint_count(); ++j) {
       const double power = powers.value(j, k), sign = sign_multiplier(motion, j, k, power);
@@ -213,6 +219,7 @@ CostGradient cost_gradient_beside_effort(const StoredMotion& motion) {
               (8.0 * (value(turn_step) - value(-turn_step)) - (value(2.0 * turn_step) - value(-2.0 * turn_step))) /
               (12.0 * turn_step);
         }
+  gradient.by_state.back().segment<3>(layout.position()) -= weights.displacement;
   if (weights.transport > 0.0 && !motion.problem.goal->distance()) {
     const double d = powers.distance;
     gradient.by_state.back().segment<3>(layout.position()) -=

@@ -45,6 +45,9 @@ Powers powers_of(const StoredMotion& motion);
 /// The stored multiplier of a power's sign, or the sign.
 double sign_multiplier(const StoredMotion& motion, int joint, int node, double power);
 
+/// What the displacement takes off the cost, (N m)² s.
+double won(const StoredMotion& motion);
+
 /// Of a given distance transport is work.
 double weight_of_work(const StoredMotion& motion, const Powers& powers);
 

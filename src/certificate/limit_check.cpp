@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "certificate/certificate.hpp"
+#include "certificate/cost_check.hpp"
 #include "fluid/gap.hpp"
 #include "integrator/step_derivatives.hpp"
 
@@ -16,6 +17,11 @@ using model::System;
 using Kind = Bound::Kind;
 
 constexpr double difference_step = 2e-4;  // rad, m or relative; differences of order four
+
+// (N m)²: the cost over the duration, before what the displacement takes off it.
+double spent_rate(const StoredMotion& motion) {
+  return std::abs(motion.solution.cost + won(motion)) / (motion.time_step * motion.steps);
+}
 
 // What a margin looks at.
 struct Place {
@@ -288,7 +294,7 @@ std::vector<Bound> bounds_of(const StoredMotion& motion) {
 LimitCheck check_limits(const StoredMotion& motion) {
   LimitCheck check;
   double largest = 0.0;
-  const double cost_rate = std::max(std::abs(motion.solution.cost), 1e-300) / (motion.time_step * motion.steps);
+  const double cost_rate = std::max(spent_rate(motion), 1e-300);
   for (const Bound& bound : bounds_of(motion)) {
     const std::vector<double>* multipliers = multipliers_of(motion, bound);
     for (int k = 0; k <= motion.steps; ++k) {
@@ -432,8 +438,7 @@ double largest_multiplier(const StoredMotion& motion) {
 bool holds(const StoredMotion& motion, const Bound& bound, int k, double multiplier) {
   if (bound.equality()) return true;
   const double unit = unit_of(bound);
-  const double cost_rate = std::abs(motion.solution.cost) / (motion.time_step * motion.steps);
-  return multiplier * unit > least_pull * cost_rate &&
+  return multiplier * unit > least_pull * spent_rate(motion) &&
          std::abs(margin(motion, bound, place_of(motion, k))) <= at_the_bound * unit;
 }
 

@@ -245,7 +245,8 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
           -MatrixXd::Identity(free.start.cols(), free.start.cols());
       end_rows = all;
     }
-    const bool beside = motion.problem.cost_weights.any();
+    const maneuver::CostWeights& weights = motion.problem.cost_weights;
+    const bool beside = weights.any() || weights.of_displacement();
     const CostGradient others = beside ? cost_gradient_beside_effort(motion) : CostGradient();
     if (beside) {
       pulls.any = true;
@@ -263,7 +264,7 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
     const Eigen::Index controls = motion.system.control_count();
     for (std::size_t k = 0; k < others.by_control.size(); ++k)
       gradient.segment(controls * static_cast<Eigen::Index>(k), controls) += others.by_control[k];
-    if (beside && periodic(motion)) {  // the last moments are the first: one number for both
+    if (weights.any() && periodic(motion)) {  // the last moments are the first: one number for both
       const auto join = [&](auto&& first, auto&& last) {
         first += last;
         last.setZero();
@@ -286,6 +287,8 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
   for (double entry : maneuver::beyond_rows(gradient + conditions.shift, conditions.rows, dependent_row))
     left.add(std::abs(entry));
   for (double entry : gradient) whole.add(std::abs(entry));
+  if (motion.problem.cost_weights.of_displacement())  // against which rest, without moments, is stationary
+    for (double entry : conditions.shift) whole.add(std::abs(entry));
   return left.relative_to(whole.value());
 }
 

@@ -187,7 +187,8 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   ChainGradient gradient;
   for (int k = 0; k < effort.input.cols(); ++k)
     gradient.by_input.emplace_back(chain.stage[effort.first + at(k)].weight * effort.input.col(k));
-  const bool beside = motion.problem.cost_weights.any();
+  const maneuver::CostWeights& weights = motion.problem.cost_weights;
+  const bool beside = weights.any() || weights.of_displacement();
   const CostGradient others = beside ? cost_gradient_beside_effort(motion) : CostGradient();
   for (std::size_t k = 0; k < others.by_control.size(); ++k) gradient.by_input[k] += others.by_control[k];
   double whole = 0.0;

@@ -299,6 +299,9 @@ std::string cost_text(const Problem& problem) {
         std::pair(weights.smoothness, "∫ ½ Σ|du/dt|² dt"), std::pair(weights.transport, "∫ Σ|u·ω| dt per distance")})
     if (weight > 0.0) text += fmt::format(" + {} × {}", short_number(weight), term);
   if (problem.time_weight > 0.0) text += fmt::format(" + {} × ∫ dt", short_number(problem.time_weight));
+  for (int c = 0; c < 3; ++c)
+    if (const double won = weights.displacement[c]; won != 0.0)
+      text += fmt::format(" {} {} × displacement along {}", won > 0.0 ? "−" : "+", short_number(std::abs(won)), "xyz"[c]);
   return text;
 }
 

@@ -372,7 +372,8 @@ void check_goal(const Problem& problem) {
       std::any_of(goal.move.begin(), goal.move.end(), [](const auto& entry) { return entry.has_value(); });
   const bool rotates = std::any_of(goal.rotation.begin(), goal.rotation.end(),
                                    [](const auto& entry) { return entry.second.has_value(); });
-  if (!moves && !rotates && !goal.turn && !goal.rest && !goal.periodic)
+  const bool wins = problem.cost_weights.of_displacement();
+  if (!moves && !rotates && !goal.turn && !goal.rest && !goal.periodic && !wins)
     refuse("goal", "nothing asked for", "at least one of move, turn, rotation.NAME, rest or periodic",
            "add one, or remove [goal] to simulate");
   if (goal.rest && goal.periodic)
@@ -428,6 +429,11 @@ void check_costs(const Problem& problem) {
   if (weights.transport > 0.0 && distance && *distance == 0.0)
     refuse("cost.transport", "a cost for each metre with a goal.move of 0 m", "with a distance that is not zero",
            "move somewhere, leave a part of goal.move \"free\", or use cost.work");
+  for (std::size_t c = 0; c < 3; ++c)
+    if (weights.displacement[static_cast<Eigen::Index>(c)] != 0.0 && problem.goal->move[c])
+      refuse("cost.displacement", fmt::format("a worth of metres along {}, which goal.move fixes", "xyz"[c]),
+             "worth along axes where goal.move is \"free\"",
+             fmt::format("write \"free\" for {} in goal.move, or 0 here", "xyz"[c]));
   if (weights.smoothness > 0.0 && !problem.goal->rest && !problem.goal->periodic)
     refuse("cost.smoothness", fmt::format("{} with an end that is neither at rest nor periodic", weights.smoothness),
            "with goal.rest = true or goal.periodic = true", "set one of them: a free end has no last moment");

@@ -95,6 +95,8 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
     if (problem.goal->periodic) refuse_unsupported("goal.periodic", "true", "false", mend);
     if (!problem.waypoints.empty()) refuse_unsupported("waypoint[0]", "a waypoint", "no [[waypoint]]", mend);
   }
+  if ((composed || spline) && problem.cost_weights.of_displacement())
+    refuse_unsupported("cost.displacement", shown(problem.cost_weights.displacement), "effort and time alone", mend);
   const bool universal = std::any_of(problem.swimmer.joints.begin(), problem.swimmer.joints.end(),
                                      [](const auto& joint) { return joint.kind == JointKind::universal; });
   if (!composed && !spline && !universal) return;

@@ -165,6 +165,8 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
     problem.cost_weights = {weights.at("work").number(), weights.at("power").number(),
                             weights.at("smoothness").number(), weights.at("transport").number()};
   }
+  if (reader.has("displacement_weight"))
+    problem.cost_weights.displacement = value_at<Vector3d>(reader.at("displacement_weight"));
   if (reader.has("limits")) problem.limits = read_limits(reader.at("limits"));
   if (reader.has("waypoints")) problem.waypoints = read_waypoints(reader.at("waypoints"));
   if (reader.has("free_duration")) {

@@ -187,7 +187,9 @@ std::string problem_text(const ResolvedProblem& problem) {
   text.add("control", fmt::format("{{\"kind\": {}, \"points\": {}}}", json(word(problem.control)), problem.points));
   text.add("effort", json(problem.effort));
   if (problem.time_weight != 0.0) text.add("time_weight", json(problem.time_weight));
-  if (const maneuver::CostWeights& weights = problem.cost_weights; weights.any())
+  const maneuver::CostWeights& weights = problem.cost_weights;
+  if (weights.of_displacement()) text.add("displacement_weight", json(weights.displacement));
+  if (weights.any())
     text.add("cost_weights",
              fmt::format("{{\"work\": {}, \"power\": {}, \"smoothness\": {}, \"transport\": {}}}", json(weights.work),
                          json(weights.power), json(weights.smoothness), json(weights.transport)));

@@ -198,8 +198,8 @@ NodePath at_rest(const System& system, const Maneuver& maneuver, integrator::Sch
   return path;
 }
 
-bool met_by_rest(const System& system, const Problem& problem, const Maneuver& maneuver) {
-  if (!maneuver.start.momentum.isZero(0.0) || maneuver.periodic || maneuver.free_duration) return false;
+bool rest_meets_goal(const System& system, const Problem& problem, const Maneuver& maneuver) {
+  if (!maneuver.start.momentum.isZero(0.0) || maneuver.free_duration) return false;
   if (!problem.waypoints.empty() || problem.cost_weights.transport > 0.0) return false;
   for (const model::Joint& joint : system.joints())
     if (joint.stiffness > 0.0) return false;
@@ -211,6 +211,10 @@ bool met_by_rest(const System& system, const Problem& problem, const Maneuver& m
     if (const auto& end = maneuver.end_position[at(c)])
       away = std::max(away, std::abs(*end - maneuver.start.position[c]));
   return away <= same_place;
+}
+
+bool met_by_rest(const System& system, const Problem& problem, const Maneuver& maneuver) {
+  return !maneuver.periodic && !problem.cost_weights.of_displacement() && rest_meets_goal(system, problem, maneuver);
 }
 
 NodePath perturbed(const System& system, const NodePath& path, std::uint64_t seed) {

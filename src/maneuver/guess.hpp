@@ -14,8 +14,11 @@ NodePath random_guess(const model::System& system, const Maneuver& maneuver, std
 /// The motion that stays as it starts; above order 2 at the nodes of all stages.
 NodePath at_rest(const model::System& system, const Maneuver& maneuver, integrator::Scheme scheme);
 
-/// Whether staying so meets the goal and costs nothing but time: from rest to where the start is, in a given duration, by no
-/// waypoint, with no spring and no cost for each metre. Limits are not asked.
+/// Whether staying so meets the goal and takes no moments: from rest to where the start is, in a given duration, by no waypoint,
+/// with no spring and no work per distance. Limits are not asked.
+bool rest_meets_goal(const model::System& system, const Problem& problem, const Maneuver& maneuver);
+
+/// Whether besides nothing can cost less: no gait, and nothing to win by a displacement.
 bool met_by_rest(const model::System& system, const Problem& problem, const Maneuver& maneuver);
 
 /// A motion near another one: its joints swing further, at random as random_guess's do. The root stays where it was.

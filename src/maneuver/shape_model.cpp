@@ -283,6 +283,7 @@ void ShapeProgram::find_end_moments_by_state() {
 
 void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
   model.q_end.setZero();
+  add_displacement(model.q_end);
   if (maneuver_.free_duration) {
     const double cost = maneuver_.time_weight * h_ * now_.stretch * steps_;
     model.q_end[tau()] += cost;
@@ -402,6 +403,13 @@ void ShapeProgram::linearize(StageModel& model) {
   if (!terms_.empty()) add_term_models(model);
 }
 
+// What the end's place wins.
+void ShapeProgram::add_displacement(VectorXd& gradient) const {
+  const Vector3d& worth = maneuver_.cost_weights.displacement;
+  if (!worth.isZero(0.0))
+    optimizer::add_transposed_image(-1.0, pose_basis_.bottomRows<3>(), worth, gradient.segment(2 * shape_, pose_));
+}
+
 bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
   if (idle() > 0 || !limits_.empty() || !terms_.empty() || maneuver_.free_duration || maneuver_.periodic) return false;
   model_goal(slopes.C, slopes.c);
@@ -431,6 +439,7 @@ bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
     std::swap(before_, after_);
   }
   slopes.q_end.setZero(states());
+  add_displacement(slopes.q_end);
   if (!maneuver_.rest) return true;
   find_end_moments_by_state();
   optimizer::add_transposed_image(node_weight(now_, steps_), end_by_state_, now_.moment.back(), slopes.q_end);
@@ -440,7 +449,8 @@ bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
 // What the terms add to what the last model holds goes.
 void ShapeProgram::prepare_terms(StageModel& model) {
   const double time = maneuver_.time_weight * h_ * now_.stretch * steps_, others = now_.terms.cost;
-  metric_scale_ *= 1.0 + others / std::max(now_.cost - time - others, 1e-6 * now_.cost);
+  const double spent = now_.cost + won(now_);
+  metric_scale_ *= 1.0 + others / std::max(spent - time - others, 1e-6 * spent);
   for (Stage& stage : model.stage) {
     stage.S.setZero();
     stage.A.bottomRows(terms_.states()).setZero();
@@ -483,6 +493,7 @@ void ShapeProgram::lay_pose_multipliers(const StageModel& model) {
   optimizer::add_transposed_image(1.0, model.C.middleCols(2 * shape_, pose_), end_multiplier_, pull_);
   const Vector6d pose = spread_pose(pull_);
   Vector3d turn = pose.head<3>(), shift = pose.tail<3>();
+  shift -= maneuver_.cost_weights.displacement;
   if (!terms_.empty()) shift += terms_.pull_at_end(costed(now_), now_.terms);
   for (int k = steps_; k > 0; --k) {
     if (k < steps_) turn += (now_.position[at(k + 1)] - now_.position[at(k)]).cross(shift);

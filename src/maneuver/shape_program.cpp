@@ -123,7 +123,7 @@ void ShapeProgram::retarget(const Maneuver& maneuver) {
   limits_.take_duration(maneuver.duration);
   terms_.retarget(maneuver);
   take_start_impulse();
-  if (now_.merit.cost > 0.0) measure(now_);  // there is a motion
+  if (has_motion_) measure(now_);
 }
 
 optimizer::StageSizes ShapeProgram::sizes() const {
@@ -142,15 +142,17 @@ bool ShapeProgram::go_to(const NodePath& path) {
   end_multiplier_.setZero();
   if (has_multipliers()) end_multiplier_ = end_start_;
   for (VectorXd& multiplier : idle_multiplier_) multiplier.setZero();
-  if (!limited()) return roll_out(now_);
+  has_motion_ = false;
+  if (!limited()) return has_motion_ = roll_out(now_);
   static const LimitMultipliers none;
   const LimitMultipliers& before = limit_start_ ? *limit_start_ : none;
   limits_.take(before, 1.0);
   terms_.take(work_start_);
   if (!roll_out(now_)) return false;
+  has_motion_ = true;
   const bool weighs = limits_.empty() || before.weight > 0.0, works = !terms_.of_work() || terms_.weighs();
   if (weighs && works) return true;
-  if (!weighs) limits_.take(before, now_.cost);  // a weight fit for what the guess costs
+  if (!weighs) limits_.take(before, now_.cost + won(now_));  // a weight fit for what the guess costs
   if (!works) terms_.choose_weight(now_.terms);
   measure(now_);
   return true;
@@ -276,7 +278,7 @@ void ShapeProgram::measure(Motion& motion) {
     if (k < steps_) idle_sum += moment.tail(idle()).lpNorm<1>() / steps_;
   }
   if (periodic) motion.moment.front() = motion.moment.back();
-  merit.cost += maneuver_.time_weight * h_ * motion.stretch * steps_;
+  merit.cost += maneuver_.time_weight * h_ * motion.stretch * steps_ - won(motion);
   for (std::size_t r = 0; r < end_rows_.size(); ++r)
     motion.end_rows[static_cast<Eigen::Index>(r)] = value_of(end_rows_[r], motion);
   merit.violation = motion.end_rows.lpNorm<1>() + idle_sum / std::max(needed, 1e-300);
@@ -303,6 +305,10 @@ double ShapeProgram::stated_goal_error() {
   double error = 0.0;
   for (const EndRow& row : stated_rows_) error = std::max(error, std::abs(value_of(row, now_)));
   return error;
+}
+
+double ShapeProgram::won(const Motion& motion) const {
+  return maneuver_.cost_weights.displacement.dot(motion.position.back() - motion.position.front());
 }
 
 CostedMotion ShapeProgram::costed(const Motion& motion) const {

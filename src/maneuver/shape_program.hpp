@@ -145,11 +145,13 @@ class ShapeProgram : public optimizer::StageProgram {
   void find_end_moments_by_state();
   double value_of(const EndRow& row, const Motion& motion);
   void model_end(const NodeModel& node, optimizer::StageModel& model);
+  void add_displacement(VectorXd& gradient) const;
   void model_goal(MatrixXd& C, VectorXd& c);
   void model_limits();
   void lay_pose_multipliers(const optimizer::StageModel& model);
   LimitedNode limited_node(const Motion& motion, int k) const;
   void add_limits(Motion& motion);
+  double won(const Motion& motion) const;  // (N m)² s, by the displacement
   CostedMotion costed(const Motion& motion) const;
   void add_terms(Motion& motion);
   void prepare_terms(optimizer::StageModel& model);
@@ -192,6 +194,7 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<LimitModel> limit_model_;          // [N + 1]
   mechanics::Vectors pose_turn_, pose_shift_;    // [N + 1] multipliers of the root's pose at the nodes, world
   Motion now_, trial_;
+  bool has_motion_ = false;
   std::vector<NodeModel> node_;  // [5] of four steps
   VectorXd start_impulse_;       // [f] momentum along the shape's coordinates that the start brings
   VectorXd end_multiplier_;

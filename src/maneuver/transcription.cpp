@@ -196,7 +196,11 @@ double Transcription::objective(const VectorXd& x) {
   for (int k = 0; k <= steps_; ++k)
     cost += 0.5 * maneuver_.node_weight[k] * x.segment(control_variable(k), controls_).squaredNorm();
   return cost * unit / std::pow(stretch(x), 3) + maneuver_.time_weight * duration(x) / cost_unit() +
-         other_costs(x).sum();
+         other_costs(x).sum() - won(x);
+}
+
+double Transcription::won(const VectorXd& x) const {
+  return maneuver_.cost_weights.displacement.dot(x.segment<3>(position_variable(steps_)) - position(0)) / cost_unit();
 }
 
 void Transcription::gradient(const VectorXd& x, VectorXd& g) {
@@ -207,8 +211,9 @@ void Transcription::gradient(const VectorXd& x, VectorXd& g) {
         scale * maneuver_.node_weight[k] * x.segment(control_variable(k), controls_);
   if (stretch_variable_ >= 0) {
     const double timed = maneuver_.time_weight * duration(x) / cost_unit();
-    g[stretch_variable_] = timed - 3.0 * (objective(x) - timed - other_costs(x).sum());
+    g[stretch_variable_] = timed - 3.0 * (objective(x) - timed - other_costs(x).sum() + won(x));
   }
+  g.segment<3>(position_variable(steps_)) -= maneuver_.cost_weights.displacement / cost_unit();
   add_cost_gradient(x, g);
 }
 

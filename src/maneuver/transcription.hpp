@@ -203,6 +203,7 @@ class Transcription : public optimizer::Program {
   BallTurn turn_over(int k, const model::Joint& joint) const;
   std::vector<Charted> charted(int k, const model::Joint& joint) const;
   OtherCosts other_costs(const VectorXd& x) const;
+  double won(const VectorXd& x) const;  // by the displacement, in units of cost_unit
   void add_cost_gradient(const VectorXd& x, VectorXd& g) const;
   void emit_cost_hessian(double factor, BlockSink& sink) const;
   void cost_values(VectorXd& c) const;

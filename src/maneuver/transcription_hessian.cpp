@@ -73,7 +73,7 @@ void Transcription::hessian(const VectorXd& x, double factor, const VectorXd& mu
   emit_cost_rows_hessian(multiplier, sink);
   if (stretch_variable_ < 0) return;
   const double timed = maneuver_.time_weight * duration(x) / cost_unit();
-  double bend = factor * (9.0 * (objective(x) - timed - other_costs(x).sum()) + timed);
+  double bend = factor * (9.0 * (objective(x) - timed - other_costs(x).sum() + won(x)) + timed);
   if (!maneuver_.periodic)
     for (int i = 1; i < bodies_; ++i)
       bend -= stretch() * start_momentum_[at(i)].dot(multiplier.segment<3>(balance_row(0, i)));

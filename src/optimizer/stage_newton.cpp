@@ -217,7 +217,8 @@ bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
       const Merit* there = program.try_step(step_, sign * length);
       ++outcome.evaluations;
       if (!there || there->violation > funnel_) continue;
-      if (there->cost + worth * there->violation > (1.0 - saddle_gain) * here.cost + worth * here.violation) continue;
+      const double cheaper = here.cost - saddle_gain * std::abs(here.cost);
+      if (there->cost + worth * there->violation > cheaper + worth * here.violation) continue;
       program.accept();
       return true;
     }
@@ -342,7 +343,7 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
   damping_ = 0.0;
   unshifted_first_ = false;
   change_ = 1.0;
-  highest_cost_ = std::max(program.merit().cost, 1e-300);
+  highest_cost_ = std::max(std::abs(program.merit().cost), 1e-300);
   funnel_ = std::max(widest_funnel, program.merit().violation);
   if (!program.has_multipliers()) {  // a step's without the curvature that they bring
     program.linearize(model_);
@@ -353,7 +354,7 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
   }
   while (true) {
     program.linearize(model_);
-    highest_cost_ = std::max(highest_cost_, program.merit().cost);
+    highest_cost_ = std::max(highest_cost_, std::abs(program.merit().cost));
     Verdict verdict = Verdict::rejected;
     while (verdict == Verdict::rejected) verdict = improve(program, options, outcome);
     if (verdict == Verdict::accepted) {

@@ -63,7 +63,9 @@ const char* goal_unit(const file::ResolvedProblem& problem) {
 std::string grouped(double cost) {
   if (!(std::abs(cost) >= 1e5 && std::abs(cost) < 1e12)) return number(cost, 8);
   std::string text = fmt::format("{:.1f}", cost);
-  for (std::size_t place = text.find('.'); place > 3; place -= 3) text.insert(place - 3, "\u202f");
+  const std::size_t first = cost < 0.0 ? 1 : 0;
+  for (std::size_t place = text.find('.'); place > first + 3; place -= 3) text.insert(place - 3, "\u202f");
+  if (first > 0) text.replace(0, 1, "−");
   return text;
 }
 

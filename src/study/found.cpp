@@ -89,7 +89,8 @@ Solution describe(const model::System& system, const Maneuver& maneuver, maneuve
   if (found.path.polynomial.empty()) {
     describe_motion(system, maneuver.lagrangian, time_step, found.path, solution);
     solution.cost = maneuver::cost_of(duration / maneuver.duration * maneuver.node_weight, solution.control) +
-                    maneuver.time_weight * duration;
+                    maneuver.time_weight * duration -
+                    maneuver.cost_weights.displacement.dot(solution.position.back() - solution.position.front());
   } else {
     describe_composed_motion(system, scheme, time_step, found.path, solution);
     solution.cost = maneuver::cost_of_polynomials(maneuver.effort, time_step, found.path.polynomial) +

@@ -39,13 +39,8 @@ class IpoptMethod : public Method {
         full_(maneuver::make_maneuver(system, problem, problem.steps)),
         limits_(maneuver::limit_rows(system, problem)) {
     const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, rank_steps));
-    NodePath path = maneuver::random_guess(system, probe, seed_of_start(problem, 0));
-    if (newton_takes(system, problem)) {  // the motion of its shapes: on none, errors may grow from step to step
-      const Reached reached(system, problem);
-      maneuver::ShapeProgram motion(system, probe, reached.coordinates, reached.rows, {}, maneuver::Steps::rough);
-      if (motion.go_to(path)) path = motion.path();
-    }
-    rows_ = maneuver::independent_goal_rows(system, probe, path);
+    // the motion of the guess's shapes: on none, errors may grow from step to step
+    rows_ = maneuver::independent_goal_rows(system, probe, moved_by_shapes(probe, 0));
   }
 
   std::string name() const override { return "ipopt"; }
@@ -75,6 +70,14 @@ class IpoptMethod : public Method {
   bool carries_cheaply() const override { return false; }
 
  private:
+  NodePath moved_by_shapes(const Maneuver& grid, int start) const {
+    const NodePath guess = maneuver::random_guess(system_, grid, seed_of_start(problem_, start));
+    if (!newton_takes(system_, problem_)) return guess;
+    const Reached reached(system_, problem_);
+    maneuver::ShapeProgram motion(system_, grid, reached.coordinates, reached.rows, {}, maneuver::Steps::rough);
+    return motion.go_to(guess) ? motion.path() : guess;
+  }
+
   optimizer::Options optimizer_options(int max_iterations) const {
     return budget_.optimizer_options(max_iterations, std::min(1e-9, 0.1 * problem_.search.tolerance));
   }
@@ -112,13 +115,17 @@ class IpoptMethod : public Method {
   Outcome solve_start(int start) const {
     if (budget_.stopped()) return Outcome();
     Transcription program(system_, coarse_, rows_, limits_);
-    const NodePath guess = maneuver::random_guess(system_, coarse_, seed_of_start(problem_, start));
+    // a motion that obeys the mechanics, where a displacement is to be won: others are let go on the way to one, and end at rest
+    const NodePath guess = problem_.cost_weights.of_displacement()
+                               ? moved_by_shapes(coarse_, start)
+                               : maneuver::random_guess(system_, coarse_, seed_of_start(problem_, start));
     if (!problem_.cost_weights.any())
       return optimizer::solve_with_ipopt(program, optimizer_options(start_iterations), program.pack(guess));
     // rates of a first guess say little: costs that depend on them wait for the cheapest motion by effort
+    const double effort = problem_.cost_weights.of_displacement() ? problem_.effort : 1.0;
     Maneuver by_effort = coarse_;
-    by_effort.cost_weights = {};
-    by_effort.node_weight = maneuver::node_weights(problem_.cost_rule(), 1.0, coarse_.time_step(), coarse_.steps);
+    by_effort.cost_weights = {.displacement = problem_.cost_weights.displacement};
+    by_effort.node_weight = maneuver::node_weights(problem_.cost_rule(), effort, coarse_.time_step(), coarse_.steps);
     Transcription first(system_, by_effort, rows_, limits_);
     const Outcome outcome = optimizer::solve_with_ipopt(first, optimizer_options(start_iterations), first.pack(guess));
     Outcome last =

@@ -37,6 +37,7 @@ constexpr int shooting_iterations = 200;
 constexpr int hop_round = 8;         // hops from one minimum; fixed, so that the answer does not depend on the machine
 constexpr int confirming_steps = 4;  // times the coarse grid's
 constexpr double settled_cost = 0.05;  // relative difference of cost between the two
+constexpr double faded = 1e-6;         // displacement over the swimmer's size: as good as none
 constexpr double same_minimum = 1e-6;  // relative difference of cost
 
 // Of this process and of its children that have ended, s.
@@ -85,6 +86,7 @@ class Search {
   std::vector<Solution> run() {
     if (stays()) return solutions_;
     search_starts();
+    if (nothing_wins()) return solutions_;
     hop();
     count_minima();
     refine_candidates();
@@ -113,10 +115,27 @@ class Search {
 
   // Nothing costs less than to stay where the goal is: an answer without a search, where it is accepted.
   bool stays() {
-    if (!maneuver::met_by_rest(system_, problem_, full_)) return false;
+    return maneuver::met_by_rest(system_, problem_, full_) && rest("the goal is where the swimmer rests");
+  }
+
+  // Where a displacement wins less than it costs, searches fade away towards rest.
+  bool nothing_wins() {
+    if (!problem_.cost_weights.of_displacement() || budget_.stopped()) return false;
+    if (!maneuver::rest_meets_goal(system_, problem_, full_)) return false;
+    double size = 0.0;
+    for (const model::Joint& joint : system_.joints()) size = std::max(size, joint.parent_offset.norm());
+    for (const Found& found : starts_)
+      if (!found.path.position.empty() &&
+          (found.path.position.back() - found.path.position.front()).norm() > faded * size)
+        return false;
+    return rest("every motion that was tried costs more than its displacement wins, as cost.displacement has it: a "
+                "larger one may move");
+  }
+
+  bool rest(const char* reason) {
     Found still;
     still.outcome.termination = optimizer::Termination::converged;
-    still.outcome.reason = "the goal is where the swimmer rests";
+    still.outcome.reason = reason;
     still.outcome.infeasibility = 0.0;
     still.path = maneuver::at_rest(system_, full_, problem_.scheme);
     if (problem_.cost_weights.any())
@@ -126,6 +145,8 @@ class Search {
     solution.solver.name = "at rest";
     solution.solver.wall_seconds = budget_.seconds();
     solution.solver.processor_seconds = budget_.processor_seconds();
+    solution.solver.iterations = iterations_;
+    solution.solver.evaluations = evaluations_;
     rests_ = true;
     found_.push_back(still);
     solutions_.push_back(solution);
@@ -169,7 +190,7 @@ class Search {
       if (!confirmed_[s]) {
         const int steps = confirming_steps * static_cast<int>(starts_[s].path.rotation.size() - 1);
         const Found fine = method_->carry(starts_[s], steps);
-        confirmed_[s] = fine.converged() && std::abs(fine.cost - starts_[s].cost) < settled_cost * starts_[s].cost;
+        confirmed_[s] = fine.converged() && std::abs(fine.cost - starts_[s].cost) < settled_cost * std::abs(starts_[s].cost);
       }
       if (*confirmed_[s]) return s;
     }
@@ -197,7 +218,7 @@ class Search {
       if (!starts_[s].converged()) continue;
       const double cost = starts_[s].cost;
       ++record_.solved;
-      if (!record_.minima.empty() && cost - record_.minima.back().cost < same_minimum * cost) {
+      if (!record_.minima.empty() && cost - record_.minima.back().cost <= same_minimum * std::abs(cost)) {
         ++record_.minima.back().count;
       } else {
         record_.minima.push_back({cost, 1});
