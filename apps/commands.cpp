@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <thread>
 
+#include "certificate/claims.hpp"
 #include "file/controls_file.hpp"
 #include "file/io_error.hpp"
 #include "file/model_table.hpp"
@@ -18,6 +19,7 @@
 #include "report/momentum_lines.hpp"
 #include "report/report.hpp"
 #include "report/summary.hpp"
+#include "report/wording.hpp"
 
 namespace lamprey::app {
 
@@ -116,6 +118,8 @@ int check(const std::string& problem) {
   return done;
 }
 
+std::string found_or_nothing(double value) { return std::isnan(value) ? "not found" : report::number(value, 3); }
+
 int verify(const std::string& folder) {
   const Results stored = file::read_solution(folder);
   const Results results = file::certified(stored);
@@ -127,7 +131,12 @@ int verify(const std::string& folder) {
   const bool holds = claimed != Status::optimal || results.solution.status == Status::optimal;
   fmt::print("  {}\n",
              holds ? "The stored status holds." : "The stored status does not hold: " + results.solution.message);
-  return holds ? exit_code(claimed) : no_optimal_solution;
+  const auto claims =
+      stored.certificate ? certificate::false_claims(*stored.certificate, proof) : std::vector<certificate::FalseClaim>();
+  for (const certificate::FalseClaim& claim : claims)
+    fmt::print("  The stored certificate does not hold: {} is {}, it says {}.\n", claim.field,
+               found_or_nothing(claim.found), report::number(claim.stored, 3));
+  return holds && claims.empty() ? exit_code(claimed) : no_optimal_solution;
 }
 
 int report(const std::vector<std::string>& folders) {

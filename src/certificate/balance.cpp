@@ -1,5 +1,7 @@
 #include "certificate/balance.hpp"
 
+#include <array>
+
 namespace lamprey::certificate {
 
 namespace {
@@ -108,6 +110,38 @@ Balance check_balance(const StoredMotion& motion) {
   if (balance.scale == 0.0) balance.scale = 1.0;
   balance.rotation_drift = rotation_drift(motion.solution);
   return balance;
+}
+
+double velocity_error(const StoredMotion& motion, const std::vector<integrator::State>& states) {
+  const model::System& system = motion.system;
+  const maneuver::Solution& stored = motion.solution;
+  // of each kind the largest difference and the largest value
+  std::array<Largest, 4> off, whole;
+  const auto compare = [&](std::size_t kind, const std::vector<Vector3d>& told, std::size_t place, const Vector3d& found) {
+    whole[kind].add(found.norm());
+    off[kind].add(place < told.size() ? (told[place] - found).norm() : unset);
+  };
+  for (std::size_t k = 0; k < states.size(); ++k) {
+    const integrator::State& state = states[k];
+    const VectorXd velocity = integrator::velocity_of_state(system, state);
+    compare(0, stored.linear_velocity, k, state.rotation[0].transpose() * velocity.tail<3>());
+    const mechanics::Vectors angular = mechanics::angular_velocities(system, state.rotation, velocity);
+    for (std::size_t i = 0; i < angular.size(); ++i)
+      compare(1, k < stored.angular_velocity.size() ? stored.angular_velocity[k] : angular, i, angular[i]);
+    const auto total = mechanics::spatial_momentum(system, state.rotation, state.position, state.momentum);
+    const auto bodies = mechanics::momentum_of_bodies(system, state.rotation, state.position, velocity);
+    compare(2, stored.linear_momentum.bodies, k, bodies.linear);
+    compare(2, stored.linear_momentum.fluid, k, total.linear - bodies.linear);
+    compare(2, stored.linear_momentum.total, k, total.linear);
+    compare(3, stored.angular_momentum.bodies, k, bodies.angular);
+    compare(3, stored.angular_momentum.fluid, k, total.angular - bodies.angular);
+    compare(3, stored.angular_momentum.total, k, total.angular);
+  }
+  Largest error;
+  for (std::size_t kind = 0; kind < off.size(); ++kind)
+    if (off[kind].value() > 0.0) error.add(off[kind].relative_to(whole[kind].value()));
+  if (stored.angular_velocity.size() != states.size()) error.add(unset);
+  return error.value();
 }
 
 }  // namespace lamprey::certificate

@@ -23,4 +23,8 @@ double largest_part(const model::System& system, const VectorXd& v);
 
 Balance check_balance(const StoredMotion& motion);
 
+/// Largest difference of the stored velocities and momenta from those of the states at the nodes, [N + 1], each kind
+/// relative to its largest. Infinite where nodes lack one.
+double velocity_error(const StoredMotion& motion, const std::vector<integrator::State>& states);
+
 }  // namespace lamprey::certificate

@@ -18,6 +18,7 @@ inline constexpr double momentum_mark = 1e-11;        // of the scale
 inline constexpr double start_mark = 1e-9;            // rad, m
 inline constexpr double control_mark = 1e-9;          // of the largest moment
 inline constexpr double time_mark = 1e-9;             // of the duration
+inline constexpr double velocity_mark = 1e-6;         // of the largest: round-off of short steps is in them
 inline constexpr double cost_mark = 1e-9;             // of the cost
 inline constexpr double limit_mark = 1e-7;            // rad, m, s, of the bound
 inline constexpr double complementarity_mark = 1e-6;  // of the cost over the duration; of the largest multiplier
@@ -111,6 +112,7 @@ struct Certificate {
   double start_error = unset;        // largest difference of node 0 from the problem's start, rad or m
   double control_error = unset;      // largest part of a moment that joints or control kind forbid / largest moment
   double time_error = unset;         // largest difference of a node's time from equal steps / duration
+  double velocity_error = unset;     // largest difference of stored velocities and momenta from those of the steps / largest
   double cost_error = unset;         // relative difference of the stored cost from the one recomputed
 
   std::optional<Clearance> clearance;  // least gap of two bodies; nothing for a single one

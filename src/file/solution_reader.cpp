@@ -280,6 +280,7 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
   if (reader.has("start_error")) result.start_error = reader.at("start_error").number_or_nan();
   if (reader.has("control_error")) result.control_error = reader.at("control_error").number_or_nan();
   if (reader.has("time_error")) result.time_error = reader.at("time_error").number_or_nan();
+  if (reader.has("velocity_error")) result.velocity_error = reader.at("velocity_error").number_or_nan();
   if (reader.has("cost_error")) result.cost_error = reader.at("cost_error").number_or_nan();
   if (reader.has("clearance") && !reader.at("clearance").is_null()) {
     const JsonReader clearance = reader.at("clearance");

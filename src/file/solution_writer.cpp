@@ -221,6 +221,7 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   text.add("start_error", json(certificate->start_error));
   text.add("control_error", json(certificate->control_error));
   text.add("time_error", json(certificate->time_error));
+  text.add("velocity_error", json(certificate->velocity_error));
   text.add("cost_error", json(certificate->cost_error));
   const auto& clearance = certificate->clearance;
   text.add("clearance", clearance

@@ -19,6 +19,7 @@ using certificate::momentum_mark;
 using certificate::rest_mark;
 using certificate::start_mark;
 using certificate::time_mark;
+using certificate::velocity_mark;
 using certificate::unset;
 
 constexpr double replay_mark = 1e-3;    // rad at a window's end
@@ -105,6 +106,8 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
       held("Moments beside the actuation", proof.control_error, "", problem.goal ? control_mark : unset,
            "Largest part of a moment that joints, control_axes or the control’s kind do not have, relative to the "
            "largest moment."),
+      held("Stored velocities", proof.velocity_error, "", velocity_mark,
+           "Largest difference of the stored velocities and momenta from those of the steps, relative to the largest."),
       held("Stored cost", proof.cost_error, "", cost_mark,
            "Relative difference of the stored cost from the one recomputed along the motion."),
       held("First-order optimality (KKT)", proof.kkt, "", problem.tolerance,

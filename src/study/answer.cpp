@@ -45,6 +45,8 @@ std::string foreign(const Certificate& proof) {
     return number(proof.control_error) + " of the moments is outside what the joints or the control's kind can exert";
   if (!(proof.momentum_drift <= certificate::momentum_mark))
     return "total momentum changes by " + number(proof.momentum_drift) + " of its scale";
+  if (!(proof.velocity_error <= certificate::velocity_mark))
+    return "stored velocities or momenta are off by " + number(proof.velocity_error) + " of the largest";
   if (!(proof.cost_error <= certificate::cost_mark))
     return "the stored cost is off by " + number(proof.cost_error) + " of the one recomputed";
   return "";

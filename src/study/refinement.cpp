@@ -27,9 +27,15 @@ certificate::Refinement refinement_of(const std::vector<certificate::GridCost>& 
     if (grid.steps == 2 * steps) result.cost_half_step = grid.cost;
   if (grids.size() < 3) return result;
   const double coarse = grids[0].cost - grids[1].cost, fine = grids[1].cost - grids[2].cost;
+  const double noise = round_off * std::abs(grids[2].cost);
+  if (std::abs(coarse) <= noise && std::abs(fine) <= noise) {  // the same on every grid: at rest
+    result.cost_limit = grids[2].cost;
+    result.cost_error = std::max(std::abs(coarse), std::abs(fine));
+    return result;
+  }
   const double order = std::log2(coarse / fine);
   const bool settled = std::abs(order - expected_order) <= 0.5 * expected_order;
-  if (std::abs(fine) <= round_off * std::abs(grids[2].cost) || !settled) return result;
+  if (std::abs(fine) <= noise || !settled) return result;
   result.observed_order = order;
   result.cost_limit = grids[2].cost - fine / (std::exp2(expected_order) - 1.0);
   for (const certificate::GridCost& grid : grids)
@@ -50,7 +56,7 @@ certificate::Refinement refine_cost(const maneuver::Problem& problem, double cos
 }
 
 std::string refinement_words(const certificate::Refinement& refinement) {
-  if (!std::isnan(refinement.observed_order) || refinement.grids.empty()) return "";
+  if (!std::isnan(refinement.cost_error) || refinement.grids.empty()) return "";
   std::ostringstream text;
   text.precision(8);
   if (refinement.grids.size() < 3) {

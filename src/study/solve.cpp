@@ -150,7 +150,9 @@ class Search {
     rests_ = true;
     found_.push_back(still);
     solutions_.push_back(solution);
-    return !options_.accept || options_.accept(solutions_.back());
+    if (options_.accept && !options_.accept(solutions_.back())) return false;
+    solutions_.back().message += std::string(" It stays where it is: ") + reason + ".";
+    return true;
   }
 
   // Every start on the coarse grid; a single start that fails is followed by others.

@@ -73,9 +73,11 @@ TEST(CostGradient, matches_central_differences_of_the_cost_for_every_joint_and_w
       for (const maneuver::CostWeights& weights : {maneuver::CostWeights{3.0, 0.0, 0.0, 0.0},
                                                    {0.0, 2.0, 0.0, 0.0},
                                                    {0.0, 0.0, 0.1, 0.0},
-                                                   {0.0, 0.0, 0.0, 2.0}}) {
+                                                   {0.0, 0.0, 0.0, 2.0},
+                                                   {0.0, 0.0, 0.0, 0.0, Vector3d(5.0, -3.0, 2.0)}}) {
         SCOPED_TRACE(::testing::Message() << "seed " << seed << ", periodic " << periodic << ", work " << weights.work
-                                          << ", power " << weights.power << ", smoothness " << weights.smoothness);
+                                          << ", power " << weights.power << ", smoothness " << weights.smoothness << ", displacement "
+                                          << weights.displacement.transpose());
         check_gradient(answer, weights, periodic, seed);
       }
   }

@@ -219,6 +219,7 @@ class DenseMotion {
     if (gait() && problem_.cost_weights.any())
       for (Eigen::Index c = 0; c < system_.control_count(); ++c)
         rows.push_back((moments[c] - moments[moments.size() - system_.control_count() + c]) / moment_[c]);
+    cost -= problem_.cost_weights.displacement.dot(state.position - start.position);
     const VectorXd powers =
         add_other_costs(rotation, (state.position - start.position).norm(), control, moments, h, cost);
     for (const Held& own : held_) {
@@ -475,6 +476,21 @@ TEST(CostOrder, of_maneuvers_with_work_per_free_distance_is_that_of_second_diffe
   problem.goal->move = {};
   problem.cost_weights.transport = 0.1 * solved_gait(problem).cost / 100.0;
   expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
+}
+
+TEST(CostOrder, of_gaits_that_go_as_far_as_it_is_worth_is_that_of_second_differences) {
+  maneuver::Problem problem = gait_in_the_plane(16);
+  const maneuver::Solution given = solved_gait(problem);
+  problem.goal->move[0].reset();
+  problem.cost_weights.displacement[0] = 1.5 * given.cost / 0.3;
+  const maneuver::Solution solution = solved_gait(problem);
+  EXPECT_GT(solution.position.back()[0] - solution.position.front()[0], 0.3);
+  expect_eigenvalues_of_gait(problem, solution, true);
+  problem.duration.free = true;
+  problem.duration.min = 0.9;
+  problem.duration.max = 1.5;
+  problem.time_weight = 6.0 * given.cost;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
 }
 
 TEST(CostOrder, of_maneuvers_with_work_is_that_of_second_differences_of_its_smooth_branch) {

@@ -61,6 +61,22 @@ TEST(Verdict, does_not_pass_steps_of_unequal_length) {
   EXPECT_EQ(judged(answer).verdict, Verdict::not_optimal);
 }
 
+// What a reader plots, though nothing else in the certificate asks for it.
+TEST(Verdict, does_not_pass_velocities_or_momenta_of_another_motion) {
+  const auto error_with = [](auto&& change) {
+    MarchedAnswer answer = translation();
+    change(answer.solution);
+    EXPECT_EQ(judged(answer).verdict, Verdict::not_optimal);
+    return judged(answer).velocity_error;
+  };
+  EXPECT_LE(judged(translation()).velocity_error, tolerance(1e-10));
+  EXPECT_GT(error_with([](maneuver::Solution& answer) { answer.angular_velocity[3][1] *= 1.01; }), 1e-4);
+  EXPECT_GT(error_with([](maneuver::Solution& answer) { answer.linear_velocity[3] *= 1.01; }), 1e-4);
+  EXPECT_GT(error_with([](maneuver::Solution& answer) { answer.linear_momentum.fluid[3] *= 1.01; }), 1e-4);
+  EXPECT_GT(error_with([](maneuver::Solution& answer) { answer.angular_momentum.bodies[3] *= 1.01; }), 1e-4);
+  EXPECT_GT(error_with([](maneuver::Solution& answer) { answer.linear_velocity.pop_back(); }), 1.0);
+}
+
 TEST(Verdict, does_not_pass_another_start) {
   MarchedAnswer answer = translation();
   answer.problem.start.position.y() += 1e-6;

@@ -29,6 +29,7 @@ INSTANTIATE_TEST_SUITE_P(
         close_to("falling_cat_flip", "falling_cat_flip", coarse, 0.16619978, 1e-6),
         close_to("free_time", "free_time", coarse, 219120.39, 1e-6), close_to("gait", "gait", {}, 101378.85, 1e-6),
         close_to("gait_within_limits", "gait_within_limits", {{"starts", "4"}}, 479862.75, 1e-6),
+        close_to("furthest_gait", "furthest_gait", {{"starts", "2"}}, -71929.249, 1e-6),
         Example{
             "rotation_with_clearance", "rotation_with_clearance", {{"steps", "100"}, {"starts", "2"}}, 29500, 0, false},
         Example{"translation_with_clearance",

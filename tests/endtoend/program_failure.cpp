@@ -107,6 +107,12 @@ TEST(Program, verify_names_what_a_solution_claims_in_vain) {
   EXPECT_NE(refused(later).find("the nodes' times differ by 1 of the duration"), std::string::npos);
   elsewhere.problem.start->position.y() = 0.25;
   EXPECT_NE(refused(elsewhere).find("the motion begins 0.25 (rad or m) beside the problem's start"), std::string::npos);
+  file::Results sharper = answer, faster = answer;
+  sharper.certificate->replay->whole_rotation_error = 1e-12;
+  EXPECT_NE(refused(sharper).find("The stored certificate does not hold: replay.whole_rotation_error is "),
+            std::string::npos);
+  faster.solution.angular_velocity[7][1] *= 2.0;
+  EXPECT_NE(refused(faster).find("stored velocities or momenta are off by "), std::string::npos);
   empty.solution = maneuver::Solution();
   empty.solution.status = maneuver::Status::optimal;
   empty.solution.cost = answer.solution.cost;

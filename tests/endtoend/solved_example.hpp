@@ -53,7 +53,7 @@ inline void expect_solved(const Example& example) {
   expect_marks(results);
   EXPECT_LE(results.solution.cost, example.cost);
   if (example.cost_tolerance > 0.0) {
-    EXPECT_GE(results.solution.cost, example.cost * (1.0 - 2.0 * example.cost_tolerance));
+    EXPECT_GE(results.solution.cost, example.cost - 2.0 * example.cost_tolerance * std::abs(example.cost));
   }
   EXPECT_EQ(run.out.find("✗"), std::string::npos) << "a claim of the paper does not hold:\n" << run.out;
   if (results.problem.joints[0].control_axes.size() == 1) {
@@ -70,7 +70,7 @@ inline void expect_solved(const Example& example) {
 // Cost bounds are the reference value plus the tolerance, so that cost · (1 − 2 tolerance) is as far below it.
 inline Example close_to(std::string label, std::string name, std::vector<std::pair<std::string, std::string>> values,
                         double cost, double relative, bool fine = false) {
-  return {std::move(label), std::move(name), std::move(values), cost * (1.0 + relative), relative, fine};
+  return {std::move(label), std::move(name), std::move(values), cost + relative * std::abs(cost), relative, fine};
 }
 
 using Values = std::vector<std::pair<std::string, std::string>>;

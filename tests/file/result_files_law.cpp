@@ -174,7 +174,7 @@ TEST(SolutionFile, fields_have_the_names_and_the_order_of_the_interface) {
   EXPECT_EQ(keys_in_order(document["momentum"]["angular"]), (Keys{"bodies", "fluid", "total"}));
   EXPECT_EQ(keys_in_order(document["certificate"]),
             (Keys{"goal_error", "rest_error", "momentum_drift", "rotation_drift", "iterates_momentum",
-                  "equation_residual", "start_error", "control_error", "time_error", "cost_error", "clearance", "kkt",
+                  "equation_residual", "start_error", "control_error", "time_error", "velocity_error", "cost_error", "clearance", "kkt",
                   "second_order", "second_order_all_axes", "verdict", "replay", "refinement"}));
   EXPECT_EQ(document["certificate"]["verdict"], "proved local minimum");
   EXPECT_EQ(document["certificate"]["second_order_all_axes"]["negative_eigenvalues"], 14);
@@ -214,7 +214,7 @@ TEST(SolutionFile, a_simulation_has_null_where_a_number_would_mean_nothing) {
 
 TEST(SolutionFile, costs_beside_effort_come_back_as_they_were) {
   file::Results results = tests::sample_results(2);
-  results.problem.cost_weights = {1.5, 0.25, 0.125, 3.0};
+  results.problem.cost_weights = {1.5, 0.25, 0.125, 3.0, Vector3d(0.5, 0.0, -2.0)};
   results.solution.cost_parts = maneuver::CostParts{1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
   results.solution.work_multipliers.assign(results.problem.joints.size(),
                                            std::vector<double>(results.solution.time.size(), -0.5));
@@ -223,6 +223,7 @@ TEST(SolutionFile, costs_beside_effort_come_back_as_they_were) {
   const file::Results back = file::parse_solution(text, "x");
   EXPECT_EQ(file::solution_text(back), text);
   EXPECT_EQ(back.problem.cost_weights.transport, 3.0);
+  EXPECT_EQ(back.problem.cost_weights.displacement, Vector3d(0.5, 0.0, -2.0));
   EXPECT_EQ(back.solution.cost_parts->transport, 6.0);
   EXPECT_EQ(back.solution.work_multipliers.back().back(), -0.5);
   EXPECT_EQ(json::parse(text)["cost_parts"]["work"], 2.0);

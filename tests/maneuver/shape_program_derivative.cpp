@@ -31,11 +31,13 @@ struct ShapeSetting {
   unsigned seed = 23;
 };
 
-constexpr maneuver::CostWeights of_power{0.0, 3.0, 0.0, 0.0};
-constexpr maneuver::CostWeights of_smoothness{0.0, 0.0, 0.01, 0.0};
-constexpr maneuver::CostWeights of_work{40.0, 0.0, 0.0, 0.0};
-constexpr maneuver::CostWeights of_transport{0.0, 0.0, 0.0, 30.0};
-constexpr maneuver::CostWeights of_all{20.0, 2.0, 0.02, 20.0};
+const maneuver::CostWeights of_power{0.0, 3.0, 0.0, 0.0};
+const maneuver::CostWeights of_smoothness{0.0, 0.0, 0.01, 0.0};
+const maneuver::CostWeights of_work{40.0, 0.0, 0.0, 0.0};
+const maneuver::CostWeights of_transport{0.0, 0.0, 0.0, 30.0};
+const maneuver::CostWeights of_all{20.0, 2.0, 0.02, 20.0};
+const maneuver::CostWeights of_displacement{0.0, 0.0, 0.0, 0.0, Vector3d(300.0, -200.0, 100.0)};
+const maneuver::CostWeights of_displacement_too{20.0, 2.0, 0.02, 20.0, Vector3d(100.0, 200.0, -300.0)};
 
 // Every limit and two waypoints, about where random motions are.
 maneuver::Problem limited_problem(const model::SwimmerDescription& swimmer, const ShapeSetting& setting) {
@@ -288,6 +290,12 @@ INSTANTIATE_TEST_SUITE_P(
                      false, false, of_work},
         ShapeSetting{"transport", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true, false, false,
                      false, of_transport},
+        ShapeSetting{"displacement_of_any_joint", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid, true,
+                     false, false, false, of_displacement},
+        ShapeSetting{"displacement_of_a_periodic_motion_in_free_time", Swimmer::paper_chain,
+                     mechanics::DiscreteLagrangian::midpoint, false, false, true, true, of_displacement},
+        ShapeSetting{"displacement_in_the_plane_and_all_costs", Swimmer::in_the_plane,
+                     mechanics::DiscreteLagrangian::trapezoid, true, true, false, false, of_displacement_too},
         ShapeSetting{"all_costs_in_free_time", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true,
                      false, true, false, of_all},
         ShapeSetting{"all_costs_of_any_joint_within_limits", Swimmer::any_joint,

@@ -40,12 +40,13 @@ INSTANTIATE_TEST_SUITE_P(Examples, BackEnds,
                          testing::Values("translation", "translation_in_space", "rotation", "as_printed/translation",
                                          "as_printed/rotation", "sideways", "yaw", "around_an_obstacle",
                                          "translation_with_clearance", "rotation_with_clearance", "free_time", "gait",
-                                         "gait_within_limits", "least_work", "falling_cat_flip", "eel_gait"));
+                                         "gait_within_limits", "furthest_gait", "least_work", "falling_cat_flip",
+                                         "eel_gait"));
 INSTANTIATE_TEST_SUITE_P(Examples, BackEndsFromFirstGuesses,
                          testing::Values("translation", "translation_in_space", "rotation", "as_printed/translation",
                                          "as_printed/rotation", "sideways", "around_an_obstacle",
                                          "translation_with_clearance", "rotation_with_clearance", "free_time", "gait",
-                                         "gait_within_limits", "least_work", "falling_cat_flip"));
+                                         "gait_within_limits", "furthest_gait", "least_work", "falling_cat_flip"));
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -105,5 +105,48 @@ TEST(UnusualGoals, free_durations_with_every_other_cost_are_proved) {
   }
 }
 
+// A gait of no length costs nothing; a metre has to be worth more than the first ones cost before one longer pays.
+TEST(UnusualGoals, as_far_as_it_is_worth_stay_where_no_displacement_pays_and_go_further_the_more_it_is_worth) {
+  maneuver::Problem problem = planar_chain();
+  problem.goal->turn = Vector3d::Zero();
+  problem.goal->periodic = problem.start.free_shape = true;
+  problem.goal->rest = false;
+  double moved = 0.0;
+  for (double worth : {2e3, 3e4, 1e5}) {
+    problem.cost_weights.displacement[0] = worth;
+    const study::Answer answer = answered(problem);
+    const double further = answer.solution.position.back()[0] - answer.solution.position.front()[0];
+    EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+    if (worth < 1e4) {
+      EXPECT_EQ(answer.solution.cost, 0.0);
+      EXPECT_NE(answer.solution.message.find("cost.displacement"), std::string::npos) << answer.solution.message;
+      continue;
+    }
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+    EXPECT_LT(answer.solution.cost, 0.0);
+    EXPECT_GT(further, moved + 0.1);
+    moved = further;
+  }
+}
+
+// What a metre costs more at the answer is what it is worth: the price of the goal of a gait that has to go so far.
+TEST(UnusualGoals, as_far_as_it_is_worth_end_where_the_price_of_a_metre_is_its_worth) {
+  maneuver::Problem problem = planar_chain();
+  problem.goal->turn = Vector3d::Zero();
+  problem.goal->periodic = problem.start.free_shape = true;
+  problem.goal->rest = false;
+  problem.cost_weights.displacement[0] = 1e5;
+  const study::Answer furthest = answered(problem);
+  const double moved = furthest.solution.position.back()[0] - furthest.solution.position.front()[0];
+  problem.cost_weights = {};
+  const auto cost_of = [&](double distance) {
+    problem.goal->move[0] = distance;
+    return answered(problem).solution.cost;
+  };
+  EXPECT_NEAR(cost_of(moved) - 1e5 * moved, furthest.solution.cost, tolerance(1e-8) * 1e5 * moved);
+  const double by = 0.01;
+  EXPECT_NEAR((cost_of(moved + by) - cost_of(moved - by)) / (2.0 * by), 1e5, tolerance(1e-3) * 1e5);
+}
+
 }  // namespace
 }  // namespace lamprey::tests

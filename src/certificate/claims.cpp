@@ -1,0 +1,109 @@
+#include "certificate/claims.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamprey::certificate {
+
+namespace {
+
+constexpr double larger = 10.0;          // an error found, over the one told
+constexpr double unmarked_floor = 1e-9;  // of errors without a mark: what replays on another machine differ by
+constexpr double of_the_mark = 0.1;      // below this share of its mark an error is as good as any
+constexpr double kkt_scale = 1e-8;       // the usual tolerance
+constexpr double same_value = 1e-3;      // relative, of curvatures, growth rates and gaps
+
+class Claims {
+ public:
+  void error(const std::string& field, double stored, double found, double mark) {
+    if (std::isnan(stored) || found <= std::max(larger * stored, of_the_mark * mark)) return;
+    claims_.push_back({field, stored, found});  // NaN is found where nothing is
+  }
+
+  void value(const std::string& field, double stored, double found) {
+    if (std::isnan(stored)) return;
+    if (std::abs(stored - found) <= same_value * std::max(std::abs(found), same_value)) return;
+    claims_.push_back({field, stored, found});
+  }
+
+  void at_most(const std::string& field, double stored, double found) {
+    if (!(stored <= found)) claims_.push_back({field, stored, found});
+  }
+
+  std::vector<FalseClaim> all() && { return std::move(claims_); }
+
+ private:
+  std::vector<FalseClaim> claims_;
+};
+
+void compare(const std::string& field, const SecondOrder& stored, const SecondOrder& found, Claims& claims) {
+  claims.value(field + ".smallest_eigenvalue", stored.smallest_eigenvalue, found.smallest_eigenvalue);
+  claims.at_most(field + ".positive", stored.positive ? 1.0 : 0.0, found.positive ? 1.0 : 0.0);
+  if (stored.negative_eigenvalues)
+    claims.value(field + ".negative_eigenvalues", *stored.negative_eigenvalues,
+                 found.negative_eigenvalues.value_or(-1));
+}
+
+void compare(const Replay& stored, const Replay& found, Claims& claims) {
+  const auto error = [&](const char* field, double told, double is) {
+    claims.error(std::string("replay.") + field, told, is, unmarked_floor / of_the_mark);
+  };
+  error("rotation_error", stored.rotation_error, found.rotation_error);
+  error("position_error", stored.position_error, found.position_error);
+  error("whole_rotation_error", stored.whole_rotation_error, found.whole_rotation_error);
+  error("whole_position_error", stored.whole_position_error, found.whole_position_error);
+  error("feedback_rotation_error", stored.feedback_rotation_error, found.feedback_rotation_error);
+  error("feedback_position_error", stored.feedback_position_error, found.feedback_position_error);
+}
+
+// How much a verdict says.
+double weight_of(const std::optional<Verdict>& verdict) {
+  if (!verdict) return 0.0;
+  switch (*verdict) {
+    case Verdict::proved:
+      return 2.0;
+    case Verdict::stationary:
+      return 1.0;
+    case Verdict::not_optimal:
+      break;
+  }
+  return 0.0;
+}
+
+}  // namespace
+
+std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificate& found) {
+  Claims claims;
+  claims.error("goal_error", stored.goal_error, found.goal_error, goal_mark);
+  claims.error("rest_error", stored.rest_error, found.rest_error, rest_mark);
+  claims.error("momentum_drift", stored.momentum_drift, found.momentum_drift, momentum_mark);
+  claims.error("rotation_drift", stored.rotation_drift, found.rotation_drift, momentum_mark);
+  claims.error("iterates_momentum", stored.iterates_momentum, found.iterates_momentum, momentum_mark);
+  claims.error("equation_residual", stored.equation_residual, found.equation_residual, equation_mark);
+  claims.error("start_error", stored.start_error, found.start_error, start_mark);
+  claims.error("control_error", stored.control_error, found.control_error, control_mark);
+  claims.error("time_error", stored.time_error, found.time_error, time_mark);
+  claims.error("velocity_error", stored.velocity_error, found.velocity_error, velocity_mark);
+  claims.error("cost_error", stored.cost_error, found.cost_error, cost_mark);
+  claims.error("kkt", stored.kkt, found.kkt, kkt_scale);
+  if (stored.costs)
+    claims.error("costs.signs", stored.costs->signs, found.costs.value_or(CostsKept()).signs, complementarity_mark);
+  if (stored.limits) {
+    const LimitsKept is = found.limits.value_or(LimitsKept());
+    claims.error("limits.violation", stored.limits->violation, is.violation, limit_mark);
+    claims.error("limits.complementarity", stored.limits->complementarity, is.complementarity, complementarity_mark);
+    claims.error("limits.negative", stored.limits->negative, is.negative, complementarity_mark);
+  }
+  if (stored.second_order)
+    compare("second_order", *stored.second_order, found.second_order.value_or(SecondOrder()), claims);
+  if (stored.all_axes)
+    compare("second_order_all_axes", stored.all_axes->second_order, found.all_axes.value_or(AllAxes()).second_order,
+            claims);
+  if (stored.replay) compare(*stored.replay, found.replay.value_or(Replay()), claims);
+  if (stored.clearance)
+    claims.value("clearance.gap", stored.clearance->gap, found.clearance.value_or(Clearance()).gap);
+  claims.at_most("verdict", weight_of(stored.verdict), weight_of(found.verdict));
+  return std::move(claims).all();
+}
+
+}  // namespace lamprey::certificate

@@ -1,0 +1,20 @@
+// Claims: what a stored certificate says, against what is found when it is computed again.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "certificate/certificate.hpp"
+
+namespace lamprey::certificate {
+
+struct FalseClaim {
+  std::string field;     // as in solution.json
+  double stored, found;  // NaN: nothing
+};
+
+/// Fields of `stored` that promise more than `found` has: errors that are much larger (beyond round-off), other curvatures,
+/// gaps and verdicts. What `stored` leaves out promises nothing; costs on other grids, which only a search finds, are not judged.
+std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificate& found);
+
+}  // namespace lamprey::certificate

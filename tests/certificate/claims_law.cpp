@@ -1,0 +1,83 @@
+// False claims: a certificate is held to what is found when it is computed again, in whatever field it says more.
+#include "certificate/claims.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "certificate/certify.hpp"
+#include "certificate/marched_answers.hpp"
+#include "study/answer.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using certificate::Certificate;
+using certificate::false_claims;
+
+const Certificate& proof() {
+  static const Certificate found = [] {
+    maneuver::Problem problem = chain_problem(30, 1.0);
+    problem.goal->turn = Vector3d::Zero();
+    problem.goal->move = {2.0, std::nullopt, std::nullopt};
+    problem.limits.torque = 1e6;
+    for (model::JointDescription& joint : problem.swimmer.joints) joint.control_axes = {Vector3d(0, 0, 1)};
+    return study::answer(model::System(problem.swimmer), problem, {}).certificate;
+  }();
+  return found;
+}
+
+TEST(Claims, of_the_certificate_itself_hold) {
+  EXPECT_EQ(proof().verdict, certificate::Verdict::proved);
+  for (const auto& claim : false_claims(proof(), proof())) ADD_FAILURE() << claim.field;
+}
+
+TEST(Claims, that_say_less_or_nothing_hold) {
+  Certificate modest = proof();
+  modest.goal_error = 1.0;
+  modest.kkt = certificate::unset;
+  modest.replay.reset();
+  modest.second_order.reset();
+  modest.verdict = certificate::Verdict::stationary;
+  for (const auto& claim : false_claims(modest, proof())) ADD_FAILURE() << claim.field;
+}
+
+TEST(Claims, that_say_more_are_named_in_every_field) {
+  const std::vector<std::pair<std::string, std::function<void(Certificate&)>>> worse = {
+      {"goal_error", [](Certificate& is) { is.goal_error = 1e-3; }},
+      {"rest_error", [](Certificate& is) { is.rest_error = 1e-3; }},
+      {"momentum_drift", [](Certificate& is) { is.momentum_drift = 1e-3; }},
+      {"rotation_drift", [](Certificate& is) { is.rotation_drift = 1e-3; }},
+      {"iterates_momentum", [](Certificate& is) { is.iterates_momentum = 1e-3; }},
+      {"equation_residual", [](Certificate& is) { is.equation_residual = 1e-3; }},
+      {"start_error", [](Certificate& is) { is.start_error = 1e-3; }},
+      {"control_error", [](Certificate& is) { is.control_error = 1e-3; }},
+      {"time_error", [](Certificate& is) { is.time_error = 1e-3; }},
+      {"velocity_error", [](Certificate& is) { is.velocity_error = 1e-3; }},
+      {"cost_error", [](Certificate& is) { is.cost_error = 1e-3; }},
+      {"kkt", [](Certificate& is) { is.kkt = 1e-3; }},
+      {"limits.violation", [](Certificate& is) { is.limits->violation = 1e-3; }},
+      {"limits.complementarity", [](Certificate& is) { is.limits->complementarity = 1e-3; }},
+      {"limits.negative", [](Certificate& is) { is.limits->negative = 1e-3; }},
+      {"second_order.smallest_eigenvalue", [](Certificate& is) { is.second_order->smallest_eigenvalue *= 0.9; }},
+      {"second_order.positive", [](Certificate& is) { is.second_order->positive = false; }},
+      {"second_order.negative_eigenvalues", [](Certificate& is) { is.second_order->negative_eigenvalues = 3; }},
+      {"replay.rotation_error", [](Certificate& is) { is.replay->rotation_error = 1.0; }},
+      {"replay.position_error", [](Certificate& is) { is.replay->position_error = 10.0; }},
+      {"replay.whole_rotation_error", [](Certificate& is) { is.replay->whole_rotation_error = 10.0; }},
+      {"replay.whole_position_error", [](Certificate& is) { is.replay->whole_position_error = 100.0; }},
+      {"clearance.gap", [](Certificate& is) { is.clearance->gap -= 0.01; }},
+      {"verdict", [](Certificate& is) { is.verdict = certificate::Verdict::stationary; }},
+      {"kkt", [](Certificate& is) { is.kkt = certificate::unset; }},
+      {"clearance.gap", [](Certificate& is) { is.clearance.reset(); }}};
+  for (const auto& [field, make_worse] : worse) {
+    Certificate found = proof();
+    make_worse(found);
+    const auto claims = false_claims(proof(), found);
+    ASSERT_EQ(claims.size(), 1U) << field;
+    EXPECT_EQ(claims.front().field, field);
+  }
+}
+
+}  // namespace
+}  // namespace lamprey::tests
