@@ -71,6 +71,7 @@ int solve(const SolveArguments& arguments) {
   options.refinement = arguments.refinement;
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
   options.interrupted = interrupted;
+  file::require_writable(arguments.out);  // before the work, not after it
   const Results results = file::solve_task(problem_file, options, arguments.command);
   file::write_files(arguments.out, {file::solution_file(results), file::trajectory_file(results),
                                     file::finished_file("report.html", report::report_html(results))});
@@ -99,6 +100,7 @@ int simulate(const SimulateArguments& arguments) {
     options.followed = file::read_solution(arguments.feedback);
     options.followed_path = arguments.feedback + "/solution.json";
   }
+  file::require_writable(arguments.out);
   const Results results = file::march_task(problem_file, options, arguments.command);
   if (results.solution.status == Status::stalled) {
     fmt::print(stderr, "lamprey: {}\n", results.solution.message);
@@ -114,6 +116,7 @@ int simulate(const SimulateArguments& arguments) {
 int check(const std::string& problem) {
   const file::ProblemFile problem_file = file::read_problem_file(problem);
   const model::System system = file::system_of(problem_file);
+  file::require_start_within_limits(problem_file);
   fmt::print("{}", file::model_table(problem_file.problem, system));
   return done;
 }
@@ -131,8 +134,8 @@ int verify(const std::string& folder) {
   const bool holds = claimed != Status::optimal || results.solution.status == Status::optimal;
   fmt::print("  {}\n",
              holds ? "The stored status holds." : "The stored status does not hold: " + results.solution.message);
-  const auto claims =
-      stored.certificate ? certificate::false_claims(*stored.certificate, proof) : std::vector<certificate::FalseClaim>();
+  const auto claims = stored.certificate ? certificate::false_claims(*stored.certificate, proof)
+                                         : std::vector<certificate::FalseClaim>();
   for (const certificate::FalseClaim& claim : claims)
     fmt::print("  The stored certificate does not hold: {} is {}, it says {}.\n", claim.field,
                found_or_nothing(claim.found), report::number(claim.stored, 3));

@@ -112,12 +112,15 @@ Balance check_balance(const StoredMotion& motion) {
   return balance;
 }
 
-double velocity_error(const StoredMotion& motion, const std::vector<integrator::State>& states) {
+double velocity_error(const StoredMotion& motion, const std::vector<integrator::State>& states, double momentum_scale) {
   const model::System& system = motion.system;
   const maneuver::Solution& stored = motion.solution;
   // of each kind the largest difference and the largest value
   std::array<Largest, 4> off, whole;
-  const auto compare = [&](std::size_t kind, const std::vector<Vector3d>& told, std::size_t place, const Vector3d& found) {
+  whole[2].add(momentum_scale);
+  whole[3].add(momentum_scale);
+  const auto compare = [&](std::size_t kind, const std::vector<Vector3d>& told, std::size_t place,
+                           const Vector3d& found) {
     whole[kind].add(found.norm());
     off[kind].add(place < told.size() ? (told[place] - found).norm() : unset);
   };

@@ -24,7 +24,7 @@ double largest_part(const model::System& system, const VectorXd& v);
 Balance check_balance(const StoredMotion& motion);
 
 /// Largest difference of the stored velocities and momenta from those of the states at the nodes, [N + 1], each kind
-/// relative to its largest. Infinite where nodes lack one.
-double velocity_error(const StoredMotion& motion, const std::vector<integrator::State>& states);
+/// relative to its largest; of momenta at least `momentum_scale`, since the whole's may be none. Infinite where nodes lack one.
+double velocity_error(const StoredMotion& motion, const std::vector<integrator::State>& states, double momentum_scale);
 
 }  // namespace lamprey::certificate

@@ -22,8 +22,8 @@ bool confined(const model::System& system, const model::Joint& joint) {
 // that they state.
 bool of_the_problem(const Certificate& proof) {
   return proof.momentum_drift <= momentum_mark && proof.start_error <= start_mark &&
-         proof.control_error <= control_mark && proof.time_error <= time_mark && proof.velocity_error <= velocity_mark &&
-         proof.cost_error <= cost_mark;
+         proof.control_error <= control_mark && proof.time_error <= time_mark &&
+         proof.velocity_error <= velocity_mark && proof.cost_error <= cost_mark;
 }
 
 bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
@@ -103,7 +103,7 @@ void certify_stages(const StoredMotion& motion, const Options& options, double s
   proof.equation_residual = step_residual(motion, *stages, scale);
   proof.rest_error = largest_part(motion.system, stages->node.back().momentum) / scale;
   proof.control_error = stages->control_error;
-  proof.velocity_error = velocity_error(motion, stages->node);
+  proof.velocity_error = velocity_error(motion, stages->node, scale);
   proof.cost_error = relative_difference(motion.solution.cost, cost_of_steps(motion, *stages));
   if (options.optimality) proof.kkt = kkt_residual(motion, *stages, scale);
   if (options.replay) proof.replay = replay(motion, *stages, options.replay_window, options.replay_tolerance);
@@ -143,7 +143,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
     proof.limits = {kept.violation, kept.key, kept.time, kept.complementarity, kept.negative};
   }
   const CostCheck cost = check_cost(motion);
-  proof.velocity_error = velocity_error(motion, node_states(motion));
+  proof.velocity_error = velocity_error(motion, node_states(motion), balance.scale);
   const double won = certificate::won(motion);  // beside which little may be left
   proof.cost_error = relative_difference(solution.cost + won, cost.cost + won);
   if (problem.cost_weights.any()) proof.costs = {proof.cost_error, cost.signs};

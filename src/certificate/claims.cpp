@@ -100,8 +100,7 @@ std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificat
     compare("second_order_all_axes", stored.all_axes->second_order, found.all_axes.value_or(AllAxes()).second_order,
             claims);
   if (stored.replay) compare(*stored.replay, found.replay.value_or(Replay()), claims);
-  if (stored.clearance)
-    claims.value("clearance.gap", stored.clearance->gap, found.clearance.value_or(Clearance()).gap);
+  if (stored.clearance) claims.value("clearance.gap", stored.clearance->gap, found.clearance.value_or(Clearance()).gap);
   claims.at_most("verdict", weight_of(stored.verdict), weight_of(found.verdict));
   return std::move(claims).all();
 }

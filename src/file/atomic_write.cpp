@@ -80,6 +80,11 @@ void create_folder(const std::filesystem::path& folder, Undo& undo) {
     refuse_io(folder.string(), "cannot be created");
 }
 
+std::filesystem::path target_of(const std::string& folder) {
+  std::filesystem::path target = std::filesystem::path(folder.empty() ? "." : folder).lexically_normal();
+  return target.has_filename() ? target : target.parent_path();
+}
+
 std::string write_temporary(const std::filesystem::path& folder, const PendingFile& file, Undo& undo) {
   const std::string temporary = (folder / fmt::format(".{}.{}.partial", file.name, ::getpid())).string();
   ::unlink(temporary.c_str());
@@ -98,10 +103,16 @@ PendingFile finished_file(std::string name, std::string content) {
           }};
 }
 
+void require_writable(const std::string& folder) {
+  Undo undo;
+  const std::filesystem::path target = target_of(folder);
+  create_folder(target, undo);
+  write_temporary(target, finished_file("probe", ""), undo);
+}
+
 void write_files(const std::string& folder, const std::vector<PendingFile>& files) {
   Undo undo;
-  std::filesystem::path target = std::filesystem::path(folder.empty() ? "." : folder).lexically_normal();
-  if (!target.has_filename()) target = target.parent_path();
+  const std::filesystem::path target = target_of(folder);
   create_folder(target, undo);
   std::vector<std::string> temporaries;
   for (const PendingFile& file : files) temporaries.push_back(write_temporary(target, file, undo));

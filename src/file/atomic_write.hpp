@@ -16,6 +16,9 @@ struct PendingFile {
 /// A pending file whose bytes are known.
 PendingFile finished_file(std::string name, std::string content);
 
+/// Throws what write_files would where the folder cannot be made or written to; leaves nothing behind.
+void require_writable(const std::string& folder);
+
 /// Writes all files into the folder: each to a temporary name, flushed to the disk, and renamed once all are complete.
 /// Creates the folder (and those above it) where missing. On failure nothing half-written stays, nor a folder that was not there
 /// before; throws IoError, or what a writer threw. If a rename itself fails, files already renamed keep their new, complete content.

@@ -290,21 +290,6 @@ std::string search_text(const maneuver::Search& search) {
   return text;
 }
 
-// What is minimised, a term for each weight.
-std::string cost_text(const Problem& problem) {
-  const maneuver::CostWeights& weights = problem.cost_weights;
-  std::string text = fmt::format("{} × ∫ ½ Σ|u|² dt", short_number(problem.effort));
-  for (const auto& [weight, term] :
-       {std::pair(weights.work, "∫ Σ|u·ω| dt"), std::pair(weights.power, "∫ Σ(u·ω)² dt"),
-        std::pair(weights.smoothness, "∫ ½ Σ|du/dt|² dt"), std::pair(weights.transport, "∫ Σ|u·ω| dt per distance")})
-    if (weight > 0.0) text += fmt::format(" + {} × {}", short_number(weight), term);
-  if (problem.time_weight > 0.0) text += fmt::format(" + {} × ∫ dt", short_number(problem.time_weight));
-  for (int c = 0; c < 3; ++c)
-    if (const double won = weights.displacement[c]; won != 0.0)
-      text += fmt::format(" {} {} × displacement along {}", won > 0.0 ? "−" : "+", short_number(std::abs(won)), "xyz"[c]);
-  return text;
-}
-
 std::string task_section(const Problem& problem) {
   TextTable table("l");
   table.add_row({"start", start_text(problem)});
@@ -312,7 +297,7 @@ std::string task_section(const Problem& problem) {
   table.add_row({"time", time_text(problem)});
   table.add_row({"scheme", std::string(word(problem.scheme))});
   table.add_row(
-      {"cost", fmt::format("{}, {} rule", cost_text(problem),
+      {"cost", fmt::format("{}, {} rule", cost_words(problem.effort, problem.time_weight, problem.cost_weights),
                            integrator::single_step(problem.scheme) ? word(problem.cost_rule()) : "the scheme's own")});
   table.add_row({"control", control_kind_text(problem)});
   add_limits(table, problem.limits);
@@ -335,6 +320,20 @@ fluid::EllipsoidInertia checked_inertia(const Vector3d& semi_axes, double densit
 }
 
 }  // namespace
+
+std::string cost_words(double effort, double time_weight, const maneuver::CostWeights& weights) {
+  std::string text = fmt::format("{} × ∫ ½ Σ|u|² dt", short_number(effort));
+  for (const auto& [weight, term] :
+       {std::pair(weights.work, "∫ Σ|u·ω| dt"), std::pair(weights.power, "∫ Σ(u·ω)² dt"),
+        std::pair(weights.smoothness, "∫ ½ Σ|du/dt|² dt"), std::pair(weights.transport, "∫ Σ|u·ω| dt per distance")})
+    if (weight > 0.0) text += fmt::format(" + {} × {}", short_number(weight), term);
+  if (time_weight > 0.0) text += fmt::format(" + {} × ∫ dt", short_number(time_weight));
+  for (int c = 0; c < 3; ++c)
+    if (const double won = weights.displacement[c]; won != 0.0)
+      text +=
+          fmt::format(" {} {} × displacement along {}", won > 0.0 ? "−" : "+", short_number(std::abs(won)), "xyz"[c]);
+  return text;
+}
 
 std::string model_table(const Problem& problem, const System& system) {
   return heading(problem, system) + bodies_section(system) + inertia_section(problem, system) + joints_section(system) +

@@ -14,6 +14,9 @@ namespace lamprey::file {
 /// search. Needs start rotations for every body; the system must be that of the problem.
 std::string model_table(const maneuver::Problem& problem, const model::System& system);
 
+/// What is minimised, a term for each weight.
+std::string cost_words(double effort, double time_weight, const maneuver::CostWeights& weights);
+
 /// Inertia of one neutrally buoyant ellipsoid, semi-axes in m, density in kg/m³, for people to read.
 /// Throws model::InputError for lengths or densities that make no body.
 std::string inertia_table(const Eigen::Vector3d& semi_axes, double density);

@@ -36,4 +36,8 @@ enum class Purpose { simulate, solve, solve_with_ipopt };
 /// a goal that is missing. Everything that can be read can be marched.
 void require_supported(const ProblemFile& file, Purpose purpose);
 
+/// Throws model::InputError, with its place, where a maneuver's given start breaks one of its limits: no moment changes that.
+/// Needs start rotations of all bodies.
+void require_start_within_limits(const ProblemFile& file);
+
 }  // namespace lamprey::file

@@ -6,6 +6,7 @@
 #include "file/problem_file.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
+#include "maneuver/limit_rows.hpp"
 #include "maneuver/maneuver.hpp"
 
 namespace lamprey::file {
@@ -18,6 +19,8 @@ namespace {
       key, fmt::format("found {}, for which this version seeks no maneuvers yet; allowed for now: {}; {}", found,
                        allowed, cure));
 }
+
+constexpr double start_breaks = 1e-9;  // of a limit's unit: beyond round-off
 
 constexpr const char* only_by_newton =
     "remove this key, or set control.kind = \"steps\" without --solver ipopt and begin without momentum";
@@ -111,6 +114,29 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
 
 }  // namespace
 
+void require_start_within_limits(const ProblemFile& file) {
+  using Kind = maneuver::LimitRow::Kind;
+  const maneuver::Problem& problem = file.problem;
+  if (!problem.goal || problem.start.free_shape) return;
+  const model::System system(problem.swimmer);
+  const integrator::State start = maneuver::start_state(system, problem.start);
+  const Eigen::VectorXd still = Eigen::VectorXd::Zero(system.control_count());
+  const maneuver::LimitedNode node{start.rotation, start.rotation,      start.position,
+                                   still,          problem.time_step(), problem.duration.value};
+  for (const maneuver::LimitRow& row : maneuver::limit_rows(system, problem)) {
+    if (row.of_moments() || row.of_duration() || row.equality() || row.kind == Kind::speed) continue;
+    const double value = maneuver::limit_value(system, row, node, 1.0);
+    if (value >= -start_breaks) continue;
+    const bool listed = row.kind == Kind::sphere || row.kind == Kind::half_space;
+    const std::string key = listed ? fmt::format("{}[{}]", row.key, row.component) : row.key;
+    throw located(
+        model::InputError(key, fmt::format("found a start that breaks this limit by {:.3g} {}; allowed: a start within "
+                                           "the limits, or start.free_shape; widen the limit or change [start]",
+                                           row.excess(-value, problem.time_step()), row.unit_name())),
+        file);
+  }
+}
+
 void require_supported(const ProblemFile& file, Purpose purpose) {
   if (purpose == Purpose::simulate) return;  // marching knows no bounds
   const maneuver::Problem& problem = file.problem;
@@ -121,6 +147,7 @@ void require_supported(const ProblemFile& file, Purpose purpose) {
     if (problem.control == maneuver::ControlKind::spline) require_supported_spline(problem.swimmer);
     require_supported_scheme(problem.scheme, transcribed);
     require_supported_maneuver(file.problem, transcribed);
+    require_start_within_limits(file);
   } catch (const model::InputError& error) {
     throw located(error, file);
   }

@@ -19,8 +19,8 @@ using certificate::momentum_mark;
 using certificate::rest_mark;
 using certificate::start_mark;
 using certificate::time_mark;
-using certificate::velocity_mark;
 using certificate::unset;
+using certificate::velocity_mark;
 
 constexpr double replay_mark = 1e-3;    // rad at a window's end
 constexpr double feedback_mark = 1e-2;  // rad at the end

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "file/model_table.hpp"
 #include "file/words.hpp"
 #include "report/wording.hpp"
 
@@ -142,6 +143,9 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
     rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
   if (const std::optional<Transport> moved = transport(results); sought && moves && moved) {
     rows.emplace_back("Work of the joints", number(moved->work, 5) + " J, nothing won back");
+    const Eigen::Vector3d way = solution.position.back() - solution.position.front();
+    if (problem.goal && (problem.goal->periodic || problem.cost_weights.of_displacement()))
+      rows.emplace_back("Displacement", vector(way) + " m");
     if (problem.goal && problem.goal->periodic && moved->distance > 0.0)
       rows.emplace_back("Cost of transport", number(moved->work / moved->distance, 5) + " J/m");
   }
@@ -172,9 +176,10 @@ std::vector<std::pair<std::string, std::string>> problem_settings(const file::Re
                                    ? fmt::format("natural cubic spline through {} points", problem.points)
                                    : std::string("one value at each node"));
   if (problem.goal) {
-    rows.emplace_back("Cost", problem.cost_rule == maneuver::CostRule::trapezoid
-                                  ? "∫ ½ Σ |u|² dt by the trapezoid rule"
-                                  : "∫ ½ Σ |u|² dt by the rectangle rule, every node of weight h");
+    const bool trapezoid = problem.cost_rule == maneuver::CostRule::trapezoid;
+    rows.emplace_back("Cost", file::cost_words(problem.effort, problem.time_weight, problem.cost_weights) +
+                                  (trapezoid ? ", effort by the trapezoid rule"
+                                             : ", effort by the rectangle rule, every node of weight h"));
   }
   return rows;
 }

@@ -200,7 +200,8 @@ class NewtonMethod : public Method {
     found.outcome.history = half.outcome.history;
     found.outcome.iterations = half.outcome.iterations;
     found.outcome.evaluations = half.outcome.evaluations;
-    if (half.converged() && std::abs(half.cost - found.cost) < same_solution * std::abs(found.cost)) found.coarser = half.path;
+    if (half.converged() && std::abs(half.cost - found.cost) < same_solution * std::abs(found.cost))
+      found.coarser = half.path;
   }
 
   // On to the scheme above order 2, from coarse to fine.

@@ -128,8 +128,9 @@ class Search {
       if (!found.path.position.empty() &&
           (found.path.position.back() - found.path.position.front()).norm() > faded * size)
         return false;
-    return rest("every motion that was tried costs more than its displacement wins, as cost.displacement has it: a "
-                "larger one may move");
+    return rest(
+        "every motion that was tried costs more than its displacement wins, as cost.displacement has it: a "
+        "larger one may move");
   }
 
   bool rest(const char* reason) {
@@ -192,7 +193,8 @@ class Search {
       if (!confirmed_[s]) {
         const int steps = confirming_steps * static_cast<int>(starts_[s].path.rotation.size() - 1);
         const Found fine = method_->carry(starts_[s], steps);
-        confirmed_[s] = fine.converged() && std::abs(fine.cost - starts_[s].cost) < settled_cost * std::abs(starts_[s].cost);
+        confirmed_[s] =
+            fine.converged() && std::abs(fine.cost - starts_[s].cost) < settled_cost * std::abs(starts_[s].cost);
       }
       if (*confirmed_[s]) return s;
     }

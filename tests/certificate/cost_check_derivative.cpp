@@ -76,8 +76,8 @@ TEST(CostGradient, matches_central_differences_of_the_cost_for_every_joint_and_w
                                                    {0.0, 0.0, 0.0, 2.0},
                                                    {0.0, 0.0, 0.0, 0.0, Vector3d(5.0, -3.0, 2.0)}}) {
         SCOPED_TRACE(::testing::Message() << "seed " << seed << ", periodic " << periodic << ", work " << weights.work
-                                          << ", power " << weights.power << ", smoothness " << weights.smoothness << ", displacement "
-                                          << weights.displacement.transpose());
+                                          << ", power " << weights.power << ", smoothness " << weights.smoothness
+                                          << ", displacement " << weights.displacement.transpose());
         check_gradient(answer, weights, periodic, seed);
       }
   }

@@ -41,6 +41,15 @@ TEST(Program, tells_usage_input_output_and_missing_files_apart) {
             6);
 }
 
+TEST(Program, notices_a_folder_that_cannot_be_written_before_it_searches) {
+  const Folder folder;
+  std::ofstream(folder / "file") << "in the way";
+  const ProgramRun run = lamprey(folder, "solve " + example("translation") + " --out " + (folder / "file/run"));
+  EXPECT_EQ(run.exit_code, 6);
+  EXPECT_EQ(run.err.find("start 1"), std::string::npos) << run.err;
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+}
+
 TEST(Program, prints_one_json_document_and_the_same_bytes_again) {
   const Folder folder;
   const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});

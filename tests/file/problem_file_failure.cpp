@@ -162,6 +162,40 @@ TEST(MalformedProblem, one_changed_byte_reads_or_is_refused) {
   EXPECT_GT(refused, 1000);
 }
 
+// Two bodies in a row, the second bent by half a radian about e_3; what follows is of the limits.
+std::string bent_pair(const std::string& start, const std::string& limits) {
+  return "schema = 1\n[fluid]\ndensity = 1000.0\n"
+         "[[body]]\nname = \"a\"\nsemi_axes = [0.5, 0.1, 0.1]\n[[body]]\nname = \"b\"\nsemi_axes = [0.5, 0.1, 0.1]\n"
+         "[[joint]]\nkind = \"hinge\"\nname = \"neck\"\nparent = \"a\"\nchild = \"b\"\naxis = [0, 0, 1]\n"
+         "parent_offset = [0.52, 0, 0]\nchild_offset = [-0.52, 0, 0]\n"
+         "[start]\nrotation.b = [0.0, 0.0, 0.5]\n" +
+         start +
+         "[goal]\nmove = [0.1, \"free\", \"free\"]\nperiodic = true\n[time]\nduration = 1.0\nsteps = 10\n[limits]\n" +
+         limits;
+}
+
+TEST(StartBeyondALimit, is_told_at_the_limit_with_by_how_much_unless_shapes_are_free) {
+  for (const auto& [limits, key, fragment] :
+       {std::tuple("angle.neck = [-0.3, 0.3]\n", "limits.angle.neck", "by 0.2 rad"),
+        std::tuple("swing.neck = 0.4\n", "limits.swing.neck", "by 0.1 rad"),
+        std::tuple("clearance = 0.1\n", "limits.clearance", "m;"),
+        std::tuple("sphere = [{ centre = [0.0, 0.0, 0.0], radius = 0.1 }]\n", "limits.sphere[0]", "m;"),
+        std::tuple("half_space = [{ point = [0, 0, 0], normal = [0, 0, 1] }]\n", "limits.half_space[0]", "by 0.1 m")}) {
+    try {
+      file::require_start_within_limits(parse_problem(bent_pair("", limits), "pair.toml"));
+      ADD_FAILURE() << limits << " was taken as kept";
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.key, key) << error.what();
+      EXPECT_GT(error.line, 20) << error.what();
+      EXPECT_NE(error.message.find(fragment), std::string::npos) << error.what();
+    }
+    EXPECT_NO_THROW(
+        file::require_start_within_limits(parse_problem(bent_pair("free_shape = true\n", limits), "pair.toml")));
+  }
+  EXPECT_NO_THROW(
+      file::require_start_within_limits(parse_problem(bent_pair("", "angle.neck = [-0.5, 0.5]\n"), "pair.toml")));
+}
+
 TEST(UnsupportedProblem, each_feature_is_refused_at_its_place_until_none_is_left) {
   const std::string path = "all.toml";
   std::string text = tests::bytes_of(tests::folder_of_tests() + "valid.toml");
