@@ -420,11 +420,15 @@ void CostTerms::renew(const CostedMotion& motion, const CostValues& values, bool
   find_heaviest(motion, values);
 }
 
+// Heavier ones make narrow bent valleys of the kinks, u = 0 or ω = 0, that a search creeps along.
 void CostTerms::choose_weight(const CostValues& values) {
   if (!of_work()) return;
   const double mean = std::sqrt(values.power.squaredNorm() / static_cast<double>(values.power.size()));
-  multipliers_.weight = first_work_weight / std::max(mean, 1e-300);
-  multipliers_.largest_weight = largest_work_weight * multipliers_.weight;
+  const double first = first_work_weight / std::max(mean, 1e-300),
+               before = multipliers_.largest_weight / largest_work_weight;
+  const double carried = before > 0.0 ? std::min(multipliers_.weight / before, carried_work_weight) : 1.0;
+  multipliers_.weight = carried * first;
+  multipliers_.largest_weight = largest_work_weight * first;
 }
 
 void CostTerms::take(const WorkMultipliers& from) {
@@ -432,7 +436,7 @@ void CostTerms::take(const WorkMultipliers& from) {
   multipliers_.value.setZero();
   heaviest_.setConstant(std::numeric_limits<double>::infinity());
   multipliers_.largest_weight = from.largest_weight;
-  multipliers_.weight = std::min(from.weight, carried_work_weight / largest_work_weight * from.largest_weight);
+  multipliers_.weight = from.weight;
   const auto coarse = static_cast<int>(from.value.cols()) - 1;
   if (coarse < 1) return;
   for (int k = 0; k <= steps_; ++k) {

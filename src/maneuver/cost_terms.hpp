@@ -70,11 +70,9 @@ class CostTerms {
   /// Multipliers at the point with these values; where `heavier`, the weight rises if the error has not fallen.
   void renew(const CostedMotion& motion, const CostValues& values, bool heavier);
   const WorkMultipliers& multipliers() const { return multipliers_; }
-  /// Takes over multipliers of another grid, and no more of their weight than lets signs change there.
+  /// Takes over multipliers of another grid, whose weight choose_weight then makes fit for the motion there.
   void take(const WorkMultipliers& from);
-  /// Whether multipliers have a weight yet.
-  bool weighs() const { return multipliers_.weight > 0.0; }
-  /// Chooses the first weight by a motion's powers.
+  /// Chooses the weight to begin with by a motion's powers; of a heavier one before no more stays than lets signs change.
   void choose_weight(const CostValues& values);
 
  private:

@@ -150,10 +150,10 @@ bool ShapeProgram::go_to(const NodePath& path) {
   terms_.take(work_start_);
   if (!roll_out(now_)) return false;
   has_motion_ = true;
-  const bool weighs = limits_.empty() || before.weight > 0.0, works = !terms_.of_work() || terms_.weighs();
-  if (weighs && works) return true;
+  const bool weighs = limits_.empty() || before.weight > 0.0;
+  if (weighs && !terms_.of_work()) return true;
   if (!weighs) limits_.take(before, now_.cost + won(now_));  // a weight fit for what the guess costs
-  if (!works) terms_.choose_weight(now_.terms);
+  terms_.choose_weight(now_.terms);
   measure(now_);
   return true;
 }

@@ -127,8 +127,8 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
                                            20.0};
     for (double& multiplier : multipliers.value.reshaped()) multiplier = 1e3 * random_.uniform(0.5, 1.0);
     program_->take_limit_multipliers(multipliers);
-    // the weight keeps kinks of the work away from these powers
-    maneuver::WorkMultipliers signs{Eigen::MatrixXd::Zero(system_.joint_count(), steps + 1), 1e-5, 1.0};
+    // a weight so much lighter than the first keeps kinks of the work away from these powers
+    maneuver::WorkMultipliers signs{Eigen::MatrixXd::Zero(system_.joint_count(), steps + 1), 1e-10, 1.0};
     for (double& sign : signs.value.reshaped()) sign = random_.uniform(-0.7, 0.7);
     program_->take_work_multipliers(signs);
     EXPECT_TRUE(program_->go_to(path));
