@@ -121,10 +121,15 @@ std::string far_turn(const Problem& problem, const Solution& solution) {
          " may be too few.";
 }
 
-std::string advice(const Problem& problem) {
+// What to try, what bears on this answer first.
+std::string advice(const Problem& problem, const Certificate& proof, const Solution& solution) {
   if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
-  if (problem.search.starts == 1) return "try [search] starts = 8, another seed, or a nearer goal";
-  return "try more starts, another seed, or a nearer goal; check that control_axes can reach it";
+  std::string words = "try ";
+  if (!far_turn(problem, solution).empty()) words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
+  const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
+  if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
+  if (problem.search.starts == 1) return words + "[search] starts = 8, another seed, or a nearer goal";
+  return words + "more starts, another seed, or a nearer goal; check that control_axes can reach it";
 }
 
 // What second derivatives say, as sentences.
@@ -261,7 +266,7 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
     if (!cut_short) solution.status = Status::feasible;
     solution.message = "The goal is met, but " + unsettled(problem, proof) + "." + stopped +
                        far_turn(problem, solution) + spring_at_its_jump(problem, solution) +
-                       " To mend it: " + advice(problem) + ".";
+                       " To mend it: " + advice(problem, proof, solution) + ".";
   } else {
     const bool beyond_moments = solution.status == Status::optimal && !(proof.goal_error <= goal_mark);
     if (!cut_short && solution.status != Status::infeasible)
@@ -273,7 +278,8 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
       return;
     }
     solution.message = "Not solved: " + missing + "." + stopped + far_turn(problem, solution) +
-                       spring_at_its_jump(problem, solution) + " What may help: " + advice(problem) + ".";
+                       spring_at_its_jump(problem, solution) + " What may help: " + advice(problem, proof, solution) +
+                       ".";
   }
 }
 

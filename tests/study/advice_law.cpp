@@ -1,0 +1,68 @@
+// Advice begins with what the answer's own numbers point at: turns of a quarter in a step, a limit that is broken.
+#include <gtest/gtest.h>
+
+#include "file/problem_file.hpp"
+#include "lie/so3.hpp"
+#include "study/answer.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using certificate::Certificate;
+using maneuver::Solution;
+
+class Advice : public testing::Test {
+ protected:
+  Advice() {
+    problem_.steps = 40;
+    problem_.search.starts = 4;
+    proof_.equation_residual = proof_.goal_error = proof_.rest_error = 0.0;
+    proof_.start_error = proof_.control_error = proof_.time_error = proof_.velocity_error = proof_.cost_error = 0.0;
+    proof_.momentum_drift = 0.0;
+    proof_.kkt = 0.1;
+    turn(0.1);
+  }
+
+  void turn(double angle) {  // of the first body in every step
+    solution_.time.clear();
+    solution_.rotation.clear();
+    for (int k = 0; k <= problem_.steps; ++k) {
+      solution_.time.push_back(0.1 * k);
+      solution_.rotation.emplace_back(problem_.swimmer.bodies.size(), Eigen::Matrix3d::Identity());
+      solution_.rotation.back()[0] = lie::exp(Eigen::Vector3d(0.0, 0.0, angle * k));
+    }
+  }
+
+  std::string message() {
+    Solution judged = solution_;
+    study::judge(problem_, proof_, judged);
+    return judged.message;
+  }
+  bool tells(const std::string& words) { return message().find(words) != std::string::npos; }
+
+  maneuver::Problem problem_ = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml");
+  Certificate proof_;
+  Solution solution_;
+};
+
+TEST_F(Advice, speaks_of_neither_where_nothing_points_there) {
+  EXPECT_TRUE(tells("try more starts, another seed, or a nearer goal")) << message();
+  EXPECT_FALSE(tells("[time] steps")) << message();
+  EXPECT_FALSE(tells("looser")) << message();
+}
+
+TEST_F(Advice, is_more_steps_where_a_body_turns_by_a_quarter_in_one) {
+  turn(1.57);
+  EXPECT_TRUE(tells("To mend it: try [time] steps = 80, more starts")) << message();
+}
+
+TEST_F(Advice, is_a_looser_limit_where_that_is_broken) {
+  proof_.limits = certificate::LimitsKept{0.01, "limits.angle.front", 2.0, 0.0, 0.0};
+  EXPECT_TRUE(tells("What may help: try a looser limits.angle.front, more starts")) << message();
+  proof_.limits->key = "goal.waypoint.0";
+  EXPECT_FALSE(tells("looser")) << message();
+  EXPECT_TRUE(tells("goal.waypoint.0 is broken by 0.01")) << message();
+}
+
+}  // namespace
+}  // namespace lamprey::tests
