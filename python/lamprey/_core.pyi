@@ -258,7 +258,7 @@ def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, s
 
 def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, duration: float | None = None, adaptive: bool = False, reference: bool = False, feedback: Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1) -> Trajectory:
     """
-    Marches from the problem's start: what `lamprey simulate` does. Releases the GIL.
+    Marches from the problem's start, after a stored gait from where that begins: what `lamprey simulate` does. Releases the GIL.
 
     problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its moments), a path (solution.json or CSV), a pair (time (rows,) s,
     control (rows, joints, 3) N m; not-a-knot cubic between rows), or a function of time in s that returns (joints, 3) N m:

@@ -245,7 +245,8 @@ void bind_tasks(nb::module_& module) {
               "numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, "
               "duration: float | None = None, adaptive: bool = False, reference: bool = False, feedback: "
               "Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1) -> Trajectory"),
-      "Marches from the problem's start: what `lamprey simulate` does. Releases the GIL.\n\n"
+      "Marches from the problem's start, after a stored gait from where that begins: what `lamprey simulate` does. "
+      "Releases the GIL.\n\n"
       "problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its "
       "moments), a path (solution.json or CSV), a pair "
       "(time "

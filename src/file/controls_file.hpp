@@ -1,6 +1,7 @@
 // Controls for `lamprey simulate --controls`: the moments of an earlier solution.json, or a table that people write.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct ControlSamples {
   std::size_t stages = 0;                                 // with stages: nodes in each step, s
   int points = 0;                                         // with spline
   maneuver::Scheme scheme = maneuver::Scheme::trapezoid;  // of the solution
+  std::optional<maneuver::Start> first = {};              // of the solution: its first node
 };
 
 /// Reads a solution.json (text that begins with '{') or a CSV table: t, then three columns for each joint, in the problem's order;

@@ -5,6 +5,7 @@
 #include "certificate/certify.hpp"
 #include "file/followed_file.hpp"
 #include "file/resolve.hpp"
+#include "lie/so3.hpp"
 #include "maneuver/control_path.hpp"
 #include "maneuver/feedback.hpp"
 #include "maneuver/simulate.hpp"
@@ -49,18 +50,32 @@ void override_march(const MarchOptions& options, Problem& problem) {
   if (options.scheme) problem.scheme = *options.scheme;
 }
 
+// How fast a gait begins, and with a free shape how it is bent, is part of its answer, not of the problem: where the problem
+// asks for one its first node does, placed and headed as the problem says.
+void begin_as(const ControlSamples& gait, Problem& problem) {
+  maneuver::Start& start = problem.start;
+  if (!gait.first || !problem.goal || !problem.goal->periodic || gait.first->rotation.size() != start.rotation.size())
+    return;
+  const Eigen::Matrix3d heading = lie::exp(start.rotation[0]) * lie::exp(gait.first->rotation[0]).transpose();
+  for (std::size_t i = 0; i < start.rotation.size(); ++i)
+    start.rotation[i] = lie::log(heading * lie::exp(gait.first->rotation[i]));
+  start.angular_velocity = gait.first->angular_velocity;
+  start.linear_velocity = heading * gait.first->linear_velocity;
+  start.free_shape = false;
+}
+
 // A maneuver to follow, and the swimmer that it was made for.
 struct Followed {
   const Results& results;
   model::System system;
+  ControlSamples plan;
   integrator::FeedbackLaw law;
 
   Followed(const Results& read, const std::string& path)
       : results(read),
         system(problem_of(results).swimmer),
-        law(maneuver::feedback_law(
-            system, results.solution,
-            control_function(controls_of_results(results, path, system.joint_count()), system))) {}
+        plan(controls_of_results(results, path, system.joint_count())),
+        law(maneuver::feedback_law(system, results.solution, control_function(plan, system))) {}
   Followed(const Followed&) = delete;
   Followed& operator=(const Followed&) = delete;
 };
@@ -142,12 +157,14 @@ Results march_task(ProblemFile file, const MarchOptions& options, const std::str
   override_march(options, file.problem);
   require_supported(file, Purpose::simulate);
   const model::System system = system_of(file);
-  file.problem.goal.reset();  // marching seeks no goal
   std::unique_ptr<Followed> followed;
   if (options.followed) {
     require_followed(*options.followed, options.followed_path, system, file.problem.duration.value);
     followed = std::make_unique<Followed>(*options.followed, options.followed_path);
+    begin_as(followed->plan, file.problem);
   }
+  if (options.controls) begin_as(*options.controls, file.problem);
+  file.problem.goal.reset();  // marching seeks no goal
   perturb(options, system, followed.get(), file.problem);
   Results results = begun_results(file, system, command);
   results.solution = march(options, system, file.problem, followed.get());

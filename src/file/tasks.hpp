@@ -42,7 +42,8 @@ struct MarchOptions {
   std::function<bool()> interrupted = {};
 };
 
-/// Marches from the problem's start. A march that ends before its duration (status stalled or interrupted) holds the nodes
+/// Marches from the problem's start; where its goal is periodic and the moments or the maneuver to follow are of a stored
+/// motion, from that motion's first node, placed and headed as the problem's start. A march that ends before its duration (status stalled or interrupted) holds the nodes
 /// before its end, and its problem's steps and duration are those of these nodes.
 Results march_task(ProblemFile file, const MarchOptions& options, const std::string& command);
 

@@ -82,5 +82,26 @@ TEST_F(Following, says_what_does_not_fit) {
   EXPECT_NE(bare.err.find("no gains"), std::string::npos) << bare.err;
 }
 
+// Its start is part of a gait's answer, bent as the search found it and already moving.
+TEST(FollowedGait, begins_as_the_gait_begins) {
+  for (const char* name : {"gait", "eel_gait"}) {
+    Folder folder;
+    ASSERT_EQ(lamprey(folder, "solve " + example(name) + " --no-refinement --out " + (folder / "solved")).exit_code, 0);
+    const file::Results gait = file::read_solution(folder / "solved");
+    const std::string march = "simulate " + example(name) + " --out " + (folder / "run");
+    for (const std::string& how :
+         {"--feedback " + (folder / "solved"), "--controls " + (folder / "solved/solution.json")}) {
+      ASSERT_EQ(lamprey(folder, march + " " + how).exit_code, 0) << how;
+      const file::Results run = file::read_solution(folder / "run");
+      double off = 0.0;
+      for (std::size_t k = 0; k < gait.solution.rotation.size(); ++k)
+        for (std::size_t i = 0; i < gait.solution.rotation[k].size(); ++i)
+          off = std::max(off, (run.solution.rotation[k][i] - gait.solution.rotation[k][i]).norm());
+      EXPECT_LE(off, tolerance(1e-6)) << name << " " << how;
+      EXPECT_EQ(lamprey(folder, "verify " + (folder / "run")).exit_code, 0) << name << " " << how;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lamprey::tests
