@@ -15,18 +15,29 @@ LIMIT = 60  # s
 
 
 def solve(program, problem, folder):
+    """The answer, or the reason why there is none."""
     try:
-        subprocess.run([program, "solve", problem, "--out", folder], capture_output=True, timeout=LIMIT, check=False)
+        run = subprocess.run(
+            [program, "solve", problem, "--out", folder], capture_output=True, text=True, timeout=LIMIT, check=False
+        )
     except subprocess.TimeoutExpired:
-        return None
+        return f"no answer within {LIMIT} s"
     answer = pathlib.Path(folder) / "solution.json"
-    return json.loads(answer.read_text()) if answer.exists() else None
+    if answer.exists():
+        return json.loads(answer.read_text())
+    return "refused: " + (run.stderr.strip().splitlines() or ["without a word"])[-1]
+
+
+def verdict_of(answer):
+    if isinstance(answer, str):
+        return None
+    return (answer["certificate"] or {}).get("verdict") or answer["status"]
 
 
 def row(problem, answer):
-    if answer is None:
-        return f"{problem.stem:34} no answer within {LIMIT} s"
-    verdict = (answer["certificate"] or {}).get("verdict") or answer["status"]
+    verdict = verdict_of(answer)
+    if verdict is None:
+        return f"{problem.stem:34} {answer}"
     words = "" if answer["status"] == "optimal" else answer["message"][:110]
     cost = "-" if answer["cost"] is None else f"{answer['cost']:.6g}"
     return f"{problem.stem:34} {verdict:22} {cost:>12} {answer['solver']['wall_seconds']:7.1f} s  {words}"
@@ -41,7 +52,7 @@ def main():
     for problem in problems:
         with tempfile.TemporaryDirectory() as folder:
             answer = solve(sys.argv[1], problem, folder)
-        proved += bool(answer) and (answer["certificate"] or {}).get("verdict") == "proved local minimum"
+        proved += verdict_of(answer) == "proved local minimum"
         print(row(problem, answer), flush=True)
     print(f"{proved} of {len(problems)} proved")
 
