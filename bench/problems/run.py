@@ -7,6 +7,7 @@ Swimmers, costs and limits of people who tried Lamprey, hard ones among them: no
 
 import json
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -44,10 +45,15 @@ def row(problem, answer):
 
 
 def main():
-    if len(sys.argv) < 2:
+    if len(sys.argv) < 2 or sys.argv[1] in ("-h", "--help"):
         sys.exit(__doc__)
+    if shutil.which(sys.argv[1]) is None:
+        sys.exit(f"{sys.argv[1]}: no program; build it with ./dev build")
     here = pathlib.Path(__file__).parent
     problems = [here / f"{name}.toml" for name in sys.argv[2:]] or sorted(here.glob("*.toml"))
+    for problem in problems:
+        if not problem.exists():
+            sys.exit(f"{problem.stem}: no such problem here; there are {', '.join(sorted(p.stem for p in here.glob('*.toml')))}")
     proved = 0
     for problem in problems:
         with tempfile.TemporaryDirectory() as folder:

@@ -202,7 +202,7 @@ Conditions spanning_conditions(const Tables& tables, const MatrixXd& end_rows, c
     for (int k = 0; k <= motion.steps; ++k) conditions.shift.segment(controls * k, controls) -= pulls.by_control[at(k)];
     if (free.duration) conditions.shift[moments] -= pulls.by_log_time_step;
     if (!pulled.isZero(0.0)) {  // one choice of costates that the limits pull at; the ties' null space holds all others
-      const VectorXd costates = ties.transpose() * maneuver::least_squares(ties * ties.transpose(), pulled);
+      const VectorXd costates = maneuver::shortest_solution(ties, pulled);
       conditions.shift -= by_columns.transpose() * costates;
     }
   }

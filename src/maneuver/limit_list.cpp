@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace lamprey::maneuver {
 
@@ -160,8 +161,8 @@ double LimitRow::excess(double missing, double time_step) const {
     case Kind::swing:
       return angle_of(std::cos(bound) - broken) - bound;
     case Kind::speed: {
-      const double angle = bound * time_step;
-      return angle_of(std::cos(angle) - 0.5 * broken * angle * angle) / time_step - bound;
+      const double allowed = std::min(bound * time_step, std::numbers::pi);  // no step shows more
+      return (angle_of(std::cos(allowed) - 0.5 * broken * std::pow(bound * time_step, 2)) - allowed) / time_step;
     }
     default:
       return broken;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "fluid/gap.hpp"
 
@@ -162,6 +163,25 @@ void swing_derivatives(const System& system, const LimitRow& row, const LimitedN
   hessian.block<3, 3>(c, p) = hessian.block<3, 3>(p, c).transpose();
 }
 
+// The angle, rad, that a rate turns a joint by in a step. A step shows no more than half a turn: every motion keeps to that.
+struct TurnAllowed {
+  double angle;
+  bool whole;
+  double sine, cosine, half_sine;
+};
+
+TurnAllowed turn_allowed(double rate, double time_step) {
+  const double angle = rate * time_step;
+  if (angle >= std::numbers::pi) return {angle, true, 0.0, -1.0, 1.0};
+  return {angle, false, std::sin(angle), std::cos(angle), std::sin(0.5 * angle)};
+}
+
+// Equation 10.3 without cancellation: |Q_{k+1} − Q_k|² = 2 (3 − tr(Q_kᵀ Q_{k+1})) by the Frobenius norm.
+double speed_value(const Matrix3d& before, const Matrix3d& now, const TurnAllowed& turn) {
+  const double most = 4.0 * turn.half_sine * turn.half_sine;
+  return (most - 0.5 * (now - before).squaredNorm()) / (turn.angle * turn.angle);
+}
+
 // Equation 10.3: trace of the joint's turn over the step, 1 + 2 cos of its angle.
 void speed_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
                        MatrixXd& hessian) {
@@ -182,12 +202,12 @@ void speed_derivatives(const System& system, const LimitRow& row, const LimitedN
   };
   for (int n = 0; n < 4; ++n) gradient.segment<3>(place[at(n)]) = slope[at(n)] / scale;
   // by the logarithm of the time step
-  const double angle = row.bound * node.time_step;
-  const double value = (M.trace() - 1.0 - 2.0 * std::cos(angle)) / (angle * angle);
-  const double rate = 2.0 * std::sin(angle) / angle - 2.0 * value;
+  const TurnAllowed turn = turn_allowed(row.bound, node.time_step);
+  const double by_bound = 2.0 * turn.sine / turn.angle;
+  const double rate = by_bound - 2.0 * speed_value(before, now, turn);
   const Eigen::Index time = gradient.size() - 1;
   gradient[time] = rate / row.unit;
-  hessian(time, time) = (2.0 * std::cos(angle) - 2.0 * std::sin(angle) / angle - 2.0 * rate) / row.unit;
+  hessian(time, time) = ((turn.whole ? 0.0 : 2.0 * turn.cosine) - by_bound - 2.0 * rate) / row.unit;
   hessian.col(time).head(time) = -2.0 * gradient.head(time);
   hessian.row(time).head(time) = hessian.col(time).head(time).transpose();
   set(0, 0, symmetric(k));
@@ -286,10 +306,8 @@ double plain_value(const System& system, const LimitRow& row, const LimitedNode&
       return row.bound - angle_of(system, row, node);
     case Kind::speed: {
       const Joint& joint = system.joint(row.joint);
-      const double angle = row.bound * node.time_step;
-      const Matrix3d turned = mechanics::child_to_parent(node.rotation_before, joint).transpose() *
-                              mechanics::child_to_parent(node.rotation, joint);
-      return (turned.trace() - 1.0 - 2.0 * std::cos(angle)) / (angle * angle);
+      return speed_value(mechanics::child_to_parent(node.rotation_before, joint),
+                         mechanics::child_to_parent(node.rotation, joint), turn_allowed(row.bound, node.time_step));
     }
     case Kind::clearance: {
       const fluid::EllipsoidPair pair = pair_of_bodies(system, row, node);
@@ -374,8 +392,8 @@ double price_of_bound(const LimitRow& row, double time_step) {
     case Kind::swing:
       return std::sin(row.bound) / row.unit;
     case Kind::speed: {
-      const double angle = row.bound * time_step;
-      return 2.0 * std::sin(angle) * time_step / (angle * angle) / row.unit;
+      const TurnAllowed turn = turn_allowed(row.bound, time_step);
+      return 2.0 * turn.sine * time_step / (turn.angle * turn.angle) / row.unit;
     }
     case Kind::not_shorter:
     case Kind::not_longer:

@@ -19,6 +19,8 @@ constexpr double first_weight = 30.0;     // of the cost over the duration
 constexpr double answers_weight = 8.0;    // of the first, where an answer's multipliers come without one
 constexpr double weight_growth = 8.0;     // where the error has not fallen
 constexpr double largest_weight = 1e7;    // of the first
+constexpr double settled = 1e-9;          // error of limits that no weight need bring nearer
+constexpr double heaviest = 1e5;          // of such, over the largest multiplier: round-off in the rows is 1e-10 of it
 constexpr double enough_progress = 0.25;  // share of the error that may be left
 
 }  // namespace
@@ -186,7 +188,7 @@ LimitError LimitTerms::error(const MatrixXd& value) const {
   return worst;
 }
 
-void LimitTerms::renew(const MatrixXd& value, bool heavier) {
+bool LimitTerms::renew(const MatrixXd& value, bool heavier) {
   const double error = this->error(value).value;
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r)
@@ -195,6 +197,11 @@ void LimitTerms::renew(const MatrixXd& value, bool heavier) {
   if (heavier && last_error_ > 0.0 && error > enough_progress * last_error_)
     multipliers_.weight = std::min(weight_growth * multipliers_.weight, multipliers_.largest_weight);
   last_error_ = error;
+  const double first = multipliers_.largest_weight / largest_weight;
+  const double enough = std::max(first, heaviest * multipliers_.value.lpNorm<Eigen::Infinity>());
+  if (error > settled || multipliers_.weight <= enough) return false;
+  multipliers_.weight = enough;
+  return true;
 }
 
 void LimitTerms::take(const LimitMultipliers& from, double cost) {

@@ -59,7 +59,8 @@ class LimitTerms {
 
   LimitError error(const MatrixXd& value) const;
   /// Multipliers at the point with these values, [rows][N + 1]; where `heavier`, the weight rises if the error has not fallen.
-  void renew(const MatrixXd& value, bool heavier);
+  /// Returns whether it falls: once limits are met, to what keeps round-off in the rows out of the multipliers.
+  bool renew(const MatrixXd& value, bool heavier);
   const LimitMultipliers& multipliers() const { return multipliers_; }
   /// Takes over multipliers of another grid, or chooses the first weight by a cost.
   void take(const LimitMultipliers& from, double cost);

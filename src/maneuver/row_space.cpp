@@ -24,6 +24,10 @@ MatrixXd least_squares(const MatrixXd& basis, const MatrixXd& samples) {
   return Pivoted(basis).solve(samples);
 }
 
+VectorXd shortest_solution(const MatrixXd& rows, const VectorXd& values) {
+  return Eigen::CompleteOrthogonalDecomposition<MatrixXd>(rows).solve(values);
+}
+
 MatrixXd null_space(const MatrixXd& rows) {
   const Eigen::Index free = rows.cols() - rows.rows();
   if (rows.rows() == 0) return MatrixXd::Identity(free, free);

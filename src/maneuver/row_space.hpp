@@ -13,6 +13,10 @@ using Eigen::VectorXd;
 /// The x, column by column, with basis · x nearest to the samples; the basis has independent columns.
 MatrixXd least_squares(const MatrixXd& basis, const MatrixXd& samples);
 
+/// The shortest x with rows · x = values; the rows are independent. By an orthonormal basis: normal equations would square
+/// the rows' condition number.
+VectorXd shortest_solution(const MatrixXd& rows, const VectorXd& values);
+
 /// Orthonormal columns that span the null space of rows of full rank.
 MatrixXd null_space(const MatrixXd& rows);
 

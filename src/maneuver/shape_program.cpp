@@ -343,10 +343,11 @@ void ShapeProgram::add_limits(Motion& motion) {
   }
 }
 
-void ShapeProgram::renew_limits(bool heavier) {
-  if (!limits_.empty()) limits_.renew(now_.limit_value, heavier);
+bool ShapeProgram::renew_limits(bool heavier) {
+  const bool lighter = !limits_.empty() && limits_.renew(now_.limit_value, heavier);
   terms_.renew(costed(now_), now_.terms, heavier);
   measure(now_);
+  return lighter;
 }
 
 void ShapeProgram::impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse) {

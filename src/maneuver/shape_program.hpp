@@ -80,7 +80,7 @@ class ShapeProgram : public optimizer::StageProgram {
     return std::max(limits_.empty() ? 0.0 : worst_limit().value, terms_.error(now_.terms));
   }
   double limit_violation() const override { return limits_.empty() ? 0.0 : worst_limit().value; }
-  void renew_limits(bool heavier) override;
+  bool renew_limits(bool heavier) override;
 
  private:
   // A motion through given shapes.

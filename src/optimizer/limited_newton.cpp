@@ -56,8 +56,8 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     newton.solve(program, round, outcome);
     if (gave_up(outcome.termination)) return;
     const bool met = program.limit_error() <= limit_tolerance;
-    program.renew_limits(!met);  // at the answer too: its multipliers are those that make it stationary
-    if (met && round.tolerance == finest && outcome.termination == Termination::converged) return;
+    const bool lighter = program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
+    if (met && !lighter && round.tolerance == finest && outcome.termination == Termination::converged) return;
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     round.time_limit = options.time_limit - taken.count();  // of all rounds together
     if (stopped(options, round.time_limit, outcome)) return;

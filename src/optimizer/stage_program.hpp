@@ -123,8 +123,9 @@ class StageProgram {
   /// How far limits are broken; the rest of limit_error is of kinks in the cost.
   virtual double limit_violation() const { return limit_error(); }
   /// Takes the limits' multipliers that belong to the point; the cost changes by it. Where `heavier`, limits weigh more from
-  /// now on if they have not come much nearer.
-  virtual void renew_limits(bool /*heavier*/) {}
+  /// now on if they have not come much nearer. Returns whether they weigh less from now on, round-off in the multipliers being
+  /// what their weight made of it: another search takes it out of them.
+  virtual bool renew_limits(bool /*heavier*/) { return false; }
 };
 
 }  // namespace lamprey::optimizer

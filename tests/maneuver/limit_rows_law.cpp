@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "chains.hpp"
 #include "tolerance.hpp"
 
@@ -49,6 +51,79 @@ TEST(LimitRows, are_just_kept_when_they_give_way_by_their_excess) {
     EXPECT_STREQ(row.unit_name(), limit.unit);
     row.bound += limit.way * row.excess(-value, h);
     EXPECT_NEAR(maneuver::limit_value(system, row, node, 1e9), 0.0, tolerance(1e-12)) << limit.bound;
+  }
+}
+
+// A joint of the paper's chain that turned by `angle` about an axis in a step of `time_step` s, its parent turned besides.
+class Rate {
+ public:
+  Rate(double bound, double time_step, double angle) : time_step_(time_step) {
+    row_.kind = Kind::speed;
+    row_.joint = 0;
+    row_.bound = bound;
+    row_.unit = 0.7;
+    const model::Joint& joint = system_.joint(0);
+    now_ = before_;
+    now_[at(joint.parent)] = before_[at(joint.parent)] * lie::exp(Vector3d(0.3, 0.1, -0.2));
+    const Eigen::Matrix3d turned = lie::exp(angle * Vector3d(2.0, -1.0, 2.0) / 3.0);
+    now_[at(joint.child)] = now_[at(joint.parent)] * mechanics::child_to_parent(before_, joint) * turned;
+  }
+  double value(double stretch = 1.0) const { return maneuver::limit_value(system_, row_, node(stretch), 1e9); }
+  void derivatives(VectorXd& gradient, Eigen::MatrixXd& hessian, double stretch = 1.0) const {
+    maneuver::limit_derivatives(system_, row_, node(stretch), gradient, hessian);
+  }
+
+ private:
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  maneuver::LimitedNode node(double stretch) const {
+    return {now_, before_, position_, moment_, stretch * time_step_, 100.0 * stretch * time_step_};
+  }
+  model::System system_{paper_chain()};
+  LimitRow row_;
+  double time_step_;
+  mechanics::Rotations before_{lie::exp(Vector3d(0.1, 0.2, -0.3)), lie::exp(Vector3d(0.7, -0.2, 0.1)),
+                               lie::exp(Vector3d(-0.4, 0.5, 0.9))};
+  mechanics::Rotations now_;
+  Vector3d position_ = Vector3d::Zero();
+  VectorXd moment_ = VectorXd::Zero(6);
+};
+
+// A step shows half a turn at most: every motion keeps to a larger rate, and none to one just below it.
+TEST(LimitRows, of_rates_beyond_half_a_turn_a_step_hold_in_every_motion) {
+  for (const double angle : {0.0, 0.5, 2.0, 3.0, 3.14})
+    for (const double allowed : {3.2, 2.0 * std::numbers::pi, 9.0, 12.0, 100.0})
+      EXPECT_GT(Rate(allowed / 0.1, 0.1, angle).value(), 0.0) << angle << " of " << allowed;
+  EXPECT_LT(Rate(3.1 / 0.1, 0.1, 3.14).value(), 0.0);
+}
+
+TEST(LimitRows, of_rates_have_the_derivatives_by_the_time_step_of_their_values) {
+  for (const double allowed : {0.5, 2.0, 3.0, 3.3, 9.0}) {
+    const Rate rate(allowed / 0.1, 0.1, 1.3);
+    VectorXd gradient, ahead, behind;
+    Eigen::MatrixXd hessian, unused;
+    rate.derivatives(gradient, hessian);
+    const Eigen::Index time = gradient.size() - 1;
+    std::vector<double> error;
+    for (const double step : {2e-3, 1e-3}) {
+      const double slope = (rate.value(std::exp(step)) - rate.value(std::exp(-step))) / (2.0 * step);
+      error.push_back(std::abs(slope - gradient[time]));
+      rate.derivatives(ahead, unused, std::exp(step));
+      rate.derivatives(behind, unused, std::exp(-step));
+      const VectorXd bend = (ahead - behind) / (2.0 * step);
+      error.push_back((bend - hessian.col(time)).norm());
+    }
+    EXPECT_NEAR(std::log2(error[0] / error[2]), 2.0, 0.1) << allowed;
+    EXPECT_NEAR(std::log2(error[1] / error[3]), 2.0, 0.1) << allowed;
+  }
+}
+
+// What is left to the bound is small beside 1 in short steps: no digits of it are lost.
+TEST(LimitRows, of_rates_keep_their_digits_in_short_steps) {
+  for (const double h : {1e-1, 1e-3, 1e-5}) {
+    const double allowed = 2.0 * h, turned = 1.5 * h;
+    const double expected = 4.0 * std::sin(0.5 * (allowed + turned)) * std::sin(0.5 * (allowed - turned)) /
+                            (allowed * allowed) / 0.7;  // 2 cos a − 2 cos b as a product
+    EXPECT_NEAR(Rate(2.0, h, turned).value() / expected, 1.0, tolerance(1e-15 / h)) << h;
   }
 }
 

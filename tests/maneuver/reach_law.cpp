@@ -6,7 +6,6 @@
 
 #include "chains.hpp"
 #include "maneuver/guess.hpp"
-#include "maneuver/row_space.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -50,14 +49,6 @@ TEST(Reach, does_not_depend_on_the_units_of_mass_and_time) {
       EXPECT_EQ(other.rows, unit.rows) << mass << " kg, " << duration << " s";
     }
   }
-}
-
-TEST(RowSpace, of_no_rows_is_empty) {
-  const Eigen::MatrixXd none(0, 5);
-  EXPECT_TRUE(maneuver::independent_rows(none, 1e-9).empty());
-  EXPECT_EQ(maneuver::span_of_rows(none, 1e-9).rows(), 5);
-  EXPECT_EQ(maneuver::span_of_rows(none, 1e-9).cols(), 0);
-  EXPECT_EQ(maneuver::least_squares(none.transpose(), Eigen::MatrixXd::Ones(5, 2)).cols(), 2);
 }
 
 }  // namespace
