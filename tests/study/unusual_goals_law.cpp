@@ -1,7 +1,10 @@
 // Goals and costs at the edges of what a problem file can ask for end in an answer like any other.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "certificate/marched_answers.hpp"
+#include "file/problem_file.hpp"
 #include "maneuver/guess.hpp"
 #include "study/answer.hpp"
 
@@ -146,6 +149,31 @@ TEST(UnusualGoals, as_far_as_it_is_worth_end_where_the_price_of_a_metre_is_its_w
   EXPECT_NEAR(cost_of(moved) - 1e5 * moved, furthest.solution.cost, tolerance(1e-8) * 1e5 * moved);
   const double by = 0.01;
   EXPECT_NEAR((cost_of(moved + by) - cost_of(moved - by)) / (2.0 * by), 1e5, tolerance(1e-3) * 1e5);
+}
+
+// Multipliers of the limits are large beside the gradient of effort: weights must not bring round-off into them.
+TEST(UnusualGoals, within_limits_that_pull_harder_than_effort_are_proved) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/gait_at_least_transport_50.toml");
+  problem.search.starts = 1;
+  problem.search.seed = 4;
+  const study::Answer answer = answered(problem);
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+  EXPECT_LT(answer.certificate.kkt, 5e-9);
+}
+
+// Two nodes show half a turn of a joint at most: rates of about a whole turn a step, or several, are above that.
+TEST(UnusualGoals, with_limits_of_rates_beyond_any_motion_are_those_without) {
+  maneuver::Problem problem = planar_chain();
+  problem.goal->turn = Vector3d::Zero();
+  problem.goal->move[0] = 0.5;
+  const study::Answer free = answered(problem);
+  for (const double turns : {0.98, 1.01, 2.02, 20.3}) {  // a step
+    problem.limits.angular_velocity = turns * 2.0 * std::numbers::pi / problem.time_step();
+    const study::Answer answer = answered(problem);
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << turns << ": " << answer.solution.message;
+    EXPECT_NEAR(answer.solution.cost / free.solution.cost, 1.0, 1e-9) << turns;
+  }
 }
 
 }  // namespace
