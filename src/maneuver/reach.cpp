@@ -45,13 +45,14 @@ void normalize_gap(Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> gap) 
 
 }  // namespace
 
-ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& asked, const NodePath& path) {
+std::optional<ShapeCoordinates> reachable_coordinates(const System& system, const Maneuver& asked,
+                                                      const NodePath& path) {
   Maneuver maneuver = asked;  // what is free besides the moments does not matter here
   maneuver.periodic = maneuver.free_duration = false;
   maneuver.cost_weights = {};
   const ShapeCoordinates all(system);
   ShapeProgram program(system, maneuver, all, {}, {}, Steps::rough);
-  if (!program.go_to(path)) return all;
+  if (!program.go_to(path)) return std::nullopt;
   const optimizer::StageSizes sizes = program.sizes();
   StageModel model(sizes);
   program.linearize(model);
@@ -93,15 +94,19 @@ ShapeCoordinates reachable_coordinates(const System& system, const Maneuver& ask
   return found;
 }
 
-std::vector<EndRow> independent_end_rows(const System& system, const Maneuver& maneuver,
-                                         const ShapeCoordinates& coordinates, const NodePath& path) {
+std::vector<EndRow> all_end_rows(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates) {
   std::vector<int> idle;
   const auto moments = static_cast<int>(coordinates.shape.cols());
   for (int place = system.control_count(); place < moments; ++place) idle.push_back(place);
-  const std::vector<EndRow> stated = stated_end_rows(system, maneuver, idle);
+  return stated_end_rows(system, maneuver, idle);
+}
+
+std::optional<std::vector<EndRow>> independent_end_rows(const System& system, const Maneuver& maneuver,
+                                                        const ShapeCoordinates& coordinates, const NodePath& path) {
+  const std::vector<EndRow> stated = all_end_rows(system, maneuver, coordinates);
   ShapeProgram program(system, maneuver, coordinates, stated, {}, Steps::rough);
   StageModel model(program.sizes());
-  if (!program.go_to(path)) return stated;
+  if (!program.go_to(path)) return std::nullopt;
   program.linearize(model);
   const auto rows = static_cast<Eigen::Index>(stated.size());
   const Eigen::Index inputs = system.control_count();

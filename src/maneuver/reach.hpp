@@ -1,18 +1,25 @@
 // What moments can do to a swimmer near a motion: which coordinates they move, which end conditions they can meet.
 #pragma once
 
+#include <optional>
+
 #include "maneuver/end_rows.hpp"
 #include "maneuver/node_path.hpp"
 
 namespace lamprey::maneuver {
 
-/// Coordinates that moments can move along a motion and near it: fewer than all where symmetry keeps the swimmer in a
-/// plane, say.
-ShapeCoordinates reachable_coordinates(const model::System& system, const Maneuver& maneuver, const NodePath& path);
+/// Coordinates that moments can move along a motion of a path's shapes and near it: fewer than all where symmetry keeps the
+/// swimmer in a plane, say. Nothing where no motion with these shapes is found.
+std::optional<ShapeCoordinates> reachable_coordinates(const model::System& system, const Maneuver& maneuver,
+                                                      const NodePath& path);
 
-/// Of the conditions a maneuver states those that moments along a motion can meet independently: momentum conservation and
-/// symmetry make others follow from them.
-std::vector<EndRow> independent_end_rows(const model::System& system, const Maneuver& maneuver,
-                                         const ShapeCoordinates& coordinates, const NodePath& path);
+/// Of the conditions a maneuver states those that moments along such a motion can meet independently: momentum conservation
+/// and symmetry make others follow from them. Nothing where no motion with these shapes is found.
+std::optional<std::vector<EndRow>> independent_end_rows(const model::System& system, const Maneuver& maneuver,
+                                                        const ShapeCoordinates& coordinates, const NodePath& path);
+
+/// All conditions a maneuver states of swimmers in such coordinates.
+std::vector<EndRow> all_end_rows(const model::System& system, const Maneuver& maneuver,
+                                 const ShapeCoordinates& coordinates);
 
 }  // namespace lamprey::maneuver

@@ -57,7 +57,8 @@ maneuver::Steps steps_for(int steps);
 std::uint64_t seed_of_start(const maneuver::Problem& problem, int start);
 std::uint64_t seed_of_hop(const maneuver::Problem& problem, int hop);
 
-/// In which coordinates a problem's maneuvers move, and which of the goal's conditions these can meet independently.
+/// In which coordinates a problem's maneuvers move, and which of the goal's conditions these can meet independently, at the
+/// first of a few first guesses that is a motion; all coordinates and conditions where none is.
 struct Reached {
   maneuver::ShapeCoordinates coordinates;
   std::vector<maneuver::EndRow> rows;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -26,8 +27,9 @@ using model::System;
 using optimizer::Outcome;
 using optimizer::Termination;
 
-constexpr int reach_steps = 20;                       // rank and reach do not depend on the resolution
-constexpr int first_steps = 25;                       // of the grid on which a first guess becomes a maneuver
+constexpr std::array reach_steps = {20, 40, 80};  // rank and reach do not depend on the resolution; motions may need it
+constexpr int reach_guesses = 4;                  // first guesses, on each of these grids, until one is a motion
+constexpr int first_steps = 25;                   // of the grid on which a first guess becomes a maneuver
 constexpr int finest_first_steps = 4 * coarse_steps;  // where those show too little
 constexpr int most_refinement = 10;                   // times as many steps from one grid to the next
 constexpr int composed_steps = 50;                    // of the first grid of a scheme above order 2
@@ -275,10 +277,20 @@ maneuver::Steps steps_for(int steps) {
 }
 
 Reached::Reached(const System& system, const Problem& problem) : coordinates(system) {
-  const Maneuver probe = maneuver::make_maneuver(system, problem, reach_steps);
-  const NodePath guess = maneuver::random_guess(system, probe, seed_of_start(problem, 0));
-  coordinates = maneuver::reachable_coordinates(system, probe, guess);
-  rows = maneuver::independent_end_rows(system, probe, coordinates, guess);
+  for (const int steps : reach_steps) {
+    const Maneuver probe = maneuver::make_maneuver(system, problem, steps);
+    for (int start = 0; start < reach_guesses; ++start) {
+      const NodePath guess = maneuver::random_guess(system, probe, seed_of_start(problem, start));
+      const auto moved = maneuver::reachable_coordinates(system, probe, guess);
+      if (!moved) continue;
+      const auto met = maneuver::independent_end_rows(system, probe, *moved, guess);
+      if (!met) continue;
+      coordinates = *moved;
+      rows = *met;
+      return;
+    }
+  }
+  rows = maneuver::all_end_rows(system, maneuver::make_maneuver(system, problem, reach_steps[0]), coordinates);
 }
 
 void solve_program(optimizer::StageNewton& newton, ShapeProgram& program, optimizer::Options options,

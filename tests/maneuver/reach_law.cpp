@@ -33,8 +33,8 @@ Reached reached(bool planar, double mass_unit, double duration) {
   const model::System system(problem.swimmer);
   const maneuver::Maneuver probe = maneuver::make_maneuver(system, problem, 20);
   const maneuver::NodePath guess = maneuver::random_guess(system, probe, 1);
-  Reached result{maneuver::reachable_coordinates(system, probe, guess), 0};
-  result.rows = maneuver::independent_end_rows(system, probe, result.coordinates, guess).size();
+  Reached result{maneuver::reachable_coordinates(system, probe, guess).value(), 0};
+  result.rows = maneuver::independent_end_rows(system, probe, result.coordinates, guess)->size();
   return result;
 }
 

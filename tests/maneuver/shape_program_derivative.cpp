@@ -111,7 +111,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
       if (GetParam().of_leaves ? system_.body(i).parent > 0 : i == 0 || (i == 1 && system_.body(1).freedoms == 3))
         maneuver_.end_rotation[model::at(i)] = path.rotation.back()[model::at(i)];
     maneuver_.end_position = {1.0, std::nullopt, -0.5};
-    const ShapeCoordinates coordinates = maneuver::reachable_coordinates(system_, maneuver_, path);
+    const ShapeCoordinates coordinates = maneuver::reachable_coordinates(system_, maneuver_, path).value();
     if (planar) {
       EXPECT_EQ(coordinates.shape.cols(), 2);
       EXPECT_EQ(coordinates.pose.cols(), 3);

@@ -53,9 +53,9 @@ class TwoRoads : public ::testing::TestWithParam<Asked> {
   // From a path by Newton's method in shapes.
   Outcome by_newton(const NodePath& from, NodePath& found) const {
     const NodePath guess = maneuver::random_guess(system_, maneuver_, GetParam().seed);
-    const maneuver::ShapeCoordinates coordinates = maneuver::reachable_coordinates(system_, maneuver_, guess);
+    const maneuver::ShapeCoordinates coordinates = maneuver::reachable_coordinates(system_, maneuver_, guess).value();
     maneuver::ShapeProgram program(system_, maneuver_, coordinates,
-                                   maneuver::independent_end_rows(system_, maneuver_, coordinates, guess), {},
+                                   maneuver::independent_end_rows(system_, maneuver_, coordinates, guess).value(), {},
                                    maneuver::Steps::rough);  // as Ipopt: on the way bodies may turn far
     EXPECT_TRUE(program.go_to(from));
     optimizer::Options options;

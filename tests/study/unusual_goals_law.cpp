@@ -7,6 +7,7 @@
 #include "file/problem_file.hpp"
 #include "maneuver/guess.hpp"
 #include "study/answer.hpp"
+#include "study/method.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -173,6 +174,20 @@ TEST(UnusualGoals, with_limits_of_rates_beyond_any_motion_are_those_without) {
     const study::Answer answer = answered(problem);
     EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << turns << ": " << answer.solution.message;
     EXPECT_NEAR(answer.solution.cost / free.solution.cost, 1.0, 1e-9) << turns;
+  }
+}
+
+// Which conditions are independent is seen at a motion: a first guess that leads to none says nothing about it.
+TEST(UnusualGoals, have_the_same_independent_conditions_whatever_the_seed) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/chain_of_five_seed_3.toml");
+  const model::System system(problem.swimmer);
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    problem.search.seed = seed;
+    const study::Reached reached(system, problem);
+    EXPECT_EQ(reached.rows.size(), 10U) << seed;
+    EXPECT_EQ(reached.coordinates.shape.cols(), 6) << seed;
+    EXPECT_EQ(reached.coordinates.pose.cols(), 6) << seed;
   }
 }
 
