@@ -27,6 +27,8 @@ using maneuver::Solution;
 using maneuver::Status;
 
 constexpr double half_turn_mark = 1e-4;  // rad
+constexpr double small_motion =
+    1e-2;  // displacement over the largest distance of a joint from its parent's mass centre
 
 std::string number(double value, int digits = 2) {
   std::ostringstream text;
@@ -121,15 +123,34 @@ std::string far_turn(const Problem& problem, const Solution& solution) {
          " may be too few.";
 }
 
+// Small gaits move by the square of their size and work by it too: where the smallest cost least for each metre, a search fades
+// towards rest. Empty where that is not so.
+std::string fading(const Problem& problem, const Solution& solution) {
+  if (problem.cost_weights.transport == 0.0 || !problem.goal || problem.goal->distance()) return "";
+  if (solution.position.empty()) return "";
+  double size = 0.0;  // m
+  for (const model::JointDescription& joint : problem.swimmer.joints) size = std::max(size, joint.parent_offset.norm());
+  const double moved = (solution.position.back() - solution.position.front()).norm();
+  if (moved > small_motion * size) return "";
+  return " The motion shrank to a displacement of " + number(moved, 3) +
+         " m: where small ones cost least for each metre there is no cheapest one.";
+}
+
 // What to try, what bears on this answer first.
 std::string advice(const Problem& problem, const Certificate& proof, const Solution& solution) {
   if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
   std::string words = "try ";
+  if (!fading(problem, solution).empty()) words += "a distance (goal.move), ";
   if (!far_turn(problem, solution).empty()) words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
   if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
   if (problem.search.starts == 1) return words + "[search] starts = 8, another seed, or a nearer goal";
   return words + "more starts, another seed, or a nearer goal; check that control_axes can reach it";
+}
+
+// What is particular about where a search ended.
+std::string where_it_ended(const Problem& problem, const Solution& solution) {
+  return far_turn(problem, solution) + spring_at_its_jump(problem, solution) + fading(problem, solution);
 }
 
 // What second derivatives say, as sentences.
@@ -265,8 +286,7 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   } else if (missing.empty()) {
     if (!cut_short) solution.status = Status::feasible;
     solution.message = "The goal is met, but " + unsettled(problem, proof) + "." + stopped +
-                       far_turn(problem, solution) + spring_at_its_jump(problem, solution) +
-                       " To mend it: " + advice(problem, proof, solution) + ".";
+                       where_it_ended(problem, solution) + " To mend it: " + advice(problem, proof, solution) + ".";
   } else {
     const bool beyond_moments = solution.status == Status::optimal && !(proof.goal_error <= goal_mark);
     if (!cut_short && solution.status != Status::infeasible)
@@ -277,9 +297,8 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
                          "or a goal that leaves this free.";
       return;
     }
-    solution.message = "Not solved: " + missing + "." + stopped + far_turn(problem, solution) +
-                       spring_at_its_jump(problem, solution) + " What may help: " + advice(problem, proof, solution) +
-                       ".";
+    solution.message = "Not solved: " + missing + "." + stopped + where_it_ended(problem, solution) +
+                       " What may help: " + advice(problem, proof, solution) + ".";
   }
 }
 

@@ -64,5 +64,21 @@ TEST_F(Advice, is_a_looser_limit_where_that_is_broken) {
   EXPECT_TRUE(tells("goal.waypoint.0 is broken by 0.01")) << message();
 }
 
+// Where small motions cost least for each metre, a search for the least work per distance fades towards rest.
+TEST_F(Advice, is_a_distance_where_a_motion_of_least_work_per_distance_shrank) {
+  problem_.cost_weights.transport = 1.0;
+  problem_.goal->move = {std::nullopt, std::nullopt, std::nullopt};
+  solution_.position.assign(solution_.time.size(), Eigen::Vector3d::Zero());
+  solution_.position.back().x() = 1e-4;
+  EXPECT_TRUE(tells("The motion shrank to a displacement of 0.0001 m: where small ones cost least for each metre"))
+      << message();
+  EXPECT_TRUE(tells("To mend it: try a distance (goal.move), more starts")) << message();
+  solution_.position.back().x() = 5.0;
+  EXPECT_FALSE(tells("shrank")) << message();
+  solution_.position.back().x() = 1e-4;
+  problem_.cost_weights.transport = 0.0;
+  EXPECT_FALSE(tells("shrank")) << message();
+}
+
 }  // namespace
 }  // namespace lamprey::tests
