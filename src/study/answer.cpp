@@ -27,8 +27,7 @@ using maneuver::Solution;
 using maneuver::Status;
 
 constexpr double half_turn_mark = 1e-4;  // rad
-constexpr double small_motion =
-    1e-2;  // displacement over the largest distance of a joint from its parent's mass centre
+constexpr double small_motion = 1e-2;    // displacement over the largest distance of joints from parents' mass centres
 
 std::string number(double value, int digits = 2) {
   std::ostringstream text;
@@ -54,8 +53,16 @@ std::string foreign(const Certificate& proof) {
   return "";
 }
 
+// Whether stages of a scheme above order 2 do not follow from the moments.
+bool too_long_for_stages(const Problem& problem, const Certificate& proof) {
+  return std::isnan(proof.equation_residual) && !integrator::single_step(problem.scheme);
+}
+
 // What keeps the answer from being feasible; empty when nothing does.
 std::string unmet(const Problem& problem, const Certificate& proof) {
+  if (too_long_for_stages(problem, proof))
+    return "no march under the moments, in steps of " + number(problem.time_step(), 3) +
+           " s with several stages each, arrives at a motion whose equations can be checked";
   if (std::isnan(proof.equation_residual)) return "there is no motion whose equations can be checked";
   if (!(proof.equation_residual <= equation_mark))
     return "no motion was found that obeys the mechanics and meets the goal (discrete equations off by " +
@@ -141,7 +148,8 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
   if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
   std::string words = "try ";
   if (!fading(problem, solution).empty()) words += "a distance (goal.move), ";
-  if (!far_turn(problem, solution).empty()) words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
+  if (!far_turn(problem, solution).empty() || too_long_for_stages(problem, proof))
+    words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
   if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
   if (problem.search.starts == 1) return words + "[search] starts = 8, another seed, or a nearer goal";

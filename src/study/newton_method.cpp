@@ -148,8 +148,9 @@ class NewtonMethod : public Method {
     Found found = solve_guess(start, first, first < coarse ? rough_tolerance : fine_tolerance, Outcome());
     if (first == coarse) return found;
     if (!found.path.rotation.empty()) found = carry_on(found, coarse, fine_tolerance);
-    found.coarser = NodePath();  // a rough answer foretells nothing
-    const int finest = std::min(problem_.steps, finest_first_steps);
+    found.coarser = NodePath();                                     // a rough answer foretells nothing
+    const bool composed = !integrator::single_step(asked_.scheme);  // a step is many of these
+    const int finest = composed ? finest_first_steps : std::min(problem_.steps, finest_first_steps);
     for (int steps = coarse; may_need_more_steps(found); steps = std::min(2 * steps, finest)) {
       const Found again = solve_guess(start, steps, fine_tolerance, found.outcome);
       if (again.converged()) return again;

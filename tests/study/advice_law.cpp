@@ -64,6 +64,13 @@ TEST_F(Advice, is_a_looser_limit_where_that_is_broken) {
   EXPECT_TRUE(tells("goal.waypoint.0 is broken by 0.01")) << message();
 }
 
+TEST_F(Advice, is_more_steps_where_stages_do_not_follow_from_the_moments) {
+  proof_.equation_residual = std::nan("");
+  EXPECT_FALSE(tells("[time] steps")) << message();
+  problem_.scheme = maneuver::Scheme::order4;
+  EXPECT_TRUE(tells("What may help: try [time] steps = 80, more starts")) << message();
+}
+
 // Where small motions cost least for each metre, a search for the least work per distance fades towards rest.
 TEST_F(Advice, is_a_distance_where_a_motion_of_least_work_per_distance_shrank) {
   problem_.cost_weights.transport = 1.0;
