@@ -33,7 +33,9 @@ class IpoptMethod : public Method {
   IpoptMethod(const System& system, const Problem& problem, const SolveOptions& options, const Budget& budget)
       : system_(system),
         problem_(problem),
+        by_steps_(with_free_nodes(problem)),
         options_(options),
+        quiet_(without_progress(options)),
         budget_(budget),
         coarse_(maneuver::make_maneuver(system, problem, std::min(problem.steps, coarse_steps))),
         full_(maneuver::make_maneuver(system, problem, problem.steps)),
@@ -41,6 +43,8 @@ class IpoptMethod : public Method {
     const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, rank_steps));
     // the motion of the guess's shapes: on none, errors may grow from step to step
     rows_ = maneuver::independent_goal_rows(system, probe, moved_by_shapes(probe, 0));
+    if (problem.control == maneuver::ControlKind::spline && newton_takes(system, by_steps_))
+      newton_ = newton_method(system, by_steps_, quiet_, budget);
   }
 
   std::string name() const override { return "ipopt"; }
@@ -70,6 +74,18 @@ class IpoptMethod : public Method {
   bool carries_cheaply() const override { return false; }
 
  private:
+  static Problem with_free_nodes(Problem problem) {
+    problem.control = maneuver::ControlKind::steps;
+    problem.points = 0;
+    problem.steps = coarse_steps;  // fewer show turns that no motion takes
+    return problem;
+  }
+
+  static SolveOptions without_progress(SolveOptions options) {
+    options.progress = nullptr;
+    return options;
+  }
+
   NodePath moved_by_shapes(const Maneuver& grid, int start) const {
     const NodePath guess = maneuver::random_guess(system_, grid, seed_of_start(problem_, start));
     if (!newton_takes(system_, problem_)) return guess;
@@ -119,6 +135,12 @@ class IpoptMethod : public Method {
     const NodePath guess = problem_.cost_weights.of_displacement()
                                ? moved_by_shapes(coarse_, start)
                                : maneuver::random_guess(system_, coarse_, seed_of_start(problem_, start));
+    if (newton_) {  // moments on splines from moments free at each node: found in less time than one iteration here takes
+      const Found free = newton_->solve_starts(start, 1).front();
+      if (free.converged())
+        return optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
+                                           program.pack(maneuver::refined(system_, free.path, coarse_.steps)));
+    }
     if (!problem_.cost_weights.any())
       return optimizer::solve_with_ipopt(program, optimizer_options(start_iterations), program.pack(guess));
     // rates of a first guess say little: costs that depend on them wait for the cheapest motion by effort
@@ -153,11 +175,14 @@ class IpoptMethod : public Method {
 
   const System& system_;
   const Problem& problem_;
+  const Problem by_steps_;  // with moments free at each node
   const SolveOptions& options_;
+  const SolveOptions quiet_;
   const Budget& budget_;
   Maneuver coarse_, full_;
   std::vector<GoalRow> rows_;
   std::vector<maneuver::LimitRow> limits_;
+  std::unique_ptr<Method> newton_;  // of by_steps_, where moments are on splines and it takes that
 };
 
 }  // namespace
