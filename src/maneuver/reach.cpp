@@ -17,6 +17,7 @@ using optimizer::StageModel;
 
 constexpr double dependence_threshold = 1e-9;  // singular directions end this far below the leading one
 constexpr double reach_threshold = 1e-7;
+constexpr double end_row_threshold = 1e-6;  // above what reach_threshold makes of round-off
 constexpr int window_steps = 6;
 
 // How much of some rows lies outside the span of orthonormal ones: of the row that has most.
@@ -41,6 +42,21 @@ void normalize_rows(Rows&& rows) {
 void normalize_gap(Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> gap) {
   const double length = gap.norm();
   gap *= length > dependence_threshold ? 1.0 / length : 0.0;
+}
+
+// Orthonormal rows that span what moments on the way can move at the end. Step by step: along an unstable motion all that early
+// moments move would be next to one direction.
+MatrixXd reached_at_end(const StageModel& model) {
+  MatrixXd reached(0, model.C.cols());
+  for (const Stage& stage : model.stage) {
+    MatrixXd moved = reached * stage.A.transpose(), driven = stage.B.transpose();
+    normalize_rows(moved);
+    normalize_rows(driven);
+    MatrixXd both(moved.rows() + driven.rows(), reached.cols());
+    both << moved, driven;
+    reached = span_of_rows(both, reach_threshold).transpose();
+  }
+  return reached;
 }
 
 }  // namespace
@@ -109,14 +125,7 @@ std::optional<std::vector<EndRow>> independent_end_rows(const System& system, co
   if (!program.go_to(path)) return std::nullopt;
   program.linearize(model);
   const auto rows = static_cast<Eigen::Index>(stated.size());
-  const Eigen::Index inputs = system.control_count();
-  const auto stages = static_cast<int>(model.stage.size());
-  MatrixXd sensitivity(rows, inputs * stages);
-  MatrixXd carried = model.C;
-  for (int k = stages - 1; k >= 0; --k) {
-    sensitivity.middleCols(inputs * k, inputs).noalias() = carried * model.stage[at(k)].B;
-    carried = (carried * model.stage[at(k)].A).eval();
-  }
+  MatrixXd sensitivity = model.C * reached_at_end(model).transpose();
   std::map<EndRow::Kind, double> unit;  // rad, m and N m side by side: each kind counts by its largest row
   for (Eigen::Index r = 0; r < rows; ++r) {
     double& size = unit[stated[static_cast<std::size_t>(r)].kind];
@@ -125,7 +134,7 @@ std::optional<std::vector<EndRow>> independent_end_rows(const System& system, co
   for (Eigen::Index r = 0; r < rows; ++r)
     if (const double size = unit[stated[static_cast<std::size_t>(r)].kind]; size > 0.0) sensitivity.row(r) /= size;
   std::vector<char> kept(stated.size());
-  for (int r : independent_rows(sensitivity, dependence_threshold)) kept[at(r)] = 1;
+  for (int r : independent_rows(sensitivity, end_row_threshold)) kept[at(r)] = 1;
   std::vector<EndRow> independent;
   for (std::size_t r = 0; r < stated.size(); ++r)
     if (kept[r]) independent.push_back(stated[r]);

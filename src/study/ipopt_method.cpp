@@ -22,7 +22,8 @@ using maneuver::Transcription;
 using model::System;
 using optimizer::Outcome;
 
-constexpr int rank_steps = 20;  // rank does not depend on the resolution
+constexpr int rank_steps = 20;   // rank does not depend on the resolution
+constexpr int rank_guesses = 4;  // first guesses until one is a motion
 constexpr int start_iterations = 400;
 constexpr int quick_iterations = 40;    // of a refinement that goes well
 constexpr int refine_iterations = 200;  // of one that does not
@@ -41,8 +42,7 @@ class IpoptMethod : public Method {
         full_(maneuver::make_maneuver(system, problem, problem.steps)),
         limits_(maneuver::limit_rows(system, problem)) {
     const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, rank_steps));
-    // the motion of the guess's shapes: on none, errors may grow from step to step
-    rows_ = maneuver::independent_goal_rows(system, probe, moved_by_shapes(probe, 0));
+    rows_ = maneuver::independent_goal_rows(system, probe, some_motion(probe));
     if (problem.control == maneuver::ControlKind::spline && newton_takes(system, by_steps_))
       newton_ = newton_method(system, by_steps_, quiet_, budget);
   }
@@ -86,12 +86,24 @@ class IpoptMethod : public Method {
     return options;
   }
 
-  NodePath moved_by_shapes(const Maneuver& grid, int start) const {
-    const NodePath guess = maneuver::random_guess(system_, grid, seed_of_start(problem_, start));
-    if (!newton_takes(system_, problem_)) return guess;
+  // The motion of a first guess's shapes, if it is one.
+  std::optional<NodePath> moved_by_shapes(const Maneuver& grid, int start) const {
+    if (!newton_takes(system_, problem_)) return std::nullopt;
     const Reached reached(system_, problem_);
     maneuver::ShapeProgram motion(system_, grid, reached.coordinates, reached.rows, {}, maneuver::Steps::rough);
-    return motion.go_to(guess) ? motion.path() : guess;
+    if (!motion.go_to(guess(grid, start))) return std::nullopt;
+    return motion.path();
+  }
+
+  NodePath guess(const Maneuver& grid, int start) const {
+    return maneuver::random_guess(system_, grid, seed_of_start(problem_, start));
+  }
+
+  // Where rank is read: on no motion errors may grow from step to step.
+  NodePath some_motion(const Maneuver& grid) const {
+    for (int start = 0; start < rank_guesses; ++start)
+      if (const auto motion = moved_by_shapes(grid, start)) return *motion;
+    return guess(grid, 0);
   }
 
   optimizer::Options optimizer_options(int max_iterations) const {
@@ -132,9 +144,9 @@ class IpoptMethod : public Method {
     if (budget_.stopped()) return Outcome();
     Transcription program(system_, coarse_, rows_, limits_);
     // a motion that obeys the mechanics, where a displacement is to be won: others are let go on the way to one, and end at rest
-    const NodePath guess = problem_.cost_weights.of_displacement()
-                               ? moved_by_shapes(coarse_, start)
-                               : maneuver::random_guess(system_, coarse_, seed_of_start(problem_, start));
+    std::optional<NodePath> moved;
+    if (problem_.cost_weights.of_displacement()) moved = moved_by_shapes(coarse_, start);
+    const NodePath guess = moved ? *moved : this->guess(coarse_, start);
     if (newton_) {  // moments on splines from moments free at each node: found in less time than one iteration here takes
       const Found free = newton_->solve_starts(start, 1).front();
       if (free.converged())
