@@ -43,7 +43,9 @@ Four33 renormalized(const Four33& R) {
 }  // namespace
 
 bool FourSteps::serves(const System& system, mechanics::DiscreteLagrangian lagrangian) {
-  return system.only_free_joints() && system.body_count() > 1 && mechanics::all_plain(system, lagrangian);
+  for (const model::Joint& joint : system.joints())
+    if (joint.stiffness != 0.0 || joint.damping != 0.0) return false;
+  return shape_size(system) > 0 && mechanics::all_plain(system, lagrangian);
 }
 
 FourSteps::FourSteps(const System& system, const MatrixXd& coordinates)
@@ -53,7 +55,9 @@ FourSteps::FourSteps(const System& system, const MatrixXd& coordinates)
       noise_(system),
       left_(at(system.body_count()), identity()),
       right_(left_),
-      momenta_(at(system.body_count())) {
+      momenta_(at(system.body_count())),
+      led_left_(system),
+      led_right_(system) {
   const auto count = at(system.body_count());
   second_.body.resize(count);
   third_.body.resize(count);
@@ -66,15 +70,22 @@ FourSteps::FourSteps(const System& system, const MatrixXd& coordinates)
   form_.resize(at(4 * shapes() * shapes()));
   symmetric_.resize(form_.size());
   takes_effort_ = all_coordinates_;
-  for (const model::Joint& joint : system.joints()) takes_effort_ = takes_effort_ && joint.actuation.cols() == 3;
+  for (const model::Joint& joint : system.joints())
+    takes_effort_ = takes_effort_ && joint.free() && joint.actuation.cols() == 3;
   plus_.resize(at(2 * shapes() * shapes()));
   moment_.resize(at(3 * shapes() * shapes()));
   weighed_ = moment_;
   moment_form_.resize(at(9 * shapes() * shapes()));
   by_control_.resize(at(shapes() * shapes()));
-  const Index size = 6 * shapes(), along = 2 * coordinates.cols();
-  flat_.resize(at(static_cast<int>(size * size)));
-  half_.resize(at(static_cast<int>(size * std::max<Index>(along, 6))));
+  const int size = 6 * shapes(), along = 2 * static_cast<int>(coordinates.rows());
+  flat_.resize(at(size * size));
+  half_.resize(flat_.size());
+  if (!led_left_.any()) return;
+  gradient_ = gradient_change_ = shape_vector_;
+  along_.resize(at(along));
+  bend_.resize(at(along * along));
+  turned_ = bend_;
+  seen_.resize(at(size * along));
 }
 
 void FourSteps::take_shapes(double time_step, const ForFour<const Rotations*>& left,
@@ -84,6 +95,9 @@ void FourSteps::take_shapes(double time_step, const ForFour<const Rotations*>& l
     left_[at(i)] = matrices_of_lanes([&](std::size_t l) -> const Matrix3d& { return (*left[l])[at(i)]; });
     right_[at(i)] = matrices_of_lanes([&](std::size_t l) -> const Matrix3d& { return (*right[l])[at(i)]; });
   }
+  if (!led_left_.any()) return;
+  led_left_.take(left_);
+  led_right_.take(right_);
 }
 
 void FourSteps::take_root(const ForFour<const ShapeStep*>& step) {
@@ -191,28 +205,49 @@ bool FourSteps::solve(const ForFour<ShapeStep*>& step) {
   return false;
 }
 
-void FourSteps::read_momenta(const ForFour<ShapeStep*>& step) {
+// −∂L/∂η of a body, after find_momenta.
+Four3 FourSteps::momentum_at_left(int i) const {
   const double rate = 1.0 / time_step_;
+  const model::Body& body = system_.body(i);
+  const Momenta& m = momenta_[at(i)];
+  const Four33& L = left_[at(i)];
+  Four3 minus = rate * vee_twice((transposed(L) * m.right) * body.trace_weight) -
+                (0.5 * rate) * cross(body.mass_matrix * m.left_seen, m.left_seen) -
+                cross(child_offset(system_, i), transposed(L) * m.force);
+  for (int c : body.children) minus += cross(parent_offset(system_, c), transposed(L) * momenta_[at(c)].force);
+  return minus;
+}
+
+void FourSteps::read_momenta(const ForFour<ShapeStep*>& step) {
   Four3 angular = Four3::zero();
   Four largest_square = Four{};
   for (int i = 0; i < system_.body_count(); ++i) {
-    const model::Body& body = system_.body(i);
-    const Momenta& m = momenta_[at(i)];
-    const Four33& L = left_[at(i)];
-    Four3 minus = rate * vee_twice((transposed(L) * m.right) * body.trace_weight) -
-                  (0.5 * rate) * cross(body.mass_matrix * m.left_seen, m.left_seen) -
-                  cross(child_offset(system_, i), transposed(L) * m.force);
-    for (int c : body.children) minus += cross(parent_offset(system_, c), transposed(L) * momenta_[at(c)].force);
-    angular += L * minus;
+    const Four3 minus = momentum_at_left(i);
+    angular += left_[at(i)] * minus;
     largest_square = larger(largest_square, dot(minus, minus));
     if (i == 0) continue;
     shape_vector_[at(at_left(i))] = minus;
-    shape_vector_[at(at_right(i))] = m.turn;
+    shape_vector_[at(at_right(i))] = momenta_[at(i)].turn;
   }
   Matrix3d turn[4];
   mechanics::write_four(turn_, turn[0], turn[1], turn[2], turn[3]);
+  const bool led = led_left_.any();
+  if (led) {
+    led_left_.gather(shape_vector_.data(), along_.data());
+    led_right_.gather(shape_vector_.data() + shapes(), along_.data() + led_left_.size());
+  }
   const auto along_coordinates = [&](int first, std::size_t l, VectorXd& values) {
     values.setZero(coordinates_.cols());
+    if (led) {
+      const Four* of_all = along_.data() + (first == 0 ? 0 : led_left_.size());
+      for (int a = 0; a < led_left_.size(); ++a) {
+        if (all_coordinates_)
+          values[a] = of_all[a][l];
+        else
+          for (Index c = 0; c < values.size(); ++c) values[c] += coordinates_(a, c) * of_all[a][l];
+      }
+      return;
+    }
     for (int j = 0; j < shapes(); ++j) {
       const Four3& of_all = shape_vector_[at(first + j)];
       const Vector3d one(of_all.x[l], of_all.y[l], of_all.z[l]);

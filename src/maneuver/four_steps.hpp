@@ -1,5 +1,5 @@
-// Steps between given shapes, four at once: a lane of the processor's vectors each. For swimmers whose joints are all ball
-// joints, by the trapezoid (chapter 9, equations 9.14 to 9.19). What any other swimmer or scheme asks is ShapeKernel's.
+// Steps between given shapes, four at once: a lane of the processor's vectors each. For joints without springs and dampers, by
+// the trapezoid (chapter 9, equations 9.14 to 9.25). What any other swimmer or scheme asks is ShapeKernel's.
 //
 // At zero momentum the root's motion z = (turn φ, shift d) makes a step's discrete Lagrangian L stationary, so that the
 // step is one function of its two shapes, V(θ, θ') = stat L(θ, θ', z): momenta are its gradient, tangents its second
@@ -8,6 +8,7 @@
 
 #include <array>
 
+#include "maneuver/led_turns.hpp"
 #include "maneuver/shape_step.hpp"
 #include "optimizer/stage_program.hpp"
 
@@ -108,6 +109,7 @@ class FourSteps {
   void take_root(const ForFour<const ShapeStep*>& step);
   void find_momenta(Four& scale);
   void find_root_inverse();
+  Four3 momentum_at_left(int body) const;
   void read_momenta(const ForFour<ShapeStep*>& step);
   template <typename S>
   void lay_shifts(const mechanics::Three<S>& of_root, Hessian<S>& hessian) const;
@@ -122,6 +124,21 @@ class FourSteps {
   void eliminate_root();
   void add_moments(const ForFour<const mechanics::Moments*>& control, bool right);
   void add_moment_curvature(const ForFour<const mechanics::Moments*>& control, bool right);
+  void find_gradient();
+  void find_gradient_change(const Four3& of_turn, const Four3& of_shift);
+  void spread_multipliers(const ForFour<const ShapeMultipliers*>& multipliers);
+  void lay(const std::vector<Four33>& form, std::vector<Four>& to) const;
+  void project_ends(int rows, const std::vector<Four>& by_bodies, std::vector<Four>& by_coordinates) const;
+  void project_form(const std::vector<Four>& by_bodies, std::vector<Four>& by_coordinates);
+  void bend_tangent(const ForFour<const mechanics::Moments*>& control,
+                    const ForFour<const mechanics::Moments*>& control_next);
+  void bend_curvature(const ForFour<const mechanics::Moments*>& control,
+                      const ForFour<const mechanics::Moments*>& control_next);
+  void let_fields_turn(bool right);
+  template <typename Add>
+  void for_moments_on_turning_parents(const ForFour<const mechanics::Moments*>& control, const Add& add) const;
+  LedTurns& led(bool right) { return right ? led_right_ : led_left_; }
+  Four* bend_of(bool right) { return bend_.data() + (right ? led_left_.size() * (2 * led_left_.size() + 1) : 0); }
   void flatten_form();
   void flatten_answers(const std::vector<Four33>& turn, const std::vector<Four33>& shift);
   void add_pose(const ForFour<const ShapeStep*>& step, const ForFour<const ShapeMultipliers*>& multipliers,
@@ -161,6 +178,12 @@ class FourSteps {
   std::vector<Four33> moment_form_;  // [3 (bodies − 1)] squared
   std::vector<Four33> by_control_;   // [bodies − 1] squared
   std::vector<Four> flat_, half_;    // column after column
+  // where joints lead their children
+  LedTurns led_left_, led_right_;
+  std::vector<Four3> gradient_, gradient_change_;  // [2 (bodies − 1)] of V by the bodies' turns, and along the multipliers
+  std::vector<Four> along_;                        // [2 n] multipliers along the coordinates
+  std::vector<Four> bend_;                         // [2 n] squared: what coordinates that bend add to the form
+  std::vector<Four> seen_, turned_;                // [6 (bodies − 1)][2 n], [2 n] squared
 };
 
 }  // namespace lamprey::maneuver

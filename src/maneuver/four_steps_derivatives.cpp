@@ -184,6 +184,7 @@ void FourSteps::add_moments(const ForFour<const Moments*>& control, bool right) 
   const std::vector<Four33>& Q = right ? right_ : left_;
   for (int j = 0; j < system_.joint_count(); ++j) {
     const model::Joint& joint = system_.joint(j);
+    if (!joint.free()) continue;  // along axes moments do the same in every shape
     const Four3 u = vectors_of_lanes([&](std::size_t l) -> const Vector3d& { return (*control[l])[at(j)]; });
     const Four33 to_child = transposed(Q[at(joint.child)]) * Q[at(joint.parent)];
     const int c = right ? at_right(joint.child) : at_left(joint.child);
@@ -202,6 +203,7 @@ void FourSteps::add_moment_curvature(const ForFour<const Moments*>& control, boo
   const std::vector<Four33>& Q = right ? right_ : left_;
   for (int j = 0; j < system_.joint_count(); ++j) {
     const model::Joint& joint = system_.joint(j);
+    if (!joint.free()) continue;  // along axes moments do the same in every shape
     const Four3 u = vectors_of_lanes([&](std::size_t l) -> const Vector3d& { return (*control[l])[at(j)]; });
     const Four33 to_child = transposed(Q[at(joint.child)]) * Q[at(joint.parent)];
     const int c = right ? at_right(joint.child) : at_left(joint.child);
@@ -230,6 +232,7 @@ void FourSteps::tangent(const ForFour<const ShapeStep*>& step, const ForFour<con
   eliminate_root();
   add_moments(control, false);
   add_moments(control_next, true);
+  if (led_left_.any()) bend_tangent(control, control_next);
   write_tangents(step, tangent);
 }
 
@@ -245,7 +248,8 @@ void FourSteps::curvature(const ForFour<const ShapeStep*>& step, const ForFour<c
   root_.apply(of_turn, of_shift);
   of_turn = -of_turn;
   of_shift = -of_shift;
-  for (int j = 0; j < shapes(); ++j) {
+  if (led_left_.any()) spread_multipliers(multipliers);
+  for (int j = 0; j < shapes() && !led_left_.any(); ++j) {
     const Index offset = shape_offset(system_.body(j + 1));
     const auto along = [&](const VectorXd& values) -> Vector3d {
       if (all_coordinates_) return values.segment<3>(offset);
@@ -291,12 +295,16 @@ void FourSteps::curvature(const ForFour<const ShapeStep*>& step, const ForFour<c
                      transposed(half_shift_[at(r)]) * answer_shift_[at(c)] + T(r, c);
       // the fields along which shapes move do not commute with the multipliers'
       const Four33& V = symmetric_[at(r * count + c)];
-      value += hat_times(shape_vector_[at(r)], V) - times_hat(V, shape_vector_[at(c)]);
+      if (!led_left_.any()) value += hat_times(shape_vector_[at(r)], V) - times_hat(V, shape_vector_[at(c)]);
       form_[at(r * count + c)] = r == c ? symmetric_part(value) : value;
       if (r > c) form_[at(c * count + r)] = transposed(value);
     }
   add_moment_curvature(control, false);
   add_moment_curvature(control_next, true);
+  if (led_left_.any()) {
+    find_gradient_change(of_turn, of_shift);
+    bend_curvature(control, control_next);
+  }
   add_pose(step, multipliers, hessian);
   flatten_form();
   const Index f = coordinates_.cols();
@@ -337,13 +345,13 @@ void FourSteps::add_pose(const ForFour<const ShapeStep*>& step, const ForFour<co
   }
 }
 
-// form_ along the coordinates, column after column.
-void FourSteps::flatten_form() {
+// Entry by entry, column after column.
+void FourSteps::lay(const std::vector<Four33>& form, std::vector<Four>& flat) const {
   const int count = 2 * shapes(), size = 3 * count;
   for (int c = 0; c < count; ++c)
     for (int r = 0; r < count; ++r) {
-      const Four33& block = form_[at(r * count + c)];
-      Four* to = flat_.data() + 3 * c * size + 3 * r;
+      const Four33& block = form[at(r * count + c)];
+      Four* to = flat.data() + 3 * c * size + 3 * r;
       for (const Four3* column : {&block.x, &block.y, &block.z}) {
         to[0] = column->x;
         to[1] = column->y;
@@ -351,8 +359,17 @@ void FourSteps::flatten_form() {
         to += size;
       }
     }
+}
+
+// form_ along the coordinates, column after column.
+void FourSteps::flatten_form() {
+  lay(form_, flat_);
+  if (led_left_.any()) {
+    project_form(flat_, flat_);
+    for (std::size_t place = 0; place < bend_.size(); ++place) flat_[place] += bend_[place];
+  }
   if (all_coordinates_) return;
-  const int n = static_cast<int>(coordinates_.rows()), f = static_cast<int>(coordinates_.cols());
+  const int n = static_cast<int>(coordinates_.rows()), f = static_cast<int>(coordinates_.cols()), size = 2 * n;
   for (int row = 0; row < size; ++row)
     for (int c = 0; c < 2 * f; ++c) {
       Four sum{};
@@ -416,7 +433,8 @@ void FourSteps::write_tangents(const ForFour<const ShapeStep*>& step, const ForF
 
 void FourSteps::flatten_answers(const std::vector<Four33>& turn, const std::vector<Four33>& shift) {
   const int count = 2 * shapes();
-  std::vector<Four>& to = all_coordinates_ ? flat_ : half_;
+  const bool led = led_left_.any();
+  std::vector<Four>& to = all_coordinates_ || led ? flat_ : half_;
   for (int c = 0; c < count; ++c) {
     Four* place = to.data() + 18 * c;
     const Four33 &t = turn[at(c)], &s = shift[at(c)];
@@ -425,6 +443,10 @@ void FourSteps::flatten_answers(const std::vector<Four33>& turn, const std::vect
       place[3] = w->x, place[4] = w->y, place[5] = w->z;
       place += 6;
     }
+  }
+  if (led) {
+    project_ends(6, flat_, half_);
+    if (all_coordinates_) flat_.swap(half_);
   }
   if (all_coordinates_) return;
   const int n = static_cast<int>(coordinates_.rows()), f = static_cast<int>(coordinates_.cols());
