@@ -19,7 +19,7 @@ using Kind = LimitRow::Kind;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
-double reach(const model::Body& body) { return body.semi_axes.maxCoeff(); }
+constexpr int bounds_looked_at = 3;  // before a gap is found exactly
 
 // Where the pieces of the body coordinates lie.
 Eigen::Index turn_of(int body) { return 3 * body; }
@@ -83,6 +83,29 @@ fluid::EllipsoidPair pair_of_bodies(const System& system, const LimitRow& row, c
 fluid::EllipsoidPair pair_with_sphere(const System& system, const LimitRow& row, const LimitedNode& node) {
   return {Vector3d::Constant(row.bound), system.body(row.body).semi_axes, Matrix3d::Identity(),
           node.rotation[at(row.body)], mass_centre(system, node, row.body) - row.centre};
+}
+
+// The gap, or a lower bound of it where that is more than asked for: along the centres, then along what is between the points
+// that planes across them touch.
+double gap_or_enough(const fluid::EllipsoidPair& pair, double enough) {
+  const auto touched = [](const Vector3d& semi_axes, const Matrix3d& R, const Vector3d& n) -> Vector3d {
+    const Vector3d y = semi_axes.cwiseProduct(R.transpose() * n);
+    return R * semi_axes.cwiseProduct(y) / y.norm();
+  };
+  const double distance = pair.offset.norm();
+  if (distance > 0.0) {
+    Vector3d n = pair.offset / distance;
+    for (int look = 0; look < bounds_looked_at; ++look) {
+      const double apart = fluid::separation_along(pair, n);
+      if (apart > enough) return apart;
+      const Vector3d between =
+          pair.offset - touched(pair.semi_axes_1, pair.rotation_1, n) - touched(pair.semi_axes_2, pair.rotation_2, n);
+      const double length = between.norm();
+      if (!(length > 0.0) || n.dot(between) < 0.0) break;
+      n = between / length;
+    }
+  }
+  return fluid::gap(pair).value;
 }
 
 // Equation 10.4: half the sum of a body's extents towards a half-space's face.
@@ -311,14 +334,11 @@ double plain_value(const System& system, const LimitRow& row, const LimitedNode&
     }
     case Kind::clearance: {
       const fluid::EllipsoidPair pair = pair_of_bodies(system, row, node);
-      const double apart = pair.offset.norm() - reach(system.body(row.body)) - reach(system.body(row.other_body));
-      if (apart - row.bound > enough * row.unit) return apart - row.bound;
-      return fluid::gap(pair).value - row.bound;
+      return gap_or_enough(pair, enough * row.unit + row.bound) - row.bound;
     }
     case Kind::sphere: {
       const fluid::EllipsoidPair pair = pair_with_sphere(system, row, node);
-      const double apart = pair.offset.norm() - reach(system.body(row.body)) - row.bound;
-      return apart > enough * row.unit ? apart : fluid::gap(pair).value;
+      return gap_or_enough(pair, enough * row.unit);
     }
     case Kind::half_space:
       return row.normal.dot(mass_centre(system, node, row.body) - row.centre) -

@@ -13,6 +13,7 @@ namespace lamprey::optimizer {
 struct Options {
   double tolerance = 1e-10;  // scaled KKT error
   int max_iterations = 500;
+  int patience = 1;  // so many times as many, as long as the cost goes on falling; of StageNewton
   double time_limit = std::numeric_limits<double>::infinity();  // s, wall clock
   double first_regularization = 1e-4;                           // first shift of the Hessian where its inertia is wrong
   bool near_solution = false;         // the start is close: cheap pivoting in the factorisation will do

@@ -42,6 +42,7 @@ constexpr double follow_to = 1e-6;          // of the tolerance, what such steps
 constexpr double following = 0.1;           // what a step with old factors may leave of the one before
 constexpr double most_shift_at_rest = 1e3;  // beyond, steps are short for the shift's sake
 constexpr double bend_unit = 1e8;           // input, more than any step is allowed to take
+constexpr double worth_going_on = 1e-4;     // what the cost falls by in max_iterations, relative
 
 }  // namespace
 
@@ -330,7 +331,8 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
 
 void StageNewton::solve(StageProgram& program, const Options& options, Outcome& outcome) {
   const auto begin = Clock::now();
-  const int most_iterations = outcome.iterations + options.max_iterations;
+  int part = 1, end_of_part = outcome.iterations + options.max_iterations;
+  double cost_before = 0.0;  // where the part began
   const auto finish = [&](Termination termination, const char* reason) {
     outcome.termination = termination;
     outcome.reason = reason;
@@ -373,11 +375,17 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
     if (options.interrupted && options.interrupted()) return finish(Termination::interrupted, "interrupted");
     if (std::chrono::duration<double>(Clock::now() - begin).count() > options.time_limit)
       return finish(Termination::time_limit, "the time limit was reached");
-    if (outcome.iterations >= most_iterations) {
+    if (outcome.iterations < end_of_part) continue;
+    const double cost = program.merit().cost;
+    const bool falls = part == 1 || cost < cost_before - worth_going_on * std::abs(cost_before);
+    if (part == options.patience || !falls) {
       finish(Termination::stalled, "no convergence within ");
-      outcome.reason.append(std::to_string(options.max_iterations)).append(" iterations");
+      outcome.reason.append(std::to_string(part * options.max_iterations)).append(" iterations");
       return;
     }
+    ++part;
+    end_of_part += options.max_iterations;
+    cost_before = cost;
   }
 }
 

@@ -34,6 +34,7 @@ constexpr int finest_first_steps = 4 * coarse_steps;  // where those show too li
 constexpr int most_refinement = 10;                   // times as many steps from one grid to the next
 constexpr int composed_steps = 50;                    // of the first grid of a scheme above order 2
 constexpr int most_iterations = 500;
+constexpr int patience = 6;  // times as many, along valleys that go on falling
 constexpr double rough_tolerance = 1e-4;
 constexpr double fine_tolerance = 1e-7;  // before a last Newton step
 constexpr double rough_limits = 1e-3;    // error of limits, in units of their rows
@@ -229,11 +230,17 @@ class NewtonMethod : public Method {
     fail_for_want_of_motion(found.outcome);
     if (program.go_to(maneuver::refined(system_, nodes, steps, asked_.scheme))) {
       optimizer::StageNewton(program.sizes())
-          .solve(program, budget_.optimizer_options(most_iterations, fine_tolerance), found.outcome);
+          .solve(program, options(fine_tolerance), found.outcome);
       found.path = program.path();
       found.cost = program.merit().cost;
     }
     return found;
+  }
+
+  optimizer::Options options(double tolerance) const {
+    optimizer::Options options = budget_.optimizer_options(most_iterations, tolerance);
+    options.patience = patience;
+    return options;
   }
 
   static void fail_for_want_of_motion(optimizer::Outcome& outcome) {
@@ -251,7 +258,7 @@ class NewtonMethod : public Method {
     grid.program.take_limit_multipliers(found.limit_multipliers);
     grid.program.take_work_multipliers(found.work_multipliers);
     if (grid.program.go_to(from)) {
-      solve_program(grid.newton, grid.program, budget_.optimizer_options(most_iterations, tolerance), found.outcome);
+      solve_program(grid.newton, grid.program, options(tolerance), found.outcome);
       found.path = grid.program.path();
       found.cost = grid.program.cost();
       found.end_multipliers = grid.program.end_multipliers();
