@@ -1,12 +1,17 @@
 #include "certificate/balance.hpp"
 
+#include <algorithm>
 #include <array>
+#include <limits>
 
 namespace lamprey::certificate {
 
 namespace {
 
 using model::at;
+
+constexpr double last_digits = 16.0;      // of a product of two rotations, times a body's inertia, and of sums of such
+constexpr double most_round_off = 1e-8;  // of the scale: beyond, steps are too short for the motion
 
 double rotation_drift(const maneuver::Solution& solution) {
   Largest drift;
@@ -37,6 +42,18 @@ class Drift {
   mechanics::SpatialMomentum total_;
   Largest largest_;
 };
+
+// Stored rotations and positions end at their last digit: over a step that is a momentum (equation 6.22).
+double momentum_of_last_digits(const StoredMotion& motion) {
+  double distance = 0.0, inertia = 0.0;
+  for (const Vector3d& x : motion.solution.position) distance = std::max(distance, x.norm());
+  for (const model::Body& body : motion.system.bodies()) {
+    double reach = distance;
+    for (const model::PathPoint& point : body.path) reach += point.offset.norm();
+    inertia = std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (reach + reach * reach));
+  }
+  return last_digits * std::numeric_limits<double>::epsilon() * inertia / motion.time_step;
+}
 
 VectorXd force(const StoredMotion& motion, int k) {
   return mechanics::generalized_force(motion.system, motion.solution.rotation[at(k)], motion.control[at(k)]);
@@ -108,6 +125,7 @@ Balance check_balance(const StoredMotion& motion) {
   const integrator::State start = start_of(motion.system, motion.problem.start);
   Balance balance = motion.steps_known ? check_steps(motion, start) : check_nodes(motion, start);
   if (balance.scale == 0.0) balance.scale = 1.0;
+  balance.round_off = std::min(momentum_of_last_digits(motion) / balance.scale, most_round_off);
   balance.rotation_drift = rotation_drift(motion.solution);
   return balance;
 }
@@ -140,6 +158,11 @@ double velocity_error(const StoredMotion& motion, const std::vector<integrator::
     compare(3, stored.angular_momentum.fluid, k, total.angular - bodies.angular);
     compare(3, stored.angular_momentum.total, k, total.angular);
   }
+  double size = 0.0;  // m
+  for (const model::Body& body : system.bodies()) size = std::max(size, body.semi_axes.maxCoeff());
+  const double linear = whole[0].value(), angular = whole[1].value();  // either may be next to nothing beside the other
+  whole[0].add(size * angular);
+  whole[1].add(linear / size);
   Largest error;
   for (std::size_t kind = 0; kind < off.size(); ++kind)
     if (off[kind].value() > 0.0) error.add(off[kind].relative_to(whole[kind].value()));

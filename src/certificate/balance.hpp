@@ -15,6 +15,7 @@ struct Balance {
   double momentum_drift = 0.0;  // largest |p − p_0|, linear or angular about the origin; p_0 of the problem's start
   double equation_residual = unset;  // largest residual of (4.4), and of (4.5) at the start and, with rest, at the end
   double end_momentum = unset;       // largest |μ_N|
+  double round_off = 0.0;            // what stored digits leave of a step's momenta (equation 6.22), of the scale
   double rotation_drift = 0.0;       // largest entry of |RᵀR − I|, no unit
 };
 

@@ -1,6 +1,7 @@
 // Certificate: the numbers that prove an answer, in the words of solution.json. NaN: not computed (written as null).
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <string>
@@ -13,8 +14,8 @@ inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 /// Marks of an optimal answer; that of kkt is the problem's tolerance.
 inline constexpr double goal_mark = 1e-9;             // rad, m
 inline constexpr double rest_mark = 1e-9;             // of the scale
-inline constexpr double equation_mark = 1e-10;        // of the scale
-inline constexpr double momentum_mark = 1e-11;        // of the scale
+inline constexpr double equation_mark = 1e-10;        // of the scale, or what round-off leaves
+inline constexpr double momentum_mark = 1e-11;        // of the scale, or what round-off leaves
 inline constexpr double start_mark = 1e-9;            // rad, m
 inline constexpr double control_mark = 1e-9;          // of the largest moment
 inline constexpr double time_mark = 1e-9;             // of the duration
@@ -98,6 +99,7 @@ struct Certificate {
   double goal_error = unset;         // max over goal rows, rad or m
   double rest_error = unset;         // max |μ_N| / scale
   double momentum_drift = unset;     // max |p − p_0| / scale
+  double momentum_round_off = 0.0;   // what the digits of stored rotations and positions leave of a step's momenta / scale
   double rotation_drift = unset;     // max |RᵀR − I|
   double iterates_momentum = unset;  // largest total momentum / scale over all iterates that the solver recorded
   double kkt = unset;                // scaled, in the space of controls
@@ -117,6 +119,10 @@ struct Certificate {
   double cost_error = unset;  // relative difference of the stored cost from the one recomputed
 
   std::optional<Clearance> clearance;  // least gap of two bodies; nothing for a single one
+
+  /// Marks that no motion of so many digits in so short steps could miss for that alone.
+  double equation_allowed() const { return std::max(equation_mark, momentum_round_off); }
+  double momentum_allowed() const { return std::max(momentum_mark, momentum_round_off); }
 };
 
 }  // namespace lamprey::certificate

@@ -21,13 +21,13 @@ bool confined(const model::System& system, const model::Joint& joint) {
 // Whether the files tell of a motion of the problem's swimmer, from its start, in its time, by moments that it has, at the cost
 // that they state.
 bool of_the_problem(const Certificate& proof) {
-  return proof.momentum_drift <= momentum_mark && proof.start_error <= start_mark &&
+  return proof.momentum_drift <= proof.momentum_allowed() && proof.start_error <= start_mark &&
          proof.control_error <= control_mark && proof.time_error <= time_mark &&
          proof.velocity_error <= velocity_mark && proof.cost_error <= cost_mark;
 }
 
 bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
-  return of_the_problem(proof) && proof.equation_residual <= equation_mark && proof.goal_error <= goal_mark &&
+  return of_the_problem(proof) && proof.equation_residual <= proof.equation_allowed() && proof.goal_error <= goal_mark &&
          (!problem.goal->rest || proof.rest_error <= rest_mark) &&
          (!proof.limits || proof.limits->violation <= limit_mark);
 }
@@ -121,6 +121,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.start_error = start_error(motion);
   proof.clearance = clearance(motion);
   proof.momentum_drift = balance.momentum_drift;
+  proof.momentum_round_off = balance.round_off;
   proof.equation_residual = balance.equation_residual;
   const bool sought = problem.goal && solution.status != maneuver::Status::simulated;
   if (!motion.steps_known && sought) certify_stages(motion, options, balance.scale, proof);

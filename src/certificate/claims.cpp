@@ -76,10 +76,10 @@ std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificat
   Claims claims;
   claims.error("goal_error", stored.goal_error, found.goal_error, goal_mark);
   claims.error("rest_error", stored.rest_error, found.rest_error, rest_mark);
-  claims.error("momentum_drift", stored.momentum_drift, found.momentum_drift, momentum_mark);
+  claims.error("momentum_drift", stored.momentum_drift, found.momentum_drift, found.momentum_allowed());
   claims.error("rotation_drift", stored.rotation_drift, found.rotation_drift, momentum_mark);
-  claims.error("iterates_momentum", stored.iterates_momentum, found.iterates_momentum, momentum_mark);
-  claims.error("equation_residual", stored.equation_residual, found.equation_residual, equation_mark);
+  claims.error("iterates_momentum", stored.iterates_momentum, found.iterates_momentum, found.momentum_allowed());
+  claims.error("equation_residual", stored.equation_residual, found.equation_residual, found.equation_allowed());
   claims.error("start_error", stored.start_error, found.start_error, start_mark);
   claims.error("control_error", stored.control_error, found.control_error, control_mark);
   claims.error("time_error", stored.time_error, found.time_error, time_mark);

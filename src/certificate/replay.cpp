@@ -205,6 +205,7 @@ Replay replay(const StoredMotion& motion, double window, double tolerance) {
 
 Replay replay(const StoredMotion& motion, const StageMotion& stages, double window, double tolerance) {
   Replay result = replayed(course_of(motion, stages), window, tolerance);
+  replay_with_feedback(motion, tolerance, result);
   result.growth_rate = growth_rate(motion, stages);
   return result;
 }

@@ -274,6 +274,7 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
   result.goal_error = reader.at("goal_error").number_or_nan();
   result.rest_error = reader.at("rest_error").number_or_nan();
   result.momentum_drift = reader.at("momentum_drift").number_or_nan();
+  if (reader.has("momentum_round_off")) result.momentum_round_off = reader.at("momentum_round_off").number_or_nan();
   result.rotation_drift = reader.at("rotation_drift").number_or_nan();
   if (reader.has("iterates_momentum")) result.iterates_momentum = reader.at("iterates_momentum").number_or_nan();
   if (reader.has("equation_residual")) result.equation_residual = reader.at("equation_residual").number_or_nan();

@@ -215,6 +215,7 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   text.add("goal_error", json(certificate->goal_error));
   text.add("rest_error", json(certificate->rest_error));
   text.add("momentum_drift", json(certificate->momentum_drift));
+  text.add("momentum_round_off", json(certificate->momentum_round_off));
   text.add("rotation_drift", json(certificate->rotation_drift));
   text.add("iterates_momentum", json(certificate->iterates_momentum));
   text.add("equation_residual", json(certificate->equation_residual));

@@ -12,10 +12,8 @@ using certificate::complementarity_mark;
 using certificate::control_mark;
 using certificate::cost_mark;
 using certificate::curvature_mark;
-using certificate::equation_mark;
 using certificate::goal_mark;
 using certificate::limit_mark;
-using certificate::momentum_mark;
 using certificate::rest_mark;
 using certificate::start_mark;
 using certificate::time_mark;
@@ -80,14 +78,14 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
       held("Rest error", proof.rest_error, "", rests,
            "Largest momentum left at the end, relative to the largest of the motion. 0 is rest."),
       held(
-          "Discrete equations", proof.equation_residual, "", equation_mark,
+          "Discrete equations", proof.equation_residual, "", proof.equation_allowed(),
           "Largest residual of the discrete Euler–Lagrange equations at the nodes, both ends included, relative to the "
           "largest momentum or impulse of a step."),
-      held("Momentum drift", proof.momentum_drift, "", momentum_mark,
+      held("Momentum drift", proof.momentum_drift, "", proof.momentum_allowed(),
            "Largest change of the total linear and angular momentum, relative to the largest momentum or impulse of a "
            "step. "
            "Joint moments act in pairs, so nothing may change it."),
-      held("Momentum over all iterates", proof.iterates_momentum, "", momentum_mark,
+      held("Momentum over all iterates", proof.iterates_momentum, "", proof.momentum_allowed(),
            "Largest total momentum of any point that the solver went through, as it measured it, relative to that "
            "point's largest momentum: the search cannot live on momentum that leaks."),
       shown("Rotation drift", proof.rotation_drift, "",

@@ -103,7 +103,7 @@ bool succeeded(const file::Results& results) {
 
 bool without_motion(const file::Results& results) {
   return results.solution.status != Status::simulated && results.certificate &&
-         results.certificate->equation_residual > certificate::equation_mark;
+         results.certificate->equation_residual > results.certificate->equation_allowed();
 }
 
 std::string verdict(const file::Results& results) {

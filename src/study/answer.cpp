@@ -18,7 +18,6 @@ namespace {
 
 using certificate::Certificate;
 using certificate::complementarity_mark;
-using certificate::equation_mark;
 using certificate::goal_mark;
 using certificate::limit_mark;
 using certificate::rest_mark;
@@ -44,7 +43,7 @@ std::string foreign(const Certificate& proof) {
     return "the nodes' times differ by " + number(proof.time_error) + " of the duration from its equal steps";
   if (!(proof.control_error <= certificate::control_mark))
     return number(proof.control_error) + " of the moments is outside what the joints or the control's kind can exert";
-  if (!(proof.momentum_drift <= certificate::momentum_mark))
+  if (!(proof.momentum_drift <= proof.momentum_allowed()))
     return "total momentum changes by " + number(proof.momentum_drift) + " of its scale";
   if (!(proof.velocity_error <= certificate::velocity_mark))
     return "stored velocities or momenta are off by " + number(proof.velocity_error) + " of the largest";
@@ -64,7 +63,7 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
     return "no march under the moments, in steps of " + number(problem.time_step(), 3) +
            " s with several stages each, arrives at a motion whose equations can be checked";
   if (std::isnan(proof.equation_residual)) return "there is no motion whose equations can be checked";
-  if (!(proof.equation_residual <= equation_mark))
+  if (!(proof.equation_residual <= proof.equation_allowed()))
     return "no motion was found that obeys the mechanics and meets the goal (discrete equations off by " +
            number(proof.equation_residual) + " of the momentum's scale, goal by " + number(proof.goal_error) +
            " rad or m)";
@@ -200,7 +199,7 @@ std::string unresolved(const Problem& problem, const Answer& answer) {
 std::tuple<bool, bool, bool, bool, double> rank(const Problem& problem, const Answer& answer) {
   const Certificate& proof = answer.certificate;
   return {answer.solution.status != Status::optimal, !unmet(problem, proof).empty(),
-          !(proof.equation_residual <= equation_mark), !unresolved(problem, answer).empty(), answer.solution.cost};
+          !(proof.equation_residual <= proof.equation_allowed()), !unresolved(problem, answer).empty(), answer.solution.cost};
 }
 
 // What an answer consists of beside a motion and its certificate: once the search shall stop no part of it begins any more.
@@ -277,7 +276,7 @@ void add_feedback(const model::System& system, const Problem& problem, Parts& pa
 
 void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
   const std::string missing = unmet(problem, proof);
-  const std::string other = proof.equation_residual <= equation_mark ? foreign(proof) : "";
+  const std::string other = proof.equation_residual <= proof.equation_allowed() ? foreign(proof) : "";
   const bool multipliers_fit = !proof.limits || (proof.limits->complementarity <= complementarity_mark &&
                                                  proof.limits->negative <= complementarity_mark);
   const bool signs_fit = !proof.costs || proof.costs->signs <= complementarity_mark;
