@@ -30,6 +30,7 @@ using model::System;
 using optimizer::Outcome;
 
 constexpr std::size_t batch = 2;  // refined side by side; fixed, so that the answer does not depend on the machine
+constexpr std::size_t spare_candidates = 4;
 constexpr std::size_t refined_candidates =
     16;                     // coarse grids lie about cost: at most so many are compared at full resolution
 constexpr int retries = 4;  // further guesses where a single start fails
@@ -231,17 +232,27 @@ class Search {
     }
     if (candidates_.empty()) candidates_.push_back(order.front());
     if (candidates_.size() > refined_candidates) candidates_.resize(refined_candidates);
+    firsts_ = candidates_.size();
+    // should all of these fail: starts that did not arrive may on more steps
+    for (std::size_t s : order) {
+      const bool arrives_nowhere = starts_[s].path.rotation.empty() ||
+                                   starts_[s].outcome.termination == optimizer::Termination::infeasible;
+      if (candidates_.size() == firsts_ + spare_candidates) break;
+      if (!starts_[s].converged() && !arrives_nowhere && s != candidates_.front()) candidates_.push_back(s);
+    }
   }
 
   // Candidates at full resolution, where costs can be compared, two at a time by rising coarse cost, until an accepted one
-  // costs less than those still waiting.
+  // costs less than those still waiting; then spare ones, until one is accepted.
   void refine_candidates() {
     double accepted_cost = std::numeric_limits<double>::infinity();
-    for (std::size_t first = 0; first < candidates_.size(); first += batch) {
-      if (first > 0 && (budget_.stopped() || accepted_cost < starts_[candidates_[first]].cost)) break;
+    for (std::size_t first = 0, end = 0; first < candidates_.size(); first = end) {
+      const bool spare = first >= firsts_;
+      const double cheapest = spare ? std::numeric_limits<double>::max() : starts_[candidates_[first]].cost;
+      if (first > 0 && (budget_.stopped() || accepted_cost < cheapest)) break;
+      end = std::min(first + batch, spare ? candidates_.size() : firsts_);
       std::vector<const Found*> coarse;
-      for (std::size_t c = first; c < std::min(first + batch, candidates_.size()); ++c)
-        coarse.push_back(&starts_[candidates_[c]]);
+      for (std::size_t c = first; c < end; ++c) coarse.push_back(&starts_[candidates_[c]]);
       for (const Found& fine : method_->refine(coarse)) {
         count_effort(fine.outcome);
         if (fine.path.rotation.empty()) continue;
@@ -313,7 +324,8 @@ class Search {
   std::vector<Found> starts_;                   // then hops
   int first_hop_ = 0;                           // where they begin
   std::vector<std::optional<bool>> confirmed_;  // [starts] by a finer grid
-  std::vector<std::size_t> candidates_;         // starts to refine, by rising cost
+  std::vector<std::size_t> candidates_;         // starts to refine, by rising cost; spare ones after
+  std::size_t firsts_ = 0;                      // of them, but spare ones
   maneuver::SearchRecord record_;
   std::vector<Solution> solutions_;
   std::vector<Found> found_;  // of the solutions
