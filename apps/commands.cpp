@@ -93,9 +93,11 @@ int simulate(const SimulateArguments& arguments) {
                              .perturb = arguments.perturb,
                              .seed = arguments.seed};
   options.interrupted = interrupted;
-  if (!arguments.controls.empty())
+  if (!arguments.controls.empty()) {
+    options.controls_path = arguments.controls;
     options.controls =
         file::read_controls(arguments.controls, static_cast<int>(problem_file.problem.swimmer.joints.size()));
+  }
   if (!arguments.feedback.empty()) {
     options.followed = file::read_solution(arguments.feedback);
     options.followed_path = arguments.feedback + "/solution.json";

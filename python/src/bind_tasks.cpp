@@ -144,8 +144,13 @@ void take_controls(const nb::object& controls, int joints, file::MarchOptions& o
           throw InputError("controls", fmt::format("found a moment that is not finite in row {}; mend it", r));
     }
     options.controls = samples;
+  } else if (nb::isinstance<nb::str>(controls) || nb::hasattr(controls, "__fspath__")) {
+    options.controls_path = nb::cast<std::filesystem::path>(controls).string();
+    options.controls = file::read_controls(options.controls_path, joints);
   } else {
-    options.controls = file::read_controls(nb::cast<std::filesystem::path>(controls).string(), joints);
+    throw InputError("controls", fmt::format("found {}; allowed: a pair (time, moments) of arrays, a function of time, a solution "
+                                             "or trajectory, or a file's path; give one of these",
+                                             nb::cast<std::string>(nb::type_name(controls.type()))));
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <memory>
 
+#include <fmt/format.h>
+
 #include "certificate/certify.hpp"
 #include "file/followed_file.hpp"
 #include "file/resolve.hpp"
@@ -48,6 +50,24 @@ void override_march(const MarchOptions& options, Problem& problem) {
   if (options.steps > 0) problem.steps = options.steps;
   if (options.duration > 0.0) problem.duration = {.free = false, .value = options.duration};
   if (options.scheme) problem.scheme = *options.scheme;
+}
+
+// A free duration is that of the maneuver whose moments are marched, where no other is asked for.
+void take_duration(const MarchOptions& options, Problem& problem) {
+  if (!problem.duration.free) return;
+  if (options.followed && !options.followed->solution.time.empty())
+    problem.duration = {.free = false, .value = options.followed->solution.time.back()};
+  if (options.controls) problem.duration = {.free = false, .value = options.controls->time.back()};
+}
+
+// Beyond its first and last rows nobody knows what moments do.
+void require_whole_march(const ControlSamples& samples, const std::string& path, double duration) {
+  const double first = samples.time.front(), last = samples.time.back(), round_off = 1e-9 * duration;
+  if (first <= round_off && last >= duration - round_off) return;
+  throw model::InputError(path, "t",
+                          fmt::format("found moments from {} s to {} s; allowed: those of the whole march, from 0 to {} s; {}",
+                                      first, last, duration,
+                                      first > round_off ? "add a row at 0 s" : "add rows, or set a shorter --duration"));
 }
 
 // How fast a gait begins, and with a free shape how it is bent, is part of its answer, not of the problem: where the problem
@@ -155,6 +175,8 @@ Results solve_task(const ProblemFile& file, const study::SolveOptions& options, 
 
 Results march_task(ProblemFile file, const MarchOptions& options, const std::string& command) {
   override_march(options, file.problem);
+  take_duration(options, file.problem);
+  if (options.controls) require_whole_march(*options.controls, options.controls_path, file.problem.duration.value);
   require_supported(file, Purpose::simulate);
   const model::System system = system_of(file);
   std::unique_ptr<Followed> followed;

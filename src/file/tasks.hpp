@@ -35,6 +35,7 @@ struct MarchOptions {
   double perturb = 0.0;                         // rad, by which each body is turned at the start
   std::uint64_t seed = 1;                       // of the axes
   std::optional<ControlSamples> controls = {};  // moments in time
+  std::string controls_path = "controls";       // names them in messages
   /// The same as a function of time in s, [joints] as in ControlSamples; empty: none.
   std::function<std::vector<Eigen::Vector3d>(double)> control = {};
   std::optional<Results> followed = {};  // the maneuver to follow by its moments and gains, in place of both

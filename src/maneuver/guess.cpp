@@ -214,7 +214,7 @@ bool rest_meets_goal(const System& system, const Problem& problem, const Maneuve
 }
 
 bool met_by_rest(const System& system, const Problem& problem, const Maneuver& maneuver) {
-  return !maneuver.periodic && !problem.cost_weights.of_displacement() && rest_meets_goal(system, problem, maneuver);
+  return !problem.cost_weights.of_displacement() && rest_meets_goal(system, problem, maneuver);
 }
 
 NodePath perturbed(const System& system, const NodePath& path, std::uint64_t seed) {

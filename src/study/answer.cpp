@@ -126,7 +126,7 @@ std::string far_turn(const Problem& problem, const Solution& solution) {
   return " " + problem.swimmer.bodies[turn.body].name + " turns by " + number(turn.angle, 3) + " rad in one step, at " +
          number(solution.time[turn.step], 3) +
          " s, and a quarter turn is the most that a step can show: time.steps = " + std::to_string(problem.steps) +
-         " may be too few.";
+         " may be too few; a limits.angular_velocity keeps motions from such turns.";
 }
 
 // Small gaits move by the square of their size and work by it too: where the smallest cost least for each metre, a search fades

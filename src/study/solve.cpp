@@ -288,6 +288,10 @@ class Search {
           program, budget_.optimizer_options(shooting_iterations, std::min(1e-9, 0.1 * problem_.search.tolerance)),
           program.pack(path));
       path = program.unpack(outcome.point);
+      if (static_cast<int>(path.rotation.size()) <= full_.steps) {  // its moments lead to no motion
+        path = found.path;
+        outcome.reason += "; shown is the motion that single shooting began at";
+      }
       count_effort(outcome);
     }
     Found shown = found;

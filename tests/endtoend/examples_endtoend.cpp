@@ -193,6 +193,26 @@ TEST(Tumble, follows_the_controls_of_a_solution) {
   const file::Results marched = file::read_solution(folder / "marched");
   EXPECT_LE((solved.solution.position.back() - marched.solution.position.back()).norm(), 1e-9);
   EXPECT_LE((solved.solution.rotation.back()[1] - marched.solution.rotation.back()[1]).norm(), 1e-9);
+  const ProgramRun longer = lamprey(folder, "simulate " + (folder / "problem.toml") + " --duration 2 --controls " +
+                                                (folder / "solved/solution.json") + " --out " + (folder / "longer"));
+  EXPECT_EQ(longer.exit_code, 3);
+  EXPECT_NE(longer.err.find("found moments from 0 s to 1 s; allowed: those of the whole march, from 0 to 2 s"),
+            std::string::npos)
+      << longer.err;
+}
+
+TEST(Tumble, of_a_free_duration_takes_that_of_the_moments) {
+  const Folder folder;
+  ASSERT_EQ(lamprey(folder, "solve " + varied_example(folder, "free_time", coarse) + " --out " + (folder / "solved"))
+                .exit_code,
+            0);
+  const file::Results solved = file::read_solution(folder / "solved");
+  for (const std::string how : {"--controls " + (folder / "solved/solution.json"), "--feedback " + (folder / "solved")}) {
+    const ProgramRun run =
+        lamprey(folder, "simulate " + (folder / "problem.toml") + " " + how + " --out " + (folder / "marched"));
+    ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+    EXPECT_NEAR(file::read_solution(folder / "marched").solution.time.back(), solved.solution.time.back(), 1e-12);
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace lamprey::tests {
 namespace {
@@ -94,6 +95,32 @@ TEST(LimitedNewton, ends_between_rounds_when_it_is_interrupted) {
   options.interrupted = [&] { return program.models >= 5; };
   EXPECT_EQ(solve(program, options).termination, Termination::interrupted);
   EXPECT_LE(program.models, 6);
+}
+
+// The same without the limit, in steps that never go farther than a hundredth: a valley that goes on falling.
+class LongValley : public SlowLimit {
+ public:
+  LongValley() : SlowLimit(0) {}
+  double longest(const StageStep& step) const override { return std::min(1.0, 0.01 / std::abs(step.input.front()[0])); }
+  bool limited() const override { return false; }
+  double limit_error() const override { return 0.0; }
+};
+
+TEST(StageNewton, goes_on_for_longer_while_the_cost_falls) {
+  optimizer::Options options;
+  options.max_iterations = 10;  // of the 50 that the way to x = ½ takes
+  LongValley impatient;
+  EXPECT_EQ(optimizer::StageNewton(impatient.sizes()).solve(impatient, options).iterations, 10);
+  options.patience = 3;
+  LongValley still_impatient;
+  const optimizer::Outcome stopped = optimizer::StageNewton(still_impatient.sizes()).solve(still_impatient, options);
+  EXPECT_EQ(stopped.termination, Termination::stalled);
+  EXPECT_EQ(stopped.iterations, 30);
+  options.patience = 100;
+  LongValley patient;
+  const optimizer::Outcome arrived = optimizer::StageNewton(patient.sizes()).solve(patient, options);
+  EXPECT_EQ(arrived.termination, Termination::converged) << arrived.reason;
+  EXPECT_NEAR(arrived.objective, 0.25, 1e-12);
 }
 
 }  // namespace

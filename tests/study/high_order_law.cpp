@@ -1,6 +1,8 @@
 // Maneuvers by schemes above order 2: searched to the end, proved, and those of fine steps of order 2.
 #include <gtest/gtest.h>
 
+#include "certificate/certify.hpp"
+#include "certificate/claims.hpp"
 #include "file/problem_file.hpp"
 #include "integrator/scheme.hpp"
 #include "study/answer.hpp"
@@ -70,6 +72,17 @@ TEST_P(HighOrder, has_its_own_order_on_other_grids) {
   const study::Answer timeless = study::answer(model::System(problem.swimmer), problem, options);
   EXPECT_NEAR(answer.solution.cost - timeless.solution.cost, 500.0 * problem.duration.value,
               1e-9 * answer.solution.cost);
+}
+
+TEST_P(HighOrder, is_verified_with_its_feedback) {
+  const Problem problem = from_one_guess("translation", GetParam(), 30);
+  const study::Answer answer = proved(problem);
+  ASSERT_TRUE(answer.certificate.replay);
+  EXPECT_LT(answer.certificate.replay->feedback_rotation_error, 1e-2);
+  const certificate::Certificate found =
+      certificate::certify(model::System(problem.swimmer), problem, answer.solution);
+  for (const certificate::FalseClaim& claim : certificate::false_claims(answer.certificate, found))
+    ADD_FAILURE() << claim.field << " is " << claim.found << ", not " << claim.stored;
 }
 
 TEST_P(HighOrder, knows_springs_and_dampers) {

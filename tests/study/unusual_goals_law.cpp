@@ -4,7 +4,9 @@
 #include <numbers>
 
 #include "certificate/marched_answers.hpp"
+#include "certificate/certify.hpp"
 #include "file/problem_file.hpp"
+#include "lie/so3.hpp"
 #include "maneuver/guess.hpp"
 #include "study/answer.hpp"
 #include "study/method.hpp"
@@ -177,6 +179,44 @@ TEST(UnusualGoals, with_limits_of_rates_beyond_any_motion_are_those_without) {
   }
 }
 
+maneuver::Problem kept_problem(const std::string& name) {
+  return file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/" + name + ".toml");
+}
+
+// What digits leave of momenta over short steps is no leak, whatever the swimmer's size and units.
+TEST(UnusualGoals, of_slow_small_swimmers_in_many_steps_are_proved) {
+  for (const char* name : {"three_links_in_1000_steps", "links_of_two_centimetres"}) {
+    const study::Answer answer = answered(kept_problem(name));
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << name << answer.solution.message;
+    EXPECT_GT(answer.certificate.momentum_round_off, certificate::momentum_mark) << name;
+    EXPECT_LT(answer.certificate.momentum_drift, answer.certificate.momentum_round_off) << name;
+    study::Answer leaking = answer;
+    leaking.solution.rotation[400][1] = leaking.solution.rotation[400][1] * lie::exp(Vector3d(0, 0, 1e-12));
+    const maneuver::Problem problem = kept_problem(name);
+    EXPECT_EQ(certificate::certify(model::System(problem.swimmer), problem, leaking.solution).verdict,
+              certificate::Verdict::not_optimal)
+        << name;
+  }
+}
+
+TEST(UnusualGoals, of_light_arms_are_found_from_every_seed) {
+  maneuver::Problem problem = kept_problem("two_arms_yaw");
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    problem.search.seed = seed;
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {.refinement = false});
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << seed << answer.solution.message;
+  }
+}
+
+TEST(UnusualGoals, of_a_gait_that_need_not_move_are_met_at_rest) {
+  maneuver::Problem problem = planar_chain();
+  problem.goal->rest = false;
+  problem.goal->periodic = problem.start.free_shape = true;
+  const study::Answer answer = answered(problem);
+  EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+  EXPECT_EQ(answer.solution.cost, 0.0);
+}
+
 // Which conditions are independent is seen at a motion: a first guess that leads to none says nothing about it, nor does how far
 // perturbations grow along one that is long and unstable.
 TEST(UnusualGoals, have_the_same_independent_conditions_whatever_the_seed) {
@@ -186,8 +226,7 @@ TEST(UnusualGoals, have_the_same_independent_conditions_whatever_the_seed) {
     Eigen::Index shape;
   };
   for (const Case& expected : {Case{"chain_of_five_seed_3", 10, 6}, Case{"chain_of_five_turns", 15, 12}}) {
-    maneuver::Problem problem =
-        file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/" + expected.name + ".toml");
+    maneuver::Problem problem = kept_problem(expected.name);
     const model::System system(problem.swimmer);
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
       problem.search.seed = seed;
