@@ -64,7 +64,7 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
   }
   if (program.limit_violation() > out_of_reach) {
     outcome.termination = Termination::infeasible;
-    outcome.reason = "limits stay violated however much they weigh";
+    outcome.reason = "near every motion that was tried limits stay violated however much they weigh";
   } else if (outcome.termination == Termination::converged) {
     outcome.termination = Termination::stalled;
     outcome.reason = program.limit_violation() > limit_tolerance

@@ -151,6 +151,8 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
   if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
+  const bool gait = problem.goal && problem.goal->periodic;
+  if (broken && !gait) words += "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";
   if (problem.search.starts == 1) return words + "[search] starts = 8, another seed, or a nearer goal";
   return words + "more starts, another seed, or a nearer goal; check that control_axes can reach it";
 }
@@ -161,7 +163,7 @@ std::string where_it_ended(const Problem& problem, const Solution& solution) {
 }
 
 // What second derivatives say, as sentences.
-std::string curvature_words(const Certificate& proof) {
+std::string curvature_words(const Problem& problem, const Certificate& proof) {
   const auto saddle = [](const certificate::SecondOrder& second) {
     return second.negative_eigenvalues && *second.negative_eigenvalues > 0;
   };
@@ -178,6 +180,10 @@ std::string curvature_words(const Certificate& proof) {
     words = " A saddle: " + directions(*proof.second_order) + ".";
   else
     words = " Not proved a minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
+  const bool flat = proof.second_order && !proof.second_order->positive &&
+                    std::abs(proof.second_order->smallest_eigenvalue) < certificate::curvature_mark;
+  if (flat && problem.goal->periodic && problem.start.free_shape)
+    words += " Where nothing ties a gait to its start it may begin anywhere along itself, which costs the same.";
   if (proof.all_axes && saddle(proof.all_axes->second_order))
     words += " With control_axes set aside it is a saddle: " + directions(proof.all_axes->second_order) + ".";
   return words;
@@ -245,7 +251,7 @@ void add_curvature(const model::System& system, const Problem& problem, Parts& p
   const auto stopped = [&] { return parts.stopped(); };
   if (!certificate::add_second_order(system, problem, best.solution, best.certificate, stopped))
     parts.leave_out("whether it is one with control_axes set aside");
-  best.solution.message += curvature_words(best.certificate);
+  best.solution.message += curvature_words(problem, best.certificate);
 }
 
 // Its cost on other grids, all of them or none.
