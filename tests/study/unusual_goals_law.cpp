@@ -203,7 +203,9 @@ TEST(UnusualGoals, of_light_arms_are_found_from_every_seed) {
   maneuver::Problem problem = kept_problem("two_arms_yaw");
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     problem.search.seed = seed;
-    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {.refinement = false});
+    study::SolveOptions options;
+    options.refinement = false;
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
     EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << seed << answer.solution.message;
   }
 }
