@@ -148,9 +148,10 @@ void take_controls(const nb::object& controls, int joints, file::MarchOptions& o
     options.controls_path = nb::cast<std::filesystem::path>(controls).string();
     options.controls = file::read_controls(options.controls_path, joints);
   } else {
-    throw InputError("controls", fmt::format("found {}; allowed: a pair (time, moments) of arrays, a function of time, a solution "
-                                             "or trajectory, or a file's path; give one of these",
-                                             nb::cast<std::string>(nb::type_name(controls.type()))));
+    throw InputError("controls",
+                     fmt::format("found {}; allowed: a pair (time, moments) of arrays, a function of time, a solution "
+                                 "or trajectory, or a file's path; give one of these",
+                                 nb::cast<std::string>(nb::type_name(controls.type()))));
   }
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 using model::at;
 
-constexpr double last_digits = 16.0;      // of a product of two rotations, times a body's inertia, and of sums of such
+constexpr double last_digits = 16.0;     // of a product of two rotations, times a body's inertia, and of sums of such
 constexpr double most_round_off = 1e-8;  // of the scale: beyond, steps are too short for the motion
 
 double rotation_drift(const maneuver::Solution& solution) {

@@ -96,11 +96,12 @@ struct Clearance {
 };
 
 struct Certificate {
-  double goal_error = unset;         // max over goal rows, rad or m
-  double rest_error = unset;         // max |μ_N| / scale
-  double momentum_drift = unset;     // max |p − p_0| / scale
-  double momentum_round_off = 0.0;   // what the digits of stored rotations and positions leave of a step's momenta / scale
-  double rotation_drift = unset;     // max |RᵀR − I|
+  double goal_error = unset;      // max over goal rows, rad or m
+  double rest_error = unset;      // max |μ_N| / scale
+  double momentum_drift = unset;  // max |p − p_0| / scale
+  double momentum_round_off =
+      0.0;                        // what the digits of stored rotations and positions leave of a step's momenta / scale
+  double rotation_drift = unset;  // max |RᵀR − I|
   double iterates_momentum = unset;  // largest total momentum / scale over all iterates that the solver recorded
   double kkt = unset;                // scaled, in the space of controls
   std::optional<CostsKept> costs;    // where the problem has costs beside effort and time

@@ -64,10 +64,10 @@ void take_duration(const MarchOptions& options, Problem& problem) {
 void require_whole_march(const ControlSamples& samples, const std::string& path, double duration) {
   const double first = samples.time.front(), last = samples.time.back(), round_off = 1e-9 * duration;
   if (first <= round_off && last >= duration - round_off) return;
-  throw model::InputError(path, "t",
-                          fmt::format("found moments from {} s to {} s; allowed: those of the whole march, from 0 to {} s; {}",
-                                      first, last, duration,
-                                      first > round_off ? "add a row at 0 s" : "add rows, or set a shorter --duration"));
+  throw model::InputError(
+      path, "t",
+      fmt::format("found moments from {} s to {} s; allowed: those of the whole march, from 0 to {} s; {}", first, last,
+                  duration, first > round_off ? "add a row at 0 s" : "add rows, or set a shorter --duration"));
 }
 
 // How fast a gait begins, and with a free shape how it is bent, is part of its answer, not of the problem: where the problem

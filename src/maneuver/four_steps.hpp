@@ -180,10 +180,11 @@ class FourSteps {
   std::vector<Four> flat_, half_;    // column after column
   // where joints lead their children
   LedTurns led_left_, led_right_;
-  std::vector<Four3> gradient_, gradient_change_;  // [2 (bodies − 1)] of V by the bodies' turns, and along the multipliers
-  std::vector<Four> along_;                        // [2 n] multipliers along the coordinates
-  std::vector<Four> bend_;                         // [2 n] squared: what coordinates that bend add to the form
-  std::vector<Four> seen_, turned_;                // [6 (bodies − 1)][2 n], [2 n] squared
+  std::vector<Four3> gradient_,
+      gradient_change_;              // [2 (bodies − 1)] of V by the bodies' turns, and along the multipliers
+  std::vector<Four> along_;          // [2 n] multipliers along the coordinates
+  std::vector<Four> bend_;           // [2 n] squared: what coordinates that bend add to the form
+  std::vector<Four> seen_, turned_;  // [6 (bodies − 1)][2 n], [2 n] squared
 };
 
 }  // namespace lamprey::maneuver

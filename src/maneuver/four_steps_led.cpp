@@ -73,7 +73,8 @@ void FourSteps::for_moments_on_turning_parents(const ForFour<const Moments*>& co
   for (int j = 0; j < system_.joint_count(); ++j) {
     const model::Joint& joint = system_.joint(j);
     if (!joint.free() || joint.parent == 0) continue;
-    add(joint, (0.5 * time_step_) * vectors_of_lanes([&](std::size_t l) -> const Vector3d& { return (*control[l])[at(j)]; }));
+    add(joint,
+        (0.5 * time_step_) * vectors_of_lanes([&](std::size_t l) -> const Vector3d& { return (*control[l])[at(j)]; }));
   }
 }
 
@@ -101,7 +102,8 @@ void FourSteps::bend_curvature(const ForFour<const Moments*>& control, const For
   led_left_.project_rows(stride, seen_.data(), size, turned_.data(), stride, true);
   led_right_.project_rows(stride, seen_.data() + 3 * s, size, turned_.data() + n, stride, true);
   for (int c = 0; c < stride; ++c)
-    for (int r = 0; r < stride; ++r) bend_[at(c * stride + r)] = turned_[at(c * stride + r)] + turned_[at(r * stride + c)];
+    for (int r = 0; r < stride; ++r)
+      bend_[at(c * stride + r)] = turned_[at(c * stride + r)] + turned_[at(r * stride + c)];
 
   led_left_.project_rows(stride, seen_.data(), size, turned_.data(), stride);
   led_right_.project_rows(stride, seen_.data() + 3 * s, size, turned_.data() + n, stride);

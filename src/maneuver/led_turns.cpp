@@ -82,8 +82,8 @@ void LedTurns::spread(const Four* along, Four3* turn) {
         column.led && column.freedom == 0 && system_.joint(body.joint).kind == model::JointKind::universal;
     column.axis_change = cross(body_turn_[at(with_parent ? body.parent : column.body)], column.axis);
     for (Turned& turned : column.turned)
-      turned.change = transposed(shape_[at(turned.body)]) *
-                      (column.axis_change - cross(body_turn_[at(turned.body)], column.axis));
+      turned.change =
+          transposed(shape_[at(turned.body)]) * (column.axis_change - cross(body_turn_[at(turned.body)], column.axis));
   }
 }
 

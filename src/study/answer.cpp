@@ -205,7 +205,8 @@ std::string unresolved(const Problem& problem, const Answer& answer) {
 std::tuple<bool, bool, bool, bool, double> rank(const Problem& problem, const Answer& answer) {
   const Certificate& proof = answer.certificate;
   return {answer.solution.status != Status::optimal, !unmet(problem, proof).empty(),
-          !(proof.equation_residual <= proof.equation_allowed()), !unresolved(problem, answer).empty(), answer.solution.cost};
+          !(proof.equation_residual <= proof.equation_allowed()), !unresolved(problem, answer).empty(),
+          answer.solution.cost};
 }
 
 // What an answer consists of beside a motion and its certificate: once the search shall stop no part of it begins any more.

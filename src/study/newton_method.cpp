@@ -229,8 +229,7 @@ class NewtonMethod : public Method {
     found.path = NodePath();
     fail_for_want_of_motion(found.outcome);
     if (program.go_to(maneuver::refined(system_, nodes, steps, asked_.scheme))) {
-      optimizer::StageNewton(program.sizes())
-          .solve(program, options(fine_tolerance), found.outcome);
+      optimizer::StageNewton(program.sizes()).solve(program, options(fine_tolerance), found.outcome);
       found.path = program.path();
       found.cost = program.merit().cost;
     }

@@ -235,8 +235,8 @@ class Search {
     firsts_ = candidates_.size();
     // should all of these fail: starts that did not arrive may on more steps
     for (std::size_t s : order) {
-      const bool arrives_nowhere = starts_[s].path.rotation.empty() ||
-                                   starts_[s].outcome.termination == optimizer::Termination::infeasible;
+      const bool arrives_nowhere =
+          starts_[s].path.rotation.empty() || starts_[s].outcome.termination == optimizer::Termination::infeasible;
       if (candidates_.size() == firsts_ + spare_candidates) break;
       if (!starts_[s].converged() && !arrives_nowhere && s != candidates_.front()) candidates_.push_back(s);
     }

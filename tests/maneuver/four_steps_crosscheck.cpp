@@ -57,7 +57,8 @@ class FourStepsOf : public ::testing::TestWithParam<FourStepsSetting> {
     for (int l = 0; l < 4; ++l) {
       world_.push_back(random_rotations(random_, system_));
       left_.push_back(seen_from_root(world_.back()));
-      right_.push_back(turned(system_, left_.back(), random_freedoms(random_, system_, GetParam().every_joint ? 0.2 : 0.4)));
+      right_.push_back(
+          turned(system_, left_.back(), random_freedoms(random_, system_, GetParam().every_joint ? 0.2 : 0.4)));
       right_.back() = seen_from_root(right_.back());
       control_.push_back(random_moments(random_, system_, 5.0));
       control_next_.push_back(random_moments(random_, system_, 5.0));

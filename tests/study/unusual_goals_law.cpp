@@ -3,8 +3,8 @@
 
 #include <numbers>
 
-#include "certificate/marched_answers.hpp"
 #include "certificate/certify.hpp"
+#include "certificate/marched_answers.hpp"
 #include "file/problem_file.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/guess.hpp"
