@@ -207,7 +207,7 @@ TEST(Tumble, of_a_free_duration_takes_that_of_the_moments) {
                 .exit_code,
             0);
   const file::Results solved = file::read_solution(folder / "solved");
-  for (const std::string how :
+  for (const std::string& how :
        {"--controls " + (folder / "solved/solution.json"), "--feedback " + (folder / "solved")}) {
     const ProgramRun run =
         lamprey(folder, "simulate " + (folder / "problem.toml") + " " + how + " --out " + (folder / "marched"));
