@@ -58,6 +58,11 @@ TEST_F(Advice, is_more_steps_where_a_body_turns_by_a_quarter_in_one) {
 
 TEST_F(Advice, is_a_looser_limit_where_that_is_broken) {
   proof_.limits = certificate::LimitsKept{0.01, "limits.angle.front", 2.0, 0.0, 0.0};
+  EXPECT_TRUE(
+      tells("What may help: try a looser limits.angle.front, a share of the way (what takes many strokes is a gait, "
+            "goal.periodic, repeated), more starts"))
+      << message();
+  problem_.goal->periodic = true;
   EXPECT_TRUE(tells("What may help: try a looser limits.angle.front, more starts")) << message();
   proof_.limits->key = "goal.waypoint.0";
   EXPECT_FALSE(tells("looser")) << message();
