@@ -87,11 +87,11 @@ void LedTurns::spread(const Four* along, Four3* turn) {
   }
 }
 
-void LedTurns::project_columns(int rows, const Four* by_bodies, Four* by_coordinates, bool changes) const {
+void LedTurns::project_columns(int rows, const Four* by_bodies, Four* by_coordinates) const {
   for (const Column& column : column_) {
     for (int r = 0; r < rows; ++r) by_coordinates[r] = Four{};
     for (const Turned& turned : column.turned) {
-      const Four3& turn = changes ? turned.change : turned.turn;
+      const Four3& turn = turned.turn;
       const Four* from = by_bodies + 3 * (turned.body - 1) * rows;
       for (int r = 0; r < rows; ++r)
         by_coordinates[r] += turn.x * from[r] + turn.y * from[rows + r] + turn.z * from[2 * rows + r];
@@ -149,7 +149,8 @@ void LedTurns::add_bend_change(const Four3* moment, const Four3* moment_change, 
   for (int b = 0; b < size(); ++b) {
     const Column& column = column_[at(b)];
     if (column.before.empty()) continue;
-    Four3 pulled = pull(column, moment), change = pull(column, moment_change);
+    const Four3 pulled = pull(column, moment);
+    Four3 change = pull(column, moment_change);
     for (const Turned& turned : column.turned)
       change += cross(body_turn_[at(turned.body)], shape_[at(turned.body)] * moment[turned.body - 1]);
     const Four3 bent = 0.5 * cross(column.axis, pulled);

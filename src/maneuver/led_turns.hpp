@@ -31,9 +31,9 @@ class LedTurns {
   void spread(const Four* along, Four3* turn);
 
   /// Columns that belong to bodies become columns that belong to coordinates: [rows][3 (bodies − 1)] and [rows][size], column
-  /// after column. By how turns change, where `changes`.
-  void project_columns(int rows, const Four* by_bodies, Four* by_coordinates, bool changes = false) const;
-  /// Likewise rows, [3 (bodies − 1)][columns] and [size][columns], each column with a stride.
+  /// after column.
+  void project_columns(int rows, const Four* by_bodies, Four* by_coordinates) const;
+  /// Likewise rows, [3 (bodies − 1)][columns] and [size][columns], each column with a stride; by how turns change, where `changes`.
   void project_rows(int columns, const Four* by_bodies, int stride, Four* by_coordinates, int to_stride,
                     bool changes = false) const;
 
