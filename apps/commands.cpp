@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <cstdio>
+#include <sstream>
 #include <thread>
 
 #include "certificate/claims.hpp"
@@ -40,8 +41,24 @@ int exit_code(Status status) {
   }
 }
 
+// Words in lines of a page's width, beneath each other.
+void print_wrapped(const std::string& words) {
+  constexpr std::size_t width = 110;
+  std::string line;
+  std::istringstream text(words);
+  for (std::string word; text >> word;) {
+    if (!line.empty() && line.size() + 1 + word.size() > width) {
+      fmt::print("  {}\n", line);
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + word;
+  }
+  if (!line.empty()) fmt::print("  {}\n", line);
+}
+
 void print_verdict(const Results& results, const std::string& folder) {
   fmt::print("{}\n  {}\n", results.name, report::verdict(results));
+  if (results.solution.status != Status::simulated) print_wrapped(results.solution.message);
   for (const std::string& line : report::momentum_lines(results)) fmt::print("  {}\n", line);
   for (const auto& [name, value] : report::facts(results)) fmt::print("  {:<28} {}\n", name, value);
   fmt::print("  {:<28} {}/report.html\n", "report", folder);

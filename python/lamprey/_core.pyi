@@ -219,7 +219,7 @@ class Solution(Trajectory):
 
     @property
     def solver(self) -> dict[str, Any] | None:
-        """name, iterations, evaluations, wall_seconds, history."""
+        """name, iterations, evaluations, wall_seconds (of the search), total_wall_seconds (of the whole answer), history."""
 
     @property
     def feedback(self) -> dict[str, Any] | None:

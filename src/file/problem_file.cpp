@@ -99,7 +99,7 @@ model::JointDescription read_joint(const TableReader& table) {
   joint.name = table.find("name") ? name_of(table) : joint.child;
   joint.parent_offset = required_vector(table, "parent_offset", any_number("m"), "mass centre → joint, parent's frame");
   joint.child_offset = required_vector(table, "child_offset", any_number("m"), "mass centre → joint, child's frame");
-  joint.reference_rotation = table.vector("reference_rotation", any_number("rad")).value_or(Vector3d::Zero());
+  joint.reference_rotation = table.vector("reference_rotation", turn()).value_or(Vector3d::Zero());
   joint.axis = table.vector("axis", any_number(""));
   joint.axes = read_axes(table);
   joint.actuated = table.boolean("actuated").value_or(true);
@@ -130,11 +130,10 @@ std::vector<std::string> body_names(const Problem& problem) {
 }
 
 std::vector<Vector3d> read_by_body(const TableReader& table, const std::vector<std::string>& names,
-                                   std::string_view unit) {
+                                   const Range& range) {
   table.allow_only(names);
   std::vector<Vector3d> values;
-  for (const std::string& name : names)
-    values.push_back(table.vector(name, any_number(unit)).value_or(Vector3d::Zero()));
+  for (const std::string& name : names) values.push_back(table.vector(name, range).value_or(Vector3d::Zero()));
   return values;
 }
 
@@ -164,9 +163,9 @@ void read_start(const TableReader& table, Problem& problem) {
   const std::vector<std::string> names = body_names(problem);
   maneuver::Start& start = problem.start;
   start.position = table.vector("position", any_number("m")).value_or(Vector3d::Zero());
-  start.rotation = read_by_body(table.table("rotation"), names, "rad");
+  start.rotation = read_by_body(table.table("rotation"), names, turn());
   const TableReader angular_velocity = table.table("angular_velocity");
-  start.angular_velocity = read_by_body(angular_velocity, names, "rad/s");
+  start.angular_velocity = read_by_body(angular_velocity, names, any_number("rad/s"));
   carry_led_bodies(problem.swimmer, angular_velocity, start);
   start.linear_velocity = table.vector("linear_velocity", any_number("m/s")).value_or(Vector3d::Zero());
   start.free_shape = table.boolean("free_shape").value_or(false);
@@ -177,14 +176,14 @@ void read_goal(const TableReader& table, Problem& problem) {
   table.allow_only({"move", "turn", "rotation", "rest", "periodic"});
   maneuver::Goal goal;
   goal.move = read_move(table);
-  goal.turn = table.vector("turn", any_number("rad"));
+  goal.turn = table.vector("turn", turn());
   const TableReader rotation = table.table("rotation");
   rotation.allow_only(body_names(problem));
   for (const TomlValue& member : rotation.members()) {
     if (member.kind == TomlValue::Kind::string && !says_free(member))
       refuse(rotation.key(member.key), shown(member), "three numbers (rad) or \"free\"",
              "write a rotation vector or \"free\"");
-    goal.rotation[member.key] = says_free(member) ? std::nullopt : rotation.vector(member.key, any_number("rad"));
+    goal.rotation[member.key] = says_free(member) ? std::nullopt : rotation.vector(member.key, turn());
   }
   goal.periodic = table.boolean("periodic").value_or(false);
   goal.rest = table.boolean("rest").value_or(!goal.periodic);

@@ -108,11 +108,11 @@ void read_waypoints(const TableReader& document, Problem& problem) {
     maneuver::Waypoint waypoint;
     waypoint.time = *table.number("time", positive("s"));
     waypoint.move = read_move(table);
-    waypoint.turn = table.vector("turn", any_number("rad"));
+    waypoint.turn = table.vector("turn", turn());
     const TableReader rotation = table.table("rotation");
     rotation.allow_only(names);
     for (const TomlValue& member : rotation.members())
-      waypoint.rotation[member.key] = *rotation.vector(member.key, any_number("rad"));
+      waypoint.rotation[member.key] = *rotation.vector(member.key, turn());
     problem.waypoints.push_back(waypoint);
   }
 }

@@ -353,6 +353,7 @@ maneuver::SolverRecord read_solver(const JsonReader& reader) {
   solver.evaluations = reader.at("evaluations").integer(0, largest);
   solver.wall_seconds = reader.at("wall_seconds").number_or_nan();
   if (reader.has("processor_seconds")) solver.processor_seconds = reader.at("processor_seconds").number_or_nan();
+  if (reader.has("total_wall_seconds")) solver.total_wall_seconds = reader.at("total_wall_seconds").number_or_nan();
   const JsonReader history = reader.at("history");
   history.require_array();
   for (std::size_t i = 0; i < history.size(); ++i) {

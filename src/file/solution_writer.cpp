@@ -301,6 +301,7 @@ std::string solver_text(const maneuver::SolverRecord& solver) {
   text.add("evaluations", json(solver.evaluations));
   text.add("wall_seconds", json(solver.wall_seconds));
   text.add("processor_seconds", json(solver.processor_seconds));
+  text.add("total_wall_seconds", json(solver.total_wall_seconds));
   text.add("history", json_list(solver.history, entry));
   const auto add_weight = [&](const char* key, const maneuver::MultiplierWeight& weight) {
     if (weight.value > 0.0)

@@ -198,8 +198,11 @@ std::optional<std::int64_t> TableReader::integer(std::string_view name, std::int
 double TableReader::number_in(const TomlValue& value, std::string_view name, const Range& range, const TomlValue& whole,
                               const std::string& allowed) const {
   if (!is_number(value)) refuse(key(name), shown(whole), allowed, std::string(kind_cure(Kind::number)));
-  if (!range.contains(as_double(value)))
-    refuse(key(name), shown(whole), allowed, "choose a finite value in that range");
+  if (!range.contains(as_double(value))) {
+    const bool degrees = range.unit == "rad" && std::abs(as_double(value)) > range.high;
+    refuse(key(name), shown(whole), allowed,
+           degrees ? "write radians: 180 degrees are 3.14159" : "choose a finite value in that range");
+  }
   return as_double(value);
 }
 

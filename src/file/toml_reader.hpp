@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -40,6 +41,10 @@ struct Range {
 };
 
 constexpr Range any_number(std::string_view unit) { return {.unit = unit}; }
+/// rad: up to a full turn either way, for more is meant in degrees.
+constexpr Range turn() {
+  return {.low = -2.0 * std::numbers::pi, .high = 2.0 * std::numbers::pi, .low_included = true, .unit = "rad"};
+}
 constexpr Range positive(std::string_view unit) { return {.low = 0.0, .unit = unit}; }
 constexpr Range not_negative(std::string_view unit) { return {.low = 0.0, .low_included = true, .unit = unit}; }
 

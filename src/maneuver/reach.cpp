@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <map>
+#include <sstream>
 
+#include "lie/so3.hpp"
 #include "maneuver/row_space.hpp"
 #include "maneuver/shape_program.hpp"
 
@@ -19,6 +21,70 @@ constexpr double dependence_threshold = 1e-9;  // singular directions end this f
 constexpr double reach_threshold = 1e-7;
 constexpr double end_row_threshold = 1e-6;  // above what reach_threshold makes of round-off
 constexpr int window_steps = 6;
+constexpr double same_pose = 1e-9;  // rad; of the swimmer's size
+
+std::string in_words(double value) {
+  std::ostringstream text;
+  text.precision(3);
+  text << value;
+  return text.str();
+}
+
+// As people name it: the axis e_c or three numbers.
+std::string axis_in_words(const Vector3d& axis) {
+  for (int c = 0; c < 3; ++c)
+    if (std::abs(axis[c]) > 1.0 - reach_threshold) return "e_" + std::to_string(c + 1);
+  return "(" + in_words(axis[0]) + ", " + in_words(axis[1]) + ", " + in_words(axis[2]) + ")";
+}
+
+// m: the largest distance of a joint from a mass centre.
+double size_of(const System& system) {
+  double size = 0.0;
+  for (const model::Joint& joint : system.joints())
+    size = std::max({size, joint.parent_offset.norm(), joint.child_offset.norm()});
+  return size;
+}
+
+// How far the displacement asked for is from those along the columns, m.
+double beyond_shifts(const Maneuver& maneuver, const MatrixXd& shifts) {
+  std::vector<int> asked;
+  for (int c = 0; c < 3; ++c)
+    if (maneuver.end_position[at(c)]) asked.push_back(c);
+  if (asked.empty()) return 0.0;
+  MatrixXd rows(static_cast<Eigen::Index>(asked.size()), shifts.cols());
+  VectorXd distance(rows.rows());
+  for (Eigen::Index r = 0; r < rows.rows(); ++r) {
+    const int c = asked[static_cast<std::size_t>(r)];
+    rows.row(r) = shifts.row(c);
+    distance[r] = *maneuver.end_position[at(c)] - maneuver.start.position[c];
+  }
+  rows = (rows.array().abs() > reach_threshold).select(rows, 0.0);
+  return beyond_rows(distance, rows.transpose(), reach_threshold).norm();
+}
+
+// A body whose end attitude, unlike all those it takes along the motion, moves this axis of its start; nobody: -1.
+int turned_out_of(const Maneuver& maneuver, const Vector3d& axis, const NodePath& motion) {
+  const auto keeps = [&](std::size_t i, const Matrix3d& R) {
+    return (R * (maneuver.start.rotation[i].transpose() * axis) - axis).norm() < reach_threshold;
+  };
+  for (std::size_t i = 0; i < maneuver.end_rotation.size(); ++i) {
+    const bool kept = std::all_of(motion.rotation.begin(), motion.rotation.end(),
+                                  [&](const mechanics::Rotations& R) { return keeps(i, R[i]); });
+    if (kept && maneuver.end_rotation[i] && !keeps(i, *maneuver.end_rotation[i])) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+// Whether a period shall end elsewhere than it began.
+bool asks_to_move(const System& system, const Maneuver& maneuver) {
+  const auto& end = maneuver.end_rotation[0];
+  if (end && lie::rotation_angle(maneuver.start.rotation[0].transpose() * *end) > same_pose) return true;
+  for (int c = 0; c < 3; ++c)
+    if (const auto& x = maneuver.end_position[at(c)];
+        x && std::abs(*x - maneuver.start.position[c]) > same_pose * size_of(system))
+      return true;
+  return false;
+}
 
 // How much of some rows lies outside the span of orthonormal ones: of the row that has most.
 double beyond(const MatrixXd& span, const MatrixXd& rows) {
@@ -108,6 +174,32 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
   if (shapes.rows() < shape) found.shape = shapes.transpose();
   if (poses.rows() < 6) found.pose = poses.transpose();
   return found;
+}
+
+std::string out_of_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
+                         const NodePath& path) {
+  if (maneuver.periodic && coordinates.shape.cols() == 1 && asks_to_move(system, maneuver))
+    return "a single joint angle goes back the way it came, so that no period of it moves or turns the swimmer "
+           "(scallop "
+           "theorem); a second joint or axis would";
+  const MatrixXd turns = span_of_rows(coordinates.pose.topRows<3>().transpose(), reach_threshold);
+  const MatrixXd shifts = span_of_rows(coordinates.pose.bottomRows<3>().transpose(), reach_threshold);
+  if (turns.cols() > 1 && shifts.cols() == 3) return "";
+  const std::string cure =
+      "; joints or control_axes that bend out of it would reach further, or a goal that leaves this \"free\"";
+  if (const double beyond = beyond_shifts(maneuver, shifts); beyond > same_pose * size_of(system)) {
+    std::string kept = "where they are";
+    if (shifts.cols() == 2) kept = "in the plane normal to " + axis_in_words(null_space(shifts.transpose()).col(0));
+    if (shifts.cols() == 1) kept = "on the line along " + axis_in_words(shifts.col(0));
+    return "the joints' moments keep the root's mass centre " + kept + ", and goal.move asks for " + in_words(beyond) +
+           " m out of it" + cure;
+  }
+  ShapeProgram program(system, maneuver, coordinates, {}, {}, Steps::rough);
+  if (turns.cols() != 1 || !program.go_to(path)) return "";
+  const int body = turned_out_of(maneuver, turns.col(0), program.path());
+  if (body < 0) return "";
+  return "the joints' moments turn " + system.body(body).name + " about " + axis_in_words(turns.col(0)) +
+         " alone, and the attitude that the goal asks of it is turned otherwise" + cure;
 }
 
 std::vector<EndRow> all_end_rows(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "maneuver/end_rows.hpp"
 #include "maneuver/node_path.hpp"
@@ -17,6 +18,11 @@ std::optional<ShapeCoordinates> reachable_coordinates(const model::System& syste
 /// and symmetry make others follow from them. Nothing where no motion with these shapes is found.
 std::optional<std::vector<EndRow>> independent_end_rows(const model::System& system, const Maneuver& maneuver,
                                                         const ShapeCoordinates& coordinates, const NodePath& path);
+
+/// Why no motion meets the goal, in words: it lies outside the plane or the line in which moments keep such a motion, or asks a
+/// single coordinate, which can only go back the way it came, for a displacement in each period. Empty where neither shows.
+std::string out_of_reach(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
+                         const NodePath& path);
 
 /// All conditions a maneuver states of swimmers in such coordinates.
 std::vector<EndRow> all_end_rows(const model::System& system, const Maneuver& maneuver,

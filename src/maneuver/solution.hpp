@@ -40,7 +40,8 @@ struct SolverRecord {
   std::string name;
   int iterations = 0;
   int evaluations = 0;
-  double wall_seconds = 0.0;
+  double wall_seconds = 0.0;        // of the search
+  double total_wall_seconds = 0.0;  // with certificates, other grids and feedback; 0: not known
   double processor_seconds = std::numeric_limits<double>::quiet_NaN();  // of all threads and worker processes
   std::vector<SolverIteration> history;
   MultiplierWeight limit_weight;  // (N m)², of limits, for a Solver to go on with

@@ -159,8 +159,11 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
                       fmt::format("{}, {} evaluations", solution.solver.iterations, solution.solver.evaluations));
   }
   if (sought && solution.solver.wall_seconds > 0.0) {
-    rows.emplace_back("Time taken", fmt::format("{} s, {} build", number(solution.solver.wall_seconds, 3),
-                                                results.provenance.build_type));
+    const double all = solution.solver.total_wall_seconds;
+    rows.emplace_back("Time taken",
+                      fmt::format("{} s{}, {} build", number(solution.solver.wall_seconds, 3),
+                                  all > 0.0 ? fmt::format(" by the search, {} s in all", number(all, 3)) : "",
+                                  results.provenance.build_type));
   }
   if (!results.provenance.machine.empty()) rows.emplace_back("Machine", results.provenance.machine);
   return rows;

@@ -214,6 +214,7 @@ class Parts {
  public:
   Parts(const Problem& problem, const SolveOptions& options) : options_(options), budget_(problem, options) {}
   bool stopped() const { return budget_.stopped(); }
+  double seconds() const { return budget_.seconds(); }
   bool begins(const std::string& part) {
     if (left_out_.empty() && !stopped()) return true;
     leave_out(part);
@@ -337,6 +338,13 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     return solution.status == Status::optimal && unresolved(problem, {solution, proof}).empty();
   };
   const Candidates candidates = find_candidates(system, problem, certified);
+  if (!candidates.out_of_reach.empty()) {
+    Answer none{candidates.solution.front(), {}};
+    none.certificate = certificate::certify(system, problem, none.solution, {.second_order = false});
+    none.solution.message = "Out of reach: " + candidates.out_of_reach + ".";
+    none.solution.solver.total_wall_seconds = parts.seconds();
+    return none;
+  }
   std::vector<Certified> found;
   for (std::size_t n = 0; n < candidates.solution.size(); ++n)
     if (proofs[n]) found.push_back({n, {candidates.solution[n], *proofs[n]}});
@@ -358,6 +366,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   }
   if (optimal) add_feedback(system, problem, parts, best);
   parts.tell(best.solution);
+  best.solution.solver.total_wall_seconds = parts.seconds();
   return best;
 }
 

@@ -48,6 +48,9 @@ class IpoptMethod : public Method {
   }
 
   std::string name() const override { return "ipopt"; }
+  std::string out_of_reach() const override {
+    return newton_takes(system_, problem_) ? Reached(system_, problem_).out_of_reach : "";
+  }
 
   std::vector<Found> solve_starts(int first, int count) override {
     return in_workers(count, "start", coarse_, [&](int n) { return solve_start(first + n); });

@@ -34,6 +34,8 @@ class Method {
  public:
   virtual ~Method() = default;
   virtual std::string name() const = 0;
+  /// Why no motion meets the goal, where moments' reach shows it; else empty.
+  virtual std::string out_of_reach() const = 0;
   /// Solves starts first … first + count − 1 on a coarse grid.
   virtual std::vector<Found> solve_starts(int first, int count) = 0;
   /// Solves again from perturbed copies of a motion on the coarse grid, hops first … first + count − 1.
@@ -62,6 +64,7 @@ std::uint64_t seed_of_hop(const maneuver::Problem& problem, int hop);
 struct Reached {
   maneuver::ShapeCoordinates coordinates;
   std::vector<maneuver::EndRow> rows;
+  std::string out_of_reach;  // why no motion meets the goal; empty where none shows
   Reached(const model::System& system, const maneuver::Problem& problem);
 };
 

@@ -76,6 +76,7 @@ class NewtonMethod : public Method {
   }
 
   std::string name() const override { return "lamprey newton"; }
+  std::string out_of_reach() const override { return reached_.out_of_reach; }
 
   std::vector<Found> solve_starts(int first, int count) override {
     return in_threads(count, "start", [&](int n) { return solve_start(first + n); });
@@ -294,6 +295,7 @@ Reached::Reached(const System& system, const Problem& problem) : coordinates(sys
       if (!met) continue;
       coordinates = *moved;
       rows = *met;
+      out_of_reach = maneuver::out_of_reach(system, probe, coordinates, guess);
       return;
     }
   }

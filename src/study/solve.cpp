@@ -85,7 +85,7 @@ class Search {
         method_(choose_method(system, problem, options, budget_)) {}
 
   std::vector<Solution> run() {
-    if (stays()) return solutions_;
+    if (stays() || cannot()) return solutions_;
     search_starts();
     if (nothing_wins()) return solutions_;
     hop();
@@ -99,10 +99,12 @@ class Search {
     return solutions_;
   }
 
+  const std::string& out_of_reach() const { return out_of_reach_; }
+
   bool refines() const { return options_.refinement.value_or(method_->carries_cheaply()); }
 
   std::optional<double> cost_on_grid(std::size_t candidate, int steps) const {
-    if (candidate >= found_.size() || budget_.stopped()) return std::nullopt;
+    if (candidate >= found_.size() || budget_.stopped() || !out_of_reach_.empty()) return std::nullopt;
     if (rests_ && candidate == 0) return found_[candidate].cost;
     const Found carried = method_->carry(found_[candidate], steps);
     return carried.converged() ? std::optional(carried.cost) : std::nullopt;
@@ -134,9 +136,25 @@ class Search {
         "larger one may move");
   }
 
+  // What moments cannot do needs no search.
+  bool cannot() {
+    out_of_reach_ = method_->out_of_reach();
+    if (out_of_reach_.empty()) return false;
+    add_rest(optimizer::Termination::infeasible, out_of_reach_);
+    return true;
+  }
+
   bool rest(const char* reason) {
+    add_rest(optimizer::Termination::converged, reason);
+    rests_ = true;
+    if (options_.accept && !options_.accept(solutions_.back())) return false;
+    solutions_.back().message += std::string(" It stays where it is: ") + reason + ".";
+    return true;
+  }
+
+  void add_rest(optimizer::Termination termination, const std::string& reason) {
     Found still;
-    still.outcome.termination = optimizer::Termination::converged;
+    still.outcome.termination = termination;
     still.outcome.reason = reason;
     still.outcome.infeasibility = 0.0;
     still.path = maneuver::at_rest(system_, full_, problem_.scheme);
@@ -149,12 +167,8 @@ class Search {
     solution.solver.processor_seconds = budget_.processor_seconds();
     solution.solver.iterations = iterations_;
     solution.solver.evaluations = evaluations_;
-    rests_ = true;
     found_.push_back(still);
     solutions_.push_back(solution);
-    if (options_.accept && !options_.accept(solutions_.back())) return false;
-    solutions_.back().message += std::string(" It stays where it is: ") + reason + ".";
-    return true;
   }
 
   // Every start on the coarse grid; a single start that fails is followed by others.
@@ -333,6 +347,7 @@ class Search {
   maneuver::SearchRecord record_;
   std::vector<Solution> solutions_;
   std::vector<Found> found_;  // of the solutions
+  std::string out_of_reach_;  // why nothing meets the goal, where that shows without a search
   bool rests_ = false;        // whether the first of these stays where the goal is
   int iterations_ = 0;
   int evaluations_ = 0;
@@ -377,7 +392,7 @@ std::vector<Solution> solve(const System& system, const Problem& problem, const 
 
 Candidates find_candidates(const System& system, const Problem& problem, const SolveOptions& options) {
   const auto search = std::make_shared<Search>(system, problem, options);
-  Candidates candidates{search->run(), {}};
+  Candidates candidates{search->run(), {}, search->out_of_reach()};
   if (search->refines())
     candidates.cost_on_grid = [search](std::size_t candidate, int steps) {
       return search->cost_on_grid(candidate, steps);

@@ -30,6 +30,8 @@ struct Candidates {
   /// Cost of a candidate's minimum on another number of steps; nothing where it is not found. Empty where it was not
   /// asked for. Calls use what `find_candidates` was given.
   std::function<std::optional<double>(std::size_t candidate, int steps)> cost_on_grid;
+  /// Why no motion meets the goal, where moments' reach shows it without a search: the candidate then is the start at rest.
+  std::string out_of_reach;
 };
 
 /// Candidates at full resolution, at least one. Status and message are the optimiser's own view, which a certificate confirms

@@ -137,6 +137,7 @@ inline file::Results sample_results(int steps) {
                      21,
                      sample.number(),
                      sample.number(),
+                     sample.number(),
                      {{0, sample.number(), 0.5, 0.25, 0.125, 1e-14}, {1, 2.0, 3.0, 4.0, std::nan(""), std::nan("")}},
                      {},
                      {}};

@@ -5,10 +5,23 @@
 #include <gtest/gtest.h>
 
 #include "chains.hpp"
+#include "lie/so3.hpp"
 #include "maneuver/guess.hpp"
 
 namespace lamprey::tests {
 namespace {
+
+maneuver::Problem chain_problem(bool planar, double duration) {
+  maneuver::Problem problem;
+  problem.swimmer = paper_chain();
+  if (planar)
+    for (model::JointDescription& joint : problem.swimmer.joints) joint.control_axes = {Eigen::Vector3d(0, 0, 1)};
+  problem.start.rotation = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d(0, 0, 0.7)};
+  problem.start.angular_velocity.assign(3, Eigen::Vector3d::Zero());
+  problem.goal = maneuver::Goal();
+  problem.duration.value = duration;
+  return problem;
+}
 
 struct Reached {
   maneuver::ShapeCoordinates coordinates;
@@ -16,20 +29,13 @@ struct Reached {
 };
 
 Reached reached(bool planar, double mass_unit, double duration) {
-  maneuver::Problem problem;
-  problem.swimmer = paper_chain();
+  maneuver::Problem problem = chain_problem(planar, duration);
   for (model::BodyDescription& body : problem.swimmer.bodies) {
     *body.mass_matrix *= mass_unit;
     *body.inertia_matrix *= mass_unit;
   }
-  if (planar)
-    for (model::JointDescription& joint : problem.swimmer.joints) joint.control_axes = {Eigen::Vector3d(0, 0, 1)};
-  problem.start.rotation = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d(0, 0, 0.7)};
-  problem.start.angular_velocity.assign(3, Eigen::Vector3d::Zero());
-  problem.goal = maneuver::Goal();
   problem.goal->turn = Eigen::Vector3d::Zero();
   problem.goal->move[0] = 2.0;
-  problem.duration.value = duration;
   const model::System system(problem.swimmer);
   const maneuver::Maneuver probe = maneuver::make_maneuver(system, problem, 20);
   const maneuver::NodePath guess = maneuver::random_guess(system, probe, 1);
@@ -49,6 +55,54 @@ TEST(Reach, does_not_depend_on_the_units_of_mass_and_time) {
       EXPECT_EQ(other.rows, unit.rows) << mass << " kg, " << duration << " s";
     }
   }
+}
+
+// In words, why the goal is out of reach of the chain as it lies when `lie` turns the world.
+std::string out_of_reach(maneuver::Problem problem, const Eigen::Vector3d& lie, const Eigen::Vector3d& move,
+                         const Eigen::Vector3d& turn) {
+  const Eigen::Matrix3d Q = lie::exp(lie);
+  for (Eigen::Vector3d& rotation : problem.start.rotation) rotation = lie::log(Q * lie::exp(rotation));
+  const Eigen::Vector3d turned_move = Q * move;
+  for (int c = 0; c < 3; ++c) problem.goal->move[static_cast<std::size_t>(c)] = turned_move[c];
+  problem.goal->turn = Q * turn;
+  const model::System system(problem.swimmer);
+  const maneuver::Maneuver probe = maneuver::make_maneuver(system, problem, 20);
+  const maneuver::NodePath guess = maneuver::random_guess(system, probe, 1);
+  const auto coordinates = maneuver::reachable_coordinates(system, probe, guess);
+  return maneuver::out_of_reach(system, probe, *coordinates, guess);
+}
+
+TEST(Reach, of_planar_joints_ends_at_their_plane_however_it_lies) {
+  const maneuver::Problem plane = chain_problem(true, 1.0), space = chain_problem(false, 1.0);
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& lie : {none, Eigen::Vector3d(0.4, -0.9, 0.2), Eigen::Vector3d(M_PI / 2.0, 0, 0)}) {
+    EXPECT_EQ(out_of_reach(plane, lie, {2.0, -1.0, 0.0}, none), "");
+    EXPECT_EQ(out_of_reach(plane, lie, none, {0.0, 0.0, 0.5}), "");
+    const std::string beside = out_of_reach(plane, lie, {2.0, 0.0, 0.25}, none);
+    EXPECT_NE(beside.find("in the plane normal to"), std::string::npos) << beside;
+    EXPECT_NE(beside.find("asks for 0.25 m out of it"), std::string::npos) << beside;
+    const std::string rolled = out_of_reach(plane, lie, none, {0.5, 0.0, 0.0});
+    EXPECT_NE(rolled.find("turn middle about"), std::string::npos) << rolled;
+    EXPECT_EQ(out_of_reach(space, lie, {2.0, 0.0, 0.25}, none), "");
+    EXPECT_EQ(out_of_reach(space, lie, none, {0.5, 0.0, 0.0}), "");
+  }
+}
+
+TEST(Reach, of_one_joint_angle_ends_where_its_period_began) {
+  maneuver::Problem problem = chain_problem(false, 1.0);
+  problem.swimmer.bodies.pop_back();
+  problem.swimmer.joints.pop_back();
+  problem.start.rotation.pop_back();
+  problem.start.angular_velocity.pop_back();
+  problem.goal->periodic = true;
+  problem.goal->rest = false;
+  problem.swimmer.joints[0].control_axes = {Eigen::Vector3d(0, 0, 1)};
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  EXPECT_NE(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none).find("scallop"), std::string::npos);
+  EXPECT_NE(out_of_reach(problem, none, none, {0.0, 0.0, 0.1}).find("scallop"), std::string::npos);
+  EXPECT_EQ(out_of_reach(problem, none, none, none), "");
+  problem.swimmer.joints[0].control_axes.reset();
+  EXPECT_EQ(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none), "") << "three angles";
 }
 
 }  // namespace

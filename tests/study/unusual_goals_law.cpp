@@ -10,6 +10,7 @@
 #include "maneuver/guess.hpp"
 #include "study/answer.hpp"
 #include "study/method.hpp"
+#include "tolerance.hpp"
 
 namespace lamprey::tests {
 namespace {
