@@ -57,8 +57,7 @@ class JointSwings {
 // Relative rotation of each joint, child → parent, along the guess.
 class JointPaths {
  public:
-  JointPaths(const System& system, const Maneuver& maneuver, Random& random)
-      : system_(system), swings_(system, random) {
+  JointPaths(const System& system, const Maneuver& maneuver, const Swing& swing) : system_(system), swing_(swing) {
     for (int j = 0; j < system.joint_count(); ++j) {
       const model::Joint& joint = system.joint(j);
       const Matrix3d start =
@@ -72,7 +71,7 @@ class JointPaths {
 
   Matrix3d relative(int j, double s) const {
     const model::Joint& joint = system_.joint(j);
-    const Vector3d swing = swings_.swing(j, s);
+    const Vector3d swing = swing_(j, s);
     if (joint.free()) return lie::exp(swing) * between(start_[at(j)], end_[at(j)], s);
     const Vector3d from = mechanics::joint_angles(joint, start_[at(j)]);
     const Vector3d to = mechanics::joint_angles(joint, end_[at(j)]);
@@ -81,7 +80,7 @@ class JointPaths {
 
  private:
   const System& system_;
-  JointSwings swings_;
+  const Swing& swing_;
   std::vector<Matrix3d> start_, end_;
 };
 
@@ -159,9 +158,8 @@ NodePath on_grid(const NodeSplines& splines, int steps) {
 
 }  // namespace
 
-NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint64_t seed) {
-  Random random(seed);
-  const JointPaths joints(system, maneuver, random);
+NodePath swung(const System& system, const Maneuver& maneuver, const Swing& swing) {
+  const JointPaths joints(system, maneuver, swing);
   const Matrix3d root_start = maneuver.start.rotation[0];
   Vector3d root_turn = Vector3d::Zero();
   if (maneuver.end_rotation[0]) root_turn = lie::log(root_start.transpose() * *maneuver.end_rotation[0]);
@@ -181,6 +179,12 @@ NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint6
   }
   path.control.assign(at(maneuver.steps + 1), VectorXd::Zero(system.control_count()));
   return path;
+}
+
+NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint64_t seed) {
+  Random random(seed);
+  const JointSwings swings(system, random);
+  return swung(system, maneuver, [&](int joint, double s) { return swings.swing(joint, s); });
 }
 
 NodePath at_rest(const System& system, const Maneuver& maneuver, integrator::Scheme scheme) {

@@ -2,10 +2,19 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "maneuver/transcription.hpp"
 
 namespace lamprey::maneuver {
+
+/// rad, of a joint from its way from start to end: a rotation vector of free joints, else by its angles; at a fraction of the
+/// duration.
+using Swing = std::function<Vector3d(int joint, double fraction)>;
+
+/// A motion whose joints swing so between start and end shape while the root goes straight to its goal; momentum and moments are
+/// left to the solver.
+NodePath swung(const model::System& system, const Maneuver& maneuver, const Swing& swing);
 
 /// A motion whose joints swing at random between start and end shape while the root goes straight to its goal; momentum and
 /// moments are left to the solver. The same for the same seed on every machine. Never the still motion, a singular point.

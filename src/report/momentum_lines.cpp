@@ -27,9 +27,18 @@ double largest(const Vectors& values) {
   return size;
 }
 
-std::string zero_line(const MomentumHistory& linear, const MomentumHistory& angular) {
-  const double share =
-      std::max(largest(linear.total) / largest(linear.bodies), largest(angular.total) / largest(angular.bodies));
+// m: the largest distance of a joint from a mass centre.
+double size_of(const file::ResolvedProblem& problem) {
+  double size = 0.0;
+  for (const file::ResolvedJoint& joint : problem.joints)
+    size = std::max({size, joint.parent_offset.norm(), joint.child_offset.norm()});
+  return size;
+}
+
+// Where bodies have one kind of momentum alone the other's total is compared with what that makes over the swimmer's size.
+std::string zero_line(const MomentumHistory& linear, const MomentumHistory& angular, double size) {
+  const double along = std::max(largest(linear.bodies), largest(angular.bodies) / size);
+  const double share = std::max(largest(linear.total) / along, largest(angular.total) / (along * size));
   return fmt::format("{} total momentum is zero throughout: at most {:.1e} of the bodies' own",
                      share < 1e-9 ? "✓" : "✗", share);
 }
@@ -56,7 +65,8 @@ std::vector<std::string> momentum_lines(const file::Results& results) {
   const double moving = largest(solution.linear_momentum.bodies) + largest(solution.angular_momentum.bodies);
   const double start = solution.linear_momentum.bodies.front().norm() + solution.angular_momentum.bodies.front().norm();
   if (moving == 0.0 || in_a_vacuum(results.problem)) return lines;
-  if (start < 1e-9 * moving) lines.push_back(zero_line(solution.linear_momentum, solution.angular_momentum));
+  if (start < 1e-9 * moving)
+    lines.push_back(zero_line(solution.linear_momentum, solution.angular_momentum, size_of(results.problem)));
   const maneuver::Goal& goal = *results.problem.goal;
   if (goal.move[0] && *goal.move[0] != 0.0)
     lines.push_back(mean_line("linear", "kg m/s", mean_along_e1(solution.linear_momentum.bodies), *goal.move[0]));

@@ -38,6 +38,9 @@ class Method {
   virtual std::string out_of_reach() const = 0;
   /// Solves starts first … first + count − 1 on a coarse grid.
   virtual std::vector<Found> solve_starts(int first, int count) = 0;
+  /// Solves from first guesses of many strokes, where there are such for the problem: the more limits the fewer single strokes
+  /// serve. Nothing of methods without them.
+  virtual std::vector<Found> solve_strokes() { return {}; }
   /// Solves again from perturbed copies of a motion on the coarse grid, hops first … first + count − 1.
   /// Nothing of methods without hops.
   virtual std::vector<Found> hop(const Found& /*from*/, int /*first*/, int /*count*/) { return {}; }

@@ -3,12 +3,14 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <tuple>
 
 #include "integrator/scheme.hpp"
 #include "maneuver/composed_program.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/reach.hpp"
 #include "maneuver/shape_program.hpp"
+#include "maneuver/strokes.hpp"
 #include "optimizer/limited_newton.hpp"
 #include "study/method.hpp"
 #include "study/workers.hpp"
@@ -39,8 +41,12 @@ constexpr double rough_tolerance = 1e-4;
 constexpr double fine_tolerance = 1e-7;  // before a last Newton step
 constexpr double rough_limits = 1e-3;    // error of limits, in units of their rows
 constexpr double fine_limits = 1e-9;
-constexpr double same_solution = 0.1;   // relative difference of cost between grids
-constexpr double limited_share = 1e-2;  // of the tolerance: a last Newton step is no good where limits begin to hold
+constexpr std::array stroke_counts = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
+constexpr std::size_t solved_strokes = 4;
+constexpr int least_steps_of_stroke = 12, steps_of_stroke = 20;
+constexpr double goal_of_strokes = 1e-3;  // rad, m, what is missed
+constexpr double same_solution = 0.1;     // relative difference of cost between grids
+constexpr double limited_share = 1e-2;    // of the tolerance: a last Newton step is no good where limits begin to hold
 
 // A program and its solver at one resolution.
 struct Grid {
@@ -82,6 +88,29 @@ class NewtonMethod : public Method {
     return in_threads(count, "start", [&](int n) { return solve_start(first + n); });
   }
 
+  // Few strokes or many, more than once each; the most promising are solved.
+  std::vector<Found> solve_strokes() override {
+    const bool idle = reached_.coordinates.shape.cols() > system_.control_count();
+    if (idle || problem_.duration.free || !problem_.goal || problem_.goal->periodic) return {};
+    std::vector<StrokesOnGrid> tries;
+    for (int strokes : stroke_counts)
+      for (const bool within_limits : {false, true})
+        if (strokes * least_steps_of_stroke <= problem_.steps) tries.push_back({strokes, within_limits});
+    in_threads(static_cast<int>(tries.size()), "", [&](int n) {
+      tries[static_cast<std::size_t>(n)] = swum(tries[static_cast<std::size_t>(n)]);
+      return Found();
+    });
+    std::sort(tries.begin(), tries.end(), [](const auto& a, const auto& b) { return a.rank() < b.rank(); });
+    while (!tries.empty() && (tries.back().path.rotation.empty() || tries.size() > solved_strokes)) tries.pop_back();
+    return in_threads(static_cast<int>(tries.size()), "strokes", [&](int n) {
+      const NodePath& path = tries[static_cast<std::size_t>(n)].path;
+      Grid grid(system_, problem_, steps_of(path), reached_.coordinates, reached_.rows, limits_);
+      Found found;
+      solve(grid, path, fine_tolerance, found);
+      return found;
+    });
+  }
+
   std::vector<Found> hop(const Found& from, int first, int count) override {
     return in_threads(count, "", [&](int n) {
       Grid grid(system_, problem_, steps_of(from.path), reached_.coordinates, reached_.rows, limits_);
@@ -117,6 +146,33 @@ class NewtonMethod : public Method {
   bool carries_cheaply() const override { return true; }
 
  private:
+  // Strokes towards the goal, and how they keep to the limits.
+  struct StrokesOnGrid {
+    int strokes;
+    bool within_limits;
+    NodePath path = {};
+    double missed = 0.0, broken = 0.0, cost = 0.0;
+    std::tuple<bool, double, double, double> rank() const {
+      return {path.rotation.empty(), missed > goal_of_strokes ? missed : 0.0, broken, cost};
+    }
+  };
+
+  StrokesOnGrid swum(StrokesOnGrid tried) const {
+    const int steps = std::min(problem_.steps, std::max(coarse_of(problem_.steps), tried.strokes * steps_of_stroke));
+    Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
+    const maneuver::StrokeLimits kept = tried.within_limits
+                                            ? maneuver::stroke_limits(system_, problem_, grid.maneuver, tried.strokes)
+                                            : maneuver::no_stroke_limits(system_);
+    const maneuver::Strokes found = maneuver::strokes_to_goal(
+        system_, grid.maneuver, reached_.coordinates, reached_.rows, kept, tried.strokes, seed_of_start(problem_, 0));
+    if (found.path.rotation.empty() || !grid.program.go_to(found.path)) return tried;
+    tried.path = found.path;
+    tried.missed = found.missed;
+    tried.broken = grid.program.limit_violation();
+    tried.cost = grid.program.cost();
+    return tried;
+  }
+
   static int coarse_of(int steps) { return std::min(steps, coarse_steps); }
 
   // From a coarse grid first to twice as many steps: what it foretold wrongly is cheaper to mend there.

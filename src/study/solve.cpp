@@ -177,6 +177,10 @@ class Search {
     for (int more = 0;
          more < retries && problem_.search.starts == 1 && !starts_.back().converged() && !budget_.stopped(); ++more)
       starts_.push_back(method_->solve_starts(static_cast<int>(starts_.size()), 1).front());
+    if (std::none_of(starts_.begin(), starts_.end(), [](const Found& found) { return found.converged(); })) {
+      std::vector<Found> strokes = method_->solve_strokes();
+      std::move(strokes.begin(), strokes.end(), std::back_inserter(starts_));
+    }
     for (const Found& start : starts_) count_effort(start.outcome);
     first_hop_ = static_cast<int>(starts_.size());
   }

@@ -1,0 +1,174 @@
+#include "maneuver/strokes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "maneuver/guess.hpp"
+#include "maneuver/random.hpp"
+#include "maneuver/row_space.hpp"
+#include "maneuver/shape_program.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using model::at;
+using model::System;
+
+constexpr int rounds = 40;
+constexpr int halvings = 6;
+constexpr double most_swing = 1.4;      // rad
+constexpr double unlimited = 1e3;       // rad
+constexpr double most_amplitude = 4.0;  // rad, of a sine before it flattens
+constexpr double least_swing = 1e-2;    // rad
+constexpr double within_limits = 0.95;
+constexpr double first_swing = 0.3;     // rad
+constexpr double longest_change = 0.2;  // rad, of an amplitude in a round
+constexpr double difference = 1e-5;     // rad
+constexpr double arrived = 1e-6;        // rad, m
+constexpr double damping = 1e-3;        // of the largest sensitivity
+
+// Rises from 0 to 1 at rest at both ends.
+double blend(double s) { return s * s * s * (10.0 + s * (6.0 * s - 15.0)); }
+
+// x, but for what goes beyond a largest size.
+template <typename Vector>
+Vector bounded(const Vector& x, double largest) {
+  return x * (largest / std::sqrt(largest * largest + x.squaredNorm()));
+}
+
+class Waves {
+ public:
+  Waves(const System& system, const StrokeLimits& limits, int strokes)
+      : system_(system), limits_(limits), strokes_(strokes) {
+    for (const model::Joint& joint : system.joints()) {
+      first_.push_back(size_);
+      size_ += 2 * joint.actuation.cols();
+    }
+  }
+
+  // Of amplitudes: of sine and cosine along each actuated direction.
+  Eigen::Index size() const { return size_; }
+
+  // rad: waves that grow in the first half stroke, fade in the last one, and flatten where the joint may not swing further.
+  Vector3d swing(const VectorXd& amplitudes, int j, double s) const {
+    const double edge = std::min({1.0, 2.0 * strokes_ * s, 2.0 * strokes_ * (1.0 - s)});
+    const double phase = 2.0 * std::numbers::pi * strokes_ * s;
+    const MatrixXd& actuation = system_.joint(j).actuation;
+    const Eigen::Index count = actuation.cols();
+    const VectorXd own = bounded(VectorXd(amplitudes.segment(first_[at(j)], 2 * count)), limits_.amplitude[at(j)]);
+    const Vector3d wave = actuation * (std::sin(phase) * own.head(count) + std::cos(phase) * own.tail(count));
+    return blend(std::max(edge, 0.0)) * bounded(wave, limits_.swing[at(j)]);
+  }
+
+ private:
+  const System& system_;
+  const StrokeLimits& limits_;
+  int strokes_;
+  Eigen::Index size_ = 0;
+  std::vector<Eigen::Index> first_;  // [joints]
+};
+
+class Adjustment {
+ public:
+  Adjustment(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
+             const std::vector<EndRow>& rows, const StrokeLimits& limits, int strokes)
+      : system_(system),
+        maneuver_(maneuver),
+        program_(system, maneuver_, coordinates, rows, {}, Steps::rough),
+        waves_(system, limits, strokes) {}
+
+  Strokes run(Random& random) {
+    amplitudes_.resize(waves_.size());
+    for (double& amplitude : amplitudes_) amplitude = first_swing * random.normal();
+    while (!miss(amplitudes_, missed_))
+      if ((amplitudes_ *= 0.5).norm() < difference) return {};
+    for (int round = 0; round < rounds && missed_.lpNorm<1>() > arrived; ++round)
+      if (!improve()) break;
+    if (!miss(amplitudes_, missed_)) return {};
+    return {program_.path(), missed_.lpNorm<1>()};
+  }
+
+ private:
+  bool miss(const VectorXd& amplitudes, VectorXd& missed) {
+    const auto swing = [&](int joint, double s) { return waves_.swing(amplitudes, joint, s); };
+    if (!program_.go_to(swung(system_, maneuver_, swing))) return false;
+    missed = program_.end_rows();
+    return missed.allFinite();
+  }
+
+  // A step of Gauss and Newton, the shortest one, as far as it misses less.
+  bool improve() {
+    MatrixXd by_amplitudes(missed_.size(), amplitudes_.size());
+    VectorXd changed = amplitudes_, missed;
+    for (Eigen::Index p = 0; p < changed.size(); ++p) {
+      changed[p] += difference;
+      if (!miss(changed, missed)) return false;
+      by_amplitudes.col(p) = (missed - missed_) / difference;
+      changed[p] = amplitudes_[p];
+    }
+    const double largest = by_amplitudes.colwise().norm().maxCoeff();
+    if (!(largest > 0.0)) return false;
+    MatrixXd rows(missed_.size() + changed.size(), changed.size());
+    rows << by_amplitudes, damping * largest * MatrixXd::Identity(changed.size(), changed.size());
+    VectorXd values = VectorXd::Zero(rows.rows());
+    values.head(missed_.size()) = -missed_;
+    VectorXd step = least_squares(rows, values);
+    step *= std::min(1.0, longest_change / step.lpNorm<Eigen::Infinity>());
+    for (int halving = 0; halving < halvings; ++halving, step *= 0.5) {
+      if (!miss(amplitudes_ + step, missed) || !(missed.norm() < missed_.norm())) continue;
+      amplitudes_ += step;
+      missed_ = missed;
+      return true;
+    }
+    return false;
+  }
+
+  const System& system_;
+  const Maneuver& maneuver_;
+  ShapeProgram program_;
+  Waves waves_;
+  VectorXd amplitudes_, missed_;
+};
+
+}  // namespace
+
+StrokeLimits no_stroke_limits(const System& system) {
+  const std::vector<double> any(at(system.joint_count()), unlimited);
+  return {any, any};
+}
+
+StrokeLimits stroke_limits(const System& system, const Problem& problem, const Maneuver& maneuver, int strokes) {
+  const Limits& limits = problem.limits;
+  const double rate = 2.0 * std::numbers::pi * strokes / maneuver.duration;  // 1/s
+  StrokeLimits result;
+  for (const model::Joint& joint : system.joints()) {
+    double swing = most_swing, velocity = limits.angular_velocity.value_or(most_amplitude * rate);
+    const auto take = [&](const std::map<std::string, double>& by_joint, double& smallest) {
+      if (const auto found = by_joint.find(joint.name); found != by_joint.end())
+        smallest = std::min(smallest, within_limits * found->second);
+    };
+    take(limits.joint_angular_velocity, velocity);
+    take(limits.swing, swing);
+    take(limits.twist, swing);
+    if (const auto angle = limits.angle.find(joint.name); angle != limits.angle.end()) {
+      const Matrix3d Q = mechanics::child_to_parent(maneuver.start.rotation, joint);
+      const double start = mechanics::joint_angles(joint, Q)[0];
+      const auto& [low, high] = angle->second;
+      swing = std::min(swing, within_limits * std::min(high - start, start - low));
+    }
+    result.swing.push_back(std::max(swing, least_swing));
+    result.amplitude.push_back(std::max(within_limits * velocity / rate, least_swing));
+  }
+  return result;
+}
+
+Strokes strokes_to_goal(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
+                        const std::vector<EndRow>& rows, const StrokeLimits& limits, int strokes, std::uint64_t seed) {
+  Random random(seed);
+  return Adjustment(system, maneuver, coordinates, rows, limits, strokes).run(random);
+}
+
+}  // namespace lamprey::maneuver

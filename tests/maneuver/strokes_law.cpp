@@ -1,0 +1,128 @@
+// Guesses of many strokes arrive where they shall, keep to limits of the joints, and are the same for the same seed.
+#include "maneuver/strokes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "maneuver/guess.hpp"
+#include "maneuver/reach.hpp"
+#include "model/system.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+// A hull with two pairs of arms on hinges, that shall turn.
+maneuver::Problem rowing(double turn) {
+  maneuver::Problem problem;
+  problem.swimmer.density = 1000.0;
+  problem.swimmer.bodies.resize(5);
+  const std::array names = {"hull", "fl", "fr", "rl", "rr"};
+  for (std::size_t i = 0; i < 5; ++i) {
+    problem.swimmer.bodies[i].name = names[i];
+    problem.swimmer.bodies[i].semi_axes = i == 0 ? Vector3d(0.5, 0.12, 0.12) : Vector3d(0.02, 0.15, 0.05);
+    if (i == 0) continue;
+    const double side = i % 2 == 1 ? 1.0 : -1.0;
+    model::JointDescription joint;
+    joint.name = names[i];
+    joint.kind = model::JointKind::hinge;
+    joint.parent = "hull";
+    joint.child = names[i];
+    joint.parent_offset = Vector3d(i < 3 ? 0.3 : -0.3, 0.13 * side, 0.0);
+    joint.child_offset = Vector3d(0.0, -0.16 * side, 0.0);
+    joint.axis = Vector3d(0, 0, 1);
+    problem.swimmer.joints.push_back(joint);
+  }
+  problem.start.rotation.assign(5, Vector3d::Zero());
+  problem.start.angular_velocity.assign(5, Vector3d::Zero());
+  problem.goal = maneuver::Goal();
+  problem.goal->turn = Vector3d(0.0, 0.0, turn);
+  problem.duration.value = 20.0;
+  return problem;
+}
+
+struct Rowed {
+  model::System system;
+  maneuver::Maneuver maneuver;
+  maneuver::Strokes strokes;
+};
+
+Rowed rowed(const maneuver::Problem& problem, int strokes, bool within_limits, std::uint64_t seed = 1) {
+  model::System system(problem.swimmer);
+  const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, 20 * strokes);
+  const maneuver::NodePath guess = maneuver::random_guess(system, maneuver, 1);
+  const auto coordinates = maneuver::reachable_coordinates(system, maneuver, guess);
+  const auto rows = maneuver::independent_end_rows(system, maneuver, *coordinates, guess);
+  const maneuver::StrokeLimits limits =
+      within_limits ? maneuver::stroke_limits(system, problem, maneuver, strokes) : maneuver::no_stroke_limits(system);
+  return {system, maneuver, maneuver::strokes_to_goal(system, maneuver, *coordinates, *rows, limits, strokes, seed)};
+}
+
+double angle(const Rowed& rowed, std::size_t node, int joint) {
+  const model::Joint& hinge = rowed.system.joint(joint);
+  return mechanics::joint_angles(hinge, mechanics::child_to_parent(rowed.strokes.path.rotation[node], hinge))[0];
+}
+
+TEST(Strokes, carry_the_swimmer_to_its_goal_and_end_in_its_first_shape) {
+  for (const int strokes : {8, 16}) {
+    const Rowed found = rowed(rowing(0.3), strokes, false);
+    ASSERT_FALSE(found.strokes.path.rotation.empty());
+    EXPECT_LE(found.strokes.missed, tolerance(1e-5)) << strokes;
+    const Eigen::Matrix3d& hull = found.strokes.path.rotation.back()[0];
+    EXPECT_NEAR(std::atan2(hull(1, 0), hull(0, 0)), 0.3, tolerance(1e-5));
+    for (int j = 0; j < 4; ++j)
+      EXPECT_NEAR(angle(found, found.strokes.path.rotation.size() - 1, j), 0.0, tolerance(1e-12));
+  }
+}
+
+TEST(Strokes, are_as_many_as_asked_for) {
+  const Rowed found = rowed(rowing(0.2), 8, false);
+  int signs = 0;  // changes of an arm's sense of turning
+  double before = 0.0;
+  for (std::size_t k = 0; k + 1 < found.strokes.path.rotation.size(); ++k) {
+    const double turned = angle(found, k + 1, 0) - angle(found, k, 0);
+    signs += before * turned < 0.0;
+    before = turned;
+  }
+  EXPECT_NEAR(signs, 16, 2);
+}
+
+TEST(Strokes, keep_to_the_joints_limits) {
+  maneuver::Problem problem = rowing(0.3);
+  for (const model::JointDescription& joint : problem.swimmer.joints) problem.limits.angle[joint.name] = {-0.7, 0.9};
+  problem.limits.angular_velocity = 3.0;
+  const int strokes = 12;
+  const Rowed found = rowed(problem, strokes, true);
+  ASSERT_FALSE(found.strokes.path.rotation.empty());
+  double largest = 0.0, fastest = 0.0;
+  for (std::size_t k = 0; k + 1 < found.strokes.path.rotation.size(); ++k)
+    for (int j = 0; j < 4; ++j) {
+      largest = std::max(largest, std::abs(angle(found, k, j)));
+      fastest = std::max(fastest, std::abs(angle(found, k + 1, j) - angle(found, k, j)) / found.maneuver.time_step());
+    }
+  EXPECT_LE(largest, 0.7);
+  EXPECT_GE(largest, 0.3) << "hardly a stroke";
+  const Rowed free = rowed(rowing(0.8), strokes, false);
+  double beyond = 0.0;
+  for (std::size_t k = 0; k < free.strokes.path.rotation.size(); ++k)
+    beyond = std::max(beyond, std::abs(angle(free, k, 0)));
+  EXPECT_GT(beyond, 0.9) << "limits had nothing to do";
+  EXPECT_LE(fastest, 3.0 * 1.3) << "but where strokes begin and end";
+}
+
+TEST(Strokes, are_the_same_for_the_same_seed) {
+  const Rowed one = rowed(rowing(0.2), 4, false, 3), same = rowed(rowing(0.2), 4, false, 3),
+              other = rowed(rowing(0.2), 4, false, 4);
+  double apart = 0.0;
+  for (std::size_t k = 0; k < one.strokes.path.rotation.size(); ++k) {
+    EXPECT_EQ(one.strokes.path.rotation[k], same.strokes.path.rotation[k]);
+    apart = std::max(apart, std::abs(angle(one, k, 0) - angle(other, k, 0)));
+  }
+  EXPECT_GT(apart, 1e-3);
+}
+
+}  // namespace
+}  // namespace lamprey::tests
