@@ -112,8 +112,7 @@ int simulate(const SimulateArguments& arguments) {
   options.interrupted = interrupted;
   if (!arguments.controls.empty()) {
     options.controls_path = arguments.controls;
-    options.controls =
-        file::read_controls(arguments.controls, static_cast<int>(problem_file.problem.swimmer.joints.size()));
+    options.controls = file::read_controls(arguments.controls, problem_file.problem.swimmer.joints);
   }
   if (!arguments.feedback.empty()) {
     options.followed = file::read_solution(arguments.feedback);

@@ -219,7 +219,9 @@ class Solution(Trajectory):
 
     @property
     def solver(self) -> dict[str, Any] | None:
-        """name, iterations, evaluations, wall_seconds (of the search), total_wall_seconds (of the whole answer), history."""
+        """
+        name, iterations, evaluations, wall_seconds (of the search), total_wall_seconds (of the whole answer), history.
+        """
 
     @property
     def feedback(self) -> dict[str, Any] | None:
@@ -348,6 +350,12 @@ class Solver:
         Newton steps from the last answer on; releases the GIL.
 
         The outcome says whether they arrived; unless they did the last answer stays. time_limit: s. Ctrl-C raises KeyboardInterrupt.
+        """
+
+    @property
+    def answered(self) -> bool:
+        """
+        Whether the last answer belongs to the goal, start and duration that were set last: false from then on until a solve arrives, and after one that does not.
         """
 
     @property

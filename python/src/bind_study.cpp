@@ -78,6 +78,7 @@ class Solver {
     }
     solver_.set_goal(goal);
     goal_ = goal;
+    answered_ = false;
   }
 
   void set_start(nb::handle rotation, nb::handle position, nb::handle angular_velocity) {
@@ -89,11 +90,13 @@ class Solver {
     start.angular_velocity.assign(bodies, Eigen::Vector3d::Zero());
     if (!angular_velocity.is_none()) start.angular_velocity = vectors(angular_velocity, bodies, "angular_velocity");
     solver_.set_start(maneuver::start_without_momentum(system_, start));
+    answered_ = false;
   }
 
   void set_duration(double duration) {
     const std::unique_lock lock = taken();
     solver_.set_duration(duration);
+    answered_ = false;
   }
 
   Outcome solve(std::optional<int> max_iterations, std::optional<double> time_limit) {
@@ -111,13 +114,17 @@ class Solver {
       seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
       if (outcome.termination == Termination::converged) found = described(outcome, seconds);
     });
-    if (found) answer_ = Solution(std::move(*found));
+    if (found) {
+      answer_ = Solution(std::move(*found));
+      answered_ = true;
+    }
     if (signal) throw nb::python_error(*signal);
     return {std::string(file::word(study::status_of(outcome))), outcome.reason, outcome.iterations, outcome.evaluations,
             seconds};
   }
 
   const Solution& answer() const { return answer_; }
+  bool answered() const { return answered_; }
 
   nb::dict path() const {
     nb::dict words;
@@ -189,6 +196,7 @@ class Solver {
   study::Solver solver_;
   maneuver::Goal goal_;
   Solution answer_;
+  bool answered_ = true;
   std::mutex mutex_;
 };
 
@@ -244,6 +252,9 @@ void bind_study(nb::module_& module) {
            "Newton steps from the last answer on; releases the GIL.\n\n"
            "The outcome says whether they arrived; unless they did the last answer stays. time_limit: s. Ctrl-C raises "
            "KeyboardInterrupt.")
+      .def_prop_ro("answered", &Solver::answered,
+                   "Whether the last answer belongs to the goal, start and duration that were set last: false from then "
+                   "on until a solve arrives, and after one that does not.")
       .def_prop_ro("path", &Solver::path, nb::sig("def path(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
                    "The last answer: time, position, rotation, control as in Solution.")
       .def_prop_ro(

@@ -111,8 +111,8 @@ Solution solve(nb::handle asked, const std::optional<int>& workers, const std::o
 }
 
 // Moments that Python names: a file, a motion, rows of a table, or a function of time that must outlive the options.
-void take_controls(const nb::object& controls, int joints, file::MarchOptions& options) {
-  const std::size_t count = model::at(joints);
+void take_controls(const nb::object& controls, const file::Joints& joints, file::MarchOptions& options) {
+  const std::size_t count = joints.size();
   if (controls.is_none()) return;
   if (nb::isinstance<Trajectory>(controls)) {
     options.controls = file::controls_of_results(nb::cast<const Trajectory&>(controls).results(), "controls", joints);
@@ -129,7 +129,7 @@ void take_controls(const nb::object& controls, int joints, file::MarchOptions& o
       throw InputError("controls",
                        fmt::format("found arrays of other shapes; allowed: time (rows,), control (rows, {}, 3), "
                                    "at least two rows; mend their shapes",
-                                   joints));
+                                   count));
     file::ControlSamples samples;
     for (std::size_t r = 0; r < rows; ++r) {
       samples.time.push_back(time.data()[r]);
@@ -203,7 +203,7 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
                              .reference = reference,
                              .perturb = perturb,
                              .seed = seed};
-  take_controls(controls, static_cast<int>(problem.file.problem.swimmer.joints.size()), options);
+  take_controls(controls, problem.file.problem.swimmer.joints, options);
   take_followed(feedback, options);
   std::optional<file::Results> results;
   const auto signal = run_long([&](const Interrupted& interrupted) {

@@ -50,6 +50,7 @@ def test_limits_and_free_durations_go_on_too(root):
 def test_the_certificate_sees_a_goal_that_was_not_met(translation, solver):
     solver.set_goal(move=[2.5, "free", "free"])
     assert solver.solve(max_iterations=0).status == "stalled"
+    assert not solver.answered
     before = solver.solution()
     assert abs(before.position[-1, 0] - 2.0) < 1e-10  # the last answer stays
 
@@ -106,6 +107,9 @@ def test_goals_out_of_reach_are_a_status(solver, solution):
     outcome = solver.solve()
     assert outcome.status == "infeasible" and "cannot reach" in outcome.reason
     assert solver.cost == solution.cost
+    assert not solver.answered
+    solver.set_goal(turn=[0.0, 0.0, 0.0])
+    assert solver.solve().status == "optimal" and solver.answered
 
 
 def test_what_does_not_fit_is_named(translation, solution, solver):

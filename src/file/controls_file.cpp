@@ -53,7 +53,7 @@ std::vector<Cell> cells_of(std::string_view line) {
 
 class TableParser {
  public:
-  TableParser(const std::string& path, int joints) : path_(path), columns_(1 + 3 * static_cast<std::size_t>(joints)) {}
+  TableParser(const std::string& path, std::size_t joints) : path_(path), columns_(1 + 3 * joints) {}
 
   ControlSamples parse(std::string_view text) {
     if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
@@ -170,13 +170,23 @@ maneuver::Start first_node(const maneuver::Solution& solution) {
   return first;
 }
 
+// Masses and offsets may differ: a disturbed swimmer follows the same moments.
+void require_same_joints(const std::vector<ResolvedJoint>& found, const Joints& joints, const std::string& path) {
+  const char* cure = "choose the controls of the same swimmer";
+  if (found.size() != joints.size())
+    throw InputError(path, "/problem/joints",
+                     fmt::format("found {} joints; allowed: the problem's {}; {}", found.size(), joints.size(), cure));
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    if (found[j].name != joints[j].name || found[j].kind != joints[j].kind)
+      throw InputError(path, fmt::format("/problem/joints/{}", j),
+                       fmt::format("found the {} joint {}; allowed: the problem's {} joint {}; {}", word(found[j].kind),
+                                   in_quotes(found[j].name), word(joints[j].kind), in_quotes(joints[j].name), cure));
+}
+
 }  // namespace
 
-ControlSamples controls_of_results(const Results& results, const std::string& path, int joints) {
-  if (results.problem.joints.size() != static_cast<std::size_t>(joints))
-    throw InputError(path, "/problem/joints",
-                     fmt::format("found {} joints; allowed: the problem's {}; choose the controls of the same swimmer",
-                                 results.problem.joints.size(), joints));
+ControlSamples controls_of_results(const Results& results, const std::string& path, const Joints& joints) {
+  require_same_joints(results.problem.joints, joints, path);
   if (results.solution.time.size() < 2)
     throw InputError(path, "/time", "found no motion; allowed: at least two nodes; choose a file with a trajectory");
   for (std::size_t k = 1; k < results.solution.time.size(); ++k)
@@ -198,14 +208,14 @@ ControlSamples controls_of_results(const Results& results, const std::string& pa
   return samples;
 }
 
-ControlSamples parse_controls(const std::string& bytes, const std::string& path, int joints) {
+ControlSamples parse_controls(const std::string& bytes, const std::string& path, const Joints& joints) {
   const std::size_t first = bytes.find_first_not_of(" \t\r\n");
   if (first != std::string::npos && bytes[first] == '{')
     return controls_of_results(parse_solution(bytes, path), path, joints);
-  return TableParser(path, joints).parse(bytes);
+  return TableParser(path, joints.size()).parse(bytes);
 }
 
-ControlSamples read_controls(const std::string& path, int joints) {
+ControlSamples read_controls(const std::string& path, const Joints& joints) {
   return parse_controls(read_bytes(path, controls_byte_limit), path, joints);
 }
 

@@ -32,16 +32,19 @@ struct ControlSamples {
   std::optional<maneuver::Start> first = {};              // of the solution: its first node
 };
 
+/// Of the swimmer that is to move.
+using Joints = std::vector<model::JointDescription>;
+
 /// Reads a solution.json (text that begins with '{') or a CSV table: t, then three columns for each joint, in the problem's order;
 /// a header line, blank lines and lines beginning with # are allowed. The moments of a solution's universal joints, which
 /// it shows where the axes stood, are turned back to the zero angle. IoError when the file cannot be read, model::InputError
-/// (file, line, column) when it is wrong or has not `joints` joints.
-ControlSamples read_controls(const std::string& path, int joints);
+/// (file, line, column) when it is wrong or is of other joints, by number, name or kind.
+ControlSamples read_controls(const std::string& path, const Joints& joints);
 
 /// The same from the file's bytes; `path` only names them.
-ControlSamples parse_controls(const std::string& bytes, const std::string& path, int joints);
+ControlSamples parse_controls(const std::string& bytes, const std::string& path, const Joints& joints);
 
 /// The moments of a motion that is already there.
-ControlSamples controls_of_results(const Results& results, const std::string& path, int joints);
+ControlSamples controls_of_results(const Results& results, const std::string& path, const Joints& joints);
 
 }  // namespace lamprey::file

@@ -94,7 +94,7 @@ struct Followed {
   Followed(const Results& read, const std::string& path)
       : results(read),
         system(problem_of(results).swimmer),
-        plan(controls_of_results(results, path, system.joint_count())),
+        plan(controls_of_results(results, path, problem_of(results).swimmer.joints)),
         law(maneuver::feedback_law(system, results.solution, control_function(plan, system))) {}
   Followed(const Followed&) = delete;
   Followed& operator=(const Followed&) = delete;

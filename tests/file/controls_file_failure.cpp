@@ -12,7 +12,23 @@ namespace {
 
 using file::parse_controls;
 
-std::string refusal(const std::string& text, int joints) {
+file::Joints balls(std::size_t count) {
+  file::Joints joints(count);
+  for (model::JointDescription& joint : joints) joint.kind = model::JointKind::ball;
+  return joints;
+}
+
+// Those of a result's own swimmer.
+file::Joints joints_of(const file::Results& results) {
+  file::Joints joints(results.problem.joints.size());
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    joints[j].name = results.problem.joints[j].name;
+    joints[j].kind = results.problem.joints[j].kind;
+  }
+  return joints;
+}
+
+std::string refusal(const std::string& text, const file::Joints& joints) {
   try {
     parse_controls(text, "u.csv", joints);
   } catch (const model::InputError& error) {
@@ -23,7 +39,8 @@ std::string refusal(const std::string& text, int joints) {
 
 TEST(ControlsTable, a_table_with_header_comments_and_blank_lines_gives_its_numbers) {
   const auto samples = parse_controls(
-      "\xEF\xBB\xBF# made up\r\nt, a, b, c, d, e, f\r\n0, 1, 2, 3, -4, 5e1, +6\r\n\n 0.5 ,7,8,9,10,11,12", "u.csv", 2);
+      "\xEF\xBB\xBF# made up\r\nt, a, b, c, d, e, f\r\n0, 1, 2, 3, -4, 5e1, +6\r\n\n 0.5 ,7,8,9,10,11,12", "u.csv",
+      balls(2));
   EXPECT_EQ(samples.source, file::ControlSource::table);
   EXPECT_EQ(samples.time, (std::vector<double>{0.0, 0.5}));
   ASSERT_EQ(samples.control.size(), 2U);
@@ -32,24 +49,24 @@ TEST(ControlsTable, a_table_with_header_comments_and_blank_lines_gives_its_numbe
 }
 
 TEST(ControlsTable, a_table_without_header_gives_its_first_row_too) {
-  EXPECT_EQ(parse_controls("0,1,2,3\n1,4,5,6\n", "u.csv", 1).time.size(), 2U);
+  EXPECT_EQ(parse_controls("0,1,2,3\n1,4,5,6\n", "u.csv", balls(1)).time.size(), 2U);
 }
 
 TEST(ControlsTable, what_is_wrong_is_told_with_line_and_column) {
-  EXPECT_EQ(refusal("t,x,y,z\n0,1,2,3\n1,4,,6\n", 1).rfind("u.csv:3:5: joint 0 moment 1: found \"\"", 0), 0U);
-  EXPECT_EQ(refusal("0,1,2,3\n1,4, five,6\n", 1).rfind("u.csv:2:6: joint 0 moment 1: found \"five\"", 0), 0U);
-  EXPECT_EQ(refusal("0,1,2,3\n1,4,inf,6\n", 1).rfind("u.csv:2:5: joint 0 moment 1: found \"inf\"", 0), 0U);
-  EXPECT_EQ(refusal("0,1,2,3\n1,4,nan,6\n", 1).rfind("u.csv:2:5: ", 0), 0U);
-  EXPECT_EQ(refusal("0,1,2,3\n0.0,4,5,6\n", 1).rfind("u.csv:2:1: t: found 0 after 0", 0), 0U);
-  EXPECT_EQ(refusal("0,1,2,3\nt,a,b,c\n", 1).rfind("u.csv:2:1: t: found \"t\"", 0), 0U);
-  EXPECT_EQ(refusal("0,1,2,3\n1,4,5\n", 1).rfind("u.csv:2:1: row: found 3 columns; allowed: 4", 0), 0U);
-  EXPECT_EQ(refusal("0,1,2,3\n", 1).rfind("u.csv:1:1: t: found 1 rows; allowed: at least two", 0), 0U);
-  EXPECT_NE(refusal("", 1), "");
+  EXPECT_EQ(refusal("t,x,y,z\n0,1,2,3\n1,4,,6\n", balls(1)).rfind("u.csv:3:5: joint 0 moment 1: found \"\"", 0), 0U);
+  EXPECT_EQ(refusal("0,1,2,3\n1,4, five,6\n", balls(1)).rfind("u.csv:2:6: joint 0 moment 1: found \"five\"", 0), 0U);
+  EXPECT_EQ(refusal("0,1,2,3\n1,4,inf,6\n", balls(1)).rfind("u.csv:2:5: joint 0 moment 1: found \"inf\"", 0), 0U);
+  EXPECT_EQ(refusal("0,1,2,3\n1,4,nan,6\n", balls(1)).rfind("u.csv:2:5: ", 0), 0U);
+  EXPECT_EQ(refusal("0,1,2,3\n0.0,4,5,6\n", balls(1)).rfind("u.csv:2:1: t: found 0 after 0", 0), 0U);
+  EXPECT_EQ(refusal("0,1,2,3\nt,a,b,c\n", balls(1)).rfind("u.csv:2:1: t: found \"t\"", 0), 0U);
+  EXPECT_EQ(refusal("0,1,2,3\n1,4,5\n", balls(1)).rfind("u.csv:2:1: row: found 3 columns; allowed: 4", 0), 0U);
+  EXPECT_EQ(refusal("0,1,2,3\n", balls(1)).rfind("u.csv:1:1: t: found 1 rows; allowed: at least two", 0), 0U);
+  EXPECT_NE(refusal("", balls(1)), "");
 }
 
 TEST(ControlsOfSolution, the_nodes_of_a_solution_are_the_samples) {
   const file::Results results = tests::sample_results(6);
-  const auto samples = parse_controls(file::solution_text(results), "solution.json", 2);
+  const auto samples = parse_controls(file::solution_text(results), "solution.json", joints_of(results));
   EXPECT_EQ(samples.source, file::ControlSource::spline);
   EXPECT_EQ(samples.points, 5);
   EXPECT_EQ(samples.time, results.solution.time);
@@ -81,7 +98,7 @@ TEST(ControlsOfSolution, moments_of_a_universal_joint_are_turned_back_to_its_zer
   for (const double along_second : {-5.0, 1e-9, 5.0}) {
     const Eigen::Vector3d moment = 3.0 * Eigen::Vector3d::UnitZ() + along_second * second_now;
     file::Results results = bent_universal(moment);
-    const auto nodes = parse_controls(file::solution_text(results), "s.json", 2);
+    const auto nodes = parse_controls(file::solution_text(results), "s.json", joints_of(results));
     const Eigen::Vector3d expected = 3.0 * Eigen::Vector3d::UnitZ() + along_second * second_at_zero;
     EXPECT_EQ(nodes.source, file::ControlSource::steps);
     EXPECT_LE((nodes.control[1][1] - expected).norm(), 1e-14);
@@ -89,7 +106,7 @@ TEST(ControlsOfSolution, moments_of_a_universal_joint_are_turned_back_to_its_zer
     const double end = results.solution.time[1];
     results.solution.stage_time = {{0.0, 0.7 * end, 0.3 * end, end}};
     results.solution.control_stages = {{4, results.solution.control[1]}};
-    const auto stages = parse_controls(file::solution_text(results), "s.json", 2);
+    const auto stages = parse_controls(file::solution_text(results), "s.json", joints_of(results));
     EXPECT_EQ(stages.source, file::ControlSource::stages);
     EXPECT_EQ(stages.stages, 4U);
     EXPECT_EQ(stages.time, results.solution.stage_time[0]);
@@ -98,13 +115,23 @@ TEST(ControlsOfSolution, moments_of_a_universal_joint_are_turned_back_to_its_zer
 }
 
 TEST(ControlsOfSolution, a_solution_of_another_swimmer_is_refused) {
-  EXPECT_NE(refusal(file::solution_text(tests::sample_results(6)), 3)
-                .find("/problem/joints: found 2 joints; allowed: the problem's 3"),
+  const file::Results results = tests::sample_results(6);
+  const std::string text = file::solution_text(results);
+  EXPECT_EQ(refusal(text, joints_of(results)), "");
+  EXPECT_NE(refusal(text, balls(3)).find("/problem/joints: found 2 joints; allowed: the problem's 3"),
             std::string::npos);
+  file::Joints other = joints_of(results);
+  other[1].name = "fin";
+  EXPECT_NE(refusal(text, other).find("/problem/joints/1: found the ball joint \"" + results.problem.joints[1].name),
+            std::string::npos)
+      << refusal(text, other);
+  other = joints_of(results);
+  other[0].kind = model::JointKind::hinge;
+  EXPECT_NE(refusal(text, other).find("allowed: the problem's hinge joint"), std::string::npos) << refusal(text, other);
 }
 
 TEST(ControlsFile, a_missing_file_is_a_failure_of_reading) {
-  EXPECT_THROW(file::read_controls("/no/such/file.csv", 1), file::IoError);
+  EXPECT_THROW(file::read_controls("/no/such/file.csv", balls(1)), file::IoError);
 }
 
 }  // namespace
