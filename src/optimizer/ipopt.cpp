@@ -177,7 +177,6 @@ void set_options(Ipopt::OptionsList& list, const Program& program, const Options
   }
   // a Hessian shifted further than this leads nowhere, and its multipliers ruin the factorisation's pivots
   list.SetNumericValue("max_hessian_perturbation", 1e7);
-  list.SetNumericValue("first_hessian_perturbation", options.first_regularization);
   if (!program.has_hessian()) list.SetStringValue("hessian_approximation", "limited-memory");
   if (!warm) return;
   list.SetStringValue("warm_start_init_point", "yes");

@@ -15,7 +15,6 @@ struct Options {
   int max_iterations = 500;
   int patience = 1;  // so many times as many, as long as the cost goes on falling; of StageNewton
   double time_limit = std::numeric_limits<double>::infinity();  // s, wall clock
-  double first_regularization = 1e-4;                           // first shift of the Hessian where its inertia is wrong
   bool near_solution = false;         // the start is close: cheap pivoting in the factorisation will do
   std::function<bool()> interrupted;  // asked once an iteration; may be empty
 };
