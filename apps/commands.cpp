@@ -77,6 +77,28 @@ std::optional<maneuver::Scheme> scheme_named(const std::string& name) {
       "--scheme", "found \"" + name + "\"; allowed: paper, trapezoid, midpoint, order4, order6; choose one of them");
 }
 
+// Says where a cubic swings beyond its rows.
+void choose_interpolation(const std::string& asked, file::ControlSamples& samples) {
+  constexpr double worth_telling = 1.1;
+  if (samples.source != file::ControlSource::table) {
+    if (!asked.empty())
+      throw model::InputError("--interpolation",
+                              "found moments of a solution, which run between their nodes as they were found; allowed: "
+                              "with a CSV table; leave it out");
+    return;
+  }
+  if (asked == "linear") {
+    samples.source = file::ControlSource::lines;
+    return;
+  }
+  const file::Reach reach = file::reach_of_table(samples);
+  if (asked.empty() && reach.between > worth_telling * reach.rows)
+    fmt::print(stderr,
+               "lamprey: the cubic through the rows of moments reaches {} N m between them, the rows {} N m at most; "
+               "--interpolation linear keeps to them\n",
+               report::number(reach.between, 3), report::number(reach.rows, 3));
+}
+
 }  // namespace
 
 int solve(const SolveArguments& arguments) {
@@ -113,6 +135,7 @@ int simulate(const SimulateArguments& arguments) {
   if (!arguments.controls.empty()) {
     options.controls_path = arguments.controls;
     options.controls = file::read_controls(arguments.controls, problem_file.problem.swimmer.joints);
+    choose_interpolation(arguments.interpolation, *options.controls);
   }
   if (!arguments.feedback.empty()) {
     options.followed = file::read_solution(arguments.feedback);
@@ -141,6 +164,18 @@ int check(const std::string& problem) {
 
 std::string found_or_nothing(double value) { return std::isnan(value) ? "not found" : report::number(value, 3); }
 
+std::string verdict_word(const std::optional<certificate::Verdict>& verdict) {
+  return verdict ? "\"" + std::string(file::word(*verdict)) + "\"" : "not found";
+}
+
+// Which rows fail their marks, beside a verdict that does not depend on them.
+std::string failed_rows(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+  std::string names;
+  for (const report::CertificateRow& row : report::certificate_rows(proof, problem))
+    if (row.holds && !*row.holds) names += (names.empty() ? "" : "; ") + row.name;
+  return names;
+}
+
 int verify(const std::string& folder) {
   const Results stored = file::read_solution(folder);
   const Results results = file::certified(stored);
@@ -148,15 +183,24 @@ int verify(const std::string& folder) {
   const Status claimed = stored.solution.status;
   fmt::print("{}\n  recomputed from {}/solution.json\n", results.name, folder);
   print_certificate(proof, results.problem);
-  if (proof.verdict) fmt::print("  Verdict: {}.\n", file::word(*proof.verdict));
-  const bool holds = claimed != Status::optimal || results.solution.status == Status::optimal;
+  const std::string failed = failed_rows(proof, results.problem);
+  if (proof.verdict)
+    fmt::print("  Verdict: {}{}.\n", file::word(*proof.verdict),
+               failed.empty() || *proof.verdict == certificate::Verdict::not_optimal
+                   ? ""
+                   : ", but beyond the mark: " + failed);
+  const bool judged = claimed == Status::optimal || claimed == Status::simulated;
+  const bool holds = !judged || results.solution.status == claimed;
   fmt::print("  {}\n",
              holds ? "The stored status holds." : "The stored status does not hold: " + results.solution.message);
   const auto claims = stored.certificate ? certificate::false_claims(*stored.certificate, proof)
                                          : std::vector<certificate::FalseClaim>();
-  for (const certificate::FalseClaim& claim : claims)
+  for (const certificate::FalseClaim& claim : claims) {
+    const bool verdict = claim.field == "verdict";
     fmt::print("  The stored certificate does not hold: {} is {}, it says {}.\n", claim.field,
-               found_or_nothing(claim.found), report::number(claim.stored, 3));
+               verdict ? verdict_word(proof.verdict) : found_or_nothing(claim.found),
+               verdict ? verdict_word(stored.certificate->verdict) : report::number(claim.stored, 3));
+  }
   return holds && claims.empty() ? exit_code(claimed) : no_optimal_solution;
 }
 

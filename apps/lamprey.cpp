@@ -77,6 +77,12 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
       "--controls", arguments.simulate.controls,
       "solution.json, or CSV: t, then 3 columns for each joint: N m on the parent, in the parent's frame with "
       "the joint at its zero angle; what the joint cannot exert is left out");
+  simulate
+      ->add_option(
+          "--interpolation", arguments.simulate.interpolation,
+          "linear | cubic (default) between the rows of a CSV: a cubic (not-a-knot) swings beyond rows that jump")
+      ->check(CLI::IsMember({"linear", "cubic"}))
+      ->needs(controls);
   CLI::Option* scheme = simulate->add_option("--scheme", arguments.simulate.scheme,
                                              "paper | trapezoid | midpoint | order4 | order6 instead of the file's");
   CLI::Option* adaptive =

@@ -5,6 +5,7 @@ usage: check_docs.py [repository]
  - relative links of README, CHANGELOG, CONTRIBUTING and docs/ lead to files, and their #anchors to headings;
  - problem files named in them (examples/NAME.toml) exist, and so do tests and the commands of ./dev;
  - equations of docs/theory have one number each, in order, and every number cited in docs or sources is one of them;
+ - every key that the problem file's reader knows stands in docs/problem-file.md;
  - README's table of rooms states the arrows that tools/check_layers.py enforces.
 Exit 0 when clean; otherwise one line for each fault, and exit 1.
 """
@@ -51,6 +52,19 @@ def broken_links(path, text):
             yield f"{path}: link to {target}: no such file"
         elif anchor and anchor not in anchors(file.read_text(encoding="utf-8")):
             yield f"{path}: link to {target}: no such heading"
+
+
+KNOWN_KEYS = re.compile(r"allow_only\(\s*\{(.*?)\}\s*\)", re.DOTALL)
+
+
+def undocumented_keys(root):
+    page = root / "docs" / "problem-file.md"
+    told = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`]*)`", page.read_text(encoding="utf-8")))))
+    for source in sorted((root / "src" / "file").glob("problem_*.cpp")):
+        for keys in KNOWN_KEYS.findall(source.read_text(encoding="utf-8")):
+            for key in re.findall(r'"(\w+)"', keys):
+                if key not in told:
+                    yield f"{page}: does not tell of the key {key}, which {source.name} reads"
 
 
 def missing_problems(root, path, text):
@@ -104,7 +118,7 @@ def main():
     assert list(broken_links(root / "made-up.md", made_up)) and list(missing_problems(root, "made-up", made_up))
     menu = re.findall(r"^  ([a-z-]+) ", subprocess.run([root / "dev"], capture_output=True, text=True, check=True).stdout, re.MULTILINE)
     tests = {pair for file in (root / "tests").rglob("*.cpp") for pair in TEST_DEFINED.findall(file.read_text(encoding="utf-8"))}
-    found = equation_faults(root) + room_faults(root)
+    found = equation_faults(root) + room_faults(root) + [*undocumented_keys(root)]
     paths = documents(root)
     for path in paths:
         text = path.read_text(encoding="utf-8")

@@ -203,7 +203,8 @@ void bind_results(nb::module_& module) {
       .def_prop_ro("search", said("search"), nb::sig("def search(self) -> dict[str, typing.Any] | None"),
                    "starts, solved, minima [{cost, count}].")
       .def_prop_ro("solver", said("solver"), nb::sig("def solver(self) -> dict[str, typing.Any] | None"),
-                   "name, iterations, evaluations, wall_seconds (of the search), total_wall_seconds (of the whole answer), history.")
+                   "name, iterations, evaluations, wall_seconds (of the search), total_wall_seconds (of the whole "
+                   "answer), history.")
       .def_prop_ro("feedback", &feedback, nb::sig("def feedback(self) -> dict[str, typing.Any] | None"),
                    "Gains about the motion: time (times,), gain (times, controls, states), control_coordinates, "
                    "state_coordinates.")

@@ -101,6 +101,11 @@ class Solver {
 
   Outcome solve(std::optional<int> max_iterations, std::optional<double> time_limit) {
     const std::unique_lock lock = taken();
+    if (max_iterations && *max_iterations < 0)
+      throw InputError("max_iterations",
+                       fmt::format("found {}; allowed: whole numbers from 0; choose one", *max_iterations));
+    if (time_limit && !(*time_limit > 0.0))
+      throw InputError("time_limit", fmt::format("found {}; allowed: a number > 0 (s); choose one", *time_limit));
     optimizer::Options options = study::Solver::newton_options();
     if (max_iterations) options.max_iterations = *max_iterations;
     if (time_limit) options.time_limit = *time_limit;
@@ -252,9 +257,10 @@ void bind_study(nb::module_& module) {
            "Newton steps from the last answer on; releases the GIL.\n\n"
            "The outcome says whether they arrived; unless they did the last answer stays. time_limit: s. Ctrl-C raises "
            "KeyboardInterrupt.")
-      .def_prop_ro("answered", &Solver::answered,
-                   "Whether the last answer belongs to the goal, start and duration that were set last: false from then "
-                   "on until a solve arrives, and after one that does not.")
+      .def_prop_ro(
+          "answered", &Solver::answered,
+          "Whether the last answer belongs to the goal, start and duration that were set last: false from then "
+          "on until a solve arrives, and after one that does not.")
       .def_prop_ro("path", &Solver::path, nb::sig("def path(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
                    "The last answer: time, position, rotation, control as in Solution.")
       .def_prop_ro(

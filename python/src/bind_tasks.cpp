@@ -66,6 +66,8 @@ int threads(const std::optional<int>& workers) {
 // Lines to a Python function, from any thread of this process. What it raises is told by Python, and nothing else.
 std::function<void(const std::string&)> told_to(const nb::object& progress) {
   if (progress.is_none()) return {};
+  if (!nb::isinstance<nb::callable>(progress))
+    throw nb::type_error("progress: found no function; allowed: a function of one line of text, or None");
   return [&progress, process = getpid()](const std::string& line) {
     if (getpid() != process) return;  // a forked worker has no Python
     const nb::gil_scoped_acquire lock;

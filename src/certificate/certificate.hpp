@@ -12,16 +12,18 @@ namespace lamprey::certificate {
 inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 
 /// Marks of an optimal answer; that of kkt is the problem's tolerance.
-inline constexpr double goal_mark = 1e-9;             // rad, m
-inline constexpr double rest_mark = 1e-9;             // of the scale
-inline constexpr double equation_mark = 1e-10;        // of the scale, or what round-off leaves
-inline constexpr double momentum_mark = 1e-11;        // of the scale, or what round-off leaves
-inline constexpr double start_mark = 1e-9;            // rad, m
-inline constexpr double control_mark = 1e-9;          // of the largest moment
-inline constexpr double time_mark = 1e-9;             // of the duration
-inline constexpr double velocity_mark = 1e-6;         // of the largest: round-off of short steps is in them
-inline constexpr double cost_mark = 1e-9;             // of the cost
-inline constexpr double limit_mark = 1e-7;            // rad, m, s, of the bound
+inline constexpr double goal_mark = 1e-9;       // rad, m
+inline constexpr double rest_mark = 1e-9;       // of the scale
+inline constexpr double equation_mark = 1e-10;  // of the scale, or what round-off leaves
+inline constexpr double momentum_mark = 1e-11;  // of the scale, or what round-off leaves
+inline constexpr double start_mark = 1e-9;      // rad, m
+inline constexpr double control_mark = 1e-9;    // of the largest moment
+inline constexpr double time_mark = 1e-9;       // of the duration
+inline constexpr double velocity_mark = 1e-6;   // of the largest: round-off of short steps is in them
+inline constexpr double cost_mark = 1e-9;       // of the cost
+inline constexpr double limit_mark = 1e-7;      // rad, m, s, of the bound
+inline constexpr double replay_mark = 1e-3;     // rad, at a window's end: what steps that resolve a motion miss by
+inline constexpr double feedback_mark = 1e-2;   // rad, at the end of the whole replay with feedback
 inline constexpr double complementarity_mark = 1e-6;  // of the cost over the duration; of the largest multiplier
 inline constexpr double curvature_mark = 1e-6;        // of the effort's own
 
@@ -56,6 +58,7 @@ struct Replay {
   double growth_rate = unset;              // 1/s of small perturbations
   double feedback_rotation_error = unset;  // rad, never restarted, with the stored gains; at the end
   double feedback_position_error = unset;  // m, likewise
+  double work = unset;  // J, ∫ Σ_j |u_j·ω_j| dt along the windows; where costs beside effort are asked for
 };
 
 struct GridCost {

@@ -125,7 +125,10 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.equation_residual = balance.equation_residual;
   const bool sought = problem.goal && solution.status != maneuver::Status::simulated;
   if (!motion.steps_known && sought) certify_stages(motion, options, balance.scale, proof);
-  if (!sought) return proof;
+  if (!sought) {
+    if (motion.steps_known) proof.velocity_error = velocity_error(motion, node_states(motion), balance.scale);
+    return proof;
+  }
 
   proof.iterates_momentum = iterates_momentum(solution.solver);
   proof.goal_error = goal_error(motion);

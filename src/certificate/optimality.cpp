@@ -25,11 +25,15 @@ constexpr int most_segments = 20;        // a growth of 1e20 over the whole is 1
 double difference(const StoredMotion& motion, const MatrixXd& moments) {
   Largest outside, largest;
   for (int k = 0; k <= motion.steps; ++k) {
+    // led joints exert what is along their axes, no more
+    const mechanics::Vectors exerted =
+        mechanics::applied_moments(motion.system, motion.solution.rotation[at(k)], motion.control[at(k)]);
     int column = 0;
     for (int j = 0; j < motion.system.joint_count(); ++j) {
       const auto& actuation = motion.system.joint(j).actuation;
       const int columns = static_cast<int>(actuation.cols());
       const Vector3d& u = motion.control[at(k)][at(j)];
+      outside.add((motion.solution.control[at(k)][at(j)] - exerted[at(j)]).norm());
       outside.add((u - actuation * moments.row(k).segment(column, columns).transpose()).norm());
       largest.add(u.norm());
       column += columns;

@@ -17,6 +17,7 @@ using integrator::ReferenceIntegrator;
 using integrator::ReferenceState;
 using integrator::State;
 
+constexpr int work_samples = 8;      // in a step
 constexpr int growth_samples = 200;  // over the duration
 
 using model::at;
@@ -92,6 +93,39 @@ bool carry(const Course& course, int from, int to, ReferenceIntegrator& integrat
   return true;
 }
 
+// W: Σ_j |u_j·ω_j|.
+double power(const Course& course, double time, const ReferenceState& state) {
+  const model::System& system = course.motion.system;
+  const mechanics::Vectors moments = mechanics::applied_moments(system, state.rotation, course.control(time));
+  const mechanics::Vectors velocities = mechanics::angular_velocities(system, state.rotation, state.velocity);
+  double sum = 0.0;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const model::Joint& joint = system.joint(j);
+    const Vector3d rate =
+        mechanics::child_to_parent(state.rotation, joint) * velocities[at(joint.child)] - velocities[at(joint.parent)];
+    sum += std::abs(moments[at(j)].dot(rate));
+  }
+  return sum;
+}
+
+// J, over each step from its stored state: what moments do between the nodes, too.
+double work(const Course& course, ReferenceIntegrator& integrator) {
+  const std::vector<double>& time = course.motion.solution.time;
+  double sum = 0.0;
+  for (int k = 0; k < course.motion.steps; ++k) {
+    *course.step = k;
+    ReferenceState state = reference_state(course.motion.system, course.states[at(k)]);
+    const double length = (time[at(k + 1)] - time[at(k)]) / work_samples;
+    for (int sample = 0; sample < work_samples; ++sample) {
+      const double t = time[at(k)] + sample * length;
+      sum += 0.5 * length * power(course, t, state);
+      if (!integrator.advance(t, t + length, state)) return unset;
+      sum += 0.5 * length * power(course, t + length, state);
+    }
+  }
+  return sum;
+}
+
 void replay_windows(const Course& course, int length, ReferenceIntegrator& integrator, Replay& result) {
   Largest rotation, position;
   const int steps = course.motion.steps;
@@ -124,6 +158,7 @@ Replay replayed(const Course& course, double window, double tolerance) {
   ReferenceIntegrator integrator(motion.system, course.control, tolerance);
   replay_windows(course, length, integrator, result);
   replay_whole(course, integrator, result);
+  if (motion.problem.cost_weights.any()) result.work = work(course, integrator);
   return result;
 }
 

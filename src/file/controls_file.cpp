@@ -12,6 +12,7 @@
 #include "file/toml_document.hpp"
 #include "file/words.hpp"
 #include "lie/so3.hpp"
+#include "maneuver/control_path.hpp"
 #include "model/input_error.hpp"
 #include "model/system.hpp"
 
@@ -213,6 +214,26 @@ ControlSamples parse_controls(const std::string& bytes, const std::string& path,
   if (first != std::string::npos && bytes[first] == '{')
     return controls_of_results(parse_solution(bytes, path), path, joints);
   return TableParser(path, joints.size()).parse(bytes);
+}
+
+Reach reach_of_table(const ControlSamples& samples) {
+  constexpr int looks = 8;  // from row to row
+  const auto rows = static_cast<Eigen::Index>(samples.time.size());
+  const auto joints = static_cast<Eigen::Index>(samples.control.front().size());
+  Eigen::MatrixXd values(3 * joints, rows);
+  for (Eigen::Index r = 0; r < rows; ++r)
+    for (Eigen::Index j = 0; j < joints; ++j)
+      values.col(r).segment<3>(3 * j) = samples.control[static_cast<std::size_t>(r)][static_cast<std::size_t>(j)];
+  const maneuver::ControlPath path(maneuver::Interpolation::not_a_knot_cubic,
+                                   Eigen::Map<const Eigen::VectorXd>(samples.time.data(), rows), values);
+  Reach reach{values.cwiseAbs().maxCoeff(), 0.0};
+  for (std::size_t r = 0; r + 1 < samples.time.size(); ++r)
+    for (int look = 0; look <= looks; ++look) {
+      const double share = static_cast<double>(look) / looks;
+      const double time = (1.0 - share) * samples.time[r] + share * samples.time[r + 1];
+      reach.between = std::max(reach.between, path.value(time).cwiseAbs().maxCoeff());
+    }
+  return reach;
 }
 
 ControlSamples read_controls(const std::string& path, const Joints& joints) {

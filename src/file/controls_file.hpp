@@ -16,7 +16,8 @@ enum class ControlSource {
   steps,   // nodes of a solution with control kind "steps": linear
   stages,  // stage nodes of a solution above order 2: in each step the polynomial through them
   spline,  // nodes of a solution with control kind "spline": natural cubic spline through `points` uniform points
-  table    // rows of a CSV table: not-a-knot cubic
+  table,   // rows of a CSV table: not-a-knot cubic
+  lines    // the same: linear
 };
 
 struct ControlSamples {
@@ -46,5 +47,11 @@ ControlSamples parse_controls(const std::string& bytes, const std::string& path,
 
 /// The moments of a motion that is already there.
 ControlSamples controls_of_results(const Results& results, const std::string& path, const Joints& joints);
+
+/// N m: how far a component of the rows' moments goes at most, and the curve between them.
+struct Reach {
+  double rows, between;
+};
+Reach reach_of_table(const ControlSamples& samples);
 
 }  // namespace lamprey::file

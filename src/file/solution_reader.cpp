@@ -308,6 +308,7 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
                      replay.at("whole_rotation_error").number_or_nan(),
                      replay.at("whole_position_error").number_or_nan(),
                      replay.at("growth_rate").number_or_nan()};
+    if (replay.has("work")) result.replay->work = replay.at("work").number_or_nan();
     if (replay.has("feedback_rotation_error")) {
       result.replay->feedback_rotation_error = replay.at("feedback_rotation_error").number_or_nan();
       result.replay->feedback_position_error = replay.at("feedback_position_error").number_or_nan();

@@ -255,6 +255,7 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
     inner.add("whole_rotation_error", json(replay->whole_rotation_error));
     inner.add("whole_position_error", json(replay->whole_position_error));
     inner.add("growth_rate", json(replay->growth_rate));
+    if (!std::isnan(replay->work)) inner.add("work", json(replay->work));
     inner.add("feedback_rotation_error", json(replay->feedback_rotation_error));
     inner.add("feedback_position_error", json(replay->feedback_position_error));
     text.add("replay", inner.finished());

@@ -211,7 +211,10 @@ Results certified(const Results& results) {
   if (results.certificate) again.certificate->refinement = results.certificate->refinement;
   again.solution.message.clear();  // no optimiser stopped here, and none says that it arrived
   if (again.solution.status == maneuver::Status::optimal) again.solution.status = maneuver::Status::feasible;
-  if (problem.goal) study::judge(problem, *again.certificate, again.solution);
+  if (again.solution.status == maneuver::Status::simulated)
+    study::judge_march(*again.certificate, again.solution);
+  else if (problem.goal)
+    study::judge(problem, *again.certificate, again.solution);
   return again;
 }
 

@@ -98,17 +98,6 @@ std::vector<Vector3d> cayley_between(const Rotations& from, const Rotations& to)
   return cayley;
 }
 
-// Led bodies follow their parents at the angles nearest to what they have.
-void fit_joints(const System& system, Rotations& R) {
-  for (int i : system.root_to_leaves()) {
-    const model::Body& body = system.body(i);
-    if (body.freedoms == 3) continue;
-    const model::Joint& joint = system.joint(body.joint);
-    const Vector3d angles = mechanics::joint_angles(joint, mechanics::child_to_parent(R, joint));
-    R[at(i)] = R[at(body.parent)] * mechanics::joint_rotation(joint, angles);
-  }
-}
-
 // Quaternions without jumps of sign, position and control of every node, one column each.
 MatrixXd stacked_nodes(const System& system, const NodePath& path) {
   const int bodies = system.body_count();
@@ -138,7 +127,7 @@ class NodeSplines {
     const VectorXd node = path_.value(fraction);
     Rotations R(at(system_.body_count()));
     for (int i = 0; i < system_.body_count(); ++i) R[at(i)] = lie::rotation_of_quaternion(node.segment<4>(4 * i));
-    fit_joints(system_, R);
+    fit_to_joints(system_, R);
     if (!fine.rotation.empty()) fine.cayley.push_back(cayley_between(fine.rotation.back(), R));
     fine.rotation.push_back(R);
     fine.position.push_back(node.segment<3>(4 * system_.body_count()));

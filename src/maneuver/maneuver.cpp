@@ -1,6 +1,7 @@
 #include "maneuver/maneuver.hpp"
 
 #include <Eigen/LU>
+#include <sstream>
 
 #include "lie/so3.hpp"
 #include "model/input_error.hpp"
@@ -9,8 +10,11 @@ namespace lamprey::maneuver {
 
 namespace {
 
+using model::at;
 using model::InputError;
 using model::System;
+
+constexpr double most_misfit = 0.1;  // rad, of a measured rotation beside its joint
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
@@ -56,9 +60,31 @@ integrator::State start_state(const System& system, const Start& start) {
   return integrator::state_of_velocity(system, rotation, start.position, velocity);
 }
 
+void fit_to_joints(const System& system, mechanics::Rotations& R) {
+  for (int i : system.root_to_leaves()) {
+    const model::Body& body = system.body(i);
+    if (body.freedoms == 3) continue;
+    const model::Joint& joint = system.joint(body.joint);
+    const Vector3d angles = mechanics::joint_angles(joint, mechanics::child_to_parent(R, joint));
+    R[at(i)] = R[at(body.parent)] * mechanics::joint_rotation(joint, angles);
+  }
+}
+
 integrator::State start_without_momentum(const System& system, const Start& start) {
-  mechanics::Rotations rotation;
-  for (const Vector3d& vector : start.rotation) rotation.push_back(lie::exp(vector));
+  mechanics::Rotations seen;
+  for (const Vector3d& vector : start.rotation) seen.push_back(lie::exp(vector));
+  mechanics::Rotations rotation = seen;
+  fit_to_joints(system, rotation);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const double off = lie::rotation_angle(seen[i].transpose() * rotation[i]);
+    if (off <= most_misfit) continue;
+    const model::Body& body = system.body(static_cast<int>(i));
+    std::ostringstream text;
+    text << "found " << body.name << " turned by " << off << " rad beside what joint " << system.joint(body.joint).name
+         << " allows; allowed: up to " << most_misfit
+         << " rad, as measurements have it; mend this rotation or its parent's";
+    throw InputError("start.rotation." + body.name, text.str());
+  }
   const auto momentum = [&](const std::vector<Vector3d>& angular_velocity, const Vector3d& linear_velocity) {
     const VectorXd velocity = mechanics::velocity_of_bodies(system, rotation, angular_velocity, linear_velocity);
     const integrator::State state = integrator::state_of_velocity(system, rotation, start.position, velocity);

@@ -38,8 +38,12 @@ struct Maneuver {
 /// Start state of a problem.
 integrator::State start_state(const model::System& system, const Start& start);
 
+/// Bodies that joints lead follow their parents at the angles nearest to what they have.
+void fit_to_joints(const model::System& system, mechanics::Rotations& rotation);
+
 /// Start state whose joints turn as in `start`, while the whole moves as total momentum zero demands: what is seen of a
-/// swimmer's shape and its rates, made to fit the law. The start's linear velocity says nothing.
+/// swimmer's shape and its rates, made to fit joints and law. The start's linear velocity says nothing.
+/// Throws model::InputError where a body is turned by more beside its joint than a measurement errs.
 integrator::State start_without_momentum(const model::System& system, const Start& start);
 
 /// Whether the whole has linear or angular momentum at the start.

@@ -75,7 +75,20 @@ int turned_out_of(const Maneuver& maneuver, const Vector3d& axis, const NodePath
   return -1;
 }
 
-// Whether a period shall end elsewhere than it began.
+// Whether the goal asks for the shape of the start.
+bool ends_in_first_shape(const Maneuver& maneuver) {
+  if (maneuver.periodic) return true;
+  const mechanics::Rotations& start = maneuver.start.rotation;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const auto &root = maneuver.end_rotation[0], &end = maneuver.end_rotation[i];
+    if (!root || !end) return false;
+    const Matrix3d first = start[0].transpose() * start[i], last = root->transpose() * *end;
+    if (lie::rotation_angle(first.transpose() * last) > same_pose) return false;
+  }
+  return true;
+}
+
+// Whether it shall end elsewhere than it began.
 bool asks_to_move(const System& system, const Maneuver& maneuver) {
   const auto& end = maneuver.end_rotation[0];
   if (end && lie::rotation_angle(maneuver.start.rotation[0].transpose() * *end) > same_pose) return true;
@@ -178,10 +191,10 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
 
 std::string out_of_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                          const NodePath& path) {
-  if (maneuver.periodic && coordinates.shape.cols() == 1 && asks_to_move(system, maneuver))
-    return "a single joint angle goes back the way it came, so that no period of it moves or turns the swimmer "
-           "(scallop "
-           "theorem); a second joint or axis would";
+  if (coordinates.shape.cols() == 1 && ends_in_first_shape(maneuver) && asks_to_move(system, maneuver))
+    return "a single joint angle goes back the way it came, so that where it ends in its first shape nothing has moved "
+           "or "
+           "turned (scallop theorem); a second joint or axis would change that";
   const MatrixXd turns = span_of_rows(coordinates.pose.topRows<3>().transpose(), reach_threshold);
   const MatrixXd shifts = span_of_rows(coordinates.pose.bottomRows<3>().transpose(), reach_threshold);
   if (turns.cols() > 1 && shifts.cols() == 3) return "";

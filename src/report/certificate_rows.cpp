@@ -20,9 +20,6 @@ using certificate::time_mark;
 using certificate::unset;
 using certificate::velocity_mark;
 
-constexpr double replay_mark = 1e-3;    // rad at a window's end
-constexpr double feedback_mark = 1e-2;  // rad at the end
-
 std::string with_unit(double value, const char* unit) {
   if (std::isnan(value) || *unit == '\0') return number(value, 3);
   return number(value, 3) + " " + unit;
@@ -119,7 +116,7 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
        "", std::nullopt,
        "The same with every direction moved that the joints leave free, where control_axes confine them. Below zero: "
        "moments out of these axes would lower the cost."},
-      held("Replay, rotation", replay.rotation_error, "rad", replay_mark,
+      held("Replay, rotation", replay.rotation_error, "rad", certificate::replay_mark,
            "The stored controls through another integrator of the continuous equations, restarted from the stored "
            "state at "
            "each window’s start: largest rotation error at a window’s end."),
@@ -129,10 +126,14 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
             "The same replay, never restarted. Unstable motions amplify any difference, so this is no fault of the "
             "solution."),
       shown("Whole replay, position", replay.whole_position_error, "m", "The same for the root’s position."),
-      held("Replay with feedback, rotation", replay.feedback_rotation_error, "rad", feedback_mark,
+      held("Replay with feedback, rotation", replay.feedback_rotation_error, "rad", certificate::feedback_mark,
            "The same replay, never restarted, with the stored gains: moments answer how far it is off the answer, as a "
            "vehicle’s would."),
       shown("Replay with feedback, position", replay.feedback_position_error, "m", "The same for the root’s position."),
+      shown(
+          "Work by the replay", replay.work, "J",
+          "What the joints do between the nodes, too, where costs beside effort are asked for: next to the work of the "
+          "nodes where the steps resolve it."),
       shown("Growth rate", replay.growth_rate, "1/s",
             "How fast small perturbations grow along the motion: as e to this rate × time."),
       shown("Cost at half the step", refinement.cost_half_step, "(N m)² s",

@@ -7,7 +7,10 @@
 #include <fmt/format.h>
 
 #include "file/model_table.hpp"
+#include "file/resolve.hpp"
 #include "file/words.hpp"
+#include "lie/so3.hpp"
+#include "mechanics/continuous.hpp"
 #include "report/wording.hpp"
 
 namespace lamprey::report {
@@ -106,6 +109,39 @@ bool without_motion(const file::Results& results) {
          results.certificate->equation_residual > results.certificate->equation_allowed();
 }
 
+namespace {
+
+// J, of a node.
+double energy_at(const model::System& system, const maneuver::Solution& solution, std::size_t node) {
+  const mechanics::Rotations& R = solution.rotation[node];
+  const Eigen::VectorXd velocity =
+      mechanics::velocity_of_bodies(system, R, solution.angular_velocity[node], R[0] * solution.linear_velocity[node]);
+  return mechanics::energy(system, R, velocity);
+}
+
+// Where a march went, and what became of its energy.
+void append_march(const file::Results& results, std::vector<std::pair<std::string, std::string>>& rows) {
+  const maneuver::Solution& solution = results.solution;
+  const std::size_t nodes = solution.time.size();
+  if (nodes < 2 || solution.angular_velocity.size() != nodes || solution.linear_velocity.size() != nodes) return;
+  rows.emplace_back("Displacement", vector(solution.position.back() - solution.position.front()) + " m");
+  rows.emplace_back("Turn of " + results.problem.bodies.front().name,
+                    vector(lie::log(solution.rotation.back()[0] * solution.rotation.front()[0].transpose())) +
+                        " rad, less than half a turn");
+  const model::System system(file::problem_of(results).swimmer);
+  const double first = energy_at(system, solution, 0);
+  double least = first, most = first;
+  for (std::size_t k = 1; k < nodes; ++k) {
+    const double energy = energy_at(system, solution, k);
+    least = std::min(least, energy);
+    most = std::max(most, energy);
+  }
+  rows.emplace_back("Energy", fmt::format("{} J at the start, {} J at the end, between {} and {} J", number(first),
+                                          number(energy_at(system, solution, nodes - 1)), number(least), number(most)));
+}
+
+}  // namespace
+
 std::string verdict(const file::Results& results) {
   std::string words = status_words(results.solution.status);
   if (results.solution.status == Status::optimal && results.certificate && results.certificate->verdict) {
@@ -114,6 +150,10 @@ std::string verdict(const file::Results& results) {
   }
   if (results.solution.status == Status::simulated || !results.certificate) return words;
   const Certificate& proof = *results.certificate;
+  if (results.solution.status == Status::optimal && proof.replay &&
+      !(proof.replay->rotation_error <= certificate::replay_mark))
+    words += fmt::format(" on steps too coarse to resolve it (replay off by {} rad)",
+                         number(proof.replay->rotation_error, 2));
   if (without_motion(results))
     return fmt::format(
         "{}: no motion was found, what is shown breaks the discrete equations by {} of the momentum’s scale", words,
@@ -151,11 +191,16 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
     if (problem.goal && problem.goal->periodic && moved->distance > 0.0)
       rows.emplace_back("Cost of transport", number(moved->work / moved->distance, 5) + " J/m");
   }
+  if (!sought) append_march(results, rows);
   rows.emplace_back("Duration", number(problem.duration) + " s");
   rows.emplace_back("Steps", fmt::format("{} of {} s", problem.steps, number(problem.time_step)));
   rows.emplace_back("Scheme", solution.marched_by.empty() ? scheme_name(problem.scheme) : solution.marched_by);
   if (solution.tracking) append_tracking(*solution.tracking, rows);
   if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solution.solver.name);
+  if (const maneuver::SearchRecord& search = solution.search; sought && search.starts > 1)
+    rows.emplace_back("First guesses", fmt::format("{}{}, {} arrived, at {} different minima", search.starts,
+                                                   search.hops > 0 ? fmt::format(" and {} hops", search.hops) : "",
+                                                   search.solved, search.minima.size()));
   if (sought && solution.solver.iterations > 0) {
     rows.emplace_back("Iterations",
                       fmt::format("{}, {} evaluations", solution.solver.iterations, solution.solver.evaluations));

@@ -25,6 +25,7 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
+constexpr double work_mark = 0.1;        // of the replay's
 constexpr double half_turn_mark = 1e-4;  // rad
 constexpr double small_motion = 1e-2;    // displacement over the largest distance of joints from parents' mass centres
 
@@ -196,9 +197,31 @@ std::string unresolved(const Problem& problem, const Answer& answer) {
   if (turn > 0.5 * M_PI) return "a body turns by " + number(turn, 3) + " rad in one of its steps";
   const auto& replay = answer.certificate.replay;
   if (!replay) return "it was not replayed";
-  if (!(replay->rotation_error <= replay_mark))
+  if (!(replay->rotation_error <= certificate::replay_mark))
     return "its replay misses by " + number(replay->rotation_error) + " rad";
   return "";
+}
+
+// Moments that come and go within a step do work that its nodes do not see. Empty where both agree.
+std::string unseen_work(const Answer& answer) {
+  const auto& parts = answer.solution.cost_parts;
+  const auto& replay = answer.certificate.replay;
+  if (!parts || !replay || !(std::abs(replay->work - parts->work) > work_mark * replay->work)) return "";
+  return " By its replay the joints do " + number(replay->work, 3) + " J of work, by the nodes that the cost counts " +
+         number(parts->work, 3) +
+         " J: moments change faster than these steps show, and costs of work, power and transport are not what they "
+         "seem. More weight on cost.effort makes moments smoother, more steps show them.";
+}
+
+// What of an optimal answer more steps would mend, as a sentence. Empty where its replays keep to their marks.
+std::string coarseness(const Problem& problem, const Answer& answer) {
+  std::string missed = unresolved(problem, answer);
+  const auto& replay = answer.certificate.replay;
+  if (missed.empty() && replay && replay->feedback_rotation_error > certificate::feedback_mark)
+    missed = "its replay with feedback ends " + number(replay->feedback_rotation_error) + " rad beside it";
+  if (missed.empty()) return "";
+  return " These steps do not resolve the motion: " + missed +
+         "; try [time] steps = " + std::to_string(2 * problem.steps) + " or more.";
 }
 
 // Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then resolved, then cheap.
@@ -283,13 +306,19 @@ void add_feedback(const model::System& system, const Problem& problem, Parts& pa
 }  // namespace
 
 void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
-  const std::string missing = unmet(problem, proof);
+  std::string missing = unmet(problem, proof);
+  const double duration = solution.time.empty() ? 0.0 : solution.time.back() - solution.time.front();
+  const bool beyond_bounds =
+      problem.duration.free && !solution.time.empty() &&
+      (duration > problem.duration.max * (1.0 + limit_mark) || duration < problem.duration.min * (1.0 - limit_mark));
+  if (!missing.empty() && beyond_bounds) missing += ", in " + number(duration, 3) + " s, beyond time.min and time.max";
   const std::string other = proof.equation_residual <= proof.equation_allowed() ? foreign(proof) : "";
   const bool multipliers_fit = !proof.limits || (proof.limits->complementarity <= complementarity_mark &&
                                                  proof.limits->negative <= complementarity_mark);
   const bool signs_fit = !proof.costs || proof.costs->signs <= complementarity_mark;
   const bool stationary = proof.kkt <= problem.search.tolerance && multipliers_fit && signs_fit;
-  const std::string stopped = solution.message.empty() ? "" : " The optimiser stopped: " + solution.message + ".";
+  const bool said = !solution.message.empty() && solution.message != "converged";
+  const std::string stopped = said ? " The optimiser stopped: " + solution.message + "." : "";
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
   if (!other.empty()) {
     if (!cut_short) solution.status = Status::stalled;
@@ -315,6 +344,20 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
     solution.message = "Not solved: " + missing + "." + stopped + where_it_ended(problem, solution) +
                        " What may help: " + advice(problem, proof, solution) + ".";
   }
+}
+
+void judge_march(const Certificate& proof, Solution& solution) {
+  const auto beyond = [](double error, double mark) { return error > mark; };  // NaN: not computed
+  std::string missing;
+  if (beyond(proof.equation_residual, proof.equation_allowed()))
+    missing = "the discrete equations are off by " + number(proof.equation_residual) + " of the momentum's scale";
+  else if (beyond(proof.momentum_drift, proof.momentum_allowed()))
+    missing = "total momentum changes by " + number(proof.momentum_drift) + " of its scale";
+  else if (beyond(proof.velocity_error, certificate::velocity_mark))
+    missing = "stored velocities or momenta are off by " + number(proof.velocity_error) + " of the largest";
+  if (missing.empty()) return;
+  solution.status = Status::stalled;
+  solution.message = "No march: " + missing + ".";
 }
 
 Answer answer(const model::System& system, const Problem& problem, const SolveOptions& options) {
@@ -365,6 +408,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
                                ", so these steps are too coarse for it.";
   }
   if (optimal) add_feedback(system, problem, parts, best);
+  if (optimal) best.solution.message += coarseness(problem, best) + unseen_work(best);
   parts.tell(best.solution);
   best.solution.solver.total_wall_seconds = parts.seconds();
   return best;

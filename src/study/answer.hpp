@@ -22,7 +22,8 @@ Answer answer(const model::System& system, const maneuver::Problem& problem, con
 /// KKT residual to hold, whatever the optimiser thought.
 void judge(const maneuver::Problem& problem, const certificate::Certificate& certificate, maneuver::Solution& solution);
 
-/// Mark of a resolved answer: windowed replay, rad.
-inline constexpr double replay_mark = 1e-3;
+/// The same of a simulated motion, which seeks no goal: status simulated where its numbers fit each other and the mechanics as
+/// far as the certificate can tell, else stalled with the reason as message.
+void judge_march(const certificate::Certificate& certificate, maneuver::Solution& solution);
 
 }  // namespace lamprey::study

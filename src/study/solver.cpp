@@ -19,6 +19,7 @@ using model::System;
 using optimizer::Termination;
 
 constexpr double asked_twice = 1e-6;         // rad or m, of conditions that follow from others
+constexpr double same_turn = 1e-10;          // rad
 constexpr double no_momentum = 1e-10;        // of what the start's bodies have
 constexpr double same_answer = 1e-6;         // relative difference of cost
 constexpr int most_polishing = 5;            // iterations at an answer
@@ -116,6 +117,12 @@ void Solver::set_start(const integrator::State& start) {
   const double scale = start.momentum.lpNorm<Eigen::Infinity>();
   if (std::max(total.linear.lpNorm<Eigen::Infinity>(), total.angular.lpNorm<Eigen::Infinity>()) > no_momentum * scale)
     throw InputError("start", "found total momentum, which joint moments cannot change; give a start without");
+  mechanics::Rotations fitting = start.rotation;
+  maneuver::fit_to_joints(system_, fitting);
+  for (std::size_t i = 0; i < fitting.size(); ++i)
+    if (!(lie::rotation_angle(fitting[i].transpose() * start.rotation[i]) <= same_turn))
+      throw InputError("start.rotation." + system_.body(static_cast<int>(i)).name,
+                       "found a rotation beside what its joint allows; make the state by start_without_momentum");
   Maneuver moved = maneuver_;
   moved.start = start;
   moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);

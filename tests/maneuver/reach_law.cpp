@@ -101,6 +101,15 @@ TEST(Reach, of_one_joint_angle_ends_where_its_period_began) {
   EXPECT_NE(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none).find("scallop"), std::string::npos);
   EXPECT_NE(out_of_reach(problem, none, none, {0.0, 0.0, 0.1}).find("scallop"), std::string::npos);
   EXPECT_EQ(out_of_reach(problem, none, none, none), "");
+  problem.goal->periodic = false;
+  problem.goal->rest = true;
+  EXPECT_NE(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none).find("scallop"), std::string::npos);
+  EXPECT_NE(out_of_reach(problem, none, none, {0.0, 0.0, 0.1}).find("scallop"), std::string::npos);
+  problem.goal->rotation["front"] = Eigen::Vector3d(0.0, 0.0, 0.3);
+  EXPECT_EQ(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none), "") << "another shape";
+  problem.goal->rotation.clear();
+  problem.goal->periodic = true;
+  problem.goal->rest = false;
   problem.swimmer.joints[0].control_axes.reset();
   EXPECT_EQ(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none), "") << "three angles";
 }

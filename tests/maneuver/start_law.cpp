@@ -4,6 +4,7 @@
 #include "chains.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/maneuver.hpp"
+#include "model/input_error.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -53,6 +54,47 @@ TEST(StartWithoutMomentum, leaves_a_start_alone_that_has_none) {
       mechanics::angular_velocities(system, once.rotation, integrator::velocity_of_state(system, once));
   const integrator::State twice = maneuver::start_without_momentum(system, again);
   EXPECT_LT((twice.momentum - once.momentum).norm(), tolerance(1e-13) * once.momentum.norm());
+}
+
+// What a camera sees fits no hinge to the last digit.
+TEST(StartWithoutMomentum, makes_measured_rotations_fit_their_joints) {
+  Random random(11);
+  for (int trial = 0; trial < 20; ++trial) {
+    model::SwimmerDescription swimmer = random_swimmer(random, 5);
+    const model::System system(swimmer);
+    const mechanics::Rotations fitting = random_rotations(random, system);
+    for (const double noise : {0.0, 1e-9, 1e-3}) {
+      maneuver::Start start;
+      for (const Eigen::Matrix3d& R : fitting)
+        start.rotation.push_back(lie::log(R * lie::exp(noise * random.vector().normalized())));
+      start.angular_velocity.assign(fitting.size(), Vector3d::Zero());
+      const integrator::State state = maneuver::start_without_momentum(system, start);
+      mechanics::Rotations again = state.rotation;
+      maneuver::fit_to_joints(system, again);
+      EXPECT_EQ(lie::log(state.rotation[0]), lie::log(lie::exp(start.rotation[0]))) << "the root is taken as seen";
+      for (std::size_t i = 0; i < fitting.size(); ++i) {
+        EXPECT_LE((again[i] - state.rotation[i]).norm(), tolerance(1e-13));
+        EXPECT_LE(lie::rotation_angle(fitting[i].transpose() * state.rotation[i]), 20.0 * noise + tolerance(1e-12));
+      }
+    }
+  }
+}
+
+TEST(StartWithoutMomentum, refuses_bodies_that_no_measurement_explains) {
+  model::SwimmerDescription swimmer = paper_chain();
+  swimmer.joints[1].kind = model::JointKind::hinge;
+  swimmer.joints[1].axis = Vector3d(0, 0, 1);
+  const model::System system(swimmer);
+  maneuver::Start start = tumbling();
+  start.rotation = {Vector3d::Zero(), Vector3d(0.4, 0.1, 0.2), Vector3d(0.0, 0.0, 0.5)};
+  EXPECT_NO_THROW(maneuver::start_without_momentum(system, start));
+  start.rotation[2] = Vector3d(0.3, 0.0, 0.5);
+  try {
+    maneuver::start_without_momentum(system, start);
+    FAIL();
+  } catch (const model::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("start.rotation.back"), std::string::npos) << error.what();
+  }
 }
 
 }  // namespace
