@@ -157,7 +157,7 @@ int simulate(const SimulateArguments& arguments) {
 int check(const std::string& problem) {
   const file::ProblemFile problem_file = file::read_problem_file(problem);
   const model::System system = file::system_of(problem_file);
-  file::require_start_within_limits(problem_file);
+  file::require_ends_within_limits(problem_file);
   fmt::print("{}", file::model_table(problem_file.problem, system));
   return done;
 }

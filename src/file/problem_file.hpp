@@ -36,8 +36,9 @@ enum class Purpose { simulate, solve, solve_with_ipopt };
 /// a goal that is missing. Everything that can be read can be marched.
 void require_supported(const ProblemFile& file, Purpose purpose);
 
-/// Throws model::InputError, with its place, where a maneuver's given start breaks one of its limits: no moment changes that.
+/// Throws model::InputError, with its place, where a maneuver's given start, or the end that its goal fixes, breaks one of its
+/// limits: no moment changes that.
 /// Needs start rotations of all bodies.
-void require_start_within_limits(const ProblemFile& file);
+void require_ends_within_limits(const ProblemFile& file);
 
 }  // namespace lamprey::file

@@ -112,29 +112,74 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
                          "effort and time alone", mend);
 }
 
-}  // namespace
+// One end of the motion.
+struct End {
+  const char* what;
+  const mechanics::Rotations& rotation;
+  const Eigen::Vector3d& position;
+  std::vector<bool> turned;  // [bodies] whose rotations are known
+  bool placed;               // whether the position is
+  const char* allowed;
+  // Whether a limit depends on nothing else.
+  bool shows(const model::System& system, const maneuver::LimitRow& row) const {
+    using Kind = maneuver::LimitRow::Kind;
+    if (row.joint >= 0) {
+      const model::Joint& joint = system.joint(row.joint);
+      return turned[model::at(joint.parent)] && turned[model::at(joint.child)];
+    }
+    const bool keeps_out = row.kind == Kind::sphere || row.kind == Kind::half_space;
+    return std::all_of(turned.begin(), turned.end(), [](bool known) { return known; }) && (placed || !keeps_out);
+  }
+};
 
-void require_start_within_limits(const ProblemFile& file) {
+void require_within_limits(const ProblemFile& file, const model::System& system, const End& end) {
   using Kind = maneuver::LimitRow::Kind;
   const maneuver::Problem& problem = file.problem;
-  if (!problem.goal || problem.start.free_shape) return;
-  const model::System system(problem.swimmer);
-  const integrator::State start = maneuver::start_state(system, problem.start);
   const Eigen::VectorXd still = Eigen::VectorXd::Zero(system.control_count());
-  const maneuver::LimitedNode node{start.rotation, start.rotation,      start.position,
-                                   still,          problem.time_step(), problem.duration.value};
+  const maneuver::LimitedNode node{end.rotation, end.rotation,        end.position,
+                                   still,        problem.time_step(), problem.duration.value};
   for (const maneuver::LimitRow& row : maneuver::limit_rows(system, problem)) {
     if (row.of_moments() || row.of_duration() || row.equality() || row.kind == Kind::speed) continue;
+    if (!end.shows(system, row)) continue;
     const double value = maneuver::limit_value(system, row, node, 1.0);
     if (value >= -start_breaks) continue;
     const bool listed = row.kind == Kind::sphere || row.kind == Kind::half_space;
     const std::string key = listed ? fmt::format("{}[{}]", row.key, row.component) : row.key;
     throw located(
-        model::InputError(key, fmt::format("found a start that breaks this limit by {:.3g} {}; allowed: a start within "
-                                           "the limits, or start.free_shape; widen the limit or change [start]",
-                                           row.excess(-value, problem.time_step()), row.unit_name())),
+        model::InputError(key, fmt::format("found a {} that breaks this limit by {:.3g} {}; allowed: {}", end.what,
+                                           row.excess(-value, problem.time_step()), row.unit_name(), end.allowed)),
         file);
   }
+}
+
+}  // namespace
+
+void require_ends_within_limits(const ProblemFile& file) {
+  const maneuver::Problem& problem = file.problem;
+  if (!problem.goal || problem.start.free_shape) return;
+  const model::System system(problem.swimmer);
+  const integrator::State start = maneuver::start_state(system, problem.start);
+  require_within_limits(file, system,
+                        {"start", start.rotation, start.position, std::vector<bool>(start.rotation.size(), true), true,
+                         "a start within the limits, or start.free_shape; widen the limit or change [start]"});
+  if (problem.goal->periodic) return;
+  const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, problem.steps);
+  mechanics::Rotations rotation = start.rotation;
+  std::vector<bool> turned;
+  for (std::size_t i = 0; i < rotation.size(); ++i) {
+    turned.push_back(maneuver.end_rotation[i].has_value());
+    if (turned[i]) rotation[i] = *maneuver.end_rotation[i];
+  }
+  Eigen::Vector3d position = start.position;
+  bool placed = true;
+  for (int c = 0; c < 3; ++c) {
+    const auto& end = maneuver.end_position[model::at(c)];
+    placed = placed && end;
+    if (end) position[c] = *end;
+  }
+  require_within_limits(
+      file, system,
+      {"goal", rotation, position, turned, placed, "a goal within the limits; widen the limit or change [goal]"});
 }
 
 void require_supported(const ProblemFile& file, Purpose purpose) {
@@ -147,7 +192,7 @@ void require_supported(const ProblemFile& file, Purpose purpose) {
     if (problem.control == maneuver::ControlKind::spline) require_supported_spline(problem.swimmer);
     require_supported_scheme(problem.scheme, transcribed);
     require_supported_maneuver(file.problem, transcribed);
-    require_start_within_limits(file);
+    require_ends_within_limits(file);
   } catch (const model::InputError& error) {
     throw located(error, file);
   }

@@ -164,8 +164,12 @@ std::string verdict(const file::Results& results) {
     parts.push_back(fmt::format("goal {} {} {}", missed ? "missed by" : "reached within", number(proof.goal_error, 2),
                                 goal_unit(results.problem)));
   }
-  if (results.solution.status == Status::infeasible)  // what else holds of it helps nobody
+  if (results.solution.status == Status::infeasible) {  // what else holds of it helps nobody
+    if (proof.limits && proof.limits->violation > certificate::limit_mark)
+      return fmt::format("{}: {} broken by {} at {} s", words, proof.limits->key, number(proof.limits->violation, 2),
+                         number(proof.limits->time, 3));
     return parts.empty() ? words : words + ": " + parts.front();
+  }
   const bool rests = results.problem.goal && results.problem.goal->rest;
   if (rests && !std::isnan(proof.rest_error))
     parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));

@@ -90,8 +90,9 @@ class NewtonMethod : public Method {
 
   // Few strokes or many, more than once each; the most promising are solved.
   std::vector<Found> solve_strokes() override {
-    const bool idle = reached_.coordinates.shape.cols() > system_.control_count();
-    if (idle || problem_.duration.free || !problem_.goal || problem_.goal->periodic) return {};
+    const Eigen::Index shape = reached_.coordinates.shape.cols();
+    const bool strokes_win = shape > 1 && shape <= system_.control_count();  // one angle wins nothing by strokes
+    if (!strokes_win || problem_.duration.free || !problem_.goal || problem_.goal->periodic) return {};
     std::vector<StrokesOnGrid> tries;
     for (int strokes : stroke_counts)
       for (const bool within_limits : {false, true})

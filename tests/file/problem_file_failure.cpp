@@ -182,7 +182,7 @@ TEST(StartBeyondALimit, is_told_at_the_limit_with_by_how_much_unless_shapes_are_
         std::tuple("sphere = [{ centre = [0.0, 0.0, 0.0], radius = 0.1 }]\n", "limits.sphere[0]", "m;"),
         std::tuple("half_space = [{ point = [0, 0, 0], normal = [0, 0, 1] }]\n", "limits.half_space[0]", "by 0.1 m")}) {
     try {
-      file::require_start_within_limits(parse_problem(bent_pair("", limits), "pair.toml"));
+      file::require_ends_within_limits(parse_problem(bent_pair("", limits), "pair.toml"));
       ADD_FAILURE() << limits << " was taken as kept";
     } catch (const InputError& error) {
       EXPECT_EQ(error.key, key) << error.what();
@@ -190,10 +190,36 @@ TEST(StartBeyondALimit, is_told_at_the_limit_with_by_how_much_unless_shapes_are_
       EXPECT_NE(error.message.find(fragment), std::string::npos) << error.what();
     }
     EXPECT_NO_THROW(
-        file::require_start_within_limits(parse_problem(bent_pair("free_shape = true\n", limits), "pair.toml")));
+        file::require_ends_within_limits(parse_problem(bent_pair("free_shape = true\n", limits), "pair.toml")));
   }
   EXPECT_NO_THROW(
-      file::require_start_within_limits(parse_problem(bent_pair("", "angle.neck = [-0.5, 0.5]\n"), "pair.toml")));
+      file::require_ends_within_limits(parse_problem(bent_pair("", "angle.neck = [-0.5, 0.5]\n"), "pair.toml")));
+}
+
+TEST(GoalBeyondALimit, is_told_at_the_limit_where_the_goal_fixes_what_it_limits) {
+  const auto problem = [](const std::string& goal, const std::string& limits) {
+    std::string text = bent_pair("", limits);
+    const std::string asked = "move = [0.1, \"free\", \"free\"]\nperiodic = true\n";
+    return parse_problem(text.replace(text.find(asked), asked.size(), goal), "pair.toml");
+  };
+  const std::string bent = "rotation.a = [0, 0, 0]\nrotation.b = [0.0, 0.0, 0.8]\n";
+  for (const auto& [goal, limits, key, fragment] :
+       {std::tuple(bent, "angle.neck = [-0.6, 0.6]\n", "limits.angle.neck",
+                   "found a goal that breaks this limit by 0.2 rad"),
+        std::tuple(bent + "move = [0.0, 0.0, 0.5]\n", "half_space = [{ point = [0, 0, 0.3], normal = [0, 0, -1] }]\n",
+                   "limits.half_space[0]", "found a goal")}) {
+    try {
+      file::require_ends_within_limits(problem(goal, limits));
+      ADD_FAILURE() << limits << " was taken as kept";
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.key, key) << error.what();
+      EXPECT_NE(error.message.find(fragment), std::string::npos) << error.what();
+    }
+  }
+  EXPECT_NO_THROW(file::require_ends_within_limits(problem(bent, "angle.neck = [-0.6, 0.9]\n")));
+  EXPECT_NO_THROW(
+      file::require_ends_within_limits(problem("rotation.b = [0.0, 0.0, 0.8]\n", "angle.neck = [-0.6, 0.6]\n")))
+      << "the joint's angle is free";
 }
 
 TEST(UnsupportedProblem, each_feature_is_refused_at_its_place_until_none_is_left) {
