@@ -226,12 +226,14 @@ bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
   return false;
 }
 
-// At a solution what a step gains drowns in round-off: it is taken wherever it keeps what is met.
+// At a solution what a step gains drowns in round-off: it is taken wherever it keeps what is met, or meets it better by far.
 void StageNewton::take_last_step(StageProgram& program, Outcome& outcome) {
-  const double cost = program.merit().cost;
+  const Merit here = program.merit();
   const Merit* there = program.try_step(step_, program.longest(step_));
   ++outcome.evaluations;
-  if (there && there->violation <= met && there->cost <= cost + last_rise * std::abs(cost)) program.accept();
+  if (!there || there->violation > met) return;
+  const bool nearer = there->violation < following * here.violation;
+  if (nearer || there->cost <= here.cost + last_rise * std::abs(here.cost)) program.accept();
 }
 
 // Where no step shows progress any more because what it gains drowns in round-off: a last one, without a shift.

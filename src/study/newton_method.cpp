@@ -8,6 +8,7 @@
 #include "integrator/scheme.hpp"
 #include "maneuver/composed_program.hpp"
 #include "maneuver/guess.hpp"
+#include "maneuver/passive_joints.hpp"
 #include "maneuver/reach.hpp"
 #include "maneuver/shape_program.hpp"
 #include "maneuver/strokes.hpp"
@@ -90,9 +91,8 @@ class NewtonMethod : public Method {
 
   // Few strokes or many, more than once each; the most promising are solved.
   std::vector<Found> solve_strokes() override {
-    const Eigen::Index shape = reached_.coordinates.shape.cols();
-    const bool strokes_win = shape > 1 && shape <= system_.control_count();  // one angle wins nothing by strokes
-    if (!strokes_win || problem_.duration.free || !problem_.goal || problem_.goal->periodic) return {};
+    const bool single = reached_.coordinates.shape.cols() == 1;  // which wins nothing by strokes
+    if (single || passive() || problem_.duration.free || !problem_.goal || problem_.goal->periodic) return {};
     std::vector<StrokesOnGrid> tries;
     for (int strokes : stroke_counts)
       for (const bool within_limits : {false, true})
@@ -220,10 +220,13 @@ class NewtonMethod : public Method {
     return found;
   }
 
+  // Whether some coordinates are moved by no moment.
+  bool passive() const { return reached_.coordinates.shape.cols() > system_.control_count(); }
+
   // Few steps may have led to turns that more steps do not show, or do not show turns that the motion takes.
   bool may_need_more_steps(const Found& found) const {
     if (found.converged() || found.outcome.termination == Termination::infeasible || budget_.stopped()) return false;
-    return found.path.rotation.empty() || largest_turn(found.path.rotation).angle > nearly_quarter_turn;
+    return passive() || found.path.rotation.empty() || largest_turn(found.path.rotation).angle > nearly_quarter_turn;
   }
 
   // From a first guess; effort and history of `before` go on.
@@ -231,7 +234,10 @@ class NewtonMethod : public Method {
     Found found;
     found.outcome = before;
     Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
-    solve(grid, maneuver::random_guess(system_, grid.maneuver, seed_of_start(problem_, start)), tolerance, found);
+    NodePath guess = maneuver::random_guess(system_, grid.maneuver, seed_of_start(problem_, start));
+    if (passive() && !problem_.goal->periodic)
+      guess = maneuver::with_passive_joints(system_, grid.maneuver, reached_.coordinates, guess).value_or(guess);
+    solve(grid, guess, tolerance, found);
     return found;
   }
 
