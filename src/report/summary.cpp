@@ -152,7 +152,7 @@ std::string verdict(const file::Results& results) {
   const Certificate& proof = *results.certificate;
   if (results.solution.status == Status::optimal && proof.replay &&
       !(proof.replay->rotation_error <= certificate::replay_mark))
-    words += fmt::format(" on steps too coarse to resolve it (replay off by {} rad)",
+    words += fmt::format(", on steps too coarse to resolve it (replay off by {} rad)",
                          number(proof.replay->rotation_error, 2));
   if (without_motion(results))
     return fmt::format(
