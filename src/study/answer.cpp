@@ -283,7 +283,6 @@ void add_curvature(const model::System& system, const Problem& problem, Parts& p
 void add_refinement(const Problem& problem, const CostOnGrid& cost_on_grid, Parts& parts, Answer& best) {
   const std::string part = "its cost on other grids";
   if (!parts.begins(part)) return;
-  parts.progress("on other grids");
   const certificate::Refinement refinement = refine_cost(problem, best.solution.cost, cost_on_grid);
   if (refinement.grids.size() < 3 && !parts.begins(part)) return;
   best.certificate.refinement = refinement;
@@ -398,7 +397,10 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   const bool optimal = best.solution.status == Status::optimal;
   if (optimal) add_curvature(system, problem, parts, best);
   if (optimal && candidates.cost_on_grid) {
-    const auto cost_on_grid = [&](int steps) { return candidates.cost_on_grid(chosen->candidate, steps); };
+    const auto cost_on_grid = [&](int steps) {
+      parts.progress("on a grid of " + std::to_string(steps) + " steps");
+      return candidates.cost_on_grid(chosen->candidate, steps);
+    };
     add_refinement(problem, cost_on_grid, parts, best);
   }
   for (const auto& [candidate, other] : found) {
