@@ -283,6 +283,7 @@ void add_curvature(const model::System& system, const Problem& problem, Parts& p
 void add_refinement(const Problem& problem, const CostOnGrid& cost_on_grid, Parts& parts, Answer& best) {
   const std::string part = "its cost on other grids";
   if (!parts.begins(part)) return;
+  parts.progress("on other grids");
   const certificate::Refinement refinement = refine_cost(problem, best.solution.cost, cost_on_grid);
   if (refinement.grids.size() < 3 && !parts.begins(part)) return;
   best.certificate.refinement = refinement;
