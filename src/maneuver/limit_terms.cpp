@@ -20,7 +20,7 @@ constexpr double answers_weight = 8.0;    // of the first, where an answer's mul
 constexpr double weight_growth = 8.0;     // where the error has not fallen
 constexpr double largest_weight = 1e7;    // of the first
 constexpr double settled = 1e-9;          // error of limits that no weight need bring nearer
-constexpr double heaviest = 1e4;          // of such, over the largest multiplier: round-off in the rows is 1e-11 of it
+constexpr double heaviest = 1e5;          // of such, over the largest multiplier: round-off in the rows is 1e-10 of it
 constexpr double enough_progress = 0.25;  // share of the error that may be left
 
 }  // namespace
