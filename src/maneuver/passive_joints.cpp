@@ -1,5 +1,7 @@
 #include "maneuver/passive_joints.hpp"
 
+#include <algorithm>
+
 #include "maneuver/moment_basis.hpp"
 #include "maneuver/row_space.hpp"
 

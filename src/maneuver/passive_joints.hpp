@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "maneuver/maneuver.hpp"
 #include "maneuver/node_path.hpp"
 #include "maneuver/shape_step.hpp"
 

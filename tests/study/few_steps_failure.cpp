@@ -21,7 +21,8 @@ TEST_P(FewSteps, end_with_a_status) {
   EXPECT_TRUE(steps != 1 || !optimal) << message;
   EXPECT_TRUE(steps != 8 || optimal) << message;
   EXPECT_EQ(optimal, answer.certificate.verdict != certificate::Verdict::not_optimal) << message;
-  EXPECT_NE(message.find(optimal ? "may be too few" : "missed by"), std::string::npos) << message;
+  const auto says = [&](const char* words) { return message.find(words) != std::string::npos; };
+  EXPECT_TRUE(optimal ? says("may be too few") : says("missed by") || says("no motion was found")) << message;
 }
 
 std::string name_of(const testing::TestParamInfo<std::tuple<const char*, int>>& info) {
