@@ -53,8 +53,8 @@ void compare(const Replay& stored, const Replay& found, Claims& claims) {
   error("whole_rotation_error", stored.whole_rotation_error, found.whole_rotation_error);
   error("whole_position_error", stored.whole_position_error, found.whole_position_error);
   error("feedback_rotation_error", stored.feedback_rotation_error, found.feedback_rotation_error);
-  claims.value("replay.work", stored.work, found.work);
   error("feedback_position_error", stored.feedback_position_error, found.feedback_position_error);
+  claims.value("replay.work", stored.work, found.work);
 }
 
 // How much a verdict says.

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <sstream>
 
 namespace lamprey::maneuver {
 
@@ -26,6 +27,13 @@ void read_turn(const System& system, const mechanics::Rotations& R, int i, Vecto
 }
 
 }  // namespace
+
+std::string in_words(double value) {
+  std::ostringstream text;
+  text.precision(3);
+  text << value;
+  return text.str();
+}
 
 std::vector<EndRow> stated_end_rows(const System& system, const Maneuver& maneuver,
                                     const std::vector<int>& unactuated) {

@@ -1,12 +1,16 @@
 // What a maneuver asks of its end, row by row, in the coordinates of its last shapes and the root's pose.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "maneuver/maneuver.hpp"
 #include "maneuver/shape_step.hpp"
 
 namespace lamprey::maneuver {
+
+/// A number as messages have it, three digits.
+std::string in_words(double value);
 
 /// One scalar condition at the end.
 struct EndRow {

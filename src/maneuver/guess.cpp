@@ -22,9 +22,6 @@ constexpr double same_place = 1e-12;  // rad, m
 
 using model::at;
 
-// Rises from 0 to 1 at rest at both ends.
-double blend(double s) { return s * s * s * (10.0 + s * (6.0 * s - 15.0)); }
-
 Matrix3d between(const Matrix3d& start, const Matrix3d& end, double s) {
   return start * lie::exp(blend(s) * lie::log(start.transpose() * end));
 }
@@ -146,6 +143,8 @@ NodePath on_grid(const NodeSplines& splines, int steps) {
 }
 
 }  // namespace
+
+double blend(double s) { return s * s * s * (10.0 + s * (6.0 * s - 15.0)); }
 
 NodePath swung(const System& system, const Maneuver& maneuver, const Swing& swing) {
   const JointPaths joints(system, maneuver, swing);

@@ -8,6 +8,9 @@
 
 namespace lamprey::maneuver {
 
+/// Rises from 0 to 1 as s does, at rest at both ends.
+double blend(double s);
+
 /// rad, of a joint from its way from start to end: a rotation vector of free joints, else by its angles; at a fraction of the
 /// duration.
 using Swing = std::function<Vector3d(int joint, double fraction)>;

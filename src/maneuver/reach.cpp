@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <sstream>
 
 #include "lie/so3.hpp"
 #include "maneuver/row_space.hpp"
@@ -22,13 +21,6 @@ constexpr double reach_threshold = 1e-7;
 constexpr double end_row_threshold = 1e-6;  // above what reach_threshold makes of round-off
 constexpr int window_steps = 6;
 constexpr double same_pose = 1e-9;  // rad; of the swimmer's size
-
-std::string in_words(double value) {
-  std::ostringstream text;
-  text.precision(3);
-  text << value;
-  return text.str();
-}
 
 // As people name it: the axis e_c or three numbers.
 std::string axis_in_words(const Vector3d& axis) {

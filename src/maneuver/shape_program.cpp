@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "algebra/tiles.hpp"
 #include "optimizer/small_dense.hpp"
@@ -23,13 +22,6 @@ constexpr double longest_stretch = 0.3;  // of the logarithm of the duration
 constexpr double trace_of_quarter_turn = 1.0;
 
 constexpr double worth_telling = 1e-7;  // rad, m, N m
-
-std::string in_words(double value) {
-  std::ostringstream text;
-  text.precision(3);
-  text << value;
-  return text.str();
-}
 
 }  // namespace
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "maneuver/guess.hpp"
@@ -29,9 +28,6 @@ constexpr double longest_change = 0.2;  // rad, of an amplitude in a round
 constexpr double difference = 1e-5;     // rad
 constexpr double arrived = 1e-6;        // rad, m
 constexpr double damping = 1e-3;        // of the largest sensitivity
-
-// Rises from 0 to 1 at rest at both ends.
-double blend(double s) { return s * s * s * (10.0 + s * (6.0 * s - 15.0)); }
 
 // x, but for what goes beyond a largest size.
 template <typename Vector>
@@ -146,13 +142,13 @@ StrokeLimits stroke_limits(const System& system, const Problem& problem, const M
   StrokeLimits result;
   for (const model::Joint& joint : system.joints()) {
     double swing = most_swing, velocity = limits.angular_velocity.value_or(most_amplitude * rate);
-    const auto take = [&](const std::map<std::string, double>& by_joint, double& smallest) {
+    const auto take = [&](const std::map<std::string, double>& by_joint, double share, double& smallest) {
       if (const auto found = by_joint.find(joint.name); found != by_joint.end())
-        smallest = std::min(smallest, within_limits * found->second);
+        smallest = std::min(smallest, share * found->second);
     };
-    take(limits.joint_angular_velocity, velocity);
-    take(limits.swing, swing);
-    take(limits.twist, swing);
+    take(limits.joint_angular_velocity, 1.0, velocity);
+    take(limits.swing, within_limits, swing);
+    take(limits.twist, within_limits, swing);
     if (const auto angle = limits.angle.find(joint.name); angle != limits.angle.end()) {
       const Matrix3d Q = mechanics::child_to_parent(maneuver.start.rotation, joint);
       const double start = mechanics::joint_angles(joint, Q)[0];

@@ -113,6 +113,18 @@ TEST(Strokes, keep_to_the_joints_limits) {
   EXPECT_LE(fastest, 3.0 * 1.3) << "but where strokes begin and end";
 }
 
+TEST(Strokes, are_limited_alike_by_a_rate_of_each_joint_and_of_all) {
+  maneuver::Problem all = rowing(0.3), each = all;
+  all.limits.angular_velocity = 2.0;
+  for (const model::JointDescription& joint : each.swimmer.joints) each.limits.joint_angular_velocity[joint.name] = 2.0;
+  const model::System system(all.swimmer);
+  const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, all, 100);
+  const maneuver::StrokeLimits one = maneuver::stroke_limits(system, all, maneuver, 10);
+  const maneuver::StrokeLimits other = maneuver::stroke_limits(system, each, maneuver, 10);
+  EXPECT_EQ(one.amplitude, other.amplitude);
+  EXPECT_LT(one.amplitude[0], 2.0 * 20.0 / (2.0 * std::numbers::pi * 10));
+}
+
 TEST(Strokes, are_the_same_for_the_same_seed) {
   const Rowed one = rowed(rowing(0.2), 4, false, 3), same = rowed(rowing(0.2), 4, false, 3),
               other = rowed(rowing(0.2), 4, false, 4);
