@@ -15,13 +15,22 @@ using model::at;
 using model::System;
 using optimizer::set_transposed;
 
-constexpr double first_weight = 30.0;     // of the cost over the duration
-constexpr double answers_weight = 8.0;    // of the first, where an answer's multipliers come without one
-constexpr double weight_growth = 8.0;     // where the error has not fallen
-constexpr double largest_weight = 1e7;    // of the first
-constexpr double settled = 1e-9;          // error of limits that no weight need bring nearer
-constexpr double heaviest = 1e5;          // of such, over the largest multiplier: round-off in the rows is 1e-10 of it
-constexpr double enough_progress = 0.25;  // share of the error that may be left
+constexpr double first_weight = 30.0;  // of the cost over the duration
+constexpr double first_level = 0.1;    // units of the rows
+constexpr double carried_level = 1e-5;
+constexpr double finest_level = 1e-9;
+constexpr double first_barrier = 0.03;  // of the cost over the duration
+constexpr double carried_barrier = 1e-4;
+constexpr double finest_barrier = 5e-8;
+constexpr double fall = 0.1;           // of level and barrier from search to search
+constexpr double largest_weight = 1e7; // of the first
+constexpr double reach = 0.3;          // units of the rows, up to which the barrier is felt
+constexpr double most_change = 0.95;   // of a slack that one step takes
+constexpr double farthest = 30.0;      // between multipliers and pulls
+constexpr double least_left = 0.05;    // of a multiplier after a step
+constexpr int most_rounds = 40;        // of Newton's method for a slack
+constexpr double of_slack = 4e-16;     // of it, what they leave
+constexpr double product_share = 1e-2; // of λ g over the cost, that counts as an error of the row
 
 }  // namespace
 
@@ -34,8 +43,12 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
       steps_(steps),
       duration_(duration),
       turns_(system, coordinates.shape) {
-  for (const LimitRow& row : rows_) before_ = before_ || row.kind == Kind::speed;
+  for (const LimitRow& row : rows_) {
+    before_ = before_ || row.kind == Kind::speed;
+    of_moments_ = of_moments_ || row.of_moments();
+  }
   multipliers_.value.setZero(static_cast<Eigen::Index>(rows_.size()), steps + 1);
+  estimate_ = pull_ = stiffness_ = change_ = multipliers_.value;
   if (rows_.empty()) return;
   const Eigen::Index f = shape_basis_.cols(), p = pose_basis_.cols(), bodies = body_coordinates(system);
   by_bodies_.resize(bodies);
@@ -46,6 +59,9 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
   turn_shape_.resize(3, f);
   mixed_.resize(p, f);
   angle_.resize(f);
+  const auto count = static_cast<Eigen::Index>(rows_.size());
+  slopes_.assign(at(steps + 1), MatrixXd::Zero(count, 2 * f + p + 1));
+  if (of_moments_) moment_slopes_.assign(at(steps + 1), MatrixXd::Zero(count, system.control_count()));
 }
 
 LimitModel LimitTerms::model_of_size() const {
@@ -55,17 +71,48 @@ LimitModel LimitTerms::model_of_size() const {
   return model;
 }
 
-// λ − weight g, what pulls the row up; 0 where a limit is kept and does not hold anything.
-double LimitTerms::pull(std::size_t row, int node, double value) const {
-  const double pull = multipliers_.value(static_cast<Eigen::Index>(row), node) - multipliers_.weight * value;
-  return rows_[row].equality() ? pull : std::max(pull, 0.0);
+// Equations 10.6 and 10.7: g − s = (λ − p)/w and p = μ (1 − s/c)²/s, μ the barrier, c its reach. Newton's method from a slack
+// that is too small: the equation is concave in it.
+LimitTerms::Hold LimitTerms::hold(std::size_t row, int node, double value) const {
+  const auto r = static_cast<Eigen::Index>(row);
+  const double w = multipliers_.weight, lambda = multipliers_.value(r, node);
+  if (rows_[row].equality()) return {0.0, lambda - w * value, w};
+  const double far = value - lambda / w;  // the slack of a row that does not pull
+  if (!(far < reach)) return {far, 0.0, 0.0};
+  const double least = far - 2.0 * barrier_ / (reach * w), root = std::hypot(least, 2.0 * std::sqrt(barrier_ / w));
+  double s = least > 0.0 ? 0.5 * (least + root) : 2.0 * barrier_ / (w * (root - least));
+  double pull = 0.0, bend = 0.0;
+  for (int round = 0;; ++round) {
+    const double x = std::min(s / reach, 1.0), rest = 1.0 - x;
+    pull = barrier_ * rest * rest / s;
+    bend = barrier_ * rest * (1.0 + x) / (s * s);
+    const double change = (far + pull / w - s) / (1.0 + bend / w);
+    if (round == most_rounds || !(std::abs(change) > of_slack * s)) break;
+    s += change;
+  }
+  return {s, pull, bend};
+}
+
+// And the stiffness, with the multiplier in place of the pull.
+LimitTerms::Hold LimitTerms::hold_in_model(std::size_t row, int node, double value) {
+  const auto r = static_cast<Eigen::Index>(row);
+  Hold held = hold(row, node, value);
+  if (!rows_[row].equality() && held.pull > 0.0) {
+    double& estimate = estimate_(r, node);
+    if (!(estimate > 0.0)) estimate = held.pull;
+    const double bend = held.stiffness * std::clamp(estimate / held.pull, 1.0 / farthest, farthest);
+    held.stiffness = bend / (1.0 + bend / multipliers_.weight);
+  }
+  pull_(r, node) = held.pull;
+  stiffness_(r, node) = held.stiffness;
+  return held;
 }
 
 void LimitTerms::measure(int node, const LimitedNode& node_at, Eigen::Ref<VectorXd> value) const {
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const auto index = static_cast<Eigen::Index>(r);
-    const double enough = multipliers_.value(index, node) / std::max(multipliers_.weight, 1e-300);
-    value[index] = applies(rows_[r], node) ? limit_value(system_, rows_[r], node_at, std::max(enough, 0.0))
+    const double enough = reach + std::max(multipliers_.value(index, node), 0.0) / std::max(multipliers_.weight, 1e-300);
+    value[index] = applies(rows_[r], node) ? limit_value(system_, rows_[r], node_at, enough)
                                            : std::numeric_limits<double>::infinity();
   }
 }
@@ -75,8 +122,14 @@ double LimitTerms::cost(int node, const Eigen::Ref<const VectorXd>& value) const
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     if (!applies(rows_[r], node)) continue;
     const auto index = static_cast<Eigen::Index>(r);
-    const double lambda = multipliers_.value(index, node), pulled = pull(r, node, value[index]);
-    sum += node_time(rows_[r], node) * 0.5 * (pulled * pulled - lambda * lambda) / multipliers_.weight;
+    const double lambda = multipliers_.value(index, node);
+    const Hold held = hold(r, node, value[index]);
+    double added = 0.5 * (held.pull * held.pull - lambda * lambda) / multipliers_.weight;
+    if (!rows_[r].equality() && held.slack < reach) {
+      const double x = held.slack / reach;
+      added -= barrier_ * (std::log(x) + (1.0 - x) * (1.5 - 0.5 * x));
+    }
+    sum += node_time(rows_[r], node) * added;
   }
   return sum;
 }
@@ -85,26 +138,25 @@ void LimitTerms::add_by_moments(int node, const LimitedNode& node_at, const Eige
                                 VectorXd& gradient, MatrixXd& hessian) {
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     if (!rows_[r].of_moments() || !applies(rows_[r], node)) continue;
-    const double pulled = pull(r, node, value[static_cast<Eigen::Index>(r)]);
-    if (pulled == 0.0) continue;
+    const Hold held = hold_in_model(r, node, value[static_cast<Eigen::Index>(r)]);
+    if (held.pull == 0.0) continue;
     torque_derivatives(system_, rows_[r], node_at.moment, slope_, bend_);
-    add_row(node_time(rows_[r], node), pulled, gradient, hessian);
+    moment_slopes_[at(node)].row(static_cast<Eigen::Index>(r)) = slope_.transpose();
+    add_row(node_time(rows_[r], node), held, gradient, hessian);
   }
 }
 
-// What a row's derivatives in slope_ and bend_ make of ½ weight (g − λ/weight)².
-void LimitTerms::add_row(double time, double pulled, VectorXd& gradient, MatrixXd& hessian) const {
-  algebra::add_multiple(-time * pulled, slope_, gradient);
-  algebra::add_multiple(-time * pulled, bend_, hessian);
-  algebra::add_product(time * multipliers_.weight, slope_, slope_.transpose(), hessian);
+// What a row's derivatives in slope_ and bend_ make of it.
+void LimitTerms::add_row(double time, const Hold& held, VectorXd& gradient, MatrixXd& hessian) const {
+  algebra::add_multiple(-time * held.pull, slope_, gradient);
+  algebra::add_multiple(-time * held.pull, bend_, hessian);
+  algebra::add_product(time * held.stiffness, slope_, slope_.transpose(), hessian);
 }
 
 void LimitTerms::model(int node, const LimitedNode& node_at, const Eigen::Ref<const VectorXd>& value,
                        LimitModel& model) {
   add_rows(node, node_at, value, model);
   if (!model.any) return;
-  map_bodies(node_at);
-  set_transposed(map_, transposed_);
   bent_.setZero();
   optimizer::add_product(1.0, bend_bodies_, map_, bent_);
   optimizer::add_product(1.0, transposed_, bent_, model.Q);
@@ -123,9 +175,11 @@ void LimitTerms::add_rows(int node, const LimitedNode& node_at, const Eigen::Ref
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const LimitRow& row = rows_[r];
     if (row.of_moments() || !applies(row, node)) continue;
-    const double pulled = pull(r, node, value[static_cast<Eigen::Index>(r)]);
-    if (pulled == 0.0) continue;
+    const Hold held = hold_in_model(r, node, value[static_cast<Eigen::Index>(r)]);
+    if (held.pull == 0.0) continue;
     if (!model.any) {
+      map_bodies(node_at);
+      set_transposed(map_, transposed_);
       model.any = true;
       model.q.setZero();
       model.Q.setZero();
@@ -133,15 +187,19 @@ void LimitTerms::add_rows(int node, const LimitedNode& node_at, const Eigen::Ref
       bend_bodies_.setZero();
     }
     const double time = node_time(row, node);
+    auto slope = slopes_[at(node)].row(static_cast<Eigen::Index>(r));
     if (row.kind == Kind::angle_above || row.kind == Kind::angle_below) {
       angle_ = shape_basis_.row(shape_offset(system_.body(system_.joint(row.joint).child))).transpose();
       angle_ *= (row.kind == Kind::angle_above ? 1.0 : -1.0) / row.unit;
-      algebra::add_multiple(-time * pulled, angle_, model.q.segment(f, f));
-      algebra::add_product(time * multipliers_.weight, angle_, angle_.transpose(), model.Q.block(f, f, f, f));
+      algebra::add_multiple(-time * held.pull, angle_, model.q.segment(f, f));
+      algebra::add_product(time * held.stiffness, angle_, angle_.transpose(), model.Q.block(f, f, f, f));
+      slope.setZero();
+      slope.segment(f, f) = angle_.transpose();
       continue;
     }
     limit_derivatives(system_, row, node_at, slope_, bend_);
-    add_row(time, pulled, by_bodies_, bend_bodies_);
+    add_row(time, held, by_bodies_, bend_bodies_);
+    slope.noalias() = (transposed_ * slope_).transpose();
   }
 }
 
@@ -175,41 +233,101 @@ void LimitTerms::add_curvatures(const LimitedNode& node_at, LimitModel& model) {
     turns_.add_curvature(node_at.rotation_before, by_bodies_.segment(turns + 3, turns), model.Q.topLeftCorner(f, f));
 }
 
+void LimitTerms::foresee(int node, const Eigen::Ref<const VectorXd>& state, const Eigen::Ref<const VectorXd>& moments) {
+  const Eigen::Index size = std::min<Eigen::Index>(state.size(), map_.cols());
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const auto row = static_cast<Eigen::Index>(r);
+    double& change = change_(row, node);
+    change = 0.0;
+    if (stiffness_(row, node) == 0.0) continue;
+    if (rows_[r].of_moments())
+      change = moment_slopes_[at(node)].row(row).dot(moments.transpose());
+    else
+      change = slopes_[at(node)].row(row).head(size).dot(state.head(size).transpose());
+  }
+}
+
+double LimitTerms::share_within(const MatrixXd& value) const {
+  double share = 1.0;
+  for (Eigen::Index k = 0; k <= steps_; ++k)
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      const auto row = static_cast<Eigen::Index>(r);
+      if (rows_[r].equality() || !(change_(row, k) < 0.0)) continue;
+      const double room = most_change * (std::max(value(row, k), 0.0) + pull_(row, k) / multipliers_.weight);
+      if (-share * change_(row, k) > room) share = -room / change_(row, k);
+    }
+  return share;
+}
+
+void LimitTerms::follow(double share) {
+  for (Eigen::Index k = 0; k <= steps_; ++k)
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      const auto row = static_cast<Eigen::Index>(r);
+      if (rows_[r].equality()) continue;
+      double& estimate = estimate_(row, k);
+      const double next = pull_(row, k) - stiffness_(row, k) * change_(row, k);
+      estimate = std::max(estimate + share * (next - estimate), least_left * estimate);
+    }
+}
+
 LimitError LimitTerms::error(const MatrixXd& value) const {
   LimitError worst;
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       if (!applies(rows_[r], k)) continue;
-      const double g = value(static_cast<Eigen::Index>(r), k);
-      const double held = multipliers_.value(static_cast<Eigen::Index>(r), k) / std::max(multipliers_.weight, 1e-300);
-      const double error = std::abs(rows_[r].equality() ? g : std::min(g, held));
+      const auto row = static_cast<Eigen::Index>(r);
+      const double g = value(row, k);
+      double error = rows_[r].equality() ? std::abs(g) : -g;
+      if (!rows_[r].equality() && estimate_(row, k) > 0.0)
+        error = std::max(error, product_share * estimate_(row, k) * g / base_);
       if (error > worst.value || worst.row < 0) worst = {error, static_cast<int>(r), k};
     }
   return worst;
 }
 
-bool LimitTerms::renew(const MatrixXd& value, bool heavier) {
-  const double error = this->error(value).value;
+void LimitTerms::set_level(double level, double barrier) {
+  level_ = level;
+  barrier_ = barrier;
+  const double largest = multipliers_.value.lpNorm<Eigen::Infinity>();
+  multipliers_.weight = std::max(largest, first_weight * first_level * base_) / level;
+  if (getenv("LAMPREY_TRACE"))
+    fprintf(stderr, "   level %.2e weight %.2e barrier %.2e base %.2e largest %.2e\n", level, multipliers_.weight, barrier_, base_, largest);
+}
+
+void LimitTerms::renew(const MatrixXd& value) {
   for (int k = 0; k <= steps_; ++k)
-    for (std::size_t r = 0; r < rows_.size(); ++r)
-      if (applies(rows_[r], k))
-        multipliers_.value(static_cast<Eigen::Index>(r), k) = pull(r, k, value(static_cast<Eigen::Index>(r), k));
-  if (heavier && last_error_ > 0.0 && error > enough_progress * last_error_)
-    multipliers_.weight = std::min(weight_growth * multipliers_.weight, multipliers_.largest_weight);
-  last_error_ = error;
-  const double first = multipliers_.largest_weight / largest_weight;
-  const double enough = std::max(first, heaviest * multipliers_.value.lpNorm<Eigen::Infinity>());
-  if (error > settled || multipliers_.weight <= enough) return false;
-  multipliers_.weight = enough;
-  return true;
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      const auto row = static_cast<Eigen::Index>(r);
+      if (!applies(rows_[r], k)) continue;
+      multipliers_.value(row, k) = rows_[r].equality() ? hold(r, k, value(row, k)).pull : estimate_(row, k);
+    }
+  set_level(std::max(finest_level, fall * level_), std::max(finest_barrier * base_, fall * barrier_));
+}
+
+// Where multipliers were carried from another grid, what they and the rows have to do with the cost says how near the point is.
+void LimitTerms::begin(const MatrixXd& value) {
+  estimate_ = multipliers_.value;
+  if (!carried_) return set_level(first_level, first_barrier * base_);
+  double open = 0.0, product = 0.0;
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      const auto row = static_cast<Eigen::Index>(r);
+      if (!applies(rows_[r], k)) continue;
+      const double g = value(row, k);
+      open = std::max(open, rows_[r].equality() ? std::abs(g) : -g);
+      if (!rows_[r].equality() && multipliers_.value(row, k) > 0.0)
+        product += node_time(rows_[r], k) * multipliers_.value(row, k) * std::abs(g) / duration_;
+    }
+  const double barrier = std::clamp(product, carried_barrier * base_, first_barrier * base_);
+  set_level(std::clamp(std::max(open, carried_level * barrier / (carried_barrier * base_)), carried_level, first_level), barrier);
 }
 
 void LimitTerms::take(const LimitMultipliers& from, double cost) {
-  last_error_ = 0.0;
   multipliers_.value.setZero();
-  const double first = first_weight * cost / duration_;
-  multipliers_.weight = from.weight > 0.0 ? from.weight : (from.value.size() > 0 ? answers_weight * first : first);
-  multipliers_.largest_weight = from.weight > 0.0 ? from.largest_weight : largest_weight * first;
+  carried_ = from.weight > 0.0;
+  base_ = carried_ ? from.largest_weight / (largest_weight * first_weight) : cost / duration_;
+  multipliers_.largest_weight = largest_weight * first_weight * base_;
+  set_level(first_level, first_barrier * base_);
   const auto coarse = static_cast<int>(from.value.cols()) - 1;
   if (coarse < 1) return;
   for (int k = 0; k <= steps_; ++k) {

@@ -1,5 +1,6 @@
-// Limits and waypoints as terms of the cost: an augmented Lagrangian with a multiplier for each row and node, so that the
-// search stays one over free shapes (equations 10.5 to 10.7).
+// Limits and waypoints as terms of the cost, so that the search stays one over free shapes: limits by a barrier on slacks that an
+// augmented Lagrangian ties to them, whose multipliers are unknowns of Newton's method of their own; waypoints by the augmented
+// Lagrangian alone (equations 10.5 to 10.7).
 #pragma once
 
 #include <optional>
@@ -13,7 +14,7 @@ namespace lamprey::maneuver {
 
 /// Where the worst of the limits stands.
 struct LimitError {
-  double value = 0.0;  // largest |min(g, λ/weight)|, of equalities |g|; in units of the rows
+  double value = 0.0;  // largest −g, of equalities |g|, in units of the rows; or what λ g has to do with the cost
   int row = -1;
   int node = -1;
 };
@@ -21,7 +22,7 @@ struct LimitError {
 /// Multipliers between searches: a density in time for limits, a number for waypoints.
 struct LimitMultipliers {
   MatrixXd value;       // [rows][N + 1] (N m)², waypoints (N m)² s; not negative but for waypoints
-  double weight = 0.0;  // the same: of ½ g² where a row is violated; 0: not chosen yet
+  double weight = 0.0;  // the same: of ½ (g − slack)², of waypoints ½ g²; 0: not chosen yet
   double largest_weight = 0.0;
 };
 
@@ -43,6 +44,7 @@ class LimitTerms {
   void take_duration(double duration) { duration_ = duration; }
 
   bool empty() const { return rows_.empty(); }
+  bool of_moments() const { return of_moments_; }
   /// Without rows of no size.
   LimitModel model_of_size() const;
   const std::vector<LimitRow>& rows() const { return rows_; }
@@ -51,25 +53,42 @@ class LimitTerms {
   void measure(int node, const LimitedNode& at, Eigen::Ref<VectorXd> value) const;
   /// What a node's values add to the cost.
   double cost(int node, const Eigen::Ref<const VectorXd>& value) const;
-  /// Adds the derivatives of `cost` by the node's moments, [controls], squared.
+  /// Adds the derivatives of `cost` by the node's moments, [controls], squared: the gradient, and the Hessian that the
+  /// multipliers' own Newton step makes of it.
   void add_by_moments(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, VectorXd& gradient,
                       MatrixXd& hessian);
-  /// Derivatives of `cost` by the node's shape and pose.
+  /// The same by the node's shape and pose.
   void model(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, LimitModel& model);
 
+  /// Change of the rows' values to first order along a step from the point of the models, for share_within and follow: by the node's
+  /// shape before, shape, pose and logarithm of the time step, [≥ 2 f + p] (without the logarithm where it does not change), and
+  /// by its moments, [controls].
+  void foresee(int node, const Eigen::Ref<const VectorXd>& state, const Eigen::Ref<const VectorXd>& moments);
+  /// Share of the step foreseen that leaves every slack some of its length.
+  double share_within(const MatrixXd& value) const;
+  /// The multipliers' part of the step, taken by a share of it.
+  void follow(double share);
+
   LimitError error(const MatrixXd& value) const;
-  /// Multipliers at the point with these values, [rows][N + 1]; where `heavier`, the weight rises if the error has not fallen.
-  /// Returns whether it falls: once limits are met, to what keeps round-off in the rows out of the multipliers.
-  bool renew(const MatrixXd& value, bool heavier);
+  /// At the answer of a search: multipliers as they are there, a weaker barrier and a larger weight from now on.
+  void renew(const MatrixXd& value);
   const LimitMultipliers& multipliers() const { return multipliers_; }
-  /// Takes over multipliers of another grid, or chooses the first weight by a cost.
+  /// Takes over multipliers of another grid, or chooses the first barrier and weight by a cost.
   void take(const LimitMultipliers& from, double cost);
+  /// A barrier and a weight fit for a point with these values.
+  void begin(const MatrixXd& value);
 
  private:
   bool applies(const LimitRow& row, int node) const { return maneuver::applies(row, node, steps_, duration_); }
   double node_time(const LimitRow& row, int node) const { return counted_time(row, node, steps_, duration_); }
-  double pull(std::size_t row, int node, double value) const;
-  void add_row(double time, double pulled, VectorXd& gradient, MatrixXd& hessian) const;
+  // A row's slack s, its pull p on the row, and D = −∂p/∂g as the multipliers' Newton step has it.
+  struct Hold {
+    double slack, pull, stiffness;
+  };
+  Hold hold(std::size_t row, int node, double value) const;
+  Hold hold_in_model(std::size_t row, int node, double value);
+  void set_level(double level, double barrier);
+  void add_row(double time, const Hold& held, VectorXd& gradient, MatrixXd& hessian) const;
   void add_rows(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, LimitModel& model);
   void map_bodies(const LimitedNode& at);
   void add_curvatures(const LimitedNode& at, LimitModel& model);
@@ -80,8 +99,17 @@ class LimitTerms {
   int steps_;
   double duration_;
   bool before_ = false;  // whether any row looks at the node before
+  bool of_moments_ = false;  // whether any row is of moments
   LimitMultipliers multipliers_;
-  double last_error_ = 0.0;
+  double base_ = 0.0;             // (N m)², the cost over the duration
+  double level_ = 0.0;            // units of the rows, how far searches let them be off
+  double barrier_ = 0.0;          // (N m)² μ
+  bool carried_ = false;          // whether multipliers came from another grid
+  MatrixXd estimate_;             // [rows][N + 1] (N m)² z, the multipliers that Newton's method has for the pulls
+  MatrixXd pull_, stiffness_;     // [rows][N + 1] of the models
+  MatrixXd change_;               // [rows][N + 1] foreseen
+  std::vector<MatrixXd> slopes_;  // [N + 1][rows][2 f + p + 1] of the models, rows of moments aside
+  std::vector<MatrixXd> moment_slopes_;  // [N + 1][rows][controls], where there are rows of moments
   ShapeTurns turns_;
   // workspace
   VectorXd by_bodies_, slope_;   // [body_coordinates] gradient of all rows and of one, [controls] for moments

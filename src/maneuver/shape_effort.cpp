@@ -139,6 +139,7 @@ void ShapeProgram::model_stage_by_shapes(int k, const NodeModel& node, Stage& st
   find_moments_by_shapes(k);
   stage.measured_by_state.leftCols(2 * n) = moments_by_shapes_.leftCols(2 * n);
   stage.measured_by_input = moments_by_shapes_.rightCols(n);
+  if (!moments_of_stage_.empty()) moments_of_stage_[at(k)] = moments_by_shapes_;
 
   weighed_.setZero();
   add_product(1.0, node.by_control_twice, moments_by_shapes_, weighed_);

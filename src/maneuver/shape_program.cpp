@@ -90,6 +90,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       four_hessians_(4, MatrixXd(2 * shape_ + 3, 2 * shape_ + 3)),
       first_node_(node_.front()) {
   if (FourSteps::serves(system, maneuver.lagrangian)) four_steps_.emplace(system, shape_basis_);
+  if (limits_.of_moments() && by_shapes()) moments_of_stage_.assign(at(steps_), MatrixXd(shape_, 3 * shape_));
   take_start_impulse();
   for (Motion* motion : {&now_, &trial_}) {
     motion->shape.assign(at(steps_ + 1), Rotations(at(system.body_count()), Matrix3d::Identity()));
@@ -142,9 +143,10 @@ bool ShapeProgram::go_to(const NodePath& path) {
   terms_.take(work_start_);
   if (!roll_out(now_)) return false;
   has_motion_ = true;
-  const bool weighs = limits_.empty() || before.weight > 0.0;
-  if (weighs && !terms_.of_work()) return true;
-  if (!weighs) limits_.take(before, now_.cost + won(now_));  // a weight fit for what the guess costs
+  if (!limits_.empty()) {
+    if (!(before.weight > 0.0)) limits_.take(before, now_.cost + won(now_));  // a weight fit for what the guess costs
+    limits_.begin(now_.limit_value);
+  }
   terms_.choose_weight(now_.terms);
   measure(now_);
   return true;
@@ -335,11 +337,27 @@ void ShapeProgram::add_limits(Motion& motion) {
   }
 }
 
-bool ShapeProgram::renew_limits(bool heavier) {
-  const bool lighter = !limits_.empty() && limits_.renew(now_.limit_value, heavier);
+void ShapeProgram::renew_limits(bool heavier) {
+  if (!limits_.empty()) limits_.renew(now_.limit_value);
   terms_.renew(costed(now_), now_.terms, heavier);
   measure(now_);
-  return lighter;
+}
+
+// What limits' rows change by along a step.
+void ShapeProgram::foresee_limits(const StageStep& step) {
+  for (int k = 0; k <= steps_; ++k) {
+    const VectorXd& state = step.state[at(leads_ + k)];
+    by_moments_.setZero();
+    if (k == steps_) {
+      if (maneuver_.rest || maneuver_.periodic) optimizer::add_image(1.0, end_by_state_.topRows(controls_), state, by_moments_);
+    } else if (!by_shapes()) {
+      by_moments_ = step.input[at(k + leads_)];
+    } else if (!moments_of_stage_.empty()) {
+      optimizer::add_image(1.0, moments_of_stage_[at(k)].leftCols(2 * shape_), state.head(2 * shape_), by_moments_);
+      optimizer::add_image(1.0, moments_of_stage_[at(k)].rightCols(shape_), step.input[at(k)], by_moments_);
+    }
+    limits_.foresee(k, state.head(maneuver_.free_duration ? tau() + 1 : tau()), by_moments_);
+  }
 }
 
 void ShapeProgram::impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse) {
@@ -406,6 +424,10 @@ const Merit* ShapeProgram::try_step(const StageStep& along, double length) {
 void ShapeProgram::take_multipliers(const StageStep& step, double length) {
   end_multiplier_ *= 1.0 - length;
   algebra::add_multiple(length, step.end_multiplier, end_multiplier_);
+  if (!limits_.empty()) {
+    foresee_limits(step);
+    limits_.follow(length);
+  }
   if (idle() == 0) return;
   for (int k = 0; k < steps_; ++k) {
     idle_multiplier_[at(k)] *= 1.0 - length;
@@ -414,14 +436,18 @@ void ShapeProgram::take_multipliers(const StageStep& step, double length) {
   }
 }
 
-double ShapeProgram::longest(const StageStep& step) const {
+double ShapeProgram::longest(const StageStep& step) {
   double turn = 0.0;
   for (std::size_t k = 1; k < step.state.size(); ++k)
     turn = std::max(turn, step.state[k].segment(shape_, shape_).lpNorm<Eigen::Infinity>());
-  const double length = turn > longest_turn ? longest_turn / turn : 1.0;
-  if (!maneuver_.free_duration) return length;
-  const double stretch = std::abs(step.state[at(leads_)][tau()]);
-  return stretch * length > longest_stretch ? longest_stretch / stretch : length;
+  double length = turn > longest_turn ? longest_turn / turn : 1.0;
+  if (maneuver_.free_duration) {
+    const double stretch = std::abs(step.state[at(leads_)][tau()]);
+    if (stretch * length > longest_stretch) length = longest_stretch / stretch;
+  }
+  if (limits_.empty()) return length;
+  foresee_limits(step);
+  return std::min(length, limits_.share_within(now_.limit_value));
 }
 
 double ShapeProgram::goal_error() const {

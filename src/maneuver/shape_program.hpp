@@ -72,7 +72,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void accept() override { std::swap(now_, trial_); }
   bool takes_costates() const override { return idle() > 0; }
   void take_multipliers(const optimizer::StageStep& step, double length) override;
-  double longest(const optimizer::StageStep& step) const override;
+  double longest(const optimizer::StageStep& step) override;
   double goal_error() const override;
   double drift() const override { return momentum_left(now_.step, now_.rotation, now_.position); }
   bool limited() const override { return !limits_.empty() || terms_.of_work(); }
@@ -80,7 +80,7 @@ class ShapeProgram : public optimizer::StageProgram {
     return std::max(limits_.empty() ? 0.0 : worst_limit().value, terms_.error(now_.terms));
   }
   double limit_violation() const override { return limits_.empty() ? 0.0 : worst_limit().value; }
-  bool renew_limits(bool heavier) override;
+  void renew_limits(bool heavier) override;
 
  private:
   // A motion through given shapes.
@@ -148,6 +148,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void add_displacement(VectorXd& gradient) const;
   void model_goal(MatrixXd& C, VectorXd& c);
   void model_limits();
+  void foresee_limits(const optimizer::StageStep& step);
   void lay_pose_multipliers(const optimizer::StageModel& model);
   LimitedNode limited_node(const Motion& motion, int k) const;
   void add_limits(Motion& motion);
@@ -192,6 +193,7 @@ class ShapeProgram : public optimizer::StageProgram {
   std::optional<LimitMultipliers> limit_start_;  // for the next go_to
   WorkMultipliers work_start_;                   // likewise
   std::vector<LimitModel> limit_model_;          // [N + 1]
+  std::vector<MatrixXd> moments_of_stage_;       // [N][controls][3 f] by shapes k − 1, k, k + 1, where limits are of moments
   mechanics::Vectors pose_turn_, pose_shift_;    // [N + 1] multipliers of the root's pose at the nodes, world
   Motion now_, trial_;
   bool has_motion_ = false;

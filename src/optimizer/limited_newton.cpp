@@ -53,11 +53,13 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     if (idle > 1) finest = std::max(least_tolerance, 0.1 * finest);
     round.tolerance = std::clamp(tolerance_share * error, finest, std::max(first_tolerance, finest));
     if (error <= limit_tolerance) round.tolerance = finest;
+    const int it0 = outcome.iterations, ev0 = outcome.evaluations;
     newton.solve(program, round, outcome);
+    if (getenv("LAMPREY_TRACE")) fprintf(stderr, "N=%d round %d err %.2e -> %.2e tol %.1e its %d evs %d cost %.6g merit %.6g viol %.1e %s\n", program.sizes().stages, n, error, program.limit_error(), round.tolerance, outcome.iterations-it0, outcome.evaluations-ev0, outcome.objective, program.merit().cost, program.merit().violation, outcome.reason.c_str());
     if (gave_up(outcome.termination)) return;
     const bool met = program.limit_error() <= limit_tolerance;
-    const bool lighter = program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
-    if (met && !lighter && round.tolerance == finest && outcome.termination == Termination::converged) return;
+    program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
+    if (met && round.tolerance == finest && outcome.termination == Termination::converged) return;
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     round.time_limit = options.time_limit - taken.count();  // of all rounds together
     if (stopped(options, round.time_limit, outcome)) return;

@@ -233,7 +233,9 @@ void StageNewton::take_last_step(StageProgram& program, Outcome& outcome) {
   ++outcome.evaluations;
   if (!there || there->violation > met) return;
   const bool nearer = there->violation < following * here.violation;
-  if (nearer || there->cost <= here.cost + last_rise * std::abs(here.cost)) program.accept();
+  if (!nearer && !(there->cost <= here.cost + last_rise * std::abs(here.cost))) return;
+  program.accept();
+  if (program.limited()) program.take_multipliers(step_, program.longest(step_));
 }
 
 // Where no step shows progress any more because what it gains drowns in round-off: a last one, without a shift.

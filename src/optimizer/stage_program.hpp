@@ -111,7 +111,7 @@ class StageProgram {
   /// Takes over a share of a step's multipliers.
   virtual void take_multipliers(const StageStep& step, double length) = 0;
   /// Largest sensible length of a step, at most 1.
-  virtual double longest(const StageStep& step) const = 0;
+  virtual double longest(const StageStep& step) = 0;
   /// A number a person understands: how far the point is from the goal.
   virtual double goal_error() const = 0;
   /// How far the point is from keeping what every point of the program keeps, of its own scale; NaN: not measured.
@@ -122,10 +122,9 @@ class StageProgram {
   virtual double limit_error() const { return 0.0; }
   /// How far limits are broken; the rest of limit_error is of kinks in the cost.
   virtual double limit_violation() const { return limit_error(); }
-  /// Takes the limits' multipliers that belong to the point; the cost changes by it. Where `heavier`, limits weigh more from
-  /// now on if they have not come much nearer. Returns whether they weigh less from now on, round-off in the multipliers being
-  /// what their weight made of it: another search takes it out of them.
-  virtual bool renew_limits(bool /*heavier*/) { return false; }
+  /// Takes the limits' multipliers that belong to the point and comes nearer to the limits from now on; the cost changes by it.
+  /// `heavier`: whether other terms with multipliers weigh more where they have not come much nearer.
+  virtual void renew_limits(bool /*heavier*/) {}
 };
 
 }  // namespace lamprey::optimizer
