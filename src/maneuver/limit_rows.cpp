@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "fluid/gap.hpp"
@@ -85,27 +86,44 @@ fluid::EllipsoidPair pair_with_sphere(const System& system, const LimitRow& row,
           node.rotation[at(row.body)], mass_centre(system, node, row.body) - row.centre};
 }
 
-// The gap, or a lower bound of it where that is more than asked for: along the centres, then along what is between the points
-// that planes across them touch.
-double gap_or_enough(const fluid::EllipsoidPair& pair, double enough) {
+// A look at two bodies: a lower bound of their gap, and the direction that it was found along.
+struct Look {
+  double apart;
+  Vector3d direction;
+};
+
+// Along the centres, then along what is between the points that planes across them touch, until they are more than `enough` apart.
+Look look_at(const fluid::EllipsoidPair& pair, double enough) {
   const auto touched = [](const Vector3d& semi_axes, const Matrix3d& R, const Vector3d& n) -> Vector3d {
     const Vector3d y = semi_axes.cwiseProduct(R.transpose() * n);
     return R * semi_axes.cwiseProduct(y) / y.norm();
   };
   const double distance = pair.offset.norm();
-  if (distance > 0.0) {
-    Vector3d n = pair.offset / distance;
-    for (int look = 0; look < bounds_looked_at; ++look) {
-      const double apart = fluid::separation_along(pair, n);
-      if (apart > enough) return apart;
-      const Vector3d between =
-          pair.offset - touched(pair.semi_axes_1, pair.rotation_1, n) - touched(pair.semi_axes_2, pair.rotation_2, n);
-      const double length = between.norm();
-      if (!(length > 0.0) || n.dot(between) < 0.0) break;
-      n = between / length;
-    }
+  if (!(distance > 0.0)) return {0.0, Vector3d::Zero()};
+  Look best{-std::numeric_limits<double>::infinity(), Vector3d::Zero()};
+  Vector3d n = pair.offset / distance;
+  for (int look = 0; look < bounds_looked_at; ++look) {
+    const double apart = fluid::separation_along(pair, n);
+    if (apart > best.apart) best = {apart, n};
+    if (apart > enough) break;
+    const Vector3d between =
+        pair.offset - touched(pair.semi_axes_1, pair.rotation_1, n) - touched(pair.semi_axes_2, pair.rotation_2, n);
+    const double length = between.norm();
+    if (!(length > 0.0) || n.dot(between) < 0.0) break;
+    n = between / length;
   }
-  return fluid::gap(pair).value;
+  return best;
+}
+
+// Bodies apart have one gap from wherever it is searched.
+fluid::Gap gap_after(const Look& look, const fluid::EllipsoidPair& pair) {
+  return look.apart > 0.0 ? fluid::gap(pair, look.direction) : fluid::gap(pair);
+}
+
+// The gap, or a lower bound of it where that is more than asked for.
+double gap_or_enough(const fluid::EllipsoidPair& pair, double enough) {
+  const Look look = look_at(pair, enough);
+  return look.apart > enough ? look.apart : gap_after(look, pair).value;
 }
 
 // Equation 10.4: half the sum of a body's extents towards a half-space's face.
@@ -267,7 +285,8 @@ void gap_row_derivatives(const System& system, const LimitRow& row, const Limite
   const fluid::EllipsoidPair pair = sphere ? pair_with_sphere(system, row, node) : pair_of_bodies(system, row, node);
   Vector9d local;
   Matrix9d local_hessian;
-  fluid::gap_derivatives(pair, fluid::gap(pair), local, local_hessian);
+  const Look look = look_at(pair, std::numeric_limits<double>::infinity());
+  fluid::gap_derivatives(pair, gap_after(look, pair), local, local_hessian);
   if (sphere) {
     local.head<3>().setZero();  // a sphere does not turn
     local_hessian.topRows<3>().setZero();

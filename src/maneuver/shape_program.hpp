@@ -171,7 +171,9 @@ class ShapeProgram : public optimizer::StageProgram {
   // Where the pose's first coordinates are the root's turn, four steps write their Hessians where the model wants them.
   bool hessians_in_place() const { return four_steps_ && all_poses_; }
   bool joint_by_joint() const { return moments_.joint_by_joint() && effort_in_fours(); }
-  bool effort_in_fours() const { return four_steps_ && four_steps_->takes_effort() && by_shapes() && limits_.empty(); }
+  bool effort_in_fours() const {
+    return four_steps_ && four_steps_->takes_effort() && by_shapes() && !limits_.of_moments();
+  }
 
   const model::System& system_;
   Maneuver maneuver_;
