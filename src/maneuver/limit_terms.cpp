@@ -22,13 +22,18 @@ constexpr double finest_level = 1e-9;
 constexpr double first_barrier = 0.1;  // of the cost over the duration
 constexpr double carried_barrier = 1e-4;
 constexpr double finest_barrier = 5e-8;
+constexpr double nearly_finest = 3.0;
 constexpr double fall = 0.1;           // of level and barrier from search to search
-constexpr double largest_weight = 1e7; // of the first
+constexpr double largest_weight = 1e15;  // of the first
+constexpr double heaviest = 1e5;         // of equalities, over the largest multiplier: round-off in the rows is 1e-10 of it
+constexpr double off_landed = 1e-9;      // units of the rows, that limits which do not hold may be broken by
+constexpr double wrong_pull = 1e-9;      // of the largest multiplier
 constexpr double reach = 0.3;          // units of the rows, up to which the barrier is felt
 constexpr double most_change = 0.95;   // of a slack that one step takes
 constexpr double farthest = 30.0;      // between multipliers and pulls
 constexpr double least_left = 0.05;    // of a multiplier after a step
 constexpr int most_rounds = 40;        // of Newton's method for a slack
+constexpr double of_values = 3e-15;    // units of the rows, round-off
 constexpr double of_slack = 4e-16;     // of it, what they leave
 constexpr double product_share = 1e-2; // of λ g over the cost, that counts as an error of the row
 
@@ -49,6 +54,8 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
   }
   multipliers_.value.setZero(static_cast<Eigen::Index>(rows_.size()), steps + 1);
   estimate_ = pull_ = stiffness_ = change_ = multipliers_.value;
+  before_fall_ = before_landing_ = multipliers_.value;
+  holds_.setConstant(multipliers_.value.rows(), multipliers_.value.cols(), false);
   if (rows_.empty()) return;
   const Eigen::Index f = shape_basis_.cols(), p = pose_basis_.cols(), bodies = body_coordinates(system);
   by_bodies_.resize(bodies);
@@ -59,6 +66,7 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
   turn_shape_.resize(3, f);
   mixed_.resize(p, f);
   angle_.resize(f);
+  along_.resize(2 * f + p + 1);
   const auto count = static_cast<Eigen::Index>(rows_.size());
   slopes_.assign(at(steps + 1), MatrixXd::Zero(count, 2 * f + p + 1));
   if (of_moments_) moment_slopes_.assign(at(steps + 1), MatrixXd::Zero(count, system.control_count()));
@@ -75,8 +83,10 @@ LimitModel LimitTerms::model_of_size() const {
 // that is too small: the equation is concave in it.
 LimitTerms::Hold LimitTerms::hold(std::size_t row, int node, double value) const {
   const auto r = static_cast<Eigen::Index>(row);
-  const double w = multipliers_.weight, lambda = multipliers_.value(r, node);
-  if (rows_[row].equality()) return {0.0, lambda - w * value, w};
+  const double lambda = multipliers_.value(r, node);
+  if (tied(row, node)) return {0.0, lambda - equality_weight_ * value, equality_weight_};
+  if (landed_) return {value, 0.0, 0.0};
+  const double w = multipliers_.weight;
   const double far = value - lambda / w;  // the slack of a row that does not pull
   if (!(far < reach)) return {far, 0.0, 0.0};
   const double least = far - 2.0 * barrier_ / (reach * w), root = std::hypot(least, 2.0 * std::sqrt(barrier_ / w));
@@ -93,11 +103,16 @@ LimitTerms::Hold LimitTerms::hold(std::size_t row, int node, double value) const
   return {s, pull, bend};
 }
 
+// Whether a row is an equality.
+bool LimitTerms::tied(std::size_t row, int node) const {
+  return rows_[row].equality() || (landed_ && holds_(static_cast<Eigen::Index>(row), node));
+}
+
 // And the stiffness, with the multiplier in place of the pull.
 LimitTerms::Hold LimitTerms::hold_in_model(std::size_t row, int node, double value) {
   const auto r = static_cast<Eigen::Index>(row);
   Hold held = hold(row, node, value);
-  if (!rows_[row].equality() && held.pull > 0.0) {
+  if (!tied(row, node) && held.pull > 0.0) {
     double& estimate = estimate_(r, node);
     if (!(estimate > 0.0)) estimate = held.pull;
     const double bend = held.stiffness * std::clamp(estimate / held.pull, 1.0 / farthest, farthest);
@@ -117,19 +132,23 @@ void LimitTerms::measure(int node, const LimitedNode& node_at, Eigen::Ref<Vector
   }
 }
 
-double LimitTerms::cost(int node, const Eigen::Ref<const VectorXd>& value) const {
+double LimitTerms::cost(int node, const Eigen::Ref<const VectorXd>& value, double& round_off) const {
   double sum = 0.0;
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     if (!applies(rows_[r], node)) continue;
     const auto index = static_cast<Eigen::Index>(r);
     const double lambda = multipliers_.value(index, node);
     const Hold held = hold(r, node, value[index]);
-    double added = 0.5 * (held.pull * held.pull - lambda * lambda) / multipliers_.weight;
-    if (!rows_[r].equality() && held.slack < reach) {
+    const bool tied = this->tied(r, node);
+    if (landed_ && !tied) continue;
+    double added = 0.5 * (held.pull * held.pull - lambda * lambda) / (tied ? equality_weight_ : multipliers_.weight);
+    if (!tied && held.slack < reach) {
       const double x = held.slack / reach;
       added -= barrier_ * (std::log(x) + (1.0 - x) * (1.5 - 0.5 * x));
     }
-    sum += node_time(rows_[r], node) * added;
+    const double time = node_time(rows_[r], node);
+    sum += time * added;
+    round_off += time * std::abs(held.pull) * of_values;
   }
   return sum;
 }
@@ -199,7 +218,9 @@ void LimitTerms::add_rows(int node, const LimitedNode& node_at, const Eigen::Ref
     }
     limit_derivatives(system_, row, node_at, slope_, bend_);
     add_row(time, held, by_bodies_, bend_bodies_);
-    slope.noalias() = (transposed_ * slope_).transpose();
+    along_.setZero();
+    optimizer::add_image(1.0, transposed_, slope_, along_);
+    slope = along_.transpose();
   }
 }
 
@@ -252,7 +273,7 @@ double LimitTerms::share_within(const MatrixXd& value) const {
   for (Eigen::Index k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const auto row = static_cast<Eigen::Index>(r);
-      if (rows_[r].equality() || !(change_(row, k) < 0.0)) continue;
+      if (tied(r, static_cast<int>(k)) || !(change_(row, k) < 0.0)) continue;
       const double room = most_change * (std::max(value(row, k), 0.0) + pull_(row, k) / multipliers_.weight);
       if (-share * change_(row, k) > room) share = -room / change_(row, k);
     }
@@ -263,23 +284,27 @@ void LimitTerms::follow(double share) {
   for (Eigen::Index k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const auto row = static_cast<Eigen::Index>(r);
-      if (rows_[r].equality()) continue;
       double& estimate = estimate_(row, k);
       const double next = pull_(row, k) - stiffness_(row, k) * change_(row, k);
-      estimate = std::max(estimate + share * (next - estimate), least_left * estimate);
+      if (tied(r, static_cast<int>(k)))
+        estimate += share * (next - estimate);
+      else
+        estimate = std::max(estimate + share * (next - estimate), least_left * estimate);
     }
 }
 
 LimitError LimitTerms::error(const MatrixXd& value) const {
   LimitError worst;
+  const double largest = landed_ ? multipliers_.value.lpNorm<Eigen::Infinity>() : 0.0;
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       if (!applies(rows_[r], k)) continue;
       const auto row = static_cast<Eigen::Index>(r);
       const double g = value(row, k);
-      double error = rows_[r].equality() ? std::abs(g) : -g;
-      if (!rows_[r].equality() && estimate_(row, k) > 0.0)
+      double error = tied(r, k) ? std::abs(g) : -g;
+      if (!landed_ && !rows_[r].equality() && estimate_(row, k) > 0.0)
         error = std::max(error, product_share * estimate_(row, k) * g / base_);
+      if (landed_ && !rows_[r].equality() && tied(r, k) && estimate_(row, k) < -wrong_pull * largest) error = std::max(error, 1.0);
       if (error > worst.value || worst.row < 0) worst = {error, static_cast<int>(r), k};
     }
   return worst;
@@ -288,20 +313,58 @@ LimitError LimitTerms::error(const MatrixXd& value) const {
 void LimitTerms::set_level(double level, double barrier) {
   level_ = level;
   barrier_ = barrier;
-  const double largest = multipliers_.value.lpNorm<Eigen::Infinity>();
-  multipliers_.weight = std::max(largest, first_weight * first_level * base_) / level;
+  const double largest = multipliers_.value.lpNorm<Eigen::Infinity>(), least = first_weight * first_level * base_;
+  multipliers_.weight = std::max(largest, least) / level;
+  equality_weight_ = std::max(largest, least) * std::min(1.0 / level, heaviest);
   if (getenv("LAMPREY_TRACE"))
     fprintf(stderr, "   level %.2e weight %.2e barrier %.2e base %.2e largest %.2e\n", level, multipliers_.weight, barrier_, base_, largest);
 }
 
 void LimitTerms::renew(const MatrixXd& value) {
+  const double largest = multipliers_.value.lpNorm<Eigen::Infinity>();
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const auto row = static_cast<Eigen::Index>(r);
       if (!applies(rows_[r], k)) continue;
-      multipliers_.value(row, k) = rows_[r].equality() ? hold(r, k, value(row, k)).pull : estimate_(row, k);
+      multipliers_.value(row, k) = estimate_(row, k);
+      if (!landed_ || rows_[r].equality()) continue;
+      bool& holds = holds_(row, k);
+      if (holds ? estimate_(row, k) < -wrong_pull * largest : value(row, k) < -off_landed) holds = !holds;
+      if (!holds) multipliers_.value(row, k) = estimate_(row, k) = 0.0;
     }
-  set_level(std::max(finest_level, fall * level_), std::max(finest_barrier * base_, fall * barrier_));
+  if (landed_) return;
+  double barrier = fall * barrier_;
+  if (barrier < nearly_finest * finest_barrier * base_) barrier = finest_barrier * base_;
+  if (barrier < barrier_) {
+    fallen_ = barrier / barrier_;
+    before_fall_ = multipliers_.value;
+  }
+  set_level(std::max(finest_level, fall * level_), std::min(barrier, barrier_));
+}
+
+// Where a limit holds its slack falls with the barrier, elsewhere its multiplier.
+void LimitTerms::land() {
+  before_landing_ = multipliers_.value;
+  if (landed_) return;  // with the limits that held
+  landed_ = true;
+  const double outlasts = std::sqrt(fallen_);
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      if (rows_[r].equality()) continue;
+      const auto row = static_cast<Eigen::Index>(r);
+      const double multiplier = multipliers_.value(row, k);
+      holds_(row, k) = applies(rows_[r], k) && multiplier > outlasts * before_fall_(row, k) && multiplier > 0.0;
+      if (!holds_(row, k)) multipliers_.value(row, k) = estimate_(row, k) = 0.0;
+    }
+  const double largest = std::max(multipliers_.value.lpNorm<Eigen::Infinity>(), first_weight * first_level * base_);
+  equality_weight_ = heaviest * largest;
+}
+
+void LimitTerms::take_off(const MatrixXd& value) {
+  landed_ = false;
+  carried_ = true;
+  multipliers_.value = before_landing_;
+  begin(value);
 }
 
 // Where multipliers were carried from another grid, what they and the rows have to do with the cost says how near the point is.
@@ -323,6 +386,7 @@ void LimitTerms::begin(const MatrixXd& value) {
 }
 
 void LimitTerms::take(const LimitMultipliers& from, double cost) {
+  landed_ = false;
   multipliers_.value.setZero();
   carried_ = from.weight > 0.0;
   base_ = carried_ ? from.largest_weight / (largest_weight * first_weight) : cost / duration_;

@@ -51,8 +51,8 @@ class LimitTerms {
 
   /// Values of all rows at a node, [rows]; infinite where a row does not apply.
   void measure(int node, const LimitedNode& at, Eigen::Ref<VectorXd> value) const;
-  /// What a node's values add to the cost.
-  double cost(int node, const Eigen::Ref<const VectorXd>& value) const;
+  /// What a node's values add to the cost; adds to its round-off that of the values.
+  double cost(int node, const Eigen::Ref<const VectorXd>& value, double& round_off) const;
   /// Adds the derivatives of `cost` by the node's moments, [controls], squared: the gradient, and the Hessian that the
   /// multipliers' own Newton step makes of it.
   void add_by_moments(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, VectorXd& gradient,
@@ -72,6 +72,12 @@ class LimitTerms {
   LimitError error(const MatrixXd& value) const;
   /// At the answer of a search: multipliers as they are there, a weaker barrier and a larger weight from now on.
   void renew(const MatrixXd& value);
+  /// From now on no barrier: limits whose multipliers have outlasted the barrier's last fall are equalities, others have no part.
+  /// `renew` then changes which are, where they pull the wrong way or are broken.
+  void land();
+  bool landed() const { return landed_; }
+  /// Back to a barrier, at the values and with the multipliers that were left by `land`.
+  void take_off(const MatrixXd& value);
   const LimitMultipliers& multipliers() const { return multipliers_; }
   /// Takes over multipliers of another grid, or chooses the first barrier and weight by a cost.
   void take(const LimitMultipliers& from, double cost);
@@ -88,6 +94,7 @@ class LimitTerms {
   Hold hold(std::size_t row, int node, double value) const;
   Hold hold_in_model(std::size_t row, int node, double value);
   void set_level(double level, double barrier);
+  bool tied(std::size_t row, int node) const;
   void add_row(double time, const Hold& held, VectorXd& gradient, MatrixXd& hessian) const;
   void add_rows(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, LimitModel& model);
   void map_bodies(const LimitedNode& at);
@@ -103,8 +110,14 @@ class LimitTerms {
   LimitMultipliers multipliers_;
   double base_ = 0.0;             // (N m)², the cost over the duration
   double level_ = 0.0;            // units of the rows, how far searches let them be off
+  double equality_weight_ = 0.0;  // (N m)² s
   double barrier_ = 0.0;          // (N m)² μ
   bool carried_ = false;          // whether multipliers came from another grid
+  bool landed_ = false;
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> holds_;  // [rows][N + 1] limits that hold, where landed
+  MatrixXd before_fall_;          // [rows][N + 1] multipliers where the barrier fell last
+  MatrixXd before_landing_;       // likewise
+  double fallen_ = 1.0;           // the barrier's last fall
   MatrixXd estimate_;             // [rows][N + 1] (N m)² z, the multipliers that Newton's method has for the pulls
   MatrixXd pull_, stiffness_;     // [rows][N + 1] of the models
   MatrixXd change_;               // [rows][N + 1] foreseen
@@ -119,6 +132,7 @@ class LimitTerms {
   MatrixXd bent_;   // [body_coordinates][2 f + p + 1]
   MatrixXd turn_shape_, mixed_;  // [3][f], [p][f]
   VectorXd angle_;               // [f]
+  VectorXd along_;               // [2 f + p + 1]
 };
 
 }  // namespace lamprey::maneuver

@@ -333,13 +333,27 @@ void ShapeProgram::add_limits(Motion& motion) {
   if (limits_.empty()) return;
   for (int k = 0; k <= steps_; ++k) {
     limits_.measure(k, limited_node(motion, k), motion.limit_value.col(k));
-    motion.merit.cost += limits_.cost(k, motion.limit_value.col(k));
+    motion.merit.cost += limits_.cost(k, motion.limit_value.col(k), motion.merit.round_off);
   }
 }
 
 void ShapeProgram::renew_limits(bool heavier) {
   if (!limits_.empty()) limits_.renew(now_.limit_value);
   terms_.renew(costed(now_), now_.terms, heavier);
+  measure(now_);
+}
+
+bool ShapeProgram::land() {
+  if (limits_.empty()) return false;
+  aloft_ = now_;
+  limits_.land();
+  measure(now_);
+  return true;
+}
+
+void ShapeProgram::take_off() {
+  std::swap(now_, aloft_);
+  limits_.take_off(now_.limit_value);
   measure(now_);
 }
 

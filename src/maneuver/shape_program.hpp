@@ -81,6 +81,9 @@ class ShapeProgram : public optimizer::StageProgram {
   }
   double limit_violation() const override { return limits_.empty() ? 0.0 : worst_limit().value; }
   void renew_limits(bool heavier) override;
+  bool land() override;
+  bool landed() const override { return limits_.landed(); }
+  void take_off() override;
 
  private:
   // A motion through given shapes.
@@ -198,6 +201,7 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<MatrixXd> moments_of_stage_;       // [N][controls][3 f] by shapes k − 1, k, k + 1, where limits are of moments
   mechanics::Vectors pose_turn_, pose_shift_;    // [N + 1] multipliers of the root's pose at the nodes, world
   Motion now_, trial_;
+  Motion aloft_;  // from where a search went on without the barrier of limits
   bool has_motion_ = false;
   std::vector<NodeModel> node_;  // [5] of four steps
   VectorXd start_impulse_;       // [f] momentum along the shape's coordinates that the start brings

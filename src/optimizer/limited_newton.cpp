@@ -9,6 +9,9 @@ namespace lamprey::optimizer {
 namespace {
 
 constexpr int most_rounds = 60;
+constexpr int most_landings = 6;
+constexpr int landing_iterations = 20;
+constexpr double worth_landing = 1e-6;
 constexpr int most_idle_rounds = 6;  // without progress
 constexpr double idle_share = 0.7;   // of the best error so far, that is no progress
 constexpr int most_round_iterations = 150;
@@ -30,6 +33,33 @@ bool stopped(const Options& options, double time_left, Outcome& outcome) {
   return true;
 }
 
+// From the barrier's answer, or another that has landed, to one that keeps limits that hold as equalities: where these are the
+// right ones, multipliers of the others vanish. Returns whether they are found; if not, the program is where it was.
+bool land(StageNewton& newton, StageProgram& program, Options options, double limit_tolerance, Outcome& outcome) {
+  if (!program.land()) return true;
+  options.max_iterations = landing_iterations;
+  options.patience = 1;
+  for (int n = 0; n < most_landings; ++n) {
+    const int it0 = outcome.iterations, ev0 = outcome.evaluations;
+    const double error = program.limit_error();
+    newton.solve(program, options, outcome);
+    if (getenv("LAMPREY_TRACE")) fprintf(stderr, "N=%d round 9%d landing err %.2e -> %.2e its %d evs %d cost %.6g merit %.6g viol %.1e %s\n", program.sizes().stages, n, error, program.limit_error(), outcome.iterations-it0, outcome.evaluations-ev0, outcome.objective, program.merit().cost, program.merit().violation, outcome.reason.c_str());
+    if (outcome.termination != Termination::converged) break;
+    const bool met = program.limit_error() <= limit_tolerance;
+    program.renew_limits(false);
+    if (met) return true;
+  }
+  program.take_off();
+  return false;
+}
+
+void finish_aloft(const StageProgram& program, Outcome& outcome) {
+  outcome.termination = Termination::converged;
+  outcome.reason = "converged";
+  outcome.objective = program.merit().cost;
+  outcome.infeasibility = program.merit().violation;
+}
+
 }  // namespace
 
 int most_iterations(const StageProgram& program, const Options& options) {
@@ -44,6 +74,10 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
   round.max_iterations = std::min(options.max_iterations, most_round_iterations);
   double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
   int idle = 0;
+  if (program.landed()) {
+    round.tolerance = finest;
+    if (land(newton, program, round, limit_tolerance, outcome) || gave_up(outcome.termination)) return;
+  }
   for (int n = 0; n < most_rounds && idle < most_idle_rounds; ++n) {
     const double error = program.limit_error();
     if (n > 0 || error > limit_tolerance) {  // an old answer keeps limits that another goal makes hard to keep
@@ -59,7 +93,10 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     if (gave_up(outcome.termination)) return;
     const bool met = program.limit_error() <= limit_tolerance;
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
-    if (met && round.tolerance == finest && outcome.termination == Termination::converged) return;
+    if (met && round.tolerance == finest && outcome.termination == Termination::converged) {
+      if (limit_tolerance > worth_landing || land(newton, program, round, limit_tolerance, outcome)) return;
+      return finish_aloft(program, outcome);
+    }
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     round.time_limit = options.time_limit - taken.count();  // of all rounds together
     if (stopped(options, round.time_limit, outcome)) return;

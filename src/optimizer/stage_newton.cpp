@@ -162,7 +162,7 @@ double StageNewton::curvature() {
 double StageNewton::judge(const Merit& here, const Merit* there, double cheaper) {
   by_cost_ = false;
   if (!there) return -1.0;
-  const double round_off = 1e-13 * std::abs(here.cost);
+  const double round_off = 1e-13 * std::abs(here.cost) + here.round_off;
   const double ratio = (here.cost - there->cost + round_off) / (std::max(cheaper, 0.0) + round_off);
   by_cost_ = there->violation <= funnel_ && cheaper > 0.0 && ratio > sufficient;
   if (by_cost_) return ratio;

@@ -85,6 +85,7 @@ struct StageStep {
 struct Merit {
   double cost = 0.0;
   double violation = 0.0;  // sum of the absolute values of end rows and, in the program's own scale, of the gaps
+  double round_off = 0.0;  // of the cost, beside a few digits of its own: of terms that weigh a great deal
 };
 
 class StageProgram {
@@ -125,6 +126,12 @@ class StageProgram {
   /// Takes the limits' multipliers that belong to the point and comes nearer to the limits from now on; the cost changes by it.
   /// `heavier`: whether other terms with multipliers weigh more where they have not come much nearer.
   virtual void renew_limits(bool /*heavier*/) {}
+  /// Once limits are nearly met: those that hold become equalities and others have no part, until renew_limits finds that another
+  /// set of them holds. Returns false where there is nothing to do.
+  virtual bool land() { return false; }
+  virtual bool landed() const { return false; }
+  /// Back to the point where `land` was called, and all limits are limits again.
+  virtual void take_off() {}
 };
 
 }  // namespace lamprey::optimizer

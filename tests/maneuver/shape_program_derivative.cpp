@@ -124,7 +124,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     program_ = std::make_unique<ShapeProgram>(system_, maneuver_, coordinates,
                                               maneuver::stated_end_rows(system_, maneuver_, {}), rows);
     maneuver::LimitMultipliers multipliers{Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), steps + 1),
-                                           20.0};
+                                           20.0, 20.0e8};
     for (double& multiplier : multipliers.value.reshaped()) multiplier = 1e3 * random_.uniform(0.5, 1.0);
     program_->take_limit_multipliers(multipliers);
     // a weight so much lighter than the first keeps kinks of the work away from these powers
