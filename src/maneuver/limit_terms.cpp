@@ -53,7 +53,7 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
     of_moments_ = of_moments_ || row.of_moments();
   }
   multipliers_.value.setZero(static_cast<Eigen::Index>(rows_.size()), steps + 1);
-  estimate_ = pull_ = stiffness_ = change_ = multipliers_.value;
+  estimate_ = pull_ = stiffness_ = change_ = beyond_ = multipliers_.value;
   before_fall_ = before_landing_ = multipliers_.value;
   holds_.setConstant(multipliers_.value.rows(), multipliers_.value.cols(), false);
   if (rows_.empty()) return;
@@ -265,6 +265,31 @@ void LimitTerms::foresee(int node, const Eigen::Ref<const VectorXd>& state, cons
       change = moment_slopes_[at(node)].row(row).dot(moments.transpose());
     else
       change = slopes_[at(node)].row(row).head(size).dot(state.head(size).transpose());
+  }
+}
+
+void LimitTerms::compare(const MatrixXd& value, const MatrixXd& trial, double share) {
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      const auto row = static_cast<Eigen::Index>(r);
+      double& beyond = beyond_(row, k);
+      beyond = 0.0;
+      if (stiffness_(row, k) == 0.0) continue;
+      const double bent = trial(row, k) - value(row, k) - share * change_(row, k);
+      beyond = node_time(rows_[r], k) * stiffness_(row, k) * bent / share;
+    }
+}
+
+void LimitTerms::add_bend(int node, double factor, Eigen::Ref<VectorXd> by_state, VectorXd& by_moments) const {
+  const Eigen::Index size = std::min<Eigen::Index>(by_state.size(), map_.cols());
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const auto row = static_cast<Eigen::Index>(r);
+    const double beyond = factor * beyond_(row, node);
+    if (beyond == 0.0) continue;
+    if (rows_[r].of_moments())
+      by_moments += beyond * moment_slopes_[at(node)].row(row).transpose();
+    else
+      by_state.head(size) += beyond * slopes_[at(node)].row(row).head(size).transpose();
   }
 }
 

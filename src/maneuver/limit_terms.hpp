@@ -66,6 +66,11 @@ class LimitTerms {
   void foresee(int node, const Eigen::Ref<const VectorXd>& state, const Eigen::Ref<const VectorXd>& moments);
   /// Share of the step foreseen that leaves every slack some of its length.
   double share_within(const MatrixXd& value) const;
+  /// After foresee: what the rows changed by beyond first order on the way to a trial point, a share of the step away.
+  void compare(const MatrixXd& value, const MatrixXd& trial, double share);
+  /// What that, times a factor, adds to the gradient of a node's model: by its shape before, shape, pose and logarithm, and by its
+  /// moments.
+  void add_bend(int node, double factor, Eigen::Ref<VectorXd> by_state, VectorXd& by_moments) const;
   /// The multipliers' part of the step, taken by a share of it.
   void follow(double share);
 
@@ -121,6 +126,7 @@ class LimitTerms {
   MatrixXd estimate_;             // [rows][N + 1] (N m)² z, the multipliers that Newton's method has for the pulls
   MatrixXd pull_, stiffness_;     // [rows][N + 1] of the models
   MatrixXd change_;               // [rows][N + 1] foreseen
+  MatrixXd beyond_;              // [rows][N + 1] gradients along the rows' slopes, by what they changed by beyond
   std::vector<MatrixXd> slopes_;  // [N + 1][rows][2 f + p + 1] of the models, rows of moments aside
   std::vector<MatrixXd> moment_slopes_;  // [N + 1][rows][controls], where there are rows of moments
   ShapeTurns turns_;

@@ -357,6 +357,40 @@ void ShapeProgram::take_off() {
   measure(now_);
 }
 
+void ShapeProgram::compare_limits(const StageStep& step, double length) {
+  foresee_limits(step);
+  limits_.compare(now_.limit_value, trial_.limit_value, length);
+}
+
+void ShapeProgram::bend_limits(double factor, optimizer::StageModel& model) {
+  const int size = maneuver_.free_duration ? tau() + 1 : tau();
+  for (int k = 0; k <= steps_; ++k) {
+    const bool last = k == steps_;
+    VectorXd& q = last ? model.q_end : model.stage[at(leads_ + k)].q;
+    by_moments_.setZero();
+    if (k == 0) {
+      VectorXd none = VectorXd::Zero(size);
+      limits_.add_bend(k, factor, none, by_moments_);
+    } else {
+      limits_.add_bend(k, factor, q.head(size), by_moments_);
+    }
+    if (!limits_.of_moments() || by_moments_.isZero(0.0)) continue;
+    if (last) {
+      if (maneuver_.rest || maneuver_.periodic)
+        optimizer::add_transposed_image(1.0, end_by_state_.topRows(controls_), by_moments_, q);
+      continue;
+    }
+    VectorXd& r = model.stage[at(leads_ + k)].r;
+    if (!by_shapes()) {
+      r += by_moments_;
+      continue;
+    }
+    optimizer::add_transposed_image(1.0, moments_of_stage_[at(k)].rightCols(shape_), by_moments_, r);
+    if (k > 0)
+      optimizer::add_transposed_image(1.0, moments_of_stage_[at(k)].leftCols(2 * shape_), by_moments_, q.head(2 * shape_));
+  }
+}
+
 // What limits' rows change by along a step.
 void ShapeProgram::foresee_limits(const StageStep& step) {
   for (int k = 0; k <= steps_; ++k) {

@@ -81,6 +81,8 @@ class ShapeProgram : public optimizer::StageProgram {
   }
   double limit_violation() const override { return limits_.empty() ? 0.0 : worst_limit().value; }
   void renew_limits(bool heavier) override;
+  void compare_limits(const optimizer::StageStep& step, double length) override;
+  void bend_limits(double factor, optimizer::StageModel& model) override;
   bool land() override;
   bool landed() const override { return limits_.landed(); }
   void take_off() override;

@@ -183,11 +183,9 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
   double found = judge(here, there, cheaper);
   if (!there || found > good_ratio) return found;
   corrected_ = step_;
+  missed_.setZero();
   for (int correction = 0; correction < most_corrections; ++correction) {
-    missed_ = program.trial_end_rows();
-    algebra::add_multiple(length_ * share_ - 1.0, model_.c, missed_);
-    missed_ /= length_;
-    riccati_.correct(model_, missed_, corrected_);
+    correct(program);
     there = program.try_step(corrected_, length_);
     ++outcome.evaluations;
     const double corrected = judge(here, there, cheaper);
@@ -196,6 +194,22 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
     found = corrected;
   }
   return found;
+}
+
+// The step again, against what the latest trial missed of the end rows and found of limits beyond first order.
+void StageNewton::correct(StageProgram& program) {
+  algebra::add_multiple(1.0 / length_, program.trial_end_rows(), missed_);
+  algebra::add_multiple(share_ - 1.0 / length_, model_.c, missed_);
+  if (program.limited()) {
+    program.compare_limits(corrected_, length_);
+    program.bend_limits(1.0, model_);
+    riccati_.solve(model_, share_, corrected_);
+    program.bend_limits(-1.0, model_);
+    riccati_.correct(model_, missed_, corrected_);
+  } else {
+    riccati_.correct(model_, missed_, corrected_);
+    missed_.setZero();
+  }
 }
 
 void StageNewton::ease_or_damp(double ratio) {

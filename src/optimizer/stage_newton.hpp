@@ -32,6 +32,7 @@ class StageNewton {
   void find_step();
   Verdict improve(StageProgram& program, const Options& options, Outcome& outcome);
   double try_out(StageProgram& program, Outcome& outcome);
+  void correct(StageProgram& program);
   double judge(const Merit& here, const Merit* there, double cheaper);
   void take_gradient();
   bool follow(StageProgram& program, const Options& options, Outcome& outcome);
