@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "optimizer/small_dense.hpp"
 
@@ -23,6 +24,8 @@ constexpr double first_barrier = 0.1;  // of the cost over the duration
 constexpr double carried_barrier = 1e-4;
 constexpr double finest_barrier = 5e-8;
 constexpr double nearly_finest = 3.0;
+constexpr double weight_growth = 8.0;     // where what is broken has not fallen
+constexpr double enough_progress = 0.25;  // share of it that may be left
 constexpr double fall = 0.1;           // of level and barrier from search to search
 constexpr double largest_weight = 1e15;  // of the first
 constexpr double heaviest = 1e5;         // of equalities, over the largest multiplier: round-off in the rows is 1e-10 of it
@@ -33,6 +36,7 @@ constexpr double most_change = 0.95;   // of a slack that one step takes
 constexpr double farthest = 30.0;      // between multipliers and pulls
 constexpr double least_left = 0.05;    // of a multiplier after a step
 constexpr int most_rounds = 40;        // of Newton's method for a slack
+constexpr double least_base = 0.01;     // of the one before
 constexpr double of_values = 3e-15;    // units of the rows, round-off
 constexpr double of_slack = 4e-16;     // of it, what they leave
 constexpr double product_share = 1e-2; // of λ g over the cost, that counts as an error of the row
@@ -338,19 +342,25 @@ LimitError LimitTerms::error(const MatrixXd& value) const {
 void LimitTerms::set_level(double level, double barrier) {
   level_ = level;
   barrier_ = barrier;
-  const double largest = multipliers_.value.lpNorm<Eigen::Infinity>(), least = first_weight * first_level * base_;
-  multipliers_.weight = std::max(largest, least) / level;
-  equality_weight_ = std::max(largest, least) * std::min(1.0 / level, heaviest);
-  if (getenv("LAMPREY_TRACE"))
-    fprintf(stderr, "   level %.2e weight %.2e barrier %.2e base %.2e largest %.2e\n", level, multipliers_.weight, barrier_, base_, largest);
+  const double largest = std::max(multipliers_.value.lpNorm<Eigen::Infinity>(), first_weight * first_level * base_);
+  weigh(largest / level);
+  equality_weight_ = largest * std::min(1.0 / level, heaviest);
 }
 
-void LimitTerms::renew(const MatrixXd& value) {
+void LimitTerms::weigh(double weight) {
+  multipliers_.weight = std::min(weight, multipliers_.largest_weight);
+  if (getenv("LAMPREY_TRACE"))
+    fprintf(stderr, "   level %.2e weight %.2e barrier %.2e base %.2e\n", level_, multipliers_.weight, barrier_, base_);
+}
+
+void LimitTerms::renew(const MatrixXd& value, double cost) {
   const double largest = multipliers_.value.lpNorm<Eigen::Infinity>();
+  double broken = 0.0;
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const auto row = static_cast<Eigen::Index>(r);
       if (!applies(rows_[r], k)) continue;
+      broken = std::max(broken, rows_[r].equality() ? std::abs(value(row, k)) : -value(row, k));
       multipliers_.value(row, k) = estimate_(row, k);
       if (!landed_ || rows_[r].equality()) continue;
       bool& holds = holds_(row, k);
@@ -358,6 +368,13 @@ void LimitTerms::renew(const MatrixXd& value) {
       if (!holds) multipliers_.value(row, k) = estimate_(row, k) = 0.0;
     }
   if (landed_) return;
+  base_ = std::clamp(cost / duration_, least_base * base_, base_);
+  const double before = std::exchange(broken_, broken);
+  if (broken > level_) {  // multipliers alone may mend it
+    if (broken <= enough_progress * before) return;
+    equality_weight_ *= weight_growth;
+    return weigh(weight_growth * multipliers_.weight);
+  }
   double barrier = fall * barrier_;
   if (barrier < nearly_finest * finest_barrier * base_) barrier = finest_barrier * base_;
   if (barrier < barrier_) {
@@ -412,6 +429,7 @@ void LimitTerms::begin(const MatrixXd& value) {
 
 void LimitTerms::take(const LimitMultipliers& from, double cost) {
   landed_ = false;
+  broken_ = 0.0;
   multipliers_.value.setZero();
   carried_ = from.weight > 0.0;
   base_ = carried_ ? from.largest_weight / (largest_weight * first_weight) : cost / duration_;

@@ -76,7 +76,7 @@ class LimitTerms {
 
   LimitError error(const MatrixXd& value) const;
   /// At the answer of a search: multipliers as they are there, a weaker barrier and a larger weight from now on.
-  void renew(const MatrixXd& value);
+  void renew(const MatrixXd& value, double cost);
   /// From now on no barrier: limits whose multipliers have outlasted the barrier's last fall are equalities, others have no part.
   /// `renew` then changes which are, where they pull the wrong way or are broken.
   void land();
@@ -99,6 +99,7 @@ class LimitTerms {
   Hold hold(std::size_t row, int node, double value) const;
   Hold hold_in_model(std::size_t row, int node, double value);
   void set_level(double level, double barrier);
+  void weigh(double weight);
   bool tied(std::size_t row, int node) const;
   void add_row(double time, const Hold& held, VectorXd& gradient, MatrixXd& hessian) const;
   void add_rows(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, LimitModel& model);
@@ -115,6 +116,7 @@ class LimitTerms {
   LimitMultipliers multipliers_;
   double base_ = 0.0;             // (N m)², the cost over the duration
   double level_ = 0.0;            // units of the rows, how far searches let them be off
+  double broken_ = 0.0;           // units of the rows, by how much limits were broken at the last search's answer
   double equality_weight_ = 0.0;  // (N m)² s
   double barrier_ = 0.0;          // (N m)² μ
   bool carried_ = false;          // whether multipliers came from another grid

@@ -338,7 +338,7 @@ void ShapeProgram::add_limits(Motion& motion) {
 }
 
 void ShapeProgram::renew_limits(bool heavier) {
-  if (!limits_.empty()) limits_.renew(now_.limit_value);
+  if (!limits_.empty()) limits_.renew(now_.limit_value, now_.cost + won(now_));
   terms_.renew(costed(now_), now_.terms, heavier);
   measure(now_);
 }
