@@ -29,6 +29,8 @@ constexpr double enough_progress = 0.25;  // share of it that may be left
 constexpr double fall = 0.1;           // of level and barrier from search to search
 constexpr double largest_weight = 1e15;  // of the first
 constexpr double heaviest = 1e5;         // of equalities, over the largest multiplier: round-off in the rows is 1e-10 of it
+constexpr double far_from_bound = 1e-3;  // multipliers over the values, in units of the cost over the duration, that hold nothing
+constexpr double landing_weight = 1e7;
 constexpr double off_landed = 1e-9;      // units of the rows, that limits which do not hold may be broken by
 constexpr double wrong_pull = 1e-9;      // of the largest multiplier
 constexpr double reach = 0.3;          // units of the rows, up to which the barrier is felt
@@ -385,7 +387,7 @@ void LimitTerms::renew(const MatrixXd& value, double cost) {
 }
 
 // Where a limit holds its slack falls with the barrier, elsewhere its multiplier.
-void LimitTerms::land() {
+void LimitTerms::land(const MatrixXd& value) {
   before_landing_ = multipliers_.value;
   if (landed_) return;  // with the limits that held
   landed_ = true;
@@ -395,11 +397,12 @@ void LimitTerms::land() {
       if (rows_[r].equality()) continue;
       const auto row = static_cast<Eigen::Index>(r);
       const double multiplier = multipliers_.value(row, k);
-      holds_(row, k) = applies(rows_[r], k) && multiplier > outlasts * before_fall_(row, k) && multiplier > 0.0;
+      holds_(row, k) = applies(rows_[r], k) && multiplier > outlasts * before_fall_(row, k) &&
+                       multiplier > far_from_bound * base_ * value(row, k);
       if (!holds_(row, k)) multipliers_.value(row, k) = estimate_(row, k) = 0.0;
     }
   const double largest = std::max(multipliers_.value.lpNorm<Eigen::Infinity>(), first_weight * first_level * base_);
-  equality_weight_ = heaviest * largest;
+  equality_weight_ = landing_weight * largest;
 }
 
 void LimitTerms::take_off(const MatrixXd& value) {

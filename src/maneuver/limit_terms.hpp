@@ -79,7 +79,7 @@ class LimitTerms {
   void renew(const MatrixXd& value, double cost);
   /// From now on no barrier: limits whose multipliers have outlasted the barrier's last fall are equalities, others have no part.
   /// `renew` then changes which are, where they pull the wrong way or are broken.
-  void land();
+  void land(const MatrixXd& value);
   bool landed() const { return landed_; }
   /// Back to a barrier, at the values and with the multipliers that were left by `land`.
   void take_off(const MatrixXd& value);

@@ -346,7 +346,7 @@ void ShapeProgram::renew_limits(bool heavier) {
 bool ShapeProgram::land() {
   if (limits_.empty()) return false;
   aloft_ = now_;
-  limits_.land();
+  limits_.land(now_.limit_value);
   measure(now_);
   return true;
 }
