@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "optimizer/small_dense.hpp"
 
@@ -16,32 +15,13 @@ using model::at;
 using model::System;
 using optimizer::set_transposed;
 
-constexpr double first_weight = 30.0;  // of the cost over the duration
-constexpr double first_level = 0.1;    // units of the rows
-constexpr double carried_level = 1e-5;
-constexpr double finest_level = 1e-9;
-constexpr double first_barrier = 0.1;  // of the cost over the duration
-constexpr double carried_barrier = 1e-4;
-constexpr double finest_barrier = 5e-8;
-constexpr double nearly_finest = 3.0;
-constexpr double weight_growth = 8.0;     // where what is broken has not fallen
-constexpr double enough_progress = 0.25;  // share of it that may be left
-constexpr double fall = 0.1;           // of level and barrier from search to search
-constexpr double largest_weight = 1e15;  // of the first
-constexpr double heaviest = 1e5;         // of equalities, over the largest multiplier: round-off in the rows is 1e-10 of it
-constexpr double far_from_bound = 1e-3;  // multipliers over the values, in units of the cost over the duration, that hold nothing
-constexpr double landing_weight = 1e7;
-constexpr double off_landed = 1e-9;      // units of the rows, that limits which do not hold may be broken by
-constexpr double wrong_pull = 1e-9;      // of the largest multiplier
-constexpr double reach = 0.3;          // units of the rows, up to which the barrier is felt
-constexpr double most_change = 0.95;   // of a slack that one step takes
-constexpr double farthest = 30.0;      // between multipliers and pulls
+constexpr double barrier_reach = 0.3;  // units of the rows, up to which the barrier is felt
+constexpr int most_slack_rounds = 40;  // of Newton's method for a slack
+constexpr double slack_left = 4e-16;   // of it, what they leave
+constexpr double farthest = 30.0;      // times a pull that its multiplier may be in the model, and as small a share
+constexpr double most_change = 0.95;   // of a slack, in one step
 constexpr double least_left = 0.05;    // of a multiplier after a step
-constexpr int most_rounds = 40;        // of Newton's method for a slack
-constexpr double least_base = 0.01;     // of the one before
-constexpr double of_values = 3e-15;    // units of the rows, round-off
-constexpr double of_slack = 4e-16;     // of it, what they leave
-constexpr double product_share = 1e-2; // of λ g over the cost, that counts as an error of the row
+constexpr double value_noise = 3e-15;  // units of the rows, round-off of their values
 
 }  // namespace
 
@@ -85,44 +65,49 @@ LimitModel LimitTerms::model_of_size() const {
   return model;
 }
 
-// Equations 10.6 and 10.7: g − s = (λ − p)/w and p = μ (1 − s/c)²/s, μ the barrier, c its reach. Newton's method from a slack
-// that is too small: the equation is concave in it.
-LimitTerms::Hold LimitTerms::hold(std::size_t row, int node, double value) const {
-  const auto r = static_cast<Eigen::Index>(row);
-  const double lambda = multipliers_.value(r, node);
-  if (tied(row, node)) return {0.0, lambda - equality_weight_ * value, equality_weight_};
-  if (landed_) return {value, 0.0, 0.0};
-  const double w = multipliers_.weight;
-  const double far = value - lambda / w;  // the slack of a row that does not pull
-  if (!(far < reach)) return {far, 0.0, 0.0};
-  const double least = far - 2.0 * barrier_ / (reach * w), root = std::hypot(least, 2.0 * std::sqrt(barrier_ / w));
-  double s = least > 0.0 ? 0.5 * (least + root) : 2.0 * barrier_ / (w * (root - least));
-  double pull = 0.0, bend = 0.0;
-  for (int round = 0;; ++round) {
-    const double x = std::min(s / reach, 1.0), rest = 1.0 - x;
-    pull = barrier_ * rest * rest / s;
-    bend = barrier_ * rest * (1.0 + x) / (s * s);
-    const double change = (far + pull / w - s) / (1.0 + bend / w);
-    if (round == most_rounds || !(std::abs(change) > of_slack * s)) break;
-    s += change;
-  }
-  return {s, pull, bend};
-}
-
 // Whether a row is an equality.
 bool LimitTerms::tied(std::size_t row, int node) const {
   return rows_[row].equality() || (landed_ && holds_(static_cast<Eigen::Index>(row), node));
 }
 
-// And the stiffness, with the multiplier in place of the pull.
+// Equations 10.6 and 10.7, with barrier, weight and pull over the row's time. Newton's method from a slack that is too small: what
+// it solves is concave in it.
+LimitTerms::Hold LimitTerms::hold(std::size_t row, int node, double value) const {
+  const double lambda = multipliers_.value(static_cast<Eigen::Index>(row), node), time = time_unit(rows_[row]);
+  if (tied(row, node)) {
+    const double w = equality_weight_ * time;
+    return {0.0, lambda - w * value, w, -0.5 * (2.0 * lambda - w * value) * value};
+  }
+  if (landed_) return {value, 0.0, 0.0, 0.0};
+  const double w = multipliers_.weight * time, mu = barrier_ * time, c = barrier_reach;
+  const double far = value - lambda / w;  // the slack of a row that does not pull
+  if (!(far < c)) return {far, 0.0, 0.0, -0.5 * lambda * lambda / w};
+  const double least = far - 2.0 * mu / (c * w), root = std::hypot(least, 2.0 * std::sqrt(mu / w));
+  double s = least > 0.0 ? 0.5 * (least + root) : 2.0 * mu / (w * (root - least));
+  double x = 0.0, pull = 0.0, bend = 0.0;
+  for (int round = 0;; ++round) {
+    x = std::min(s / c, 1.0);
+    pull = mu * (1.0 - x) * (1.0 - x) / s;
+    bend = mu * (1.0 - x) * (1.0 + x) / (s * s);
+    const double change = (far + pull / w - s) / (1.0 + bend / w);
+    if (round == most_slack_rounds || !(std::abs(change) > slack_left * s)) break;
+    s += change;
+  }
+  const double of_slack = -mu * (std::log(x) + (1.0 - x) * (1.5 - 0.5 * x));
+  return {s, pull, bend / (1.0 + bend / w), of_slack + 0.5 * (pull - lambda) * (pull + lambda) / w};
+}
+
+// For the model: the stiffness has the multiplier in place of the pull.
 LimitTerms::Hold LimitTerms::hold_in_model(std::size_t row, int node, double value) {
   const auto r = static_cast<Eigen::Index>(row);
   Hold held = hold(row, node, value);
   if (!tied(row, node) && held.pull > 0.0) {
     double& estimate = estimate_(r, node);
     if (!(estimate > 0.0)) estimate = held.pull;
-    const double bend = held.stiffness * std::clamp(estimate / held.pull, 1.0 / farthest, farthest);
-    held.stiffness = bend / (1.0 + bend / multipliers_.weight);
+    const double w = multipliers_.weight * time_unit(rows_[row]);
+    const double bend = held.stiffness / (1.0 - held.stiffness / w);
+    const double by_estimate = bend * std::clamp(estimate / held.pull, 1.0 / farthest, farthest);
+    held.stiffness = by_estimate / (1.0 + by_estimate / w);
   }
   pull_(r, node) = held.pull;
   stiffness_(r, node) = held.stiffness;
@@ -132,7 +117,8 @@ LimitTerms::Hold LimitTerms::hold_in_model(std::size_t row, int node, double val
 void LimitTerms::measure(int node, const LimitedNode& node_at, Eigen::Ref<VectorXd> value) const {
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const auto index = static_cast<Eigen::Index>(r);
-    const double enough = reach + std::max(multipliers_.value(index, node), 0.0) / std::max(multipliers_.weight, 1e-300);
+    const double w = std::max(multipliers_.weight, 1e-300) * time_unit(rows_[r]);
+    const double enough = barrier_reach + std::max(multipliers_.value(index, node), 0.0) / w;
     value[index] = applies(rows_[r], node) ? limit_value(system_, rows_[r], node_at, enough)
                                            : std::numeric_limits<double>::infinity();
   }
@@ -142,19 +128,10 @@ double LimitTerms::cost(int node, const Eigen::Ref<const VectorXd>& value, doubl
   double sum = 0.0;
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     if (!applies(rows_[r], node)) continue;
-    const auto index = static_cast<Eigen::Index>(r);
-    const double lambda = multipliers_.value(index, node);
-    const Hold held = hold(r, node, value[index]);
-    const bool tied = this->tied(r, node);
-    if (landed_ && !tied) continue;
-    double added = 0.5 * (held.pull * held.pull - lambda * lambda) / (tied ? equality_weight_ : multipliers_.weight);
-    if (!tied && held.slack < reach) {
-      const double x = held.slack / reach;
-      added -= barrier_ * (std::log(x) + (1.0 - x) * (1.5 - 0.5 * x));
-    }
+    const Hold held = hold(r, node, value[static_cast<Eigen::Index>(r)]);
     const double time = node_time(rows_[r], node);
-    sum += time * added;
-    round_off += time * std::abs(held.pull) * of_values;
+    sum += time * held.cost;
+    round_off += time * std::abs(held.pull) * value_noise;
   }
   return sum;
 }
@@ -305,7 +282,8 @@ double LimitTerms::share_within(const MatrixXd& value) const {
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const auto row = static_cast<Eigen::Index>(r);
       if (tied(r, static_cast<int>(k)) || !(change_(row, k) < 0.0)) continue;
-      const double room = most_change * (std::max(value(row, k), 0.0) + pull_(row, k) / multipliers_.weight);
+      const double w = multipliers_.weight * time_unit(rows_[r]);
+      const double room = most_change * (std::max(value(row, k), 0.0) + pull_(row, k) / w);
       if (-share * change_(row, k) > room) share = -room / change_(row, k);
     }
   return share;
@@ -322,136 +300,6 @@ void LimitTerms::follow(double share) {
       else
         estimate = std::max(estimate + share * (next - estimate), least_left * estimate);
     }
-}
-
-LimitError LimitTerms::error(const MatrixXd& value) const {
-  LimitError worst;
-  const double largest = landed_ ? multipliers_.value.lpNorm<Eigen::Infinity>() : 0.0;
-  for (int k = 0; k <= steps_; ++k)
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
-      if (!applies(rows_[r], k)) continue;
-      const auto row = static_cast<Eigen::Index>(r);
-      const double g = value(row, k);
-      double error = tied(r, k) ? std::abs(g) : -g;
-      if (!landed_ && !rows_[r].equality() && estimate_(row, k) > 0.0)
-        error = std::max(error, product_share * estimate_(row, k) * g / base_);
-      if (landed_ && !rows_[r].equality() && tied(r, k) && estimate_(row, k) < -wrong_pull * largest) error = std::max(error, 1.0);
-      if (error > worst.value || worst.row < 0) worst = {error, static_cast<int>(r), k};
-    }
-  return worst;
-}
-
-void LimitTerms::set_level(double level, double barrier) {
-  level_ = level;
-  barrier_ = barrier;
-  const double largest = std::max(multipliers_.value.lpNorm<Eigen::Infinity>(), first_weight * first_level * base_);
-  weigh(largest / level);
-  equality_weight_ = largest * std::min(1.0 / level, heaviest);
-}
-
-void LimitTerms::weigh(double weight) {
-  multipliers_.weight = std::min(weight, multipliers_.largest_weight);
-  if (getenv("LAMPREY_TRACE"))
-    fprintf(stderr, "   level %.2e weight %.2e barrier %.2e base %.2e\n", level_, multipliers_.weight, barrier_, base_);
-}
-
-void LimitTerms::renew(const MatrixXd& value, double cost) {
-  const double largest = multipliers_.value.lpNorm<Eigen::Infinity>();
-  double broken = 0.0;
-  for (int k = 0; k <= steps_; ++k)
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
-      const auto row = static_cast<Eigen::Index>(r);
-      if (!applies(rows_[r], k)) continue;
-      broken = std::max(broken, rows_[r].equality() ? std::abs(value(row, k)) : -value(row, k));
-      multipliers_.value(row, k) = estimate_(row, k);
-      if (!landed_ || rows_[r].equality()) continue;
-      bool& holds = holds_(row, k);
-      if (holds ? estimate_(row, k) < -wrong_pull * largest : value(row, k) < -off_landed) holds = !holds;
-      if (!holds) multipliers_.value(row, k) = estimate_(row, k) = 0.0;
-    }
-  if (landed_) return;
-  base_ = std::clamp(cost / duration_, least_base * base_, base_);
-  const double before = std::exchange(broken_, broken);
-  if (broken > level_) {  // multipliers alone may mend it
-    if (broken <= enough_progress * before) return;
-    equality_weight_ *= weight_growth;
-    return weigh(weight_growth * multipliers_.weight);
-  }
-  double barrier = fall * barrier_;
-  if (barrier < nearly_finest * finest_barrier * base_) barrier = finest_barrier * base_;
-  if (barrier < barrier_) {
-    fallen_ = barrier / barrier_;
-    before_fall_ = multipliers_.value;
-  }
-  set_level(std::max(finest_level, fall * level_), std::min(barrier, barrier_));
-}
-
-// Where a limit holds its slack falls with the barrier, elsewhere its multiplier.
-void LimitTerms::land(const MatrixXd& value) {
-  before_landing_ = multipliers_.value;
-  if (landed_) return;  // with the limits that held
-  landed_ = true;
-  const double outlasts = std::sqrt(fallen_);
-  for (int k = 0; k <= steps_; ++k)
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
-      if (rows_[r].equality()) continue;
-      const auto row = static_cast<Eigen::Index>(r);
-      const double multiplier = multipliers_.value(row, k);
-      holds_(row, k) = applies(rows_[r], k) && multiplier > outlasts * before_fall_(row, k) &&
-                       multiplier > far_from_bound * base_ * value(row, k);
-      if (!holds_(row, k)) multipliers_.value(row, k) = estimate_(row, k) = 0.0;
-    }
-  const double largest = std::max(multipliers_.value.lpNorm<Eigen::Infinity>(), first_weight * first_level * base_);
-  equality_weight_ = landing_weight * largest;
-}
-
-void LimitTerms::take_off(const MatrixXd& value) {
-  landed_ = false;
-  carried_ = true;
-  multipliers_.value = before_landing_;
-  begin(value);
-}
-
-// Where multipliers were carried from another grid, what they and the rows have to do with the cost says how near the point is.
-void LimitTerms::begin(const MatrixXd& value) {
-  estimate_ = multipliers_.value;
-  if (!carried_) return set_level(first_level, first_barrier * base_);
-  double open = 0.0, product = 0.0;
-  for (int k = 0; k <= steps_; ++k)
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
-      const auto row = static_cast<Eigen::Index>(r);
-      if (!applies(rows_[r], k)) continue;
-      const double g = value(row, k);
-      open = std::max(open, rows_[r].equality() ? std::abs(g) : -g);
-      if (!rows_[r].equality() && multipliers_.value(row, k) > 0.0)
-        product += node_time(rows_[r], k) * multipliers_.value(row, k) * std::abs(g) / duration_;
-    }
-  const double barrier = std::clamp(product, carried_barrier * base_, first_barrier * base_);
-  set_level(std::clamp(std::max(open, carried_level * barrier / (carried_barrier * base_)), carried_level, first_level), barrier);
-}
-
-void LimitTerms::take(const LimitMultipliers& from, double cost) {
-  landed_ = false;
-  broken_ = 0.0;
-  multipliers_.value.setZero();
-  carried_ = from.weight > 0.0;
-  base_ = carried_ ? from.largest_weight / (largest_weight * first_weight) : cost / duration_;
-  multipliers_.largest_weight = largest_weight * first_weight * base_;
-  set_level(first_level, first_barrier * base_);
-  const auto coarse = static_cast<int>(from.value.cols()) - 1;
-  if (coarse < 1) return;
-  for (int k = 0; k <= steps_; ++k) {
-    const double place = static_cast<double>(k) * coarse / steps_;
-    const int left = std::min(static_cast<int>(place), coarse - 1);
-    const double share = place - left;
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
-      const auto row = static_cast<Eigen::Index>(r);
-      if (rows_[r].time >= 0.0)
-        multipliers_.value(row, k) = applies(rows_[r], k) ? from.value.row(row).sum() : 0.0;
-      else if (applies(rows_[r], k))
-        multipliers_.value(row, k) = (1.0 - share) * from.value(row, left) + share * from.value(row, left + 1);
-    }
-  }
 }
 
 }  // namespace lamprey::maneuver

@@ -92,14 +92,18 @@ class LimitTerms {
  private:
   bool applies(const LimitRow& row, int node) const { return maneuver::applies(row, node, steps_, duration_); }
   double node_time(const LimitRow& row, int node) const { return counted_time(row, node, steps_, duration_); }
-  // A row's slack s, its pull p on the row, and D = −∂p/∂g as the multipliers' Newton step has it.
+  /// Time that a row's multipliers, barrier and weight are for: 1 of those with a density in time.
+  double time_unit(const LimitRow& row) const { return row.time >= 0.0 || row.of_duration() ? duration_ : 1.0; }
+  // A row's slack s, its pull p on the row, the stiffness −∂p/∂g, and what it all adds to the cost.
   struct Hold {
-    double slack, pull, stiffness;
+    double slack, pull, stiffness, cost;
   };
   Hold hold(std::size_t row, int node, double value) const;
   Hold hold_in_model(std::size_t row, int node, double value);
+  double largest() const;  // (N m)², multiplier
   void set_level(double level, double barrier);
-  void weigh(double weight);
+  void come_nearer(double broken, double cost);
+  void begin_near(const MatrixXd& value, double least_level, double least_barrier);
   bool tied(std::size_t row, int node) const;
   void add_row(double time, const Hold& held, VectorXd& gradient, MatrixXd& hessian) const;
   void add_rows(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, LimitModel& model);
@@ -111,26 +115,25 @@ class LimitTerms {
   MatrixXd shape_basis_, pose_basis_;
   int steps_;
   double duration_;
-  bool before_ = false;  // whether any row looks at the node before
-  bool of_moments_ = false;  // whether any row is of moments
-  LimitMultipliers multipliers_;
+  bool before_ = false;           // whether any row looks at the node before
+  bool of_moments_ = false;       // whether any row is of moments
+  LimitMultipliers multipliers_;  // λ, of the augmented Lagrangian
   double base_ = 0.0;             // (N m)², the cost over the duration
   double level_ = 0.0;            // units of the rows, how far searches let them be off
-  double broken_ = 0.0;           // units of the rows, by how much limits were broken at the last search's answer
-  double equality_weight_ = 0.0;  // (N m)² s
   double barrier_ = 0.0;          // (N m)² μ
+  double equality_weight_ = 0.0;  // (N m)²
+  double broken_ = 0.0;           // units of the rows, by how much limits were broken at the last search's answer
   bool carried_ = false;          // whether multipliers came from another grid
-  bool landed_ = false;
-  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> holds_;  // [rows][N + 1] limits that hold, where landed
-  MatrixXd before_fall_;          // [rows][N + 1] multipliers where the barrier fell last
-  MatrixXd before_landing_;       // likewise
-  double fallen_ = 1.0;           // the barrier's last fall
-  MatrixXd estimate_;             // [rows][N + 1] (N m)² z, the multipliers that Newton's method has for the pulls
-  MatrixXd pull_, stiffness_;     // [rows][N + 1] of the models
+  MatrixXd estimate_;             // [rows][N + 1] (N m)² z, the multipliers of Newton's method
+  MatrixXd pull_, stiffness_;     // [rows][N + 1] (N m)² of the models
   MatrixXd change_;               // [rows][N + 1] foreseen
-  MatrixXd beyond_;              // [rows][N + 1] gradients along the rows' slopes, by what they changed by beyond
+  MatrixXd beyond_;               // [rows][N + 1] what rows changed by beyond, times stiffness and time
   std::vector<MatrixXd> slopes_;  // [N + 1][rows][2 f + p + 1] of the models, rows of moments aside
   std::vector<MatrixXd> moment_slopes_;  // [N + 1][rows][controls], where there are rows of moments
+  bool landed_ = false;
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> holds_;  // [rows][N + 1] limits that are equalities, where landed
+  MatrixXd before_fall_, before_landing_;                     // [rows][N + 1] multipliers
+  double fallen_ = 1.0;                                       // share of the barrier that its last fall has left
   ShapeTurns turns_;
   // workspace
   VectorXd by_bodies_, slope_;   // [body_coordinates] gradient of all rows and of one, [controls] for moments

@@ -387,7 +387,8 @@ void ShapeProgram::bend_limits(double factor, optimizer::StageModel& model) {
     }
     optimizer::add_transposed_image(1.0, moments_of_stage_[at(k)].rightCols(shape_), by_moments_, r);
     if (k > 0)
-      optimizer::add_transposed_image(1.0, moments_of_stage_[at(k)].leftCols(2 * shape_), by_moments_, q.head(2 * shape_));
+      optimizer::add_transposed_image(1.0, moments_of_stage_[at(k)].leftCols(2 * shape_), by_moments_,
+                                      q.head(2 * shape_));
   }
 }
 
@@ -397,7 +398,8 @@ void ShapeProgram::foresee_limits(const StageStep& step) {
     const VectorXd& state = step.state[at(leads_ + k)];
     by_moments_.setZero();
     if (k == steps_) {
-      if (maneuver_.rest || maneuver_.periodic) optimizer::add_image(1.0, end_by_state_.topRows(controls_), state, by_moments_);
+      if (maneuver_.rest || maneuver_.periodic)
+        optimizer::add_image(1.0, end_by_state_.topRows(controls_), state, by_moments_);
     } else if (!by_shapes()) {
       by_moments_ = step.input[at(k + leads_)];
     } else if (!moments_of_stage_.empty()) {

@@ -200,8 +200,8 @@ class ShapeProgram : public optimizer::StageProgram {
   std::optional<LimitMultipliers> limit_start_;  // for the next go_to
   WorkMultipliers work_start_;                   // likewise
   std::vector<LimitModel> limit_model_;          // [N + 1]
-  std::vector<MatrixXd> moments_of_stage_;       // [N][controls][3 f] by shapes k − 1, k, k + 1, where limits are of moments
-  mechanics::Vectors pose_turn_, pose_shift_;    // [N + 1] multipliers of the root's pose at the nodes, world
+  std::vector<MatrixXd> moments_of_stage_;  // [N][controls][3 f] by shapes k − 1, k, k + 1, where limits are of moments
+  mechanics::Vectors pose_turn_, pose_shift_;  // [N + 1] multipliers of the root's pose at the nodes, world
   Motion now_, trial_;
   Motion aloft_;  // from where a search went on without the barrier of limits
   bool has_motion_ = false;

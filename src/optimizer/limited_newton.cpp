@@ -33,32 +33,23 @@ bool stopped(const Options& options, double time_left, Outcome& outcome) {
   return true;
 }
 
-// From the barrier's answer, or another that has landed, to one that keeps limits that hold as equalities: where these are the
-// right ones, multipliers of the others vanish. Returns whether they are found; if not, the program is where it was.
-bool land(StageNewton& newton, StageProgram& program, Options options, double limit_tolerance, Outcome& outcome) {
-  if (!program.land()) return true;
-  options.max_iterations = landing_iterations;
-  options.patience = 1;
-  for (int n = 0; n < most_landings; ++n) {
-    const int it0 = outcome.iterations, ev0 = outcome.evaluations;
-    const double error = program.limit_error();
-    newton.solve(program, options, outcome);
-    if (getenv("LAMPREY_TRACE")) fprintf(stderr, "N=%d round 9%d landing err %.2e -> %.2e its %d evs %d cost %.6g merit %.6g viol %.1e %s\n", program.sizes().stages, n, error, program.limit_error(), outcome.iterations-it0, outcome.evaluations-ev0, outcome.objective, program.merit().cost, program.merit().violation, outcome.reason.c_str());
-    if (outcome.termination != Termination::converged) break;
-    const bool met = program.limit_error() <= limit_tolerance;
-    program.renew_limits(false);
-    if (met) return true;
-  }
-  program.take_off();
-  return false;
-}
+// When a search gives the barrier up for limits that hold as equalities, and when it returns to it.
+struct Landing {
+  int left;  // rounds for finding which hold
 
-void finish_aloft(const StageProgram& program, Outcome& outcome) {
-  outcome.termination = Termination::converged;
-  outcome.reason = "converged";
-  outcome.objective = program.merit().cost;
-  outcome.infeasibility = program.merit().violation;
-}
+  // After a round: whether the program has landed or taken off.
+  bool changes(StageProgram& program, bool kept, bool converged) {
+    if (left == 0 || (kept && (program.landed() || !converged))) return false;
+    if (!program.landed()) {
+      if (kept && !program.land()) left = 0;
+      return kept && left > 0;
+    }
+    if (converged && --left > 0) return false;
+    program.take_off();
+    left = 0;
+    return true;
+  }
+};
 
 }  // namespace
 
@@ -71,13 +62,10 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
   if (!program.limited()) return newton.solve(program, options, outcome);
   const auto begin = std::chrono::steady_clock::now();
   Options round = options;
-  round.max_iterations = std::min(options.max_iterations, most_round_iterations);
+  Landing landing{limit_tolerance <= worth_landing ? most_landings : 0};
+  if (program.landed()) program.land();  // the limits that hold an old answer may hold the new one
   double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
   int idle = 0;
-  if (program.landed()) {
-    round.tolerance = finest;
-    if (land(newton, program, round, limit_tolerance, outcome) || gave_up(outcome.termination)) return;
-  }
   for (int n = 0; n < most_rounds && idle < most_idle_rounds; ++n) {
     const double error = program.limit_error();
     if (n > 0 || error > limit_tolerance) {  // an old answer keeps limits that another goal makes hard to keep
@@ -86,16 +74,20 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     }
     if (idle > 1) finest = std::max(least_tolerance, 0.1 * finest);
     round.tolerance = std::clamp(tolerance_share * error, finest, std::max(first_tolerance, finest));
-    if (error <= limit_tolerance) round.tolerance = finest;
-    const int it0 = outcome.iterations, ev0 = outcome.evaluations;
+    if (error <= limit_tolerance || program.landed()) round.tolerance = finest;
+    round.max_iterations =
+        std::min(options.max_iterations, program.landed() ? landing_iterations : most_round_iterations);
+    round.patience = program.landed() ? 1 : options.patience;
     newton.solve(program, round, outcome);
-    if (getenv("LAMPREY_TRACE")) fprintf(stderr, "N=%d round %d err %.2e -> %.2e tol %.1e its %d evs %d cost %.6g merit %.6g viol %.1e %s\n", program.sizes().stages, n, error, program.limit_error(), round.tolerance, outcome.iterations-it0, outcome.evaluations-ev0, outcome.objective, program.merit().cost, program.merit().violation, outcome.reason.c_str());
     if (gave_up(outcome.termination)) return;
-    const bool met = program.limit_error() <= limit_tolerance;
+    const bool converged = outcome.termination == Termination::converged;
+    const bool kept = program.limit_violation() <= limit_tolerance, met = program.limit_error() <= limit_tolerance;
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
-    if (met && round.tolerance == finest && outcome.termination == Termination::converged) {
-      if (limit_tolerance > worth_landing || land(newton, program, round, limit_tolerance, outcome)) return;
-      return finish_aloft(program, outcome);
+    const bool done = met && converged && round.tolerance == finest;
+    if (done && (program.landed() || !landing.left)) return;
+    if (landing.changes(program, kept, converged)) {
+      idle = 0;
+      best = std::numeric_limits<double>::infinity();
     }
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     round.time_limit = options.time_limit - taken.count();  // of all rounds together

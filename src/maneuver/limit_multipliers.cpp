@@ -1,0 +1,180 @@
+// How limits' multipliers, barrier and weight go on from search to search (chapter 10).
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "maneuver/limit_terms.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using model::at;
+
+// Barriers are shares of the cost over the duration, levels in units of the rows.
+constexpr double first_weight = 30.0;    // over the cost over the duration
+constexpr double largest_weight = 1e15;  // of the first
+constexpr double first_level = 0.1, first_barrier = 0.1;
+constexpr double carried_level = 1e-5, carried_barrier = 1e-4;
+constexpr double finest_level = 1e-9, finest_barrier = 5e-8;
+constexpr double fall = 0.1;              // of both from search to search
+constexpr double nearly_finest = 3.0;     // times the finest barrier, from where it falls to that
+constexpr double weight_growth = 8.0;     // where what is broken has not fallen
+constexpr double enough_progress = 0.25;  // share of it that may be left
+constexpr double heaviest = 1e5;        // weight of equalities over the largest multiplier: round-off is 1e-10 of that
+constexpr double landing_weight = 1e7;  // the same where limits have become equalities
+constexpr double least_pull = 1e-3;     // of a limit that holds, over its value, in the cost over the duration
+constexpr double landed_off = 1e-9;     // units of the rows, by which limits that do not hold may be broken
+constexpr double wrong_pull = 1e-9;     // of the largest multiplier, against a limit that holds
+constexpr double wrong = 1.0;           // error of such a limit
+constexpr double product_share = 1e-2;  // of λ g over the cost, that counts as a row's error
+constexpr double least_cost = 0.01;     // of the cost before, that barriers are reckoned by from one search to the next
+
+}  // namespace
+
+double LimitTerms::largest() const {
+  double largest = 0.0;
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const auto row = multipliers_.value.row(static_cast<Eigen::Index>(r));
+    largest = std::max(largest, row.lpNorm<Eigen::Infinity>() / time_unit(rows_[r]));
+  }
+  return largest;
+}
+
+LimitError LimitTerms::error(const MatrixXd& value) const {
+  LimitError worst;
+  const double largest = landed_ ? this->largest() : 0.0;
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      if (!applies(rows_[r], k)) continue;
+      const auto row = static_cast<Eigen::Index>(r);
+      const double g = value(row, k), multiplier = estimate_(row, k) / time_unit(rows_[r]);
+      double error = tied(r, k) ? std::abs(g) : -g;
+      if (!rows_[r].equality()) {
+        if (!landed_) error = std::max(error, product_share * multiplier * g / base_);
+        if (landed_ && tied(r, k) && multiplier < -wrong_pull * largest) error = std::max(error, wrong);
+      }
+      if (error > worst.value || worst.row < 0) worst = {error, static_cast<int>(r), k};
+    }
+  return worst;
+}
+
+void LimitTerms::set_level(double level, double barrier) {
+  level_ = level;
+  barrier_ = barrier;
+  const double pulling = std::max(largest(), first_weight * first_level * base_);
+  equality_weight_ = pulling * std::min(1.0 / level, heaviest);
+  multipliers_.weight = std::min(pulling / level, multipliers_.largest_weight);
+}
+
+void LimitTerms::renew(const MatrixXd& value, double cost) {
+  const double largest = this->largest();
+  double broken = 0.0;
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      const auto row = static_cast<Eigen::Index>(r);
+      if (!applies(rows_[r], k)) continue;
+      const double g = value(row, k);
+      double& multiplier = multipliers_.value(row, k);
+      multiplier = estimate_(row, k);
+      broken = std::max(broken, rows_[r].equality() ? std::abs(g) : -g);
+      if (!landed_ || rows_[r].equality()) continue;
+      bool& holds = holds_(row, k);
+      if (holds ? multiplier < -wrong_pull * largest * time_unit(rows_[r]) : g < -landed_off) holds = !holds;
+      if (!holds) multiplier = estimate_(row, k) = 0.0;
+    }
+  if (!landed_) come_nearer(broken, cost);
+}
+
+// Where limits are broken by more than the level multipliers alone may mend it, or a larger weight; else barrier and level fall.
+void LimitTerms::come_nearer(double broken, double cost) {
+  base_ = std::clamp(cost / duration_, least_cost * base_, base_);
+  const double before = std::exchange(broken_, broken);
+  if (broken > level_) {
+    if (broken <= enough_progress * before) return;
+    equality_weight_ *= weight_growth;
+    multipliers_.weight = std::min(weight_growth * multipliers_.weight, multipliers_.largest_weight);
+    return;
+  }
+  double barrier = fall * barrier_;
+  if (barrier < nearly_finest * finest_barrier * base_) barrier = std::min(finest_barrier * base_, barrier_);
+  if (barrier < barrier_) {
+    fallen_ = barrier / barrier_;
+    before_fall_ = multipliers_.value;
+  }
+  set_level(std::max(finest_level, fall * level_), barrier);
+}
+
+// Where a limit holds its slack falls with the barrier, elsewhere its multiplier.
+void LimitTerms::land(const MatrixXd& value) {
+  before_landing_ = multipliers_.value;
+  if (landed_) return;  // with the limits that held
+  landed_ = true;
+  const double outlasts = std::sqrt(fallen_);
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      if (rows_[r].equality()) continue;
+      const auto row = static_cast<Eigen::Index>(r);
+      double& multiplier = multipliers_.value(row, k);
+      holds_(row, k) = applies(rows_[r], k) && multiplier > outlasts * before_fall_(row, k) &&
+                       multiplier > least_pull * base_ * time_unit(rows_[r]) * value(row, k);
+      if (!holds_(row, k)) multiplier = estimate_(row, k) = 0.0;
+    }
+  equality_weight_ = landing_weight * std::max(largest(), first_weight * first_level * base_);
+}
+
+void LimitTerms::take_off(const MatrixXd& value) {
+  landed_ = false;
+  multipliers_.value = estimate_ = before_landing_;
+  begin_near(value, finest_level, finest_barrier);
+}
+
+void LimitTerms::begin(const MatrixXd& value) {
+  estimate_ = multipliers_.value;
+  if (carried_)
+    begin_near(value, carried_level, carried_barrier);
+  else
+    set_level(first_level, first_barrier * base_);
+}
+
+// What multipliers and rows have to do with the cost, and what is broken, say how near an answer the point is.
+void LimitTerms::begin_near(const MatrixXd& value, double least_level, double least_barrier) {
+  double broken = 0.0, product = 0.0;
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      const auto row = static_cast<Eigen::Index>(r);
+      if (!applies(rows_[r], k)) continue;
+      const double g = value(row, k);
+      broken = std::max(broken, rows_[r].equality() ? std::abs(g) : -g);
+      if (!rows_[r].equality())
+        product += node_time(rows_[r], k) * multipliers_.value(row, k) * std::abs(g) / duration_;
+    }
+  const double share = std::clamp(product / base_, least_barrier, first_barrier);
+  set_level(std::clamp(std::max(broken, least_level * share / least_barrier), least_level, first_level), share * base_);
+}
+
+void LimitTerms::take(const LimitMultipliers& from, double cost) {
+  landed_ = false;
+  broken_ = 0.0;
+  multipliers_.value.setZero();
+  carried_ = from.weight > 0.0;
+  base_ = carried_ ? from.largest_weight / (largest_weight * first_weight) : cost / duration_;
+  multipliers_.largest_weight = largest_weight * first_weight * base_;
+  set_level(first_level, first_barrier * base_);
+  const auto coarse = static_cast<int>(from.value.cols()) - 1;
+  if (coarse < 1) return;
+  for (int k = 0; k <= steps_; ++k) {
+    const double place = static_cast<double>(k) * coarse / steps_;
+    const int left = std::min(static_cast<int>(place), coarse - 1);
+    const double share = place - left;
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      const auto row = static_cast<Eigen::Index>(r);
+      if (rows_[r].time >= 0.0)
+        multipliers_.value(row, k) = applies(rows_[r], k) ? from.value.row(row).sum() : 0.0;
+      else if (applies(rows_[r], k))
+        multipliers_.value(row, k) = (1.0 - share) * from.value(row, left) + share * from.value(row, left + 1);
+    }
+  }
+}
+
+}  // namespace lamprey::maneuver
