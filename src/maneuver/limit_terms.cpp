@@ -238,7 +238,7 @@ void LimitTerms::add_curvatures(const LimitedNode& node_at, LimitModel& model) {
 }
 
 void LimitTerms::foresee(int node, const Eigen::Ref<const VectorXd>& state, const Eigen::Ref<const VectorXd>& moments) {
-  const Eigen::Index size = std::min<Eigen::Index>(state.size(), map_.cols());
+  const Eigen::Index size = state.size();
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const auto row = static_cast<Eigen::Index>(r);
     double& change = change_(row, node);
@@ -263,16 +263,21 @@ void LimitTerms::compare(const MatrixXd& value, const MatrixXd& trial, double sh
     }
 }
 
-void LimitTerms::add_bend(int node, double factor, Eigen::Ref<VectorXd> by_state, VectorXd& by_moments) const {
-  const Eigen::Index size = std::min<Eigen::Index>(by_state.size(), map_.cols());
+void LimitTerms::add_bend(int node, double factor, Eigen::Ref<VectorXd> by_state) const {
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const auto row = static_cast<Eigen::Index>(r);
     const double beyond = factor * beyond_(row, node);
-    if (beyond == 0.0) continue;
-    if (rows_[r].of_moments())
-      by_moments += beyond * moment_slopes_[at(node)].row(row).transpose();
-    else
-      by_state.head(size) += beyond * slopes_[at(node)].row(row).head(size).transpose();
+    if (beyond != 0.0 && !rows_[r].of_moments())
+      algebra::add_multiple(beyond, slopes_[at(node)].row(row).head(by_state.size()).transpose(), by_state);
+  }
+}
+
+void LimitTerms::add_bend_by_moments(int node, double factor, VectorXd& by_moments) const {
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const auto row = static_cast<Eigen::Index>(r);
+    const double beyond = factor * beyond_(row, node);
+    if (beyond != 0.0 && rows_[r].of_moments())
+      algebra::add_multiple(beyond, moment_slopes_[at(node)].row(row).transpose(), by_moments);
   }
 }
 

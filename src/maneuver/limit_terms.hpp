@@ -68,9 +68,9 @@ class LimitTerms {
   double share_within(const MatrixXd& value) const;
   /// After foresee: what the rows changed by beyond first order on the way to a trial point, a share of the step away.
   void compare(const MatrixXd& value, const MatrixXd& trial, double share);
-  /// What that, times a factor, adds to the gradient of a node's model: by its shape before, shape, pose and logarithm, and by its
-  /// moments.
-  void add_bend(int node, double factor, Eigen::Ref<VectorXd> by_state, VectorXd& by_moments) const;
+  /// What that, times a factor, adds to the gradient of a node's model, in the order of `foresee`.
+  void add_bend(int node, double factor, Eigen::Ref<VectorXd> by_state) const;
+  void add_bend_by_moments(int node, double factor, VectorXd& by_moments) const;
   /// The multipliers' part of the step, taken by a share of it.
   void follow(double share);
 

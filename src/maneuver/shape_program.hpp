@@ -81,8 +81,8 @@ class ShapeProgram : public optimizer::StageProgram {
   }
   double limit_violation() const override { return limits_.empty() ? 0.0 : worst_limit().value; }
   void renew_limits(bool heavier) override;
-  void compare_limits(const optimizer::StageStep& step, double length) override;
-  void bend_limits(double factor, optimizer::StageModel& model) override;
+  bool bend_limits(const optimizer::StageStep& step, double length, optimizer::StageModel& model) override;
+  void unbend_limits(optimizer::StageModel& model) override { add_limit_bends(-1.0, model); }
   bool land() override;
   bool landed() const override { return limits_.landed(); }
   void take_off() override;
@@ -154,6 +154,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void model_goal(MatrixXd& C, VectorXd& c);
   void model_limits();
   void foresee_limits(const optimizer::StageStep& step);
+  void add_limit_bends(double factor, optimizer::StageModel& model);
   void lay_pose_multipliers(const optimizer::StageModel& model);
   LimitedNode limited_node(const Motion& motion, int k) const;
   void add_limits(Motion& motion);
@@ -170,6 +171,9 @@ class ShapeProgram : public optimizer::StageProgram {
   int copies() const { return tau() + (maneuver_.free_duration ? 1 : 0); }  // likewise of the first two shapes
   int own_states() const { return copies() + (maneuver_.periodic ? 2 * shape_ : 0); }
   int states() const { return own_states() + terms_.states(); }
+  int limited_states() const {
+    return maneuver_.free_duration ? tau() + 1 : tau();
+  }  // first of a state, that limits see
   int idle() const { return shape_ - controls_; }
   bool keeps_roots_alone() const { return four_steps_ && use_ == Steps::faithful && terms_.empty(); }
   bool by_shapes() const { return idle() == 0 && terms_.empty() && !maneuver_.free_duration && !maneuver_.periodic; }

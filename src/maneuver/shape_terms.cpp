@@ -2,12 +2,14 @@
 #include <algorithm>
 
 #include "maneuver/shape_program.hpp"
+#include "optimizer/small_dense.hpp"
 
 namespace lamprey::maneuver {
 
 using model::at;
 using optimizer::Stage;
 using optimizer::StageModel;
+using optimizer::StageStep;
 
 // What the terms add to what the last model holds goes.
 void ShapeProgram::prepare_terms(StageModel& model) {
@@ -32,8 +34,73 @@ void ShapeProgram::add_term_models(StageModel& model) {
                       end_by_state_.topRows(controls_), model);
 }
 
+bool ShapeProgram::land() {
+  if (limits_.empty()) return false;
+  aloft_ = now_;
+  limits_.land(now_.limit_value);
+  measure(now_);
+  return true;
+}
+
+void ShapeProgram::take_off() {
+  std::swap(now_, aloft_);
+  limits_.take_off(now_.limit_value);
+  measure(now_);
+}
+
+// What limits' rows change by along a step.
+void ShapeProgram::foresee_limits(const StageStep& step) {
+  for (int k = 0; k <= steps_; ++k) {
+    const VectorXd& state = step.state[at(leads_ + k)];
+    by_moments_.setZero();
+    if (!limits_.of_moments()) {
+    } else if (k == steps_) {
+      if (maneuver_.rest || maneuver_.periodic)
+        optimizer::add_image(1.0, end_by_state_.topRows(controls_), state, by_moments_);
+    } else if (by_shapes()) {
+      const MatrixXd& moments = moments_of_stage_[at(k)];
+      optimizer::add_image(1.0, moments.leftCols(2 * shape_), state.head(2 * shape_), by_moments_);
+      optimizer::add_image(1.0, moments.rightCols(shape_), step.input[at(k)], by_moments_);
+    } else {
+      by_moments_ = step.input[at(leads_ + k)];
+    }
+    limits_.foresee(k, state.head(limited_states()), by_moments_);
+  }
+}
+
+bool ShapeProgram::bend_limits(const StageStep& step, double length, StageModel& model) {
+  if (limits_.empty()) return false;
+  foresee_limits(step);
+  limits_.compare(now_.limit_value, trial_.limit_value, length);
+  add_limit_bends(1.0, model);
+  return true;
+}
+
+void ShapeProgram::add_limit_bends(double factor, StageModel& model) {
+  for (int k = 0; k <= steps_; ++k) {
+    VectorXd& q = k == steps_ ? model.q_end : model.stage[at(leads_ + k)].q;
+    by_moments_.setZero();
+    if (k > 0) limits_.add_bend(k, factor, q.head(limited_states()));
+    if (!limits_.of_moments()) continue;
+    limits_.add_bend_by_moments(k, factor, by_moments_);
+    if (k == steps_) {
+      if (maneuver_.rest || maneuver_.periodic)
+        optimizer::add_transposed_image(1.0, end_by_state_.topRows(controls_), by_moments_, q);
+      continue;
+    }
+    VectorXd& r = model.stage[at(leads_ + k)].r;
+    if (!by_shapes()) {
+      r += by_moments_;
+      continue;
+    }
+    const MatrixXd& moments = moments_of_stage_[at(k)];
+    optimizer::add_transposed_image(1.0, moments.rightCols(shape_), by_moments_, r);
+    if (k > 0) optimizer::add_transposed_image(1.0, moments.leftCols(2 * shape_), by_moments_, q.head(2 * shape_));
+  }
+}
+
 void ShapeProgram::add_limit_models(StageModel& model) const {
-  const int size = maneuver_.free_duration ? tau() + 1 : tau();
+  const int size = limited_states();
   for (int k = 1; k <= steps_; ++k) {
     const LimitModel& limited = limit_model_[at(k)];
     if (!limited.any) continue;

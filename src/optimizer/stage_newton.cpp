@@ -55,7 +55,8 @@ StageNewton::StageNewton(const StageSizes& sizes)
       slopes_(sizes),
       state_(sizes.states),
       input_(sizes.inputs),
-      missed_(sizes.end_rows) {}
+      missed_(sizes.end_rows),
+      corrected_rows_(sizes.end_rows) {}
 
 double StageNewton::smallest_shift() const { return change_ < nearly_stationary ? least_shift : first_shift; }
 
@@ -183,7 +184,7 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
   double found = judge(here, there, cheaper);
   if (!there || found > good_ratio) return found;
   corrected_ = step_;
-  missed_.setZero();
+  corrected_rows_.setZero();
   for (int correction = 0; correction < most_corrections; ++correction) {
     correct(program);
     there = program.try_step(corrected_, length_);
@@ -198,18 +199,14 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
 
 // The step again, against what the latest trial missed of the end rows and found of limits beyond first order.
 void StageNewton::correct(StageProgram& program) {
-  algebra::add_multiple(1.0 / length_, program.trial_end_rows(), missed_);
-  algebra::add_multiple(share_ - 1.0 / length_, model_.c, missed_);
-  if (program.limited()) {
-    program.compare_limits(corrected_, length_);
-    program.bend_limits(1.0, model_);
-    riccati_.solve(model_, share_, corrected_);
-    program.bend_limits(-1.0, model_);
-    riccati_.correct(model_, missed_, corrected_);
-  } else {
-    riccati_.correct(model_, missed_, corrected_);
-    missed_.setZero();
-  }
+  missed_ = program.trial_end_rows();
+  algebra::add_multiple(length_ * share_ - 1.0, model_.c, missed_);
+  missed_ /= length_;
+  if (!program.bend_limits(corrected_, length_, model_)) return riccati_.correct(model_, missed_, corrected_);
+  corrected_rows_ += missed_;
+  riccati_.solve(model_, share_, corrected_);
+  riccati_.correct(model_, corrected_rows_, corrected_);
+  program.unbend_limits(model_);
 }
 
 void StageNewton::ease_or_damp(double ratio) {

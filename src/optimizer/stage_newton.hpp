@@ -52,6 +52,7 @@ class StageNewton {
   StageSlopes slopes_;
   VectorXd state_, input_;        // buffers
   VectorXd missed_;               // what a trial left of the end rows; a buffer
+  VectorXd corrected_rows_;       // what corrections of a step have taken off the end rows
   VectorXd multiplier_;           // the end rows' at the point
   VectorXd end_multiplier_;       // at the point, the end rows left as they are
   double shift_ = 0.0;            // of the inputs' metric, added to the Hessian

@@ -126,10 +126,11 @@ class StageProgram {
   /// Takes the limits' multipliers that belong to the point and comes nearer to the limits from now on; the cost changes by it.
   /// `heavier`: whether other terms with multipliers weigh more where they have not come much nearer.
   virtual void renew_limits(bool /*heavier*/) {}
-  /// What limits changed by beyond first order on the way to the latest trial point, a length of the step away; and what that adds
-  /// to the model's gradient, times a factor.
-  virtual void compare_limits(const StageStep& /*step*/, double /*length*/) {}
-  virtual void bend_limits(double /*factor*/, StageModel& /*model*/) {}
+  /// Adds to the model's gradient what limits changed by beyond first order on the way to the latest trial point, a length of the
+  /// step away. Returns false where there are none.
+  virtual bool bend_limits(const StageStep& /*step*/, double /*length*/, StageModel& /*model*/) { return false; }
+  /// Takes that off again.
+  virtual void unbend_limits(StageModel& /*model*/) {}
   /// Once limits are nearly met: those that hold become equalities and others have no part, until renew_limits finds that another
   /// set of them holds. Returns false where there is nothing to do.
   virtual bool land() { return false; }

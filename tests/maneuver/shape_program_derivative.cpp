@@ -145,6 +145,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     program_->linearize(*model_);
     double size = GetParam().periodic || GetParam().free_duration ? 0.01 : 0.3;
     if (GetParam().periodic && GetParam().costs.any()) size = 0.002;
+    if (GetParam().free_duration && GetParam().limited) size = 0.002;
     if (model_->stage.back().placed > 0) size = GetParam().limited ? 0.0005 : 0.003;  // rad, not N m
     for (std::size_t n = 0; n < model_->stage.size(); ++n) {
       for (Eigen::Index c = 0; c < sizes.inputs; ++c)
