@@ -14,7 +14,7 @@ using model::at;
 // Barriers are shares of the cost over the duration, levels in units of the rows.
 constexpr double first_weight = 30.0;    // over the cost over the duration
 constexpr double largest_weight = 1e15;  // of the first
-constexpr double first_level = 0.1, first_barrier = 0.1;
+constexpr double first_level = 0.1, first_barrier = 0.01;
 constexpr double carried_level = 1e-5, carried_barrier = 1e-4;
 constexpr double finest_level = 1e-9, finest_barrier = 5e-8;
 constexpr double fall = 0.1;              // of both from search to search

@@ -76,12 +76,12 @@ LimitTerms::Hold LimitTerms::hold(std::size_t row, int node, double value) const
   const double lambda = multipliers_.value(static_cast<Eigen::Index>(row), node), time = time_unit(rows_[row]);
   if (tied(row, node)) {
     const double w = equality_weight_ * time;
-    return {0.0, lambda - w * value, w, -0.5 * (2.0 * lambda - w * value) * value};
+    return {lambda - w * value, 0.0, w, -0.5 * (2.0 * lambda - w * value) * value};
   }
-  if (landed_) return {value, 0.0, 0.0, 0.0};
+  if (landed_) return {0.0, 0.0, 0.0, 0.0};
   const double w = multipliers_.weight * time, mu = barrier_ * time, c = barrier_reach;
   const double far = value - lambda / w;  // the slack of a row that does not pull
-  if (!(far < c)) return {far, 0.0, 0.0, -0.5 * lambda * lambda / w};
+  if (!(far < c)) return {0.0, 0.0, 0.0, -0.5 * lambda * lambda / w};
   const double least = far - 2.0 * mu / (c * w), root = std::hypot(least, 2.0 * std::sqrt(mu / w));
   double s = least > 0.0 ? 0.5 * (least + root) : 2.0 * mu / (w * (root - least));
   double x = 0.0, pull = 0.0, bend = 0.0;
@@ -94,7 +94,7 @@ LimitTerms::Hold LimitTerms::hold(std::size_t row, int node, double value) const
     s += change;
   }
   const double of_slack = -mu * (std::log(x) + (1.0 - x) * (1.5 - 0.5 * x));
-  return {s, pull, bend / (1.0 + bend / w), of_slack + 0.5 * (pull - lambda) * (pull + lambda) / w};
+  return {pull, bend, bend / (1.0 + bend / w), of_slack + 0.5 * (pull - lambda) * (pull + lambda) / w};
 }
 
 // For the model: the stiffness has the multiplier in place of the pull.
@@ -105,9 +105,8 @@ LimitTerms::Hold LimitTerms::hold_in_model(std::size_t row, int node, double val
     double& estimate = estimate_(r, node);
     if (!(estimate > 0.0)) estimate = held.pull;
     const double w = multipliers_.weight * time_unit(rows_[row]);
-    const double bend = held.stiffness / (1.0 - held.stiffness / w);
-    const double by_estimate = bend * std::clamp(estimate / held.pull, 1.0 / farthest, farthest);
-    held.stiffness = by_estimate / (1.0 + by_estimate / w);
+    const double bend = held.by_slack * std::clamp(estimate / held.pull, 1.0 / farthest, farthest);
+    held.stiffness = bend / (1.0 + bend / w);
   }
   pull_(r, node) = held.pull;
   stiffness_(r, node) = held.stiffness;

@@ -94,9 +94,9 @@ class LimitTerms {
   double node_time(const LimitRow& row, int node) const { return counted_time(row, node, steps_, duration_); }
   /// Time that a row's multipliers, barrier and weight are for: 1 of those with a density in time.
   double time_unit(const LimitRow& row) const { return row.time >= 0.0 || row.of_duration() ? duration_ : 1.0; }
-  // A row's slack s, its pull p on the row, the stiffness −∂p/∂g, and what it all adds to the cost.
+  // A row's pull p on the row, −∂p/∂s and the stiffness −∂p/∂g, and what it all adds to the cost.
   struct Hold {
-    double slack, pull, stiffness, cost;
+    double pull, by_slack, stiffness, cost;
   };
   Hold hold(std::size_t row, int node, double value) const;
   Hold hold_in_model(std::size_t row, int node, double value);
