@@ -75,26 +75,28 @@ bool LimitTerms::tied(std::size_t row, int node) const {
 LimitTerms::Hold LimitTerms::hold(std::size_t row, int node, double value) const {
   const double lambda = multipliers_.value(static_cast<Eigen::Index>(row), node), time = time_unit(rows_[row]);
   if (tied(row, node)) {
-    const double w = equality_weight_ * time;
-    return {lambda - w * value, 0.0, w, -0.5 * (2.0 * lambda - w * value) * value};
+    const double weight = equality_weight_ * time;
+    return {lambda - weight * value, 0.0, weight, (0.5 * weight * value - lambda) * value};
   }
   if (landed_) return {0.0, 0.0, 0.0, 0.0};
-  const double w = multipliers_.weight * time, mu = barrier_ * time, c = barrier_reach;
-  const double far = value - lambda / w;  // the slack of a row that does not pull
-  if (!(far < c)) return {0.0, 0.0, 0.0, -0.5 * lambda * lambda / w};
-  const double least = far - 2.0 * mu / (c * w), root = std::hypot(least, 2.0 * std::sqrt(mu / w));
-  double s = least > 0.0 ? 0.5 * (least + root) : 2.0 * mu / (w * (root - least));
-  double x = 0.0, pull = 0.0, bend = 0.0;
+  const double weight = multipliers_.weight * time, barrier = barrier_ * time;
+  const double far = value - lambda / weight;  // the slack of a row that does not pull
+  if (!(far < barrier_reach)) return {0.0, 0.0, 0.0, -0.5 * lambda * lambda / weight};
+  const double least = far - 2.0 * barrier / (barrier_reach * weight);
+  const double root = std::hypot(least, 2.0 * std::sqrt(barrier / weight));
+  double slack = least > 0.0 ? 0.5 * (least + root) : 2.0 * barrier / (weight * (root - least));
+  double share = 0.0, pull = 0.0, by_slack = 0.0;
   for (int round = 0;; ++round) {
-    x = std::min(s / c, 1.0);
-    pull = mu * (1.0 - x) * (1.0 - x) / s;
-    bend = mu * (1.0 - x) * (1.0 + x) / (s * s);
-    const double change = (far + pull / w - s) / (1.0 + bend / w);
-    if (round == most_slack_rounds || !(std::abs(change) > slack_left * s)) break;
-    s += change;
+    share = std::min(slack / barrier_reach, 1.0);
+    pull = barrier * (1.0 - share) * (1.0 - share) / slack;
+    by_slack = barrier * (1.0 - share) * (1.0 + share) / (slack * slack);
+    const double change = (far + pull / weight - slack) / (1.0 + by_slack / weight);
+    if (round == most_slack_rounds || !(std::abs(change) > slack_left * slack)) break;
+    slack += change;
   }
-  const double of_slack = -mu * (std::log(x) + (1.0 - x) * (1.5 - 0.5 * x));
-  return {pull, bend, bend / (1.0 + bend / w), of_slack + 0.5 * (pull - lambda) * (pull + lambda) / w};
+  const double of_slack = -barrier * (std::log(share) + (1.0 - share) * (1.5 - 0.5 * share));
+  return {pull, by_slack, by_slack / (1.0 + by_slack / weight),
+          of_slack + 0.5 * (pull - lambda) * (pull + lambda) / weight};
 }
 
 // For the model: the stiffness has the multiplier in place of the pull.
@@ -104,9 +106,8 @@ LimitTerms::Hold LimitTerms::hold_in_model(std::size_t row, int node, double val
   if (!tied(row, node) && held.pull > 0.0) {
     double& estimate = estimate_(r, node);
     if (!(estimate > 0.0)) estimate = held.pull;
-    const double w = multipliers_.weight * time_unit(rows_[row]);
-    const double bend = held.by_slack * std::clamp(estimate / held.pull, 1.0 / farthest, farthest);
-    held.stiffness = bend / (1.0 + bend / w);
+    const double by_slack = held.by_slack * std::clamp(estimate / held.pull, 1.0 / farthest, farthest);
+    held.stiffness = by_slack / (1.0 + by_slack / (multipliers_.weight * time_unit(rows_[row])));
   }
   pull_(r, node) = held.pull;
   stiffness_(r, node) = held.stiffness;

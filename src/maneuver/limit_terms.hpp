@@ -64,6 +64,7 @@ class LimitTerms {
   /// shape before, shape, pose and logarithm of the time step, [≥ 2 f + p] (without the logarithm where it does not change), and
   /// by its moments, [controls].
   void foresee(int node, const Eigen::Ref<const VectorXd>& state, const Eigen::Ref<const VectorXd>& moments);
+  const MatrixXd& changes() const { return change_; }
   /// Share of the step foreseen that leaves every slack some of its length.
   double share_within(const MatrixXd& value) const;
   /// After foresee: what the rows changed by beyond first order on the way to a trial point, a share of the step away.

@@ -9,11 +9,11 @@ namespace lamprey::optimizer {
 namespace {
 
 constexpr int most_rounds = 60;
-constexpr int most_landings = 6;
-constexpr int landing_iterations = 20;
-constexpr double worth_landing = 1e-6;
-constexpr int most_idle_rounds = 6;  // without progress
-constexpr double idle_share = 0.7;   // of the best error so far, that is no progress
+constexpr int most_landings = 6;        // sets of limits that hold, before a search returns
+constexpr int landing_iterations = 20;  // with one of them
+constexpr double worth_landing = 1e-6;  // tolerance of limits
+constexpr int most_idle_rounds = 6;     // without progress
+constexpr double idle_share = 0.7;      // of the best error so far, that is no progress
 constexpr int most_round_iterations = 150;
 constexpr double least_tolerance = 1e-11;  // where a search's own error keeps the limits' from falling
 constexpr double first_tolerance = 1e-3;   // of a search while the multipliers are still rough
@@ -33,16 +33,17 @@ bool stopped(const Options& options, double time_left, Outcome& outcome) {
   return true;
 }
 
-// When a search gives the barrier up for limits that hold as equalities, and when it returns to it.
+// When a search goes on with the limits that hold as equalities, and when it returns from there.
 struct Landing {
-  int left;  // rounds for finding which hold
+  int left;  // sets of such limits that are tried
 
-  // After a round: whether the program has landed or taken off.
+  // After a round, limits being kept or not: whether the program has landed or taken off.
   bool changes(StageProgram& program, bool kept, bool converged) {
-    if (left == 0 || (kept && (program.landed() || !converged))) return false;
+    if (left == 0 || (kept && converged && program.landed())) return false;
     if (!program.landed()) {
-      if (kept && !program.land()) left = 0;
-      return kept && left > 0;
+      if (!kept || !converged) return false;
+      if (!program.land()) left = 0;
+      return left > 0;
     }
     if (converged && --left > 0) return false;
     program.take_off();

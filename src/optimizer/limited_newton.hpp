@@ -1,5 +1,5 @@
-// Newton's method for a StageProgram with limits: searches with the limits as terms of the cost, and between them new
-// multipliers, until the limits are met (augmented Lagrangian; Bertsekas 1982).
+// Newton's method for a StageProgram with limits: searches with the limits as terms of the cost that come nearer to them from
+// search to search, and at last with those that hold as equalities (chapter 10).
 #pragma once
 
 #include "optimizer/stage_newton.hpp"

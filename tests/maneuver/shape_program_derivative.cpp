@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "chains.hpp"
 #include "difference_order.hpp"
 #include "maneuver/reach.hpp"
@@ -124,7 +126,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     program_ = std::make_unique<ShapeProgram>(system_, maneuver_, coordinates,
                                               maneuver::stated_end_rows(system_, maneuver_, {}), rows);
     maneuver::LimitMultipliers multipliers{Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), steps + 1),
-                                           20.0, 20.0e8};
+                                           20.0, 3e17};  // a barrier that is felt
     for (double& multiplier : multipliers.value.reshaped()) multiplier = 1e3 * random_.uniform(0.5, 1.0);
     program_->take_limit_multipliers(multipliers);
     // a weight so much lighter than the first keeps kinks of the work away from these powers
@@ -202,6 +204,34 @@ TEST_P(ShapeDerivatives, the_slope_of_the_lagrangian_matches_central_differences
 TEST_P(ShapeDerivatives, the_end_rows_rates_match_central_differences) {
   expect_second_order_differences([this](double t) { return end_rows_at(t); }, model_->C * step_->state.back(), 1e-8,
                                   0.5);
+}
+
+// Of limits that pull, whatever they are of.
+TEST_P(ShapeDerivatives, limits_change_as_foreseen_to_first_order) {
+  const MatrixXd values = program_->limit_values();
+  const MatrixXd changes = program_->limit_changes(*step_);
+  if (changes.rows() == 0) return;
+  std::set<maneuver::LimitRow::Kind> kinds;
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> pulling;
+  for (Eigen::Index r = 0; r < changes.rows(); ++r)
+    for (Eigen::Index k = 0; k < changes.cols(); ++k)
+      if (changes(r, k) != 0.0) {
+        pulling.emplace_back(r, k);
+        kinds.insert(program_->limit_rows()[static_cast<std::size_t>(r)].kind);
+      }
+  EXPECT_GE(kinds.size(), GetParam().limited ? 4U : 1U);
+  const auto pulling_of = [&](const MatrixXd& all) {
+    VectorXd values_of(static_cast<Eigen::Index>(pulling.size()));
+    for (std::size_t n = 0; n < pulling.size(); ++n)
+      values_of[static_cast<Eigen::Index>(n)] = all(pulling[n].first, pulling[n].second);
+    return values_of;
+  };
+  expect_second_order_differences(
+      [&](double t) -> VectorXd {
+        EXPECT_NE(program_->try_step(*step_, t), nullptr);
+        return pulling_of(program_->trial_limit_values());
+      },
+      pulling_of(changes), 1e-8, 0.5);
 }
 
 // First derivatives by themselves are those of the whole model; where the cost has more than effort there are none.
