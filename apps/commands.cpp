@@ -107,6 +107,7 @@ int solve(const SolveArguments& arguments) {
   options.workers = arguments.workers > 0 ? arguments.workers : static_cast<int>(std::thread::hardware_concurrency());
   if (arguments.solver == "newton") options.solver = study::Backend::newton;
   if (arguments.solver == "ipopt") options.solver = study::Backend::ipopt;
+  if (arguments.solver == "both") options.solver = study::Backend::both;
   options.refinement = arguments.refinement;
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
   options.interrupted = interrupted;

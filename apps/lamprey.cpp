@@ -59,8 +59,9 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(1, 1024));
   solve
       ->add_option("--solver", arguments.solve.solver,
-                   "newton: our own along the steps; ipopt: the full transcription (default: newton where it can)")
-      ->check(CLI::IsMember({"newton", "ipopt"}));
+                   "newton: our own along the steps; ipopt: the full transcription; both: both from the same first "
+                   "guesses, into one catalogue of minima (default: newton where it can)")
+      ->check(CLI::IsMember({"newton", "ipopt", "both"}));
   // not into the optional: absent flags would set it
   solve->add_flag_function(
       "--refinement,!--no-refinement", [&arguments](std::int64_t times) { arguments.solve.refinement = times > 0; },

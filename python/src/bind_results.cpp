@@ -201,7 +201,7 @@ void bind_results(nb::module_& module) {
           "effort, work, power, smoothness, time, transport before weighting, where more than effort and time is "
           "asked for.")
       .def_prop_ro("search", said("search"), nb::sig("def search(self) -> dict[str, typing.Any] | None"),
-                   "starts, solved, minima [{cost, count}].")
+                   "starts, solved, minima [{cost, count, by_ipopt where both solvers searched}].")
       .def_prop_ro("solver", said("solver"), nb::sig("def solver(self) -> dict[str, typing.Any] | None"),
                    "name, iterations, evaluations, wall_seconds (of the search), total_wall_seconds (of the whole "
                    "answer), history.")

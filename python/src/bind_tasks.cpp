@@ -53,7 +53,8 @@ study::Backend backend(const std::optional<std::string>& solver) {
   if (!solver) return study::Backend::automatic;
   if (*solver == "newton") return study::Backend::newton;
   if (*solver == "ipopt") return study::Backend::ipopt;
-  throw InputError("solver", "found \"" + *solver + "\"; allowed: newton, ipopt, None; choose one of them");
+  if (*solver == "both") return study::Backend::both;
+  throw InputError("solver", "found \"" + *solver + "\"; allowed: newton, ipopt, both, None; choose one of them");
 }
 
 int threads(const std::optional<int>& workers) {
@@ -232,12 +233,14 @@ void bind_tasks(nb::module_& module) {
       "solve", &solve, "problem"_a, nb::kw_only(), "workers"_a = nb::none(), "solver"_a = nb::none(),
       "refinement"_a = nb::none(), "time_limit"_a = nb::none(), "progress"_a = nb::none(),
       nb::sig("def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: "
-              "typing.Literal['newton', 'ipopt'] | None = None, refinement: bool | None = None, time_limit: float | "
+              "typing.Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: "
+              "float | "
               "None = None, progress: typing.Callable[[str], object] | None = None) -> Solution"),
       "Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.\n\n"
       "problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); "
       "the answer does not depend on it.\n"
-      "solver: \"newton\" or \"ipopt\" (default: newton where it takes the problem).\n"
+      "solver: \"newton\", \"ipopt\" or \"both\" from the same first guesses (default: newton where it takes the "
+      "problem).\n"
       "refinement: solve on half and twice the steps too, for the certificate (default: where that is cheap).\n"
       "time_limit: s, wall clock, instead of the problem's. progress: called with lines for people, from any "
       "thread.\n\n"

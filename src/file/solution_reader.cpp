@@ -333,8 +333,12 @@ maneuver::SearchRecord read_search(const JsonReader& reader) {
   search.solved = reader.at("solved").integer(0, largest);
   const JsonReader minima = reader.at("minima");
   minima.require_array();
-  for (std::size_t i = 0; i < minima.size(); ++i)
-    search.minima.push_back({minima.at(i).at("cost").number_or_nan(), minima.at(i).at("count").integer(0, largest)});
+  for (std::size_t i = 0; i < minima.size(); ++i) {
+    const JsonReader minimum = minima.at(i);
+    search.minima.push_back({minimum.at("cost").number_or_nan(), minimum.at("count").integer(0, largest)});
+    maneuver::Minimum& read = search.minima.back();
+    if (minimum.has("by_ipopt")) read.by_ipopt = minimum.at("by_ipopt").integer(0, read.count);
+  }
   return search;
 }
 

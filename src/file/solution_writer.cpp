@@ -279,7 +279,8 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
 std::string search_text(const maneuver::SearchRecord& search) {
   if (search.starts == 0) return "null";
   const auto minimum = [](const maneuver::Minimum& m) {
-    return fmt::format("{{\"cost\": {}, \"count\": {}}}", json(m.cost), m.count);
+    const std::string by_ipopt = m.by_ipopt ? fmt::format(", \"by_ipopt\": {}", *m.by_ipopt) : "";
+    return fmt::format("{{\"cost\": {}, \"count\": {}{}}}", json(m.cost), m.count, by_ipopt);
   };
   ObjectText text(1);
   text.add("starts", json(search.starts));

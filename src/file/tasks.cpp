@@ -156,7 +156,8 @@ Results begun_results(const ProblemFile& file, const model::System& system, cons
 }
 
 Results solve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command) {
-  require_supported(file, options.solver == study::Backend::ipopt ? Purpose::solve_with_ipopt : Purpose::solve);
+  const bool of_ipopt = options.solver == study::Backend::ipopt || options.solver == study::Backend::both;
+  require_supported(file, of_ipopt ? Purpose::solve_with_ipopt : Purpose::solve);
   const model::System system = system_of(file);
   Results results = begun_results(file, system, command);
   try {

@@ -51,6 +51,7 @@ struct SolverRecord {
 struct Minimum {
   double cost = 0.0;
   int count = 0;
+  std::optional<int> by_ipopt = {};  // of the count, where both solvers searched
 };
 
 struct SearchRecord {

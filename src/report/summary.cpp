@@ -16,6 +16,18 @@
 namespace lamprey::report {
 namespace {
 
+// Where two solvers searched: who found the minima.
+std::string by_solvers(const maneuver::SearchRecord& search) {
+  int newton = 0, ipopt = 0, both = 0;
+  for (const maneuver::Minimum& minimum : search.minima) {
+    if (!minimum.by_ipopt) return "";
+    ++(*minimum.by_ipopt == 0 ? newton : *minimum.by_ipopt == minimum.count ? ipopt : both);
+  }
+  return search.minima.empty()
+             ? ""
+             : fmt::format(": {} of both solvers, {} of newton alone, {} of ipopt alone", both, newton, ipopt);
+}
+
 using certificate::Certificate;
 using maneuver::Status;
 
@@ -202,9 +214,9 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (solution.tracking) append_tracking(*solution.tracking, rows);
   if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solution.solver.name);
   if (const maneuver::SearchRecord& search = solution.search; sought && search.starts > 1)
-    rows.emplace_back("First guesses", fmt::format("{}{}, {} arrived, at {} different minima", search.starts,
+    rows.emplace_back("First guesses", fmt::format("{}{}, {} arrived, at {} different minima{}", search.starts,
                                                    search.hops > 0 ? fmt::format(" and {} hops", search.hops) : "",
-                                                   search.solved, search.minima.size()));
+                                                   search.solved, search.minima.size(), by_solvers(search)));
   if (sought && solution.solver.iterations > 0) {
     rows.emplace_back("Iterations",
                       fmt::format("{}, {} evaluations", solution.solver.iterations, solution.solver.evaluations));

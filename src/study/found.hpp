@@ -19,6 +19,7 @@ struct Found {
   maneuver::LimitMultipliers limit_multipliers;
   std::optional<maneuver::CostParts> cost_parts;  // where more than effort and time is asked for
   maneuver::WorkMultipliers work_multipliers;
+  bool by_second = false;  // whether the second solver found it, where two searched
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
 };
 

@@ -206,7 +206,8 @@ class NewtonMethod : public Method {
     const int coarse = coarse_of(problem_.steps), first = std::min(coarse, first_steps);
     Found found = solve_guess(start, first, first < coarse ? rough_tolerance : fine_tolerance, Outcome());
     if (first == coarse) return found;
-    if (found.outcome.termination == Termination::infeasible) found.limit_multipliers = {};  // those of limits never kept
+    if (found.outcome.termination == Termination::infeasible)
+      found.limit_multipliers = {};  // those of limits never kept
     if (!found.path.rotation.empty()) found = carry_on(found, coarse, fine_tolerance);
     found.coarser = NodePath();                                     // a rough answer foretells nothing
     const bool composed = !integrator::single_step(asked_.scheme);  // a step is many of these

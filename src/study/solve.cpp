@@ -55,16 +55,17 @@ double processor_time() {
 
 std::unique_ptr<Method> choose_method(const System& system, const Problem& problem, const SolveOptions& options,
                                       const Budget& budget) {
-  const bool newton = newton_takes(system, problem);
-  if (options.solver == Backend::newton && !newton)
-    throw model::InputError("--solver",
-                            "found \"newton\", which takes control.kind = \"steps\" from a start without total "
-                            "momentum; use --solver ipopt for this problem, or none");
-  if (!integrator::single_step(problem.scheme) && (options.solver == Backend::ipopt || !newton))
-    throw model::InputError("integrator.scheme",
-                            "found a scheme above order 2, which takes control.kind = \"steps\", no limits, waypoints, "
-                            "periodic goal or free duration, a start without total momentum, and not --solver ipopt; "
-                            "use \"trapezoid\" with more steps");
+  const bool newton = newton_takes(system, problem), both = options.solver == Backend::both;
+  if ((options.solver == Backend::newton || both) && !newton)
+    throw model::InputError("--solver", std::string("found \"") + (both ? "both" : "newton") +
+                                            "\", which takes control.kind = \"steps\" from a start without total "
+                                            "momentum; use --solver ipopt for this problem, or none");
+  if (!integrator::single_step(problem.scheme) && (options.solver == Backend::ipopt || both || !newton))
+    throw model::InputError(
+        "integrator.scheme",
+        "found a scheme above order 2, which takes control.kind = \"steps\", no limits, waypoints, "
+        "periodic goal or free duration, a start without total momentum, and not --solver ipopt or both; "
+        "use \"trapezoid\" with more steps");
   const bool timeless = problem.duration.free || (problem.goal && problem.goal->periodic);
   if (timeless && maneuver::has_momentum(system, problem.start))
     throw model::InputError("start",
@@ -82,7 +83,9 @@ class Search {
         options_(options),
         budget_(problem, options),
         full_(maneuver::make_maneuver(system, problem, problem.steps)),
-        method_(choose_method(system, problem, options, budget_)) {}
+        method_(choose_method(system, problem, options, budget_)) {
+    if (options.solver == Backend::both) second_ = ipopt_method(system, problem, options, budget_);
+  }
 
   std::vector<Solution> run() {
     if (stays() || cannot()) return solutions_;
@@ -171,11 +174,18 @@ class Search {
     solutions_.push_back(solution);
   }
 
-  // Every start on the coarse grid; a single start that fails is followed by others.
+  // Every start on the coarse grid, by one solver or by both; a single start that fails is followed by others.
   void search_starts() {
     starts_ = method_->solve_starts(0, problem_.search.starts);
+    if (second_ && !budget_.stopped()) {
+      for (Found& found : second_->solve_starts(0, problem_.search.starts)) {
+        found.by_second = true;
+        starts_.push_back(std::move(found));
+      }
+    }
     for (int more = 0;
-         more < retries && problem_.search.starts == 1 && !starts_.back().converged() && !budget_.stopped(); ++more)
+         more < retries && problem_.search.starts == 1 && !second_ && !starts_.back().converged() && !budget_.stopped();
+         ++more)
       starts_.push_back(method_->solve_starts(static_cast<int>(starts_.size()), 1).front());
     if (std::none_of(starts_.begin(), starts_.end(), [](const Found& found) { return found.converged(); })) {
       std::vector<Found> strokes = method_->solve_strokes();
@@ -245,8 +255,10 @@ class Search {
         ++record_.minima.back().count;
       } else {
         record_.minima.push_back({cost, 1});
+        if (second_) record_.minima.back().by_ipopt = 0;
         candidates_.push_back(s);
       }
+      if (starts_[s].by_second) ++*record_.minima.back().by_ipopt;
     }
     if (candidates_.empty()) candidates_.push_back(order.front());
     if (candidates_.size() > refined_candidates) candidates_.resize(refined_candidates);
@@ -343,6 +355,7 @@ class Search {
   Budget budget_;
   Maneuver full_;
   std::unique_ptr<Method> method_;
+  std::unique_ptr<Method> second_;              // where two solvers search
   std::vector<Found> starts_;                   // then hops
   int first_hop_ = 0;                           // where they begin
   std::vector<std::optional<bool>> confirmed_;  // [starts] by a finer grid

@@ -12,8 +12,9 @@
 
 namespace lamprey::study {
 
-/// automatic: newton where it takes the problem, ipopt otherwise.
-enum class Backend { automatic, newton, ipopt };
+/// automatic: newton where it takes the problem, ipopt otherwise. both: newton and ipopt from the same first guesses, their minima
+/// in one catalogue and the cheapest carried on by newton.
+enum class Backend { automatic, newton, ipopt, both };
 
 struct SolveOptions {
   Backend solver = Backend::automatic;

@@ -45,6 +45,7 @@ class BackEndsOn {
   void arrive_by_ipopt(study::Found& by_ipopt, certificate::Certificate& proof) {
     for (int start = 0; start < most_starts && !(proof.kkt < 1e-8); ++start) {
       by_ipopt = ipopt_->solve_starts(start, 1).front();
+      tried_ = start + 1;
       if (by_ipopt.converged()) proof = certified(by_ipopt);
     }
     ASSERT_LT(proof.kkt, 1e-8) << "no start of Ipopt's is certified";
@@ -83,6 +84,7 @@ class BackEndsOn {
       EXPECT_LT(newton_->carry(by_ipopt, problem_.steps).cost, by_ipopt.cost);
   }
 
+  int tried_ = 0;  // first guesses by Ipopt
   maneuver::Problem problem_;
   model::System system_ = model::System(problem_.swimmer);
   study::SolveOptions options_;

@@ -30,6 +30,35 @@ class BackEndsInTheCatalogue : public testing::TestWithParam<Catalogue>, protect
 
 TEST_P(BackEndsInTheCatalogue, have_their_minima) { expect_minima_of_both_in_the_catalogue(GetParam().starts); }
 
+// From the same first guesses, where there are too many minima to meet those of both by chance.
+class BackEndsTogether : public BackEnds {};
+
+TEST_P(BackEndsTogether, lay_their_minima_into_one_catalogue) {
+  const Found by_newton = newton_->solve_starts(0, 1).front();
+  ASSERT_TRUE(by_newton.converged()) << by_newton.outcome.reason;
+  EXPECT_LT(certified(by_newton).kkt, 1e-8);
+  Found by_ipopt;
+  certificate::Certificate proof;
+  ASSERT_NO_FATAL_FAILURE(arrive_by_ipopt(by_ipopt, proof));
+  problem_.search.starts = tried_;
+  options_.solver = study::Backend::both;
+  options_.workers = 2;
+  const maneuver::SearchRecord record = study::solve(system_, problem_, options_).front().search;
+  EXPECT_EQ(record.starts, 2 * tried_);
+  const auto counted = [&](double cost) {
+    const auto found = std::find_if(record.minima.begin(), record.minima.end(), [&](const maneuver::Minimum& minimum) {
+      return std::abs(minimum.cost / cost - 1.0) < 1e-6;
+    });
+    return found == record.minima.end() ? maneuver::Minimum() : *found;
+  };
+  const maneuver::Minimum of_newton = counted(by_newton.cost), of_ipopt = counted(by_ipopt.cost);
+  EXPECT_GT(of_newton.count - of_newton.by_ipopt.value_or(of_newton.count), 0);
+  EXPECT_GT(of_ipopt.by_ipopt.value_or(0), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Examples, BackEndsTogether,
+                         testing::Values("as_printed/rotation", "sideways", "rotation", "around_an_obstacle",
+                                         "translation_with_clearance", "rotation_with_clearance"));
 INSTANTIATE_TEST_SUITE_P(Examples, BackEndsInTheCatalogue,
                          testing::Values(Catalogue{"translation", 20}, Catalogue{"rotation", 120},
                                          Catalogue{"free_time", 20}, Catalogue{"gait", 20},
