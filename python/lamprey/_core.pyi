@@ -215,7 +215,9 @@ class Solution(Trajectory):
 
     @property
     def search(self) -> dict[str, Any] | None:
-        """starts, solved, minima [{cost, count}]."""
+        """
+        starts, solved, minima [{cost, count, by_ipopt where both solvers searched}].
+        """
 
     @property
     def solver(self) -> dict[str, Any] | None:
@@ -244,12 +246,12 @@ def load_solution(directory: str | os.PathLike) -> Trajectory:
     Reads solution.json of a directory: a Solution, or a Trajectory where it was simulated.
     """
 
-def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: Literal['newton', 'ipopt'] | None = None, refinement: bool | None = None, time_limit: float | None = None, progress: Callable[[str], object] | None = None) -> Solution:
+def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: float | None = None, progress: Callable[[str], object] | None = None) -> Solution:
     """
     Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.
 
     problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); the answer does not depend on it.
-    solver: "newton" or "ipopt" (default: newton where it takes the problem).
+    solver: "newton", "ipopt" or "both" from the same first guesses (default: newton where it takes the problem).
     refinement: solve on half and twice the steps too, for the certificate (default: where that is cheap).
     time_limit: s, wall clock, instead of the problem's. progress: called with lines for people, from any thread.
 

@@ -43,10 +43,17 @@ std::string zero_line(const MomentumHistory& linear, const MomentumHistory& angu
                      share < 1e-9 ? "✓" : "✗", share);
 }
 
-std::string mean_line(const char* what, const char* unit, double mean, double asked) {
-  return fmt::format("{} mean {} momentum of the bodies {} e₁ is {:+.4f} {}, the sign of the {}",
-                     mean * asked > 0.0 ? "✓" : "✗", what, what[0] == 'l' ? "along" : "about", mean, unit,
-                     what[0] == 'l' ? "move" : "turn");
+// Where the whole does not move on, the fluid's momentum is against the bodies': the move has their sign.
+std::string linear_line(double mean, double asked) {
+  return fmt::format("{} mean linear momentum of the bodies along e₁ is {:+.4f} kg m/s, the sign of the move",
+                     mean * asked > 0.0 ? "✓" : "✗", mean);
+}
+
+// Turns have the sign of the bodies' momentum in the paper's maneuver; no law asks it of all.
+std::string angular_line(double mean, double asked) {
+  const bool same = mean * asked > 0.0;
+  return fmt::format("{} mean angular momentum of the bodies about e₁ is {:+.4f} kg m²/s, {} of the turn",
+                     same ? "✓" : "·", mean, same ? "the sign" : "against the sign");
 }
 
 // There the bodies' momentum is the total, and nothing is left to compare it with.
@@ -69,9 +76,9 @@ std::vector<std::string> momentum_lines(const file::Results& results) {
     lines.push_back(zero_line(solution.linear_momentum, solution.angular_momentum, size_of(results.problem)));
   const maneuver::Goal& goal = *results.problem.goal;
   if (goal.move[0] && *goal.move[0] != 0.0)
-    lines.push_back(mean_line("linear", "kg m/s", mean_along_e1(solution.linear_momentum.bodies), *goal.move[0]));
+    lines.push_back(linear_line(mean_along_e1(solution.linear_momentum.bodies), *goal.move[0]));
   if (goal.turn && (*goal.turn)[0] != 0.0)
-    lines.push_back(mean_line("angular", "kg m²/s", mean_along_e1(solution.angular_momentum.bodies), (*goal.turn)[0]));
+    lines.push_back(angular_line(mean_along_e1(solution.angular_momentum.bodies), (*goal.turn)[0]));
   return lines;
 }
 
