@@ -157,8 +157,9 @@ void LimitTerms::take(const LimitMultipliers& from, double cost) {
   landed_ = false;
   broken_ = 0.0;
   multipliers_.value.setZero();
-  carried_ = from.weight > 0.0;
-  base_ = carried_ ? from.largest_weight / (largest_weight * first_weight) : cost / duration_;
+  const bool weighed = from.weight > 0.0;
+  carried_ = weighed || (from.value.size() > 0 && !from.value.isZero(0.0));
+  base_ = weighed ? from.largest_weight / (largest_weight * first_weight) : cost / duration_;
   multipliers_.largest_weight = largest_weight * first_weight * base_;
   set_level(first_level, first_barrier * base_);
   const auto coarse = static_cast<int>(from.value.cols()) - 1;

@@ -102,6 +102,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
     motion->end_rows = VectorXd::Zero(end_multiplier_.size());
     motion->limit_value.setZero(static_cast<Eigen::Index>(limits_.rows().size()), steps_ + 1);
   }
+  if (!limits_.empty()) aloft_ = now_;
 }
 
 void ShapeProgram::take_start_impulse() {

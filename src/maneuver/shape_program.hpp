@@ -162,6 +162,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void model_goal(MatrixXd& C, VectorXd& c);
   void model_limits();
   void foresee_limits(const optimizer::StageStep& step);
+  void foresee_moments(int k, const optimizer::StageStep& step);
   void add_limit_bends(double factor, optimizer::StageModel& model);
   void lay_pose_multipliers(const optimizer::StageModel& model);
   LimitedNode limited_node(const Motion& motion, int k) const;
@@ -182,6 +183,8 @@ class ShapeProgram : public optimizer::StageProgram {
   int limited_states() const {
     return maneuver_.free_duration ? tau() + 1 : tau();
   }  // first of a state, that limits see
+  // Whether a node's moments follow from the last state: a periodic motion begins with those of its end.
+  bool of_the_end(int k) const { return k == steps_ || (k == 0 && maneuver_.periodic); }
   int idle() const { return shape_ - controls_; }
   bool keeps_roots_alone() const { return four_steps_ && use_ == Steps::faithful && terms_.empty(); }
   bool by_shapes() const { return idle() == 0 && terms_.empty() && !maneuver_.free_duration && !maneuver_.periodic; }

@@ -51,20 +51,23 @@ void ShapeProgram::take_off() {
 // What limits' rows change by along a step.
 void ShapeProgram::foresee_limits(const StageStep& step) {
   for (int k = 0; k <= steps_; ++k) {
-    const VectorXd& state = step.state[at(leads_ + k)];
-    by_moments_.setZero();
-    if (!limits_.of_moments()) {
-    } else if (k == steps_) {
-      if (maneuver_.rest || maneuver_.periodic)
-        optimizer::add_image(1.0, end_by_state_.topRows(controls_), state, by_moments_);
-    } else if (by_shapes()) {
-      const MatrixXd& moments = moments_of_stage_[at(k)];
-      optimizer::add_image(1.0, moments.leftCols(2 * shape_), state.head(2 * shape_), by_moments_);
-      optimizer::add_image(1.0, moments.rightCols(shape_), step.input[at(k)], by_moments_);
-    } else {
-      by_moments_ = step.input[at(leads_ + k)];
-    }
-    limits_.foresee(k, state.head(limited_states()), by_moments_);
+    if (limits_.of_moments()) foresee_moments(k, step);
+    limits_.foresee(k, step.state[at(leads_ + k)].head(limited_states()), by_moments_);
+  }
+}
+
+// What a node's moments change by along a step, into by_moments_.
+void ShapeProgram::foresee_moments(int k, const StageStep& step) {
+  by_moments_.setZero();
+  if (of_the_end(k)) {
+    if (maneuver_.rest || maneuver_.periodic)
+      optimizer::add_image(1.0, end_by_state_.topRows(controls_), step.state.back(), by_moments_);
+  } else if (by_shapes()) {
+    const MatrixXd& moments = moments_of_stage_[at(k)];
+    optimizer::add_image(1.0, moments.leftCols(2 * shape_), step.state[at(k)].head(2 * shape_), by_moments_);
+    optimizer::add_image(1.0, moments.rightCols(shape_), step.input[at(k)], by_moments_);
+  } else {
+    by_moments_ = step.input[at(leads_ + k)];
   }
 }
 
@@ -79,23 +82,20 @@ bool ShapeProgram::bend_limits(const StageStep& step, double length, StageModel&
 void ShapeProgram::add_limit_bends(double factor, StageModel& model) {
   for (int k = 0; k <= steps_; ++k) {
     VectorXd& q = k == steps_ ? model.q_end : model.stage[at(leads_ + k)].q;
-    by_moments_.setZero();
     if (k > 0) limits_.add_bend(k, factor, q.head(limited_states()));
     if (!limits_.of_moments()) continue;
+    by_moments_.setZero();
     limits_.add_bend_by_moments(k, factor, by_moments_);
-    if (k == steps_) {
+    if (of_the_end(k)) {
       if (maneuver_.rest || maneuver_.periodic)
-        optimizer::add_transposed_image(1.0, end_by_state_.topRows(controls_), by_moments_, q);
-      continue;
+        optimizer::add_transposed_image(1.0, end_by_state_.topRows(controls_), by_moments_, model.q_end);
+    } else if (by_shapes()) {
+      const MatrixXd& moments = moments_of_stage_[at(k)];
+      optimizer::add_transposed_image(1.0, moments.rightCols(shape_), by_moments_, model.stage[at(k)].r);
+      if (k > 0) optimizer::add_transposed_image(1.0, moments.leftCols(2 * shape_), by_moments_, q.head(2 * shape_));
+    } else {
+      model.stage[at(leads_ + k)].r += by_moments_;
     }
-    VectorXd& r = model.stage[at(leads_ + k)].r;
-    if (!by_shapes()) {
-      r += by_moments_;
-      continue;
-    }
-    const MatrixXd& moments = moments_of_stage_[at(k)];
-    optimizer::add_transposed_image(1.0, moments.rightCols(shape_), by_moments_, r);
-    if (k > 0) optimizer::add_transposed_image(1.0, moments.leftCols(2 * shape_), by_moments_, q.head(2 * shape_));
   }
 }
 

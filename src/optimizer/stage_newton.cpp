@@ -240,13 +240,14 @@ bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
 // At a solution what a step gains drowns in round-off: it is taken wherever it keeps what is met, or meets it better by far.
 void StageNewton::take_last_step(StageProgram& program, Outcome& outcome) {
   const Merit here = program.merit();
-  const Merit* there = program.try_step(step_, program.longest(step_));
+  const double length = program.longest(step_);
+  const Merit* there = program.try_step(step_, length);
   ++outcome.evaluations;
   if (!there || there->violation > met) return;
   const bool nearer = there->violation < following * here.violation;
   if (!nearer && !(there->cost <= here.cost + last_rise * std::abs(here.cost))) return;
   program.accept();
-  if (program.limited()) program.take_multipliers(step_, program.longest(step_));
+  if (program.limited()) program.take_multipliers(step_, length);
 }
 
 // Where no step shows progress any more because what it gains drowns in round-off: a last one, without a shift.

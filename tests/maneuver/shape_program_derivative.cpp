@@ -147,7 +147,8 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     program_->linearize(*model_);
     double size = GetParam().periodic || GetParam().free_duration ? 0.01 : 0.3;
     if (GetParam().periodic && GetParam().costs.any()) size = 0.002;
-    if (GetParam().free_duration && GetParam().limited) size = 0.002;
+    const bool of_the_chain = GetParam().swimmer == Swimmer::paper_chain && GetParam().limited;
+    if (of_the_chain && (GetParam().free_duration || GetParam().periodic)) size = 0.002;
     if (model_->stage.back().placed > 0) size = GetParam().limited ? 0.0005 : 0.003;  // rad, not N m
     for (std::size_t n = 0; n < model_->stage.size(); ++n) {
       for (Eigen::Index c = 0; c < sizes.inputs; ++c)
@@ -220,6 +221,9 @@ TEST_P(ShapeDerivatives, limits_change_as_foreseen_to_first_order) {
         kinds.insert(program_->limit_rows()[static_cast<std::size_t>(r)].kind);
       }
   EXPECT_GE(kinds.size(), GetParam().limited ? 4U : 1U);
+  if (GetParam().limited && GetParam().periodic && GetParam().swimmer != Swimmer::any_joint) {
+    EXPECT_FALSE(changes.col(0).isZero(0.0)) << "moments at the beginning";
+  }
   const auto pulling_of = [&](const MatrixXd& all) {
     VectorXd values_of(static_cast<Eigen::Index>(pulling.size()));
     for (std::size_t n = 0; n < pulling.size(); ++n)
@@ -307,6 +311,8 @@ INSTANTIATE_TEST_SUITE_P(
                      true},
         ShapeSetting{"periodic_of_any_joint_within_limits", Swimmer::any_joint,
                      mechanics::DiscreteLagrangian::trapezoid, false, true, false, true},
+        ShapeSetting{"periodic_within_limits", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, false,
+                     true, false, true},
         ShapeSetting{"periodic_of_free_duration", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, false,
                      false, true, true},
         ShapeSetting{"squared_power", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true, false,
