@@ -123,5 +123,42 @@ TEST(StageNewton, goes_on_for_longer_while_the_cost_falls) {
   EXPECT_NEAR(arrived.objective, 0.25, 1e-12);
 }
 
+// Limits that are met, and of which those that hold are or are not found.
+class Landing : public SlowLimit {
+ public:
+  explicit Landing(bool finds_them) : SlowLimit(0), finds_them_(finds_them) {}
+  int landings = 0, returns = 0;
+  double limit_error() const override { return landed_ && !finds_them_ ? 1.0 : 0.0; }
+  bool land() override {
+    landed_ = true;
+    ++landings;
+    return true;
+  }
+  bool landed() const override { return landed_; }
+  void take_off() override {
+    landed_ = false;
+    ++returns;
+  }
+
+ private:
+  bool finds_them_, landed_ = false;
+};
+
+TEST(LimitedNewton, ends_with_the_limits_that_hold_as_equalities) {
+  Landing program(true);
+  EXPECT_EQ(solve(program, {}).termination, Termination::converged);
+  EXPECT_TRUE(program.landed());
+  EXPECT_EQ(program.landings, 1);
+  EXPECT_EQ(program.returns, 0);
+}
+
+TEST(LimitedNewton, returns_where_it_does_not_find_them) {
+  Landing program(false);
+  EXPECT_EQ(solve(program, {}).termination, Termination::converged);
+  EXPECT_FALSE(program.landed());
+  EXPECT_EQ(program.landings, 1);
+  EXPECT_EQ(program.returns, 1);
+}
+
 }  // namespace
 }  // namespace lamprey::tests
