@@ -10,6 +10,7 @@
 namespace lamprey::tests {
 namespace {
 
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using maneuver::Maneuver;
 using maneuver::NodePath;
