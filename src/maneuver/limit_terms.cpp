@@ -268,7 +268,7 @@ void LimitTerms::add_bend(int node, double factor, Eigen::Ref<VectorXd> by_state
     const auto row = static_cast<Eigen::Index>(r);
     const double beyond = factor * beyond_(row, node);
     if (beyond != 0.0 && !rows_[r].of_moments())
-      algebra::add_multiple(beyond, slopes_[at(node)].row(row).head(by_state.size()).transpose(), by_state);
+      by_state += beyond * slopes_[at(node)].row(row).head(by_state.size()).transpose();
   }
 }
 
