@@ -263,12 +263,12 @@ void LimitTerms::compare(const MatrixXd& value, const MatrixXd& trial, double sh
     }
 }
 
-void LimitTerms::add_bend(int node, double factor, Eigen::Ref<VectorXd> by_state) const {
+void LimitTerms::add_bend(int node, double factor, Eigen::Index size, VectorXd& by_state) const {
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const auto row = static_cast<Eigen::Index>(r);
     const double beyond = factor * beyond_(row, node);
     if (beyond != 0.0 && !rows_[r].of_moments())
-      by_state += beyond * slopes_[at(node)].row(row).head(by_state.size()).transpose();
+      algebra::add_multiple(beyond, slopes_[at(node)].row(row).head(size).transpose(), by_state.head(size));
   }
 }
 

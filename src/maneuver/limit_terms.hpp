@@ -69,8 +69,8 @@ class LimitTerms {
   double share_within(const MatrixXd& value) const;
   /// After foresee: what the rows changed by beyond first order on the way to a trial point, a share of the step away.
   void compare(const MatrixXd& value, const MatrixXd& trial, double share);
-  /// What that, times a factor, adds to the gradient of a node's model, in the order of `foresee`.
-  void add_bend(int node, double factor, Eigen::Ref<VectorXd> by_state) const;
+  /// What that, times a factor, adds to the gradient of a node's model: to its first `size` entries, in the order of `foresee`.
+  void add_bend(int node, double factor, Eigen::Index size, VectorXd& by_state) const;
   void add_bend_by_moments(int node, double factor, VectorXd& by_moments) const;
   /// The multipliers' part of the step, taken by a share of it.
   void follow(double share);

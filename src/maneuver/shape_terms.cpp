@@ -82,7 +82,7 @@ bool ShapeProgram::bend_limits(const StageStep& step, double length, StageModel&
 void ShapeProgram::add_limit_bends(double factor, StageModel& model) {
   for (int k = 0; k <= steps_; ++k) {
     VectorXd& q = k == steps_ ? model.q_end : model.stage[at(leads_ + k)].q;
-    if (k > 0) limits_.add_bend(k, factor, q.head(limited_states()));
+    if (k > 0) limits_.add_bend(k, factor, limited_states(), q);
     if (!limits_.of_moments()) continue;
     by_moments_.setZero();
     limits_.add_bend_by_moments(k, factor, by_moments_);
