@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "maneuver/node_path.hpp"
 #include "mechanics/continuous.hpp"
 #include "optimizer/small_dense.hpp"
 
@@ -440,9 +441,7 @@ void CostTerms::take(const WorkMultipliers& from) {
   const auto coarse = static_cast<int>(from.value.cols()) - 1;
   if (coarse < 1) return;
   for (int k = 0; k <= steps_; ++k) {
-    const double place = static_cast<double>(k) * coarse / steps_;
-    const int left = std::min(static_cast<int>(place), coarse - 1);
-    const double share = place - left;
+    const auto [left, share] = place_on_grid(k, steps_, coarse);
     auto at_node = multipliers_.value.col(k);
     at_node = from.value.col(left);
     at_node *= 1.0 - share;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "maneuver/limit_terms.hpp"
+#include "maneuver/node_path.hpp"
 
 namespace lamprey::maneuver {
 
@@ -165,9 +166,7 @@ void LimitTerms::take(const LimitMultipliers& from, double cost) {
   const auto coarse = static_cast<int>(from.value.cols()) - 1;
   if (coarse < 1) return;
   for (int k = 0; k <= steps_; ++k) {
-    const double place = static_cast<double>(k) * coarse / steps_;
-    const int left = std::min(static_cast<int>(place), coarse - 1);
-    const double share = place - left;
+    const auto [left, share] = place_on_grid(k, steps_, coarse);
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const auto row = static_cast<Eigen::Index>(r);
       if (rows_[r].time >= 0.0)

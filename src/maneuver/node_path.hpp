@@ -1,6 +1,7 @@
 // Nodes of a motion, whatever found it.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include <Eigen/Core>
@@ -23,5 +24,17 @@ struct NodePath {
   /// where two steps meet, `control` is the mean of both.
   std::vector<VectorXd> polynomial;
 };
+
+/// Where a node lies on another grid over the same time: a share of the way from node `left` to the next.
+struct GridPlace {
+  int left;
+  double share;
+};
+
+inline GridPlace place_on_grid(int node, int steps, int other_steps) {
+  const double place = static_cast<double>(node) * other_steps / steps;
+  const int left = std::min(static_cast<int>(place), other_steps - 1);
+  return {left, place - left};
+}
 
 }  // namespace lamprey::maneuver

@@ -53,8 +53,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void take_work_multipliers(const WorkMultipliers& multipliers) { work_start_ = multipliers; }
   const WorkMultipliers& work_multipliers() const { return terms_.multipliers(); }
   const std::vector<LimitRow>& limit_rows() const { return limits_.rows(); }
-  /// Values of the limits' rows at the point and at the trial point, [rows][N + 1].
-  const MatrixXd& limit_values() const { return now_.limit_value; }
+  /// Values of the limits' rows at the trial point, [rows][N + 1].
   const MatrixXd& trial_limit_values() const { return trial_.limit_value; }
   /// What they change by along a step, to first order; 0 of rows that do not pull.
   const MatrixXd& limit_changes(const optimizer::StageStep& step) {

@@ -210,7 +210,6 @@ TEST_P(ShapeDerivatives, the_end_rows_rates_match_central_differences) {
 
 // Of limits that pull, whatever they are of.
 TEST_P(ShapeDerivatives, limits_change_as_foreseen_to_first_order) {
-  const MatrixXd values = program_->limit_values();
   const MatrixXd changes = program_->limit_changes(*step_);
   if (changes.rows() == 0) return;
   std::set<maneuver::LimitRow::Kind> kinds;
