@@ -202,7 +202,10 @@ int verify(const std::string& folder) {
                verdict ? verdict_word(proof.verdict) : found_or_nothing(claim.found),
                verdict ? verdict_word(stored.certificate->verdict) : report::number(claim.stored, 3));
   }
-  return holds && claims.empty() ? exit_code(claimed) : no_optimal_solution;
+  const std::string difference = file::trajectory_difference(folder, stored);
+  if (!difference.empty())
+    fmt::print("  {}/trajectory.h5 does not hold what solution.json does: {}.\n", folder, difference);
+  return holds && claims.empty() && difference.empty() ? exit_code(claimed) : no_optimal_solution;
 }
 
 int report(const std::vector<std::string>& folders) {

@@ -1,6 +1,9 @@
 #include "file/trajectory_file.hpp"
 
+#include <fmt/format.h>
 #include <hdf5.h>
+
+#include <filesystem>
 
 #include "file/io_error.hpp"
 #include "file/result_shapes.hpp"
@@ -9,11 +12,15 @@ namespace lamprey::file {
 
 namespace {
 
+constexpr const char* unwritable = "cannot be written as HDF5";
+constexpr const char* unreadable = "cannot be read as HDF5; write it anew with solve or simulate, or delete it";
+
 // An HDF5 identifier closed by its own kind's function.
 class Handle {
  public:
-  Handle(hid_t id, herr_t (*close)(hid_t), const std::string& path) : id_(id), close_(close) {
-    if (id < 0) throw IoError(path, "cannot be written as HDF5");
+  Handle(hid_t id, herr_t (*close)(hid_t), const std::string& path, const char* failure = unwritable)
+      : id_(id), close_(close) {
+    if (id < 0) throw IoError(path, failure);
   }
   ~Handle() { close_(id_); }
   Handle(const Handle&) = delete;
@@ -41,8 +48,8 @@ class QuietErrors {
   void* data_ = nullptr;
 };
 
-void require(herr_t status, const std::string& path) {
-  if (status < 0) throw IoError(path, "cannot be written as HDF5");
+void require(herr_t status, const std::string& path, const char* failure = unwritable) {
+  if (status < 0) throw IoError(path, failure);
 }
 
 void write_unit(hid_t dataset, const std::string& unit, const std::string& path) {
@@ -93,13 +100,68 @@ std::string file_image(const std::vector<ShapedArray>& arrays) {
   for (const ShapedArray& array : arrays) write_array(file, array, name);
   require(H5Fflush(file, H5F_SCOPE_GLOBAL), name);
   const ssize_t size = H5Fget_file_image(file, nullptr, 0);
-  if (size < 0) throw IoError(name, "cannot be written as HDF5");
+  if (size < 0) throw IoError(name, unwritable);
   std::string image(static_cast<std::size_t>(size), '\0');
-  if (H5Fget_file_image(file, image.data(), image.size()) != size) throw IoError(name, "cannot be written as HDF5");
+  if (H5Fget_file_image(file, image.data(), image.size()) != size) throw IoError(name, unwritable);
   return image;
 }
 
+std::string shape_in_words(const std::vector<std::size_t>& shape) {
+  std::string words;
+  for (const std::size_t length : shape) words += fmt::format("[{}]", length);
+  return words;
+}
+
+// Indices of an entry in row-major order.
+std::string place_in_words(std::size_t entry, const std::vector<std::size_t>& shape) {
+  std::vector<std::size_t> place(shape.size());
+  for (std::size_t axis = shape.size(); axis-- > 0;) {
+    place[axis] = entry % shape[axis];
+    entry /= shape[axis];
+  }
+  return shape_in_words(place);
+}
+
+// Whether each group on the way to an array and the array itself are there.
+bool has_array(hid_t file, const std::string& path) {
+  for (std::size_t end = path.find('/');; end = path.find('/', end + 1)) {
+    if (H5Lexists(file, path.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
+    if (end == std::string::npos) return true;
+  }
+}
+
+std::string array_difference(hid_t file, const ShapedArray& array, const std::string& path) {
+  if (!has_array(file, array.path())) return fmt::format("{} is missing", array.path());
+  const Handle dataset(H5Dopen2(file, array.path().c_str(), H5P_DEFAULT), H5Dclose, path, unreadable);
+  const Handle space(H5Dget_space(dataset), H5Sclose, path, unreadable);
+  std::vector<hsize_t> lengths(static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space))));
+  require(H5Sget_simple_extent_dims(space, lengths.data(), nullptr), path, unreadable);
+  const std::vector<std::size_t> shape(lengths.begin(), lengths.end());
+  if (shape != array.shape)
+    return fmt::format("{} is {}, not {}", array.path(), shape_in_words(shape), shape_in_words(array.shape));
+  std::vector<double> values(array.values.size());
+  if (!values.empty())
+    require(H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), path, unreadable);
+  for (std::size_t entry = 0; entry < values.size(); ++entry)
+    if (values[entry] != array.values[entry])  // NaN, too, is another number
+      return fmt::format("{}{} is {}, not {}", array.path(), place_in_words(entry, shape), values[entry],
+                         array.values[entry]);
+  return "";
+}
+
 }  // namespace
+
+std::string trajectory_difference(const std::string& folder, const Results& results) {
+  const std::string path = (std::filesystem::path(folder) / "trajectory.h5").string();
+  if (!std::filesystem::exists(path)) return "";
+  const QuietErrors quiet;
+  const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, path, unreadable);
+  for (const ShapedArray& array : shaped_arrays(results)) {
+    const std::string difference = array_difference(file, array, path);
+    if (!difference.empty()) return difference;
+  }
+  return "";
+}
 
 PendingFile trajectory_file(const Results& results) {
   return finished_file("trajectory.h5", file_image(shaped_arrays(results)));

@@ -16,4 +16,8 @@ PendingFile trajectory_file(const Results& results);
 /// Writes FOLDER/trajectory.h5 alone.
 void write_trajectory(const std::string& folder, const Results& results);
 
+/// Where FOLDER/trajectory.h5 differs from the arrays of Results, in words: an array that is missing, has another shape or
+/// another number. Empty where it holds the same, or where there is no such file. IoError where it is no HDF5 file.
+std::string trajectory_difference(const std::string& folder, const Results& results);
+
 }  // namespace lamprey::file

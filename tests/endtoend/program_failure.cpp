@@ -99,6 +99,9 @@ TEST(Program, verify_sees_a_tampered_solution) {
   const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 4);
   EXPECT_NE(run.out.find("does not hold"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("/trajectory.h5 does not hold what solution.json does: control[20][0][2] is "),
+            std::string::npos)
+      << run.out;
 }
 
 TEST(Program, verify_names_what_a_solution_claims_in_vain) {

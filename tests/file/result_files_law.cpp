@@ -1,10 +1,15 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <cmath>
+#include <fstream>
+
 #include <nlohmann/json.hpp>
 
 #include "chains.hpp"
+#include "file/io_error.hpp"
 #include "file/resolve.hpp"
+#include "file/result_shapes.hpp"
 #include "file/solution_file.hpp"
 #include "file/trajectory_file.hpp"
 #include "samples.hpp"
@@ -322,6 +327,61 @@ TEST(TrajectoryFile, a_second_writing_gives_the_same_bytes) {
   const std::string first = tests::bytes_of(folder / "first/trajectory.h5");
   EXPECT_GT(first.size(), 1000U);
   EXPECT_EQ(first, tests::bytes_of(folder / "second/trajectory.h5"));
+}
+
+void write_number(const std::string& path, const std::string& name, std::size_t entry, double number) {
+  Dataset all = read_dataset(path, name);
+  all.values[entry] = number;
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  const hid_t dataset = H5Dopen2(file, name.c_str(), H5P_DEFAULT);
+  H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.values.data());
+  H5Dclose(dataset);
+  H5Fclose(file);
+}
+
+TEST(TrajectoryFile, any_changed_number_is_a_difference_told_with_its_place) {
+  const tests::TemporaryFolder folder;
+  const file::Results results = staged_results();
+  const std::string path = folder / "trajectory.h5";
+  EXPECT_EQ(file::trajectory_difference(folder.path(), results), "");  // no file
+  for (const file::ShapedArray& array : file::shaped_arrays(results)) {
+    SCOPED_TRACE(array.path());
+    file::write_trajectory(folder.path(), results);
+    EXPECT_EQ(file::trajectory_difference(folder.path(), results), "");
+    const std::size_t last = array.values.size() - 1;
+    const double told = array.values[last];
+    write_number(path, array.path(), last, std::nextafter(told, 1e300));
+    std::string place = array.path();
+    for (const std::size_t length : array.shape) place += "[" + std::to_string(length - 1) + "]";
+    EXPECT_EQ(file::trajectory_difference(folder.path(), results).rfind(place + " is ", 0), 0U)
+        << file::trajectory_difference(folder.path(), results);
+    write_number(path, array.path(), last, std::nan(""));
+    EXPECT_EQ(file::trajectory_difference(folder.path(), results).rfind(place + " is nan, not ", 0), 0U);
+  }
+}
+
+TEST(TrajectoryFile, of_another_answer_differs_by_its_shapes_and_without_an_array_by_its_name) {
+  const tests::TemporaryFolder folder;
+  file::write_trajectory(folder.path(), tests::sample_results(6));
+  EXPECT_EQ(file::trajectory_difference(folder.path(), tests::sample_results(7)), "time is [7], not [8]");
+  const std::string path = folder / "trajectory.h5";
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  H5Ldelete(file, "momentum/linear", H5P_DEFAULT);
+  H5Fclose(file);
+  EXPECT_EQ(file::trajectory_difference(folder.path(), tests::sample_results(6)), "momentum/linear/bodies is missing");
+}
+
+TEST(TrajectoryFile, that_is_no_HDF5_is_refused_with_what_to_do) {
+  const tests::TemporaryFolder folder;
+  std::ofstream(folder / "trajectory.h5") << "no HDF5";
+  try {
+    file::trajectory_difference(folder.path(), tests::sample_results(2));
+    FAIL();
+  } catch (const file::IoError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              folder / "trajectory.h5" +
+                  std::string(": cannot be read as HDF5; write it anew with solve or simulate, or delete it"));
+  }
 }
 
 }  // namespace
