@@ -178,34 +178,27 @@ std::string failed_rows(const certificate::Certificate& proof, const file::Resol
 }
 
 int verify(const std::string& folder) {
-  const Results stored = file::read_solution(folder);
-  const Results results = file::certified(stored);
-  const certificate::Certificate& proof = *results.certificate;
-  const Status claimed = stored.solution.status;
-  fmt::print("{}\n  recomputed from {}/solution.json\n", results.name, folder);
-  print_certificate(proof, results.problem);
-  const std::string failed = failed_rows(proof, results.problem);
+  const file::Verification is = file::verify_task(folder);
+  const certificate::Certificate& proof = *is.found.certificate;
+  fmt::print("{}\n  recomputed from {}/solution.json\n", is.found.name, folder);
+  print_certificate(proof, is.found.problem);
+  const std::string failed = failed_rows(proof, is.found.problem);
   if (proof.verdict)
     fmt::print("  Verdict: {}{}.\n", file::word(*proof.verdict),
                failed.empty() || *proof.verdict == certificate::Verdict::not_optimal
                    ? ""
                    : ", but beyond the mark: " + failed);
-  const bool judged = claimed == Status::optimal || claimed == Status::simulated;
-  const bool holds = !judged || results.solution.status == claimed;
-  fmt::print("  {}\n",
-             holds ? "The stored status holds." : "The stored status does not hold: " + results.solution.message);
-  const auto claims = stored.certificate ? certificate::false_claims(*stored.certificate, proof)
-                                         : std::vector<certificate::FalseClaim>();
-  for (const certificate::FalseClaim& claim : claims) {
+  fmt::print("  {}\n", is.status_holds ? "The stored status holds."
+                                       : "The stored status does not hold: " + is.found.solution.message);
+  for (const certificate::FalseClaim& claim : is.claims) {
     const bool verdict = claim.field == "verdict";
     fmt::print("  The stored certificate does not hold: {} is {}, it says {}.\n", claim.field,
                verdict ? verdict_word(proof.verdict) : found_or_nothing(claim.found),
-               verdict ? verdict_word(stored.certificate->verdict) : report::number(claim.stored, 3));
+               verdict ? verdict_word(is.stored.certificate->verdict) : report::number(claim.stored, 3));
   }
-  const std::string difference = file::trajectory_difference(folder, stored);
-  if (!difference.empty())
-    fmt::print("  {}/trajectory.h5 does not hold what solution.json does: {}.\n", folder, difference);
-  return holds && claims.empty() && difference.empty() ? exit_code(claimed) : no_optimal_solution;
+  if (!is.trajectory_difference.empty())
+    fmt::print("  {}/trajectory.h5 does not hold what solution.json does: {}.\n", folder, is.trajectory_difference);
+  return is.holds() ? exit_code(is.stored.solution.status) : no_optimal_solution;
 }
 
 int report(const std::vector<std::string>& folders) {

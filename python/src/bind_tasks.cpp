@@ -226,6 +226,32 @@ Motion certify(const Motion& motion) {
   return Motion(std::move(*results));
 }
 
+nb::object number_or_none(double value) { return std::isnan(value) ? nb::none() : nb::cast(value); }
+
+nb::object verdict_or_none(const file::Results& results) {
+  const bool judged = results.certificate && results.certificate->verdict;
+  return judged ? nb::cast(std::string(file::word(*results.certificate->verdict))) : nb::none();
+}
+
+nb::tuple verify(const std::filesystem::path& directory) {
+  std::optional<file::Verification> is;
+  const auto signal = run_long([&](const Interrupted&) { is = file::verify_task(directory.string()); });
+  if (signal) throw nb::python_error(*signal);
+  nb::list claims;
+  for (const certificate::FalseClaim& claim : is->claims) {
+    const bool verdict = claim.field == "verdict";
+    nb::dict one;
+    one["field"] = claim.field;
+    one["stored"] = verdict ? verdict_or_none(is->stored) : number_or_none(claim.stored);
+    one["found"] = verdict ? verdict_or_none(is->found) : number_or_none(claim.found);
+    claims.append(one);
+  }
+  const nb::object found = is->stored.solution.status == maneuver::Status::simulated
+                               ? nb::cast(Trajectory(std::move(is->found)))
+                               : nb::cast(Solution(std::move(is->found)));
+  return nb::make_tuple(found, is->holds(), claims, is->trajectory_difference);
+}
+
 }  // namespace
 
 void bind_tasks(nb::module_& module) {
@@ -278,6 +304,9 @@ void bind_tasks(nb::module_& module) {
       "GIL; Ctrl-C waits for its end.";
   module.def("certify", &certify<Solution>, "solution"_a, about);
   module.def("certify", &certify<Trajectory>, "trajectory"_a, about);
+  module.def("_verify", &verify, "directory"_a,
+             nb::sig("def _verify(directory: str | os.PathLike) -> tuple[Trajectory, bool, list[dict], str]"),
+             "The motion as certify gives it, whether all holds, claims that do not, and how trajectory.h5 differs.");
 }
 
 }  // namespace lamprey::python

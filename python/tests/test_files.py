@@ -35,12 +35,25 @@ def test_verify_recomputes_and_does_not_believe(solution, tmp_path):
     solution.save(tmp_path)
     found = lp.verify(tmp_path)
     assert found["holds"] and found["status"] == "optimal"
+    assert found["claims"] == [] and found["trajectory"] == ""
     assert abs(found["certificate"]["replay"]["rotation_error"] / solution.certificate["replay"]["rotation_error"] - 1.0) < 1e-6
     stored = json.loads((tmp_path / "solution.json").read_text(encoding="utf-8"))
     stored["control"][30][0][2] *= 1.001
     (tmp_path / "solution.json").write_text(json.dumps(stored), encoding="utf-8")
     found = lp.verify(tmp_path)
     assert not found["holds"] and found["status"] != "optimal"
+    assert found["trajectory"].startswith("control[30][0][2] is ")
+
+
+def test_verify_names_what_is_claimed_in_vain(solution, tmp_path):
+    solution.save(tmp_path)
+    stored = json.loads((tmp_path / "solution.json").read_text(encoding="utf-8"))
+    stored["certificate"]["replay"]["whole_rotation_error"] = 1e-12
+    (tmp_path / "solution.json").write_text(json.dumps(stored), encoding="utf-8")
+    found = lp.verify(tmp_path)
+    (claim,) = found["claims"]
+    assert not found["holds"] and found["status"] == "optimal" and found["trajectory"] == ""
+    assert claim["field"] == "replay.whole_rotation_error" and claim["stored"] == 1e-12 < claim["found"]
 
 
 def test_wrong_results_are_told_with_their_field(solution, tmp_path):

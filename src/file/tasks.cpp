@@ -7,6 +7,8 @@
 #include "certificate/certify.hpp"
 #include "file/followed_file.hpp"
 #include "file/resolve.hpp"
+#include "file/solution_file.hpp"
+#include "file/trajectory_file.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/control_path.hpp"
 #include "maneuver/feedback.hpp"
@@ -217,6 +219,18 @@ Results certified(const Results& results) {
   else if (problem.goal)
     study::judge(problem, *again.certificate, again.solution);
   return again;
+}
+
+Verification verify_task(const std::string& folder) {
+  Verification result{read_solution(folder), {}, true, {}, ""};
+  result.found = certified(result.stored);
+  const maneuver::Status claimed = result.stored.solution.status;
+  if (claimed == maneuver::Status::optimal || claimed == maneuver::Status::simulated)
+    result.status_holds = result.found.solution.status == claimed;
+  if (result.stored.certificate)
+    result.claims = certificate::false_claims(*result.stored.certificate, *result.found.certificate);
+  result.trajectory_difference = trajectory_difference(folder, result.stored);
+  return result;
 }
 
 }  // namespace lamprey::file

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include "certificate/claims.hpp"
 #include "file/controls_file.hpp"
 #include "file/problem_file.hpp"
 #include "file/results.hpp"
@@ -51,5 +52,16 @@ Results march_task(ProblemFile file, const MarchOptions& options, const std::str
 /// The same answer with its certificate made anew from its own numbers, and the status that this certificate gives it.
 /// Refinement, which takes solving, stays as it was.
 Results certified(const Results& results);
+
+/// What the files of a stored answer say of it, and what is found when it is computed again. verify_task throws what
+/// read_solution and trajectory_difference do.
+struct Verification {
+  Results stored, found;
+  bool status_holds;                            // of "optimal" and "simulated"; others promise nothing
+  std::vector<certificate::FalseClaim> claims;  // of the stored certificate
+  std::string trajectory_difference;            // from solution.json, in words; empty: none
+  bool holds() const { return status_holds && claims.empty() && trajectory_difference.empty(); }
+};
+Verification verify_task(const std::string& folder);
 
 }  // namespace lamprey::file
