@@ -198,6 +198,10 @@ class Trajectory:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> bytes: ...
+
+    def __setstate__(self, arg: bytes, /) -> None: ...
+
 class Solution(Trajectory):
     """
     A motion that was sought, with its certificate. Whether it arrived is its status, never an exception.
@@ -240,6 +244,10 @@ class Solution(Trajectory):
         """[joints][nodes] signs of the joints' powers, where work has a weight."""
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> bytes: ...
+
+    def __setstate__(self, arg: bytes, /) -> None: ...
 
 def load_solution(directory: str | os.PathLike) -> Trajectory:
     """

@@ -111,6 +111,18 @@ std::string shown(const char* type, const Trajectory& self) {
   return text + ">";
 }
 
+// For pickle: the text of solution.json, as bytes, since it holds all that a motion is.
+template <class Motion>
+nb::bytes state(const Motion& self) {
+  const std::string text = file::solution_text(self.results());
+  return nb::bytes(text.data(), text.size());
+}
+
+template <class Motion>
+void from_state(Motion& self, const nb::bytes& text) {
+  new (&self) Motion(file::parse_solution({text.c_str(), text.size()}, "pickle"));
+}
+
 }  // namespace
 
 nb::object Trajectory::array(const std::string& path) const {
@@ -189,7 +201,9 @@ void bind_results(nb::module_& module) {
            "Writes the report, one HTML file that opens without a server or a network.")
       .def("save", &save, "directory"_a,
            "Writes solution.json, trajectory.h5 and report.html into a directory, as `lamprey solve --out` does.")
-      .def("__repr__", [](const Trajectory& self) { return shown("Trajectory", self); });
+      .def("__repr__", [](const Trajectory& self) { return shown("Trajectory", self); })
+      .def("__getstate__", &state<Trajectory>)
+      .def("__setstate__", &from_state<Trajectory>);
   nb::class_<Solution, Trajectory>(module, "Solution",
                                    "A motion that was sought, with its certificate. Whether it arrived is its status, "
                                    "never an exception.")
@@ -214,7 +228,9 @@ void bind_results(nb::module_& module) {
       .def_prop_ro("work_multipliers", said("work_multipliers"),
                    nb::sig("def work_multipliers(self) -> list[list[float]] | None"),
                    "[joints][nodes] signs of the joints' powers, where work has a weight.")
-      .def("__repr__", [](const Solution& self) { return shown("Solution", self); });
+      .def("__repr__", [](const Solution& self) { return shown("Solution", self); })
+      .def("__getstate__", &state<Solution>)
+      .def("__setstate__", &from_state<Solution>);
   module.def("load_solution", &load_solution, "directory"_a,
              nb::sig("def load_solution(directory: str | os.PathLike) -> Trajectory"),
              "Reads solution.json of a directory: a Solution, or a Trajectory where it was simulated.");

@@ -1,5 +1,8 @@
 """Files of a solution: what `lamprey solve --out` writes, read and verified again."""
+import copy
 import json
+import multiprocessing
+import pickle
 
 import numpy as np
 import pytest
@@ -29,6 +32,35 @@ def test_a_stored_march_comes_back_as_a_trajectory(root, tmp_path):
     again = lp.load_solution(tmp_path)
     assert type(again) is lp.Trajectory and again.status == "simulated"
     assert lp.verify(tmp_path)["certificate"]["momentum_drift"] < 1e-12
+
+
+def test_motions_are_pickled_and_copied_without_loss(solution, root, tmp_path):
+    march = lp.simulate(root / "examples" / "tumble.toml", steps=20, duration=0.1)
+    for motion in (solution, march):
+        for again in (pickle.loads(pickle.dumps(motion)), copy.deepcopy(motion)):
+            assert type(again) is type(motion)
+            motion.save(tmp_path / "first")
+            again.save(tmp_path / "again")
+            for name in ("solution.json", "trajectory.h5"):
+                assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
+
+
+def marched(problem):
+    return lp.simulate(problem, steps=20, duration=0.1)
+
+
+def test_motions_return_from_other_processes(root):
+    problem = lp.load(root / "examples" / "tumble.toml")
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        first, second = pool.map(marched, [problem, problem])
+    assert np.array_equal(first.rotation, second.rotation)
+    assert np.array_equal(first.rotation, marched(problem).rotation)
+
+
+def test_a_pickle_without_a_motion_is_refused(solution):
+    class_, state = type(solution), b'{"schema": 1}'
+    with pytest.raises(lp.InputError, match="pickle"):
+        class_.__new__(class_).__setstate__(state)
 
 
 def test_verify_recomputes_and_does_not_believe(solution, tmp_path):
