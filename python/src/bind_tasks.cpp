@@ -246,10 +246,7 @@ nb::tuple verify(const std::filesystem::path& directory) {
     one["found"] = verdict ? verdict_or_none(is->found) : number_or_none(claim.found);
     claims.append(one);
   }
-  const nb::object found = is->stored.solution.status == maneuver::Status::simulated
-                               ? nb::cast(Trajectory(std::move(is->found)))
-                               : nb::cast(Solution(std::move(is->found)));
-  return nb::make_tuple(found, is->holds(), claims, is->trajectory_difference);
+  return nb::make_tuple(Trajectory(is->found), is->holds(), claims, is->trajectory_difference);
 }
 
 }  // namespace

@@ -222,7 +222,8 @@ Results certified(const Results& results) {
 }
 
 Verification verify_task(const std::string& folder) {
-  Verification result{read_solution(folder), {}, true, {}, ""};
+  Verification result;
+  result.stored = read_solution(folder);
   result.found = certified(result.stored);
   const maneuver::Status claimed = result.stored.solution.status;
   if (claimed == maneuver::Status::optimal || claimed == maneuver::Status::simulated)

@@ -57,7 +57,7 @@ Results certified(const Results& results);
 /// read_solution and trajectory_difference do.
 struct Verification {
   Results stored, found;
-  bool status_holds;                            // of "optimal" and "simulated"; others promise nothing
+  bool status_holds = true;                     // of "optimal" and "simulated"; others promise nothing
   std::vector<certificate::FalseClaim> claims;  // of the stored certificate
   std::string trajectory_difference;            // from solution.json, in words; empty: none
   bool holds() const { return status_holds && claims.empty() && trajectory_difference.empty(); }
