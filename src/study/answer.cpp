@@ -236,7 +236,7 @@ std::tuple<bool, bool, bool, bool, double> rank(const Problem& problem, const An
 class Parts {
  public:
   Parts(const Problem& problem, const SolveOptions& options) : options_(options), budget_(problem, options) {}
-  bool stopped() const { return budget_.stopped(); }
+  bool stopped() const { return budget_.closing(); }
   double seconds() const { return budget_.seconds(); }
   bool begins(const std::string& part) {
     if (left_out_.empty() && !stopped()) return true;
@@ -246,19 +246,22 @@ class Parts {
   void leave_out(const std::string& part) { left_out_ += (left_out_.empty() ? "" : ", ") + part; }
 
   // Says what was left out; an answer that was interrupted before it was complete has that status.
-  void tell(Solution& solution) const {
-    if (left_out_.empty()) return;
-    const bool interrupted = options_.interrupted && options_.interrupted();
+  void tell(const std::string& unsearched, Solution& solution) const {
+    if (left_out_.empty() && unsearched.empty()) return;
+    const bool interrupted = budget_.interrupted();
     if (interrupted) solution.status = Status::interrupted;
-    solution.message += std::string(" Since ") + (interrupted ? "it was interrupted" : "the time limit was reached") +
-                        ", these were not computed: " + left_out_ + ".";
+    solution.message += std::string(" Since ") + (interrupted ? "it was interrupted" : "the time limit was reached");
+    if (!unsearched.empty()) solution.message += ", these were not tried: " + unsearched;
+    if (!left_out_.empty())
+      solution.message += (unsearched.empty() ? ", these were not computed: " : "; nor were computed: ") + left_out_;
+    solution.message += ".";
   }
   void progress(const std::string& line) const {
     if (options_.progress) options_.progress(line);
   }
 
  private:
-  const SolveOptions& options_;
+  const SolveOptions& options_;  // for progress
   Budget budget_;
   std::string left_out_;
 };
@@ -412,7 +415,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   }
   if (optimal) add_feedback(system, problem, parts, best);
   if (optimal) best.solution.message += coarseness(problem, best) + unseen_work(best);
-  parts.tell(best.solution);
+  parts.tell(candidates.unsearched, best.solution);
   best.solution.solver.total_wall_seconds = parts.seconds();
   return best;
 }

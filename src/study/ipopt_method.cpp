@@ -116,16 +116,17 @@ class IpoptMethod : public Method {
   // A task whose process died counts as stalled.
   std::vector<Found> in_workers(int count, const char* what, const Maneuver& maneuver,
                                 const std::function<Outcome(int)>& task) const {
-    const auto told = [&](int done) {
+    const auto told = [&](int done, const std::optional<std::vector<double>>& numbers) {
+      if (numbers && outcome_of(*numbers).termination == optimizer::Termination::converged) budget_.arrived();
       if (options_.progress && *what)
         options_.progress(std::string(what) + " " + std::to_string(done) + " of " + std::to_string(count));
     };
     const auto all = run_in_workers(
-        count, options_.workers, [&](int t) { return numbers_of(task(t)); }, told, [&] { return budget_.stopped(); });
+        count, options_.workers, [&](int t) { return numbers_of(task(t)); }, told, [&] { return budget_.closing(); });
     std::vector<Found> found;
     Transcription program(system_, maneuver, rows_, limits_);
     for (const auto& numbers : all) {
-      if (!numbers && !found.empty() && budget_.stopped()) continue;  // not begun
+      if (!numbers && !found.empty() && budget_.closing()) continue;  // not begun
       found.emplace_back();
       if (!numbers) continue;
       Found& last = found.back();

@@ -189,8 +189,9 @@ class NewtonMethod : public Method {
     int done = 0;
     std::mutex telling;
     run_in_threads(count, options_.workers, [&](int n) {
-      if (budget_.stopped() && n > 0) return;
+      if (budget_.closing() && n > 0) return;
       all[static_cast<std::size_t>(n)] = task(n);
+      if (all[static_cast<std::size_t>(n)]->converged()) budget_.arrived();
       const std::scoped_lock lock(telling);
       ++done;
       if (options_.progress && *what != '\0')
@@ -227,7 +228,7 @@ class NewtonMethod : public Method {
 
   // Few steps may have led to turns that more steps do not show, or do not show turns that the motion takes.
   bool may_need_more_steps(const Found& found) const {
-    if (found.converged() || found.outcome.termination == Termination::infeasible || budget_.stopped()) return false;
+    if (found.converged() || found.outcome.termination == Termination::infeasible || budget_.closing()) return false;
     return passive() || found.path.rotation.empty() || largest_turn(found.path.rotation).angle > nearly_quarter_turn;
   }
 

@@ -35,6 +35,10 @@ constexpr std::size_t refined_candidates =
     16;                     // coarse grids lie about cost: at most so many are compared at full resolution
 constexpr int retries = 4;  // further guesses where a single start fails
 constexpr int shooting_iterations = 200;
+constexpr double searched_share =
+    2.0 / 3.0;                       // of the time limit, once a first guess has arrived; hops have half of that
+constexpr double late_share = 1.5;   // of the time limit, for refining the best motion
+constexpr double grace = 20.0;       // s, for the same after an interruption
 constexpr int hop_round = 8;         // hops from one minimum; fixed, so that the answer does not depend on the machine
 constexpr int confirming_steps = 4;  // times the coarse grid's
 constexpr double settled_cost = 0.05;  // relative difference of cost between the two
@@ -88,11 +92,17 @@ class Search {
   }
 
   std::vector<Solution> run() {
+    budget_.enter(Budget::Stage::guessing);
     if (stays() || cannot()) return solutions_;
     search_starts();
     if (nothing_wins()) return solutions_;
+    ended_early_ = budget_.closing();
+    budget_.enter(Budget::Stage::hopping);
     hop();
+    ended_early_ = ended_early_ || budget_.closing();
     count_minima();
+    budget_.enter(Budget::Stage::refining_the_best);
+    tell_of_interruption();
     refine_candidates();
     for (Solution& solution : solutions_) {
       solution.search = record_;
@@ -103,6 +113,19 @@ class Search {
   }
 
   const std::string& out_of_reach() const { return out_of_reach_; }
+
+  // Of what was asked for, where the search had to end before.
+  std::string unsearched() const {
+    std::string words;
+    const auto add = [&](int tried, int asked, const char* what) {
+      if (tried >= asked) return;
+      words += (words.empty() ? "" : ", ") + std::to_string(asked - tried) + " of " + std::to_string(asked) + what;
+    };
+    if (!ended_early_) return words;
+    add(first_hop_, problem_.search.starts, " first guesses");
+    add(static_cast<int>(starts_.size()) - first_hop_, problem_.search.hops, " hops");
+    return words;
+  }
 
   bool refines() const { return options_.refinement.value_or(method_->carries_cheaply()); }
 
@@ -272,6 +295,11 @@ class Search {
     }
   }
 
+  void tell_of_interruption() const {
+    if (budget_.interrupted() && !budget_.stopped() && options_.progress)
+      options_.progress("interrupted: the best motion is refined, for 20 s at most; interrupt again to end without it");
+  }
+
   // Candidates at full resolution, where costs can be compared, two at a time by rising coarse cost, until an accepted one
   // costs less than those still waiting; then spare ones, until one is accepted.
   void refine_candidates() {
@@ -283,7 +311,9 @@ class Search {
       end = std::min(first + batch, spare ? candidates_.size() : firsts_);
       std::vector<const Found*> coarse;
       for (std::size_t c = first; c < end; ++c) coarse.push_back(&starts_[candidates_[c]]);
-      for (const Found& fine : method_->refine(coarse)) {
+      const std::vector<Found> refined = method_->refine(coarse);
+      budget_.enter(Budget::Stage::finishing);
+      for (const Found& fine : refined) {
         count_effort(fine.outcome);
         if (fine.path.rotation.empty()) continue;
         solutions_.push_back(describe(fine));
@@ -365,6 +395,7 @@ class Search {
   std::vector<Solution> solutions_;
   std::vector<Found> found_;  // of the solutions
   std::string out_of_reach_;  // why nothing meets the goal, where that shows without a search
+  bool ended_early_ = false;  // by time or interruption
   bool rests_ = false;        // whether the first of these stays where the goal is
   int iterations_ = 0;
   int evaluations_ = 0;
@@ -381,17 +412,38 @@ double Budget::seconds() const {
 
 double Budget::processor_seconds() const { return processor_time() - processor_begin_; }
 
+bool Budget::interrupted() const {
+  if (!options_.interrupted || !options_.interrupted()) return false;
+  double not_yet = -1.0;
+  interrupted_at_.compare_exchange_strong(not_yet, seconds());
+  return true;
+}
+
+double Budget::end_of_time() const {
+  if (!problem_.search.time_limit) return std::numeric_limits<double>::infinity();
+  const bool guessing = stage_ == Stage::guessing;
+  if ((guessing || stage_ == Stage::hopping) && any_arrived_)
+    return (guessing && problem_.search.hops > 0 ? 0.5 : 1.0) * searched_share * *problem_.search.time_limit;
+  return *problem_.search.time_limit;
+}
+
+bool Budget::goes_on_late() const { return stage_ == Stage::refining_the_best && any_arrived_; }
+
+bool Budget::closing() const { return interrupted() || seconds() > end_of_time(); }
+
 bool Budget::stopped() const {
-  return (options_.interrupted && options_.interrupted()) ||
-         (problem_.search.time_limit && seconds() > *problem_.search.time_limit);
+  if (!closing()) return false;
+  if (!goes_on_late()) return true;
+  return seconds() > late_share * end_of_time() || (interrupted() && seconds() > interrupted_at_ + grace);
 }
 
 optimizer::Options Budget::optimizer_options(int max_iterations, double tolerance) const {
+  const double share = goes_on_late() ? late_share : 1.0;
   optimizer::Options options;
   options.tolerance = tolerance;
   options.max_iterations = max_iterations;
-  if (problem_.search.time_limit) options.time_limit = std::max(0.0, *problem_.search.time_limit - seconds());
-  options.interrupted = options_.interrupted;
+  options.time_limit = std::max(0.0, share * end_of_time() - seconds());
+  options.interrupted = [this] { return interrupted() && stopped(); };
   return options;
 }
 
@@ -409,7 +461,7 @@ std::vector<Solution> solve(const System& system, const Problem& problem, const 
 
 Candidates find_candidates(const System& system, const Problem& problem, const SolveOptions& options) {
   const auto search = std::make_shared<Search>(system, problem, options);
-  Candidates candidates{search->run(), {}, search->out_of_reach()};
+  Candidates candidates{search->run(), {}, search->out_of_reach(), search->unsearched()};
   if (search->refines())
     candidates.cost_on_grid = [search](std::size_t candidate, int steps) {
       return search->cost_on_grid(candidate, steps);

@@ -33,6 +33,8 @@ struct Candidates {
   std::function<std::optional<double>(std::size_t candidate, int steps)> cost_on_grid;
   /// Why no motion meets the goal, where moments' reach shows it without a search: the candidate then is the start at rest.
   std::string out_of_reach;
+  /// How many of the first guesses and hops asked for were not tried, since the search had to end; else empty.
+  std::string unsearched;
 };
 
 /// Candidates at full resolution, at least one. Status and message are the optimiser's own view, which a certificate confirms

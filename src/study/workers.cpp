@@ -182,8 +182,7 @@ void run_in_threads(int count, int workers, const std::function<void(int)>& task
 }
 
 std::vector<std::optional<Numbers>> run_in_workers(int count, int workers, const std::function<Numbers(int)>& task,
-                                                   const std::function<void(int)>& finished,
-                                                   const std::function<bool()>& stopped) {
+                                                   const Finished& finished, const std::function<bool()>& stopped) {
   std::vector<std::optional<Numbers>> results(static_cast<std::size_t>(count));
   Crew running;
   int next = 0;
@@ -201,6 +200,7 @@ std::vector<std::optional<Numbers>> run_in_workers(int count, int workers, const
         continue;
       }
     }
+    int ended = next;
     if (running.empty()) {  // one worker or one task, or no process could be started
       results[static_cast<std::size_t>(next)] = task(next);
       ++next;
@@ -209,10 +209,11 @@ std::vector<std::optional<Numbers>> run_in_workers(int count, int workers, const
       const Worker worker = running[w];
       running.erase(running.begin() + static_cast<std::ptrdiff_t>(w));
       Message message = finish(worker);
-      results[static_cast<std::size_t>(worker.task)] = std::move(message.numbers);
+      ended = worker.task;
+      results[static_cast<std::size_t>(ended)] = std::move(message.numbers);
       if (message.threw) threw = std::min(threw.value_or(worker.task), worker.task);
     }
-    finished(++done);
+    finished(++done, results[static_cast<std::size_t>(ended)]);
   }
   if (threw) results[static_cast<std::size_t>(*threw)] = task(*threw);  // its exception goes on from here
   return results;

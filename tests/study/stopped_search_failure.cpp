@@ -80,6 +80,51 @@ TEST(StoppedSearch, certifies_what_it_has_and_begins_nothing_more_once_it_is_int
       << first.answer.solution.message;
 }
 
+// A motion on a coarse grid is no answer: the best that was found is carried on to all steps, however the search ends.
+TEST(StoppedSearch, carries_the_best_motion_on_to_its_steps) {
+  for (const study::Backend solver : {study::Backend::newton, study::Backend::ipopt})
+    for (const std::optional<double> limit : {std::optional<double>(), std::optional(2.0)}) {
+      Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml");
+      problem.search.starts = 100'000;
+      problem.search.time_limit = limit;
+      problem.steps = solver == study::Backend::newton ? 1000 : 100;
+      study::SolveOptions options;
+      options.solver = solver;
+      options.refinement = false;
+      const auto begin = std::chrono::steady_clock::now();
+      options.interrupted = [&] {
+        return !limit && std::chrono::steady_clock::now() - begin > std::chrono::seconds(1);
+      };
+      const study::Answer stopped = study::answer(model::System(problem.swimmer), problem, options);
+      const std::string& message = stopped.solution.message;
+      EXPECT_LE(stopped.certificate.kkt, 1e-8) << message;
+      EXPECT_LE(stopped.certificate.goal_error, certificate::goal_mark) << message;
+      EXPECT_EQ(stopped.solution.status, limit ? maneuver::Status::optimal : maneuver::Status::interrupted) << message;
+      EXPECT_GT(stopped.solution.search.solved, 1);
+      EXPECT_EQ(message.find("these were not tried: " + std::to_string(100'000 - stopped.solution.search.starts) +
+                             " of 100000 first guesses") == std::string::npos,
+                false)
+          << message;
+      if (limit) {  // within it
+        EXPECT_EQ(stopped.certificate.verdict, certificate::Verdict::proved) << message;
+        EXPECT_LT(stopped.solution.solver.wall_seconds, *limit);
+      }
+    }
+}
+
+TEST(StoppedSearch, leaves_time_for_hops) {
+  Problem problem = translation(1000);
+  problem.search.starts = 100'000;
+  problem.search.hops = 100'000;
+  problem.search.time_limit = 1.0;
+  study::SolveOptions options;
+  options.refinement = false;
+  const study::Answer stopped = study::answer(model::System(problem.swimmer), problem, options);
+  EXPECT_GE(stopped.solution.search.hops, 8);
+  EXPECT_NE(stopped.solution.message.find(" of 100000 hops"), std::string::npos) << stopped.solution.message;
+  EXPECT_EQ(stopped.certificate.verdict, certificate::Verdict::proved) << stopped.solution.message;
+}
+
 // Within its starts: of those that began the one that came nearest, a motion in all cases.
 TEST(StoppedSearch, has_the_best_motion_of_the_starts_that_began) {
   const StoppedAt second(translation(1000), "start 2 of 4");

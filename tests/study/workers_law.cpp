@@ -24,7 +24,7 @@ Numbers numbers_of_task(int t) {
 }
 
 Results run(int count, int workers, const std::function<Numbers(int)>& task, std::vector<int>* told = nullptr) {
-  return study::run_in_workers(count, workers, task, [told](int done) {
+  return study::run_in_workers(count, workers, task, [told](int done, const auto&) {
     if (told) told->push_back(done);
   });
 }
@@ -46,6 +46,17 @@ TEST(Workers, results_come_in_order_and_do_not_depend_on_the_number_of_workers) 
   }
 }
 
+TEST(Workers, each_result_is_told_once) {
+  for (int workers : {1, 3}) {
+    std::vector<double> told;
+    study::run_in_workers(
+        9, workers, [](int t) { return Numbers{static_cast<double>(t)}; },
+        [&](int, const std::optional<Numbers>& numbers) { told.push_back(numbers.value().front()); });
+    std::sort(told.begin(), told.end());
+    EXPECT_EQ(told, Numbers({0, 1, 2, 3, 4, 5, 6, 7, 8})) << workers << " workers";
+  }
+}
+
 TEST(Workers, long_results_arrive_whole) {
   const auto task = [](int t) { return Numbers(300000, t + 0.5); };  // longer than a pipe holds
   const Results results = run(5, 2, task);
@@ -58,7 +69,7 @@ TEST(Workers, begin_no_task_any_more_once_they_shall_stop) {
   for (int workers : {1, 3}) {
     bool stop = false;
     const Results results = study::run_in_workers(
-        100, workers, numbers_of_task, [&](int done) { stop = done >= 5; }, [&] { return stop; });
+        100, workers, numbers_of_task, [&](int done, const auto&) { stop = done >= 5; }, [&] { return stop; });
     ASSERT_EQ(results.size(), 100U);
     const auto found =
         std::count_if(results.begin(), results.end(), [](const auto& result) { return result.has_value(); });
@@ -132,7 +143,7 @@ TEST(Workers, what_the_first_of_the_tasks_throws_goes_on_whatever_the_number_of_
 }
 
 TEST(Workers, are_gone_when_telling_of_them_throws) {
-  const auto told = [](int done) {
+  const auto told = [](int done, const auto&) {
     if (done == 2) throw Thrown{0};
   };
   EXPECT_EQ(thrown_by([&] { study::run_in_workers(8, 3, numbers_of_task, told); }), 0);
