@@ -128,6 +128,7 @@ int simulate(const SimulateArguments& arguments) {
   file::MarchOptions options{.scheme = scheme_named(arguments.scheme),
                              .steps = arguments.steps,
                              .duration = arguments.duration,
+                             .cycles = arguments.cycles,
                              .adaptive = arguments.adaptive,
                              .reference = arguments.reference,
                              .perturb = arguments.perturb,
@@ -136,6 +137,7 @@ int simulate(const SimulateArguments& arguments) {
   if (!arguments.controls.empty()) {
     options.controls_path = arguments.controls;
     options.controls = file::read_controls(arguments.controls, problem_file.problem.swimmer.joints);
+    if (!options.controls->remark.empty()) fmt::print(stderr, "lamprey: {}\n", options.controls->remark);
     choose_interpolation(arguments.interpolation, *options.controls);
   }
   if (!arguments.feedback.empty()) {

@@ -32,6 +32,7 @@ struct SimulateArguments {
   std::string interpolation;    // of a CSV table: linear or cubic; empty: cubic
   int steps = 0;                // 0: the file's
   double duration = 0.0;        // 0: the file's
+  int cycles = 1;               // of a stored gait
   bool adaptive = false;        // divide steps that do not converge
   std::string feedback;         // folder of the maneuver to follow; empty: none
   double perturb = 0.0;         // rad, by which each body is turned at the start

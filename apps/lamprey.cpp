@@ -106,6 +106,12 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
   simulate->add_option("--seed", arguments.simulate.seed, "of the random axes (default 1)");
   simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
       ->check(CLI::Range(1, 10'000'000));
+  simulate
+      ->add_option(
+          "--cycles", arguments.simulate.cycles,
+          "how often the gait of --controls or --feedback is repeated (default 1); --steps and --duration are of all "
+          "cycles together")
+      ->check(CLI::Range(1, 100'000));
   simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")
       ->check(CLI::PositiveNumber);
 }

@@ -28,6 +28,7 @@ using model::InputError;
 namespace {
 
 constexpr int most_steps = 10'000'000;
+constexpr int most_cycles = 100'000;
 constexpr int most_workers = 1024;
 
 // What a call was given beside its problem, for provenance.
@@ -150,6 +151,8 @@ void take_controls(const nb::object& controls, const file::Joints& joints, file:
   } else if (nb::isinstance<nb::str>(controls) || nb::hasattr(controls, "__fspath__")) {
     options.controls_path = nb::cast<std::filesystem::path>(controls).string();
     options.controls = file::read_controls(options.controls_path, joints);
+    if (!options.controls->remark.empty() && PyErr_WarnEx(PyExc_UserWarning, options.controls->remark.c_str(), 1) < 0)
+      throw nb::python_error();
   } else {
     throw InputError("controls",
                      fmt::format("found {}; allowed: a pair (time, moments) of arrays, a function of time, a solution "
@@ -179,13 +182,14 @@ std::optional<maneuver::Scheme> scheme_named(const std::optional<std::string>& n
 }
 
 Trajectory simulate(nb::handle asked, const nb::object& controls, const std::optional<std::string>& scheme,
-                    const std::optional<int>& steps, const std::optional<double>& duration, bool adaptive,
+                    const std::optional<int>& steps, const std::optional<double>& duration, int cycles, bool adaptive,
                     bool reference, const nb::object& feedback, double perturb, std::uint64_t seed) {
   const Problem problem = problem_or_loaded(asked);
   Call call("simulate");
   call.add("scheme", scheme);
   call.add("steps", steps);
   call.add("duration", duration);
+  if (cycles != 1) call.add("cycles", std::optional(cycles));
   if (adaptive) call.add("adaptive", std::optional(adaptive));
   if (reference) call.add("reference", std::optional(reference));
   if (perturb > 0.0) call.add("perturb", std::optional(perturb));
@@ -193,6 +197,8 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
   if (steps && (*steps < 1 || *steps > most_steps))
     throw InputError("steps", fmt::format("found {}; allowed: from 1 to {}; change it", *steps, most_steps));
   require_positive("duration", duration);
+  if (cycles < 1 || cycles > most_cycles)
+    throw InputError("cycles", fmt::format("found {}; allowed: from 1 to {}; change it", cycles, most_cycles));
   if (!(perturb >= 0.0 && perturb <= 3.0))
     throw InputError("perturb", fmt::format("found {}; allowed: from 0 to 3 (rad); change it", perturb));
   if (!controls.is_none() && !feedback.is_none())
@@ -202,6 +208,7 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
   file::MarchOptions options{.scheme = scheme_named(scheme),
                              .steps = steps.value_or(0),
                              .duration = duration.value_or(0.0),
+                             .cycles = cycles,
                              .adaptive = adaptive,
                              .reference = reference,
                              .perturb = perturb,
@@ -272,13 +279,14 @@ void bind_tasks(nb::module_& module) {
       "status\n\"interrupted\": `except KeyboardInterrupt as stop: stop.solution`.");
   module.def(
       "simulate", &simulate, "problem"_a, "controls"_a = nb::none(), nb::kw_only(), "scheme"_a = nb::none(),
-      "steps"_a = nb::none(), "duration"_a = nb::none(), "adaptive"_a = false, "reference"_a = false,
+      "steps"_a = nb::none(), "duration"_a = nb::none(), "cycles"_a = 1, "adaptive"_a = false, "reference"_a = false,
       "feedback"_a = nb::none(), "perturb"_a = 0.0, "seed"_a = 1,
-      nb::sig("def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | "
-              "tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | typing.Callable[[float], "
-              "numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, "
-              "duration: float | None = None, adaptive: bool = False, reference: bool = False, feedback: "
-              "Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1) -> Trajectory"),
+      nb::sig(
+          "def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | "
+          "tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | typing.Callable[[float], "
+          "numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, "
+          "duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: "
+          "Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1) -> Trajectory"),
       "Marches from the problem's start, after a stored gait from where that begins: what `lamprey simulate` does. "
       "Releases the GIL.\n\n"
       "problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its "
@@ -287,7 +295,9 @@ void bind_tasks(nb::module_& module) {
       "(rows,) s,\ncontrol (rows, joints, 3) N m; not-a-knot cubic between rows), or a function of time in s that "
       "returns "
       "(joints, 3) N m:\nmoments on the parents, parents' frames with the joints at zero angle.\n"
-      "scheme, steps, duration: instead of the problem's. adaptive: divide steps that do not converge.\n"
+      "scheme, steps, duration: instead of the problem's. cycles: how often the gait of controls or feedback is "
+      "repeated; steps and "
+      "duration are of all\ncycles together. adaptive: divide steps that do not converge.\n"
       "reference: by a Runge-Kutta method on the continuous equations. feedback: a Solution or its directory, followed "
       "by "
       "its\nmoments and gains. perturb: rad, by which each body is turned at the start about a random axis drawn by "

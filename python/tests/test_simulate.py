@@ -68,6 +68,29 @@ def test_feedback_brings_a_disturbed_swimmer_home(translation, solution, tmp_pat
     assert np.array_equal(lp.simulate(translation, feedback=tmp_path, perturb=1e-3, reference=True).rotation, followed.rotation)
 
 
+def test_a_gait_goes_on_for_several_cycles(root):
+    problem = lp.load(root / "examples" / "gait.toml")
+    gait = lp.solve(problem, refinement=False)
+    shift = gait.position[-1] - gait.position[0]
+    marched = lp.simulate(problem, feedback=gait, cycles=3)
+    assert np.allclose(marched.position[-1] - marched.position[0], 3 * shift, atol=1e-6)
+    with pytest.raises(lp.InputError, match="march without a stored motion"):
+        lp.simulate(problem, cycles=3)
+
+
+def test_columns_of_a_table_are_those_that_its_header_names(translation, tmp_path):
+    table = tmp_path / "moments.csv"
+    table.write_text("t,back z,back y,back x,front x,front y,front z\n0,3,0,0,0,0,1\n1,3,0,0,0,0,1\n")
+    by_name = lp.simulate(translation, table)
+    control = np.zeros((2, 2, 3))
+    control[:, 1, 2] = 3  # joints: front, back
+    control[:, 0, 2] = 1
+    assert np.array_equal(by_name.rotation, lp.simulate(translation, ([0.0, 1.0], control)).rotation)
+    table.write_text("t,a,b,c,d,e,f\n0,3,0,0,0,0,1\n1,3,0,0,0,0,1\n")
+    with pytest.warns(UserWarning, match="names no joints"):
+        lp.simulate(translation, table)
+
+
 def test_a_march_that_does_not_get_on_is_stalled_with_the_nodes_before(root):
     run = lp.simulate(root / "examples" / "tumble.toml", scheme="order4", steps=1, duration=2.0)
     assert run.status == "stalled" and len(run.time) == 1 and run.message

@@ -1,16 +1,22 @@
 #include "certificate/chain.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
 
 namespace lamprey::certificate {
 
 namespace {
 
 constexpr double singular_pivot = 1e-14;  // of the pivot's largest eigenvalue
+constexpr double implied_row = 1e-12;     // of the largest eigenvalue of what end rows do
+constexpr double driven = 1e-7;           // least that an input does to a row it can keep, of the most that any does
+constexpr double looked_at = 1e-8;        // least that a state does to a row that is left, of what its row began with
 constexpr int most_lanczos_steps = 120;
 constexpr double settled_value = 1e-9;  // relative change of Lanczos' value from step to step
 constexpr double bracket = 1e-3;        // of the eigenvalue
@@ -70,19 +76,69 @@ void widen(Chain& chain, Eigen::Index states) {
     widened(stage.Q, states, states);
     widened(stage.S, stage.S.rows(), states);
   }
+  for (ChainStage& stage : chain.stage)
+    if (stage.kept.by_state.rows() > 0) widened(stage.kept.by_state, stage.kept.by_state.rows(), states);
   widened(chain.end_form, states, states);
   widened(chain.end_rows, chain.end_rows.rows(), states);
+}
+
+void keep_rows(const MatrixXd& rows, ChainStage& stage) {
+  KeptRows& kept = stage.kept;
+  const Eigen::Index before = kept.by_state.rows(), states = stage.A.cols(), inputs = stage.B.cols();
+  kept.by_state.conservativeResize(before + rows.rows(), states);
+  kept.by_input.conservativeResize(before + rows.rows(), inputs);
+  kept.by_state.bottomRows(rows.rows()) = rows.leftCols(states);
+  kept.by_input.bottomRows(rows.rows()) = rows.rightCols(inputs);
+}
+
+ChainSolver::ChainSolver(const Chain& chain, double penalty) : chain_(chain), penalty_(penalty) { keep(); }
+
+// From the end: a stage's inputs keep what rows they can at the least |u| and stay free beside that. What rows say of the states
+// alone is for the stage before.
+void ChainSolver::keep() {
+  gain_.resize(chain_.stage.size());
+  MatrixXd left;  // [rows][states] that the state after the stage has to keep
+  for (std::size_t k = chain_.stage.size(); k-- > 0;) {
+    const ChainStage& stage = chain_.stage[k];
+    Gain& gain = gain_[k];
+    const Eigen::Index own = stage.kept.by_state.rows(), all = own + left.rows();
+    const Eigen::Index states = stage.A.cols(), inputs = stage.B.cols();
+    gain.held_feedback = MatrixXd::Zero(inputs, states);
+    gain.free = MatrixXd::Identity(inputs, inputs);
+    if (all == 0) continue;
+    MatrixXd by_state(all, states), by_input(all, inputs);
+    by_state.topRows(own) = stage.kept.by_state;
+    by_input.topRows(own) = stage.kept.by_input;
+    by_state.bottomRows(left.rows()) = left * stage.A;
+    by_input.bottomRows(left.rows()) = left * stage.B;
+    const Eigen::JacobiSVD<MatrixXd> split(by_input, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const VectorXd& values = split.singularValues();
+    const double most = values.size() > 0 ? values[0] : 0.0, most_by_state = by_state.cwiseAbs().maxCoeff();
+    Eigen::Index rank = 0;
+    while (rank < values.size() && values[rank] > driven * most && most > singular_pivot * most_by_state) ++rank;
+    const MatrixXd turned = split.matrixU().transpose() * by_state;  // rows in the order of what inputs do to them
+    const VectorXd inverse = values.head(rank).cwiseInverse();
+    gain.held_feedback = -split.matrixV().leftCols(rank) * (inverse.asDiagonal() * turned.topRows(rank));
+    gain.free = split.matrixV().rightCols(inputs - rank);
+    const MatrixXd rest = turned.bottomRows(all - rank);
+    left.resize(0, states);
+    if (rest.rows() == 0) continue;
+    const Eigen::ColPivHouseholderQR<MatrixXd> rows(rest.transpose());
+    Eigen::Index count = 0;
+    while (count < std::min(rest.rows(), states) && std::abs(rows.matrixQR()(count, count)) > looked_at * most_by_state)
+      ++count;
+    left = MatrixXd(rows.householderQ() * MatrixXd::Identity(states, count)).transpose();
+  }
 }
 
 std::optional<int> ChainSolver::factor(double shift) {
   shift_ = shift;
   int negative = 0;
-  gain_.resize(chain_.stage.size());
   MatrixXd P = chain_.end_form;
   P.noalias() += penalty_ * chain_.end_rows.transpose() * chain_.end_rows;
   MatrixXd rows = chain_.end_rows.transpose();  // their sensitivity to y, multipliers free
   end_gram_.setZero(rows.cols(), rows.cols());
-  MatrixXd PA, PB, pivot, mixed, driven;
+  MatrixXd PA, PB, pivot, mixed, driven, free_pivot, free_inverse, held, pulled;
   for (std::size_t k = chain_.stage.size(); k-- > 0;) {
     const ChainStage& stage = chain_.stage[k];
     Gain& gain = gain_[k];
@@ -90,12 +146,24 @@ std::optional<int> ChainSolver::factor(double shift) {
     pivot = stage.R;
     pivot.diagonal().array() -= shift * stage.weight;
     pivot.noalias() += stage.B.transpose() * PB;
-    const int negative_here = invert(pivot, gain.pivot_inverse);
-    if (negative_here < 0) return std::nullopt;
-    negative += negative_here;
+    const bool keeps = gain.free.cols() < gain.free.rows();
+    if (keeps) {
+      free_pivot = gain.free.transpose() * pivot * gain.free;
+      const int negative_here = free_pivot.size() > 0 ? invert(free_pivot, free_inverse) : 0;
+      if (negative_here < 0) return std::nullopt;
+      negative += negative_here;
+      gain.pivot_inverse = MatrixXd::Zero(pivot.rows(), pivot.cols());
+      if (free_pivot.size() > 0) gain.pivot_inverse = gain.free * free_inverse * gain.free.transpose();
+    } else {
+      const int negative_here = invert(pivot, gain.pivot_inverse);
+      if (negative_here < 0) return std::nullopt;
+      negative += negative_here;
+    }
     mixed = stage.S;
     mixed.noalias() += PB.transpose() * stage.A;
-    gain.feedback.noalias() = -gain.pivot_inverse * mixed;
+    pulled = mixed;  // of the inputs by the states, what is held followed
+    if (keeps) pulled.noalias() += pivot * gain.held_feedback;
+    gain.feedback.noalias() = gain.held_feedback - gain.pivot_inverse * pulled;
     driven.noalias() = stage.B.transpose() * rows;
     gain.by_multiplier.noalias() = gain.pivot_inverse * driven;
     end_gram_.noalias() += driven.transpose() * gain.by_multiplier;
@@ -103,15 +171,34 @@ std::optional<int> ChainSolver::factor(double shift) {
     PA.noalias() = P * stage.A;
     P = stage.Q;
     P.noalias() += stage.A.transpose() * PA;
-    P.noalias() += mixed.transpose() * gain.feedback;
+    if (keeps) {
+      held.noalias() = gain.held_feedback.transpose() * mixed;
+      P += held + held.transpose();
+      held.noalias() = pivot * gain.held_feedback;
+      P.noalias() += gain.held_feedback.transpose() * held;
+    }
+    held.noalias() = gain.pivot_inverse * pulled;
+    P.noalias() -= pulled.transpose() * held;
     P.triangularView<Eigen::StrictlyUpper>() = P.transpose();  // asymmetry would grow from stage to stage
     rows = (stage.A.transpose() * rows).eval();
     rows.noalias() += gain.feedback.transpose() * driven;
   }
   if (end_gram_.rows() == 0) return negative;
-  // a row that is kept takes away an eigenvalue: a positive one where its part of the inverse is positive
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(end_gram_, Eigen::EigenvaluesOnly);
-  return negative - static_cast<int>((gram.eigenvalues().array() <= 0.0).count());
+  // a row that is kept takes away an eigenvalue: a positive one where its part of the inverse is positive. One that the stages' rows
+  // imply takes none
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(end_gram_);
+  const VectorXd& values = gram.eigenvalues();
+  const bool any_kept =
+      std::any_of(gain_.begin(), gain_.end(), [](const Gain& gain) { return gain.free.cols() < gain.free.rows(); });
+  const double least = any_kept ? implied_row * values.cwiseAbs().maxCoeff() : 0.0;
+  VectorXd inverse = VectorXd::Zero(values.size());
+  for (Eigen::Index n = 0; n < values.size(); ++n) {
+    if (any_kept && std::abs(values[n]) <= least) continue;
+    negative -= values[n] <= 0.0 ? 1 : 0;
+    inverse[n] = 1.0 / values[n];
+  }
+  gram_inverse_ = gram.eigenvectors() * inverse.asDiagonal() * gram.eigenvectors().transpose();
+  return negative;
 }
 
 Inputs ChainSolver::solve(const ChainGradient& gradient) {
@@ -139,7 +226,7 @@ Inputs ChainSolver::solve(const ChainGradient& gradient) {
   };
   follow(false);
   multiplier_.resize(reached.size());
-  if (reached.size() > 0) multiplier_ = end_gram_.ldlt().solve(reached);
+  if (reached.size() > 0) multiplier_ = gram_inverse_ * reached;
   follow(true);
   return solution;
 }

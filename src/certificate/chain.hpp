@@ -12,6 +12,12 @@ namespace lamprey::certificate {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// Rows that a stage keeps: by_state · y + by_input · u = 0. They may depend on each other and on those of other stages.
+struct KeptRows {
+  MatrixXd by_state;  // [rows][states]
+  MatrixXd by_input;  // [rows][inputs]
+};
+
 /// One input u and what it leads to: y' = A y + B u. Its part of the form is yᵀQy + 2 uᵀSy + uᵀRu, of the metric
 /// weight · |u|².
 struct ChainStage {
@@ -21,6 +27,7 @@ struct ChainStage {
   MatrixXd S;  // [inputs][states]
   MatrixXd R;  // [inputs][inputs] symmetric
   double weight;
+  KeptRows kept = {};  // empty: none
 };
 
 /// A chain that begins at y = 0.
@@ -33,6 +40,9 @@ struct Chain {
 /// Adds states after those of the chain that nothing drives, keeps or looks at.
 void widen(Chain& chain, Eigen::Index states);
 
+/// Adds rows, by (y, u), that the stage keeps.
+void keep_rows(const MatrixXd& rows, ChainStage& stage);
+
 using Inputs = std::vector<VectorXd>;  // [stages][inputs]
 
 /// What a problem pulls at: inputs, and states y at the stages' beginnings (empty: nothing).
@@ -41,10 +51,10 @@ struct ChainGradient {
   std::vector<VectorXd> by_state;  // [stages][states] or empty
 };
 
-/// Solves with form − shift · metric on the inputs that keep the end rows.
+/// Solves with form − shift · metric on the inputs that keep the stages' rows and the end rows.
 class ChainSolver {
  public:
-  explicit ChainSolver(const Chain& chain, double penalty) : chain_(chain), penalty_(penalty) {}
+  ChainSolver(const Chain& chain, double penalty);
 
   /// One sweep from the end. The end rows count with `penalty` in the form, which changes nothing where they are kept
   /// but steadies the sweep. Returns the number of negative eigenvalues of form − shift · metric where the end rows are
@@ -56,24 +66,29 @@ class ChainSolver {
   Inputs solve(const ChainGradient& gradient);
 
   /// Gradients by y at all ends of stages, [stages + 1], at what solve has just returned: the first belongs to the
-  /// chain's beginning. Carried along the closed loop, where errors do not grow (equation 6.12).
+  /// chain's beginning. Of a chain whose stages keep no rows. Carried along the closed loop, where errors do not grow (equation 6.12).
   std::vector<VectorXd> costates(const ChainGradient& gradient, const Inputs& solution) const;
 
  private:
   struct Gain {
+    MatrixXd held_feedback;  // [inputs][states] what keeps the rows at the least |u|
+    MatrixXd free;           // [inputs][free] orthonormal, what is left of the inputs
     MatrixXd feedback;       // [inputs][states]
     MatrixXd pivot_inverse;  // [inputs][inputs]
     MatrixXd by_multiplier;  // [inputs][rows]
   };
+  void keep();
+
   const Chain& chain_;
   double penalty_;
   double shift_ = 0.0;
   std::vector<Gain> gain_;  // [stages]
   MatrixXd end_gram_;       // [rows][rows] what unit multipliers do to the end rows, sign reversed
+  MatrixXd gram_inverse_;   // its inverse on the end rows that the stages' rows do not imply
   VectorXd multiplier_;
 };
 
-/// Smallest eigenvalue of a chain's form against its metric where the end rows are kept.
+/// Smallest eigenvalue of a chain's form against its metric where all rows are kept.
 struct SmallestEigenvalue {
   double value;  // some input attains it, to the accuracy of the sweep
   double bound;  // proven from below: form − bound · metric is positive definite

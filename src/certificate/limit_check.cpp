@@ -16,7 +16,9 @@ using model::at;
 using model::System;
 using Kind = Bound::Kind;
 
-constexpr double difference_step = 2e-4;  // rad, m or relative; differences of order four
+constexpr double difference_step = 2e-4;        // rad, m or relative; differences of order four
+constexpr double share_of_turn = 5e-3;          // the same of a joint's turn over a step, for its rate
+constexpr double least_difference_step = 1e-7;  // rad
 
 // (N m)²: the cost over the duration, before what the displacement takes off it.
 double spent_rate(const StoredMotion& motion) {
@@ -87,6 +89,19 @@ double gap_of(const System& system, const Place& place, int body, const Vector3d
       .value;
 }
 
+// The joint's turn over the step that ends here, rad.
+double turn_of(const System& system, const Place& place, int joint) {
+  return lie::rotation_angle(mechanics::child_to_parent(place.rotation_before, system.joint(joint)).transpose() *
+                             mechanics::child_to_parent(place.rotation, system.joint(joint)));
+}
+
+// A rate bends over the turn that the joint takes in a step, which may be small: by how much it is changed for differences, rad,
+// where others are changed by `step`.
+double beside_turn(const System& system, const Bound& bound, const Place& here, double share, double step) {
+  if (bound.kind != Kind::angular_velocity) return step;
+  return std::clamp(share * turn_of(system, here, bound.joint), least_difference_step, step);
+}
+
 // How far a bound is from being broken, in its own unit; of a waypoint how far it is missed.
 double margin(const StoredMotion& motion, const Bound& bound, const Place& place) {
   const System& system = motion.system;
@@ -110,9 +125,7 @@ double margin(const StoredMotion& motion, const Bound& bound, const Place& place
       return bound.upper ? bound.value - angle : angle - bound.value;
     }
     case Kind::angular_velocity:
-      return bound.value -
-             lie::rotation_angle(child_to_parent(place.rotation_before).transpose() * child_to_parent(place.rotation)) /
-                 place.time_step;
+      return bound.value - turn_of(system, place, bound.joint) / place.time_step;
     case Kind::clearance:
       return gap_of(system, place, bound.body, system.body(bound.other_body).semi_axes,
                     place.rotation[at(bound.other_body)], centre_of(system, place, bound.other_body)) -
@@ -204,14 +217,15 @@ void add_gradient(const StoredMotion& motion, const Bound& bound, int node, doub
   if (bound.kind == Kind::duration || bound.kind == Kind::angular_velocity)
     pulls.by_log_time_step += by([](Place& place, double e) { place.time_step *= std::exp(e); }, difference_step);
   if (bound.kind == Kind::duration) return;
+  const double turn_step = beside_turn(system, bound, here, share_of_turn, difference_step);
   for (int i = 0; i < system.body_count(); ++i)
     for (int f = 0; f < system.body(i).freedoms; ++f) {
-      pulls.by_state[at(node)][layout.freedom(i) + f] += by(
-          [&](Place& place, double e) { place.rotation = with_turn(system, here.rotation, i, f, e); }, difference_step);
+      pulls.by_state[at(node)][layout.freedom(i) + f] +=
+          by([&](Place& place, double e) { place.rotation = with_turn(system, here.rotation, i, f, e); }, turn_step);
       if (bound.kind == Kind::angular_velocity)
         pulls.by_state[at(node - 1)][layout.freedom(i) + f] += by(
             [&](Place& place, double e) { place.rotation_before = with_turn(system, here.rotation_before, i, f, e); },
-            difference_step);
+            turn_step);
     }
   for (int c = 0; c < 3; ++c)
     pulls.by_state[at(node)][layout.position() + c] +=
@@ -334,6 +348,7 @@ LimitPulls limit_pulls(const StoredMotion& motion) {
 namespace {
 
 constexpr double second_difference_step = 5e-3;  // rad, m or relative; differences of order four
+constexpr double second_share_of_turn = 2e-2;    // the same of a joint's turn over a step, for its rate
 constexpr double least_pull = 1e-9;              // of the largest; times its unit, of the cost over the duration
 constexpr double at_the_bound = 1e-6;            // of a bound's unit
 
@@ -394,7 +409,8 @@ PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int n
                                                                    : turns + 3;
   PullingBound result{node, of_moments, pull, VectorXd::Zero(size), MatrixXd::Zero(size, size), 0.0, 0.0, {}};
   const Place here = place_of(motion, node);
-  const double step = second_difference_step * (of_moments ? bound.value : 1.0);
+  const double step = of_moments ? second_difference_step * bound.value
+                                 : beside_turn(system, bound, here, second_share_of_turn, second_difference_step);
   const double own = margin(motion, bound, here);
   const auto second = [&](const VectorXd& direction) {  // and the first, by the way
     const auto f = [&](double e) { return margin_beside(motion, bound, here, of_moments, e * direction); };

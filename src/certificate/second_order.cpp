@@ -16,7 +16,6 @@ namespace {
 using model::at;
 
 constexpr double penalty_per_cost = 1e4;  // of the end rows
-constexpr double bound_penalty = 1e6;     // of limits and waypoints that pull, against the cost or a moment's weight
 
 // Curvature of the goal's rotations of led bodies along constant freedoms, [turns][turns]; at the goal that of a body
 // that turns on its own vanishes.
@@ -68,7 +67,7 @@ std::vector<VectorXd> pull_on_states(const StoredMotion& motion, const std::vect
   return by_state;
 }
 
-// Curvature of a bound that pulls, and a penalty that keeps what holds.
+// Curvature of a bound that pulls, and the row that keeps it where it holds.
 void add_bound(const StoredMotion& motion, const EffortChain& effort, const PullingBound& bound,
                std::optional<Eigen::Index> duration, Chain& chain) {
   const Eigen::Index place = motion.system.velocity_count(), before = bound.gradient.size() - place;
@@ -102,10 +101,8 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
     curvature(size, size) = bound.by_time_twice;
   }
   const VectorXd row = map.transpose() * gradient;
-  const double length = row.head(reached).squaredNorm() + row.tail(controls).squaredNorm();  // in units of its own
-  MatrixXd form = -bound.pull * (map.transpose() * curvature * map);
-  if (bound.holds && length > 0.0)
-    form += bound_penalty * (bound.of_moments ? stage.weight : effort.cost) / length * row * row.transpose();
+  const MatrixXd form = -bound.pull * (map.transpose() * curvature * map);
+  if (bound.holds && row.norm() > 0.0) keep_rows(row.normalized().transpose(), stage);
   stage.Q += form.topLeftCorner(states, states);
   stage.S += form.bottomLeftCorner(controls, states);
   stage.R += form.bottomRightCorner(controls, controls);

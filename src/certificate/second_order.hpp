@@ -22,7 +22,7 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
                                    const std::vector<PullingBound>& bounds);
 
 /// The Hessian of the Lagrangian with these costates, as a form of the moments along the motion (equation 6.13). Limits
-/// and waypoints that pull are kept by a penalty. Where the duration is free and none of its bounds pulls, its logarithm is
+/// and waypoints that pull are rows that its stages keep. Where the duration is free and none of its bounds pulls, its logarithm is
 /// the first input of a stage before the others.
 Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Costates& costates,
                        const std::vector<PullingBound>& bounds);

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "file/controls_header.hpp"
 #include "file/solution_file.hpp"
 #include "file/text_file.hpp"
 #include "file/toml_document.hpp"
@@ -54,7 +56,10 @@ std::vector<Cell> cells_of(std::string_view line) {
 
 class TableParser {
  public:
-  TableParser(const std::string& path, std::size_t joints) : path_(path), columns_(1 + 3 * joints) {}
+  TableParser(const std::string& path, const Joints& joints)
+      : path_(path), joints_(joints), columns_(1 + 3 * joints.size()) {
+    for (std::size_t n = 1; n < columns_; ++n) component_.push_back(n - 1);
+  }
 
   ControlSamples parse(std::string_view text) {
     if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
@@ -78,23 +83,39 @@ class TableParser {
                      fmt::format("found {}; allowed: {}; {}", found, allowed, cure));
   }
 
-  static std::string column_name(std::size_t column) {
+  std::string column_name(std::size_t column) const {
     if (column == 0) return "t";
-    return fmt::format("joint {} moment {}", (column - 1) / 3, (column - 1) % 3);
+    return fmt::format("joint {} moment {}", component_[column - 1] / 3, component_[column - 1] % 3);
   }
 
   void read_row(const std::vector<Cell>& cells) {
-    if (!header_possible_ || parsed(cells.front().text)) {
-      header_possible_ = false;
+    if (std::exchange(header_possible_, false) && !parsed(cells.front().text))
+      read_header(cells);
+    else
       read_numbers(cells);
-    }
-    header_possible_ = false;
+  }
+
+  void require_columns(const std::vector<Cell>& cells, const std::string& key) const {
+    if (cells.size() != columns_)
+      refuse(1, key, fmt::format("{} columns", cells.size()), fmt::format("{}: t, then 3 for each joint", columns_),
+             "add or remove columns");
+  }
+
+  void read_header(const std::vector<Cell>& cells) {
+    std::vector<std::string_view> names;
+    for (const Cell& cell : cells) names.push_back(cell.text);
+    const ControlsHeader header = read_controls_header(names, joints_);
+    if (const auto& fault = header.fault)
+      refuse(cells[fault->cell].column, "header", fault->found, fault->allowed, fault->cure);
+    require_columns(cells, "header");
+    component_ = header.component;
+    if (!header.named)
+      samples_.remark = fmt::format("the header of {} names no joints of this problem: its columns are taken as {}",
+                                    path_, controls_header_in_order(joints_));
   }
 
   void read_numbers(const std::vector<Cell>& cells) {
-    if (cells.size() != columns_)
-      refuse(1, "row", fmt::format("{} columns", cells.size()), fmt::format("{}: t, then 3 for each joint", columns_),
-             "add or remove columns");
+    require_columns(cells, "row");
     std::vector<double> numbers;
     for (const Cell& cell : cells) {
       const std::optional<double> value = parsed(cell.text);
@@ -107,13 +128,17 @@ class TableParser {
       refuse(cells[0].column, "t", fmt::format("{} after {}", numbers[0], samples_.time.back()), "times that rise (s)",
              "sort the rows and remove repeated times");
     samples_.time.push_back(numbers[0]);
-    samples_.control.emplace_back();
-    for (std::size_t i = 1; i < numbers.size(); i += 3)
-      samples_.control.back().emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+    samples_.control.emplace_back(joints_.size());
+    for (std::size_t n = 1; n < numbers.size(); ++n) {
+      const std::size_t component = component_[n - 1];
+      samples_.control.back()[component / 3][static_cast<Eigen::Index>(component % 3)] = numbers[n];
+    }
   }
 
   const std::string& path_;
+  const Joints& joints_;
   std::size_t columns_;
+  std::vector<std::size_t> component_;  // [columns − 1] 3 × joint + axis
   int line_ = 0;
   bool header_possible_ = true;
   ControlSamples samples_;
@@ -206,6 +231,7 @@ ControlSamples controls_of_results(const Results& results, const std::string& pa
   samples.points = results.problem.points;
   samples.scheme = results.problem.scheme;
   samples.first = first_node(results.solution);
+  samples.gait = results.problem.goal && results.problem.goal->periodic;
   return samples;
 }
 
@@ -213,7 +239,21 @@ ControlSamples parse_controls(const std::string& bytes, const std::string& path,
   const std::size_t first = bytes.find_first_not_of(" \t\r\n");
   if (first != std::string::npos && bytes[first] == '{')
     return controls_of_results(parse_solution(bytes, path), path, joints);
-  return TableParser(path, joints.size()).parse(bytes);
+  return TableParser(path, joints).parse(bytes);
+}
+
+void repeat(int cycles, ControlSamples& gait) {
+  const std::vector<double> time = gait.time;
+  const auto control = gait.control;
+  const double period = time.back() - time.front();
+  for (int cycle = 1; cycle < cycles; ++cycle) {
+    for (std::size_t j = 0; j < control.front().size(); ++j)
+      gait.control.back()[j] = 0.5 * (control.back()[j] + control.front()[j]);
+    for (std::size_t k = 1; k < time.size(); ++k) {
+      gait.time.push_back(time[k] + cycle * period);
+      gait.control.push_back(control[k]);
+    }
+  }
 }
 
 Reach reach_of_table(const ControlSamples& samples) {

@@ -31,13 +31,15 @@ struct ControlSamples {
   int points = 0;                                         // with spline
   maneuver::Scheme scheme = maneuver::Scheme::trapezoid;  // of the solution
   std::optional<maneuver::Start> first = {};              // of the solution: its first node
+  bool gait = false;                                      // of a solution whose shape closes
+  std::string remark = {};                                // of a table: what its reader should be told; may be empty
 };
 
 /// Of the swimmer that is to move.
 using Joints = std::vector<model::JointDescription>;
 
-/// Reads a solution.json (text that begins with '{') or a CSV table: t, then three columns for each joint, in the problem's order;
-/// a header line, blank lines and lines beginning with # are allowed. The moments of a solution's universal joints, which
+/// Reads a solution.json (text that begins with '{') or a CSV table: t, then three columns for each joint, in the problem's order
+/// or as its header names them (see controls_header.hpp); blank lines and lines beginning with # are allowed. The moments of a solution's universal joints, which
 /// it shows where the axes stood, are turned back to the zero angle. IoError when the file cannot be read, model::InputError
 /// (file, line, column) when it is wrong or is of other joints, by number, name or kind.
 ControlSamples read_controls(const std::string& path, const Joints& joints);
@@ -47,6 +49,9 @@ ControlSamples parse_controls(const std::string& bytes, const std::string& path,
 
 /// The moments of a motion that is already there.
 ControlSamples controls_of_results(const Results& results, const std::string& path, const Joints& joints);
+
+/// A gait's moments at its nodes, so many times one after the other; where cycles meet, the mean of both.
+void repeat(int cycles, ControlSamples& gait);
 
 /// N m: how far a component of the rows' moments goes at most, and the curve between them.
 struct Reach {

@@ -12,6 +12,7 @@
 #include "lie/so3.hpp"
 #include "maneuver/control_path.hpp"
 #include "maneuver/feedback.hpp"
+#include "maneuver/gait_cycles.hpp"
 #include "maneuver/simulate.hpp"
 #include "maneuver/tracking.hpp"
 #include "study/answer.hpp"
@@ -60,6 +61,33 @@ void take_duration(const MarchOptions& options, Problem& problem) {
   if (options.followed && !options.followed->solution.time.empty())
     problem.duration = {.free = false, .value = options.followed->solution.time.back()};
   if (options.controls) problem.duration = {.free = false, .value = options.controls->time.back()};
+}
+
+// Several cycles are those of a stored gait.
+void require_gait(const MarchOptions& options) {
+  const auto refuse = [](const std::string& found) {
+    throw model::InputError("cycles", "found " + found +
+                                          "; allowed: more than one with the controls or the feedback of a stored gait "
+                                          "(goal.periodic = true); leave it out");
+  };
+  if (!options.controls && !options.followed) refuse("a march without a stored motion");
+  const bool gait = options.controls ? options.controls->gait
+                                     : options.followed->problem.goal && options.followed->problem.goal->periodic;
+  if (!gait)
+    refuse("a motion that is not a gait in " + (options.controls ? options.controls_path : options.followed_path));
+}
+
+// A stored gait again and again, and the march as long.
+void repeat_gait(MarchOptions& options, Problem& problem) {
+  if (options.cycles == 1) return;
+  require_gait(options);
+  if (options.controls) repeat(options.cycles, *options.controls);
+  if (options.followed) options.followed->solution = maneuver::repeated(options.followed->solution, options.cycles);
+  if (options.steps == 0) problem.steps *= options.cycles;
+  if (options.duration == 0.0)
+    problem.duration = {
+        .free = false,
+        .value = options.controls ? options.controls->time.back() : options.followed->solution.time.back()};
 }
 
 // Beyond its first and last rows nobody knows what moments do.
@@ -176,8 +204,9 @@ Results solve_task(const ProblemFile& file, const study::SolveOptions& options, 
   return results;
 }
 
-Results march_task(ProblemFile file, const MarchOptions& options, const std::string& command) {
+Results march_task(ProblemFile file, MarchOptions options, const std::string& command) {
   override_march(options, file.problem);
+  repeat_gait(options, file.problem);
   take_duration(options, file.problem);
   if (options.controls) require_whole_march(*options.controls, options.controls_path, file.problem.duration.value);
   require_supported(file, Purpose::simulate);

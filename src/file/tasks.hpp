@@ -31,6 +31,7 @@ struct MarchOptions {
   std::optional<maneuver::Scheme> scheme = {};  // instead of the file's
   int steps = 0;                                // 0: the file's
   double duration = 0.0;                        // s, 0: the file's
+  int cycles = 1;                               // of a stored gait, one after the other
   bool adaptive = false;                        // divide steps that do not converge
   bool reference = false;                       // by the reference integrator in place of the scheme
   double perturb = 0.0;                         // rad, by which each body is turned at the start
@@ -46,8 +47,9 @@ struct MarchOptions {
 
 /// Marches from the problem's start; where its goal is periodic and the moments or the maneuver to follow are of a stored
 /// motion, from that motion's first node, placed and headed as the problem's start. A march that ends before its duration (status stalled or interrupted) holds the nodes
-/// before its end, and its problem's steps and duration are those of these nodes.
-Results march_task(ProblemFile file, const MarchOptions& options, const std::string& command);
+/// before its end, and its problem's steps and duration are those of these nodes. Several cycles of a gait take so many times
+/// the file's steps and the gait's duration, where no others are asked for.
+Results march_task(ProblemFile file, MarchOptions options, const std::string& command);
 
 /// The same answer with its certificate made anew from its own numbers, and the status that this certificate gives it.
 /// Refinement, which takes solving, stays as it was.

@@ -22,14 +22,16 @@ constexpr double fall = 0.1;              // of both from search to search
 constexpr double nearly_finest = 3.0;     // times the finest barrier, from where it falls to that
 constexpr double weight_growth = 8.0;     // where what is broken has not fallen
 constexpr double enough_progress = 0.25;  // share of it that may be left
-constexpr double heaviest = 1e5;        // weight of equalities over the largest multiplier: round-off is 1e-10 of that
-constexpr double landing_weight = 1e7;  // the same where limits have become equalities
-constexpr double least_pull = 1e-3;     // of a limit that holds, over its value, in the cost over the duration
-constexpr double landed_off = 1e-9;     // units of the rows, by which limits that do not hold may be broken
-constexpr double wrong_pull = 1e-9;     // of the largest multiplier, against a limit that holds
-constexpr double wrong = 1.0;           // error of such a limit
-constexpr double product_share = 1e-2;  // of λ g over the cost, that counts as a row's error
-constexpr double least_cost = 0.01;     // of the cost before, that barriers are reckoned by from one search to the next
+constexpr double heaviest = 1e5;          // weight over the largest multiplier, whose round-off is 1e-15 of that or so
+constexpr double landing_weight = 1e5;    // the same where limits have become equalities
+constexpr double digits_per_turn = 3.0;   // share of these that a rate's turn in a step is good for, 1/rad
+constexpr double fewest_digits = 0.02;    // least such share
+constexpr double least_pull = 1e-3;       // of a limit that holds, over its value, in the cost over the duration
+constexpr double landed_off = 1e-9;       // units of the rows, by which limits that do not hold may be broken
+constexpr double wrong_pull = 1e-9;       // of the largest multiplier, against a limit that holds
+constexpr double wrong = 1.0;             // error of such a limit
+constexpr double product_share = 1e-2;    // of λ g over the cost, that counts as a row's error before a landing
+constexpr double least_cost = 0.01;  // of the cost before, that barriers are reckoned by from one search to the next
 
 }  // namespace
 
@@ -52,7 +54,8 @@ LimitError LimitTerms::error(const MatrixXd& value) const {
       const double g = value(row, k), multiplier = estimate_(row, k) / time_unit(rows_[r]);
       double error = tied(r, k) ? std::abs(g) : -g;
       if (!rows_[r].equality()) {
-        if (!landed_) error = std::max(error, product_share * multiplier * g / base_);
+        const double product = multiplier * g / base_;
+        error = std::max(error, landed_ ? std::abs(product) : product_share * product);
         if (landed_ && tied(r, k) && multiplier < -wrong_pull * largest) error = std::max(error, wrong);
       }
       if (error > worst.value || worst.row < 0) worst = {error, static_cast<int>(r), k};
@@ -60,12 +63,21 @@ LimitError LimitTerms::error(const MatrixXd& value) const {
   return worst;
 }
 
+// A rate's value is worth fewer digits, the less the bound lets a joint turn in a step, and weights bring round-off into the multipliers.
+double LimitTerms::bearable(double weight) const {
+  double least_turn = 1.0;
+  for (const LimitRow& row : rows_)
+    if (row.kind == LimitRow::Kind::speed)
+      least_turn = std::min(least_turn, digits_per_turn * row.bound * duration_ / steps_);
+  return weight * std::max(least_turn, fewest_digits);
+}
+
 void LimitTerms::set_level(double level, double barrier) {
   level_ = level;
   barrier_ = barrier;
   const double pulling = std::max(largest(), first_weight * first_level * base_);
-  equality_weight_ = pulling * std::min(1.0 / level, heaviest);
-  multipliers_.weight = std::min(pulling / level, multipliers_.largest_weight);
+  equality_weight_ = pulling * std::min(1.0 / level, bearable(heaviest));
+  multipliers_.weight = std::min(taken_off_ ? equality_weight_ : pulling / level, multipliers_.largest_weight);
 }
 
 void LimitTerms::renew(const MatrixXd& value, double cost) {
@@ -121,11 +133,12 @@ void LimitTerms::land(const MatrixXd& value) {
                        multiplier > least_pull * base_ * time_unit(rows_[r]) * value(row, k);
       if (!holds_(row, k)) multiplier = estimate_(row, k) = 0.0;
     }
-  equality_weight_ = landing_weight * std::max(largest(), first_weight * first_level * base_);
+  equality_weight_ = bearable(landing_weight) * std::max(largest(), first_weight * first_level * base_);
 }
 
 void LimitTerms::take_off(const MatrixXd& value) {
   landed_ = false;
+  taken_off_ = true;
   multipliers_.value = estimate_ = before_landing_;
   begin_near(value, finest_level, finest_barrier);
 }
@@ -155,7 +168,7 @@ void LimitTerms::begin_near(const MatrixXd& value, double least_level, double le
 }
 
 void LimitTerms::take(const LimitMultipliers& from, double cost) {
-  landed_ = false;
+  landed_ = taken_off_ = false;
   broken_ = 0.0;
   multipliers_.value.setZero();
   const bool weighed = from.weight > 0.0;

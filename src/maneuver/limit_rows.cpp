@@ -423,16 +423,21 @@ void limit_derivatives(const System& system, const LimitRow& row, const LimitedN
   }
 }
 
-double price_of_bound(const LimitRow& row, double time_step) {
+double price_of_bound(const LimitRow& row, double time_step, double value) {
   switch (row.kind) {
     case Kind::torque:
     case Kind::torque_component:
       return 1.0 / row.bound / row.unit;
-    case Kind::swing:
-      return std::sin(row.bound) / row.unit;
+    case Kind::swing: {
+      const double cosine = std::cos(row.bound) + row.unit * value;
+      return std::sqrt(std::max(1.0 - cosine * cosine, 0.0)) / row.unit;
+    }
     case Kind::speed: {
       const TurnAllowed turn = turn_allowed(row.bound, time_step);
-      return 2.0 * turn.sine * time_step / (turn.angle * turn.angle) / row.unit;
+      const double square = turn.angle * turn.angle;
+      const double half_sine_squared = turn.half_sine * turn.half_sine - 0.25 * square * row.unit * value;
+      const double half_sine = std::sqrt(std::clamp(half_sine_squared, 0.0, 1.0));
+      return 4.0 * half_sine * std::sqrt(1.0 - half_sine * half_sine) * time_step / square / row.unit;
     }
     case Kind::not_shorter:
     case Kind::not_longer:

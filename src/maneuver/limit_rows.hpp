@@ -50,6 +50,8 @@ struct LimitRow {
   const char* unit_name() const;
   double excess(double missing, double time_step) const;
   bool of_duration() const { return kind == Kind::not_shorter || kind == Kind::not_longer; }
+  /// Whether the value is no multiple of what is left to the bound. Joints' rotations alone tell the value then.
+  bool bends() const { return kind == Kind::swing || kind == Kind::speed; }
   bool of_moments() const { return kind == Kind::torque || kind == Kind::torque_component; }
 };
 
@@ -88,7 +90,7 @@ void limit_derivatives(const model::System& system, const LimitRow& row, const L
 void torque_derivatives(const model::System& system, const LimitRow& row, const VectorXd& moment, VectorXd& gradient,
                         MatrixXd& hessian);
 
-/// Change of a row's value, where the limit holds, for each N m, rad, rad/s, m or s by which it gives way.
-double price_of_bound(const LimitRow& row, double time_step);
+/// Change of a row's value, where it is `value`, for each N m, rad, rad/s, m or s by which its limit gives way.
+double price_of_bound(const LimitRow& row, double time_step, double value);
 
 }  // namespace lamprey::maneuver

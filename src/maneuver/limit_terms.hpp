@@ -102,6 +102,7 @@ class LimitTerms {
   Hold hold(std::size_t row, int node, double value) const;
   Hold hold_in_model(std::size_t row, int node, double value);
   double largest() const;  // (N m)², multiplier
+  double bearable(double weight) const;
   void set_level(double level, double barrier);
   void come_nearer(double broken, double cost);
   void begin_near(const MatrixXd& value, double least_level, double least_barrier);
@@ -132,6 +133,7 @@ class LimitTerms {
   std::vector<MatrixXd> slopes_;  // [N + 1][rows][2 f + p + 1] of the models, rows of moments aside
   std::vector<MatrixXd> moment_slopes_;  // [N + 1][rows][controls], where there are rows of moments
   bool landed_ = false;
+  bool taken_off_ = false;  // after a landing: what the search finds now is the answer
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> holds_;  // [rows][N + 1] limits that are equalities, where landed
   MatrixXd before_fall_, before_landing_;                     // [rows][N + 1] multipliers
   double fallen_ = 1.0;                                       // share of the barrier that its last fall has left

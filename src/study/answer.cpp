@@ -1,6 +1,7 @@
 #include "study/answer.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 #include <stdexcept>
 #include <tuple>
@@ -25,9 +26,11 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
-constexpr double work_mark = 0.1;        // of the replay's
-constexpr double half_turn_mark = 1e-4;  // rad
-constexpr double small_motion = 1e-2;    // displacement over the largest distance of joints from parents' mass centres
+constexpr double work_mark = 0.1;           // of the replay's
+constexpr double half_turn_mark = 1e-4;     // rad
+constexpr double loosest_tolerance = 1e-4;  // of stationarity, that is worth proposing
+constexpr double cheaper_share = 1e-6;      // of the cost, by which a motion is cheaper
+constexpr double small_motion = 1e-2;  // displacement over the largest distance of joints from parents' mass centres
 
 std::string number(double value, int digits = 2) {
   std::ostringstream text;
@@ -143,9 +146,29 @@ std::string fading(const Problem& problem, const Solution& solution) {
          " m: where small ones cost least for each metre there is no cheapest one.";
 }
 
+// A power of ten, or twice or five times one, that is not below the value.
+double rounded_up(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double digit : {1.0, 2.0, 5.0})
+    if (digit * power >= value) return digit * power;
+  return 10.0 * power;
+}
+
+// What to try where a motion meets all that is asked but is not optimal.
+std::string advice_where_met(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  std::string words = "try ";
+  if (!far_turn(problem, solution).empty()) words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
+  words += problem.search.starts == 1 ? "[search] starts = 8, another seed" : "more starts, another seed";
+  if (proof.kkt > problem.search.tolerance && proof.kkt <= loosest_tolerance)
+    words += "; where so much is enough, [search] tolerance = " + number(rounded_up(proof.kkt)) + " accepts it";
+  return words;
+}
+
 // What to try, what bears on this answer first.
 std::string advice(const Problem& problem, const Certificate& proof, const Solution& solution) {
   if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
+  const bool resolved = unmet(problem, proof).empty() && fading(problem, solution).empty();
+  if (resolved) return advice_where_met(problem, proof, solution);
   std::string words = "try ";
   if (!fading(problem, solution).empty()) words += "a distance (goal.move), ";
   if (!far_turn(problem, solution).empty() || too_long_for_stages(problem, proof))
@@ -412,6 +435,10 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     if (other.solution.status == Status::optimal && !why.empty() && other.solution.cost < best.solution.cost)
       best.solution.message += " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: " + why +
                                ", so these steps are too coarse for it.";
+    const bool cheaper = other.solution.cost < best.solution.cost - cheaper_share * std::abs(best.solution.cost);
+    if (optimal && cheaper && other.solution.status == Status::feasible && unmet(problem, other.certificate).empty())
+      best.solution.message += " A cheaper motion (cost " + number(other.solution.cost, 6) +
+                               ") meets all that is asked, too, but " + unsettled(problem, other.certificate) + ".";
   }
   if (optimal) add_feedback(system, problem, parts, best);
   if (optimal) best.solution.message += coarseness(problem, best) + unseen_work(best);

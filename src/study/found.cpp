@@ -19,14 +19,28 @@ using optimizer::Termination;
 
 constexpr double goal_met = 1e-8;  // sum of what is missed
 
-// What a row's multiplier is worth in the units of its limit; densities belong to the time of the first guess.
-double price(const Maneuver& maneuver, const LimitRow& row, double time_step) {
+// What a row's multipliers are worth in the units of its limit, node by node, since rows may bend; densities belong to the time
+// of the first guess.
+Eigen::VectorXd prices(const model::System& system, const Maneuver& maneuver, const LimitRow& row,
+                       const std::vector<mechanics::Rotations>& rotation, double time_step) {
   const bool density = row.time < 0.0 && !row.of_duration();
-  return maneuver::price_of_bound(row, time_step) * (density ? maneuver.time_step() / time_step : 1.0);
+  const auto nodes = static_cast<Eigen::Index>(rotation.size());
+  const Eigen::Vector3d nowhere = Eigen::Vector3d::Zero();
+  const Eigen::VectorXd unmoved;
+  Eigen::VectorXd price(nodes);
+  for (Eigen::Index k = 0; k < nodes; ++k) {
+    const auto node = static_cast<std::size_t>(k);
+    const maneuver::LimitedNode at{rotation[node], rotation[k > 0 ? node - 1 : 0], nowhere, unmoved, time_step, 0.0};
+    const double value = row.bends() ? maneuver::limit_value(system, row, at, 0.0) : 0.0;
+    price[k] = maneuver::price_of_bound(row, time_step, value) * (density ? maneuver.time_step() / time_step : 1.0);
+  }
+  return price;
 }
 
-std::vector<LimitMultiplier> multipliers_of_limits(const Maneuver& maneuver, const std::vector<LimitRow>& limits,
-                                                   const Found& found, double time_step) {
+std::vector<LimitMultiplier> multipliers_of_limits(const model::System& system, const Maneuver& maneuver,
+                                                   const std::vector<LimitRow>& limits, const Found& found,
+                                                   const std::vector<mechanics::Rotations>& rotation,
+                                                   double time_step) {
   std::vector<LimitMultiplier> result;
   if (found.limit_multipliers.value.size() == 0) return result;
   for (std::size_t r = 0; r < limits.size(); ++r) {
@@ -34,8 +48,8 @@ std::vector<LimitMultiplier> multipliers_of_limits(const Maneuver& maneuver, con
     if (values.isZero(0.0)) continue;
     const LimitRow& row = limits[r];
     LimitMultiplier own{row.key, row.joint, row.body, row.other_body, row.component, row.upper(), {}};
-    const double unit = price(maneuver, row, time_step);
-    for (double value : values) own.multiplier.push_back(value * unit);
+    const Eigen::VectorXd price = prices(system, maneuver, row, rotation, time_step);
+    for (Eigen::Index k = 0; k < values.size(); ++k) own.multiplier.push_back(values[k] * price[k]);
     result.push_back(own);
   }
   return result;
@@ -96,7 +110,7 @@ Solution describe(const model::System& system, const Maneuver& maneuver, maneuve
     solution.cost = maneuver::cost_of_polynomials(maneuver.effort, time_step, found.path.polynomial) +
                     maneuver.time_weight * duration;
   }
-  solution.limit_multipliers = multipliers_of_limits(maneuver, limits, found, time_step);
+  solution.limit_multipliers = multipliers_of_limits(system, maneuver, limits, found, solution.rotation, time_step);
   if (found.cost_parts) {
     solution.cost = found.cost;
     solution.cost_parts = found.cost_parts;
@@ -131,9 +145,12 @@ Found found_in(const model::System& system, const Maneuver& maneuver, const std:
   for (std::size_t r = 0; r < limits.size(); ++r)
     for (const LimitMultiplier& own : solution.limit_multipliers) {
       if (!belongs(maneuver, limits[r], own)) continue;
-      const double unit = price(maneuver, limits[r], found.duration / maneuver.steps);
-      found.limit_multipliers.value.row(static_cast<Eigen::Index>(r)) =
-          Eigen::Map<const Eigen::RowVectorXd>(own.multiplier.data(), nodes) / unit;
+      const Eigen::VectorXd price =
+          prices(system, maneuver, limits[r], solution.rotation, found.duration / maneuver.steps);
+      for (Eigen::Index k = 0; k < nodes; ++k) {
+        const double multiplier = own.multiplier[static_cast<std::size_t>(k)];
+        if (multiplier != 0.0) found.limit_multipliers.value(static_cast<Eigen::Index>(r), k) = multiplier / price[k];
+      }
       break;
     }
   found.limit_multipliers.weight = solution.solver.limit_weight.value;

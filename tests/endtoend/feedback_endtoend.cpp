@@ -103,5 +103,46 @@ TEST(FollowedGait, begins_as_the_gait_begins) {
   }
 }
 
+// Cycle after cycle the swimmer goes on by the same displacement and in the same shapes, seen from itself.
+TEST(FollowedGait, goes_on_for_several_cycles) {
+  Folder folder;
+  const std::string path =
+      varied_example(folder, "gait", {{"steps", "40"}, {"starts", "2"}, {"turn", "[0.0, 0.0, 0.3]"}});
+  ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "solved")).exit_code, 0);
+  const maneuver::Solution gait = file::read_solution(folder / "solved").solution;
+  const Eigen::Matrix3d turn = gait.rotation.back()[0] * gait.rotation.front()[0].transpose();
+  const Eigen::Vector3d shift = gait.position.back() - turn * gait.position.front();
+  const std::string march = "simulate " + path + " --cycles 3 --out " + (folder / "run") + " ";
+  for (const std::string& how :
+       {"--feedback " + (folder / "solved"), "--controls " + (folder / "solved/solution.json")}) {
+    const ProgramRun run = lamprey(folder, march + how);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const maneuver::Solution marched = file::read_solution(folder / "run").solution;
+    ASSERT_EQ(marched.time.size(), 121U);
+    EXPECT_NEAR(marched.time.back(), 3.0 * gait.time.back(), 1e-12);
+    double off = 0.0;
+    for (std::size_t k = 0; k + 40 < marched.time.size(); ++k) {
+      off = std::max(off, (marched.position[k + 40] - turn * marched.position[k] - shift).norm());
+      for (std::size_t i = 0; i < marched.rotation[k].size(); ++i)
+        off = std::max(off, (marched.rotation[k + 40][i] - turn * marched.rotation[k][i]).norm());
+    }
+    EXPECT_LE(off, tolerance(1e-6)) << how;
+    EXPECT_GT((marched.position.back() - marched.position.front()).norm(), 2.5 * shift.norm());
+    EXPECT_EQ(lamprey(folder, "verify " + (folder / "run")).exit_code, 0) << how;
+  }
+  // off the plan only gains that turn with the swimmer lead back to it
+  ASSERT_EQ(lamprey(folder, march + "--perturb 1e-3 --reference --feedback " + (folder / "solved")).exit_code, 0);
+  EXPECT_LE(file::read_solution(folder / "run").solution.tracking->largest_rotation_error, 0.05);
+  const ProgramRun alone = lamprey(folder, march);
+  EXPECT_EQ(alone.exit_code, 3);
+  EXPECT_NE(alone.err.find("cycles: found a march without a stored motion"), std::string::npos) << alone.err;
+  const std::string other = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});
+  ASSERT_EQ(lamprey(folder, "solve " + other + " --no-refinement --out " + (folder / "maneuver")).exit_code, 0);
+  const ProgramRun maneuver = lamprey(
+      folder, "simulate " + other + " --cycles 2 --feedback " + (folder / "maneuver") + " --out " + (folder / "run"));
+  EXPECT_EQ(maneuver.exit_code, 3);
+  EXPECT_NE(maneuver.err.find("cycles: found a motion that is not a gait"), std::string::npos) << maneuver.err;
+}
+
 }  // namespace
 }  // namespace lamprey::tests

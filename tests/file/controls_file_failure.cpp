@@ -52,6 +52,56 @@ TEST(ControlsTable, a_table_without_header_gives_its_first_row_too) {
   EXPECT_EQ(parse_controls("0,1,2,3\n1,4,5,6\n", "u.csv", balls(1)).time.size(), 2U);
 }
 
+file::Joints named(const std::vector<std::string>& names) {
+  file::Joints joints = balls(names.size());
+  for (std::size_t j = 0; j < names.size(); ++j) joints[j].name = names[j];
+  return joints;
+}
+
+TEST(ControlsTable, a_header_that_names_joints_says_whose_each_column_is) {
+  const file::Joints joints = named({"fin", "fin_x"});
+  const std::string rows = "\n0,1,2,3,4,5,6\n1,7,8,9,10,11,12\n";
+  for (const char* header :
+       {"t,fin_x y,fin z,fin x,fin_x z,fin y,fin_x x", "\"t\",\"fin_x.y\",fin.z,fin.x,fin_x.z,fin.y,fin_x.x",
+        "t (s),fin_x_y (N m),fin_z [N m],fin: x,fin_x: z (Nm),fin y,fin_x - x"}) {
+    const auto samples = parse_controls(header + rows, "u.csv", joints);
+    EXPECT_EQ(samples.control[0][0], Eigen::Vector3d(3.0, 5.0, 2.0)) << header;
+    EXPECT_EQ(samples.control[1][1], Eigen::Vector3d(12.0, 7.0, 10.0)) << header;
+    EXPECT_EQ(samples.remark, "");
+  }
+  const auto single = parse_controls("t,z,x,y\n0,1,2,3\n1,4,5,6\n", "u.csv", named({"spine"}));
+  EXPECT_EQ(single.control[0][0], Eigen::Vector3d(2.0, 3.0, 1.0));
+}
+
+TEST(ControlsTable, a_header_of_other_names_is_remarked_on) {
+  const std::string rows = "\n0,1,2,3,4,5,6\n1,7,8,9,10,11,12\n";
+  const auto samples = parse_controls("t,u1,u2,u3,u4,u5,u6" + rows, "u.csv", named({"fin", "tail"}));
+  EXPECT_EQ(samples.control[0][1], Eigen::Vector3d(4.0, 5.0, 6.0));
+  EXPECT_EQ(samples.remark,
+            "the header of u.csv names no joints of this problem: its columns are taken as t, fin x, fin y, fin z, "
+            "tail x, ...");
+  EXPECT_EQ(parse_controls(rows, "u.csv", named({"fin", "tail"})).remark, "");
+}
+
+TEST(ControlsTable, a_header_that_cannot_be_meant_is_refused_at_its_column) {
+  const file::Joints joints = named({"fin", "tail"});
+  const std::string rows = "\n0,1,2,3,4,5,6\n1,7,8,9,10,11,12\n";
+  const auto refused = [&](const std::string& header) { return refusal(header + rows, joints); };
+  EXPECT_EQ(
+      refused("t,fin x,fin y,fin z,tail x,tail y,tial z"),
+      "u.csv:1:35: header: found \"tial z\"; allowed: a joint and its axis in every column, as \"fin x\"; name this "
+      "column too, or none");
+  EXPECT_EQ(
+      refused("t,fin x,fin y,fin z,tail x,tail y,tail y").rfind("u.csv:1:35: header: found \"tail y\" a second", 0),
+      0U);
+  EXPECT_EQ(refused("t,fin x,fin y,fin z,tail x,tail y").rfind("u.csv:1:1: header: found no column \"tail z\"", 0), 0U);
+  EXPECT_EQ(refused("t,a,b").rfind("u.csv:1:1: header: found 3 columns; allowed: 7", 0), 0U);
+  EXPECT_EQ(
+      refused("t (ms),fin x,fin y,fin z,tail x,tail y,tail z").rfind("u.csv:1:1: header: found times in \"ms\"", 0),
+      0U);
+  EXPECT_EQ(refused("t,a,b (N mm),c,d,e,f").rfind("u.csv:1:5: header: found moments in \"N mm\"; allowed: N m", 0), 0U);
+}
+
 TEST(ControlsTable, what_is_wrong_is_told_with_line_and_column) {
   EXPECT_EQ(refusal("t,x,y,z\n0,1,2,3\n1,4,,6\n", balls(1)).rfind("u.csv:3:5: joint 0 moment 1: found \"\"", 0), 0U);
   EXPECT_EQ(refusal("0,1,2,3\n1,4, five,6\n", balls(1)).rfind("u.csv:2:6: joint 0 moment 1: found \"five\"", 0), 0U);

@@ -68,6 +68,7 @@ class Rate {
     const Eigen::Matrix3d turned = lie::exp(angle * Vector3d(2.0, -1.0, 2.0) / 3.0);
     now_[at(joint.child)] = now_[at(joint.parent)] * mechanics::child_to_parent(before_, joint) * turned;
   }
+  double price() const { return maneuver::price_of_bound(row_, time_step_, value()); }
   double value(double stretch = 1.0) const { return maneuver::limit_value(system_, row_, node(stretch), 1e9); }
   void derivatives(VectorXd& gradient, Eigen::MatrixXd& hessian, double stretch = 1.0) const {
     maneuver::limit_derivatives(system_, row_, node(stretch), gradient, hessian);
@@ -125,6 +126,45 @@ TEST(LimitRows, of_rates_keep_their_digits_in_short_steps) {
                             (allowed * allowed) / 0.7;  // 2 cos a − 2 cos b as a product
     EXPECT_NEAR(Rate(2.0, h, turned).value() / expected, 1.0, tolerance(1e-15 / h)) << h;
   }
+}
+
+// Multipliers of rows are prices of their limits wherever the rows stand, at the bound or before it.
+TEST(LimitRows, of_rates_have_the_price_of_the_rate_that_is_left) {
+  constexpr double h = 0.1, e = 1e-5;
+  for (const double bound : {2.0, 15.0, 30.0})
+    for (const double rate : {0.5, 1.9, 14.0, 29.0}) {
+      const double change =
+          (Rate(bound, h, (rate - e) * h).value() - Rate(bound, h, (rate + e) * h).value()) / (2.0 * e);
+      EXPECT_NEAR(Rate(bound, h, rate * h).price(), change, 1e-8 * std::abs(change)) << bound << ", " << rate;
+    }
+}
+
+TEST(LimitRows, of_swing_have_the_price_of_the_angle_that_is_left) {
+  const model::System system(paper_chain());
+  constexpr double h = 0.1, e = 1e-5;
+  const Vector3d position = Vector3d::Zero();
+  const VectorXd moment = VectorXd::Zero(6);
+  const model::Joint& joint = system.joint(0);
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  for (const double bound : {0.3, 1.5, 3.0})
+    for (const double swing : {0.1, 0.7, 2.5}) {
+      LimitRow row;
+      row.kind = Kind::swing;
+      row.joint = 0;
+      row.bound = bound;
+      row.unit = 0.7;
+      const auto value =
+          [&](double angle) {  // about an axis across the child's arm, which is along the parent's at zero
+            mechanics::Rotations now(3, lie::exp(Vector3d(0.1, 0.2, -0.3)));
+            const Vector3d across = joint.child_offset.cross(Vector3d(0.3, 1.0, -0.4)).normalized();
+            now[at(joint.child)] = now[at(joint.child)] * lie::exp(angle * across);
+            return maneuver::limit_value(system, row, {now, now, position, moment, h, 1.0}, 1e9);
+          };
+      ASSERT_LT(std::abs(value(bound)), 1e-12) << "arms of this chain are not along each other: nothing is tested";
+      const double change = (value(swing - e) - value(swing + e)) / (2.0 * e);
+      EXPECT_NEAR(maneuver::price_of_bound(row, h, value(swing)), change, 1e-8 * std::abs(change))
+          << bound << ", " << swing;
+    }
 }
 
 }  // namespace

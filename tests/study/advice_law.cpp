@@ -46,9 +46,22 @@ class Advice : public testing::Test {
 };
 
 TEST_F(Advice, speaks_of_neither_where_nothing_points_there) {
-  EXPECT_TRUE(tells("try more starts, another seed, or a nearer goal")) << message();
-  EXPECT_FALSE(tells("[time] steps")) << message();
-  EXPECT_FALSE(tells("looser")) << message();
+  EXPECT_TRUE(tells("try more starts, another seed")) << message();
+  for (const char* other : {"[time] steps", "looser", "nearer goal", "control_axes", "tolerance ="})
+    EXPECT_FALSE(tells(other)) << message();
+}
+
+TEST_F(Advice, is_a_looser_tolerance_where_that_is_all_that_is_missed) {
+  proof_.kkt = 1.7e-7;
+  EXPECT_TRUE(tells("where so much is enough, [search] tolerance = 2e-07 accepts it")) << message();
+  problem_.search.tolerance = 2e-7;
+  EXPECT_FALSE(tells("tolerance")) << message();
+}
+
+TEST_F(Advice, is_a_nearer_goal_where_it_is_missed) {
+  proof_.goal_error = 0.1;
+  EXPECT_TRUE(tells("try more starts, another seed, or a nearer goal; check that control_axes can reach it"))
+      << message();
 }
 
 TEST_F(Advice, is_more_steps_where_a_body_turns_by_a_quarter_in_one) {

@@ -1,0 +1,13 @@
+// A gait repeated: each cycle begins where and as the one before it ends.
+#pragma once
+
+#include "maneuver/solution.hpp"
+
+namespace lamprey::maneuver {
+
+/// The gait `cycles` times over, [cycles N + 1] nodes with their moments, velocities and gains; all else is left out. Where two
+/// cycles meet, a node has the mean of the moments that both have there, half a step's impulse of each. Gains that answer world
+/// directions turn with the swimmer. The gait's moments are at its nodes, one scheme's step between them.
+Solution repeated(const Solution& gait, int cycles);
+
+}  // namespace lamprey::maneuver
