@@ -6,6 +6,7 @@ usage: check_docs.py [repository]
  - problem files named in them (examples/NAME.toml) exist, and so do tests and the commands of ./dev;
  - equations of docs/theory have one number each, in order, and every number cited in docs or sources is one of them;
  - every key that the problem file's reader knows stands in docs/problem-file.md;
+ - every key that solution.json is written with stands in docs/result-files.md;
  - README's table of rooms states the arrows that tools/check_layers.py enforces.
 Exit 0 when clean; otherwise one line for each fault, and exit 1.
 """
@@ -55,16 +56,36 @@ def broken_links(path, text):
 
 
 KNOWN_KEYS = re.compile(r"allow_only\(\s*\{(.*?)\}\s*\)", re.DOTALL)
+# .add("key", members by a helper add_…("key", names of arrays, and \"key\": in the text of an object
+WRITTEN_KEYS = re.compile(r'\badd\w*\("(\w+)"|\bnamed\([^,]*, "(\w+)"|\bShapedArray(?: \w+)?\{"\w*", "(\w+)"|\\"(\w+)\\":')
+WRITERS = ("solution_writer.cpp", "limits_json.cpp", "result_shapes.cpp")
+
+
+def words_in_backticks(page):
+    return set(re.findall(r"\w+", " ".join(re.findall(r"`([^`]*)`", without_code(page.read_text(encoding="utf-8"))))))
 
 
 def undocumented_keys(root):
     page = root / "docs" / "problem-file.md"
-    told = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`]*)`", page.read_text(encoding="utf-8")))))
+    told = words_in_backticks(page)
     for source in sorted((root / "src" / "file").glob("problem_*.cpp")):
         for keys in KNOWN_KEYS.findall(source.read_text(encoding="utf-8")):
             for key in re.findall(r'"(\w+)"', keys):
                 if key not in told:
                     yield f"{page}: does not tell of the key {key}, which {source.name} reads"
+
+
+def untold_results(root):
+    page = root / "docs" / "result-files.md"
+    told = words_in_backticks(page)
+    for name in WRITERS:
+        found = WRITTEN_KEYS.findall((root / "src" / "file" / name).read_text(encoding="utf-8"))
+        keys = sorted({key for groups in found for key in groups if key})
+        if not keys:
+            yield f"{page}: found no key that {name} writes"
+        for key in keys:
+            if key not in told:
+                yield f"{page}: does not tell of the key {key}, which {name} writes"
 
 
 def missing_problems(root, path, text):
@@ -118,7 +139,7 @@ def main():
     assert list(broken_links(root / "made-up.md", made_up)) and list(missing_problems(root, "made-up", made_up))
     menu = re.findall(r"^  ([a-z-]+) ", subprocess.run([root / "dev"], capture_output=True, text=True, check=True).stdout, re.MULTILINE)
     tests = {pair for file in (root / "tests").rglob("*.cpp") for pair in TEST_DEFINED.findall(file.read_text(encoding="utf-8"))}
-    found = equation_faults(root) + room_faults(root) + [*undocumented_keys(root)]
+    found = equation_faults(root) + room_faults(root) + [*undocumented_keys(root), *untold_results(root)]
     paths = documents(root)
     for path in paths:
         text = path.read_text(encoding="utf-8")

@@ -63,6 +63,29 @@ void write_unit(hid_t dataset, const std::string& unit, const std::string& path)
   require(H5Awrite(attribute, type, unit.data()), path);
 }
 
+// Names in the order of an axis of the arrays, as the file's own attribute.
+void write_names(hid_t file, const char* attribute, const std::vector<std::string>& names, const std::string& path) {
+  std::size_t longest = 1;
+  for (const std::string& name : names) longest = std::max(longest, name.size());
+  std::string padded;
+  for (const std::string& name : names) padded += name + std::string(longest - name.size(), '\0');
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, path);
+  require(H5Tset_size(type, longest), path);
+  require(H5Tset_strpad(type, H5T_STR_NULLPAD), path);
+  require(H5Tset_cset(type, H5T_CSET_UTF8), path);
+  const hsize_t count = names.size();
+  const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose, path);
+  const Handle written(H5Acreate2(file, attribute, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, path);
+  if (!names.empty()) require(H5Awrite(written, type, padded.data()), path);
+}
+
+template <class Named>
+std::vector<std::string> names_of(const std::vector<Named>& all) {
+  std::vector<std::string> names;
+  for (const Named& one : all) names.push_back(one.name);
+  return names;
+}
+
 void write_groups(hid_t file, const std::vector<ShapedArray>& arrays, const std::string& path) {
   std::vector<const char*> groups = {"velocity", "momentum", "momentum/linear", "momentum/angular"};
   for (const ShapedArray& array : arrays)
@@ -88,7 +111,8 @@ void write_array(hid_t file, const ShapedArray& array, const std::string& path) 
 }
 
 // Built in memory: a full disk then meets our own writing, not the library, which cannot close a file that it failed to write.
-std::string file_image(const std::vector<ShapedArray>& arrays) {
+std::string file_image(const Results& results) {
+  const std::vector<ShapedArray> arrays = shaped_arrays(results);
   const QuietErrors quiet;
   const std::string name = "trajectory.h5";
   constexpr std::size_t growth = std::size_t{1} << 20;
@@ -97,6 +121,8 @@ std::string file_image(const std::vector<ShapedArray>& arrays) {
   const Handle properties(H5Pcreate(H5P_FILE_CREATE), H5Pclose, name);
   require(H5Pset_obj_track_times(properties, false), name);
   const Handle file(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, properties, access), H5Fclose, name);
+  write_names(file, "bodies", names_of(results.problem.bodies), name);
+  write_names(file, "joints", names_of(results.problem.joints), name);
   write_groups(file, arrays, name);
   for (const ShapedArray& array : arrays) write_array(file, array, name);
   require(H5Fflush(file, H5F_SCOPE_GLOBAL), name);
@@ -164,9 +190,7 @@ std::string trajectory_difference(const std::string& folder, const Results& resu
   return "";
 }
 
-PendingFile trajectory_file(const Results& results) {
-  return finished_file("trajectory.h5", file_image(shaped_arrays(results)));
-}
+PendingFile trajectory_file(const Results& results) { return finished_file("trajectory.h5", file_image(results)); }
 
 void write_trajectory(const std::string& folder, const Results& results) {
   write_files(folder, {trajectory_file(results)});

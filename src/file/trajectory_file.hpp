@@ -8,7 +8,8 @@
 
 namespace lamprey::file {
 
-/// trajectory.h5 for write_files: groups velocity and momentum/{linear, angular}, 64-bit floats, no times of writing: the same
+/// trajectory.h5 for write_files: groups velocity and momentum/{linear, angular}, 64-bit floats, the names of bodies and joints as
+/// attributes of the file, no times of writing: the same
 /// Results give the same bytes. Built in memory (twice its size while writing). std::domain_error as solution_text; IoError when
 /// the HDF5 library fails.
 PendingFile trajectory_file(const Results& results);

@@ -44,6 +44,17 @@ double LimitTerms::largest() const {
   return largest;
 }
 
+LimitError LimitTerms::violation(const MatrixXd& value) const {
+  LimitError worst;
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      if (!applies(rows_[r], k)) continue;
+      const double g = value(static_cast<Eigen::Index>(r), k), broken = rows_[r].equality() ? std::abs(g) : -g;
+      if (broken > worst.value || worst.row < 0) worst = {broken, static_cast<int>(r), k};
+    }
+  return worst;
+}
+
 LimitError LimitTerms::error(const MatrixXd& value) const {
   LimitError worst;
   const double largest = landed_ ? this->largest() : 0.0;

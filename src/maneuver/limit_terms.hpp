@@ -75,6 +75,9 @@ class LimitTerms {
   /// The multipliers' part of the step, taken by a share of it.
   void follow(double share);
 
+  /// Where a row is broken most.
+  LimitError violation(const MatrixXd& value) const;
+  /// The same, and where a limit pulls though it is not reached.
   LimitError error(const MatrixXd& value) const;
   /// At the answer of a search: multipliers as they are there, a weaker barrier and a larger weight from now on.
   void renew(const MatrixXd& value, double cost);

@@ -466,7 +466,7 @@ std::string ShapeProgram::largest_miss() const {
 
 std::string ShapeProgram::largest_violation() const {
   if (limits_.empty()) return "";
-  const LimitError worst = worst_limit();
+  const LimitError worst = limits_.violation(now_.limit_value);
   if (worst.value < worth_telling || worst.row < 0) return "";
   const LimitRow& row = limits_.rows()[at(worst.row)];
   std::string who;

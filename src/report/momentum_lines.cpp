@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "certificate/certificate.hpp"
 #include "report/summary.hpp"
+#include "report/wording.hpp"
 
 namespace lamprey::report {
 
@@ -27,33 +29,38 @@ double largest(const Vectors& values) {
   return size;
 }
 
-// m: the largest distance of a joint from a mass centre.
-double size_of(const file::ResolvedProblem& problem) {
-  double size = 0.0;
-  for (const file::ResolvedJoint& joint : problem.joints)
-    size = std::max({size, joint.parent_offset.norm(), joint.child_offset.norm()});
-  return size;
+// m: how far mass is from where angular momentum is taken about: from mass centres, or of all from the world's origin.
+double reach_of(const file::Results& results) {
+  double reach = 0.0;
+  for (const file::ResolvedBody& body : results.problem.bodies)
+    reach =
+        std::max(reach, std::sqrt(body.inertia_matrix.diagonal().maxCoeff() / body.mass_matrix.diagonal().maxCoeff()));
+  for (const file::ResolvedJoint& joint : results.problem.joints)
+    reach = std::max({reach, joint.parent_offset.norm(), joint.child_offset.norm()});
+  return std::max(reach, largest(results.solution.position));
 }
 
-// Where bodies have one kind of momentum alone the other's total is compared with what that makes over the swimmer's size.
-std::string zero_line(const MomentumHistory& linear, const MomentumHistory& angular, double size) {
-  const double along = std::max(largest(linear.bodies), largest(angular.bodies) / size);
-  const double share = std::max(largest(linear.total) / along, largest(angular.total) / (along * size));
+std::string with_sign(double value) { return (value > 0.0 ? "+" : "") + number(value, 3); }
+
+// Where bodies have one kind of momentum alone the other's total is compared with what that makes at the swimmer's reach.
+std::string zero_line(const MomentumHistory& linear, const MomentumHistory& angular, double reach) {
+  const double along = std::max(largest(linear.bodies), largest(angular.bodies) / reach);
+  const double share = std::max(largest(linear.total) / along, largest(angular.total) / (along * reach));
   return fmt::format("{} total momentum is zero throughout: at most {:.1e} of the bodies' own",
                      share < 1e-9 ? "✓" : "✗", share);
 }
 
 // Where the whole does not move on, the fluid's momentum is against the bodies': the move has their sign.
 std::string linear_line(double mean, double asked) {
-  return fmt::format("{} mean linear momentum of the bodies along e₁ is {:+.4f} kg m/s, the sign of the move",
-                     mean * asked > 0.0 ? "✓" : "✗", mean);
+  return fmt::format("{} mean linear momentum of the bodies along e₁ is {} kg m/s, the sign of the move",
+                     mean * asked > 0.0 ? "✓" : "✗", with_sign(mean));
 }
 
 // Turns have the sign of the bodies' momentum in the paper's maneuver; no law asks it of all.
 std::string angular_line(double mean, double asked) {
   const bool same = mean * asked > 0.0;
-  return fmt::format("{} mean angular momentum of the bodies about e₁ is {:+.4f} kg m²/s, {} of the turn",
-                     same ? "✓" : "·", mean, same ? "the sign" : "against the sign");
+  return fmt::format("{} mean angular momentum of the bodies about e₁ is {} kg m²/s, {} of the turn", same ? "✓" : "·",
+                     with_sign(mean), same ? "the sign" : "against the sign");
 }
 
 // There the bodies' momentum is the total, and nothing is left to compare it with.
@@ -73,7 +80,9 @@ std::vector<std::string> momentum_lines(const file::Results& results) {
   const double start = solution.linear_momentum.bodies.front().norm() + solution.angular_momentum.bodies.front().norm();
   if (moving == 0.0 || in_a_vacuum(results.problem)) return lines;
   if (start < 1e-9 * moving)
-    lines.push_back(zero_line(solution.linear_momentum, solution.angular_momentum, size_of(results.problem)));
+    lines.push_back(zero_line(solution.linear_momentum, solution.angular_momentum, reach_of(results)));
+  // signs of motions that go elsewhere say nothing
+  if (!results.certificate || !(results.certificate->goal_error <= certificate::goal_mark)) return lines;
   const maneuver::Goal& goal = *results.problem.goal;
   if (goal.move[0] && *goal.move[0] != 0.0)
     lines.push_back(linear_line(mean_along_e1(solution.linear_momentum.bodies), *goal.move[0]));

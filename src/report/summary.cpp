@@ -1,6 +1,7 @@
 #include "report/summary.hpp"
 #include "report/transport.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 
@@ -123,6 +124,18 @@ bool without_motion(const file::Results& results) {
 
 namespace {
 
+constexpr double unworked_mark = 0.1;  // of the largest energy, by which it may differ from the moments' work
+
+constexpr double unseen_mark = 0.1;  // of the work by a replay, that nodes do not show
+
+// What the nodes do not show of the work: moments that come and go within a step.
+std::string work_between_nodes(const std::optional<Certificate>& proof, double at_nodes) {
+  if (!proof || !proof->replay || std::isnan(proof->replay->work)) return "";
+  const double work = proof->replay->work;
+  if (std::abs(work - at_nodes) <= unseen_mark * work) return "";
+  return fmt::format(" by the nodes; {} J by the replay, between them too", number(work, 5));
+}
+
 // J, of a node.
 double energy_at(const model::System& system, const maneuver::Solution& solution, std::size_t node) {
   const mechanics::Rotations& R = solution.rotation[node];
@@ -142,14 +155,25 @@ void append_march(const file::Results& results, std::vector<std::pair<std::strin
                         " rad, less than half a turn");
   const model::System system(file::problem_of(results).swimmer);
   const double first = energy_at(system, solution, 0);
-  double least = first, most = first;
+  double least = first, most = first, worked = 0.0, off = 0.0;
   for (std::size_t k = 1; k < nodes; ++k) {
     const double energy = energy_at(system, solution, k);
     least = std::min(least, energy);
     most = std::max(most, energy);
+    worked += 0.5 * (solution.time[k] - solution.time[k - 1]) * (power_at(results, k - 1) + power_at(results, k));
+    off = std::max(off, std::abs(energy - first - worked));
   }
   rows.emplace_back("Energy", fmt::format("{} J at the start, {} J at the end, between {} and {} J", number(first),
                                           number(energy_at(system, solution, nodes - 1)), number(least), number(most)));
+  const auto& joints = results.problem.joints;
+  const bool moments_alone = std::all_of(joints.begin(), joints.end(), [](const file::ResolvedJoint& joint) {
+    return joint.stiffness == 0.0 && joint.damping == 0.0;
+  });
+  if (moments_alone && off > unworked_mark * most)
+    rows.emplace_back("Energy balance",
+                      fmt::format("off by up to {} J that no moment has worked: these steps do not resolve the motion, "
+                                  "try --steps {}",
+                                  number(off, 3), 4 * results.problem.steps));
 }
 
 }  // namespace
@@ -168,8 +192,10 @@ std::string verdict(const file::Results& results) {
                          number(proof.replay->rotation_error, 2));
   if (without_motion(results))
     return fmt::format(
-        "{}: no motion was found, what is shown breaks the discrete equations by {} of the momentum’s scale", words,
-        number(proof.equation_residual, 2));
+        "{}: no motion was found; what is shown is the search’s last trial, whose steps do not follow from each other "
+        "(by {} of "
+        "the momentum’s scale)",
+        words, number(proof.equation_residual, 2));
   std::vector<std::string> parts;
   const bool missed = proof.goal_error > 1e-9;
   if (!std::isnan(proof.goal_error)) {
@@ -200,7 +226,8 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (moves && results.certificate && results.certificate->clearance)
     rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
   if (const std::optional<Transport> moved = transport(results); sought && moves && moved) {
-    rows.emplace_back("Work of the joints", number(moved->work, 5) + " J, nothing won back");
+    rows.emplace_back("Work of the joints", number(moved->work, 5) + " J, nothing won back" +
+                                                work_between_nodes(results.certificate, moved->work));
     const Eigen::Vector3d way = solution.position.back() - solution.position.front();
     if (problem.goal && (problem.goal->periodic || problem.cost_weights.of_displacement()))
       rows.emplace_back("Displacement", vector(way) + " m");

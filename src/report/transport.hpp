@@ -12,6 +12,9 @@ struct Transport {
   double distance;  // m, of the root's mass centre from start to end
 };
 
+/// W, what the moments at a node work: Σ u·ω over the joints.
+double power_at(const file::Results& results, std::size_t node);
+
 /// By the trapezoid rule over the nodes, moments against the stored velocities. Nothing where either is missing.
 std::optional<Transport> transport(const file::Results& results);
 

@@ -61,7 +61,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(Limits, are_kept_and_hold_the_answer) {
   const Folder folder;
-  const std::string path = varied_example(folder, "rotation_with_clearance", {{"steps", "100"}, {"starts", "2"}, {"seed", "2"}});
+  const std::string path =
+      varied_example(folder, "rotation_with_clearance", {{"steps", "100"}, {"starts", "2"}, {"seed", "2"}});
   ASSERT_EQ(lamprey(folder, "solve " + path + " --out " + (folder / "run")).exit_code, 0);
   const file::Results results = file::read_solution(folder / "run");
   EXPECT_LE(results.certificate->limits->violation, 1e-9);
@@ -180,6 +181,20 @@ TEST(Tumble, marches_free_with_its_momentum) {
   EXPECT_EQ(results.solution.status, maneuver::Status::simulated);
   const auto& total = results.solution.angular_momentum.total;
   EXPECT_LE((total.back() - total.front()).norm(), tolerance(1e-12) * 200.0);
+}
+
+// Energy that no moment has worked shows steps that are too long; moments' work and coarse steps' own ripple do not.
+TEST(Tumble, says_where_energy_comes_from_nowhere) {
+  const Folder folder;
+  const auto balance = [&](const std::string& arguments) {
+    const ProgramRun run = lamprey(folder, "simulate " + arguments + " --out " + (folder / "run"));
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return run.out.find("Energy balance") != std::string::npos;
+  };
+  EXPECT_TRUE(balance(example("tumble") + " --adaptive --steps 1000"));
+  EXPECT_FALSE(balance(example("tumble") + " --duration 2 --steps 400"));
+  EXPECT_FALSE(
+      balance(example("falling_cat") + " --controls " + LAMPREY_SOURCE_DIR "/examples/falling_cat_controls.csv"));
 }
 
 TEST(Tumble, follows_the_controls_of_a_solution) {

@@ -303,6 +303,42 @@ TEST(TrajectoryFile, datasets_have_the_names_shapes_units_and_numbers_of_the_sol
   EXPECT_EQ(total.values[3 * 5 + 2], results.solution.angular_momentum.total[5][2]);
 }
 
+std::vector<std::string> read_names(const std::string& path, const char* attribute_name) {
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const hid_t attribute = H5Aopen(file, attribute_name, H5P_DEFAULT);
+  const hid_t type = H5Aget_type(attribute), space = H5Aget_space(attribute);
+  const std::size_t longest = H5Tget_size(type);
+  std::string padded(longest * static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)), '\0');
+  H5Aread(attribute, type, padded.data());
+  std::vector<std::string> names;
+  for (std::size_t begin = 0; begin < padded.size(); begin += longest)
+    names.emplace_back(padded.substr(begin, longest).c_str());
+  H5Sclose(space);
+  H5Tclose(type);
+  H5Aclose(attribute);
+  H5Fclose(file);
+  return names;
+}
+
+TEST(TrajectoryFile, tells_the_names_of_bodies_and_joints) {
+  const tests::TemporaryFolder folder;
+  file::Results results = tests::sample_results(6);
+  results.problem.bodies[2].name = "Flosse für hinten";
+  file::write_trajectory(folder.path(), results);
+  EXPECT_EQ(
+      read_names(folder / "trajectory.h5", "bodies"),
+      (std::vector<std::string>{results.problem.bodies[0].name, results.problem.bodies[1].name, "Flosse für hinten"}));
+  EXPECT_EQ(read_names(folder / "trajectory.h5", "joints"),
+            (std::vector<std::string>{results.problem.joints[0].name, results.problem.joints[1].name}));
+  results.problem.joints.clear();  // a single body
+  results.problem.bodies.resize(1);
+  for (auto& control : results.solution.control) control.clear();
+  for (auto& rotation : results.solution.rotation) rotation.resize(1);
+  for (auto& rate : results.solution.angular_velocity) rate.resize(1);
+  file::write_trajectory(folder / "alone", results);
+  EXPECT_TRUE(read_names(folder / "alone/trajectory.h5", "joints").empty());
+}
+
 TEST(TrajectoryFile, moments_at_stages_have_their_datasets) {
   const tests::TemporaryFolder folder;
   const file::Results results = staged_results();

@@ -133,12 +133,32 @@ TEST(Verdict, says_that_there_is_no_motion_and_nothing_of_its_cost) {
   EXPECT_FALSE(report::momentum_lines(results).empty());
   results.solution.status = maneuver::Status::stalled;
   results.certificate->equation_residual = 0.064;
-  EXPECT_EQ(
-      report::verdict(results),
-      "Stalled before it was optimal: no motion was found, what is shown breaks the discrete equations by 0.064 of "
-      "the momentum’s scale");
+  EXPECT_EQ(report::verdict(results),
+            "Stalled before it was optimal: no motion was found; what is shown is the search’s last trial, whose steps "
+            "do not "
+            "follow from each other (by 0.064 of the momentum’s scale)");
   EXPECT_FALSE(says("Cost") || says("Clearance") || says("Work of the joints"));
   EXPECT_TRUE(report::momentum_lines(results).empty());
+}
+
+TEST(MomentumLines, tell_signs_of_motions_that_arrive_alone) {
+  file::Results results = tests::sample_results(5);
+  EXPECT_EQ(report::momentum_lines(results).size(), 3U);
+  results.certificate->goal_error = 0.1;
+  EXPECT_EQ(report::momentum_lines(results).size(), 1U);
+}
+
+// Joints at mass centres, a swimmer far from the origin: what is compared has a size all the same.
+TEST(MomentumLines, hold_the_total_to_the_bodies_own) {
+  file::Results results = tests::sample_results(5);
+  const auto zero = [&] { return report::momentum_lines(results).front().starts_with("✓"); };
+  for (file::ResolvedJoint& joint : results.problem.joints)
+    joint.parent_offset = joint.child_offset = Eigen::Vector3d::Zero();
+  EXPECT_TRUE(zero());
+  for (Eigen::Vector3d& total : results.solution.angular_momentum.total) total.x() += 1e-5;
+  EXPECT_FALSE(zero());
+  for (Eigen::Vector3d& position : results.solution.position) position.x() += 1e6;
+  EXPECT_TRUE(zero());
 }
 
 TEST(Wording, writes_numbers_for_people) {
