@@ -1,6 +1,10 @@
 #include "certificate/limit_check.hpp"
 
+#include <algorithm>
 #include <functional>
+#include <iomanip>
+#include <sstream>
+#include <string_view>
 #include <tuple>
 
 #include "certificate/certificate.hpp"
@@ -217,15 +221,15 @@ void add_gradient(const StoredMotion& motion, const Bound& bound, int node, doub
   if (bound.kind == Kind::duration || bound.kind == Kind::angular_velocity)
     pulls.by_log_time_step += by([](Place& place, double e) { place.time_step *= std::exp(e); }, difference_step);
   if (bound.kind == Kind::duration) return;
-  const double turn_step = beside_turn(system, bound, here, share_of_turn, difference_step);
+  const double change = beside_turn(system, bound, here, share_of_turn, difference_step);
   for (int i = 0; i < system.body_count(); ++i)
     for (int f = 0; f < system.body(i).freedoms; ++f) {
       pulls.by_state[at(node)][layout.freedom(i) + f] +=
-          by([&](Place& place, double e) { place.rotation = with_turn(system, here.rotation, i, f, e); }, turn_step);
+          by([&](Place& place, double e) { place.rotation = with_turn(system, here.rotation, i, f, e); }, change);
       if (bound.kind == Kind::angular_velocity)
         pulls.by_state[at(node - 1)][layout.freedom(i) + f] += by(
             [&](Place& place, double e) { place.rotation_before = with_turn(system, here.rotation_before, i, f, e); },
-            turn_step);
+            change);
     }
   for (int c = 0; c < 3; ++c)
     pulls.by_state[at(node)][layout.position() + c] +=
@@ -326,6 +330,22 @@ LimitCheck check_limits(const StoredMotion& motion) {
   }
   if (largest > 0.0) check.negative /= largest;
   return check;
+}
+
+std::string violation_in_words(const LimitsKept& kept) {
+  const std::string& key = kept.key;
+  const auto of = [&](std::initializer_list<std::string_view> starts) {
+    return std::any_of(starts.begin(), starts.end(), [&](std::string_view start) { return key.starts_with(start); });
+  };
+  const char* unit = of({"limits.torque", "limits.angular_velocity"})                 ? " times its bound"
+                     : of({"limits.clearance", "limits.sphere", "limits.half_space"}) ? " m"
+                     : of({"limits."})                                                ? " rad"
+                     : of({"time."})                                                  ? " s"
+                                                                                      : " (rad or m)";
+  std::ostringstream text;
+  text << key << " is broken by " << std::setprecision(2) << kept.violation << unit << " at " << std::setprecision(3)
+       << kept.time << " s";
+  return text.str();
 }
 
 LimitPulls limit_pulls(const StoredMotion& motion) {

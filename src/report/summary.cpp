@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "certificate/limit_check.hpp"
 #include "file/model_table.hpp"
 #include "file/resolve.hpp"
 #include "file/words.hpp"
@@ -192,9 +193,8 @@ std::string verdict(const file::Results& results) {
                          number(proof.replay->rotation_error, 2));
   if (without_motion(results))
     return fmt::format(
-        "{}: no motion was found; what is shown is the search’s last trial, whose steps do not follow from each other "
-        "(by {} of "
-        "the momentum’s scale)",
+        "{}: no motion was found; what is shown is the search’s last trial, whose steps do not follow from "
+        "each other (by {} of the momentum’s scale)",
         words, number(proof.equation_residual, 2));
   std::vector<std::string> parts;
   const bool missed = proof.goal_error > 1e-9;
@@ -204,8 +204,7 @@ std::string verdict(const file::Results& results) {
   }
   if (results.solution.status == Status::infeasible) {  // what else holds of it helps nobody
     if (proof.limits && proof.limits->violation > certificate::limit_mark)
-      return fmt::format("{}: {} broken by {} at {} s", words, proof.limits->key, number(proof.limits->violation, 2),
-                         number(proof.limits->time, 3));
+      return words + ": " + violation_in_words(*proof.limits);
     return parts.empty() ? words : words + ": " + parts.front();
   }
   const bool rests = results.problem.goal && results.problem.goal->rest;

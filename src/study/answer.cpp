@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "certificate/certify.hpp"
+#include "certificate/limit_check.hpp"
 #include "integrator/scheme.hpp"
 #include "maneuver/feedback.hpp"
 #include "study/found.hpp"
@@ -72,9 +73,7 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
            number(proof.equation_residual) + " of the momentum's scale, goal by " + number(proof.goal_error) +
            " rad or m)";
   if (!(proof.goal_error <= goal_mark)) return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
-  if (proof.limits && !(proof.limits->violation <= limit_mark))
-    return proof.limits->key + " is broken by " + number(proof.limits->violation) + " at " +
-           number(proof.limits->time, 3) + " s (rad or m; of moments and rates the share of the bound)";
+  if (proof.limits && !(proof.limits->violation <= limit_mark)) return violation_in_words(*proof.limits);
   if (problem.goal && problem.goal->rest && !(proof.rest_error <= rest_mark))
     return "the end is not at rest: momentum " + number(proof.rest_error) + " of its scale is left";
   return "";
