@@ -37,7 +37,8 @@ constexpr int finest_first_steps = 4 * coarse_steps;  // where those show too li
 constexpr int most_refinement = 10;                   // times as many steps from one grid to the next
 constexpr int composed_steps = 50;                    // of the first grid of a scheme above order 2
 constexpr int most_iterations = 500;
-constexpr int patience = 6;  // times as many, along valleys that go on falling
+constexpr int patience = 6;              // times as many, along valleys that go on falling
+constexpr int carried_iterations = 100;  // to another grid, where the same solution is near or is not found
 constexpr double rough_tolerance = 1e-4;
 constexpr double fine_tolerance = 1e-7;  // before a last Newton step
 constexpr double rough_limits = 1e-3;    // error of limits, in units of their rows
@@ -142,7 +143,11 @@ class NewtonMethod : public Method {
   }
 
   Found carry(const Found& from, int steps) override {
-    return from.path.polynomial.empty() ? carry_on(from, steps, fine_tolerance) : carry_on_composed(from, steps);
+    if (!from.path.polynomial.empty()) return carry_on_composed(from, steps);
+    optimizer::Options within = options(fine_tolerance);
+    within.max_iterations = carried_iterations;
+    within.patience = 1;
+    return carry_on(from, steps, within);
   }
   bool carries_cheaply() const override { return true; }
 
@@ -245,10 +250,14 @@ class NewtonMethod : public Method {
   }
 
   Found carry_on(const Found& from, int steps, double tolerance) const {
+    return carry_on(from, steps, options(tolerance));
+  }
+
+  Found carry_on(const Found& from, int steps, const optimizer::Options& within) const {
     Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
     Found found = from;
     found.path = NodePath();
-    solve(grid, on_grid(from, steps), tolerance, found);
+    solve(grid, on_grid(from, steps), within, found);
     const int from_steps = steps_of(from.path);
     found.coarser = from.converged() && from_steps < steps && steps % from_steps == 0 ? from.path : NodePath();
     return found;
@@ -317,6 +326,10 @@ class NewtonMethod : public Method {
 
   // Effort and history of `found` go on.
   void solve(Grid& grid, const NodePath& from, double tolerance, Found& found) const {
+    solve(grid, from, options(tolerance), found);
+  }
+
+  void solve(Grid& grid, const NodePath& from, const optimizer::Options& within, Found& found) const {
     fail_for_want_of_motion(found.outcome);
     if (found.duration == 0.0) found.duration = problem_.duration.value;
     grid.program.take_duration(found.duration);
@@ -324,7 +337,7 @@ class NewtonMethod : public Method {
     grid.program.take_limit_multipliers(found.limit_multipliers);
     grid.program.take_work_multipliers(found.work_multipliers);
     if (grid.program.go_to(from)) {
-      solve_program(grid.newton, grid.program, options(tolerance), found.outcome);
+      solve_program(grid.newton, grid.program, within, found.outcome);
       found.path = grid.program.path();
       found.cost = grid.program.cost();
       found.end_multipliers = grid.program.end_multipliers();
