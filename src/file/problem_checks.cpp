@@ -400,6 +400,31 @@ void check_limits(const Problem& problem) {
   }
 }
 
+// What two waypoints at one time ask for differently, as a key; empty: nothing.
+std::string contradiction(const maneuver::Waypoint& first, const maneuver::Waypoint& second) {
+  for (std::size_t c = 0; c < 3; ++c)
+    if (first.move[c] && second.move[c] && *first.move[c] != *second.move[c]) return "move";
+  if (first.turn && second.turn && *first.turn != *second.turn) return "turn";
+  for (const auto& [body, rotation] : first.rotation)
+    if (const auto other = second.rotation.find(body); other != second.rotation.end() && other->second != rotation)
+      return key_path("rotation", body);
+  return "";
+}
+
+void check_waypoints_agree(const Problem& problem) {
+  for (std::size_t n = 0; n < problem.waypoints.size(); ++n)
+    for (std::size_t m = 0; m < n; ++m) {
+      const double apart = problem.waypoints[n].time - problem.waypoints[m].time;
+      const std::string what = std::abs(apart) < 0.5 * problem.time_step()
+                                   ? contradiction(problem.waypoints[m], problem.waypoints[n])
+                                   : std::string();
+      if (!what.empty())
+        refuse(fmt::format("waypoint[{}].{}", n, what),
+               fmt::format("another {} than that of waypoint[{}], at the same time", what, m),
+               "waypoints that can be met together", "change one of them, or its time");
+    }
+}
+
 void check_waypoints(const Problem& problem) {
   for (std::size_t n = 0; n < problem.waypoints.size(); ++n) {
     const maneuver::Waypoint& waypoint = problem.waypoints[n];
@@ -420,6 +445,7 @@ void check_waypoints(const Problem& problem) {
     if (!moves && !waypoint.turn && waypoint.rotation.empty())
       refuse(key, "nothing asked for", "at least one of move, turn, rotation.NAME", "add one, or remove the waypoint");
   }
+  check_waypoints_agree(problem);
 }
 
 void check_costs(const Problem& problem) {

@@ -1,6 +1,8 @@
 #include "study/solver.hpp"
 
 #include <limits>
+#include <numbers>
+#include <string>
 
 #include "maneuver/guess.hpp"
 #include "model/input_error.hpp"
@@ -91,7 +93,21 @@ void Solver::learn_from_answer() {
   keep_answer();
 }
 
+namespace {
+
+// As in problem files: more is meant in degrees.
+void require_turn(const std::string& key, const Eigen::Vector3d& turn) {
+  if (turn.cwiseAbs().maxCoeff() <= 2.0 * std::numbers::pi) return;
+  throw InputError(key, "found a turn by " + std::to_string(turn.norm()) +
+                            " rad; allowed: at most a full turn, 2 pi, along each axis; convert degrees to radians");
+}
+
+}  // namespace
+
 void Solver::set_goal(const Goal& goal) {
+  if (goal.turn) require_turn("goal.turn", *goal.turn);
+  for (const auto& [body, rotation] : goal.rotation)
+    if (rotation) require_turn("goal.rotation." + body, *rotation);
   if (goal.rest != problem_.goal->rest || goal.periodic != problem_.goal->periodic)
     throw InputError("goal", "found another kind of goal (rest or periodic differ); make a new Solver for it");
   Problem problem = problem_;

@@ -248,6 +248,16 @@ TEST(SolverOfWorkPerDistance, follows_its_start_and_its_goal) {
   EXPECT_THROW(solver.set_goal(goal), model::InputError);
 }
 
+TEST(Solver, takes_turns_in_radians) {
+  const Solved solved("translation", 50);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  Goal goal = *solved.problem.goal;
+  goal.turn = Eigen::Vector3d(0.0, 0.0, 60.0);
+  EXPECT_THROW(solver.set_goal(goal), model::InputError);
+  goal.turn = Eigen::Vector3d(0.0, 0.0, 0.1);
+  EXPECT_NO_THROW(solver.set_goal(goal));
+}
+
 TEST(SolverOfLedBodies, follows_a_start_with_other_joint_angles) {
   const Solved solved("falling_cat_flip", 50);
   study::Solver solver(solved.system, solved.problem, solved.solution);
