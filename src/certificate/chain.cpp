@@ -62,6 +62,46 @@ Inputs scattered(const Chain& chain) {
   return inputs;
 }
 
+// A stage's own rows, and those that the state after it has to keep.
+KeptRows with_later_rows(const ChainStage& stage, const MatrixXd& later) {
+  const Eigen::Index own = stage.kept.by_state.rows(), all = own + later.rows();
+  KeptRows rows{MatrixXd(all, stage.A.cols()), MatrixXd(all, stage.B.cols())};
+  if (own > 0) rows.by_state.topRows(own) = stage.kept.by_state;
+  if (own > 0) rows.by_input.topRows(own) = stage.kept.by_input;
+  if (later.rows() > 0) rows.by_state.bottomRows(later.rows()) = later * stage.A;
+  if (later.rows() > 0) rows.by_input.bottomRows(later.rows()) = later * stage.B;
+  return rows;
+}
+
+// u = feedback y + free w keeps the rows that inputs reach, w whatever it is; `left` · y = 0 is what they say beside that.
+struct HeldInputs {
+  MatrixXd feedback;  // [inputs][states]
+  MatrixXd free;      // [inputs][free] orthonormal
+  MatrixXd left;      // [rows][states]
+};
+
+HeldInputs hold(const KeptRows& rows) {
+  const Eigen::JacobiSVD<MatrixXd> split(rows.by_input, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const VectorXd& values = split.singularValues();
+  const double most = values.size() > 0 ? values[0] : 0.0;
+  Eigen::Index rank = 0;
+  if (most > singular_pivot * rows.by_state.cwiseAbs().maxCoeff())
+    while (rank < values.size() && values[rank] > driven * most) ++rank;
+  const MatrixXd turned = split.matrixU().transpose() * rows.by_state;  // in the order of what inputs do to them
+  const VectorXd inverse = values.head(rank).cwiseInverse();
+  return {-split.matrixV().leftCols(rank) * (inverse.asDiagonal() * turned.topRows(rank)),
+          split.matrixV().rightCols(rows.by_input.cols() - rank), turned.bottomRows(turned.rows() - rank)};
+}
+
+// Orthonormal rows with the span of these, but for what is smaller than `least`.
+MatrixXd spanning_rows(const MatrixXd& rows, double least) {
+  if (rows.rows() == 0) return rows;
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.transpose());
+  Eigen::Index rank = 0;
+  while (rank < std::min(rows.rows(), rows.cols()) && std::abs(qr.matrixQR()(rank, rank)) > least) ++rank;
+  return MatrixXd(qr.householderQ() * MatrixXd::Identity(rows.cols(), rank)).transpose();
+}
+
 }  // namespace
 
 void widen(Chain& chain, Eigen::Index states) {
@@ -101,34 +141,29 @@ void ChainSolver::keep() {
   for (std::size_t k = chain_.stage.size(); k-- > 0;) {
     const ChainStage& stage = chain_.stage[k];
     Gain& gain = gain_[k];
-    const Eigen::Index own = stage.kept.by_state.rows(), all = own + left.rows();
-    const Eigen::Index states = stage.A.cols(), inputs = stage.B.cols();
-    gain.held_feedback = MatrixXd::Zero(inputs, states);
-    gain.free = MatrixXd::Identity(inputs, inputs);
-    if (all == 0) continue;
-    MatrixXd by_state(all, states), by_input(all, inputs);
-    by_state.topRows(own) = stage.kept.by_state;
-    by_input.topRows(own) = stage.kept.by_input;
-    by_state.bottomRows(left.rows()) = left * stage.A;
-    by_input.bottomRows(left.rows()) = left * stage.B;
-    const Eigen::JacobiSVD<MatrixXd> split(by_input, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const VectorXd& values = split.singularValues();
-    const double most = values.size() > 0 ? values[0] : 0.0, most_by_state = by_state.cwiseAbs().maxCoeff();
-    Eigen::Index rank = 0;
-    while (rank < values.size() && values[rank] > driven * most && most > singular_pivot * most_by_state) ++rank;
-    const MatrixXd turned = split.matrixU().transpose() * by_state;  // rows in the order of what inputs do to them
-    const VectorXd inverse = values.head(rank).cwiseInverse();
-    gain.held_feedback = -split.matrixV().leftCols(rank) * (inverse.asDiagonal() * turned.topRows(rank));
-    gain.free = split.matrixV().rightCols(inputs - rank);
-    const MatrixXd rest = turned.bottomRows(all - rank);
-    left.resize(0, states);
-    if (rest.rows() == 0) continue;
-    const Eigen::ColPivHouseholderQR<MatrixXd> rows(rest.transpose());
-    Eigen::Index count = 0;
-    while (count < std::min(rest.rows(), states) && std::abs(rows.matrixQR()(count, count)) > looked_at * most_by_state)
-      ++count;
-    left = MatrixXd(rows.householderQ() * MatrixXd::Identity(states, count)).transpose();
+    const KeptRows rows = with_later_rows(stage, left);
+    if (rows.by_state.rows() == 0) {
+      gain.held_feedback = MatrixXd::Zero(stage.B.cols(), stage.A.cols());
+      gain.free = MatrixXd::Identity(stage.B.cols(), stage.B.cols());
+      left.resize(0, stage.A.cols());
+      continue;
+    }
+    const HeldInputs held = hold(rows);
+    gain.held_feedback = held.feedback;
+    gain.free = held.free;
+    left = spanning_rows(held.left, looked_at * rows.by_state.cwiseAbs().maxCoeff());
   }
+}
+
+// As `invert`, of the inputs that are free.
+int ChainSolver::invert_where_free(const MatrixXd& pivot, Gain& gain) {
+  if (!gain.keeps()) return invert(pivot, gain.pivot_inverse);
+  gain.pivot_inverse = MatrixXd::Zero(pivot.rows(), pivot.cols());
+  if (gain.free.cols() == 0) return 0;
+  MatrixXd inverse;
+  const int negative = invert(gain.free.transpose() * pivot * gain.free, inverse);
+  if (negative >= 0) gain.pivot_inverse = gain.free * inverse * gain.free.transpose();
+  return negative;
 }
 
 std::optional<int> ChainSolver::factor(double shift) {
@@ -138,7 +173,7 @@ std::optional<int> ChainSolver::factor(double shift) {
   P.noalias() += penalty_ * chain_.end_rows.transpose() * chain_.end_rows;
   MatrixXd rows = chain_.end_rows.transpose();  // their sensitivity to y, multipliers free
   end_gram_.setZero(rows.cols(), rows.cols());
-  MatrixXd PA, PB, pivot, mixed, driven, free_pivot, free_inverse, held, pulled;
+  MatrixXd PA, PB, pivot, mixed, driven, held, pulled;
   for (std::size_t k = chain_.stage.size(); k-- > 0;) {
     const ChainStage& stage = chain_.stage[k];
     Gain& gain = gain_[k];
@@ -146,23 +181,13 @@ std::optional<int> ChainSolver::factor(double shift) {
     pivot = stage.R;
     pivot.diagonal().array() -= shift * stage.weight;
     pivot.noalias() += stage.B.transpose() * PB;
-    const bool keeps = gain.free.cols() < gain.free.rows();
-    if (keeps) {
-      free_pivot = gain.free.transpose() * pivot * gain.free;
-      const int negative_here = free_pivot.size() > 0 ? invert(free_pivot, free_inverse) : 0;
-      if (negative_here < 0) return std::nullopt;
-      negative += negative_here;
-      gain.pivot_inverse = MatrixXd::Zero(pivot.rows(), pivot.cols());
-      if (free_pivot.size() > 0) gain.pivot_inverse = gain.free * free_inverse * gain.free.transpose();
-    } else {
-      const int negative_here = invert(pivot, gain.pivot_inverse);
-      if (negative_here < 0) return std::nullopt;
-      negative += negative_here;
-    }
+    const int negative_here = invert_where_free(pivot, gain);
+    if (negative_here < 0) return std::nullopt;
+    negative += negative_here;
     mixed = stage.S;
     mixed.noalias() += PB.transpose() * stage.A;
     pulled = mixed;  // of the inputs by the states, what is held followed
-    if (keeps) pulled.noalias() += pivot * gain.held_feedback;
+    if (gain.keeps()) pulled.noalias() += pivot * gain.held_feedback;
     gain.feedback.noalias() = gain.held_feedback - gain.pivot_inverse * pulled;
     driven.noalias() = stage.B.transpose() * rows;
     gain.by_multiplier.noalias() = gain.pivot_inverse * driven;
@@ -171,7 +196,7 @@ std::optional<int> ChainSolver::factor(double shift) {
     PA.noalias() = P * stage.A;
     P = stage.Q;
     P.noalias() += stage.A.transpose() * PA;
-    if (keeps) {
+    if (gain.keeps()) {
       held.noalias() = gain.held_feedback.transpose() * mixed;
       P += held + held.transpose();
       held.noalias() = pivot * gain.held_feedback;
@@ -188,8 +213,7 @@ std::optional<int> ChainSolver::factor(double shift) {
   // imply takes none
   const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(end_gram_);
   const VectorXd& values = gram.eigenvalues();
-  const bool any_kept =
-      std::any_of(gain_.begin(), gain_.end(), [](const Gain& gain) { return gain.free.cols() < gain.free.rows(); });
+  const bool any_kept = std::any_of(gain_.begin(), gain_.end(), [](const Gain& gain) { return gain.keeps(); });
   const double least = any_kept ? implied_row * values.cwiseAbs().maxCoeff() : 0.0;
   VectorXd inverse = VectorXd::Zero(values.size());
   for (Eigen::Index n = 0; n < values.size(); ++n) {

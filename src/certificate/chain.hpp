@@ -76,8 +76,10 @@ class ChainSolver {
     MatrixXd feedback;       // [inputs][states]
     MatrixXd pivot_inverse;  // [inputs][inputs]
     MatrixXd by_multiplier;  // [inputs][rows]
+    bool keeps() const { return free.cols() < free.rows(); }
   };
   void keep();
+  static int invert_where_free(const MatrixXd& pivot, Gain& gain);
 
   const Chain& chain_;
   double penalty_;
