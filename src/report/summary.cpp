@@ -134,7 +134,7 @@ std::string work_between_nodes(const std::optional<Certificate>& proof, double a
   if (!proof || !proof->replay || std::isnan(proof->replay->work)) return "";
   const double work = proof->replay->work;
   if (std::abs(work - at_nodes) <= unseen_mark * work) return "";
-  return fmt::format(" by the nodes; {} J by the replay, between them too", number(work, 5));
+  return fmt::format(" by the nodes, {} J by the replay, which sees between them", number(work, 5));
 }
 
 // J, of a node.
@@ -225,8 +225,9 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (moves && results.certificate && results.certificate->clearance)
     rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
   if (const std::optional<Transport> moved = transport(results); sought && moves && moved) {
-    rows.emplace_back("Work of the joints", number(moved->work, 5) + " J, nothing won back" +
-                                                work_between_nodes(results.certificate, moved->work));
+    rows.emplace_back(
+        "Work of the joints",
+        number(moved->work, 5) + " J" + work_between_nodes(results.certificate, moved->work) + ", nothing won back");
     const Eigen::Vector3d way = solution.position.back() - solution.position.front();
     if (problem.goal && (problem.goal->periodic || problem.cost_weights.of_displacement()))
       rows.emplace_back("Displacement", vector(way) + " m");
