@@ -268,14 +268,15 @@ def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, s
     "interrupted": `except KeyboardInterrupt as stop: stop.solution`.
     """
 
-def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, duration: float | None = None, adaptive: bool = False, reference: bool = False, feedback: Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1) -> Trajectory:
+def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1) -> Trajectory:
     """
     Marches from the problem's start, after a stored gait from where that begins: what `lamprey simulate` does. Releases the GIL.
 
     problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its moments), a path (solution.json or CSV), a pair (time (rows,) s,
     control (rows, joints, 3) N m; not-a-knot cubic between rows), or a function of time in s that returns (joints, 3) N m:
     moments on the parents, parents' frames with the joints at zero angle.
-    scheme, steps, duration: instead of the problem's. adaptive: divide steps that do not converge.
+    scheme, steps, duration: instead of the problem's. cycles: how often the gait of controls or feedback is repeated; steps and duration are of all
+    cycles together. adaptive: divide steps that do not converge.
     reference: by a Runge-Kutta method on the continuous equations. feedback: a Solution or its directory, followed by its
     moments and gains. perturb: rad, by which each body is turned at the start about a random axis drawn by `seed`.
 
