@@ -65,8 +65,10 @@ void print_verdict(const Results& results, const std::string& folder) {
 }
 
 void print_certificate(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
-  for (const report::CertificateRow& row : report::certificate_rows(proof, problem))
+  for (const report::CertificateRow& row : report::certificate_rows(proof, problem)) {
+    if (!problem.goal && row.value == report::number(certificate::unset)) continue;  // a march is asked for less
     fmt::print("  {} {:<34} {:<22} {}\n", !row.holds ? " " : (*row.holds ? "✓" : "✗"), row.name, row.value, row.mark);
+  }
 }
 
 std::optional<maneuver::Scheme> scheme_named(const std::string& name) {
@@ -153,7 +155,7 @@ int simulate(const SimulateArguments& arguments) {
   file::write_files(arguments.out, {file::solution_file(results), file::trajectory_file(results),
                                     file::finished_file("report.html", report::report_html(results))});
   print_verdict(results, arguments.out);
-  if (results.solution.divided.steps > 0) fmt::print("  {}\n", results.solution.message);
+  print_wrapped(results.solution.message);
   return exit_code(results.solution.status);
 }
 

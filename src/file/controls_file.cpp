@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <Eigen/QR>
 
 #include "file/controls_header.hpp"
 #include "file/solution_file.hpp"
@@ -89,6 +90,9 @@ class TableParser {
   }
 
   void read_row(const std::vector<Cell>& cells) {
+    if (cells.size() == 1 && cells.front().text.find(';') != std::string_view::npos)
+      refuse(cells.front().column, "row", "semicolons between columns", "commas, and points in numbers",
+             "replace them");
     if (std::exchange(header_possible_, false) && !parsed(cells.front().text))
       read_header(cells);
     else
@@ -274,6 +278,38 @@ Reach reach_of_table(const ControlSamples& samples) {
       reach.between = std::max(reach.between, path.value(time).cwiseAbs().maxCoeff());
     }
   return reach;
+}
+
+namespace {
+
+// Of a moment on the parent with the joint at its zero angle.
+Vector3d beyond_axes(const ResolvedJoint& joint, const Vector3d& moment) {
+  if (joint.control_axes.empty()) return moment;
+  Eigen::MatrixXd axes(3, static_cast<Eigen::Index>(joint.control_axes.size()));
+  for (std::size_t a = 0; a < joint.control_axes.size(); ++a)
+    axes.col(static_cast<Eigen::Index>(a)) = joint.control_axes[a];
+  return moment - axes * axes.completeOrthogonalDecomposition().solve(moment);
+}
+
+}  // namespace
+
+std::string left_out(const ControlSamples& samples, const std::vector<ResolvedJoint>& joints) {
+  constexpr double worth_telling = 1e-6;  // of the largest moment
+  double largest = 0.0, most = 0.0, time = 0.0;
+  std::size_t joint = 0;
+  for (std::size_t r = 0; r < samples.control.size(); ++r)
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      const double beyond = beyond_axes(joints[j], samples.control[r][j]).norm();
+      largest = std::max(largest, samples.control[r][j].norm());
+      if (beyond <= most) continue;
+      most = beyond, time = samples.time[r], joint = j;
+    }
+  if (!(most > worth_telling * largest)) return "";
+  return fmt::format(
+      "Parts of the moments are nothing that their joints can exert, and were left out: at most {:.3g} N m of joint "
+      "{}, at "
+      "{:.3g} s. Moments are read in the parent's frame with the joint at its zero angle.",
+      most, joints[joint].name, time);
 }
 
 ControlSamples read_controls(const std::string& path, const Joints& joints) {

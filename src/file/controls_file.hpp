@@ -59,4 +59,8 @@ struct Reach {
 };
 Reach reach_of_table(const ControlSamples& samples);
 
+/// As a sentence: the largest part of a moment that its joint cannot exert and a march leaves out. Empty where there is none. Often
+/// these are moments of another frame, such as those that a solution shows of its universal joints.
+std::string left_out(const ControlSamples& samples, const std::vector<ResolvedJoint>& joints);
+
 }  // namespace lamprey::file

@@ -38,7 +38,7 @@ void require_followed(const Results& results, const std::string& path, const mod
   if (results.solution.time.empty()) refuse("/time", "no nodes", "those of a maneuver", "solve the maneuver again");
   if (results.solution.feedback.gain.empty())
     refuse("/feedback", "no gains", "those that lamprey solve stores with optimal maneuvers",
-           "solve the maneuver again");
+           "solve the maneuver again, with a longer search.time_limit where that has ended the search");
   const double end = results.solution.time.back();
   if (!(duration <= end * (1.0 + beyond)))
     refuse("/problem/duration", fmt::format("{} s, where the march takes {} s", end, duration),

@@ -222,6 +222,17 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   perturb(options, system, followed.get(), file.problem);
   Results results = begun_results(file, system, command);
   results.solution = march(options, system, file.problem, followed.get());
+  if (results.solution.tracking && results.solution.tracking->lost())
+    results.solution.message += fmt::format(
+        "{}The feedback had lost the plan, {:.2g} rad beside it at most: its gains answer smaller differences of "
+        "start, "
+        "swimmer "
+        "and scheme only, and more steps do not mend that.",
+        results.solution.message.ends_with('.') ? " " : ". ", results.solution.tracking->largest_rotation_error);
+  if (options.controls) {
+    const std::string missing = left_out(*options.controls, results.problem.joints);
+    results.solution.message += (missing.empty() ? "" : " ") + missing;
+  }
   const std::size_t nodes = results.solution.time.size();
   const bool ended = results.solution.status == maneuver::Status::simulated;
   if (!ended && nodes > 0) {  // the nodes reached are the result

@@ -88,7 +88,8 @@ void LimitTerms::set_level(double level, double barrier) {
   barrier_ = barrier;
   const double pulling = std::max(largest(), first_weight * first_level * base_);
   equality_weight_ = pulling * std::min(1.0 / level, bearable(heaviest));
-  multipliers_.weight = std::min(taken_off_ ? equality_weight_ : pulling / level, multipliers_.largest_weight);
+  const double kept = taken_off_ ? std::max(equality_weight_, multipliers_.weight) : pulling / level;
+  multipliers_.weight = std::min(kept, multipliers_.largest_weight);
 }
 
 void LimitTerms::renew(const MatrixXd& value, double cost) {
@@ -150,6 +151,7 @@ void LimitTerms::land(const MatrixXd& value) {
 void LimitTerms::take_off(const MatrixXd& value) {
   landed_ = false;
   taken_off_ = true;
+  multipliers_.weight = 0.0;
   multipliers_.value = estimate_ = before_landing_;
   begin_near(value, finest_level, finest_barrier);
 }

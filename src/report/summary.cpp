@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "certificate/clearance.hpp"
 #include "certificate/limit_check.hpp"
 #include "file/model_table.hpp"
 #include "file/resolve.hpp"
@@ -110,6 +111,9 @@ void append_tracking(const maneuver::Tracking& tracking, std::vector<std::pair<s
   rows.emplace_back("Off the plan at the end", off(tracking.rotation_error, tracking.position_error));
   rows.emplace_back("Off the plan at most", off(tracking.largest_rotation_error, tracking.largest_position_error));
   rows.emplace_back("Largest correction", number(tracking.largest_correction, 3) + " N m");
+  if (tracking.lost())
+    rows.emplace_back("Feedback",
+                      "has lost the plan: start, swimmer or scheme differ from it by more than gains answer");
 }
 
 }  // namespace
@@ -127,7 +131,8 @@ namespace {
 
 constexpr double unworked_mark = 0.1;  // of the largest energy, by which it may differ from the moments' work
 
-constexpr double unseen_mark = 0.1;  // of the work by a replay, that nodes do not show
+constexpr std::size_t most_bodies_placed = 100'000;  // at all nodes, between which a summary looks for overlaps
+constexpr double unseen_mark = 0.1;                  // of the work by a replay, that nodes do not show
 
 // What the nodes do not show of the work: moments that come and go within a step.
 std::string work_between_nodes(const std::optional<Certificate>& proof, double at_nodes) {
@@ -145,6 +150,22 @@ double energy_at(const model::System& system, const maneuver::Solution& solution
   return mechanics::energy(system, R, velocity);
 }
 
+// What a march, which knows of no limits, makes of them, and whether its bodies pass through each other.
+void append_obstacles(const model::System& system, const maneuver::Problem& problem, const file::Results& results,
+                      std::vector<std::pair<std::string, std::string>>& rows) {
+  const maneuver::Solution& solution = results.solution;
+  const certificate::StoredMotion motion(system, problem, solution);
+  if (solution.time.size() * static_cast<std::size_t>(system.body_count()) <= most_bodies_placed)
+    if (const auto gap = certificate::clearance(motion))
+      rows.emplace_back("Clearance", clearance_words(*gap, results.problem));
+  if (!problem.limits.any()) return;
+  const certificate::LimitCheck check = certificate::check_limits(motion);
+  rows.emplace_back("Limits", check.violation > certificate::limit_mark
+                                  ? certificate::violation_in_words({check.violation, check.key, check.time}) +
+                                        ": a march does not keep limits"
+                                  : "kept");
+}
+
 // Where a march went, and what became of its energy.
 void append_march(const file::Results& results, std::vector<std::pair<std::string, std::string>>& rows) {
   const maneuver::Solution& solution = results.solution;
@@ -154,7 +175,9 @@ void append_march(const file::Results& results, std::vector<std::pair<std::strin
   rows.emplace_back("Turn of " + results.problem.bodies.front().name,
                     vector(lie::log(solution.rotation.back()[0] * solution.rotation.front()[0].transpose())) +
                         " rad, less than half a turn");
-  const model::System system(file::problem_of(results).swimmer);
+  const maneuver::Problem problem = file::problem_of(results);
+  const model::System system(problem.swimmer);
+  append_obstacles(system, problem, results, rows);
   const double first = energy_at(system, solution, 0);
   double least = first, most = first, worked = 0.0, off = 0.0;
   for (std::size_t k = 1; k < nodes; ++k) {
@@ -170,7 +193,8 @@ void append_march(const file::Results& results, std::vector<std::pair<std::strin
   const bool moments_alone = std::all_of(joints.begin(), joints.end(), [](const file::ResolvedJoint& joint) {
     return joint.stiffness == 0.0 && joint.damping == 0.0;
   });
-  if (moments_alone && off > unworked_mark * most)
+  // between the nodes of another integrator's march nothing is known of the work
+  if (moments_alone && solution.marched_by.empty() && off > unworked_mark * most)
     rows.emplace_back("Energy balance",
                       fmt::format("off by up to {} J that no moment has worked: these steps do not resolve the motion, "
                                   "try --steps {}",

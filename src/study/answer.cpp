@@ -169,12 +169,18 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
   const bool resolved = unmet(problem, proof).empty() && fading(problem, solution).empty();
   if (resolved) return advice_where_met(problem, proof, solution);
   std::string words = "try ";
+  if (solution.status == Status::time_limit) words += "a longer search.time_limit, ";
   if (!fading(problem, solution).empty()) words += "a distance (goal.move), ";
   if (!far_turn(problem, solution).empty() || too_long_for_stages(problem, proof))
     words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
   if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
+  const maneuver::Limits& limits = problem.limits;
   const bool gait = problem.goal && problem.goal->periodic;
+  const bool slow = limits.torque || !limits.joint_torque.empty() || limits.torque_component ||
+                    !limits.joint_torque_component.empty() || limits.angular_velocity ||
+                    !limits.joint_angular_velocity.empty();  // what more time makes easier to keep
+  if (slow) words += problem.duration.free ? "a larger time.max, " : "a longer time.duration, ";
   if (broken && !gait) words += "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";
   if (problem.search.starts == 1) return words + "[search] starts = 8, another seed, or a nearer goal";
   return words + "more starts, another seed, or a nearer goal; check that control_axes can reach it";

@@ -18,6 +18,7 @@ using optimizer::Outcome;
 using optimizer::Termination;
 
 constexpr double goal_met = 1e-8;  // sum of what is missed
+constexpr double nothing = 1e-15;  // of the largest multiplier
 
 // What a row's multipliers are worth in the units of its limit, node by node, since rows may bend; densities belong to the time
 // of the first guess.
@@ -43,9 +44,10 @@ std::vector<LimitMultiplier> multipliers_of_limits(const model::System& system, 
                                                    double time_step) {
   std::vector<LimitMultiplier> result;
   if (found.limit_multipliers.value.size() == 0) return result;
+  const double least = nothing * found.limit_multipliers.value.lpNorm<Eigen::Infinity>();
   for (std::size_t r = 0; r < limits.size(); ++r) {
     const auto values = found.limit_multipliers.value.row(static_cast<Eigen::Index>(r));
-    if (values.isZero(0.0)) continue;
+    if (values.lpNorm<Eigen::Infinity>() <= least) continue;
     const LimitRow& row = limits[r];
     LimitMultiplier own{row.key, row.joint, row.body, row.other_body, row.component, row.upper(), {}};
     const Eigen::VectorXd price = prices(system, maneuver, row, rotation, time_step);

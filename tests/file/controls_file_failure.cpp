@@ -102,6 +102,31 @@ TEST(ControlsTable, a_header_that_cannot_be_meant_is_refused_at_its_column) {
   EXPECT_EQ(refused("t,a,b (N mm),c,d,e,f").rfind("u.csv:1:5: header: found moments in \"N mm\"; allowed: N m", 0), 0U);
 }
 
+TEST(ControlsTable, semicolons_are_told) {
+  EXPECT_EQ(refusal("t;x;y;z\n0;1;2;3\n", balls(1))
+                .rfind("u.csv:1:1: row: found semicolons between columns; allowed: commas", 0),
+            0U);
+}
+
+TEST(ControlsTable, parts_of_moments_that_joints_cannot_exert_are_told) {
+  std::vector<file::ResolvedJoint> joints(2);
+  joints[0].name = "fin";
+  joints[0].control_axes = {Eigen::Vector3d(0.0, 0.0, 2.0)};
+  joints[1].name = "wing";
+  joints[1].control_axes = {Eigen::Vector3d(1.0, 0.0, 0.0), Eigen::Vector3d(1.0, 1.0, 0.0)};
+  file::ControlSamples samples;
+  samples.time = {0.0, 0.5};
+  samples.control = {{{0.0, 0.0, 3.0}, {1.0, -2.0, 0.0}}, {{0.0, 0.0, 1.0}, {0.5, 0.0, 0.0}}};
+  EXPECT_EQ(file::left_out(samples, joints), "");
+  samples.control[1][1].z() = 0.25;
+  samples.control[0][0].x() = 0.1;
+  EXPECT_NE(file::left_out(samples, joints).find("at most 0.25 N m of joint wing, at 0.5 s"), std::string::npos)
+      << file::left_out(samples, joints);
+  joints[1].control_axes.clear();
+  EXPECT_NE(file::left_out(samples, joints).find("at most 2.24 N m of joint wing, at 0 s"), std::string::npos)
+      << file::left_out(samples, joints);
+}
+
 TEST(ControlsTable, what_is_wrong_is_told_with_line_and_column) {
   EXPECT_EQ(refusal("t,x,y,z\n0,1,2,3\n1,4,,6\n", balls(1)).rfind("u.csv:3:5: joint 0 moment 1: found \"\"", 0), 0U);
   EXPECT_EQ(refusal("0,1,2,3\n1,4, five,6\n", balls(1)).rfind("u.csv:2:6: joint 0 moment 1: found \"five\"", 0), 0U);

@@ -70,7 +70,7 @@ TEST(FollowedManeuver, says_in_one_line_what_does_not_fit_and_what_would) {
   EXPECT_EQ(told(folder.path(), tests::paper_chain(), 1.0),
             place +
                 "/feedback: found no gains; allowed: those that lamprey solve stores with optimal maneuvers; solve "
-                "the maneuver again");
+                "the maneuver again, with a longer search.time_limit where that has ended the search");
 }
 
 TEST(FeedbackReader, tells_the_place_of_a_wrong_shape) {

@@ -58,6 +58,16 @@ TEST_F(Advice, is_a_looser_tolerance_where_that_is_all_that_is_missed) {
   EXPECT_FALSE(tells("tolerance")) << message();
 }
 
+TEST_F(Advice, is_more_time_where_moments_or_rates_are_limited_or_the_search_was) {
+  proof_.goal_error = 0.1;
+  problem_.limits.torque = 3.0;
+  EXPECT_TRUE(tells("try a longer time.duration, ")) << message();
+  problem_.duration.free = true;
+  EXPECT_TRUE(tells("try a larger time.max, ")) << message();
+  solution_.status = maneuver::Status::time_limit;
+  EXPECT_TRUE(tells("try a longer search.time_limit, a larger time.max, ")) << message();
+}
+
 TEST_F(Advice, is_a_nearer_goal_where_it_is_missed) {
   proof_.goal_error = 0.1;
   EXPECT_TRUE(tells("try more starts, another seed, or a nearer goal; check that control_axes can reach it"))
