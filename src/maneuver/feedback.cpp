@@ -25,6 +25,8 @@ constexpr int most_gains = 1000;   // intervals between gains
 constexpr int reach_windows = 25;  // over which it is looked what moments can reach
 constexpr int least_window = 6;    // at least so many in each
 constexpr double reach_limit = 1e-10;
+constexpr int cycles_ahead =
+    4;  // that a gait's gains look at: more would weigh total momentum, which nothing takes away, without end
 constexpr double obeyed = 1e-7;  // rad, how near a step marched again ends to where it did
 
 // Change of the state at the end of a stage by that at its beginning and by the moments at both, which run linearly
@@ -260,6 +262,15 @@ MatrixXd reachable_deviations(const LinearStages& stages) {
   return basis.cols() == size ? MatrixXd(MatrixXd::Identity(size, size)) : basis;
 }
 
+// Deviations from a gait's last node as those from its first one, where the next cycle begins: world directions have turned.
+MatrixXd seen_by_the_next_cycle(const System& system, const Solution& solution) {
+  const int half = system.velocity_count();
+  const Matrix3d turn = solution.rotation.back()[0] * solution.rotation.front()[0].transpose();
+  MatrixXd map = MatrixXd::Identity(2 * half, 2 * half);
+  map.block<3, 3>(half - 3, half - 3) = map.block<3, 3>(2 * half - 3, 2 * half - 3) = turn.transpose();
+  return map;
+}
+
 // Effort of the motion, (N m)² s, and what turning a body of mean inertia by a radian in its duration takes.
 double effort_scale(const System& system, const Solution& solution) {
   const double duration = solution.time.back() - solution.time.front();
@@ -300,34 +311,43 @@ Feedback design_feedback(const System& system, const Problem& problem, const Sol
   const LinearStages stages = linear_stages(system, problem, solution, unit);
   const MatrixXd basis = reachable_deviations(stages);
   const int controls = system.control_count();
-  const optimizer::StageSizes sizes{stages.count() + 1, static_cast<int>(basis.cols()), controls, 0};
+  const int cycles = problem.goal && problem.goal->periodic ? cycles_ahead : 1, nodes = stages.count() + 1;
+  const optimizer::StageSizes sizes{cycles * nodes, static_cast<int>(basis.cols()), controls, 0};
   const double scale = effort_scale(system, solution);
   const double along = scale / (duration * weights.path * weights.path);
   const DeviationCost cost(system, problem);
+  const MatrixXd Q_end =
+      scale / (weights.end * weights.end) * basis.transpose() * cost.at_end(stages.state.back()) * basis;
+  const MatrixXd onwards = basis.transpose() * seen_by_the_next_cycle(system, solution) * basis;
   optimizer::StageModel model(sizes);
   std::vector<MatrixXd> late;  // B' of the stage before each node
-  for (int m = 0; m <= stages.count(); ++m) {
+  for (int n = 0; n < cycles * nodes; ++n) {
+    const int m = n % nodes;
+    const bool cycle_ends = m == stages.count() && n + 1 < cycles * nodes;
     const double weight = stages.weight[at(m)];
-    const MatrixXd Q = weight * along * basis.transpose() * cost.along(stages.state[at(m)]) * basis;
-    late.push_back(m == 0 ? MatrixXd::Zero(basis.cols(), controls)
-                          : MatrixXd(basis.transpose() * stages.tangent[at(m - 1)].B_next));
-    optimizer::Stage& stage = model.stage[at(m)];
+    MatrixXd Q = weight * along * basis.transpose() * cost.along(stages.state[at(m)]) * basis;
+    if (cycle_ends) Q += Q_end;
+    if (n < nodes)
+      late.push_back(m == 0 ? MatrixXd::Zero(basis.cols(), controls)
+                            : MatrixXd(basis.transpose() * stages.tangent[at(m - 1)].B_next));
+    optimizer::Stage& stage = model.stage[at(n)];
     stage.Q = Q;
-    stage.S = late.back().transpose() * Q;
-    stage.R = weight * MatrixXd::Identity(controls, controls) + late.back().transpose() * Q * late.back();
+    stage.S = late[at(m)].transpose() * Q;
+    stage.R = weight * MatrixXd::Identity(controls, controls) + late[at(m)].transpose() * Q * late[at(m)];
     stage.A.setIdentity();
     stage.B.setZero();
     if (m < stages.count()) {
       stage.A = basis.transpose() * stages.tangent[at(m)].A * basis;
       stage.B = basis.transpose() * stages.tangent[at(m)].B;
     }
-    stage.B += stage.A * late.back();
+    if (cycle_ends) stage.A = onwards;
+    stage.B += stage.A * late[at(m)];
   }
-  model.Q_end = scale / (weights.end * weights.end) * basis.transpose() * cost.at_end(stages.state.back()) * basis;
+  model.Q_end = Q_end;
   optimizer::Riccati riccati(sizes);
   if (!riccati.factor(model, 0.0, 0.0)) throw std::domain_error("the Riccati recursion does not stay positive");
   Feedback feedback;
-  for (int m = 0; m <= stages.count(); ++m) {
+  for (int m = 0; m < nodes; ++m) {                // of the first cycle
     const MatrixXd& answer = riccati.feedback(m);  // u = answer · y
     const MatrixXd gain = (MatrixXd::Identity(controls, controls) + answer * late[at(m)]).partialPivLu().solve(answer);
     feedback.time.push_back(solution.time[at(stages.node[at(m)])]);

@@ -130,6 +130,10 @@ TEST(FollowedGait, goes_on_for_several_cycles) {
     EXPECT_GT((marched.position.back() - marched.position.front()).norm(), 2.5 * shift.norm());
     EXPECT_EQ(lamprey(folder, "verify " + (folder / "run")).exit_code, 0) << how;
   }
+  // where cycles meet, gains know of the next one
+  const Eigen::MatrixXd &first = gait.feedback.gain.front(), &last = gait.feedback.gain.back();
+  const Eigen::Index own = first.cols() / 2 - 3;  // turns; what follows is of the world, which has turned
+  EXPECT_LE((last.leftCols(own) - first.leftCols(own)).norm(), 0.4 * first.leftCols(own).norm());
   // off the plan only gains that turn with the swimmer lead back to it
   ASSERT_EQ(lamprey(folder, march + "--perturb 1e-3 --reference --feedback " + (folder / "solved")).exit_code, 0);
   EXPECT_LE(file::read_solution(folder / "run").solution.tracking->largest_rotation_error, 0.05);
