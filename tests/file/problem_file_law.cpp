@@ -173,6 +173,13 @@ TEST(ProblemFile, a_file_with_byte_order_mark_and_carriage_returns_reads_the_sam
   EXPECT_EQ(file.positions.at("fluid.density").line, 7);
 }
 
+TEST(ProblemFile, a_free_turn_may_be_written_or_left_out) {
+  std::string text = tests::bytes_of(tests::folder_of_tests() + "valid.toml");
+  const std::string turn = "turn = [0.0, 0.0, 0.5]";
+  text.replace(text.find(turn), turn.size(), "turn = \"free\"");
+  EXPECT_FALSE(file::parse_problem(text, "x").problem.goal->turn);
+}
+
 TEST(ProblemFile, a_chain_of_a_thousand_bodies_is_read_whatever_the_order_of_its_joints) {
   std::string text = "schema = 1\n[fluid]\ndensity = 1\n[time]\nduration = 1\nsteps = 1\n";
   for (int i = 0; i < 1000; ++i) text += "[[body]]\nname = \"b" + std::to_string(i) + "\"\nsemi_axes = [1, 1, 1]\n";
