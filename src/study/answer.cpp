@@ -181,6 +181,7 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
                     !limits.joint_torque_component.empty() || limits.angular_velocity ||
                     !limits.joint_angular_velocity.empty();  // what more time makes easier to keep
   if (slow) words += problem.duration.free ? "a larger time.max, " : "a longer time.duration, ";
+  if (!problem.waypoints.empty()) words += "waypoints farther apart in time, or fewer, ";
   if (broken && !gait) words += "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";
   if (problem.search.starts == 1) return words + "[search] starts = 8, another seed, or a nearer goal";
   return words + "more starts, another seed, or a nearer goal; check that control_axes can reach it";

@@ -62,6 +62,8 @@ TEST_F(Advice, is_more_time_where_moments_or_rates_are_limited_or_the_search_was
   proof_.goal_error = 0.1;
   problem_.limits.torque = 3.0;
   EXPECT_TRUE(tells("try a longer time.duration, ")) << message();
+  problem_.waypoints.resize(2);
+  EXPECT_TRUE(tells("try a longer time.duration, waypoints farther apart in time, or fewer, ")) << message();
   problem_.duration.free = true;
   EXPECT_TRUE(tells("try a larger time.max, ")) << message();
   solution_.status = maneuver::Status::time_limit;
