@@ -137,14 +137,14 @@ void describe_others(CLI::App& app, Arguments& arguments) {
       ->needs("--peers");
 }
 
-// Says what a first word that is no command could mean; false where it is one, or an option.
-bool refuse_unknown_command(const CLI::App& app, int count, char** words) {
+// Says what a first word that is no command could mean; done where it is one, or an option.
+int refuse_unknown_command(const CLI::App& app, int count, char** words) {
   std::vector<std::string> commands;
   for (const CLI::App* command : app.get_subcommands(nullptr)) commands.push_back(command->get_name());
-  if (count < 2 || words[1][0] == '-' || std::count(commands.begin(), commands.end(), words[1]) > 0) return false;
+  if (count < 2 || words[1][0] == '-' || std::count(commands.begin(), commands.end(), words[1]) > 0) return done;
   fmt::print(stderr, "lamprey: found \"{}\"; allowed: {}; did you mean \"{}\"?\n", words[1], fmt::join(commands, ", "),
              lamprey::file::nearest(words[1], commands));
-  return true;
+  return usage;
 }
 
 int dispatch(const CLI::App& app, const Arguments& arguments, const std::string& program) {
@@ -172,7 +172,7 @@ int main(int count, char** words) {
   describe_solve(app, arguments);
   describe_simulate(app, arguments);
   describe_others(app, arguments);
-  if (refuse_unknown_command(app, count, words)) return usage;
+  if (const int refused = guarded([&] { return refuse_unknown_command(app, count, words); })) return refused;
   try {
     app.parse(count, words);
   } catch (const CLI::ParseError& error) {
