@@ -148,20 +148,16 @@ int refuse_unknown_command(const CLI::App& app, int count, char** words) {
 }
 
 int dispatch(const CLI::App& app, const Arguments& arguments, const std::string& program) {
-  return guarded([&] {
-    if (app.got_subcommand("solve")) return solve(arguments.solve);
-    if (app.got_subcommand("simulate")) return simulate(arguments.simulate);
-    if (app.got_subcommand("check")) return check(arguments.problem);
-    if (app.got_subcommand("verify")) return verify(arguments.folder);
-    if (app.got_subcommand("report")) return report(arguments.folders);
-    if (app.got_subcommand("inertia")) return inertia(arguments.semi_axes, arguments.density, arguments.json);
-    return run_bench(program, arguments.peers, arguments.quick);
-  });
+  if (app.got_subcommand("solve")) return solve(arguments.solve);
+  if (app.got_subcommand("simulate")) return simulate(arguments.simulate);
+  if (app.got_subcommand("check")) return check(arguments.problem);
+  if (app.got_subcommand("verify")) return verify(arguments.folder);
+  if (app.got_subcommand("report")) return report(arguments.folders);
+  if (app.got_subcommand("inertia")) return inertia(arguments.semi_axes, arguments.density, arguments.json);
+  return run_bench(program, arguments.peers, arguments.quick);
 }
 
-}  // namespace
-
-int main(int count, char** words) {
+int run(int count, char** words) {
   CLI::App app("Lamprey: maneuvers of jointed rigid bodies in a perfect fluid");
   app.set_version_flag("--version", version_line());
   app.require_subcommand(1);
@@ -172,7 +168,7 @@ int main(int count, char** words) {
   describe_solve(app, arguments);
   describe_simulate(app, arguments);
   describe_others(app, arguments);
-  if (const int refused = guarded([&] { return refuse_unknown_command(app, count, words); })) return refused;
+  if (const int refused = refuse_unknown_command(app, count, words)) return refused;
   try {
     app.parse(count, words);
   } catch (const CLI::ParseError& error) {
@@ -181,4 +177,10 @@ int main(int count, char** words) {
   arguments.solve.command = arguments.simulate.command = typed(count, words);
   watch_for_interrupt();
   return dispatch(app, arguments, words[0]);
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  return guarded([&] { return run(count, words); });
 }
