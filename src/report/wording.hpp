@@ -11,7 +11,7 @@ namespace lamprey::report {
 /// `digits` significant digits, as 243152.7 or 3.1×10⁻¹²; "not computed" for NaN.
 std::string number(double value, int digits = 6);
 
-/// "(1, 2.5, 0)".
+/// "(1, 2.5, 0)"; what is round-off of the largest entry is 0.
 std::string vector(const Eigen::Vector3d& value, int digits = 6);
 
 /// "diag(1, 2, 3)" or, when not diagonal, "[a, b, c; d, e, f; g, h, i]".

@@ -161,6 +161,11 @@ TEST(MomentumLines, hold_the_total_to_the_bodies_own) {
   EXPECT_TRUE(zero());
 }
 
+TEST(Wording, leaves_round_off_out_of_vectors) {
+  EXPECT_EQ(report::vector({0.25, -3e-17, 1e-13}), "(0.25, 0, 10⁻¹³)");
+  EXPECT_EQ(report::vector({0.0, 0.0, -2e-20}), "(0, 0, −2×10⁻²⁰)");
+}
+
 TEST(Wording, writes_numbers_for_people) {
   EXPECT_EQ(report::number(0.0), "0");
   EXPECT_EQ(report::number(3.14159265, 3), "3.14");
