@@ -145,8 +145,10 @@ class NewtonMethod : public Method {
   Found carry(const Found& from, int steps) override {
     if (!from.path.polynomial.empty()) return carry_on_composed(from, steps);
     optimizer::Options within = options(fine_tolerance);
-    within.max_iterations = carried_iterations;
-    within.patience = 1;
+    if (limits_.empty()) {  // else rounds within limits have their own numbers
+      within.max_iterations = carried_iterations;
+      within.patience = 1;
+    }
     return carry_on(from, steps, within);
   }
   bool carries_cheaply() const override { return true; }
