@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <iomanip>
-#include <sstream>
-#include <string_view>
 #include <tuple>
 
 #include "certificate/certificate.hpp"
@@ -330,22 +327,6 @@ LimitCheck check_limits(const StoredMotion& motion) {
   }
   if (largest > 0.0) check.negative /= largest;
   return check;
-}
-
-std::string violation_in_words(const LimitsKept& kept) {
-  const std::string& key = kept.key;
-  const auto of = [&](std::initializer_list<std::string_view> starts) {
-    return std::any_of(starts.begin(), starts.end(), [&](std::string_view start) { return key.starts_with(start); });
-  };
-  const char* unit = of({"limits.torque", "limits.angular_velocity"})                 ? " times its bound"
-                     : of({"limits.clearance", "limits.sphere", "limits.half_space"}) ? " m"
-                     : of({"limits."})                                                ? " rad"
-                     : of({"time."})                                                  ? " s"
-                                                                                      : " (rad or m)";
-  std::ostringstream text;
-  text << key << " is broken by " << std::setprecision(2) << kept.violation << unit << " at " << std::setprecision(3)
-       << kept.time << " s";
-  return text.str();
 }
 
 LimitPulls limit_pulls(const StoredMotion& motion) {

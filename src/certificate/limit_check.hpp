@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "certificate/certificate.hpp"
 #include "certificate/stored_motion.hpp"
 
 namespace lamprey::certificate {
@@ -47,9 +46,6 @@ struct LimitCheck {
 };
 
 LimitCheck check_limits(const StoredMotion& motion);
-
-/// "limits.angle.fin is broken by 0.02 rad at 0.4 s", with the unit that the key's limit has.
-std::string violation_in_words(const LimitsKept& kept);
 
 /// Gradient of Σ multiplier · time · margin by what the margins look at.
 struct LimitPulls {

@@ -306,9 +306,8 @@ std::string left_out(const ControlSamples& samples, const std::vector<ResolvedJo
     }
   if (!(most > worth_telling * largest)) return "";
   return fmt::format(
-      "Parts of the moments are nothing that their joints can exert, and were left out: at most {:.3g} N m of joint "
-      "{}, at "
-      "{:.3g} s. Moments are read in the parent's frame with the joint at its zero angle.",
+      "Parts of the moments are nothing that their joints can exert, and were left out: at most {:.3g} N m of "
+      "joint {}, at {:.3g} s. Moments are read in the parent's frame with the joint at its zero angle.",
       most, joints[joint].name, time);
 }
 

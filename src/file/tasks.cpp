@@ -224,10 +224,8 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   results.solution = march(options, system, file.problem, followed.get());
   if (results.solution.tracking && results.solution.tracking->lost())
     results.solution.message += fmt::format(
-        "{}The feedback had lost the plan, {:.2g} rad beside it at most: its gains answer smaller differences of "
-        "start, "
-        "swimmer "
-        "and scheme only, and more steps do not mend that.",
+        "{}The feedback had lost the plan, {:.2g} rad beside it at most: its gains answer smaller differences "
+        "of start, swimmer and scheme only, and more steps do not mend that.",
         results.solution.message.ends_with('.') ? " " : ". ", results.solution.tracking->largest_rotation_error);
   if (options.controls) {
     const std::string missing = left_out(*options.controls, results.problem.joints);

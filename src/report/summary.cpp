@@ -9,6 +9,7 @@
 
 #include "certificate/clearance.hpp"
 #include "certificate/limit_check.hpp"
+#include "certificate/limit_words.hpp"
 #include "file/model_table.hpp"
 #include "file/resolve.hpp"
 #include "file/words.hpp"
@@ -161,7 +162,7 @@ void append_obstacles(const model::System& system, const maneuver::Problem& prob
   if (!problem.limits.any()) return;
   const certificate::LimitCheck check = certificate::check_limits(motion);
   rows.emplace_back("Limits", check.violation > certificate::limit_mark
-                                  ? certificate::violation_in_words({check.violation, check.key, check.time}) +
+                                  ? certificate::violation_in_words(check.key, check.violation, check.time) +
                                         ": a march does not keep limits"
                                   : "kept");
 }
@@ -228,7 +229,8 @@ std::string verdict(const file::Results& results) {
   }
   if (results.solution.status == Status::infeasible) {  // what else holds of it helps nobody
     if (proof.limits && proof.limits->violation > certificate::limit_mark)
-      return words + ": " + violation_in_words(*proof.limits);
+      return words + ": " +
+             certificate::violation_in_words(proof.limits->key, proof.limits->violation, proof.limits->time);
     return parts.empty() ? words : words + ": " + parts.front();
   }
   const bool rests = results.problem.goal && results.problem.goal->rest;

@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "certificate/certify.hpp"
-#include "certificate/limit_check.hpp"
+#include "certificate/limit_words.hpp"
 #include "integrator/scheme.hpp"
 #include "maneuver/feedback.hpp"
 #include "study/found.hpp"
@@ -23,6 +23,7 @@ using certificate::complementarity_mark;
 using certificate::goal_mark;
 using certificate::limit_mark;
 using certificate::rest_mark;
+using certificate::violation_in_words;
 using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
@@ -73,7 +74,8 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
            number(proof.equation_residual) + " of the momentum's scale, goal by " + number(proof.goal_error) +
            " rad or m)";
   if (!(proof.goal_error <= goal_mark)) return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
-  if (proof.limits && !(proof.limits->violation <= limit_mark)) return violation_in_words(*proof.limits);
+  if (proof.limits && !(proof.limits->violation <= limit_mark))
+    return violation_in_words(proof.limits->key, proof.limits->violation, proof.limits->time);
   if (problem.goal && problem.goal->rest && !(proof.rest_error <= rest_mark))
     return "the end is not at rest: momentum " + number(proof.rest_error) + " of its scale is left";
   return "";
@@ -301,6 +303,22 @@ struct Certified {
   Answer answer;
 };
 
+// Why motions that cost less than the answer are not the answer.
+std::string cheaper_ones(const Problem& problem, const std::vector<Certified>& found, const Solution& best) {
+  std::string words;
+  for (const auto& [candidate, other] : found) {
+    if (!(other.solution.cost < best.cost - cheaper_share * std::abs(best.cost))) continue;
+    const std::string cheaper = " A cheaper motion (cost " + number(other.solution.cost, 6) + ") ";
+    const std::string coarse = unresolved(problem, other);
+    if (other.solution.status == Status::optimal && !coarse.empty())
+      words += cheaper + "was set aside: " + coarse + ", so these steps are too coarse for it.";
+    if (other.solution.status == Status::feasible && best.status == Status::optimal &&
+        unmet(problem, other.certificate).empty())
+      words += cheaper + "meets all that is asked, too, but " + unsettled(problem, other.certificate) + ".";
+  }
+  return words;
+}
+
 // What second derivatives say of the answer.
 void add_curvature(const model::System& system, const Problem& problem, Parts& parts, Answer& best) {
   if (!parts.begins("whether it is a minimum")) return;
@@ -429,6 +447,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   Answer best = chosen->answer;
   const bool optimal = best.solution.status == Status::optimal;
   if (optimal) add_curvature(system, problem, parts, best);
+  if (optimal) add_feedback(system, problem, parts, best);  // before what may take long
   if (optimal && candidates.cost_on_grid) {
     const auto cost_on_grid = [&](int steps) {
       parts.progress("on a grid of " + std::to_string(steps) + " steps");
@@ -436,17 +455,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     };
     add_refinement(problem, cost_on_grid, parts, best);
   }
-  for (const auto& [candidate, other] : found) {
-    const std::string why = unresolved(problem, other);
-    if (other.solution.status == Status::optimal && !why.empty() && other.solution.cost < best.solution.cost)
-      best.solution.message += " A cheaper motion (cost " + number(other.solution.cost, 6) + ") was set aside: " + why +
-                               ", so these steps are too coarse for it.";
-    const bool cheaper = other.solution.cost < best.solution.cost - cheaper_share * std::abs(best.solution.cost);
-    if (optimal && cheaper && other.solution.status == Status::feasible && unmet(problem, other.certificate).empty())
-      best.solution.message += " A cheaper motion (cost " + number(other.solution.cost, 6) +
-                               ") meets all that is asked, too, but " + unsettled(problem, other.certificate) + ".";
-  }
-  if (optimal) add_feedback(system, problem, parts, best);
+  best.solution.message += cheaper_ones(problem, found, best.solution);
   if (optimal) best.solution.message += coarseness(problem, best) + unseen_work(best);
   parts.tell(candidates.unsearched, best.solution);
   best.solution.solver.total_wall_seconds = parts.seconds();

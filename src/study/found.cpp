@@ -151,7 +151,8 @@ Found found_in(const model::System& system, const Maneuver& maneuver, const std:
           prices(system, maneuver, limits[r], solution.rotation, found.duration / maneuver.steps);
       for (Eigen::Index k = 0; k < nodes; ++k) {
         const double multiplier = own.multiplier[static_cast<std::size_t>(k)];
-        if (multiplier != 0.0) found.limit_multipliers.value(static_cast<Eigen::Index>(r), k) = multiplier / price[k];
+        if (multiplier != 0.0 && price[k] > 0.0)
+          found.limit_multipliers.value(static_cast<Eigen::Index>(r), k) = multiplier / price[k];
       }
       break;
     }

@@ -10,7 +10,9 @@ namespace lamprey::tests {
 namespace {
 
 maneuver::Problem hard(const std::string& name) {
-  return file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/" + name + ".toml");
+  maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/" + name + ".toml");
+  problem.search.time_limit.reset();
+  return problem;
 }
 
 maneuver::Problem eel_within_limits() { return hard("eel_within_limits"); }
