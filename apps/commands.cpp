@@ -3,17 +3,18 @@
 #include <fmt/core.h>
 
 #include <cstdio>
-#include <sstream>
 #include <thread>
 
 #include "certificate/claims.hpp"
 #include "file/controls_file.hpp"
 #include "file/io_error.hpp"
+#include "file/model_remarks.hpp"
 #include "file/model_table.hpp"
 #include "file/problem_file.hpp"
 #include "file/resolve.hpp"
 #include "file/solution_file.hpp"
 #include "file/tasks.hpp"
+#include "file/text_table.hpp"
 #include "file/trajectory_file.hpp"
 #include "file/words.hpp"
 #include "interrupt.hpp"
@@ -41,27 +42,18 @@ int exit_code(Status status) {
   }
 }
 
-// Words in lines of a page's width, beneath each other.
-void print_wrapped(const std::string& words) {
-  constexpr std::size_t width = 110;
-  std::string line;
-  std::istringstream text(words);
-  for (std::string word; text >> word;) {
-    if (!line.empty() && line.size() + 1 + word.size() > width) {
-      fmt::print("  {}\n", line);
-      line.clear();
-    }
-    line += (line.empty() ? "" : " ") + word;
-  }
-  if (!line.empty()) fmt::print("  {}\n", line);
-}
-
 void print_verdict(const Results& results, const std::string& folder) {
   fmt::print("{}\n  {}\n", results.name, report::verdict(results));
-  if (results.solution.status != Status::simulated) print_wrapped(results.solution.message);
+  if (results.solution.status != Status::simulated) fmt::print("{}", file::wrapped(results.solution.message));
   for (const std::string& line : report::momentum_lines(results)) fmt::print("  {}\n", line);
   for (const auto& [name, value] : report::facts(results)) fmt::print("  {:<28} {}\n", name, value);
   fmt::print("  {:<28} {}/report.html\n", "report", folder);
+}
+
+// What is seldom meant, before time is spent on it.
+void tell_remarks(const file::ProblemFile& problem_file) {
+  for (const std::string& remark : file::model_remarks(problem_file.problem, file::system_of(problem_file)))
+    fmt::print(stderr, "lamprey: {}\n", remark);
 }
 
 void print_certificate(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
@@ -114,6 +106,7 @@ int solve(const SolveArguments& arguments) {
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
   options.interrupted = interrupted;
   file::require_writable(arguments.out);  // before the work, not after it
+  tell_remarks(problem_file);
   const Results results = file::solve_task(problem_file, options, arguments.command);
   file::write_files(arguments.out, {file::solution_file(results), file::trajectory_file(results),
                                     file::finished_file("report.html", report::report_html(results))});
@@ -147,6 +140,7 @@ int simulate(const SimulateArguments& arguments) {
     options.followed_path = arguments.feedback + "/solution.json";
   }
   file::require_writable(arguments.out);
+  tell_remarks(problem_file);
   const Results results = file::march_task(problem_file, options, arguments.command);
   if (results.solution.status == Status::stalled) {
     fmt::print(stderr, "lamprey: {}\n", results.solution.message);
@@ -155,7 +149,7 @@ int simulate(const SimulateArguments& arguments) {
   file::write_files(arguments.out, {file::solution_file(results), file::trajectory_file(results),
                                     file::finished_file("report.html", report::report_html(results))});
   print_verdict(results, arguments.out);
-  print_wrapped(results.solution.message);
+  fmt::print("{}", file::wrapped(results.solution.message));
   return exit_code(results.solution.status);
 }
 

@@ -79,7 +79,8 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
   CLI::Option* controls = simulate->add_option(
       "--controls", arguments.simulate.controls,
       "solution.json, or CSV: t, then 3 columns for each joint: N m on the parent, in the parent's frame with "
-      "the joint at its zero angle; what the joint cannot exert is left out");
+      "the joint at its zero angle; what the joint cannot exert is left out. A header names joints in any order: "
+      "\"fin x\", or a hinge's name alone for its moment along its axis");
   simulate
       ->add_option(
           "--interpolation", arguments.simulate.interpolation,

@@ -58,9 +58,7 @@ std::vector<Cell> cells_of(std::string_view line) {
 class TableParser {
  public:
   TableParser(const std::string& path, const Joints& joints)
-      : path_(path), joints_(joints), columns_(1 + 3 * joints.size()) {
-    for (std::size_t n = 1; n < columns_; ++n) component_.push_back(n - 1);
-  }
+      : path_(path), joints_(joints), columns_(columns_in_order(joints)) {}
 
   ControlSamples parse(std::string_view text) {
     if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
@@ -86,7 +84,7 @@ class TableParser {
 
   std::string column_name(std::size_t column) const {
     if (column == 0) return "t";
-    return fmt::format("joint {} moment {}", component_[column - 1] / 3, component_[column - 1] % 3);
+    return fmt::format("moment of {}", joints_[columns_[column - 1].joint].name);
   }
 
   void read_row(const std::vector<Cell>& cells) {
@@ -100,9 +98,11 @@ class TableParser {
   }
 
   void require_columns(const std::vector<Cell>& cells, const std::string& key) const {
-    if (cells.size() != columns_)
-      refuse(1, key, fmt::format("{} columns", cells.size()), fmt::format("{}: t, then 3 for each joint", columns_),
-             "add or remove columns");
+    if (cells.size() == 1 + columns_.size()) return;
+    refuse(1, key, fmt::format("{} columns", cells.size()),
+           fmt::format("{}: t, then {}", 1 + columns_.size(), named_ ? "those of the header" : "3 for each joint"),
+           named_ ? "add or remove columns"
+                  : "add or remove columns, or name them in a header, where hinges need one column only");
   }
 
   void read_header(const std::vector<Cell>& cells) {
@@ -111,9 +111,10 @@ class TableParser {
     const ControlsHeader header = read_controls_header(names, joints_);
     if (const auto& fault = header.fault)
       refuse(cells[fault->cell].column, "header", fault->found, fault->allowed, fault->cure);
+    columns_ = header.columns;
+    named_ = header.named;
     require_columns(cells, "header");
-    component_ = header.component;
-    if (!header.named)
+    if (!named_)
       samples_.remark = fmt::format("the header of {} names no joints of this problem: its columns are taken as {}",
                                     path_, controls_header_in_order(joints_));
   }
@@ -133,16 +134,15 @@ class TableParser {
              "sort the rows and remove repeated times");
     samples_.time.push_back(numbers[0]);
     samples_.control.emplace_back(joints_.size());
-    for (std::size_t n = 1; n < numbers.size(); ++n) {
-      const std::size_t component = component_[n - 1];
-      samples_.control.back()[component / 3][static_cast<Eigen::Index>(component % 3)] = numbers[n];
-    }
+    for (Vector3d& moment : samples_.control.back()) moment.setZero();
+    for (std::size_t n = 1; n < numbers.size(); ++n)
+      samples_.control.back()[columns_[n - 1].joint] += numbers[n] * columns_[n - 1].direction;
   }
 
   const std::string& path_;
   const Joints& joints_;
-  std::size_t columns_;
-  std::vector<std::size_t> component_;  // [columns − 1] 3 × joint + axis
+  std::vector<ControlsColumn> columns_;  // after the first
+  bool named_ = false;                   // by a header
   int line_ = 0;
   bool header_possible_ = true;
   ControlSamples samples_;

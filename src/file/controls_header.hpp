@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "model/description.hpp"
 
 namespace lamprey::file {
@@ -17,15 +19,24 @@ struct HeaderFault {
   std::string found, allowed, cure;
 };
 
+/// What a column after the first holds: so much along a direction of a joint's moment.
+struct ControlsColumn {
+  std::size_t joint;
+  Eigen::Vector3d direction;  // unit, parent's frame with the joint at its zero angle
+};
+
 struct ControlsHeader {
-  /// [columns − 1] which component each column after the first holds: 3 × joint + 0, 1, 2 for x, y, z.
-  std::vector<std::size_t> component;
-  bool named = false;  // by the header; otherwise in the joints' order
+  std::vector<ControlsColumn> columns;  // [columns − 1]
+  bool named = false;                   // by the header; otherwise x, y, z of each joint in the joints' order
   std::optional<HeaderFault> fault;
 };
 
+/// x, y, z of each joint in their order.
+std::vector<ControlsColumn> columns_in_order(const std::vector<model::JointDescription>& joints);
+
 /// Columns by name where the header has names: "front x", "front.x" or "front_x", with the unit "(N m)" behind it or none, in
-/// any order; of a single joint "x" is enough. A header in which no cell names a joint leaves columns in the joints' order.
+/// any order; a hinge's name alone is its moment along its axis, in the place of its x, y and z; of a single joint "x" is
+/// enough. A header in which no cell names a joint leaves columns in the joints' order.
 ControlsHeader read_controls_header(const std::vector<std::string_view>& cells,
                                     const std::vector<model::JointDescription>& joints);
 

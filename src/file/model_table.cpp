@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "file/model_remarks.hpp"
 #include "file/text_table.hpp"
 #include "file/words.hpp"
 #include "fluid/ellipsoid.hpp"
@@ -22,6 +23,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using maneuver::Problem;
+using model::at;
 using model::Body;
 using model::Joint;
 using model::System;
@@ -68,13 +70,27 @@ void add_matrix(TextTable& table, const std::string& label, const Matrix3d& m, c
   }
 }
 
+// Whether two bodies have the same inertia, from the same keys.
+bool alike(const Problem& problem, const System& system, int i, int j) {
+  const Body &a = system.body(i), &b = system.body(j);
+  const auto &first = problem.swimmer.bodies[at(i)], &second = problem.swimmer.bodies[at(j)];
+  return a.mass == b.mass && a.body_inertia == b.body_inertia && a.mass_matrix == b.mass_matrix &&
+         a.inertia_matrix == b.inertia_matrix && a.coupling_matrix == b.coupling_matrix &&
+         first.mass_matrix.has_value() == second.mass_matrix.has_value() &&
+         first.body_inertia.has_value() == second.body_inertia.has_value() &&
+         first.inertia_matrix.has_value() == second.inertia_matrix.has_value();
+}
+
 std::string inertia_section(const Problem& problem, const System& system) {
   TextTable table("lrrrl");
   table.add_row({"", "1", "2", "3"});
-  for (int i = 0; i < system.body_count(); ++i) {
+  for (int i = 0; i < system.body_count();) {
     const Body& body = system.body(i);
     const auto& described = problem.swimmer.bodies[static_cast<std::size_t>(i)];
-    table.add_row({printable(body.name)});
+    const int first = i;
+    for (++i; i < system.body_count() && alike(problem, system, first, i);) ++i;
+    table.add_row(
+        {first + 1 == i ? printable(body.name) : printable(body.name) + " … " + printable(system.body(i - 1).name)});
     add_matrix(table, "  added mass", body.mass_matrix - body.mass * Matrix3d::Identity(), "kg");
     add_matrix(table, described.mass_matrix ? "  M, as given" : "  M = mass + added", body.mass_matrix, "kg");
     add_matrix(table, described.body_inertia ? "  body inertia, as given" : "  body inertia, homogeneous",
@@ -306,6 +322,12 @@ std::string task_section(const Problem& problem) {
   return "\nTask\n" + table.text();
 }
 
+std::string remarks_section(const Problem& problem, const System& system) {
+  std::string text;
+  for (const std::string& remark : model_remarks(problem, system)) text += wrapped(remark);
+  return text.empty() ? "" : "\nWorth a second look\n" + text;
+}
+
 fluid::EllipsoidInertia checked_inertia(const Vector3d& semi_axes, double density) {
   fluid::EllipsoidInertia inertia;
   try {
@@ -337,7 +359,7 @@ std::string cost_words(double effort, double time_weight, const maneuver::CostWe
 
 std::string model_table(const Problem& problem, const System& system) {
   return heading(problem, system) + bodies_section(system) + inertia_section(problem, system) + joints_section(system) +
-         neighbours_section(problem, system) + task_section(problem);
+         neighbours_section(problem, system) + task_section(problem) + remarks_section(problem, system);
 }
 
 std::string inertia_table(const Vector3d& semi_axes, double density) {

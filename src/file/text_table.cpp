@@ -1,6 +1,7 @@
 #include "file/text_table.hpp"
 
 #include <algorithm>
+#include <sstream>
 #include <utility>
 
 #include <fmt/format.h>
@@ -36,6 +37,20 @@ std::string TextTable::text() const {
     result += line + "\n";
   }
   return result;
+}
+
+std::string wrapped(const std::string& words) {
+  constexpr std::size_t widest = 110;
+  std::string result, line;
+  std::istringstream text(words);
+  for (std::string word; text >> word;) {
+    if (!line.empty() && line.size() + 1 + word.size() > widest) {
+      result += "  " + line + "\n";
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + word;
+  }
+  return line.empty() ? result : result + "  " + line + "\n";
 }
 
 std::string short_number(double value) { return fmt::format("{:.6g}", value == 0.0 ? 0.0 : value); }

@@ -21,6 +21,9 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
+/// Words in lines of at most 110 bytes, each indented by two spaces and ending with a line break.
+std::string wrapped(const std::string& words);
+
 /// Six significant digits, as short as they allow.
 std::string short_number(double value);
 

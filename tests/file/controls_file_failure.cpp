@@ -1,3 +1,5 @@
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include "file/controls_file.hpp"
@@ -73,6 +75,36 @@ TEST(ControlsTable, a_header_that_names_joints_says_whose_each_column_is) {
   EXPECT_EQ(single.control[0][0], Eigen::Vector3d(2.0, 3.0, 1.0));
 }
 
+TEST(ControlsTable, a_hinge_by_its_name_alone_is_its_moment_along_its_axis) {
+  file::Joints joints = named({"elbow", "elbow2", "tail"});
+  joints[0].kind = joints[1].kind = model::JointKind::hinge;
+  joints[0].axis = {0.0, 0.0, 2.0};
+  joints[0].reference_rotation = {0.5 * std::numbers::pi, 0.0, 0.0};
+  joints[1].axis = {0.0, 1.0, 0.0};
+  const std::string rows = "\n0,1,2,3,4,5\n1,6,7,8,9,10\n";
+  const auto samples = parse_controls("t,tail z,elbow2 (N m),elbow,tail x,tail y" + rows, "u.csv", joints);
+  EXPECT_LE((samples.control[0][0] - Eigen::Vector3d(0.0, -3.0, 0.0)).norm(), 1e-15)
+      << "the axis in the parent's frame";
+  EXPECT_EQ(samples.control[0][1], Eigen::Vector3d(0.0, 2.0, 0.0));
+  EXPECT_EQ(samples.control[1][2], Eigen::Vector3d(9.0, 10.0, 6.0));
+  EXPECT_EQ(samples.remark, "");
+  EXPECT_EQ(refusal("t,tail,tail y,tail z,elbow,elbow2" + rows, joints).rfind("u.csv:1:3: header: found \"tail\"", 0),
+            0U)
+      << "no hinge";
+  EXPECT_EQ(refusal("t,elbow,elbow x,elbow2,tail x,tail y" + rows, joints)
+                .rfind("u.csv:1:9: header: found \"elbow x\" beside another column of that hinge", 0),
+            0U);
+  EXPECT_EQ(
+      refusal("t,elbow,tail x,tail y,tail z" + rows, joints)
+          .rfind("u.csv:1:1: header: found no column \"elbow2 x\"; allowed: each joint's x, y and z once, or of a "
+                 "hinge its name alone",
+                 0),
+      0U);
+  EXPECT_EQ(refusal("t,elbow,elbow2,tail x,tail y,tail z\n0,1,2,3,4,5\n1,2\n", joints)
+                .rfind("u.csv:3:1: row: found 2 columns; allowed: 6: t, then those of the header", 0),
+            0U);
+}
+
 TEST(ControlsTable, a_header_of_other_names_is_remarked_on) {
   const std::string rows = "\n0,1,2,3,4,5,6\n1,7,8,9,10,11,12\n";
   const auto samples = parse_controls("t,u1,u2,u3,u4,u5,u6" + rows, "u.csv", named({"fin", "tail"}));
@@ -128,9 +160,9 @@ TEST(ControlsTable, parts_of_moments_that_joints_cannot_exert_are_told) {
 }
 
 TEST(ControlsTable, what_is_wrong_is_told_with_line_and_column) {
-  EXPECT_EQ(refusal("t,x,y,z\n0,1,2,3\n1,4,,6\n", balls(1)).rfind("u.csv:3:5: joint 0 moment 1: found \"\"", 0), 0U);
-  EXPECT_EQ(refusal("0,1,2,3\n1,4, five,6\n", balls(1)).rfind("u.csv:2:6: joint 0 moment 1: found \"five\"", 0), 0U);
-  EXPECT_EQ(refusal("0,1,2,3\n1,4,inf,6\n", balls(1)).rfind("u.csv:2:5: joint 0 moment 1: found \"inf\"", 0), 0U);
+  EXPECT_EQ(refusal("t,x,y,z\n0,1,2,3\n1,4,,6\n", named({"fin"})).rfind("u.csv:3:5: moment of fin: found \"\"", 0), 0U);
+  EXPECT_EQ(refusal("0,1,2,3\n1,4, five,6\n", named({"fin"})).rfind("u.csv:2:6: moment of fin: found \"five\"", 0), 0U);
+  EXPECT_EQ(refusal("0,1,2,3\n1,4,inf,6\n", named({"fin"})).rfind("u.csv:2:5: moment of fin: found \"inf\"", 0), 0U);
   EXPECT_EQ(refusal("0,1,2,3\n1,4,nan,6\n", balls(1)).rfind("u.csv:2:5: ", 0), 0U);
   EXPECT_EQ(refusal("0,1,2,3\n0.0,4,5,6\n", balls(1)).rfind("u.csv:2:1: t: found 0 after 0", 0), 0U);
   EXPECT_EQ(refusal("0,1,2,3\nt,a,b,c\n", balls(1)).rfind("u.csv:2:1: t: found \"t\"", 0), 0U);

@@ -1,11 +1,16 @@
 #include "file/model_table.hpp"
 
+#include <algorithm>
+#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "file/model_remarks.hpp"
+#include "file/problem_file.hpp"
 #include "file/text_table.hpp"
 #include "fluid/ellipsoid.hpp"
 #include "fluid/gap.hpp"
@@ -131,6 +136,51 @@ TEST(ModelTable, shows_a_coupling_matrix_row_by_row) {
   (*problem.swimmer.bodies[1].coupling_matrix)(1, 2) = 0.375;
   EXPECT_TRUE(contains(table_of(problem), "C, as given"));
   EXPECT_TRUE(contains(table_of(problem), "0.375  kg m"));
+}
+
+TEST(ModelTable, shows_the_inertia_of_equal_bodies_in_a_row_once) {
+  maneuver::Problem problem = two_bodies();
+  EXPECT_FALSE(contains(table_of(problem), "head … tail"));
+  problem.swimmer.bodies[1].semi_axes = problem.swimmer.bodies[0].semi_axes;
+  EXPECT_TRUE(contains(table_of(problem), "head … tail")) << table_of(problem);
+  problem.swimmer.bodies[1].mass = 1000.0;
+  EXPECT_FALSE(contains(table_of(problem), "head … tail"));
+}
+
+std::vector<std::string> remarks_of(const maneuver::Problem& problem) {
+  return model_remarks(problem, model::System(problem.swimmer));
+}
+
+TEST(ModelRemarks, are_none_for_the_examples) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(LAMPREY_SOURCE_DIR "/examples")) {
+    if (entry.path().extension() != ".toml") continue;
+    EXPECT_EQ(remarks_of(read_problem(entry.path())), std::vector<std::string>()) << entry.path();
+  }
+}
+
+TEST(ModelRemarks, tell_of_slips) {
+  using Change = std::function<void(maneuver::Problem&)>;
+  const auto body = [](const std::function<void(model::BodyDescription&)>& change) {
+    return [change](maneuver::Problem& problem) { change(problem.swimmer.bodies[1]); };
+  };
+  EXPECT_TRUE(remarks_of(two_bodies()).empty());
+  for (const auto& [change, words] : std::vector<std::pair<Change, std::string>>{
+           {body([](auto& b) { b.mass = 1e-30; }), "tail has 1e-30 kg and displaces 83.7758 kg"},
+           {body([](auto& b) { b.mass = 83.8e3; }), "tail has 83800 kg"},
+           {body([](auto& b) { b.mass_matrix = 10.0 * Eigen::Matrix3d::Identity(); }), "tail.mass_matrix is less"},
+           {body([](auto& b) { b.inertia_matrix = 0.1 * Eigen::Matrix3d::Identity(); }), "tail.inertia_matrix is less"},
+           {body([](auto& b) { b.semi_axes *= 1e-3; }), "inertias of head and tail differ by a factor of"},
+           {[](maneuver::Problem& p) { p.swimmer.joints[0].child_offset *= 10.0; },
+            "hip.child_offset: the joint sits 6.5 m"},
+           {[](maneuver::Problem& p) { p.swimmer.joints[0].parent_offset *= 2.0; }, "hip.parent_offset: "},
+           {[](maneuver::Problem& p) { p.goal->move[1] = 16.0; }, "goal.move is 5.4 lengths"}}) {
+    maneuver::Problem problem = two_bodies();
+    change(problem);
+    const std::vector<std::string> remarks = remarks_of(problem);
+    EXPECT_TRUE(std::any_of(remarks.begin(), remarks.end(), [&](const auto& r) { return contains(r, words); }))
+        << words << ": " << (remarks.empty() ? "nothing" : remarks[0]);
+    EXPECT_TRUE(contains(table_of(problem), "Worth a second look"));
+  }
 }
 
 class WidthOfTable : public ::testing::TestWithParam<maneuver::Problem> {};

@@ -1,0 +1,101 @@
+#include "file/model_remarks.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <Eigen/Eigenvalues>
+
+#include "file/text_table.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using maneuver::Problem;
+using model::at;
+using model::Body;
+using model::Joint;
+using model::System;
+
+constexpr double far_from_displaced = 20.0;  // times heavier or lighter
+constexpr double rounded_digits = 0.02;      // of a mass or inertia, by which given matrices may fall short of the body
+constexpr double far_off = 2.0;              // times the way to the body's surface
+constexpr double inertia_range = 1e10;       // of the bodies' J: round-off of the largest covers the smallest
+constexpr double far_goal = 5.0;             // lengths of the swimmer
+
+double least_eigenvalue(const Matrix3d& m) {
+  return Eigen::SelfAdjointEigenSolver<Matrix3d>(m, Eigen::EigenvaluesOnly).eigenvalues()[0];
+}
+
+std::string mass_remark(const Body& body, const model::BodyDescription& described, double density) {
+  const double displaced = density * body.volume;
+  if (!described.mass || described.mass_matrix || displaced == 0.0) return "";
+  const double ratio = body.mass / displaced;
+  if (ratio < far_from_displaced && ratio > 1.0 / far_from_displaced) return "";
+  return fmt::format("{} has {} kg and displaces {} kg of fluid; are mass, semi_axes (m) and density (kg/m³) meant so?",
+                     printable(body.name), short_number(body.mass), short_number(displaced));
+}
+
+std::string total_remark(const Body& body, bool given, const char* key, const Matrix3d& total, const Matrix3d& alone,
+                         const char* what) {
+  if (!given || least_eigenvalue(total - alone) >= -rounded_digits * alone.trace() / 3.0) return "";
+  return fmt::format("{}.{} is less than {} alone, as if the fluid took some away; it is body + fluid",
+                     printable(body.name), key, what);
+}
+
+std::string offset_remark(const Joint& joint, const char* key, const Vector3d& offset, const Body& body) {
+  const double surfaces = offset.cwiseQuotient(body.semi_axes).norm();
+  if (surfaces < far_off) return "";
+  return fmt::format("{}.{}: the joint sits {} m off the centre of {}, {} times as far as its surface",
+                     printable(joint.name), key, short_number(offset.norm()), printable(body.name),
+                     fmt::format("{:.3g}", surfaces));
+}
+
+std::string range_remark(const System& system) {
+  const auto size = [](const Body& body) { return body.inertia_matrix.trace(); };
+  const auto [least, largest] = std::minmax_element(system.bodies().begin(), system.bodies().end(),
+                                                    [&](const Body& a, const Body& b) { return size(a) < size(b); });
+  if (size(*largest) < inertia_range * size(*least)) return "";
+  return fmt::format("inertias of {} and {} differ by a factor of {:.1g}; double precision cannot hold both",
+                     printable(largest->name), printable(least->name), size(*largest) / size(*least));
+}
+
+std::string goal_remark(const Problem& problem, const System& system) {
+  if (!problem.goal) return "";
+  double square = 0.0, length = 0.0;
+  for (const auto& move : problem.goal->move) square += move ? *move * *move : 0.0;
+  for (const Body& body : system.bodies()) length += 2.0 * body.semi_axes.maxCoeff();
+  const double lengths = std::sqrt(square) / length;
+  if (lengths < far_goal) return "";
+  return fmt::format("goal.move is {:.3g} lengths of the swimmer, who gains a fraction of one in a stroke", lengths);
+}
+
+}  // namespace
+
+std::vector<std::string> model_remarks(const Problem& problem, const System& system) {
+  std::vector<std::string> remarks;
+  const auto add = [&](std::string remark) {
+    if (!remark.empty()) remarks.push_back(std::move(remark));
+  };
+  for (int i = 0; i < system.body_count(); ++i) {
+    const Body& body = system.body(i);
+    const model::BodyDescription& described = problem.swimmer.bodies[at(i)];
+    add(mass_remark(body, described, system.density()));
+    add(total_remark(body, described.mass_matrix.has_value(), "mass_matrix", body.mass_matrix,
+                     body.mass * Matrix3d::Identity(), "its mass"));
+    add(total_remark(body, described.inertia_matrix.has_value(), "inertia_matrix", body.inertia_matrix,
+                     body.body_inertia, "its inertia"));
+  }
+  for (const Joint& joint : system.joints()) {
+    add(offset_remark(joint, "parent_offset", joint.parent_offset, system.body(joint.parent)));
+    add(offset_remark(joint, "child_offset", joint.child_offset, system.body(joint.child)));
+  }
+  add(range_remark(system));
+  add(goal_remark(problem, system));
+  return remarks;
+}
+
+}  // namespace lamprey::file
