@@ -175,10 +175,36 @@ std::string failed_rows(const certificate::Certificate& proof, const file::Resol
   return names;
 }
 
-int verify(const std::string& folder) {
-  const file::Verification is = file::verify_task(folder);
+std::string claimed_in_words(const certificate::FalseClaim& claim, double value) {
+  if (claim.field.ends_with(".positive")) return std::isnan(value) ? "not found" : value > 0.0 ? "true" : "false";
+  return found_or_nothing(value);
+}
+
+void print_status(const file::Verification& is) {
+  const std::string_view status = file::word(is.stored.solution.status);
+  if (!is.promises())
+    fmt::print("  The stored status, {}, promises nothing.\n", status);
+  else if (is.status_holds)
+    fmt::print("  The stored status, {}, holds.\n", status);
+  else
+    fmt::print("  The stored status, {}, does not hold: {}{}\n", status, is.fault, is.fault.ends_with('.') ? "" : ".");
+}
+
+void print_false_claims(const file::Verification& is) {
+  for (const certificate::FalseClaim& claim : is.claims) {
+    const bool verdict = claim.field == "verdict";
+    fmt::print("  The stored certificate does not hold: {} is {}, it says {}.\n", claim.field,
+               verdict ? verdict_word(is.found.certificate->verdict) : claimed_in_words(claim, claim.found),
+               verdict ? verdict_word(is.stored.certificate->verdict) : claimed_in_words(claim, claim.stored));
+  }
+}
+
+int verify(const VerifyArguments& arguments) {
+  std::optional<file::ProblemFile> asked;
+  if (!arguments.problem.empty()) asked = file::read_problem_file(arguments.problem);
+  const file::Verification is = file::verify_task(arguments.folder, asked);
   const certificate::Certificate& proof = *is.found.certificate;
-  fmt::print("{}\n  recomputed from {}/solution.json\n", is.found.name, folder);
+  fmt::print("{}\n  recomputed from {}/solution.json\n", is.found.name, arguments.folder);
   print_certificate(proof, is.found.problem);
   const std::string failed = failed_rows(proof, is.found.problem);
   if (proof.verdict)
@@ -186,16 +212,14 @@ int verify(const std::string& folder) {
                failed.empty() || *proof.verdict == certificate::Verdict::not_optimal
                    ? ""
                    : ", but beyond the mark: " + failed);
-  fmt::print("  {}\n", is.status_holds ? "The stored status holds."
-                                       : "The stored status does not hold: " + is.found.solution.message);
-  for (const certificate::FalseClaim& claim : is.claims) {
-    const bool verdict = claim.field == "verdict";
-    fmt::print("  The stored certificate does not hold: {} is {}, it says {}.\n", claim.field,
-               verdict ? verdict_word(proof.verdict) : found_or_nothing(claim.found),
-               verdict ? verdict_word(is.stored.certificate->verdict) : report::number(claim.stored, 3));
-  }
+  print_status(is);
+  print_false_claims(is);
   if (!is.trajectory_difference.empty())
-    fmt::print("  {}/trajectory.h5 does not hold what solution.json does: {}.\n", folder, is.trajectory_difference);
+    fmt::print("  {}/trajectory.h5 does not hold what solution.json does: {}.\n", arguments.folder,
+               is.trajectory_difference);
+  for (const std::string& difference : is.problem_differences)
+    fmt::print("  Another problem than that of {}: {}.\n", arguments.problem, difference);
+  if (asked && is.problem_differences.empty()) fmt::print("  The problem is that of {}.\n", arguments.problem);
   return is.holds() ? exit_code(is.stored.solution.status) : no_optimal_solution;
 }
 

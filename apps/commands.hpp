@@ -40,10 +40,15 @@ struct SimulateArguments {
   bool reference = false;       // by the reference integrator in place of the scheme
 };
 
+struct VerifyArguments {
+  std::string folder;
+  std::string problem;  // file to compare with; empty: none
+};
+
 int solve(const SolveArguments& arguments);
 int simulate(const SimulateArguments& arguments);
 int check(const std::string& problem);
-int verify(const std::string& folder);
+int verify(const VerifyArguments& arguments);
 int report(const std::vector<std::string>& folders);
 int inertia(const std::vector<double>& semi_axes, double density, bool json);
 std::string version_line();

@@ -25,7 +25,8 @@ std::string typed(int count, char** words) {
 struct Arguments {
   SolveArguments solve;
   SimulateArguments simulate;
-  std::string problem, folder;
+  VerifyArguments verify;
+  std::string problem;
   std::vector<std::string> folders, bench;
   std::vector<double> semi_axes;
   double density = 0.0;
@@ -124,7 +125,9 @@ void describe_others(CLI::App& app, Arguments& arguments) {
   check->add_option("problem", arguments.problem, "problem file (TOML)")->required();
   CLI::App* verify = app.add_subcommand(
       "verify", "Recompute the certificate from the files alone; refinement, which takes solving, is kept as stored");
-  verify->add_option("folder", arguments.folder, "folder of a solution.json")->required();
+  verify->add_option("folder", arguments.verify.folder, "folder of a solution.json")->required();
+  verify->add_option("--problem", arguments.verify.problem,
+                     "problem file (TOML) whose question the answer has to be one to");
   CLI::App* report = app.add_subcommand("report", "Write the report again; with two folders, compare them");
   report->add_option("folders", arguments.folders, "one folder, or two to compare")->required()->expected(1, 2);
   CLI::App* inertia = app.add_subcommand("inertia", "Added inertia of an ellipsoid");
@@ -152,7 +155,7 @@ int dispatch(const CLI::App& app, const Arguments& arguments, const std::string&
   if (app.got_subcommand("solve")) return solve(arguments.solve);
   if (app.got_subcommand("simulate")) return simulate(arguments.simulate);
   if (app.got_subcommand("check")) return check(arguments.problem);
-  if (app.got_subcommand("verify")) return verify(arguments.folder);
+  if (app.got_subcommand("verify")) return verify(arguments.verify);
   if (app.got_subcommand("report")) return report(arguments.folders);
   if (app.got_subcommand("inertia")) return inertia(arguments.semi_axes, arguments.density, arguments.json);
   return run_bench(program, arguments.peers, arguments.quick);

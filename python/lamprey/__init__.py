@@ -51,15 +51,16 @@ __all__ = [
 ]
 
 
-def verify(directory):
+def verify(directory, *, problem=None):
     """Recomputes the certificate of a stored solution from its files alone: what `lamprey verify` does.
 
-    Returns {holds, status, message, certificate, claims, trajectory}. holds: whether the files promise nothing that is not
+    problem: a Problem, or the path of a problem file, whose question the solution has to be one to.
+    Returns {holds, status, message, certificate, claims, trajectory, problem}. holds: whether the files promise nothing that is not
     so. status, message, certificate: what the numbers say now. claims: fields of the stored certificate that are not so,
     {field, stored, found} each, None where nothing is found. trajectory: where trajectory.h5 differs from solution.json, in
-    words; "" where it does not.
+    words; "" where it does not. problem: where the stored problem is another than the given one, a sentence for each field.
     """
-    found, holds, claims, trajectory = _verify(directory)
+    found, holds, claims, trajectory, differences = _verify(directory, problem)
     return {
         "holds": holds,
         "status": found.status,
@@ -67,4 +68,5 @@ def verify(directory):
         "certificate": found.certificate,
         "claims": claims,
         "trajectory": trajectory,
+        "problem": differences,
     }

@@ -240,9 +240,11 @@ nb::object verdict_or_none(const file::Results& results) {
   return judged ? nb::cast(std::string(file::word(*results.certificate->verdict))) : nb::none();
 }
 
-nb::tuple verify(const std::filesystem::path& directory) {
+nb::tuple verify(const std::filesystem::path& directory, const nb::object& problem) {
+  std::optional<file::ProblemFile> asked;
+  if (!problem.is_none()) asked = problem_or_loaded(problem).file;
   std::optional<file::Verification> is;
-  const auto signal = run_long([&](const Interrupted&) { is = file::verify_task(directory.string()); });
+  const auto signal = run_long([&](const Interrupted&) { is = file::verify_task(directory.string(), asked); });
   if (signal) throw nb::python_error(*signal);
   nb::list claims;
   for (const certificate::FalseClaim& claim : is->claims) {
@@ -253,7 +255,9 @@ nb::tuple verify(const std::filesystem::path& directory) {
     one["found"] = verdict ? verdict_or_none(is->found) : number_or_none(claim.found);
     claims.append(one);
   }
-  return nb::make_tuple(Trajectory(is->found), is->holds(), claims, is->trajectory_difference);
+  nb::list differences;
+  for (const std::string& difference : is->problem_differences) differences.append(difference);
+  return nb::make_tuple(Trajectory(is->found), is->holds(), claims, is->trajectory_difference, differences);
 }
 
 }  // namespace
@@ -311,9 +315,12 @@ void bind_tasks(nb::module_& module) {
       "GIL; Ctrl-C waits for its end.";
   module.def("certify", &certify<Solution>, "solution"_a, about);
   module.def("certify", &certify<Trajectory>, "trajectory"_a, about);
-  module.def("_verify", &verify, "directory"_a,
-             nb::sig("def _verify(directory: str | os.PathLike) -> tuple[Trajectory, bool, list[dict], str]"),
-             "The motion as certify gives it, whether all holds, claims that do not, and how trajectory.h5 differs.");
+  module.def(
+      "_verify", &verify, "directory"_a, "problem"_a,
+      nb::sig("def _verify(directory: str | os.PathLike, problem: Problem | str | os.PathLike | None) -> "
+              "tuple[Trajectory, bool, list[dict], str, list[str]]"),
+      "The motion as certify gives it, whether all holds, claims that do not, and how trajectory.h5 and the problem "
+      "differ.");
 }
 
 }  // namespace lamprey::python

@@ -77,6 +77,14 @@ def test_verify_recomputes_and_does_not_believe(solution, tmp_path):
     assert found["trajectory"].startswith("control[30][0][2] is ")
 
 
+def test_verify_compares_the_question(translation, solution, tmp_path):
+    solution.save(tmp_path)
+    assert lp.verify(tmp_path, problem=translation)["problem"] == []
+    found = lp.verify(tmp_path, problem=translation.changed(goal={"move": [1.5, "free", "free"]}))
+    assert not found["holds"] and found["status"] == "optimal"
+    assert found["problem"] == ["problem.goal.move[0] is 2, the file asks for 1.5"]
+
+
 def test_verify_names_what_is_claimed_in_vain(solution, tmp_path):
     solution.save(tmp_path)
     stored = json.loads((tmp_path / "solution.json").read_text(encoding="utf-8"))

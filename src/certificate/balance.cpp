@@ -32,7 +32,7 @@ class Drift {
   void add(int k, const VectorXd& p) {
     const maneuver::Solution& stored = motion_.solution;
     const auto here = mechanics::spatial_momentum(motion_.system, stored.rotation[at(k)], stored.position[at(k)], p);
-    largest_.add((here.linear - total_.linear).norm());
+    largest_.add(motion_.system.length_unit() * (here.linear - total_.linear).norm());
     largest_.add((here.angular - total_.angular).norm());
   }
   const Largest& largest() const { return largest_; }
@@ -45,12 +45,13 @@ class Drift {
 
 // Stored rotations and positions end at their last digit: over a step that is a momentum (equation 6.22).
 double momentum_of_last_digits(const StoredMotion& motion) {
+  const double unit = motion.system.length_unit();
   double distance = 0.0, inertia = 0.0;
   for (const Vector3d& x : motion.solution.position) distance = std::max(distance, x.norm());
   for (const model::Body& body : motion.system.bodies()) {
     double reach = distance;
     for (const model::PathPoint& point : body.path) reach += point.offset.norm();
-    inertia = std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (reach + reach * reach));
+    inertia = std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (unit + reach) * reach);
   }
   return last_digits * std::numeric_limits<double>::epsilon() * inertia / motion.time_step;
 }
@@ -117,7 +118,7 @@ Balance check_nodes(const StoredMotion& motion, const integrator::State& start) 
 double largest_part(const model::System& system, const VectorXd& v) {
   Largest largest;
   for (const model::Body& body : system.bodies()) largest.add(v.segment(body.velocity_offset, body.freedoms).norm());
-  largest.add(v.tail<3>().norm());
+  largest.add(system.length_unit() * v.tail<3>().norm());
   return largest.value();
 }
 
@@ -158,8 +159,7 @@ double velocity_error(const StoredMotion& motion, const std::vector<integrator::
     compare(3, stored.angular_momentum.fluid, k, total.angular - bodies.angular);
     compare(3, stored.angular_momentum.total, k, total.angular);
   }
-  double size = 0.0;  // m
-  for (const model::Body& body : system.bodies()) size = std::max(size, body.semi_axes.maxCoeff());
+  const double size = system.size();
   const double linear = whole[0].value(), angular = whole[1].value();  // either may be next to nothing beside the other
   whole[0].add(size * angular);
   whole[1].add(linear / size);

@@ -8,7 +8,7 @@
 namespace lamprey::certificate {
 
 /// Momenta in units of `scale`, the largest |p⁻_i|, |p_x| or h|U_i| over all steps (equation 6.1), by Euclidean norm of
-/// each body's freedoms. Where steps are not known (StoredMotion::steps_known) the momenta are those of the stored
+/// each body's freedoms, linear ones by the swimmer's unit of length. Where steps are not known (StoredMotion::steps_known) the momenta are those of the stored
 /// velocities at the nodes, and what only the steps tell stays NaN.
 struct Balance {
   double scale = 0.0;           // kg m²/s; 1 where nothing moves
@@ -19,7 +19,7 @@ struct Balance {
   double rotation_drift = 0.0;       // largest entry of |RᵀR − I|, no unit
 };
 
-/// Largest part of a generalised vector: a body's freedoms or the position, by Euclidean norm.
+/// Largest part of a generalised momentum: a body's freedoms or the position's by the unit of length, by Euclidean norm, kg m²/s.
 double largest_part(const model::System& system, const VectorXd& v);
 
 Balance check_balance(const StoredMotion& motion);

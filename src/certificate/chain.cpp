@@ -80,6 +80,26 @@ struct HeldInputs {
   MatrixXd left;      // [rows][states]
 };
 
+// What an input is where the states that it leads to are of size 1.
+double input_unit(const Chain& chain) {
+  double most = 0.0;
+  for (const ChainStage& stage : chain.stage)
+    if (stage.B.size() > 0) most = std::max(most, stage.B.cwiseAbs().maxCoeff());
+  return most > 0.0 ? 1.0 / most : 1.0;
+}
+
+// Inputs in a unit, and each row of size 1: what rows say is the same.
+KeptRows measured(KeptRows rows, double unit) {
+  rows.by_input *= unit;
+  for (Eigen::Index r = 0; r < rows.by_state.rows(); ++r) {
+    const double size = std::hypot(rows.by_state.row(r).norm(), rows.by_input.row(r).norm());
+    if (size == 0.0) continue;
+    rows.by_state.row(r) /= size;
+    rows.by_input.row(r) /= size;
+  }
+  return rows;
+}
+
 HeldInputs hold(const KeptRows& rows) {
   const Eigen::JacobiSVD<MatrixXd> split(rows.by_input, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const VectorXd& values = split.singularValues();
@@ -137,11 +157,12 @@ ChainSolver::ChainSolver(const Chain& chain, double penalty) : chain_(chain), pe
 // alone is for the stage before.
 void ChainSolver::keep() {
   gain_.resize(chain_.stage.size());
+  const double unit = input_unit(chain_);
   MatrixXd left;  // [rows][states] that the state after the stage has to keep
   for (std::size_t k = chain_.stage.size(); k-- > 0;) {
     const ChainStage& stage = chain_.stage[k];
     Gain& gain = gain_[k];
-    const KeptRows rows = with_later_rows(stage, left);
+    const KeptRows rows = measured(with_later_rows(stage, left), unit);
     if (rows.by_state.rows() == 0) {
       gain.held_feedback = MatrixXd::Zero(stage.B.cols(), stage.A.cols());
       gain.free = MatrixXd::Identity(stage.B.cols(), stage.B.cols());
@@ -149,7 +170,7 @@ void ChainSolver::keep() {
       continue;
     }
     const HeldInputs held = hold(rows);
-    gain.held_feedback = held.feedback;
+    gain.held_feedback = unit * held.feedback;
     gain.free = held.free;
     left = spanning_rows(held.left, looked_at * rows.by_state.cwiseAbs().maxCoeff());
   }

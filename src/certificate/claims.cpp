@@ -41,7 +41,7 @@ void compare(const std::string& field, const SecondOrder& stored, const SecondOr
   claims.at_most(field + ".positive", stored.positive ? 1.0 : 0.0, found.positive ? 1.0 : 0.0);
   if (stored.negative_eigenvalues)
     claims.value(field + ".negative_eigenvalues", *stored.negative_eigenvalues,
-                 found.negative_eigenvalues.value_or(-1));
+                 found.negative_eigenvalues ? *found.negative_eigenvalues : unset);
 }
 
 void compare(const Replay& stored, const Replay& found, Claims& claims) {

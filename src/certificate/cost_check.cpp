@@ -3,6 +3,7 @@
 #include "certificate/gait_ends.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "mechanics/continuous.hpp"
+#include "mechanics/joint_moments.hpp"
 
 namespace lamprey::certificate {
 
@@ -103,14 +104,7 @@ double weight_of_work(const StoredMotion& motion, const Powers& powers) {
 }
 
 VectorXd moments_at(const StoredMotion& motion, int node) {
-  VectorXd moments(motion.system.control_count());
-  Eigen::Index first = 0;
-  for (int j = 0; j < motion.system.joint_count(); ++j) {
-    const auto& actuation = motion.system.joint(j).actuation;
-    moments.segment(first, actuation.cols()) = actuation.transpose() * motion.control[at(node)][at(j)];
-    first += actuation.cols();
-  }
-  return moments;
+  return mechanics::along_actuation(motion.system, motion.control[at(node)]);
 }
 
 std::vector<mechanics::Vectors> pulls_on_turns(const StoredMotion& motion, const Powers& powers) {
@@ -179,16 +173,14 @@ CostGradient cost_gradient_beside_effort(const StoredMotion& motion) {
   const std::vector<mechanics::Vectors> by_turn = pulls_on_turns(motion, powers);
   double work = 0.0;
   for (int k = 0; k <= N; ++k) {
-    Eigen::Index first = 0;
     for (int j = 0; j < system.joint_count(); ++j) {
       const double power = powers.value(j, k), time = powers.time[k];
       const double slope = slope_by_power(motion, powers, weight, j, k);
       const Vector3d& u = motion.control[at(k)][at(j)];
       work += time * std::abs(power);
-      const auto& actuation = system.joint(j).actuation;
-      gradient.by_control[at(k)].segment(first, actuation.cols()) -=
-          time * slope * actuation.transpose() * powers.rate[at(k)][at(j)];
-      first += actuation.cols();
+      const model::Joint& joint = system.joint(j);
+      gradient.by_control[at(k)].segment(joint.first_control, joint.actuation.cols()) -=
+          time * slope * joint.actuation.transpose() * powers.rate[at(k)][at(j)];
       // the node counts for longer, the shapes change more slowly
       const double given = k == 0 ? work_of(u, 0.5 * powers.start[0][at(j)]) : 0.0;
       gradient.by_log_time_step += time * (weight * sign_multiplier(motion, j, k, power) * power +

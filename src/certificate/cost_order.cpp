@@ -42,11 +42,9 @@ TurnForm turn_form(const StoredMotion& motion, int step, const mechanics::Vector
   const mechanics::Rotations &left = motion.solution.rotation[at(step)],
                              &right = motion.solution.rotation[at(step + 1)];
   TurnForm form{MatrixXd::Zero(system.control_count(), 2 * turns), MatrixXd::Zero(2 * turns, 2 * turns)};
-  Eigen::Index row = 0;
   for (int j = 0; j < system.joint_count(); ++j) {
     const Joint& joint = system.joint(j);
-    const Eigen::Index own = joint.actuation.cols(), first = row;
-    row += own;
+    const Eigen::Index own = joint.actuation.cols(), first = joint.first_control;
     if (own == 0) continue;
     if (!joint.free()) {  // angles
       const model::Body& child = system.body(joint.child);
@@ -212,16 +210,14 @@ class CostStages {
     MatrixXd rate = turned / (2.0 * h);
     if (k > 0) rate += carried(columns_.turn) / (2.0 * h);
     const VectorXd moments = moments_at(motion_, k);
-    Eigen::Index first = 0;
     for (int j = 0; j < motion_.system.joint_count(); ++j) {
       const auto& actuation = motion_.system.joint(j).actuation;
-      const Eigen::Index own = actuation.cols();
+      const Eigen::Index own = actuation.cols(), first = motion_.system.joint(j).first_control;
       const auto acting = inputs_.middleRows(first, own), turning = rate.middleRows(first, own);
       const double power = powers_.value(j, k);
       const double sign = sign_multiplier(motion_, j, k, power);
       const MatrixXd change = -(actuation.transpose() * powers_.rate[at(k)][at(j)]).transpose() * acting -
                               moments.segment(first, own).transpose() * turning;
-      first += own;
       if (own == 0 || t == 0.0) continue;
       form -= t * (weight * sign + 2.0 * weights.power * power) * both_ways(acting, turning);
       form += 2.0 * t * weights.power * change.transpose() * change;

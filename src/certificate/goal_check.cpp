@@ -75,6 +75,7 @@ GoalRows goal_rows(const model::System& system, const maneuver::Problem& problem
     if (!goal.move[at(c)]) continue;
     rows.value[count] = end.position[c] - problem.start.position[c] - *goal.move[at(c)];
     rows.by_end_state(count, layout.position() + c) = 1.0;
+    rows.unit[count] = system.length_unit();
     ++count;
   }
   for (int i = 1; i < system.body_count() && goal.rest; ++i) {

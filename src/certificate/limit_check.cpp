@@ -8,6 +8,7 @@
 #include "certificate/cost_check.hpp"
 #include "fluid/gap.hpp"
 #include "integrator/step_derivatives.hpp"
+#include "mechanics/joint_moments.hpp"
 
 namespace lamprey::certificate {
 
@@ -17,7 +18,7 @@ using model::at;
 using model::System;
 using Kind = Bound::Kind;
 
-constexpr double difference_step = 2e-4;        // rad, m or relative; differences of order four
+constexpr double difference_step = 2e-4;        // rad, of a length or relative; differences of order four
 constexpr double share_of_turn = 5e-3;          // the same of a joint's turn over a step, for its rate
 constexpr double least_difference_step = 1e-7;  // rad
 
@@ -34,21 +35,10 @@ struct Place {
   double time_step;  // s
 };
 
-VectorXd moments_along(const System& system, const mechanics::Moments& control) {
-  VectorXd moment(system.control_count());
-  Eigen::Index first = 0;
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const auto& actuation = system.joint(j).actuation;
-    moment.segment(first, actuation.cols()) = actuation.transpose() * control[at(j)];
-    first += actuation.cols();
-  }
-  return moment;
-}
-
 Place place_of(const StoredMotion& motion, int node) {
   const maneuver::Solution& stored = motion.solution;
   return {stored.rotation[at(node)], stored.rotation[at(std::max(node - 1, 0))], stored.position[at(node)],
-          moments_along(motion.system, stored.control.empty() ? mechanics::Moments() : motion.control[at(node)]),
+          stored.control.empty() ? VectorXd() : mechanics::along_actuation(motion.system, motion.control[at(node)]),
           motion.time_step};
 }
 
@@ -71,16 +61,12 @@ Vector3d centre_of(const System& system, const Place& place, int body) {
 }
 
 double torque_of(const System& system, const Place& place, int joint) {
-  Eigen::Index first = 0;
-  for (int j = 0; j < joint; ++j) first += system.joint(j).actuation.cols();
   const auto& actuation = system.joint(joint).actuation;
-  return (actuation * place.moment.segment(first, actuation.cols())).norm();
+  return (actuation * place.moment.segment(system.joint(joint).first_control, actuation.cols())).norm();
 }
 
 double component_of(const System& system, const Place& place, const Bound& bound) {
-  Eigen::Index first = 0;
-  for (int j = 0; j < bound.joint; ++j) first += system.joint(j).actuation.cols();
-  return place.moment[first + bound.component];
+  return place.moment[system.joint(bound.joint).first_control + bound.component];
 }
 
 double gap_of(const System& system, const Place& place, int body, const Vector3d& other_axes,
@@ -101,6 +87,13 @@ double turn_of(const System& system, const Place& place, int joint) {
 double beside_turn(const System& system, const Bound& bound, const Place& here, double share, double step) {
   if (bound.kind != Kind::angular_velocity) return step;
   return std::clamp(share * turn_of(system, here, bound.joint), least_difference_step, step);
+}
+
+// Beside which a displacement is small where a margin bends with it, m: how sharply the two surfaces curve.
+double length_of(const StoredMotion& motion, const Bound& bound) {
+  if (bound.body < 0) return motion.system.size();
+  const double own = motion.system.body(bound.body).semi_axes.minCoeff();
+  return bound.kind == Kind::sphere ? std::min(own, motion.problem.limits.spheres[at(bound.component)].radius) : own;
 }
 
 // How far a bound is from being broken, in its own unit; of a waypoint how far it is missed.
@@ -228,9 +221,10 @@ void add_gradient(const StoredMotion& motion, const Bound& bound, int node, doub
             [&](Place& place, double e) { place.rotation_before = with_turn(system, here.rotation_before, i, f, e); },
             change);
     }
+  const double displacement = difference_step * length_of(motion, bound);
   for (int c = 0; c < 3; ++c)
     pulls.by_state[at(node)][layout.position() + c] +=
-        by([c](Place& place, double e) { place.position[c] += e; }, difference_step);
+        by([c](Place& place, double e) { place.position[c] += e; }, displacement);
 }
 
 // What violations are counted in: moments and rates against their bound.
@@ -238,6 +232,13 @@ double unit_of(const Bound& bound) {
   const bool relative =
       bound.kind == Kind::torque || bound.kind == Kind::torque_component || bound.kind == Kind::angular_velocity;
   return relative ? bound.value : 1.0;
+}
+
+// What its margin is large or small beside: lengths beside the swimmer.
+double scale_of(const StoredMotion& motion, const Bound& bound) {
+  const bool length = bound.kind == Kind::clearance || bound.kind == Kind::sphere || bound.kind == Kind::half_space ||
+                      bound.kind == Kind::pass_position;
+  return length ? motion.system.length_unit() : unit_of(bound);
 }
 
 void add_joint_bounds(const System& system, const maneuver::Limits& limits, std::vector<Bound>& bounds) {
@@ -321,8 +322,8 @@ LimitCheck check_limits(const StoredMotion& motion) {
       if (!multipliers || bound.equality()) continue;
       const double pull = (*multipliers)[at(k)];
       check.complementarity = std::max(check.complementarity, std::abs(pull * own) / cost_rate);
-      check.negative = std::max(check.negative, -pull);
-      largest = std::max(largest, std::abs(pull));
+      check.negative = std::max(check.negative, -pull * scale_of(motion, bound));
+      largest = std::max(largest, std::abs(pull) * scale_of(motion, bound));
     }
   }
   if (largest > 0.0) check.negative /= largest;
@@ -348,10 +349,10 @@ LimitPulls limit_pulls(const StoredMotion& motion) {
 
 namespace {
 
-constexpr double second_difference_step = 5e-3;  // rad, m or relative; differences of order four
+constexpr double second_difference_step = 5e-3;  // rad, of a length or relative; differences of order four
 constexpr double second_share_of_turn = 2e-2;    // the same of a joint's turn over a step, for its rate
 constexpr double least_pull = 1e-9;              // of the largest; times its unit, of the cost over the duration
-constexpr double at_the_bound = 1e-6;            // of a bound's unit
+constexpr double at_the_bound = 1e-6;            // of what a bound is large or small beside
 
 // Margin where the place is moved by z along exponentials.
 double margin_beside(const StoredMotion& motion, const Bound& bound, const Place& here, bool of_moments,
@@ -385,9 +386,8 @@ std::vector<Eigen::Index> coordinates_of(const System& system, const Bound& boun
   const Eigen::Index turns = system.velocity_count() - 3;
   std::vector<Eigen::Index> result;
   if (bound.kind == Kind::torque || bound.kind == Kind::torque_component) {
-    Eigen::Index first = 0;
-    for (int j = 0; j < bound.joint; ++j) first += system.joint(j).actuation.cols();
-    for (Eigen::Index c = 0; c < system.joint(bound.joint).actuation.cols(); ++c) result.push_back(first + c);
+    const model::Joint& joint = system.joint(bound.joint);
+    for (Eigen::Index c = 0; c < joint.actuation.cols(); ++c) result.push_back(joint.first_control + c);
     return result;
   }
   for (const bool before : {false, true}) {
@@ -420,15 +420,19 @@ PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int n
                      (16.0 * (near + near_back) - (far + far_back) - 30.0 * own) / (12.0 * step * step));
   };
   const std::vector<Eigen::Index> coordinates = coordinates_of(system, bound);
-  for (Eigen::Index a : coordinates)
-    std::tie(result.gradient[a], result.curvature(a, a)) = second(VectorXd::Unit(size, a));
+  VectorXd unit = VectorXd::Ones(size);  // in which coordinates are moved, then divided by
+  if (!of_moments) unit.segment<3>(turns).setConstant(length_of(motion, bound));
+  const auto moved = [&](Eigen::Index a) { return VectorXd(unit[a] * VectorXd::Unit(size, a)); };
+  for (Eigen::Index a : coordinates) std::tie(result.gradient[a], result.curvature(a, a)) = second(moved(a));
   for (Eigen::Index a : coordinates)
     for (Eigen::Index b : coordinates) {
       if (b >= a) continue;
-      const double both = second(VectorXd::Unit(size, a) + VectorXd::Unit(size, b)).second;
+      const double both = second(moved(a) + moved(b)).second;
       result.curvature(a, b) = 0.5 * (both - result.curvature(a, a) - result.curvature(b, b));
       result.curvature(b, a) = result.curvature(a, b);
     }
+  result.gradient = result.gradient.cwiseQuotient(unit);
+  result.curvature = unit.cwiseInverse().asDiagonal() * result.curvature * unit.cwiseInverse().asDiagonal();
   result.by_time_mixed = VectorXd::Zero(size);
   if (of_moments) {  // moments fall with the square of the time step
     const VectorXd& u = here.moment;
@@ -441,20 +445,20 @@ PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int n
     result.by_time_twice = -result.by_time;
     result.by_time_mixed = -result.gradient;
   }
+  const double scale = scale_of(motion, bound);
+  result.pull *= scale;
+  result.gradient /= scale;
+  result.curvature /= scale;
+  result.by_time /= scale;
+  result.by_time_twice /= scale;
+  result.by_time_mixed /= scale;
   return result;
-}
-
-double largest_multiplier(const StoredMotion& motion) {
-  double largest = 0.0;
-  for (const maneuver::LimitMultiplier& own : motion.solution.limit_multipliers)
-    for (double multiplier : own.multiplier) largest = std::max(largest, std::abs(multiplier));
-  return largest;
 }
 
 // Whether a bound leaves no room at a node: strictly, so that what hardly pulls counts as free.
 bool holds(const StoredMotion& motion, const Bound& bound, int k, double multiplier) {
   if (bound.equality()) return true;
-  const double unit = unit_of(bound);
+  const double unit = scale_of(motion, bound);
   return multiplier * unit > least_pull * spent_rate(motion) &&
          std::abs(margin(motion, bound, place_of(motion, k))) <= at_the_bound * unit;
 }
@@ -463,13 +467,19 @@ bool holds(const StoredMotion& motion, const Bound& bound, int k, double multipl
 
 std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
   std::vector<PullingBound> result;
-  const double largest = largest_multiplier(motion);
-  for (const Bound& bound : bounds_of(motion)) {
+  const std::vector<Bound> bounds = bounds_of(motion);
+  double largest = 0.0;  // by what each bound's margin is large or small beside
+  for (const Bound& bound : bounds)
+    if (const std::vector<double>* multipliers = multipliers_of(motion, bound))
+      for (double multiplier : *multipliers)
+        largest = std::max(largest, std::abs(multiplier) * scale_of(motion, bound));
+  for (const Bound& bound : bounds) {
     const std::vector<double>* multipliers = multipliers_of(motion, bound);
     if (!multipliers || bound.kind == Kind::duration) continue;
     for (int k = 0; k <= motion.steps; ++k) {
       const double multiplier = (*multipliers)[at(k)];
-      if (!applies(motion, bound, k) || !(std::abs(multiplier) > least_pull * largest)) continue;
+      if (!applies(motion, bound, k) || !(std::abs(multiplier) * scale_of(motion, bound) > least_pull * largest))
+        continue;
       result.push_back(pulling_bound(motion, bound, k, multiplier * node_time(motion, bound, k)));
       result.back().holds = holds(motion, bound, k, multiplier);
     }

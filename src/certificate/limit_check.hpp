@@ -63,8 +63,8 @@ LimitPulls limit_pulls(const StoredMotion& motion);
 struct PullingBound {
   int node;
   bool of_moments;
-  double pull;         // multiplier × time; of waypoints of either sign
-  VectorXd gradient;   // [place]
+  double pull;         // multiplier × time × unit; of waypoints of either sign
+  VectorXd gradient;   // [place] of the margin in a unit: the bound's own value, the swimmer's unit of length, 1 rad
   MatrixXd curvature;  // [place][place] along exponentials
   // by the logarithm of the time step, shapes and impulses h²u held: first, second, mixed with the place
   double by_time, by_time_twice;

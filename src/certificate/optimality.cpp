@@ -10,6 +10,7 @@
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/control_path.hpp"
 #include "maneuver/row_space.hpp"
+#include "mechanics/joint_moments.hpp"
 
 namespace lamprey::certificate {
 
@@ -28,15 +29,12 @@ double difference(const StoredMotion& motion, const MatrixXd& moments) {
     // led joints exert what is along their axes, no more
     const mechanics::Vectors exerted =
         mechanics::applied_moments(motion.system, motion.solution.rotation[at(k)], motion.control[at(k)]);
-    int column = 0;
-    for (int j = 0; j < motion.system.joint_count(); ++j) {
-      const auto& actuation = motion.system.joint(j).actuation;
-      const int columns = static_cast<int>(actuation.cols());
-      const Vector3d& u = motion.control[at(k)][at(j)];
-      outside.add((motion.solution.control[at(k)][at(j)] - exerted[at(j)]).norm());
-      outside.add((u - actuation * moments.row(k).segment(column, columns).transpose()).norm());
+    const mechanics::Moments along = mechanics::joint_moments(motion.system, moments.row(k).transpose());
+    for (std::size_t j = 0; j < along.size(); ++j) {
+      const Vector3d& u = motion.control[at(k)][j];
+      outside.add((motion.solution.control[at(k)][j] - exerted[j]).norm());
+      outside.add((u - along[j]).norm());
       largest.add(u.norm());
-      column += columns;
     }
   }
   return outside.relative_to(largest.value());
@@ -61,27 +59,21 @@ integrator::SweptGradients sweep(const StoredMotion& motion, integrator::StepRan
       end_rows);
 }
 
-// Typical size of each entry of a state's perturbation when turns and shifts are of size 1 over `duration` s.
+}  // namespace
+
 VectorXd state_scale(const StoredMotion& motion, double duration) {
-  const MatrixXd inertia = mechanics::generalized_inertia(motion.system, motion.solution.rotation.front());
-  VectorXd scale(2 * inertia.rows());
-  scale << VectorXd::Ones(inertia.rows()), inertia.diagonal() / duration;
+  const VectorXd inertia = mechanics::generalized_inertia(motion.system, motion.solution.rotation.front()).diagonal();
+  VectorXd turn = VectorXd::Ones(inertia.size());
+  turn.tail<3>().setConstant(motion.system.length_unit());
+  VectorXd scale(2 * inertia.size());
+  scale << turn, inertia.cwiseProduct(turn) / duration;
   return scale;
 }
 
-}  // namespace
-
 MatrixXd actuated_moments(const StoredMotion& motion) {
   MatrixXd moments(motion.steps + 1, motion.system.control_count());
-  for (int k = 0; k <= motion.steps; ++k) {
-    int column = 0;
-    for (int j = 0; j < motion.system.joint_count(); ++j) {
-      const auto& actuation = motion.system.joint(j).actuation;
-      const int columns = static_cast<int>(actuation.cols());
-      moments.row(k).segment(column, columns) = (actuation.transpose() * motion.control[at(k)][at(j)]).transpose();
-      column += columns;
-    }
-  }
+  for (int k = 0; k <= motion.steps; ++k)
+    moments.row(k) = mechanics::along_actuation(motion.system, motion.control[at(k)]).transpose();
   return moments;
 }
 

@@ -23,6 +23,9 @@ VectorXd node_weights(const StoredMotion& motion);
 /// Gradient of the cost by the free numbers of the space.
 VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space);
 
+/// Typical size of each entry of a state's perturbation when turns and shifts, by the unit of length, are of size 1 over `duration` s.
+VectorXd state_scale(const StoredMotion& motion, double duration);
+
 /// Jacobian of functionals of the end state by the free numbers, by one backward sweep along the stored steps. Along a
 /// motion where perturbations grow by a factor G its rows agree with each other but for 1/G, so rank is lost from G =
 /// 1e10 or so.

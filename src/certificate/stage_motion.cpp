@@ -3,10 +3,12 @@
 #include <cstdint>
 
 #include "certificate/goal_check.hpp"
+#include "certificate/optimality.hpp"
 #include "integrator/march.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/row_space.hpp"
 #include "maneuver/step_polynomial.hpp"
+#include "mechanics/joint_moments.hpp"
 
 namespace lamprey::certificate {
 
@@ -19,27 +21,11 @@ using model::System;
 constexpr double dependent_stage_row = 1e-11;  // of the largest pivot
 constexpr int most_stage_segments = 20;        // a growth of 1e20 over the whole is 10 over each
 
-// Moments along the actuation axes, [controls].
-VectorXd along_actuation(const System& system, const Moments& control) {
-  VectorXd moments(system.control_count());
-  Eigen::Index column = 0;
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const auto& actuation = system.joint(j).actuation;
-    moments.segment(column, actuation.cols()) = actuation.transpose() * control[at(j)];
-    column += actuation.cols();
-  }
-  return moments;
-}
-
 // What is outside the actuation axes, or beside given moments along them.
 double distance_from(const System& system, const Moments& control, const VectorXd& moments) {
   Largest distance;
-  Eigen::Index column = 0;
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const auto& actuation = system.joint(j).actuation;
-    distance.add((control[at(j)] - actuation * moments.segment(column, actuation.cols())).norm());
-    column += actuation.cols();
-  }
+  const Moments exerted = mechanics::joint_moments(system, moments);
+  for (std::size_t j = 0; j < exerted.size(); ++j) distance.add((control[j] - exerted[j]).norm());
   return distance.value();
 }
 
@@ -118,7 +104,7 @@ class Marcher {
     const int nodes = stages_.stages + 1, controls = motion_.system.control_count();
     MatrixXd samples(nodes, controls);
     for (int s = 0; s < nodes; ++s)
-      samples.row(s) = along_actuation(motion_.system, stages_.control[at(k * nodes + s)]).transpose();
+      samples.row(s) = mechanics::along_actuation(motion_.system, stages_.control[at(k * nodes + s)]).transpose();
     const MatrixXd coefficients = maneuver::least_squares(basis_, samples);  // [terms][controls]
     stages_.polynomial.push_back(coefficients.transpose().reshaped());
     const MatrixXd fitted = basis_ * coefficients;
@@ -170,9 +156,7 @@ MatrixXd spanning_rows(const StoredMotion& motion, const StageMotion& stages, co
   const int inputs = stages.terms * motion.system.control_count();
   const int segments = std::min(most_stage_segments, motion.steps);
   const auto node = [&](int s) { return static_cast<int>(std::int64_t{motion.steps} * s / segments); };
-  const MatrixXd inertia = mechanics::generalized_inertia(motion.system, motion.solution.rotation.front());
-  VectorXd scale(2 * inertia.rows());
-  scale << VectorXd::Ones(inertia.rows()), inertia.diagonal() / (motion.time_step * node(1));
+  const VectorXd scale = state_scale(motion, motion.time_step * node(1));
   const int size = static_cast<int>(scale.size());
   // unknowns: scaled costates at the inner segment ends, then the goal's multipliers
   const auto unknowns = static_cast<int>(end_rows.rows()) + size * (segments - 1);
@@ -217,14 +201,8 @@ mechanics::ForcedStep forced_stage(const StoredMotion& motion, const StageMotion
 }
 
 Moments moments_of_step(const StoredMotion& motion, const StageMotion& stages, int k, double fraction) {
-  const VectorXd moments = maneuver::moments_at(stages.polynomial[at(k)], fraction, stages.terms);
-  Moments by_joint;
-  Eigen::Index column = 0;
-  for (const model::Joint& joint : motion.system.joints()) {
-    by_joint.emplace_back(joint.actuation * moments.segment(column, joint.actuation.cols()));
-    column += joint.actuation.cols();
-  }
-  return by_joint;
+  return mechanics::joint_moments(motion.system,
+                                  maneuver::moments_at(stages.polynomial[at(k)], fraction, stages.terms));
 }
 
 double cost_of_steps(const StoredMotion& motion, const StageMotion& stages) {

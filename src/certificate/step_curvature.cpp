@@ -1,5 +1,7 @@
 #include "certificate/step_curvature.hpp"
 
+#include "mechanics/joint_moments.hpp"
+
 namespace lamprey::certificate {
 
 namespace {
@@ -34,15 +36,6 @@ void StepCurvature::spread(const VectorXd& generalized, Eigen::Index first, mech
   }
 }
 
-void StepCurvature::actuated(const mechanics::Moments& moments, Eigen::Ref<VectorXd> result) const {
-  Eigen::Index first = 0;
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    const auto& actuation = system_.joint(j).actuation;
-    result.segment(first, actuation.cols()) = actuation.transpose() * moments[at(j)];
-    first += actuation.cols();
-  }
-}
-
 void StepCurvature::evaluate(const mechanics::ForcedStep& step, const VectorXd& costate, const VectorXd& costate_next) {
   const Eigen::Index momenta = turns_ + 3;
   evaluate_balance(step, balance_);
@@ -74,14 +67,14 @@ void StepCurvature::evaluate(const mechanics::ForcedStep& step, const VectorXd& 
       evaluate_column(place);
       mechanics::control_work_rate(system_, step.interval.rotation, {multiplier_.left, multiplier_rate_.turn},
                                    {direction_.left, rate_.turn}, second_.turn_change, work_);
-      actuated(work_, by_control_.col(place));
+      mechanics::along_actuation(system_, work_, by_control_.col(place));
       direction_.set_zero();
       direction_.right[at(i)][entry] = 1.0;
       evaluate_column(turns_ + place);
       mechanics::control_work_rate(system_, step.interval.next_rotation,
                                    {multiplier_.right, multiplier_rate_.turn_next}, {direction_.right, rate_.turn_next},
                                    second_.turn_change_next, work_);
-      actuated(work_, by_next_control_.col(place));
+      mechanics::along_actuation(system_, work_, by_next_control_.col(place));
     }
   direction_.set_zero();
   for (int c = 0; c < 3; ++c) {

@@ -25,7 +25,6 @@ class StepCurvature {
 
  private:
   void spread(const VectorXd& generalized, Eigen::Index first, mechanics::Freedoms& freedoms) const;
-  void actuated(const mechanics::Moments& moments, Eigen::Ref<VectorXd> result) const;
 
   const model::System& system_;
   Eigen::Index turns_;

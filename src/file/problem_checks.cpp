@@ -437,7 +437,9 @@ void check_waypoints(const Problem& problem) {
       refuse(key + ".time", fmt::format("{} s", waypoint.time),
              fmt::format("a whole number of steps of {} s, after the start and before the end at {} s",
                          problem.time_step(), problem.duration.value),
-             fmt::format("as in {}", problem.time_step() * std::clamp(std::round(step), 1.0, problem.steps - 1.0)));
+             problem.steps < 2 ? "take more time.steps"
+                               : fmt::format("as in {}", problem.time_step() *
+                                                             std::clamp(std::round(step), 1.0, problem.steps - 1.0)));
     if (problem.duration.free)
       refuse(key, "a waypoint with a free duration", "waypoints at fixed times", "fix time.duration");
     bool moves = false;

@@ -12,6 +12,9 @@ namespace lamprey::file {
 /// not finite or the first array of the wrong length (N + 1 = problem.steps + 1 nodes, or none at all).
 std::string solution_text(const Results& results);
 
+/// Its field `problem`, one JSON object.
+std::string problem_text(const ResolvedProblem& problem);
+
 /// solution.json for write_files; the text is made at once, so that a refusal comes before anything touches the disk.
 PendingFile solution_file(const Results& results);
 

@@ -171,6 +171,8 @@ std::string start_text(const ResolvedStart& start) {
   return text.finished();
 }
 
+}  // namespace
+
 std::string problem_text(const ResolvedProblem& problem) {
   require_finite(std::isfinite(problem.time_step) && std::isfinite(problem.duration),
                  "problem.time_step, problem.duration");
@@ -202,6 +204,8 @@ std::string problem_text(const ResolvedProblem& problem) {
   text.add("tolerance", json(problem.tolerance));
   return text.finished();
 }
+
+namespace {
 
 std::string curvature_text(const certificate::SecondOrder& second) {
   return fmt::format("\"smallest_eigenvalue\": {}, \"positive\": {}, \"negative_eigenvalues\": {}",
@@ -246,6 +250,8 @@ std::string certificate_text(const std::optional<certificate::Certificate>& cert
   else
     text.add("second_order_all_axes", "null");
   text.add("verdict", certificate->verdict ? json(word(*certificate->verdict)) : "null");
+  text.add("resolved",
+           certificate->replay ? json(certificate->replay->rotation_error <= certificate::replay_mark) : "null");
   if (const auto& replay = certificate->replay) {
     ObjectText inner(2);
     inner.add("scheme", json(replay->scheme));

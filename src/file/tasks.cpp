@@ -6,6 +6,7 @@
 
 #include "certificate/certify.hpp"
 #include "file/followed_file.hpp"
+#include "file/problem_difference.hpp"
 #include "file/resolve.hpp"
 #include "file/solution_file.hpp"
 #include "file/trajectory_file.hpp"
@@ -75,6 +76,7 @@ void require_gait(const MarchOptions& options) {
                                      : options.followed->problem.goal && options.followed->problem.goal->periodic;
   if (!gait)
     refuse("a motion that is not a gait in " + (options.controls ? options.controls_path : options.followed_path));
+  if (options.followed && options.followed->solution.time.size() < 2) refuse("no motion in " + options.followed_path);
 }
 
 // A stored gait again and again, and the march as long.
@@ -259,16 +261,22 @@ Results certified(const Results& results) {
   return again;
 }
 
-Verification verify_task(const std::string& folder) {
+bool Verification::promises() const {
+  const maneuver::Status claimed = stored.solution.status;
+  return claimed == maneuver::Status::optimal || claimed == maneuver::Status::simulated;
+}
+
+Verification verify_task(const std::string& folder, const std::optional<ProblemFile>& asked) {
   Verification result;
   result.stored = read_solution(folder);
   result.found = certified(result.stored);
-  const maneuver::Status claimed = result.stored.solution.status;
-  if (claimed == maneuver::Status::optimal || claimed == maneuver::Status::simulated)
-    result.status_holds = result.found.solution.status == claimed;
+  if (result.promises()) result.status_holds = result.found.solution.status == result.stored.solution.status;
+  result.fault = result.found.problem.goal ? study::fault(problem_of(result.found), *result.found.certificate)
+                                           : result.found.solution.message;
   if (result.stored.certificate)
     result.claims = certificate::false_claims(*result.stored.certificate, *result.found.certificate);
   result.trajectory_difference = trajectory_difference(folder, result.stored);
+  if (asked) result.problem_differences = problem_differences(result.stored, *asked);
   return result;
 }
 

@@ -59,11 +59,17 @@ Results certified(const Results& results);
 /// read_solution and trajectory_difference do.
 struct Verification {
   Results stored, found;
-  bool status_holds = true;                     // of "optimal" and "simulated"; others promise nothing
-  std::vector<certificate::FalseClaim> claims;  // of the stored certificate
-  std::string trajectory_difference;            // from solution.json, in words; empty: none
-  bool holds() const { return status_holds && claims.empty() && trajectory_difference.empty(); }
+  bool status_holds = true;                      // where it promises something
+  std::vector<certificate::FalseClaim> claims;   // of the stored certificate
+  std::string fault;                             // why the numbers are no optimal answer's, in words; empty: they are
+  std::string trajectory_difference;             // from solution.json, in words; empty: none
+  std::vector<std::string> problem_differences;  // from a problem file, in words
+  bool promises() const;  // whether the stored status says something that could be false: "optimal" or "simulated"
+  bool holds() const {
+    return status_holds && claims.empty() && trajectory_difference.empty() && problem_differences.empty();
+  }
 };
-Verification verify_task(const std::string& folder);
+/// With a problem file the stored problem is compared with what it asks.
+Verification verify_task(const std::string& folder, const std::optional<ProblemFile>& asked = {});
 
 }  // namespace lamprey::file

@@ -6,6 +6,8 @@
 
 #include <Eigen/LU>
 
+#include "mechanics/joint_moments.hpp"
+
 namespace lamprey::integrator {
 
 namespace {
@@ -133,12 +135,8 @@ Moments FeedbackLaw::moments(double time, const ReferenceState& state) const {
   const System& system = path_.system();
   const VectorXd answer = gain(time) * deviation(system, path_.at_time(time), state);
   Moments u = planned_(time);
-  Eigen::Index column = 0;
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const auto& actuation = system.joint(j).actuation;
-    u[at(j)] += actuation * answer.segment(column, actuation.cols());
-    column += actuation.cols();
-  }
+  const Moments answered = mechanics::joint_moments(system, answer);
+  for (std::size_t j = 0; j < u.size(); ++j) u[j] += answered[j];
   return u;
 }
 

@@ -322,8 +322,10 @@ double ComposedProgram::longest(const StageStep& step) {
 }
 
 double ComposedProgram::goal_error() const {
-  return end_rows_.empty() ? 0.0
-                           : now_.end_rows.head(static_cast<Eigen::Index>(end_rows_.size())).lpNorm<Eigen::Infinity>();
+  double error = 0.0;
+  for (std::size_t r = 0; r < end_rows_.size(); ++r)
+    error = std::max(error, end_rows_[r].unit * std::abs(now_.end_rows[static_cast<Eigen::Index>(r)]));
+  return error;
 }
 
 double ComposedProgram::gap() const {

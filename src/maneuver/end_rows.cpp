@@ -26,6 +26,14 @@ void read_turn(const System& system, const mechanics::Rotations& R, int i, Vecto
   }
 }
 
+// What swings all bodies by a radian and back, once over the duration; a power of two, N m.
+double moment_unit(const System& system, double duration) {
+  double inertia = 0.0;
+  for (const model::Body& body : system.bodies()) inertia += body.inertia_matrix.trace() / 3.0;
+  const double frequency = 2.0 * std::numbers::pi / duration;
+  return std::exp2(std::round(std::log2(inertia * frequency * frequency)));
+}
+
 }  // namespace
 
 std::string in_words(double value) {
@@ -47,9 +55,10 @@ std::vector<EndRow> stated_end_rows(const System& system, const Maneuver& maneuv
       for (int c = 0; c < 3; ++c)
         rows.push_back({i > 0 && root ? EndRow::Kind::shape : EndRow::Kind::orientation, i, c});
   for (int c = 0; c < 3; ++c)
-    if (maneuver.end_position[at(c)]) rows.push_back({EndRow::Kind::position, 0, c});
+    if (maneuver.end_position[at(c)]) rows.push_back({EndRow::Kind::position, 0, c, system.length_unit()});
   if (maneuver.rest || maneuver.periodic)
-    for (int place : unactuated) rows.push_back({EndRow::Kind::moment, place, 0});
+    for (int place : unactuated)
+      rows.push_back({EndRow::Kind::moment, place, 0, moment_unit(system, maneuver.duration)});
   return rows;
 }
 
@@ -58,8 +67,8 @@ double end_row(const System& system, const Maneuver& maneuver, const EndRow& row
   const int shape = shape_size(system);
   derivative.setZero();
   if (row.kind == EndRow::Kind::position) {
-    derivative[shape + 3 + row.component] = 1.0;
-    return position[row.component] - *maneuver.end_position[at(row.component)];
+    derivative[shape + 3 + row.component] = 1.0 / row.unit;
+    return (position[row.component] - *maneuver.end_position[at(row.component)]) / row.unit;
   }
   const Matrix3d& asked = *maneuver.end_rotation[at(row.index)];
   const Matrix3d& now = R[at(row.index)];

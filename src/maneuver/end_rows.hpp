@@ -21,15 +21,16 @@ struct EndRow {
     moment,       // of an unactuated direction of a joint, N m: rest and periodicity ask for none there
     closure       // a coordinate of a body's shape at the end against that at the start, rad
   } kind;
-  int index;      // body; of a moment: its place among all moments
-  int component;  // 0, 1, 2
+  int index;          // body; of a moment: its place among all moments
+  int component;      // 0, 1, 2
+  double unit = 1.0;  // rad, m or N m: rows are divided by it, so that they mean the same for swimmers of all sizes
 };
 
 /// Every condition that a maneuver states, redundant ones included. `unactuated`: places of moments that must vanish.
 std::vector<EndRow> stated_end_rows(const model::System& system, const Maneuver& maneuver,
                                     const std::vector<int>& unactuated);
 
-/// Value of a row, and its derivative by (shape, ρ, χ): the last shape's coordinates, the root's world turn and its
+/// Value of a row over its unit, and its derivative by (shape, ρ, χ): the last shape's coordinates, the root's world turn and its
 /// position. Not for moments.
 double end_row(const model::System& system, const Maneuver& maneuver, const EndRow& row,
                const mechanics::Rotations& rotation, const Vector3d& position,

@@ -145,10 +145,8 @@ class LinearMotion {
 
 // Sizes of a deviation's entries that count alike, [2 velocity_count]: 1 rad, a length, and both in a time.
 VectorXd units(const System& system, double time) {
-  double length = 0.0;
-  for (const model::Body& body : system.bodies()) length = std::max(length, body.semi_axes.maxCoeff());
   VectorXd unit = VectorXd::Ones(2 * system.velocity_count());
-  unit.segment<3>(system.velocity_count() - 3).setConstant(length);
+  unit.segment<3>(system.velocity_count() - 3).setConstant(system.size());
   unit.tail(system.velocity_count()) = unit.head(system.velocity_count()) / time;
   return unit;
 }

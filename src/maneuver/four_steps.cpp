@@ -128,7 +128,7 @@ void FourSteps::find_momenta(Four& scale) {
     m.own = left_[at(i)] * p_left + m.right * p_right;
     m.force = m.own;
     m.turn = cross(p_right, m.right_seen) + rate * vee_twice(body.trace_weight * (transposed(left_[at(i)]) * m.right));
-    scale = larger(scale, larger(largest(m.turn), largest(m.own)));
+    scale = larger(scale, larger(largest(m.turn), noise_.length * largest(m.own)));
   }
   for (auto i = system_.root_to_leaves().rbegin(); i != system_.root_to_leaves().rend(); ++i) {
     Momenta& m = momenta_[at(*i)];
@@ -185,7 +185,7 @@ bool FourSteps::solve(const ForFour<ShapeStep*>& step) {
     find_momenta(scale);
     Four3 turn = Four3::zero(), shift = momenta_[0].force;
     for (const Momenta& m : momenta_) turn += m.right * m.turn;
-    const Four residual = larger(largest(turn), largest(shift));
+    const Four residual = larger(largest(turn), noise_.length * largest(shift));
     const auto open =
         ~((residual <= MomentumNoise::of_sums * scale) | ((residual <= noise) & (residual >= 0.5 * before)));
     if (!(open[0] || open[1] || open[2] || open[3])) {

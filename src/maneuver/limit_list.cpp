@@ -101,6 +101,7 @@ void add_waypoint_rows(const System& system, const Problem& problem, std::vector
     for (const Waypoint& other : problem.waypoints)
       if (other.time < waypoint.time) row.time_before = std::max(row.time_before, other.time);
     row.kind = Kind::pass_position;
+    row.unit = system.length_unit();
     for (int c = 0; c < 3; ++c)
       if (waypoint.move[at(c)]) {
         row.component = c;
@@ -108,6 +109,7 @@ void add_waypoint_rows(const System& system, const Problem& problem, std::vector
         rows.push_back(row);
       }
     row.kind = Kind::pass_turn;
+    row.unit = 1.0;
     for (int i = 0; i < system.body_count(); ++i) {
       const auto own = waypoint.rotation.find(system.body(i).name);
       if (own != waypoint.rotation.end())

@@ -311,17 +311,10 @@ void pass_turn_derivatives(const LimitRow& row, const LimitedNode& node, VectorX
   hessian.block<3, 3>(place, place) = 0.5 * (second + second.transpose()) / row.unit;
 }
 
-// Moments of a joint among all along the actuation.
-Eigen::Index first_moment(const System& system, int joint) {
-  Eigen::Index first = 0;
-  for (int j = 0; j < joint; ++j) first += system.joint(j).actuation.cols();
-  return first;
-}
-
 // N m, in the frame of Joint::actuation's columns.
 Vector3d joint_moment(const System& system, int joint, const VectorXd& moment) {
   const auto& actuation = system.joint(joint).actuation;
-  return actuation * moment.segment(first_moment(system, joint), actuation.cols());
+  return actuation * moment.segment(system.joint(joint).first_control, actuation.cols());
 }
 
 double angle_of(const System& system, const LimitRow& row, const LimitedNode& node) {
@@ -334,7 +327,7 @@ double plain_value(const System& system, const LimitRow& row, const LimitedNode&
     case Kind::torque:
       return 1.0 - joint_moment(system, row.joint, node.moment).norm() / row.bound;
     case Kind::torque_component:
-      return 1.0 - std::abs(node.moment[first_moment(system, row.joint) + row.component]) / row.bound;
+      return 1.0 - std::abs(node.moment[system.joint(row.joint).first_control + row.component]) / row.bound;
     case Kind::swing: {
       const Joint& joint = system.joint(row.joint);
       return parent_arm(joint).dot(mechanics::child_to_parent(node.rotation, joint) * child_arm(joint)) -
@@ -451,7 +444,7 @@ void torque_derivatives(const System& system, const LimitRow& row, const VectorX
                         MatrixXd& hessian) {
   gradient.setZero(system.control_count());
   hessian.setZero(gradient.size(), gradient.size());
-  const Eigen::Index first = first_moment(system, row.joint);
+  const Eigen::Index first = system.joint(row.joint).first_control;
   const double scale = -1.0 / (row.bound * row.unit);
   if (row.kind == Kind::torque_component) {
     gradient[first + row.component] = moment[first + row.component] < 0.0 ? -scale : scale;

@@ -46,7 +46,9 @@ void fit_to_joints(const model::System& system, mechanics::Rotations& rotation);
 /// Throws model::InputError where a body is turned by more beside its joint than a measurement errs.
 integrator::State start_without_momentum(const model::System& system, const Start& start);
 
-/// Whether the whole has linear or angular momentum at the start.
+/// Whether the whole has linear or angular momentum, beyond 1e-10 of what the bodies have.
+bool has_momentum(const model::System& system, const integrator::State& state);
+/// The same of a problem's start.
 bool has_momentum(const model::System& system, const Start& start);
 
 /// The maneuver of a problem marched with `steps` steps. Throws InputError where the goal contradicts mechanics.

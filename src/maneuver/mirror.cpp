@@ -32,13 +32,14 @@ bool swimmer_unchanged(const System& system, const Matrix3d& P) {
   for (const model::Joint& joint : system.joints()) {
     if (!joint.free() || joint.stiffness > 0.0) return false;  // nor are axes and zero angles
     if (joint.parent_offset != P * joint.parent_offset || joint.child_offset != P * joint.child_offset) return false;
-    if (!unchanged(joint.actuation * joint.actuation.transpose(), P)) return false;
+    const MatrixXd signs = joint.actuation.transpose() * P * joint.actuation;  // of the moments, for limits of each
+    if (!signs.cwiseAbs().isIdentity(same)) return false;
   }
   return true;
 }
 
 bool question_unchanged(const Maneuver& maneuver, const Matrix3d& P, int axis) {
-  if (maneuver.start.momentum.squaredNorm() > 0.0) return false;
+  if (maneuver.start.momentum.squaredNorm() > 0.0 || maneuver.cost_weights.displacement[axis] != 0.0) return false;
   for (const Matrix3d& R : maneuver.start.rotation)
     if (!unchanged(R, P)) return false;
   for (const auto& R : maneuver.end_rotation)
@@ -49,8 +50,9 @@ bool question_unchanged(const Maneuver& maneuver, const Matrix3d& P, int axis) {
 
 }  // namespace
 
-std::optional<int> mirror_axis(const System& system, const Maneuver& maneuver) {
+std::optional<int> mirror_axis(const System& system, const Maneuver& maneuver, const Vector3d& turn) {
   for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(turn[axis]) > same * turn.norm()) continue;  // which the image would keep
     const Matrix3d P = reflection(axis);
     if (swimmer_unchanged(system, P) && question_unchanged(maneuver, P, axis)) return axis;
   }

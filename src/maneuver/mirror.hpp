@@ -7,9 +7,10 @@
 
 namespace lamprey::maneuver {
 
-/// A coordinate axis whose reversal, in the world and in every body, leaves swimmer, start and goal as they are: inertia, offsets
-/// and control axes, start at rest, end rotations and position. Nothing where there is none.
-std::optional<int> mirror_axis(const model::System& system, const Maneuver& maneuver);
+/// A coordinate axis whose reversal, in the world and in every body, turns `turn` (rotation vector, world) into its opposite and leaves
+/// swimmer, start, goal and cost as they are: inertia, offsets and control axes, start at rest, end rotations and position,
+/// displacements that are won. Nothing where there is none.
+std::optional<int> mirror_axis(const model::System& system, const Maneuver& maneuver, const Vector3d& turn);
 
 /// The image of a motion under reversal of that axis through its start: R → PRP, displacements → P, moments → −P.
 NodePath mirrored(const model::System& system, const NodePath& path, int axis);

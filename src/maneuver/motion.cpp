@@ -1,6 +1,7 @@
 #include "maneuver/motion.hpp"
 
 #include "maneuver/step_polynomial.hpp"
+#include "mechanics/joint_moments.hpp"
 #include "mechanics/step_balance.hpp"
 
 namespace lamprey::maneuver {
@@ -34,17 +35,6 @@ void read_interval(const System& system, const NodePath& path, int k, mechanics:
 
 }  // namespace
 
-mechanics::Moments joint_moments(const System& system, const VectorXd& control) {
-  mechanics::Moments u(at(system.joint_count()));
-  Eigen::Index column = 0;
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const auto& actuation = system.joint(j).actuation;
-    u[at(j)] = actuation * control.segment(column, actuation.cols());
-    column += actuation.cols();
-  }
-  return u;
-}
-
 void append_node(const System& system, double time, const integrator::State& state, const mechanics::Moments& control,
                  Solution& solution) {
   const VectorXd velocity = integrator::velocity_of_state(system, state);
@@ -71,7 +61,7 @@ void describe_motion(const System& system, mechanics::DiscreteLagrangian lagrang
   mechanics::Interval interval(system.body_count());
   mechanics::StepBalance balance(system.body_count());
   for (int k = 0; k <= steps; ++k) {
-    const mechanics::Moments u = joint_moments(system, path.control[at(k)]);
+    const mechanics::Moments u = mechanics::joint_moments(system, path.control[at(k)]);
     if (k < steps) read_interval(system, path, k, interval);
     // μ_k = E⁻ of the step that begins here, μ_N = E⁺ of the last
     evaluate_balance({system, lagrangian, time_step, interval, u, u}, balance);
@@ -93,7 +83,7 @@ void describe_composed_motion(const System& system, Scheme scheme, double time_s
     const int step = std::min(k, steps - 1);
     std::vector<mechanics::Moments> moments;  // of the step's nodes
     for (double fraction : fractions)
-      moments.push_back(joint_moments(system, moments_at(path.polynomial[at(step)], fraction, terms)));
+      moments.push_back(mechanics::joint_moments(system, moments_at(path.polynomial[at(step)], fraction, terms)));
     // μ_k = E⁻ of the stage that begins here, μ_N = E⁺ of the last
     const bool last = k == steps;
     const int s = last ? stages - 1 : 0, node = step * stages + s;
@@ -103,7 +93,7 @@ void describe_composed_motion(const System& system, Scheme scheme, double time_s
                      balance);
     integrator::State state{path.rotation[at(k * stages)], path.position[at(k * stages)], VectorXd()};
     state.momentum = stacked(system, last ? balance.plus : balance.minus, balance.linear);
-    append_node(system, k * time_step, state, joint_moments(system, path.control[at(k * stages)]), solution);
+    append_node(system, k * time_step, state, mechanics::joint_moments(system, path.control[at(k * stages)]), solution);
     if (last) break;
     solution.stage_time.emplace_back();
     solution.control_stages.emplace_back();

@@ -7,9 +7,6 @@
 
 namespace lamprey::maneuver {
 
-/// Joint moments [joints][3] of control values along the actuation columns.
-mechanics::Moments joint_moments(const model::System& system, const VectorXd& control);
-
 /// Fills time, position, rotation, control, velocity and momentum of a solution from a motion's nodes.
 /// μ_k = p⁻_k − (h/2) U_k at all nodes but the last, μ_N = p⁺_N + (h/2) U_N; velocities are 𝕀⁻¹ μ.
 void describe_motion(const model::System& system, mechanics::DiscreteLagrangian lagrangian, double time_step,

@@ -29,14 +29,6 @@ std::string axis_in_words(const Vector3d& axis) {
   return "(" + in_words(axis[0]) + ", " + in_words(axis[1]) + ", " + in_words(axis[2]) + ")";
 }
 
-// m: the largest distance of a joint from a mass centre.
-double size_of(const System& system) {
-  double size = 0.0;
-  for (const model::Joint& joint : system.joints())
-    size = std::max({size, joint.parent_offset.norm(), joint.child_offset.norm()});
-  return size;
-}
-
 // How far the displacement asked for is from those along the columns, m.
 double beyond_shifts(const Maneuver& maneuver, const MatrixXd& shifts) {
   std::vector<int> asked;
@@ -67,6 +59,32 @@ int turned_out_of(const Maneuver& maneuver, const Vector3d& axis, const NodePath
   return -1;
 }
 
+// Gram and Schmidt's rows.
+MatrixXd orthonormal(MatrixXd rows) {
+  for (Eigen::Index r = 0; r < rows.rows(); ++r) {
+    for (Eigen::Index before = 0; before < r; ++before)
+      rows.row(r) -= rows.row(r).dot(rows.row(before)) * rows.row(before);
+    rows.row(r).normalize();
+  }
+  return rows;
+}
+
+// Orthonormal rows of turns (rad) and displacements, from those whose displacements are in a unit. Displacements without a turn
+// come apart first: beside turns they would be lost in round-off where the unit is far from 1 m.
+MatrixXd in_metres(const MatrixXd& poses, double unit) {
+  if (unit == 1.0) return poses;
+  const MatrixXd turns = span_of_rows(poses.leftCols<3>().transpose(), reach_threshold);
+  MatrixXd still(0, 6);
+  if (turns.cols() < poses.rows()) {
+    still = null_space(turns.transpose()).transpose() * poses;
+    still.leftCols<3>().setZero();
+  }
+  MatrixXd all(poses.rows(), 6);
+  all << still, turns.transpose() * poses;
+  all.bottomRows(turns.cols()).rightCols<3>() *= unit;
+  return orthonormal(all);
+}
+
 // Whether the goal asks for the shape of the start.
 bool ends_in_first_shape(const Maneuver& maneuver) {
   if (maneuver.periodic) return true;
@@ -86,7 +104,7 @@ bool asks_to_move(const System& system, const Maneuver& maneuver) {
   if (end && lie::rotation_angle(maneuver.start.rotation[0].transpose() * *end) > same_pose) return true;
   for (int c = 0; c < 3; ++c)
     if (const auto& x = maneuver.end_position[at(c)];
-        x && std::abs(*x - maneuver.start.position[c]) > same_pose * size_of(system))
+        x && std::abs(*x - maneuver.start.position[c]) > same_pose * system.size())
       return true;
   return false;
 }
@@ -113,6 +131,22 @@ void normalize_rows(Rows&& rows) {
 void normalize_gap(Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> gap) {
   const double length = gap.norm();
   gap *= length > dependence_threshold ? 1.0 / length : 0.0;
+}
+
+// States that are displacements in units of the swimmer, beside its turns in rad.
+void measure_in_units(const System& system, const ShapeCoordinates& coordinates, StageModel& model) {
+  const double unit = system.length_unit();
+  for (Eigen::Index p = 0; p < coordinates.pose.cols(); ++p) {
+    if (coordinates.pose.col(p).head<3>().norm() > reach_threshold) continue;
+    const Eigen::Index place = 2 * coordinates.shape.cols() + p;
+    for (Stage& stage : model.stage) {
+      stage.A.row(place) /= unit;
+      stage.A.col(place) *= unit;
+      stage.B.row(place) /= unit;
+      stage.gap[place] /= unit;
+    }
+    model.C.col(place) *= unit;
+  }
 }
 
 // Orthonormal rows that span what moments on the way can move at the end. Step by step: along an unstable motion all that early
@@ -143,6 +177,7 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
   const optimizer::StageSizes sizes = program.sizes();
   StageModel model(sizes);
   program.linearize(model);
+  measure_in_units(system, all, model);
   const Eigen::Index shape = all.shape.cols();
   const bool unsupported = program.merit().violation > dependence_threshold;  // idle moments that nothing exerts
   MatrixXd reached(0, sizes.states);  // rows span what moments before a node can move there
@@ -177,7 +212,7 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
   }
   ShapeCoordinates found = all;
   if (shapes.rows() < shape) found.shape = shapes.transpose();
-  if (poses.rows() < 6) found.pose = poses.transpose();
+  if (poses.rows() < 6) found.pose = in_metres(poses, system.length_unit()).transpose();
   return found;
 }
 
@@ -192,7 +227,7 @@ std::string out_of_reach(const System& system, const Maneuver& maneuver, const S
   if (turns.cols() > 1 && shifts.cols() == 3) return "";
   const std::string cure =
       "; joints or control_axes that bend out of it would reach further, or a goal that leaves this \"free\"";
-  if (const double beyond = beyond_shifts(maneuver, shifts); beyond > same_pose * size_of(system)) {
+  if (const double beyond = beyond_shifts(maneuver, shifts); beyond > same_pose * system.size()) {
     std::string kept = "where they are";
     if (shifts.cols() == 2) kept = "in the plane normal to " + axis_in_words(null_space(shifts.transpose()).col(0));
     if (shifts.cols() == 1) kept = "on the line along " + axis_in_words(shifts.col(0));
@@ -221,6 +256,7 @@ std::optional<std::vector<EndRow>> independent_end_rows(const System& system, co
   StageModel model(program.sizes());
   if (!program.go_to(path)) return std::nullopt;
   program.linearize(model);
+  measure_in_units(system, coordinates, model);
   const auto rows = static_cast<Eigen::Index>(stated.size());
   MatrixXd sensitivity = model.C * reached_at_end(model).transpose();
   std::map<EndRow::Kind, double> unit;  // rad, m and N m side by side: each kind counts by its largest row

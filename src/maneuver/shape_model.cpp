@@ -44,7 +44,7 @@ void ShapeProgram::model_node(int k, NodeModel& node) {
   if (k == steps_)
     for (std::size_t r = 0; r < end_rows_.size(); ++r)
       if (end_rows_[r].kind == EndRow::Kind::moment)
-        by_moments[end_rows_[r].index] = end_multiplier_[static_cast<Eigen::Index>(r)];
+        by_moments[end_rows_[r].index] = end_multiplier_[static_cast<Eigen::Index>(r)] / end_rows_[r].unit;
   if (maneuver_.periodic && k == 0) return;  // the last node's multiplier
   if (joint_by_joint()) {
     moments_.solve_transposed(now_.rotation[at(k)], node.multiplier);
@@ -321,7 +321,7 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
   }
   for (std::size_t r = 0; r < end_rows_.size(); ++r)
     if (end_rows_[r].kind == EndRow::Kind::moment)
-      model.C.row(static_cast<Eigen::Index>(r)) = end_by_state_.row(end_rows_[r].index);
+      model.C.row(static_cast<Eigen::Index>(r)) = end_by_state_.row(end_rows_[r].index) / end_rows_[r].unit;
 }
 
 // The end rows but those of moments.

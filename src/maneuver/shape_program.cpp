@@ -285,7 +285,7 @@ void ShapeProgram::measure(Motion& motion) {
 double ShapeProgram::value_of(const EndRow& row, const Motion& motion) {
   switch (row.kind) {
     case EndRow::Kind::moment:
-      return motion.moment.back()[row.index];
+      return motion.moment.back()[row.index] / row.unit;
     case EndRow::Kind::closure:
       return closure_row(system_, row, motion.shape.front(), motion.shape.back(), by_first_, by_last_);
     case EndRow::Kind::orientation:
@@ -298,7 +298,7 @@ double ShapeProgram::value_of(const EndRow& row, const Motion& motion) {
 
 double ShapeProgram::stated_goal_error() {
   double error = 0.0;
-  for (const EndRow& row : stated_rows_) error = std::max(error, std::abs(value_of(row, now_)));
+  for (const EndRow& row : stated_rows_) error = std::max(error, row.unit * std::abs(value_of(row, now_)));
   return error;
 }
 
@@ -438,7 +438,7 @@ double ShapeProgram::goal_error() const {
   double error = 0.0;
   for (std::size_t r = 0; r < end_rows_.size(); ++r)
     if (end_rows_[r].kind != EndRow::Kind::moment)
-      error = std::max(error, std::abs(now_.end_rows[static_cast<Eigen::Index>(r)]));
+      error = std::max(error, end_rows_[r].unit * std::abs(now_.end_rows[static_cast<Eigen::Index>(r)]));
   return error;
 }
 
@@ -448,7 +448,7 @@ std::string ShapeProgram::largest_miss() const {
   const double value = now_.end_rows.cwiseAbs().maxCoeff(&worst);
   if (value < worth_telling) return "";
   const EndRow& row = end_rows_[at(static_cast<int>(worst))];
-  const std::string size = in_words(value);
+  const std::string size = in_words(row.unit * value);
   const std::string axis = " e_" + std::to_string(row.component + 1);
   switch (row.kind) {
     case EndRow::Kind::position:

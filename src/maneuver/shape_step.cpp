@@ -47,11 +47,11 @@ void write_shape(const System& system, const VectorXd& shape, Freedoms& freedoms
 ShapeCoordinates::ShapeCoordinates(const System& system)
     : shape(MatrixXd::Identity(shape_size(system), shape_size(system))), pose(MatrixXd::Identity(6, 6)) {}
 
-MomentumNoise::MomentumNoise(const System& system) {
+MomentumNoise::MomentumNoise(const System& system) : length(system.length_unit()) {
   for (const model::Body& body : system.bodies()) {
     double reach = 0.0;  // m
     for (const model::PathPoint& point : body.path) reach += point.offset.norm();
-    inertia = std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (reach + reach * reach));
+    inertia = std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (length + reach) * reach);
   }
 }
 
@@ -158,7 +158,7 @@ void ShapeKernel::find_levers(const Rotations& left) {
 }
 
 // Total angular momentum about the root's mass centre and total linear momentum, seen from the root at the beginning;
-// scale: the largest of what is summed.
+// scale: the largest of what is summed, linear ones by their length.
 Vector6d ShapeKernel::momentum(const mechanics::Interval& interval, double& scale) const {
   const mechanics::DiscreteMomenta& p = balance_.momenta;
   Vector3d angular = Vector3d::Zero();
@@ -167,7 +167,7 @@ Vector6d ShapeKernel::momentum(const mechanics::Interval& interval, double& scal
     const std::size_t n = at(i);
     const Vector3d own = interval.rotation[n] * p.own_minus[n];
     angular += own;
-    scale = std::max({scale, own.lpNorm<Eigen::Infinity>(), p.impulse[n].lpNorm<Eigen::Infinity>()});
+    scale = std::max({scale, own.lpNorm<Eigen::Infinity>(), noise_.length * p.impulse[n].lpNorm<Eigen::Infinity>()});
     if (i == 0) continue;
     const Vector3d by_force = lever_[n].cross(p.subtree_linear[n]);
     angular += by_force;
@@ -191,7 +191,8 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
     mechanics::body_momenta(system_, lagrangian_, time_step, step.interval, balance_.momenta);
     double scale = 0.0;
     const Vector6d missed = momentum(step.interval, scale);
-    const double residual = missed.lpNorm<Eigen::Infinity>();
+    const double residual = std::max(missed.head<3>().lpNorm<Eigen::Infinity>(),
+                                     noise_.length * missed.tail<3>().lpNorm<Eigen::Infinity>());
     if (!std::isfinite(residual)) return false;
     const double noise = noise_.of_rotations(time_step);
     if (residual <= MomentumNoise::of_sums * scale || (residual <= noise && residual >= 0.5 * before)) {
@@ -220,12 +221,14 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
   return false;
 }
 
-// Broyden's update: the inverse maps the change of momentum to the motion that made it.
-void ShapeKernel::learn_inverse(const Vector6d& moved, const Vector6d& change, Matrix6d& inverse) {
+// Broyden's update: the inverse maps the change of momentum to the motion that made it, shifts counted by their length.
+void ShapeKernel::learn_inverse(const Vector6d& moved, const Vector6d& change, Matrix6d& inverse) const {
   const Vector6d foretold = inverse * change;
-  const double share = moved.dot(foretold);
-  if (share < least_learning * moved.squaredNorm()) return;
-  const Vector6d row = inverse.transpose() * moved, learnt = (moved - foretold) / share;
+  Vector6d weighed = moved;
+  weighed.tail<3>() /= noise_.length * noise_.length;
+  const double share = weighed.dot(foretold);
+  if (share < least_learning * weighed.dot(moved)) return;
+  const Vector6d row = inverse.transpose() * weighed, learnt = (moved - foretold) / share;
   for (int c = 0; c < 6; ++c) inverse.col(c) += row[c] * learnt;
 }
 

@@ -42,7 +42,8 @@ struct MomentumNoise {
   explicit MomentumNoise(const model::System& system);
   /// What that of rotations makes of it.
   double of_rotations(double time_step) const { return 1e-14 * inertia / std::abs(time_step); }
-  double inertia = 0.0;  // kg m², the largest about the root, with kg m beside it
+  double length;         // m, by which linear momenta count beside angular ones
+  double inertia = 0.0;  // kg m², the largest about the root
 };
 
 /// A step between two shapes. The root's motion over it is seen from the root at its beginning.
@@ -105,7 +106,7 @@ class ShapeKernel {
  private:
   void find_levers(const mechanics::Rotations& left);
   Vector6d momentum(const mechanics::Interval& interval, double& scale) const;
-  static void learn_inverse(const Vector6d& moved, const Vector6d& change, Matrix6d& inverse);
+  void learn_inverse(const Vector6d& moved, const Vector6d& change, Matrix6d& inverse) const;
   void read_balance(const mechanics::ForcedStep& forced, ShapeStep& step);
   void measure_rates(const mechanics::ForcedStep& forced, const ShapeStep& step);
   bool find_momentum_inverse(ShapeStep& step) const;

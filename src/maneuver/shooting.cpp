@@ -4,6 +4,7 @@
 
 #include "maneuver/control_path.hpp"
 #include "maneuver/motion.hpp"
+#include "mechanics/joint_moments.hpp"
 
 namespace lamprey::maneuver {
 
@@ -62,9 +63,9 @@ bool Shooting::march(const VectorXd& x) {
   path_.control.push_back(node_control(x, 0));
   for (int k = 0; k < maneuver_.steps; ++k) {
     path_.control.push_back(node_control(x, k + 1));
-    const auto report =
-        advance(system_, maneuver_.lagrangian, maneuver_.time_step(), joint_moments(system_, path_.control[at(k)]),
-                joint_moments(system_, path_.control.back()), end_, work);
+    const auto report = advance(system_, maneuver_.lagrangian, maneuver_.time_step(),
+                                mechanics::joint_moments(system_, path_.control[at(k)]),
+                                mechanics::joint_moments(system_, path_.control.back()), end_, work);
     if (!report.converged) return false;
     path_.cayley.push_back(work.interval.cayley);
     path_.rotation.push_back(end_.rotation);
@@ -122,7 +123,7 @@ void Shooting::jacobian(const VectorXd& x, VectorXd& values) {
     mechanics::update_interval(system_, step);
   };
   std::vector<mechanics::Moments> moments;
-  for (const VectorXd& u : path_.control) moments.push_back(joint_moments(system_, u));
+  for (const VectorXd& u : path_.control) moments.push_back(mechanics::joint_moments(system_, u));
   const MatrixXd by_nodes = integrator::gradient_sweep(system_, maneuver_.lagrangian, maneuver_.time_step(), source,
                                                        moments, {0, maneuver_.steps}, end_rows())
                                 .by_control;

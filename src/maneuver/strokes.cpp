@@ -38,15 +38,10 @@ Vector bounded(const Vector& x, double largest) {
 class Waves {
  public:
   Waves(const System& system, const StrokeLimits& limits, int strokes)
-      : system_(system), limits_(limits), strokes_(strokes) {
-    for (const model::Joint& joint : system.joints()) {
-      first_.push_back(size_);
-      size_ += 2 * joint.actuation.cols();
-    }
-  }
+      : system_(system), limits_(limits), strokes_(strokes) {}
 
   // Of amplitudes: of sine and cosine along each actuated direction.
-  Eigen::Index size() const { return size_; }
+  Eigen::Index size() const { return 2 * system_.control_count(); }
 
   // rad: waves that grow in the first half stroke, fade in the last one, and flatten where the joint may not swing further.
   Vector3d swing(const VectorXd& amplitudes, int j, double s) const {
@@ -54,7 +49,8 @@ class Waves {
     const double phase = 2.0 * std::numbers::pi * strokes_ * s;
     const MatrixXd& actuation = system_.joint(j).actuation;
     const Eigen::Index count = actuation.cols();
-    const VectorXd own = bounded(VectorXd(amplitudes.segment(first_[at(j)], 2 * count)), limits_.amplitude[at(j)]);
+    const VectorXd own =
+        bounded(VectorXd(amplitudes.segment(2 * system_.joint(j).first_control, 2 * count)), limits_.amplitude[at(j)]);
     const Vector3d wave = actuation * (std::sin(phase) * own.head(count) + std::cos(phase) * own.tail(count));
     return blend(std::max(edge, 0.0)) * bounded(wave, limits_.swing[at(j)]);
   }
@@ -63,8 +59,6 @@ class Waves {
   const System& system_;
   const StrokeLimits& limits_;
   int strokes_;
-  Eigen::Index size_ = 0;
-  std::vector<Eigen::Index> first_;  // [joints]
 };
 
 class Adjustment {

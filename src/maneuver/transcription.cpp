@@ -62,11 +62,8 @@ Transcription::Transcription(const System& system, const Maneuver& maneuver, std
 void Transcription::lay_out() {
   for (const GoalRow& row : goal_rows_)
     rests_ = rests_ || row.kind == GoalRow::Kind::rest || row.kind == GoalRow::Kind::recurrence;
-  int control = 0;
   for (const model::Joint& joint : system_.joints()) {
-    control_place_.push_back(control);
-    moment_place_.push_back(joint.free() ? control : controls_ + reactions_);
-    control += static_cast<int>(joint.actuation.cols());
+    moment_place_.push_back(joint.free() ? joint.first_control : controls_ + reactions_);
     if (joint.free()) continue;
     const int freedoms = system_.body(joint.child).freedoms;
     reactions_ += 3;

@@ -121,7 +121,7 @@ class Transcription : public optimizer::Program {
   int work_variable(int node, std::size_t powered) const { return place_of(work_variable_, node, powered); }
   // A joint's places among a node's controls: the first, and how many.
   std::pair<int, int> controls_of(int joint) const {
-    return {control_place_[static_cast<std::size_t>(joint)], static_cast<int>(system_.joint(joint).actuation.cols())};
+    return {system_.joint(joint).first_control, static_cast<int>(system_.joint(joint).actuation.cols())};
   }
   int place_of(int first, int node, std::size_t powered) const {
     return first + node * static_cast<int>(powered_.size()) + static_cast<int>(powered);
@@ -227,7 +227,6 @@ class Transcription : public optimizer::Program {
   int reactions_ = 0;  // moments of led joints at a node
   std::vector<int>
       moment_place_;  // [joints] where a joint's moment begins at a node: its controls, or all three of a led one
-  std::vector<int> control_place_;      // [joints] where its controls begin
   int axis_rows_ = 0, joint_rows_ = 0;  // at a node
   int stage_size_ = 0, stage_rows_ = 0, start_variable_ = 0, stretch_variable_ = -1, spline_variable_ = 0;
   std::vector<int> powered_;  // joints with moments, where powers cost

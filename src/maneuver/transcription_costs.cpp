@@ -188,7 +188,7 @@ void Transcription::cost_values(VectorXd& c) const {
       const BallTurn turn = turn_over(k, joint);
       for (Eigen::Index m = 0; m < joint.actuation.cols(); ++m)
         c[row++] = counted_along(joint, m).dot(turn.psi()) -
-                   point_[joint_turn_variable(k, control_place_[at(j)] + static_cast<int>(m))];
+                   point_[joint_turn_variable(k, system_.joint(j).first_control + static_cast<int>(m))];
     }
   double whole = 0.0;
   for (int k = 0; k <= steps_; ++k)
@@ -231,7 +231,7 @@ void Transcription::emit_cost_rows_jacobian(BlockSink& sink) const {
       const std::vector<Charted> charts = charted(k, joint);
       for (Eigen::Index m = 0; m < joint.actuation.cols(); ++m, ++row) {
         emit_charted(row, rate.transpose() * counted_along(joint, m), charts, sink);
-        sink.add(row, joint_turn_variable(k, control_place_[at(j)] + static_cast<int>(m)), scalar(-1.0));
+        sink.add(row, joint_turn_variable(k, system_.joint(j).first_control + static_cast<int>(m)), scalar(-1.0));
       }
     }
   std::vector<std::pair<int, double>> whole;
@@ -301,7 +301,8 @@ void Transcription::pack_costs(VectorXd& x) {
       const Joint& joint = system_.joint(j);
       const Vector3d psi = turn_over(k, joint).psi();
       for (Eigen::Index m = 0; m < joint.actuation.cols(); ++m)
-        x[joint_turn_variable(k, control_place_[at(j)] + static_cast<int>(m))] = counted_along(joint, m).dot(psi);
+        x[joint_turn_variable(k, system_.joint(j).first_control + static_cast<int>(m))] =
+            counted_along(joint, m).dot(psi);
     }
   point_ = x;
   double whole = 0.0;

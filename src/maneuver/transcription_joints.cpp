@@ -130,9 +130,9 @@ void Transcription::axis_values(int node, VectorXd& c) const {
     const int freedoms = system_.body(joint.child).freedoms;
     if (joint.free() || freedoms == 0) continue;
     const auto moment = point_.segment<3>(moment_variable(node, j));
-    const VectorXd asked =
-        (joint.actuation * point_.segment(control_variable(node) + control_place_[at(j)], joint.actuation.cols()))
-            .head(freedoms);
+    const VectorXd asked = (joint.actuation * point_.segment(control_variable(node) + system_.joint(j).first_control,
+                                                             joint.actuation.cols()))
+                               .head(freedoms);
     if (freedoms == 2) c[row++] = joint.parent_axis.dot(moment) - asked[0];
     c[row++] = moment.dot(mechanics::child_to_parent(R, joint) * joint.child_axis) - asked[freedoms - 1];
   }
@@ -148,7 +148,7 @@ void Transcription::emit_axis_jacobian(int node, BlockSink& sink) const {
     const Joint& joint = system_.joint(j);
     const int freedoms = system_.body(joint.child).freedoms;
     if (joint.free() || freedoms == 0) continue;
-    const int variable = moment_variable(node, j), control = control_variable(node) + control_place_[at(j)];
+    const int variable = moment_variable(node, j), control = control_variable(node) + system_.joint(j).first_control;
     const auto by_control = [&](int axis) {
       if (joint.actuation.cols() > 0) sink.add(row, control, -joint.actuation.row(axis));
     };

@@ -51,7 +51,7 @@ Transcription::Seen::Seen(const Transcription& from, int k)
 
 // Moments of a torque row: where they begin among the controls, and how many.
 std::pair<int, int> Transcription::limited_moments(const LimitRow& row) const {
-  const int first = control_place_[at(row.joint)];
+  const int first = system_.joint(row.joint).first_control;
   if (row.kind == Kind::torque_component) return {first + row.component, 1};
   return {first, static_cast<int>(system_.joint(row.joint).actuation.cols())};
 }

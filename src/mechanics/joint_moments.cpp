@@ -56,6 +56,26 @@ void JointMoments::set_zero() {
   for (Vector3d& m : along) m.setZero();
 }
 
+Moments joint_moments(const System& system, const Eigen::VectorXd& control) {
+  Moments moments;
+  for (const Joint& joint : system.joints())
+    moments.emplace_back(joint.actuation * control.segment(joint.first_control, joint.actuation.cols()));
+  return moments;
+}
+
+Eigen::VectorXd along_actuation(const System& system, const Moments& moments) {
+  Eigen::VectorXd control(system.control_count());
+  along_actuation(system, moments, control);
+  return control;
+}
+
+void along_actuation(const System& system, const Moments& moments, Eigen::Ref<Eigen::VectorXd> control) {
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const Joint& joint = system.joint(j);
+    control.segment(joint.first_control, joint.actuation.cols()) = joint.actuation.transpose() * moments[at(j)];
+  }
+}
+
 void add_node_moments(const System& system, const Rotations& R, const Moments& control, double weight,
                       JointMoments& result) {
   for (int j = 0; j < system.joint_count(); ++j) {

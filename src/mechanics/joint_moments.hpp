@@ -26,6 +26,13 @@ enum class RateKind {
   adjoint,  // the gradient, as moments, of their virtual work along the direction
 };
 
+/// Moments on the parents from controls along Joint::actuation, [control_count].
+Moments joint_moments(const model::System& system, const Eigen::VectorXd& control);
+
+/// What moments on the parents are along Joint::actuation, [control_count].
+Eigen::VectorXd along_actuation(const model::System& system, const Moments& moments);
+void along_actuation(const model::System& system, const Moments& moments, Eigen::Ref<Eigen::VectorXd> control);
+
 /// Adds weight × (controls and springs) at a node.
 void add_node_moments(const model::System& system, const Rotations& R, const Moments& control, double weight,
                       JointMoments& result);

@@ -1,5 +1,6 @@
 #include "model/system.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -195,6 +196,7 @@ void System::resolve_joints(const SwimmerDescription& description) {
     joint.actuation = actuation_basis(described, joint);
     damped_ = damped_ || joint.damping > 0.0;
     only_free_joints_ = only_free_joints_ && joint.free() && joint.stiffness == 0.0 && joint.damping == 0.0;
+    joint.first_control = control_count_;
     control_count_ += static_cast<int>(joint.actuation.cols());
 
     Body& child = bodies_[static_cast<std::size_t>(joint.child)];
@@ -250,6 +252,7 @@ System System::with_ball_joints(double heavier) const {
     if (!joint_j.free()) joint_j.actuation = Matrix3d::Identity();
     joint_j.kind = JointKind::ball;
     joint_j.stiffness = joint_j.damping = 0.0;
+    joint_j.first_control = free.control_count_;
     free.control_count_ += static_cast<int>(joint_j.actuation.cols());
   }
   for (Body& body_i : free.bodies_) {
@@ -262,6 +265,14 @@ System System::with_ball_joints(double heavier) const {
   free.lay_freedoms();
   return free;
 }
+
+double System::size() const {
+  double size = 0.0;
+  for (const Body& body : bodies_) size = std::max(size, body.semi_axes.maxCoeff());
+  return size;
+}
+
+double System::length_unit() const { return std::exp2(std::round(std::log2(size() / 8.0))); }
 
 std::vector<Vector3d> System::mass_centres(const std::vector<Matrix3d>& rotation, const Vector3d& position) const {
   std::vector<Vector3d> centres(bodies_.size(), position);

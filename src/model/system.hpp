@@ -64,6 +64,7 @@ struct Joint {
   /// Orthonormal columns spanning the moments: of a ball joint in the parent's frame, [3][controls]; of a hinge or a
   /// universal joint along its axes, entries beyond its freedoms are zero. [3][0]: none.
   Axes actuation;
+  int first_control;  // where its moments along them begin among all controls
 
   bool free() const { return kind == JointKind::ball; }
 };
@@ -98,6 +99,11 @@ class System {
   /// Bodies from the root to the leaves: parents come before their children.
   const std::vector<int>& root_to_leaves() const { return order_; }
   double density() const { return density_; }
+  /// m, the largest semi-axis of its bodies: what lengths are large or small beside.
+  double size() const;
+  /// m, the power of two next to an eighth of that: what is 1 m to the paper's swimmer. Lengths and linear momenta counted by it
+  /// mean the same for swimmers of all sizes, and are divided by it without loss.
+  double length_unit() const;
 
   /// World positions of all mass centres, m.
   std::vector<Vector3d> mass_centres(const std::vector<Matrix3d>& rotation, const Vector3d& position) const;

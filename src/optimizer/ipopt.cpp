@@ -100,7 +100,7 @@ class Adapter : public Ipopt::TNLP {
     return values_.allFinite();
   }
 
-  bool intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Number objective, Number infeasibility,
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iteration, Number objective, Number infeasibility,
                              Number dual_infeasibility, Number barrier, Number, Number, Number alpha, Number, Index,
                              const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
     outcome_.history.push_back(
@@ -108,7 +108,7 @@ class Adapter : public Ipopt::TNLP {
     outcome_.iterations = iteration;
     timed_out_ = std::chrono::duration<double>(Clock::now() - begin_).count() > options_.time_limit;
     interrupted_ = options_.interrupted && options_.interrupted();
-    const bool settled = !program_.has_inequalities() || barrier <= options_.tolerance;
+    const bool settled = mode == Ipopt::RegularMode && (!program_.has_inequalities() || barrier <= options_.tolerance);
     if (settled && infeasibility <= options_.tolerance && dual_infeasibility <= options_.tolerance) ++converged_points_;
     return !timed_out_ && !interrupted_ && !converged();
   }

@@ -11,7 +11,6 @@ namespace {
 constexpr int most_rounds = 60;
 constexpr int most_landings = 6;        // sets of limits that hold, before a search returns
 constexpr int landing_iterations = 20;  // with one of them
-constexpr double worth_landing = 1e-6;  // tolerance of limits
 constexpr int most_idle_rounds = 6;     // without progress
 constexpr double idle_share = 0.7;      // of the best error so far, that is no progress
 constexpr int most_round_iterations = 150;
@@ -63,7 +62,7 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
   if (!program.limited()) return newton.solve(program, options, outcome);
   const auto begin = std::chrono::steady_clock::now();
   Options round = options;
-  Landing landing{limit_tolerance <= worth_landing ? most_landings : 0};
+  Landing landing{options.exact_limits ? most_landings : 0};
   if (program.landed()) program.land();  // the limits that hold an old answer may hold the new one
   double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
   int idle = 0;

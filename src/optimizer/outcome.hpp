@@ -15,6 +15,7 @@ struct Options {
   int max_iterations = 500;
   int patience = 1;  // so many times as many, as long as the cost goes on falling; of StageNewton
   double time_limit = std::numeric_limits<double>::infinity();  // s, wall clock
+  bool exact_limits = true;           // of solve_within_limits: end with the limits that hold as equalities
   bool near_solution = false;         // the start is close: cheap pivoting in the factorisation will do
   std::function<bool()> interrupted;  // asked once an iteration; may be empty
 };
@@ -33,7 +34,7 @@ struct Iteration {
 
 struct Outcome {
   Termination termination = Termination::stalled;
-  std::string reason = "its process died";  // one clause for a person
+  std::string reason = "it was not begun";  // one clause for a person
   Eigen::VectorXd point;                    // [variables]
   Eigen::VectorXd multipliers;              // [constraints]
   double objective = std::numeric_limits<double>::quiet_NaN();

@@ -13,7 +13,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double most_end_change = 0.5;  // rad, m or N m that one step takes off the end rows
+constexpr double most_end_change = 0.5;  // that one step takes off an end row
 constexpr double first_shift = 0.03;     // in units of the states' metric
 constexpr double least_shift = 1e-7;
 constexpr double largest_shift = 1e8;
@@ -191,7 +191,7 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
     ++outcome.evaluations;
     const double corrected = judge(here, there, cheaper);
     if (corrected > good_ratio) return corrected;
-    if (!there || corrected <= found) return corrected;
+    if (!there || corrected <= found) return corrected;  // to go back to the plain step wins nothing on the whole
     found = corrected;
   }
   return found;
@@ -319,7 +319,7 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
   change_ = stationarity();
   const bool settled = change_ <= options.tolerance && program.merit().violation <= met && shift_ <= most_shift_at_rest;
   if (shift_ > 0.0 && change_ <= saddle && program.merit().violation <= nearly_met) {
-    if (leave_saddle(program, outcome)) return Verdict::accepted;
+    if (std::exchange(may_be_saddle_, false) && leave_saddle(program, outcome)) return Verdict::accepted;
     if (!factor(settled ? 0.0 : damping_)) return Verdict::stuck;  // what damps the search has no part in the last step
     find_step();
   }
@@ -355,6 +355,11 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
     outcome.objective = program.merit().cost;
     outcome.infeasibility = program.merit().violation;
   };
+  bool interrupted = false;
+  const auto stopped = [&] {
+    interrupted = options.interrupted && options.interrupted();
+    return interrupted || std::chrono::duration<double>(Clock::now() - begin).count() > options.time_limit;
+  };
   factored_ = false;
   with_costates_ = program.takes_costates();
   riccati_.want_costates(with_costates_);
@@ -373,8 +378,9 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
   while (true) {
     program.linearize(model_);
     highest_cost_ = std::max(highest_cost_, std::abs(program.merit().cost));
-    Verdict verdict = Verdict::rejected;
-    while (verdict == Verdict::rejected) verdict = improve(program, options, outcome);
+    may_be_saddle_ = true;
+    Verdict verdict = improve(program, options, outcome);
+    while (verdict == Verdict::rejected && !stopped()) verdict = improve(program, options, outcome);
     if (verdict == Verdict::accepted) {
       record(program, outcome);
       if (follow(program, options, outcome)) verdict = Verdict::converged;
@@ -388,9 +394,9 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
     if (verdict == Verdict::stuck)
       return finish(program.merit().violation <= met ? Termination::feasible : Termination::stalled,
                     "no step makes progress any more");
-    if (options.interrupted && options.interrupted()) return finish(Termination::interrupted, "interrupted");
-    if (std::chrono::duration<double>(Clock::now() - begin).count() > options.time_limit)
-      return finish(Termination::time_limit, "the time limit was reached");
+    if (stopped())
+      return interrupted ? finish(Termination::interrupted, "interrupted")
+                         : finish(Termination::time_limit, "the time limit was reached");
     if (outcome.iterations < end_of_part) continue;
     const double cost = program.merit().cost;
     const bool falls = part == 1 || cost < cost_before - worth_going_on * std::abs(cost_before);

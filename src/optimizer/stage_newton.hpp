@@ -66,6 +66,7 @@ class StageNewton {
   bool factored_ = false;         // whether the factors belong to a solution
   bool with_costates_ = true;     // whether steps are to have them
   bool by_cost_ = false;          // whether the latest trial was good for its cost
+  bool may_be_saddle_ = true;     // whether negative curvature was not yet followed from the point
 };
 
 }  // namespace lamprey::optimizer

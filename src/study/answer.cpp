@@ -81,6 +81,13 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
   return "";
 }
 
+bool stationary(const Problem& problem, const Certificate& proof) {
+  const bool multipliers_fit = !proof.limits || (proof.limits->complementarity <= complementarity_mark &&
+                                                 proof.limits->negative <= complementarity_mark);
+  const bool signs_fit = !proof.costs || proof.costs->signs <= complementarity_mark;
+  return proof.kkt <= problem.search.tolerance && multipliers_fit && signs_fit;
+}
+
 // What keeps a feasible answer from being optimal.
 std::string unsettled(const Problem& problem, const Certificate& proof) {
   if (!(proof.kkt <= problem.search.tolerance))
@@ -139,8 +146,8 @@ std::string far_turn(const Problem& problem, const Solution& solution) {
 std::string fading(const Problem& problem, const Solution& solution) {
   if (problem.cost_weights.transport == 0.0 || !problem.goal || problem.goal->distance()) return "";
   if (solution.position.empty()) return "";
-  double size = 0.0;  // m
-  for (const model::JointDescription& joint : problem.swimmer.joints) size = std::max(size, joint.parent_offset.norm());
+  double size = 0.0;  // as System::size
+  for (const model::BodyDescription& body : problem.swimmer.bodies) size = std::max(size, body.semi_axes.maxCoeff());
   const double moved = (solution.position.back() - solution.position.front()).norm();
   if (moved > small_motion * size) return "";
   return " The motion shrank to a displacement of " + number(moved, 3) +
@@ -355,6 +362,13 @@ void add_feedback(const model::System& system, const Problem& problem, Parts& pa
 
 }  // namespace
 
+std::string fault(const Problem& problem, const Certificate& proof) {
+  if (proof.equation_residual <= proof.equation_allowed())
+    if (const std::string other = foreign(proof); !other.empty()) return other;
+  if (const std::string missing = unmet(problem, proof); !missing.empty()) return missing;
+  return stationary(problem, proof) ? "" : unsettled(problem, proof);
+}
+
 void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
   std::string missing = unmet(problem, proof);
   const double duration = solution.time.empty() ? 0.0 : solution.time.back() - solution.time.front();
@@ -363,17 +377,13 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
       (duration > problem.duration.max * (1.0 + limit_mark) || duration < problem.duration.min * (1.0 - limit_mark));
   if (!missing.empty() && beyond_bounds) missing += ", in " + number(duration, 3) + " s, beyond time.min and time.max";
   const std::string other = proof.equation_residual <= proof.equation_allowed() ? foreign(proof) : "";
-  const bool multipliers_fit = !proof.limits || (proof.limits->complementarity <= complementarity_mark &&
-                                                 proof.limits->negative <= complementarity_mark);
-  const bool signs_fit = !proof.costs || proof.costs->signs <= complementarity_mark;
-  const bool stationary = proof.kkt <= problem.search.tolerance && multipliers_fit && signs_fit;
   const bool said = !solution.message.empty() && solution.message != "converged";
   const std::string stopped = said ? " The optimiser stopped: " + solution.message + "." : "";
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
   if (!other.empty()) {
     if (!cut_short) solution.status = Status::stalled;
     solution.message = "No answer to this problem: " + other + "." + stopped;
-  } else if (missing.empty() && stationary) {
+  } else if (missing.empty() && stationary(problem, proof)) {
     solution.status = Status::optimal;
     solution.message = "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) +
                        "." + far_turn(problem, solution);

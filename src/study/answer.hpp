@@ -22,6 +22,9 @@ Answer answer(const model::System& system, const maneuver::Problem& problem, con
 /// KKT residual to hold, whatever the optimiser thought.
 void judge(const maneuver::Problem& problem, const certificate::Certificate& certificate, maneuver::Solution& solution);
 
+/// What keeps a motion from being an optimal answer to the problem, as a clause without advice; empty where nothing does.
+std::string fault(const maneuver::Problem& problem, const certificate::Certificate& certificate);
+
 /// The same of a simulated motion, which seeks no goal: status simulated where its numbers fit each other and the mechanics as
 /// far as the certificate can tell, else stalled with the reason as message.
 void judge_march(const certificate::Certificate& certificate, maneuver::Solution& solution);

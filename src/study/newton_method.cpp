@@ -46,7 +46,7 @@ constexpr double fine_limits = 1e-9;
 constexpr std::array stroke_counts = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
 constexpr std::size_t solved_strokes = 4;
 constexpr int least_steps_of_stroke = 12, steps_of_stroke = 20;
-constexpr double goal_of_strokes = 1e-3;  // rad, m, what is missed
+constexpr double goal_of_strokes = 1e-3;  // units of the end rows, what is missed
 constexpr double same_solution = 0.1;     // relative difference of cost between grids
 constexpr double limited_share = 1e-2;    // of the tolerance: a last Newton step is no good where limits begin to hold
 
@@ -93,7 +93,8 @@ class NewtonMethod : public Method {
   // Few strokes or many, more than once each; the most promising are solved.
   std::vector<Found> solve_strokes() override {
     const bool single = reached_.coordinates.shape.cols() == 1;  // which wins nothing by strokes
-    if (single || passive() || problem_.duration.free || !problem_.goal || problem_.goal->periodic) return {};
+    if (budget_.closing() || single || passive() || problem_.duration.free || !problem_.goal || problem_.goal->periodic)
+      return {};
     std::vector<StrokesOnGrid> tries;
     for (int strokes : stroke_counts)
       for (const bool within_limits : {false, true})
@@ -145,7 +146,9 @@ class NewtonMethod : public Method {
   Found carry(const Found& from, int steps) override {
     if (!from.path.polynomial.empty()) return carry_on_composed(from, steps);
     optimizer::Options within = options(fine_tolerance);
-    if (limits_.empty()) {  // else rounds within limits have their own numbers
+    within.exact_limits =
+        steps == steps_of(from.path);  // else its cost and its nodes are asked for, not its multipliers
+    if (limits_.empty()) {             // else rounds within limits have their own numbers
       within.max_iterations = carried_iterations;
       within.patience = 1;
     }
@@ -387,6 +390,7 @@ void solve_program(optimizer::StageNewton& newton, ShapeProgram& program, optimi
                    optimizer::Outcome& outcome) {
   const bool rough = options.tolerance > fine_tolerance;
   if (!rough && program.limited()) options.tolerance *= limited_share;
+  if (rough) options.exact_limits = false;
   optimizer::solve_within_limits(newton, program, options, rough ? rough_limits : fine_limits, outcome);
   for (const std::string& detail : {program.largest_violation(), program.largest_miss()})
     if (!detail.empty()) outcome.reason += "; " + detail;
@@ -397,6 +401,11 @@ bool newton_takes(const System& system, const Problem& problem) {
   const bool more = problem.limits.any() || problem.cost_weights.any() || problem.duration.free ||
                     !problem.waypoints.empty() || (problem.goal && problem.goal->periodic);
   if (!integrator::single_step(problem.scheme) && more) return false;
+  const auto& joints = system.joints();
+  const bool springs = std::any_of(joints.begin(), joints.end(), [](const model::Joint& joint) {
+    return joint.stiffness > 0.0 || joint.damping > 0.0;
+  });
+  if (problem.duration.free && springs) return false;  // equations 10.8 and 10.9 know none
   return !maneuver::has_momentum(system, problem.start);
 }
 

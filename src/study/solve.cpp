@@ -122,7 +122,8 @@ class Search {
       words += (words.empty() ? "" : ", ") + std::to_string(asked - tried) + " of " + std::to_string(asked) + what;
     };
     if (!ended_early_) return words;
-    add(first_hop_, problem_.search.starts, " first guesses");
+    add(guesses_, (second_ ? 2 : 1) * problem_.search.starts,
+        second_ ? " first guesses of two solvers" : " first guesses");
     add(static_cast<int>(starts_.size()) - first_hop_, problem_.search.hops, " hops");
     return words;
   }
@@ -151,11 +152,9 @@ class Search {
   bool nothing_wins() {
     if (!problem_.cost_weights.of_displacement() || budget_.stopped()) return false;
     if (!maneuver::rest_meets_goal(system_, problem_, full_)) return false;
-    double size = 0.0;
-    for (const model::Joint& joint : system_.joints()) size = std::max(size, joint.parent_offset.norm());
     for (const Found& found : starts_)
       if (!found.path.position.empty() &&
-          (found.path.position.back() - found.path.position.front()).norm() > faded * size)
+          (found.path.position.back() - found.path.position.front()).norm() > faded * system_.size())
         return false;
     return rest(
         "every motion that was tried costs more than its displacement wins, as cost.displacement has it: a "
@@ -210,6 +209,7 @@ class Search {
          more < retries && problem_.search.starts == 1 && !second_ && !starts_.back().converged() && !budget_.stopped();
          ++more)
       starts_.push_back(method_->solve_starts(static_cast<int>(starts_.size()), 1).front());
+    guesses_ = static_cast<int>(starts_.size());
     if (std::none_of(starts_.begin(), starts_.end(), [](const Found& found) { return found.converged(); })) {
       std::vector<Found> strokes = method_->solve_strokes();
       std::move(strokes.begin(), strokes.end(), std::back_inserter(starts_));
@@ -375,7 +375,7 @@ class Search {
     const bool sided = !limits.spheres.empty() || !limits.half_spaces.empty() || !limits.angle.empty();
     if (sided || !problem_.waypoints.empty()) return path;
     if (!turn || turn->norm() == 0.0 || !maneuver::turns_against(*turn, path)) return path;
-    const std::optional<int> axis = maneuver::mirror_axis(system_, full_);
+    const std::optional<int> axis = maneuver::mirror_axis(system_, full_, *turn);
     return axis ? maneuver::mirrored(system_, path, *axis) : path;
   }
 
@@ -387,7 +387,8 @@ class Search {
   std::unique_ptr<Method> method_;
   std::unique_ptr<Method> second_;              // where two solvers search
   std::vector<Found> starts_;                   // then hops
-  int first_hop_ = 0;                           // where they begin
+  int guesses_ = 0;                             // first guesses among them; strokes follow
+  int first_hop_ = 0;                           // where hops begin
   std::vector<std::optional<bool>> confirmed_;  // [starts] by a finer grid
   std::vector<std::size_t> candidates_;         // starts to refine, by rising cost; spare ones after
   std::size_t firsts_ = 0;                      // of them, but spare ones

@@ -22,7 +22,6 @@ using optimizer::Termination;
 
 constexpr double asked_twice = 1e-6;         // rad or m, of conditions that follow from others
 constexpr double same_turn = 1e-10;          // rad
-constexpr double no_momentum = 1e-10;        // of what the start's bodies have
 constexpr double same_answer = 1e-6;         // relative difference of cost
 constexpr int most_polishing = 5;            // iterations at an answer
 constexpr std::size_t longest_reason = 100;  // letters, of a search that converges
@@ -30,10 +29,10 @@ constexpr std::size_t longest_reason = 100;  // letters, of a search that conver
 // The problem, where it is one that a Solver takes.
 const Problem& taken(const System& system, const Problem& problem) {
   if (!problem.goal || !integrator::single_step(problem.scheme) || !newton_takes(system, problem))
-    throw InputError(
-        "problem",
-        "found no goal, spline moments, momentum at the start or a scheme above order 2, which a Solver does "
-        "not take; use solve");
+    throw InputError("problem",
+                     "found no goal, spline moments, momentum at the start, a scheme above order 2 or a free duration "
+                     "with springs or "
+                     "dampers, which a Solver does not take; use solve");
   return problem;
 }
 
@@ -129,9 +128,7 @@ void Solver::set_goal(const Goal& goal) {
 void Solver::set_start(const integrator::State& start) {
   if (maneuver_.periodic)
     throw InputError("start", "found a periodic goal, whose motion begins where it closes; make a new Solver");
-  const auto total = mechanics::spatial_momentum(system_, start.rotation, start.position, start.momentum);
-  const double scale = start.momentum.lpNorm<Eigen::Infinity>();
-  if (std::max(total.linear.lpNorm<Eigen::Infinity>(), total.angular.lpNorm<Eigen::Infinity>()) > no_momentum * scale)
+  if (maneuver::has_momentum(system_, start))
     throw InputError("start", "found total momentum, which joint moments cannot change; give a start without");
   mechanics::Rotations fitting = start.rotation;
   maneuver::fit_to_joints(system_, fitting);

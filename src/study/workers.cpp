@@ -142,8 +142,9 @@ std::optional<Worker> start(int t, const std::function<Numbers(int)>& task) {
 std::size_t next_to_finish(const Crew& running) {
   std::vector<pollfd> waiting;
   for (const Worker& worker : running) waiting.push_back({worker.pipe, POLLIN, 0});
-  while (poll(waiting.data(), waiting.size(), -1) < 0) {  // a signal: workers end by themselves
-  }
+  while (poll(waiting.data(), waiting.size(), -1) < 0)  // a signal: workers end by themselves
+    if (errno != EINTR && errno != EAGAIN)
+      throw std::system_error(errno, std::generic_category(), "waiting for workers");
   std::size_t first = 0;
   while (waiting[first].revents == 0) ++first;
   return first;

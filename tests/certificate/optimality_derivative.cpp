@@ -8,6 +8,7 @@
 #include "certificate/marched_answers.hpp"
 #include "difference_order.hpp"
 #include "maneuver/row_space.hpp"
+#include "printed.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -102,7 +103,8 @@ TEST_P(Optimality, segments_span_the_same_rows_as_one_sweep) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Optimality,
-                         ::testing::Values(maneuver::ControlKind::steps, maneuver::ControlKind::spline));
+                         ::testing::Values(maneuver::ControlKind::steps, maneuver::ControlKind::spline),
+                         named_by_value);
 
 // A goal met by the moments of least effort: Newton's iteration on the goal rows with the cost's own metric, from a
 // march. Not the certificate's formula: it forms multipliers, and marches.

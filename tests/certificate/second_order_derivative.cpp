@@ -37,7 +37,8 @@ VectorXd lagrangian_gradient(const maneuver::Problem& problem, const NodeMoments
   const auto space = certificate::control_space(motion);
   const auto goal = certificate::goal_rows(system, problem, certificate::node_states(motion).back(), 1.0);
   return certificate::cost_gradient(motion, space) +
-         certificate::control_jacobian(motion, space, goal.by_end_state).transpose() * multipliers;
+         certificate::control_jacobian(motion, space, goal.by_end_state).transpose() *
+             multipliers.cwiseQuotient(goal.unit);
 }
 
 // Costates of these multipliers by the plain sweep: these motions are short.
@@ -122,7 +123,8 @@ VectorXd lagrangian_gradient_of_stages(const maneuver::Problem& problem, const V
   if (!stages) throw std::logic_error("the march cannot be repeated");
   const auto goal = certificate::goal_rows(system, problem, stages->node.back(), 1.0);
   return problem.effort * motion.time_step * coefficients +
-         certificate::coefficient_jacobian(motion, *stages, goal.by_end_state).transpose() * multipliers;
+         certificate::coefficient_jacobian(motion, *stages, goal.by_end_state).transpose() *
+             multipliers.cwiseQuotient(goal.unit);
 }
 
 void check_hessian_of_stages(maneuver::Problem problem, unsigned seed, double size) {

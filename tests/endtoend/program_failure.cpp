@@ -108,6 +108,41 @@ TEST(Program, verify_sees_a_tampered_solution) {
       << run.out;
 }
 
+// An answer to an easier question is none.
+TEST(Program, verify_compares_the_question_with_a_problem_file) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "free_time", {{"steps", "40"}, {"starts", "1"}});
+  ASSERT_EQ(lamprey(folder, "solve " + problem + " --no-refinement --out " + (folder / "run")).exit_code, 0);
+  const auto verified = [&] { return lamprey(folder, "verify " + (folder / "run") + " --problem " + problem); };
+  const ProgramRun same = verified();
+  EXPECT_EQ(same.exit_code, 0) << same.out;
+  EXPECT_NE(same.out.find("The problem is that of "), std::string::npos) << same.out;
+  file::Results results = file::read_solution(folder / "run");
+  results.problem.tolerance = 1.0;
+  results.problem.goal->move[0] = 1.75;
+  results.problem.limits = {};
+  file::write_solution(folder / "run", results);
+  const ProgramRun other = verified();
+  EXPECT_EQ(other.exit_code, 4);
+  for (const char* words : {"problem.tolerance is 1, the file asks for 1e-08.",
+                            "problem.goal.move[0] is 1.75, the file asks for 2.", "problem.limits is nothing, the"})
+    EXPECT_NE(other.out.find(words), std::string::npos) << words << " is missing from\n" << other.out;
+  EXPECT_EQ(lamprey(folder, "verify " + (folder / "run") + " --problem " + (folder / "none.toml")).exit_code, 6);
+}
+
+TEST(Program, verify_says_what_a_status_promises) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "1"}});
+  ASSERT_EQ(lamprey(folder, "solve " + problem + " --no-refinement --out " + (folder / "run")).exit_code, 0);
+  file::Results results = file::read_solution(folder / "run");
+  results.solution.status = maneuver::Status::infeasible;
+  results.certificate->second_order->negative_eigenvalues = 3;
+  file::write_solution(folder / "run", results);
+  const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
+  EXPECT_NE(run.out.find("The stored status, infeasible, promises nothing."), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("second_order.negative_eigenvalues is 0, it says 3."), std::string::npos) << run.out;
+}
+
 TEST(Program, verify_names_what_a_solution_claims_in_vain) {
   const Folder folder;
   const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});
@@ -121,7 +156,8 @@ TEST(Program, verify_names_what_a_solution_claims_in_vain) {
   };
   file::Results cheaper = answer, later = answer, elsewhere = answer, empty = answer;
   cheaper.solution.cost *= 0.9;
-  EXPECT_NE(refused(cheaper).find("No answer to this problem: the stored cost is off by 0.1 of"), std::string::npos);
+  EXPECT_NE(refused(cheaper).find("The stored status, optimal, does not hold: the stored cost is off by 0.1 of"),
+            std::string::npos);
   later.problem.duration = 0.5;
   EXPECT_NE(refused(later).find("the nodes' times differ by 1 of the duration"), std::string::npos);
   elsewhere.problem.start->position.y() = 0.25;

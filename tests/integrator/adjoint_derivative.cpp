@@ -2,6 +2,7 @@
 
 #include "difference_order.hpp"
 #include "integrator/random_motions.hpp"
+#include "printed.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -95,7 +96,7 @@ std::vector<MotionSetting> motion_settings() {
   return all;
 }
 
-INSTANTIATE_TEST_SUITE_P(Schemes, Adjoint, ::testing::ValuesIn(motion_settings()));
+INSTANTIATE_TEST_SUITE_P(Schemes, Adjoint, ::testing::ValuesIn(motion_settings()), named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -5,6 +5,7 @@
 #include "counted_allocations.hpp"
 #include "integrator/scheme.hpp"
 #include "integrator/step.hpp"
+#include "printed.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -51,7 +52,8 @@ TEST_P(Allocation, none_happens_inside_a_step) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Schemes, Allocation, ::testing::Values(Scheme::paper, Scheme::trapezoid, Scheme::midpoint));
+INSTANTIATE_TEST_SUITE_P(Schemes, Allocation, ::testing::Values(Scheme::paper, Scheme::trapezoid, Scheme::midpoint),
+                         named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

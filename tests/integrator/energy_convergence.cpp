@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "integrator/marching.hpp"
+#include "printed.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -84,7 +85,7 @@ TEST_P(EnergyBalance, of_swimmers_with_every_joint_springs_and_dampers_is_off_by
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Schemes, EnergyBalance, ::testing::ValuesIn(all_schemes));
+INSTANTIATE_TEST_SUITE_P(Schemes, EnergyBalance, ::testing::ValuesIn(all_schemes), named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

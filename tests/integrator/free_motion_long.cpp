@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "integrator/free_motion.hpp"
+#include "printed.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -20,7 +21,7 @@ TEST_P(FreeMotionLong, momentum_and_rotations_stay_for_a_million_stages_of_the_t
   EXPECT_GT(march.angular, 0.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Schemes, FreeMotionLong, ::testing::ValuesIn(all_schemes));
+INSTANTIATE_TEST_SUITE_P(Schemes, FreeMotionLong, ::testing::ValuesIn(all_schemes), named_by_value);
 
 // Energy over a million steps of 2.5 ms. Whether there is a trend is asked of five block means: the slope of the line
 // through them, times the duration, against its standard error from their scatter; beyond 12.92 of them (the 99.9 % point
@@ -31,6 +32,7 @@ struct EnergyBand {
   Scheme scheme;
   double band;  // relative to the energy at the start
 };
+void PrintTo(const EnergyBand& band, std::ostream* out) { PrintTo(band.scheme, out); }
 
 class EnergyLong : public ::testing::TestWithParam<EnergyBand> {};
 
@@ -49,7 +51,8 @@ TEST_P(EnergyLong, stays_in_its_band_without_a_trend_for_a_million_steps_of_the_
 INSTANTIATE_TEST_SUITE_P(Schemes, EnergyLong,
                          ::testing::Values(EnergyBand{Scheme::paper, 2e-2}, EnergyBand{Scheme::trapezoid, 1.3e-4},
                                            EnergyBand{Scheme::midpoint, 1e-4}, EnergyBand{Scheme::order4, 1e-9},
-                                           EnergyBand{Scheme::order6, 1e-11}));
+                                           EnergyBand{Scheme::order6, 1e-11}),
+                         named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

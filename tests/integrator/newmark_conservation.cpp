@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "integrator/free_motion.hpp"
+#include "printed.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -135,7 +136,7 @@ TEST_P(NewmarkCheck, is_passed_by_every_variational_scheme) {
   EXPECT_GT(kept.largest, 0.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Schemes, NewmarkCheck, ::testing::ValuesIn(all_schemes));
+INSTANTIATE_TEST_SUITE_P(Schemes, NewmarkCheck, ::testing::ValuesIn(all_schemes), named_by_value);
 
 // Both are of second order: one step tells them apart by nothing but their structure.
 TEST(LieNewmark, is_of_second_order_all_the_same) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "integrator/free_motion.hpp"
+#include "printed.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -37,7 +38,7 @@ TEST_P(Conservation, total_momentum_stays_with_every_joint_spring_damper_and_cou
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Schemes, Conservation, ::testing::ValuesIn(all_schemes));
+INSTANTIATE_TEST_SUITE_P(Schemes, Conservation, ::testing::ValuesIn(all_schemes), named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -3,6 +3,7 @@
 #include "chains.hpp"
 #include "difference_order.hpp"
 #include "integrator/step_derivatives.hpp"
+#include "printed.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -229,7 +230,8 @@ TEST_P(StepTangentOfTree, keeps_the_symplectic_form_in_free_motion) {
 
 INSTANTIATE_TEST_SUITE_P(Bodies, StepTangentOfTree,
                          ::testing::Values(Kind{1, false}, Kind{2, false}, Kind{3, false}, Kind{5, false},
-                                           Kind{2, true}, Kind{3, true}, Kind{5, true}, Kind{9, true}));
+                                           Kind{2, true}, Kind{3, true}, Kind{5, true}, Kind{9, true}),
+                         named_by_value);
 
 // A march under random moments, kept for sweeps.
 struct March {

@@ -2,6 +2,7 @@
 
 #include "integrator/step.hpp"
 #include "mechanics/golden_reference.hpp"
+#include "printed.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -35,7 +36,7 @@ TEST_P(GoldenStep, one_step_of_both_schemes_agrees_with_80_digit_arithmetic) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, GoldenStep, ::testing::Range(std::size_t{0}, std::size_t{5}));
+INSTANTIATE_TEST_SUITE_P(Cases, GoldenStep, ::testing::Range(std::size_t{0}, std::size_t{5}), named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "integrator/joints_stay.hpp"
+#include "printed.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -462,9 +463,10 @@ TEST_P(StepLaw, a_universal_joint_whose_axes_have_been_made_to_meet_ends_with_a_
   EXPECT_TRUE(march.advance(1e-3, control, state).converged);
 }
 
-INSTANTIATE_TEST_SUITE_P(Schemes, StepLaw, ::testing::ValuesIn(all_schemes));
+INSTANTIATE_TEST_SUITE_P(Schemes, StepLaw, ::testing::ValuesIn(all_schemes), named_by_value);
 INSTANTIATE_TEST_SUITE_P(SymmetricSchemes, RootLaw,
-                         ::testing::Values(Scheme::trapezoid, Scheme::midpoint, Scheme::order4, Scheme::order6));
+                         ::testing::Values(Scheme::trapezoid, Scheme::midpoint, Scheme::order4, Scheme::order6),
+                         named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

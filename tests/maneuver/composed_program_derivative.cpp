@@ -6,6 +6,7 @@
 #include "maneuver/composed_program.hpp"
 #include "maneuver/motion.hpp"
 #include "maneuver/reach.hpp"
+#include "mechanics/joint_moments.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -90,7 +91,7 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
       path.polynomial.push_back(coefficients);
       std::vector<mechanics::Moments> moments;
       for (double node : march.nodes())
-        moments.push_back(maneuver::joint_moments(system_, maneuver::moments_at(coefficients, node, terms)));
+        moments.push_back(mechanics::joint_moments(system_, maneuver::moments_at(coefficients, node, terms)));
       const auto report = march.advance(
           0.1, [&](int node) -> const mechanics::Moments& { return moments[model::at(node)]; }, state,
           [&](const mechanics::Interval& interval, const integrator::State& reached) {

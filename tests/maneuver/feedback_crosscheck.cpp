@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "maneuver/followed.hpp"
+#include "printed.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -95,7 +96,7 @@ TEST_P(FeedbackAsJoints, a_law_that_acts_as_dampers_comes_to_them_at_the_order_o
 }
 
 INSTANTIATE_TEST_SUITE_P(Schemes, FeedbackAsJoints,
-                         ::testing::Values(Scheme::trapezoid, Scheme::midpoint, Scheme::order4));
+                         ::testing::Values(Scheme::trapezoid, Scheme::midpoint, Scheme::order4), named_by_value);
 
 TEST(FeedbackInContinuousTime, a_law_that_acts_as_springs_and_dampers_moves_as_they_do) {
   const maneuver::Problem bare = hinged_tree(0.0, 0.0, Scheme::trapezoid, 10);

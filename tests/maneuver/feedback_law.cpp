@@ -6,6 +6,7 @@
 
 #include "maneuver/followed.hpp"
 #include "maneuver/tracking.hpp"
+#include "printed.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -162,7 +163,8 @@ TEST_P(FeedbackOfSchemes, gains_are_the_optimal_answers_of_the_dense_problem) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Schemes, FeedbackOfSchemes,
-                         ::testing::Values(Scheme::paper, Scheme::trapezoid, Scheme::midpoint, Scheme::order4));
+                         ::testing::Values(Scheme::paper, Scheme::trapezoid, Scheme::midpoint, Scheme::order4),
+                         named_by_value);
 
 // The march under the law against linear maps from differences closed by the gains.
 TEST(Feedback, closed_loop_follows_its_linear_prediction_to_second_order) {

@@ -7,6 +7,7 @@
 
 #include "chains.hpp"
 #include "maneuver/guess.hpp"
+#include "printed.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -91,7 +92,7 @@ TEST_P(GoalRank, finds_the_mass_centre_fixed_in_a_vacuum) {
   EXPECT_EQ(independent_goal_rows(system, maneuver, random_guess(system, maneuver, GetParam())).size(), 15U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, GoalRank, ::testing::Values(1, 2, 3, 11, 12345));
+INSTANTIATE_TEST_SUITE_P(Seeds, GoalRank, ::testing::Values(1, 2, 3, 11, 12345), named_by_value);
 
 TEST(GoalRank, does_not_depend_on_resolution_scheme_or_control_kind) {
   for (auto scheme : {integrator::Scheme::paper, integrator::Scheme::trapezoid})

@@ -24,6 +24,8 @@ maneuver::Maneuver half_turn() {
   return maneuver;
 }
 
+const Vector3d about_e1(std::numbers::pi, 0, 0);
+
 maneuver::NodePath random_motion(const model::System& system, const maneuver::Maneuver& maneuver) {
   maneuver::NodePath path = maneuver::random_guess(system, maneuver, 7);
   Random random(3);
@@ -33,7 +35,7 @@ maneuver::NodePath random_motion(const model::System& system, const maneuver::Ma
 }
 
 TEST(Mirror, the_half_turn_of_the_chain_is_its_own_image_in_the_plane_of_e1_and_e2) {
-  EXPECT_EQ(maneuver::mirror_axis(model::System(paper_chain()), half_turn()), 2);
+  EXPECT_EQ(maneuver::mirror_axis(model::System(paper_chain()), half_turn(), about_e1), 2);
 }
 
 TEST(Mirror, an_image_costs_the_same_and_violates_the_equations_as_much) {
@@ -68,20 +70,43 @@ TEST(Mirror, images_turn_opposite_ways_and_two_reflections_are_none) {
   }
 }
 
+// A reflection along the turn's own axis would keep it.
+TEST(Mirror, reverses_the_turn_wherever_the_chain_lies) {
+  for (int along = 0; along < 3; ++along) {
+    model::SwimmerDescription chain = paper_chain();
+    for (model::JointDescription& joint : chain.joints)
+      for (Vector3d* offset : {&joint.parent_offset, &joint.child_offset})
+        *offset = offset->x() * Vector3d::Unit(along);
+    maneuver::Maneuver straight = half_turn();
+    straight.start.rotation.assign(3, Matrix3d::Identity());
+    straight.end_rotation.assign(3, lie::exp(about_e1));
+    const auto axis = maneuver::mirror_axis(model::System(chain), straight, about_e1);
+    ASSERT_TRUE(axis);
+    EXPECT_NE(*axis, 0);
+    EXPECT_NE(*axis, along);
+  }
+}
+
 TEST(Mirror, is_refused_where_swimmer_start_or_goal_is_lopsided) {
   const model::System system(paper_chain());
   maneuver::Maneuver turned = half_turn();
   turned.start.rotation[1] = lie::exp(Vector3d(0.1, 0.2, 0.3));
-  EXPECT_FALSE(maneuver::mirror_axis(system, turned));
+  EXPECT_FALSE(maneuver::mirror_axis(system, turned, about_e1));
   maneuver::Maneuver aside = half_turn();
   aside.end_position[2] = 1.0;
-  EXPECT_FALSE(maneuver::mirror_axis(system, aside));
+  EXPECT_FALSE(maneuver::mirror_axis(system, aside, about_e1));
   maneuver::Maneuver quarter = half_turn();
   for (auto& R : quarter.end_rotation) R = lie::exp(Vector3d(1.0, 0, 0));
-  EXPECT_FALSE(maneuver::mirror_axis(system, quarter));
+  EXPECT_FALSE(maneuver::mirror_axis(system, quarter, about_e1));
+  maneuver::Maneuver drawn = half_turn();
+  drawn.cost_weights.displacement[2] = 1.0;
+  EXPECT_FALSE(maneuver::mirror_axis(system, drawn, about_e1)) << "the image would lose what it wins";
+  model::SwimmerDescription oblique = paper_chain();
+  oblique.joints[0].control_axes = {Vector3d(0, 1, 0), Vector3d(1, 0, 1), Vector3d(1, 0, -1)};
+  EXPECT_FALSE(maneuver::mirror_axis(model::System(oblique), half_turn(), about_e1)) << "moments change their places";
   model::SwimmerDescription crooked = paper_chain();
   crooked.joints[0].parent_offset[2] = 0.1;
-  EXPECT_FALSE(maneuver::mirror_axis(model::System(crooked), half_turn()));
+  EXPECT_FALSE(maneuver::mirror_axis(model::System(crooked), half_turn(), about_e1));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "lie/so3.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/shape_program.hpp"
+#include "printed.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -80,7 +81,8 @@ INSTANTIATE_TEST_SUITE_P(PassiveJoints, Fluke,
                          ::testing::Values(std::tuple(model::JointKind::hinge, 0.0, 0.0),
                                            std::tuple(model::JointKind::hinge, 2.0, 0.0),
                                            std::tuple(model::JointKind::hinge, 2.0, 0.3),
-                                           std::tuple(model::JointKind::ball, 1.0, 0.1)));
+                                           std::tuple(model::JointKind::ball, 1.0, 0.1)),
+                         named_by_value);
 
 // Steps that cannot follow a spring end in nothing, not in a motion that breaks the mechanics.
 TEST(StiffFluke, on_a_spring_too_stiff_for_the_steps_is_exact_or_not_found) {

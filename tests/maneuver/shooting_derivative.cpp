@@ -3,6 +3,7 @@
 #include "chains.hpp"
 #include "difference_order.hpp"
 #include "maneuver/shooting.hpp"
+#include "printed.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -54,7 +55,8 @@ TEST_P(ShootingDerivatives, adjoint_gradients_match_central_differences_at_secon
 
 INSTANTIATE_TEST_SUITE_P(Lagrangians, ShootingDerivatives,
                          ::testing::Values(mechanics::DiscreteLagrangian::paper,
-                                           mechanics::DiscreteLagrangian::trapezoid));
+                                           mechanics::DiscreteLagrangian::trapezoid),
+                         named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

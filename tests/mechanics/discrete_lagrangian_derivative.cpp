@@ -5,6 +5,7 @@
 #include "chains.hpp"
 #include "difference_order.hpp"
 #include "mechanics/discrete_lagrangian_derivatives.hpp"
+#include "printed.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -125,7 +126,7 @@ TEST_P(StepDerivatives, second_derivatives_match_central_differences_at_second_o
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Trees, StepDerivatives, ::testing::Values(1, 2, 3, 5));
+INSTANTIATE_TEST_SUITE_P(Trees, StepDerivatives, ::testing::Values(1, 2, 3, 5), named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -4,6 +4,7 @@
 
 #include "chains.hpp"
 #include "mechanics/step_hessian.hpp"
+#include "printed.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -150,7 +151,7 @@ TEST_P(FourBodiesOf, are_found_again_between_their_rotations) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Bodies, FourBodiesOf, ::testing::Values(1, 2, 3, 4, 5, 8, 11));
+INSTANTIATE_TEST_SUITE_P(Bodies, FourBodiesOf, ::testing::Values(1, 2, 3, 4, 5, 8, 11), named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -4,6 +4,7 @@
 #include "lie/so3.hpp"
 #include "mechanics/continuous.hpp"
 #include "mechanics/discrete_lagrangian.hpp"
+#include "printed.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -84,7 +85,7 @@ TEST_P(Reference, discrete_lagrangians_and_momenta_agree_with_80_digit_arithmeti
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Golden, Reference, ::testing::Range(0, 5));
+INSTANTIATE_TEST_SUITE_P(Golden, Reference, ::testing::Range(0, 5), named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -4,6 +4,7 @@
 
 #include "chains.hpp"
 #include "mechanics/step_hessian.hpp"
+#include "printed.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -165,7 +166,8 @@ TEST_P(StepRows, mixed_second_derivatives_are_symmetric) {
 
 INSTANTIATE_TEST_SUITE_P(Lagrangians, StepRows,
                          ::testing::Values(DiscreteLagrangian::paper, DiscreteLagrangian::trapezoid,
-                                           DiscreteLagrangian::midpoint));
+                                           DiscreteLagrangian::midpoint),
+                         named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -1,5 +1,6 @@
 // Lamprey's own solver and Ipopt on the full transcription: on the examples each stays at the other's minima.
 #include "back_ends.hpp"
+#include "printed.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -58,7 +59,8 @@ TEST_P(BackEndsTogether, lay_their_minima_into_one_catalogue) {
 
 INSTANTIATE_TEST_SUITE_P(Examples, BackEndsTogether,
                          testing::Values("as_printed/rotation", "sideways", "rotation", "around_an_obstacle",
-                                         "translation_with_clearance", "rotation_with_clearance"));
+                                         "translation_with_clearance", "rotation_with_clearance"),
+                         named_by_value);
 INSTANTIATE_TEST_SUITE_P(Examples, BackEndsInTheCatalogue,
                          testing::Values(Catalogue{"translation", 20}, Catalogue{"rotation", 120},
                                          Catalogue{"free_time", 20}, Catalogue{"gait", 20},
@@ -70,12 +72,14 @@ INSTANTIATE_TEST_SUITE_P(Examples, BackEnds,
                                          "as_printed/rotation", "sideways", "yaw", "around_an_obstacle",
                                          "translation_with_clearance", "rotation_with_clearance", "free_time", "gait",
                                          "gait_within_limits", "furthest_gait", "least_work", "falling_cat_flip",
-                                         "eel_gait"));
+                                         "eel_gait"),
+                         named_by_value);
 INSTANTIATE_TEST_SUITE_P(Examples, BackEndsFromFirstGuesses,
                          testing::Values("translation", "translation_in_space", "rotation", "as_printed/translation",
                                          "as_printed/rotation", "sideways", "around_an_obstacle",
                                          "translation_with_clearance", "rotation_with_clearance", "free_time", "gait",
-                                         "gait_within_limits", "furthest_gait", "least_work", "falling_cat_flip"));
+                                         "gait_within_limits", "furthest_gait", "least_work", "falling_cat_flip"),
+                         named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

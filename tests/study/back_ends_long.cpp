@@ -1,5 +1,6 @@
 // The eel's gait by Ipopt: minutes in a sparse factorisation that knows nothing of time.
 #include "back_ends.hpp"
+#include "printed.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -17,7 +18,7 @@ TEST(BackEndsInALargeCatalogue, have_their_minima_in_space) {
   InSpace().expect_minima_of_both_in_the_catalogue(1000);
 }
 
-INSTANTIATE_TEST_SUITE_P(Examples, BackEndsOfTheEel, testing::Values("eel_gait"));
+INSTANTIATE_TEST_SUITE_P(Examples, BackEndsOfTheEel, testing::Values("eel_gait"), named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -5,6 +5,7 @@
 #include "maneuver/guess.hpp"
 #include "maneuver/shape_program.hpp"
 #include "optimizer/stage_newton.hpp"
+#include "printed.hpp"
 #include "study/method.hpp"
 #include "study/solve.hpp"
 
@@ -70,7 +71,7 @@ TEST_P(OldFactors, arrive_where_newton_steps_do_with_fewer_second_derivatives) {
   EXPECT_LT(difference, 1e-9 * largest);
 }
 
-INSTANTIATE_TEST_SUITE_P(Examples, OldFactors, testing::Values("translation", "rotation"));
+INSTANTIATE_TEST_SUITE_P(Examples, OldFactors, testing::Values("translation", "rotation"), named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

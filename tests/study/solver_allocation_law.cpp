@@ -3,6 +3,7 @@
 
 #include "counted_allocations.hpp"
 #include "file/problem_file.hpp"
+#include "printed.hpp"
 #include "study/solver.hpp"
 
 namespace lamprey::tests {
@@ -39,7 +40,8 @@ TEST_P(SolverAllocation, none_happens_once_a_solver_is_made) {
 INSTANTIATE_TEST_SUITE_P(Examples, SolverAllocation,
                          testing::Values("translation", "translation_in_space", "rotation", "falling_cat_flip",
                                          "sideways", "around_an_obstacle", "rotation_with_clearance", "free_time",
-                                         "gait", "gait_within_limits", "least_work", "eel_gait"));
+                                         "gait", "gait_within_limits", "least_work", "eel_gait"),
+                         named_by_value);
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -1,4 +1,5 @@
 // What a Solver finds from the last answer on is a solution of the moved problem.
+#include "printed.hpp"
 #include "study/solver.hpp"
 
 #include <gtest/gtest.h>
@@ -183,7 +184,7 @@ TEST_P(SolverOfManeuvers, requests_before_a_solve_add_up) {
   EXPECT_NEAR(around.time.back() / straight.time.back(), 1.0, 1e-14);
 }
 
-INSTANTIATE_TEST_SUITE_P(Examples, SolverOfManeuvers, testing::Values("translation", "rotation"));
+INSTANTIATE_TEST_SUITE_P(Examples, SolverOfManeuvers, testing::Values("translation", "rotation"), named_by_value);
 
 // Limits, waypoints, free durations, other costs and periodic goals: what a search takes.
 class SolverOfRicherProblems : public testing::TestWithParam<const char*> {};
@@ -216,7 +217,8 @@ TEST_P(SolverOfRicherProblems, stays_at_an_answer_and_moves_on_to_another_goal) 
 
 INSTANTIATE_TEST_SUITE_P(Examples, SolverOfRicherProblems,
                          testing::Values("free_time", "around_an_obstacle", "least_work", "gait_within_limits",
-                                         "rotation_with_clearance"));
+                                         "rotation_with_clearance"),
+                         named_by_value);
 
 // The distance that work is counted by is the one from the start that is asked for to the goal.
 TEST(SolverOfWorkPerDistance, follows_its_start_and_its_goal) {

@@ -1,0 +1,128 @@
+// A swimmer so many times as large in as dense a fluid is the same swimmer in other units: it is searched alike, down to a tenth
+// of a millimetre and up to a kilometre.
+#include <gtest/gtest.h>
+
+#include "file/problem_file.hpp"
+#include "study/answer.hpp"
+#include "study/solve.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+// Three bodies that move forward; the last one's joint is a ball joint with motors, or a sprung hinge without.
+maneuver::Problem swimmer(double scale, double time_scale, bool passive) {
+  maneuver::Problem problem;
+  problem.swimmer.density = 1000.0;
+  const std::array<Vector3d, 3> axes = {Vector3d(0.25, 0.06, 0.1), Vector3d(0.125, 0.04, 0.08),
+                                        Vector3d(0.0625, 0.02, 0.12)};
+  for (std::size_t i = 0; i < 3; ++i) {
+    model::BodyDescription body;
+    body.name = std::to_string(i);
+    body.semi_axes = scale * axes[i];
+    problem.swimmer.bodies.push_back(body);
+    if (i == 0) continue;
+    model::JointDescription joint;
+    joint.name = joint.child = body.name;
+    joint.parent = std::to_string(i - 1);
+    joint.parent_offset = scale * Vector3d(-axes[i - 1][0] - 0.01, 0.0, 0.0);
+    joint.child_offset = scale * Vector3d(axes[i][0] + 0.01, 0.0, 0.0);
+    if (passive) {
+      joint.kind = model::JointKind::hinge;
+      joint.axis = Vector3d(0.0, 0.0, 1.0);
+      joint.actuated = i == 1;
+      joint.stiffness = i == 2 ? 5.0 * std::pow(scale, 5) / (time_scale * time_scale) : 0.0;
+    }
+    problem.swimmer.joints.push_back(joint);
+  }
+  problem.start.rotation.assign(3, Vector3d::Zero());
+  problem.start.angular_velocity.assign(3, Vector3d::Zero());
+  problem.goal.emplace();
+  problem.goal->move[0] = 0.03 * scale;
+  if (passive) {
+    problem.goal->turn.reset();
+    problem.goal->move[1] = problem.goal->move[2] = std::nullopt;
+  }
+  problem.duration.value = 2.0 * time_scale;
+  problem.steps = passive ? 50 : 100;
+  problem.search.starts = passive ? 1 : 4;
+  return problem;
+}
+
+class Scale : public ::testing::TestWithParam<bool> {};
+
+TEST_P(Scale, of_length_and_time_changes_nothing_but_units) {
+  const auto solved = [&](double scale, double time_scale) {
+    const maneuver::Problem problem = swimmer(scale, time_scale, GetParam());
+    return study::solve(model::System(problem.swimmer), problem, study::SolveOptions()).front();
+  };
+  const maneuver::Solution one = solved(1.0, 1.0);
+  ASSERT_EQ(one.status, maneuver::Status::optimal) << one.message;
+  for (const auto& [scale, time_scale] : {std::pair(0x1p-12, 1.0), std::pair(0x1p12, 1.0), std::pair(1.0, 0x1p-8),
+                                          std::pair(1.0, 0x1p8), std::pair(0x1p-10, 0x1p-4)}) {
+    const maneuver::Solution other = solved(scale, time_scale);
+    EXPECT_EQ(other.status, one.status) << other.message << " at " << scale << ", " << time_scale;
+    const double moment = std::pow(scale, 5) / (time_scale * time_scale), unit = moment * moment * time_scale;
+    EXPECT_NEAR(other.cost / unit, one.cost, tolerance(1e-12) * one.cost) << scale << ", " << time_scale;
+    EXPECT_EQ(other.search.solved, one.search.solved);
+    EXPECT_EQ(other.solver.iterations, one.solver.iterations);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Swimmers, Scale, ::testing::Bool(),
+                         [](const auto& instance) { return instance.param ? "sprung" : "moved"; });
+
+// The same question to a swimmer so many times as large, whose tissues and fluid are as dense.
+maneuver::Problem scaled(maneuver::Problem problem, double scale) {
+  for (model::BodyDescription& body : problem.swimmer.bodies) {
+    body.semi_axes *= scale;
+    if (body.mass_matrix) *body.mass_matrix *= std::pow(scale, 3);
+    if (body.inertia_matrix) *body.inertia_matrix *= std::pow(scale, 5);
+  }
+  for (model::JointDescription& joint : problem.swimmer.joints) {
+    joint.parent_offset *= scale;
+    joint.child_offset *= scale;
+  }
+  problem.start.position *= scale;
+  for (auto& move : problem.goal->move)
+    if (move) *move *= scale;
+  for (maneuver::Waypoint& waypoint : problem.waypoints)
+    for (auto& move : waypoint.move)
+      if (move) *move *= scale;
+  for (maneuver::KeepOutSphere& sphere : problem.limits.spheres) {
+    sphere.centre *= scale;
+    sphere.radius *= scale;
+  }
+  for (maneuver::KeepOutHalfSpace& half : problem.limits.half_spaces) half.point *= scale;
+  if (problem.limits.clearance) *problem.limits.clearance *= scale;
+  return problem;
+}
+
+TEST(Scale, of_length_changes_no_certificate_of_bodies_that_touch_an_obstacle) {
+  maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/examples/around_an_obstacle.toml");
+  problem.steps = 40;
+  problem.search.starts = 1;
+  study::SolveOptions options;
+  options.refinement = false;
+  const auto answered = [&](double scale) {
+    const maneuver::Problem asked = scaled(problem, scale);
+    return study::answer(model::System(asked.swimmer), asked, options);
+  };
+  const study::Answer one = answered(1.0);
+  ASSERT_TRUE(one.certificate.second_order && one.certificate.limits) << one.solution.message;
+  EXPECT_FALSE(one.solution.limit_multipliers.empty());
+  for (const double scale : {0x1p-10, 0x1p10}) {
+    const study::Answer other = answered(scale);
+    ASSERT_TRUE(other.certificate.second_order) << other.solution.message;
+    EXPECT_EQ(other.certificate.verdict, one.certificate.verdict) << scale;
+    EXPECT_LE(other.certificate.kkt, 1e-9);
+    EXPECT_NEAR(other.certificate.second_order->smallest_eigenvalue, one.certificate.second_order->smallest_eigenvalue,
+                1e-6);
+    EXPECT_NEAR(other.solution.cost / std::pow(scale, 10), one.solution.cost, tolerance(1e-9) * one.solution.cost);
+  }
+}
+
+}  // namespace
+}  // namespace lamprey::tests
