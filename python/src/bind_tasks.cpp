@@ -316,7 +316,7 @@ void bind_tasks(nb::module_& module) {
   module.def("certify", &certify<Solution>, "solution"_a, about);
   module.def("certify", &certify<Trajectory>, "trajectory"_a, about);
   module.def(
-      "_verify", &verify, "directory"_a, "problem"_a,
+      "_verify", &verify, "directory"_a, "problem"_a.none(),
       nb::sig("def _verify(directory: str | os.PathLike, problem: Problem | str | os.PathLike | None) -> "
               "tuple[Trajectory, bool, list[dict], str, list[str]]"),
       "The motion as certify gives it, whether all holds, claims that do not, and how trajectory.h5 and the problem "
