@@ -1,0 +1,105 @@
+"""The checker that shares nothing with the program: it passes a good solution and fails whatever was tampered with."""
+import json
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+import lamprey as lp
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCRIPT = ROOT / "examples" / "check_solution.py"
+
+
+def run(folder):
+    return subprocess.run([sys.executable, str(SCRIPT), str(folder)], capture_output=True, text=True, encoding="utf-8",
+                          env={"PYTHONIOENCODING": "utf-8"}, timeout=120)
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("good")
+    lp.solve(lp.load(ROOT / "examples" / "translation.toml").changed(time={"steps": 60})).save(folder)
+    return folder
+
+
+def failed(report):
+    return {" ".join(line[2:36].split()) for line in report.stdout.splitlines() if line.startswith("✗")}
+
+
+def test_a_good_solution_keeps_every_mark(stored):
+    report = run(stored)
+    assert report.returncode == 0, report.stdout + report.stderr
+    assert not failed(report)
+    for name in ("cost", "goal_error", "rest_error", "equation_residual", "momentum_drift", "kkt", "replay"):
+        assert f"✓ {name}" in report.stdout, name
+
+
+def control(solution):
+    solution["control"][30][0][2] += 1e-3
+
+
+def cost(solution):
+    solution["cost"] *= 0.9
+
+
+def position(solution):
+    solution["position"][20][0] += 1e-6
+
+
+def mass(solution):
+    body = solution["problem"]["bodies"][1]
+    body["mass_matrix"] = [[1.01 * entry for entry in row] for row in body["mass_matrix"]]
+
+
+def goal(solution):
+    solution["problem"]["goal"]["move"][0] += 1e-6
+
+
+def weaker_goal(solution):
+    solution["problem"]["goal"]["move"][0] = "free"
+
+
+def cost_rule(solution):
+    step = solution["problem"]["time_step"]
+    solution["problem"]["cost_rule"] = "rectangle"
+    solution["cost"] = 0.5 * step * sum(u * u for node in solution["control"] for joint in node for u in joint)
+
+
+def replay(solution):
+    solution["certificate"]["replay"]["rotation_error"] *= 0.8
+
+
+def velocity(solution):
+    solution["velocity"]["angular"][30][0][2] += 1e-3
+
+
+@pytest.mark.parametrize("tamper, name", [
+    (control, "equation_residual"), (cost, "cost"), (position, "momentum_drift"), (mass, "momentum_drift"),
+    (goal, "goal_error"), (weaker_goal, "kkt"), (cost_rule, "kkt"), (replay, "replay.rotation_error, rad"),
+    (velocity, "velocity_error")])
+def test_what_was_tampered_with_fails(stored, tmp_path, tamper, name):
+    solution = json.loads((stored / "solution.json").read_text(encoding="utf-8"))
+    tamper(solution)
+    (tmp_path / "solution.json").write_text(json.dumps(solution), encoding="utf-8")
+    report = run(tmp_path)
+    assert report.returncode == 1, report.stdout + report.stderr
+    assert name in failed(report)
+
+
+def test_what_cannot_be_read_is_one_line(stored, tmp_path):
+    assert run(tmp_path).returncode == 2
+    solution = json.loads((stored / "solution.json").read_text(encoding="utf-8"))
+    del solution["problem"]["steps"]
+    (tmp_path / "solution.json").write_text(json.dumps(solution), encoding="utf-8")
+    report = run(tmp_path)
+    assert report.returncode == 2 and report.stderr.count("\n") == 1 and "steps" in report.stderr
+
+
+def test_schemes_above_order_2_are_said_not_to_be_covered(stored, tmp_path):
+    solution = json.loads((stored / "solution.json").read_text(encoding="utf-8"))
+    solution["problem"]["scheme"] = "order4"
+    (tmp_path / "solution.json").write_text(json.dumps(solution), encoding="utf-8")
+    report = run(tmp_path)
+    assert report.returncode == 2 and report.stderr.startswith("not covered: ")
