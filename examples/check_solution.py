@@ -598,17 +598,16 @@ class Report:
         print(f"· not covered: {what}")
 
 
-def check_bodies(s, report):
-    """M, J and body_inertia from the semi-axes, (1.4) to (1.11). The fluid's density is the one that fits M best."""
+def check_bodies(s, density, report):
+    """M, J and body_inertia from the semi-axes and the fluid's density, (1.4) to (1.11)."""
     for i in range(s.n):
         added, inertia_, own = ellipsoid(s.semi_axes[i])
-        density = added @ (np.diag(s.M[i]) - s.mass[i]) / (added @ added)
         errors = [np.abs(found - stored).max() / max(np.abs(stored).max(), 1e-300) for found, stored in (
             (np.diag(s.mass[i] * own), s.own_inertia[i]),
             (s.mass[i] * np.eye(3) + density * np.diag(added), s.M[i]),
             (s.own_inertia[i] + density * np.diag(inertia_), s.J[i]))]
         if max(errors) > 1e-9:
-            report.skip(f"matrices of {s.names[i]}: not those of its semi-axes ({max(errors):.1e} off)")
+            report.skip(f"matrices of {s.names[i]}: not those of its semi-axes ({max(errors):.1e} off), as if given")
         else:
             report.error(f"matrices of {s.names[i]} by semi-axes", max(errors), None, 1e-9)
 
@@ -687,7 +686,10 @@ def check(S):
     problem, certificate, report = S["problem"], S["certificate"], Report()
     s = read_swimmer(problem)
     m = read_motion(S, s)
-    check_bodies(s, report)
+    if "density" in problem:
+        check_bodies(s, problem["density"], report)
+    else:
+        report.skip("matrices of the bodies: the file does not tell the fluid's density")
     if "cost_weights" in problem or "displacement_weight" in problem:
         report.skip("cost: weights beside effort and time")
     else:
@@ -721,7 +723,12 @@ def main(arguments):
         return 2
     file = pathlib.Path(arguments[0]) / "solution.json"
     try:
-        S = json.loads(file.read_text(encoding="utf-8"))
+        text = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeError) as error:
+        print(f"cannot read {file}: {error}", file=sys.stderr)
+        return 2
+    try:
+        S = json.loads(text)
         problem = S["problem"]
         missing = ("schemes above order 2" if problem["scheme"] not in ("paper", "trapezoid", "midpoint") else
                    "moments on splines" if problem["control"]["kind"] != "steps" else
@@ -730,9 +737,6 @@ def main(arguments):
             print(f"not covered: {missing}", file=sys.stderr)
             return 2
         good = check(S)
-    except OSError as error:
-        print(f"cannot read {file}: {error.strerror}", file=sys.stderr)
-        return 2
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         print(f"{file} is no solution that can be read: {type(error).__name__}: {error}", file=sys.stderr)
         return 2

@@ -138,7 +138,7 @@ double margin(const StoredMotion& motion, const Bound& bound, const Place& place
     case Kind::pass_position:
       return place.position[bound.component] - bound.value;
     case Kind::pass_turn: {
-      const maneuver::Waypoint& waypoint = problem.waypoints[at(bound.joint)];
+      const maneuver::Waypoint& waypoint = problem.waypoints[at(bound.waypoint)];
       const auto own = waypoint.rotation.find(system.body(bound.body).name);
       const Matrix3d asked =
           own != waypoint.rotation.end()
@@ -298,7 +298,7 @@ std::vector<Bound> bounds_of(const StoredMotion& motion) {
     for (int i = 0; i < system.body_count(); ++i)
       if (waypoint.turn || waypoint.rotation.contains(system.body(i).name))
         for (int c = 0; c < 3; ++c)
-          bounds.push_back({Kind::pass_turn, "waypoint", static_cast<int>(w), i, -1, c, false, 0.0, node});
+          bounds.push_back({Kind::pass_turn, "waypoint", -1, i, -1, c, false, 0.0, node, static_cast<int>(w)});
   }
   if (problem.duration.free) {
     bounds.push_back({Kind::duration, "time.min", -1, -1, -1, -1, false, problem.duration.min, motion.steps});
@@ -378,7 +378,7 @@ bool looks_at(const System& system, const Bound& bound, int i) {
       if (point.body == i) return true;
     return false;
   };
-  const int child = bound.joint >= 0 && !bound.equality() ? system.joint(bound.joint).child : -1;
+  const int child = bound.joint >= 0 ? system.joint(bound.joint).child : -1;
   return below(bound.body) || below(bound.other_body) || below(child);
 }
 

@@ -30,7 +30,8 @@ struct Bound {
   int component = -1;
   bool upper = false;
   double value = 0.0;
-  int node = -1;  // of a waypoint or of the end; −1: each node
+  int node = -1;      // of a waypoint or of the end; −1: each node
+  int waypoint = -1;  // which
   bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
 };
 

@@ -50,6 +50,7 @@ ResolvedProblem resolve(const model::System& system, const maneuver::Problem& pr
                                body.inertia_matrix, body.coupling_matrix});
   for (int j = 0; j < system.joint_count(); ++j)
     resolved.joints.push_back(resolve(system.joint(j), problem.swimmer.joints[model::at(j)]));
+  resolved.density = system.density();
   resolved.scheme = problem.scheme;
   resolved.time_step = problem.time_step();
   resolved.duration = problem.duration.value;

@@ -63,6 +63,7 @@ struct ResolvedStart {
 struct ResolvedProblem {
   std::vector<ResolvedBody> bodies;
   std::vector<ResolvedJoint> joints;
+  std::optional<double> density = {};  // kg/m³ of the fluid; nothing in files of early versions
   maneuver::Scheme scheme = maneuver::Scheme::trapezoid;
   double time_step = 0.0;  // s
   double duration = 0.0;   // s

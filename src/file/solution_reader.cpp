@@ -146,6 +146,7 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   joints.require_array();
   for (std::size_t j = 0; j < joints.size(); ++j)
     problem.joints.push_back(read_joint(joints.at(j), static_cast<int>(problem.bodies.size())));
+  if (reader.has("density")) problem.density = reader.at("density").number();
   problem.scheme = read_word(reader.at("scheme"), schemes);
   problem.time_step = reader.at("time_step").number();
   problem.duration = reader.at("duration").number();

@@ -179,6 +179,7 @@ std::string problem_text(const ResolvedProblem& problem) {
   ObjectText text(1);
   text.add("bodies", json_list(problem.bodies, body_text));
   text.add("joints", json_list(problem.joints, joint_text));
+  if (problem.density) text.add("density", json(*problem.density));
   text.add("scheme", json(word(problem.scheme)));
   text.add("time_step", json(problem.time_step));
   text.add("duration", json(problem.duration));

@@ -1,6 +1,7 @@
 #include "mechanics/discrete_lagrangian.hpp"
 
 #include <cmath>
+#include <numbers>
 
 namespace lamprey::mechanics {
 
@@ -72,7 +73,10 @@ void four_momenta(const System& system, DiscreteLagrangian lagrangian, double h,
 }
 
 // rad, to (−π, π].
-double wrapped(double angle) { return angle - 2.0 * M_PI * std::ceil((angle - M_PI) / (2.0 * M_PI)); }
+double wrapped(double angle) {
+  constexpr double pi = std::numbers::pi;
+  return angle - 2.0 * pi * std::ceil((angle - pi) / (2.0 * pi));
+}
 
 }  // namespace
 

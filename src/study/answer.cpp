@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <sstream>
 #include <stdexcept>
 #include <tuple>
@@ -117,7 +118,8 @@ std::string spring_at_its_jump(const Problem& problem, const Solution& solution)
     const Eigen::Matrix3d zero = lie::exp(joint.reference_rotation);
     for (std::size_t k = 0; k < solution.rotation.size(); ++k) {
       const auto& R = solution.rotation[k];
-      if (lie::rotation_angle(zero.transpose() * R[parent].transpose() * R[child]) < M_PI - half_turn_mark) continue;
+      if (lie::rotation_angle(zero.transpose() * R[parent].transpose() * R[child]) < std::numbers::pi - half_turn_mark)
+        continue;
       return " At " + number(solution.time[k], 3) + " s joint " + joint.name +
              " stands at half a turn, where its spring's moment jumps: a limit below it (limits.swing or limits.angle) "
              "keeps clear of that.";
@@ -232,7 +234,7 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
 // it between restarts. Empty where neither does.
 std::string unresolved(const Problem& problem, const Answer& answer) {
   const double turn = turn_of_steps(problem, answer.solution).angle;
-  if (turn > 0.5 * M_PI) return "a body turns by " + number(turn, 3) + " rad in one of its steps";
+  if (turn > 0.5 * std::numbers::pi) return "a body turns by " + number(turn, 3) + " rad in one of its steps";
   const auto& replay = answer.certificate.replay;
   if (!replay) return "it was not replayed";
   if (!(replay->rotation_error <= certificate::replay_mark))

@@ -52,6 +52,7 @@ TEST(SolutionFile, every_double_comes_back_bit_for_bit) {
   EXPECT_EQ(back.problem.tolerance, results.problem.tolerance);
   EXPECT_EQ(back.problem.time_weight, results.problem.time_weight);
   EXPECT_EQ(back.problem.limits.torque, results.problem.limits.torque);
+  EXPECT_EQ(back.problem.density, results.problem.density);
   EXPECT_EQ(back.problem.limits.joint_torque_component, results.problem.limits.joint_torque_component);
   EXPECT_EQ(back.problem.limits.angle, results.problem.limits.angle);
   EXPECT_EQ(back.problem.limits.half_spaces[0].normal, results.problem.limits.half_spaces[0].normal);
@@ -174,8 +175,8 @@ TEST(SolutionFile, fields_have_the_names_and_the_order_of_the_interface) {
                                            "position", "rotation", "control", "velocity", "momentum",
                                            "limit_multipliers", "certificate", "search", "solver", "provenance"}));
   EXPECT_EQ(keys_in_order(document["problem"]),
-            (Keys{"bodies", "joints", "scheme", "time_step", "duration", "steps", "cost_rule", "goal", "control",
-                  "effort", "time_weight", "limits", "waypoints", "tolerance"}));
+            (Keys{"bodies", "joints", "density", "scheme", "time_step", "duration", "steps", "cost_rule", "goal",
+                  "control", "effort", "time_weight", "limits", "waypoints", "tolerance"}));
   EXPECT_EQ(keys_in_order(document["momentum"]["angular"]), (Keys{"bodies", "fluid", "total"}));
   EXPECT_EQ(keys_in_order(document["certificate"]), (Keys{"goal_error",
                                                           "rest_error",

@@ -72,6 +72,7 @@ inline file::ResolvedProblem sample_problem(int steps, SampleNumbers& sample) {
   problem.control = maneuver::ControlKind::spline;
   problem.points = std::min(5, steps + 1);
   problem.steps = steps;
+  problem.density = 0.00994718394324346;
   problem.duration = sample.number();
   problem.time_step = problem.duration / steps;
   problem.effort = sample.number();

@@ -26,6 +26,7 @@ inline file::ResolvedProblem sample_problem(int steps) {
                                             Eigen::Vector3d::UnitZ()};
   problem.joints = {{"front", model::JointKind::ball, 0, 1, {8.8, 0.0, 0.0}, {-5.5, 0.0, 0.0}, all},
                     {"rear", model::JointKind::ball, 0, 2, {-8.8, 0.0, 0.0}, {5.5, 0.0, 0.0}, all}};
+  problem.density = 0.00994718394324346;
   problem.duration = 1.0;
   problem.steps = steps;
   problem.time_step = 1.0 / steps;
