@@ -32,12 +32,6 @@ bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
          (!proof.limits || proof.limits->violation <= limit_mark);
 }
 
-bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
-  return proof.kkt <= problem.search.tolerance && (!proof.costs || proof.costs->signs <= complementarity_mark) &&
-         (!proof.limits ||
-          (proof.limits->complementarity <= complementarity_mark && proof.limits->negative <= complementarity_mark));
-}
-
 // Where the problem's duration is free it is that of the files, which its bounds judge.
 double time_error(const StoredMotion& motion) {
   const std::vector<double>& time = motion.solution.time;
@@ -156,6 +150,12 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   if (options.second_order) add_second_order(system, problem, solution, proof);
   if (options.replay) proof.replay = replay(motion, options.replay_window, options.replay_tolerance);
   return proof;
+}
+
+bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
+  return proof.kkt <= problem.search.tolerance && (!proof.costs || proof.costs->signs <= complementarity_mark) &&
+         (!proof.limits ||
+          (proof.limits->complementarity <= complementarity_mark && proof.limits->negative <= complementarity_mark));
 }
 
 Verdict verdict(const maneuver::Problem& problem, const Certificate& proof) {

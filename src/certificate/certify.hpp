@@ -25,6 +25,9 @@ struct Options {
 Certificate certify(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                     const Options& options = {});
 
+/// Whether kkt and the signs of multipliers keep their marks: the cost is stationary where the goal and limits are kept.
+bool stationary(const maneuver::Problem& problem, const Certificate& certificate);
+
 /// What a certificate's numbers add up to.
 Verdict verdict(const maneuver::Problem& problem, const Certificate& certificate);
 

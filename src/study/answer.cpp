@@ -82,13 +82,6 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
   return "";
 }
 
-bool stationary(const Problem& problem, const Certificate& proof) {
-  const bool multipliers_fit = !proof.limits || (proof.limits->complementarity <= complementarity_mark &&
-                                                 proof.limits->negative <= complementarity_mark);
-  const bool signs_fit = !proof.costs || proof.costs->signs <= complementarity_mark;
-  return proof.kkt <= problem.search.tolerance && multipliers_fit && signs_fit;
-}
-
 // What keeps a feasible answer from being optimal.
 std::string unsettled(const Problem& problem, const Certificate& proof) {
   if (!(proof.kkt <= problem.search.tolerance))
@@ -368,7 +361,7 @@ std::string fault(const Problem& problem, const Certificate& proof) {
   if (proof.equation_residual <= proof.equation_allowed())
     if (const std::string other = foreign(proof); !other.empty()) return other;
   if (const std::string missing = unmet(problem, proof); !missing.empty()) return missing;
-  return stationary(problem, proof) ? "" : unsettled(problem, proof);
+  return certificate::stationary(problem, proof) ? "" : unsettled(problem, proof);
 }
 
 void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
@@ -385,7 +378,7 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   if (!other.empty()) {
     if (!cut_short) solution.status = Status::stalled;
     solution.message = "No answer to this problem: " + other + "." + stopped;
-  } else if (missing.empty() && stationary(problem, proof)) {
+  } else if (missing.empty() && certificate::stationary(problem, proof)) {
     solution.status = Status::optimal;
     solution.message = "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) +
                        "." + far_turn(problem, solution);

@@ -146,9 +146,8 @@ class NewtonMethod : public Method {
   Found carry(const Found& from, int steps) override {
     if (!from.path.polynomial.empty()) return carry_on_composed(from, steps);
     optimizer::Options within = options(fine_tolerance);
-    within.exact_limits =
-        steps == steps_of(from.path);  // else its cost and its nodes are asked for, not its multipliers
-    if (limits_.empty()) {             // else rounds within limits have their own numbers
+    within.exact_limits = steps == steps_of(from.path);  // else cost and nodes are asked for, not multipliers
+    if (limits_.empty()) {                               // else rounds within limits have their own numbers
       within.max_iterations = carried_iterations;
       within.patience = 1;
     }

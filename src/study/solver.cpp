@@ -31,8 +31,7 @@ const Problem& taken(const System& system, const Problem& problem) {
   if (!problem.goal || !integrator::single_step(problem.scheme) || !newton_takes(system, problem))
     throw InputError("problem",
                      "found no goal, spline moments, momentum at the start, a scheme above order 2 or a free duration "
-                     "with springs or "
-                     "dampers, which a Solver does not take; use solve");
+                     "with springs or dampers, which a Solver does not take; use solve");
   return problem;
 }
 

@@ -4,6 +4,7 @@
 #include "file/followed_file.hpp"
 #include "file/resolve.hpp"
 #include "file/solution_file.hpp"
+#include "file/tasks.hpp"
 #include "model/input_error.hpp"
 #include "samples.hpp"
 
@@ -71,6 +72,25 @@ TEST(FollowedManeuver, says_in_one_line_what_does_not_fit_and_what_would) {
             place +
                 "/feedback: found no gains; allowed: those that lamprey solve stores with optimal maneuvers; solve "
                 "the maneuver again, with a longer search.time_limit where that has ended the search");
+}
+
+// A gait of no nodes, which a file may hold, is nothing that could be repeated.
+TEST(FollowedManeuver, without_a_motion_has_no_cycles) {
+  file::Results empty = maneuver_of_chain();
+  empty.problem.goal = maneuver::Goal();
+  empty.problem.goal->periodic = true;
+  empty.solution = maneuver::Solution();
+  file::ProblemFile asked;
+  asked.path = "p.toml";
+  asked.problem.swimmer = tests::paper_chain();
+  const file::MarchOptions options{.cycles = 2, .followed = empty, .followed_path = "gait/solution.json"};
+  try {
+    file::march_task(asked, options, "");
+    FAIL() << "was marched";
+  } catch (const model::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("found no motion in gait/solution.json"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(FeedbackReader, tells_the_place_of_a_wrong_shape) {
