@@ -141,10 +141,8 @@ std::string far_turn(const Problem& problem, const Solution& solution) {
 std::string fading(const Problem& problem, const Solution& solution) {
   if (problem.cost_weights.transport == 0.0 || !problem.goal || problem.goal->distance()) return "";
   if (solution.position.empty()) return "";
-  double size = 0.0;  // as System::size
-  for (const model::BodyDescription& body : problem.swimmer.bodies) size = std::max(size, body.semi_axes.maxCoeff());
   const double moved = (solution.position.back() - solution.position.front()).norm();
-  if (moved > small_motion * size) return "";
+  if (moved > small_motion * model::System(problem.swimmer).size()) return "";
   return " The motion shrank to a displacement of " + number(moved, 3) +
          " m: where small ones cost least for each metre there is no cheapest one.";
 }

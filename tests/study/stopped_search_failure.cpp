@@ -104,8 +104,9 @@ TEST(StoppedSearch, carries_the_best_motion_on_to_its_steps) {
                              " of 100000 first guesses") == std::string::npos,
                 false)
           << message;
-      if (limit) {  // within it, on slow machines too; Ipopt's first answer may leave too little time for the proof
-        if (solver == study::Backend::newton) {
+      if (limit) {  // within it, on slow machines too
+        const bool untold = message.find("whether it is a minimum") == std::string::npos;
+        if (solver == study::Backend::newton || untold) {  // Ipopt may leave too little time for the proof, and says so
           EXPECT_EQ(stopped.certificate.verdict, certificate::Verdict::proved) << message;
         }
         EXPECT_LT(stopped.solution.solver.wall_seconds, *limit);
