@@ -1,6 +1,7 @@
 // Four numbers, or two, that the processor takes at once: arithmetic is the compiler's own, entry by entry.
 #pragma once
 
+#include <cmath>
 #include <cstring>
 
 namespace lamprey::algebra {
@@ -28,6 +29,11 @@ inline void transpose(Four& a, Four& b, Four& c, Four& d) {
   b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
   c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
   d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/// Entry by entry.
+inline Four square_root(const Four& v) {
+  return Four{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
 }
 
 inline double sum(const Four& v) { return (v[0] + v[2]) + (v[1] + v[3]); }

@@ -9,6 +9,7 @@ namespace lamprey::maneuver {
 namespace {
 
 using Eigen::Index;
+using mechanics::DiscreteLagrangian;
 using mechanics::Four;
 using mechanics::Four3;
 using mechanics::Four33;
@@ -25,7 +26,6 @@ Four absolute(const Four& a) { return a < 0.0 ? -a : a; }
 Four larger(const Four& a, const Four& b) { return a > b ? a : b; }
 Four largest(const Four3& v) { return larger(absolute(v.x), larger(absolute(v.y), absolute(v.z))); }
 double largest(const Four& a) { return std::max(std::max(a[0], a[1]), std::max(a[2], a[3])); }
-Four root(const Four& a) { return Four{std::sqrt(a[0]), std::sqrt(a[1]), std::sqrt(a[2]), std::sqrt(a[3])}; }
 
 Four33 identity() { return plus_identity(Four33::zero()); }
 
@@ -42,14 +42,15 @@ Four33 renormalized(const Four33& R) {
 
 }  // namespace
 
-bool FourSteps::serves(const System& system, mechanics::DiscreteLagrangian lagrangian) {
+bool FourSteps::serves(const System& system, DiscreteLagrangian lagrangian) {
   for (const model::Joint& joint : system.joints())
     if (joint.stiffness != 0.0 || joint.damping != 0.0) return false;
-  return shape_size(system) > 0 && mechanics::all_plain(system, lagrangian);
+  return shape_size(system) > 0 && !system.coupled() && lagrangian != DiscreteLagrangian::paper;
 }
 
-FourSteps::FourSteps(const System& system, const MatrixXd& coordinates)
+FourSteps::FourSteps(const System& system, DiscreteLagrangian lagrangian, const MatrixXd& coordinates)
     : system_(system),
+      at_half_way_(lagrangian == DiscreteLagrangian::midpoint),
       coordinates_(coordinates),
       all_coordinates_(coordinates.isIdentity(0.0)),
       noise_(system),
@@ -121,13 +122,22 @@ void FourSteps::find_momenta(Four& scale) {
       m.shift = p.shift + (p.right - left_[at(body.parent)]) * a - (m.right - left_[at(i)]) * b;
       m.arm = p.arm + p.right * a - m.right * b;
     }
-    m.left_seen = transposed(left_[at(i)]) * m.shift;
-    m.right_seen = transposed(m.right) * m.shift;
-    const Four3 p_left = (0.5 * rate) * (body.mass_matrix * m.left_seen);
-    const Four3 p_right = (0.5 * rate) * (body.mass_matrix * m.right_seen);
-    m.own = left_[at(i)] * p_left + m.right * p_right;
+    if (at_half_way_) {
+      m.half_way = HalfWay<Four>(body.mass_matrix, left_[at(i)], m.right, m.shift);
+      m.own = rate * m.half_way.by_shift();
+      m.left_turn = rate * m.half_way.by_left();
+      m.turn = rate * m.half_way.by_right();
+    } else {
+      const Four3 left_seen = transposed(left_[at(i)]) * m.shift;
+      m.right_seen = transposed(m.right) * m.shift;
+      const Four3 p_left = (0.5 * rate) * (body.mass_matrix * left_seen);
+      const Four3 p_right = (0.5 * rate) * (body.mass_matrix * m.right_seen);
+      m.own = left_[at(i)] * p_left + m.right * p_right;
+      m.left_turn = cross(p_left, left_seen);
+      m.turn = cross(p_right, m.right_seen);
+    }
     m.force = m.own;
-    m.turn = cross(p_right, m.right_seen) + rate * vee_twice(body.trace_weight * (transposed(left_[at(i)]) * m.right));
+    m.turn += rate * vee_twice(body.trace_weight * (transposed(left_[at(i)]) * m.right));
     scale = larger(scale, larger(largest(m.turn), noise_.length * largest(m.own)));
   }
   for (auto i = system_.root_to_leaves().rbegin(); i != system_.root_to_leaves().rend(); ++i) {
@@ -142,29 +152,39 @@ void FourSteps::find_momenta(Four& scale) {
   }
 }
 
+FourSteps::RightEnd FourSteps::right_end(int i) const {
+  const double rate = 1.0 / time_step_;
+  const model::Body& body = system_.body(i);
+  const Momenta& m = momenta_[at(i)];
+  const Matrix3d& M = body.mass_matrix;
+  const Four33 &L = left_[at(i)], &R = m.right;
+  const Four33 X = body.trace_weight * (transposed(L) * R);
+  const Four33 of_turn = minus_diagonal(transposed(X), trace(X));
+  if (at_half_way_) {
+    const HalfWay<Four>::Second second = m.half_way.second(M);
+    return {rate * second.shift_shift, rate * (R * second.shift_right * transposed(R)),
+            rate * (R * (second.right_right - of_turn) * transposed(R))};
+  }
+  const Four3& w = m.right_seen;
+  const Four3 Mw = M * w;
+  const Four33 Mw_hat = times_hat(M, w);
+  const Four33 of_shift = minus_diagonal(dyad(w, Mw), dot(Mw, w)) - hat_times(w, Mw_hat);
+  return {(0.5 * rate) * (L * (M * transposed(L)) + R * (M * transposed(R))),
+          (0.5 * rate) * (R * plus_hat(Mw_hat, -Mw) * transposed(R)),
+          rate * (R * (0.5 * of_shift - of_turn) * transposed(R))};
+}
+
 // The Hessian by the root's turn (seen from the root at the beginning) and shift, all bodies following it.
 void FourSteps::find_root_inverse() {
-  const double half = 0.5 / time_step_, rate = 1.0 / time_step_;
   Four33 by_shift = Four33::zero(), by_turn = Four33::zero();
   root_.shift_by_turn = Four33::zero();
   for (int i = 0; i < system_.body_count(); ++i) {
-    const model::Body& body = system_.body(i);
     const Momenta& m = momenta_[at(i)];
-    const Matrix3d& M = body.mass_matrix;
-    const Four33& L = left_[at(i)];
-    const Four33& R = m.right;
-    const Four33 A = half * (L * (M * transposed(L)) + R * (M * transposed(R)));
-    const Four3& w = m.right_seen;
-    const Four3 Mw = M * w;
-    const Four33 Mw_hat = times_hat(M, w);
-    const Four33 pull = R * (half * plus_hat(Mw_hat, -Mw)) * transposed(R);
-    const Four33 X = body.trace_weight * (transposed(L) * R);
-    const Four33 own = 0.5 * (minus_diagonal(dyad(w, Mw), dot(Mw, w)) - hat_times(w, Mw_hat)) -
-                       minus_diagonal(transposed(X), trace(X));
-    const Four33 along_turn = pull - times_hat(A, m.arm);
-    by_shift += A;
+    const RightEnd own = right_end(i);
+    const Four33 along_turn = own.shift_by_turn - times_hat(own.by_shift, m.arm);
+    by_shift += own.by_shift;
     root_.shift_by_turn += along_turn;
-    by_turn += hat_times(m.arm, along_turn) - times_hat(transposed(pull), m.arm) + rate * (R * own * transposed(R)) +
+    by_turn += hat_times(m.arm, along_turn) - times_hat(transposed(own.shift_by_turn), m.arm) + own.by_turn +
                second_turn(m.own, m.arm);
   }
   root_.shift_inverse = inverse(by_shift);
@@ -195,7 +215,7 @@ bool FourSteps::solve(const ForFour<ShapeStep*>& step) {
     const Four contraction = open ? residual / before : Four{};
     if (iteration == 0 || largest(contraction) > slowly) find_root_inverse();
     root_.apply(turn, shift);
-    const Four turned = open ? root(dot(turn, turn)) : Four{};
+    const Four turned = open ? algebra::square_root(dot(turn, turn)) : Four{};
     if (!(turned[0] < lost && turned[1] < lost && turned[2] < lost && turned[3] < lost)) return false;
     const Four share = open ? -(turned > longest_root_turn ? longest_root_turn / turned : Four{} + 1.0) : Four{};
     turn_ = cayley((0.5 * share) * turn) * turn_;
@@ -211,8 +231,7 @@ Four3 FourSteps::momentum_at_left(int i) const {
   const model::Body& body = system_.body(i);
   const Momenta& m = momenta_[at(i)];
   const Four33& L = left_[at(i)];
-  Four3 minus = rate * vee_twice((transposed(L) * m.right) * body.trace_weight) -
-                (0.5 * rate) * cross(body.mass_matrix * m.left_seen, m.left_seen) -
+  Four3 minus = rate * vee_twice((transposed(L) * m.right) * body.trace_weight) - m.left_turn -
                 cross(child_offset(system_, i), transposed(L) * m.force);
   for (int c : body.children) minus += cross(parent_offset(system_, c), transposed(L) * momenta_[at(c)].force);
   return minus;

@@ -1,5 +1,5 @@
 // Steps between given shapes, four at once: a lane of the processor's vectors each. For joints without springs and dampers, by
-// the trapezoid (chapter 9, equations 9.14 to 9.25). What any other swimmer or scheme asks is ShapeKernel's.
+// the trapezoid or the midpoint (chapter 9, equations 9.14 to 9.26). What any other swimmer or scheme asks is ShapeKernel's.
 //
 // At zero momentum the root's motion z = (turn φ, shift d) makes a step's discrete Lagrangian L stationary, so that the
 // step is one function of its two shapes, V(θ, θ') = stat L(θ, θ', z): momenta are its gradient, tangents its second
@@ -8,6 +8,7 @@
 
 #include <array>
 
+#include "maneuver/half_way.hpp"
 #include "maneuver/led_turns.hpp"
 #include "maneuver/shape_step.hpp"
 #include "optimizer/stage_program.hpp"
@@ -28,7 +29,7 @@ struct NodeEffort {
 
 class FourSteps {
  public:
-  FourSteps(const model::System& system, const MatrixXd& coordinates);
+  FourSteps(const model::System& system, mechanics::DiscreteLagrangian lagrangian, const MatrixXd& coordinates);
 
   /// Whether these are steps that it computes.
   static bool serves(const model::System& system, mechanics::DiscreteLagrangian lagrangian);
@@ -86,11 +87,17 @@ class FourSteps {
   };
   // What solving takes of a body.
   struct Momenta {
-    Four33 right;                 // R'
-    Four3 shift, arm;             // m, Δx, and from the root's centre at the end
-    Four3 left_seen, right_seen;  // Rᵀ Δx, R'ᵀ Δx
-    Four3 own, force;             // N s, ∂l/∂Δx of its own, of its subtree
-    Four3 turn;                   // N m s, ∂L/∂η'
+    Four33 right;            // R'
+    Four3 shift, arm;        // m, Δx, and from the root's centre at the end
+    Four3 right_seen;        // m, R'ᵀ Δx, by the trapezoid
+    HalfWay<Four> half_way;  // by the midpoint
+    Four3 own, force;        // N s, ∂l/∂Δx of its own, of its subtree
+    Four3 left_turn;         // N m s, what Δx gives ∂l/∂η
+    Four3 turn;              // N m s, ∂L/∂η'
+  };
+  // Second derivatives of a body's own Lagrangian by its turn at the right end and by Δx, seen from the world.
+  struct RightEnd {
+    Four33 by_shift, shift_by_turn, by_turn;
   };
   // The root's part of the Hessian, inverted by halves.
   struct RootInverse {
@@ -108,6 +115,7 @@ class FourSteps {
 
   void take_root(const ForFour<const ShapeStep*>& step);
   void find_momenta(Four& scale);
+  RightEnd right_end(int i) const;
   void find_root_inverse();
   Four3 momentum_at_left(int body) const;
   void read_momenta(const ForFour<ShapeStep*>& step);
@@ -117,6 +125,10 @@ class FourSteps {
   void differentiate(Hessian<S>& hessian) const;
   template <typename S>
   void differentiate_body(int i, Body<S>& body) const;
+  template <typename S>
+  void translate_at_ends(int i, Body<S>& body) const;
+  template <typename S>
+  void translate_half_way(int i, Body<S>& body) const;
   template <typename S>
   void add_up_tree(int j, Hessian<S>& hessian) const;
   template <typename S>
@@ -153,6 +165,7 @@ class FourSteps {
   void write_tangents(const ForFour<const ShapeStep*>& step, const ForFour<ShapeTangent*>& tangent);
 
   const model::System& system_;
+  bool at_half_way_;      // the midpoint, else the trapezoid
   MatrixXd coordinates_;  // [shape_size][f]
   bool all_coordinates_;
   MomentumNoise noise_;

@@ -43,31 +43,61 @@ void FourSteps::lay_shifts(const Three<S>& of_root, Hessian<S>& hessian) const {
   }
 }
 
-// What a body's own Lagrangian has to do with its turns at both ends and its shift.
+// Translation by the trapezoid: by the body's turns at both ends and its shift.
 template <typename S>
-void FourSteps::differentiate_body(int i, Body<S>& body) const {
+void FourSteps::translate_at_ends(int i, Body<S>& body) const {
   const Matrix3d& M = system_.body(i).mass_matrix;
-  const Matrix3d& weight = system_.body(i).trace_weight;
-  const double rate = 1.0 / time_step_, half = 0.5 * rate;
+  const double half = 0.5 / time_step_;
   const ThreeByThree<S> Lt = transposed(body.left), Rt = transposed(body.right);
   const Three<S> w = Lt * body.shift, w_next = Rt * body.shift;
   const Three<S> Mw = M * w, Mw_next = M * w_next;
   const ThreeByThree<S> Mw_hat = times_hat(M, w), Mw_hat_next = times_hat(M, w_next);
   body.force = half * (body.left * Mw + body.right * Mw_next);
   body.force_by_shift = half * (body.left * (M * Lt) + body.right * (M * Rt));
-  body.subtree_by_shift = body.force_by_shift;
   body.left_pull = half * plus_hat(Mw_hat, -Mw);
   body.right_pull = half * plus_hat(Mw_hat_next, -Mw_next);
-  const ThreeByThree<S> F = Lt * body.right;
-  const ThreeByThree<S> X = F * weight;
-  const S sum = trace(X);
-  const ThreeByThree<S> by_turn = minus_diagonal(X, sum);
   const auto of_shift = [](const Three<S>& v, const Three<S>& Mv, const ThreeByThree<S>& Mv_hat) {
     return minus_diagonal(dyad(v, Mv), dot(v, Mv)) - hat_times(v, Mv_hat);
   };
-  body.by_left = half * of_shift(w, Mw, Mw_hat) - rate * by_turn;
-  body.by_right = half * of_shift(w_next, Mw_next, Mw_hat_next) - rate * minus_diagonal(transposed(weight * F), sum);
-  body.by_both = rate * (by_turn * F);
+  body.by_left = half * of_shift(w, Mw, Mw_hat);
+  body.by_right = half * of_shift(w_next, Mw_next, Mw_hat_next);
+}
+
+// Likewise by the midpoint.
+template <typename S>
+void FourSteps::translate_half_way(int i, Body<S>& body) const {
+  const Matrix3d& M = system_.body(i).mass_matrix;
+  const double rate = 1.0 / time_step_;
+  const HalfWay<S> half_way(M, body.left, body.right, body.shift);
+  const typename HalfWay<S>::Second second = half_way.second(M);
+  body.force = rate * half_way.by_shift();
+  body.force_by_shift = rate * second.shift_shift;
+  body.left_pull = rate * second.shift_left;
+  body.right_pull = rate * second.shift_right;
+  body.by_left = rate * second.left_left;
+  body.by_right = rate * second.right_right;
+  body.by_both = rate * second.left_right;
+}
+
+// What a body's own Lagrangian has to do with its turns at both ends and its shift.
+template <typename S>
+void FourSteps::differentiate_body(int i, Body<S>& body) const {
+  const Matrix3d& weight = system_.body(i).trace_weight;
+  const double rate = 1.0 / time_step_;
+  const ThreeByThree<S> F = transposed(body.left) * body.right;
+  const ThreeByThree<S> X = F * weight;
+  const S sum = trace(X);
+  const ThreeByThree<S> by_turn = minus_diagonal(X, sum);
+  if (at_half_way_) {
+    translate_half_way(i, body);
+    body.by_both += rate * (by_turn * F);
+  } else {
+    translate_at_ends(i, body);
+    body.by_both = rate * (by_turn * F);
+  }
+  body.subtree_by_shift = body.force_by_shift;
+  body.by_left = body.by_left - rate * by_turn;
+  body.by_right = body.by_right - rate * minus_diagonal(transposed(weight * F), sum);
 }
 
 // Blocks of body j by itself, by the bodies before it and by the root's shift: the bodies behind it follow its turns.

@@ -89,7 +89,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       four_tangents_(4),
       four_hessians_(4, MatrixXd(2 * shape_ + 3, 2 * shape_ + 3)),
       first_node_(node_.front()) {
-  if (FourSteps::serves(system, maneuver.lagrangian)) four_steps_.emplace(system, shape_basis_);
+  if (FourSteps::serves(system, maneuver.lagrangian)) four_steps_.emplace(system, maneuver.lagrangian, shape_basis_);
   if (limits_.of_moments() && by_shapes()) moments_of_stage_.assign(at(steps_), MatrixXd(shape_, 3 * shape_));
   take_start_impulse();
   for (Motion* motion : {&now_, &trial_}) {
