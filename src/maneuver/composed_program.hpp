@@ -7,6 +7,7 @@
 
 #include "maneuver/condensed_step.hpp"
 #include "maneuver/end_rows.hpp"
+#include "maneuver/four_steps.hpp"
 #include "maneuver/moment_basis.hpp"
 #include "maneuver/node_path.hpp"
 #include "maneuver/step_polynomial.hpp"
@@ -60,16 +61,22 @@ class ComposedProgram : public optimizer::StageProgram {
   };
 
   bool roll_out(Motion& motion);
+  bool solve_stage(int n, Motion& motion);
+  bool solve_four(int first, int s, Motion& motion);
   void measure(Motion& motion);
-  VectorXd moments(const Motion& motion, int step, int node) const;
+  void read_moments(const Motion& motion, int step, int node, VectorXd& moment) const;
+  template <typename Of>
+  auto of_four(int first, const Of& of) const;
   double stage_time(int stage) const { return layout_.time[static_cast<std::size_t>(stage % stages_)]; }
   double half_time_before(int node) const { return 0.5 * stage_time(node - 1); }
   double half_time_after(int node) const { return 0.5 * stage_time(node); }
   void guess_multipliers();
-  MatrixXd control_by_shape(int node);
-  void model_step(int k, const Eigen::Vector3d& turn, const Eigen::Vector3d& shift, optimizer::Stage& stage);
-  void model_goal(optimizer::StageModel& model) const;
-  void add_metrics(optimizer::StageModel& model) const;
+  void lay_forces(int k);
+  void find_control_by_shape(int node, MatrixXd& by_shape);
+  void differentiate_four(int first, int s, const Vector6d& pose_multiplier);
+  void model_step(int k, optimizer::Stage& stage);
+  void model_goal(optimizer::StageModel& model);
+  void add_metrics(optimizer::StageModel& model);
 
   const model::System& system_;
   Maneuver maneuver_;
@@ -85,16 +92,24 @@ class ComposedProgram : public optimizer::StageProgram {
   VectorXd inertia_;              // [f] kg m², along the shape's coordinates: makes turns of momenta
   double effort_;                 // s, weight of a step
   ShapeKernel kernel_;
+  std::optional<FourSteps> four_steps_;  // where it serves
   MomentBasis moments_;
-  MatrixXd work_;  // [shape_size][moments]
   Motion now_, trial_;
+  CondensingSpace space_;
   std::vector<CondensedStep> condensed_;  // [steps]
   std::vector<VectorXd> multiplier_;      // [nodes][f] of the missing impulse, at the end of the momentum
   bool multipliers_known_ = false;
   VectorXd end_multiplier_;
+  std::vector<std::vector<mechanics::Moments>> control_;  // [steps][stages + 1] N m, by joint
+  std::vector<StepCostate> costate_;                      // [stages]
+  VectorXd moment_, all_moments_;                         // [controls], [all moments] N m
+  MatrixXd work_;                                         // [shape_size][all moments]
+  MatrixXd by_shape_;                                     // [controls][shape_size]
+  VectorXd along_, ends_, packed_;                        // [shape_size], [2 f], [columns of a condensed step]
+  mechanics::Freedoms spread_;                            // [bodies]
+  mechanics::Vectors spread_turn_;                        // [bodies]
   mechanics::Interval buffer_;
-  ShapeTangent tangent_;
-  MatrixXd hessian_;
+  Eigen::RowVectorXd end_derivative_;  // [shape_size + 6]
 };
 
 }  // namespace lamprey::maneuver

@@ -1,20 +1,46 @@
 #include "maneuver/condensed_step.hpp"
 
-#include <Eigen/LU>
-
+#include "algebra/tiles.hpp"
 #include "lie/so3.hpp"
 #include "model/system.hpp"
+#include "optimizer/small_dense.hpp"
 
 namespace lamprey::maneuver {
 
+using Eigen::Index;
 using model::at;
+using optimizer::add_image;
+using optimizer::add_lower_product;
+using optimizer::add_product;
+using optimizer::add_transposed_image;
+using optimizer::mirror_lower;
+using optimizer::set_transposed;
+
+CondensingSpace::CondensingSpace(const StepLayout& layout)
+    : equations(mechanics::rows_for(layout.shape), 2 * layout.shape),
+      momentum(layout.shape, layout.columns()),
+      ends(2 * layout.shape + 3, layout.columns()),
+      bent(ends),
+      all_ends(layout.columns(), layout.stages() * ends.rows()),
+      all_bent(all_ends.cols(), all_ends.rows()),
+      by_shape(layout.moments, layout.columns()),
+      mixed(layout.inputs(), layout.columns()),
+      gram(layout.columns(), layout.columns()),
+      gram_turn(3, layout.columns()),
+      all_rates(layout.columns() - 1, layout.stages() * layout.shape),
+      all_weighed(all_rates.cols(), all_rates.rows()),
+      metric(layout.columns() - 1, layout.columns() - 1),
+      pose(layout.poses(), layout.columns()),
+      by_pose(pose) {
+  equations.setZero();
+}
 
 CondensedStep::CondensedStep(const StepLayout& layout)
     : link(at(layout.stages())),
       force(at(layout.stages() + 1)),
       layout_(layout),
-      shape_(at(layout.stages() + 1), MatrixXd::Zero(layout.shape, columns())),
-      pose_(at(layout.stages() + 1), MatrixXd::Zero(6, columns())),
+      shape_(at(layout.stages() + 1), MatrixXd::Zero(layout.shape, layout.columns())),
+      pose_(at(layout.stages() + 1), MatrixXd::Zero(6, layout.columns())),
       inverse_(at(layout.stages()), MatrixXd(layout.shape, layout.shape)) {
   shape_.front().leftCols(layout.shape).setIdentity();
 }
@@ -27,150 +53,193 @@ double CondensedStep::half_time(int node) const {
   return time;
 }
 
+bool CondensedStep::invert(int s, MatrixXd& equations) {
+  const int f = layout_.shape;
+  equations.topLeftCorner(f, f) = link[at(s)].tangent.minus.rightCols(f);
+  equations.topRightCorner(f, f).setIdentity();
+  algebra::solve_columns(f, equations);
+  inverse_[at(s)] = equations.topRightCorner(f, f);
+  return inverse_[at(s)].allFinite();
+}
+
 void CondensedStep::add_force(int node, double weight, MatrixXd& rows) const {
   const StageForce& at_node = force[at(node)];
   for (int term = 0; term < layout_.terms; ++term)
-    rows.middleCols(2 * layout_.shape + term * layout_.moments, layout_.moments) +=
-        weight * at_node.value[term] * at_node.impulse;
+    for (int c = 0; c < layout_.moments; ++c)
+      algebra::add_multiple(weight * at_node.value[term], at_node.impulse.col(c),
+                            rows.col(2 * layout_.shape + term * layout_.moments + c));
 }
 
 // The next shape, momentum and pose from those at node s.
-void CondensedStep::eliminate(int s) {
+void CondensedStep::eliminate(int s, MatrixXd& momentum) {
   const int f = layout_.shape;
   const StageLink& stage = link[at(s)];
+  const ShapeTangent& by = stage.tangent;
   const double half = 0.5 * layout_.time[at(s)];
+  const MatrixXd& here = shape_[at(s)];
   MatrixXd& next = shape_[at(s + 1)];
-  momentum_.noalias() -= stage.minus.leftCols(f) * shape_[at(s)];
-  momentum_.col(columns() - 1) -= stage.missing;
-  add_force(s, half, momentum_);
-  next.noalias() = inverse_[at(s)] * momentum_;
-  momentum_.noalias() = stage.plus.leftCols(f) * shape_[at(s)];
-  momentum_.noalias() += stage.plus.rightCols(f) * next;
-  add_force(s + 1, half, momentum_);
+  add_product(-1.0, by.minus.leftCols(f), here, momentum);
+  momentum.col(layout_.columns() - 1) -= stage.missing;
+  add_force(s, half, momentum);
+  next.setZero();
+  add_product(1.0, inverse_[at(s)], momentum, next);
+  momentum.setZero();
+  add_product(1.0, by.plus.leftCols(f), here, momentum);
+  add_product(1.0, by.plus.rightCols(f), next, momentum);
+  add_force(s + 1, half, momentum);
   MatrixXd& pose = pose_[at(s + 1)];
-  pose.noalias() = stage.pose.leftCols(f) * shape_[at(s)];
-  pose.noalias() += stage.pose.rightCols(f) * next;
-  pose += pose_[at(s)];
-  pose.bottomRows<3>().noalias() -= lie::hat(stage.displacement) * pose_[at(s)].topRows<3>();
+  pose = pose_[at(s)];
+  for (Index c = 0; c < pose.cols(); ++c) pose.col(c).tail<3>() -= stage.displacement.cross(pose.col(c).head<3>());
+  add_product(1.0, by.pose.leftCols(f), here, pose);
+  add_product(1.0, by.pose.rightCols(f), next, pose);
 }
 
-void CondensedStep::add_curvature(int s) {
-  const int f = layout_.shape;
-  ends_.topRows(f) = shape_[at(s)];
-  ends_.middleRows(f, f) = shape_[at(s + 1)];
-  ends_.bottomRows<3>() = pose_[at(s)].topRows<3>();
-  half_.noalias() = link[at(s)].hessian * ends_;
-  gram_.noalias() += ends_.transpose() * half_;
-  gram_turn_ += half_.bottomRows<3>();
-  turn_turn_ += link[at(s)].hessian.bottomRightCorner<3, 3>();
-}
-
-void CondensedStep::add_mixed(int node, double weight) {
-  const StageForce& at_node = force[at(node)];
-  const MatrixXd by_shape = weight * at_node.control_by_shape * shape_[at(node)];
-  for (int term = 0; term < layout_.terms; ++term) {
-    const int first = 2 * layout_.shape + term * layout_.moments;
-    gram_.middleRows(first, layout_.moments) += at_node.value[term] * by_shape;
-    gram_.middleCols(first, layout_.moments) += at_node.value[term] * by_shape.transpose();
+// The Hessians of all stages, by the columns.
+void CondensedStep::add_curvature(CondensingSpace& space) const {
+  const int f = layout_.shape, size = 2 * f + 3;
+  for (int s = 0; s < layout_.stages(); ++s) {
+    space.ends.topRows(f) = shape_[at(s)];
+    space.ends.middleRows(f, f) = shape_[at(s + 1)];
+    space.ends.bottomRows<3>() = pose_[at(s + 1)].topRows<3>();
+    space.bent.setZero();
+    add_product(1.0, link[at(s)].hessian, space.ends, space.bent);
+    set_transposed(space.ends, space.all_ends.middleCols(s * size, size));
+    space.all_bent.middleRows(s * size, size) = space.bent;
+    space.gram_turn += space.bent.bottomRows<3>();
   }
+  add_lower_product(1.0, space.all_ends, space.all_bent, space.gram);
+  mirror_lower(space.gram);
 }
 
-bool CondensedStep::condense(optimizer::Stage& stage) {
-  const int f = layout_.shape, inputs = layout_.inputs(), poses = layout_.poses(), stages = layout_.stages();
-  momentum_.setZero(f, columns());
-  momentum_.middleCols(f, f).setIdentity();
-  ends_.resize(2 * f + 3, columns());
-  gram_.setZero(columns(), columns());
-  gram_turn_.setZero(3, columns());
-  turn_turn_.setZero();
-  Vector3d shift = Vector3d::Zero();
-  for (int s = 0; s < stages; ++s) {
-    inverse_[at(s)] = link[at(s)].minus.rightCols(f).partialPivLu().inverse();
-    if (!inverse_[at(s)].allFinite()) return false;
-    eliminate(s);
-    add_curvature(s);
-    shift += link[at(s)].displacement;
+// What moments and shapes have to do with each other at the nodes.
+void CondensedStep::add_mixed(CondensingSpace& space) const {
+  space.mixed.setZero();
+  for (int node = 0; node <= layout_.stages(); ++node) {
+    const StageForce& at_node = force[at(node)];
+    space.by_shape.setZero();
+    add_product(half_time(node), at_node.control_by_shape, shape_[at(node)], space.by_shape);
+    for (int term = 0; term < layout_.terms; ++term)
+      space.mixed.middleRows(term * layout_.moments, layout_.moments) += at_node.value[term] * space.by_shape;
   }
-  for (int node = 0; node <= stages; ++node) add_mixed(node, half_time(node));
+  space.gram.middleRows(2 * layout_.shape, layout_.inputs()) += space.mixed;
+  space.gram.middleCols(2 * layout_.shape, layout_.inputs()) += space.mixed.transpose();
+}
 
-  const MatrixXd pose = layout_.pose_basis.transpose() * pose_.back();
-  Eigen::Matrix<double, 6, 6> carried = Eigen::Matrix<double, 6, 6>::Identity();
-  carried.bottomLeftCorner<3, 3>() = -lie::hat(shift);
-  stage.A.topLeftCorner(f, 2 * f) = shape_.back().leftCols(2 * f);
-  stage.A.block(f, 0, f, 2 * f) = momentum_.leftCols(2 * f);
-  stage.A.block(2 * f, 0, poses, 2 * f) = pose.leftCols(2 * f);
-  stage.A.bottomRightCorner(poses, poses) = layout_.pose_basis.transpose() * carried * layout_.pose_basis;
-  stage.B.topRows(f) = shape_.back().middleCols(2 * f, inputs);
-  stage.B.middleRows(f, f) = momentum_.middleCols(2 * f, inputs);
-  stage.B.bottomRows(poses) = pose.middleCols(2 * f, inputs);
-  stage.gap.head(f) = shape_.back().rightCols<1>();
-  stage.gap.segment(f, f) = momentum_.rightCols<1>();
-  stage.gap.tail(poses) = pose.rightCols<1>();
-
-  const auto turn = layout_.pose_basis.topRows<3>();
-  const MatrixXd by_pose = turn.transpose() * gram_turn_;
-  stage.Q.topLeftCorner(2 * f, 2 * f) = gram_.topLeftCorner(2 * f, 2 * f);
-  stage.Q.bottomLeftCorner(poses, 2 * f) = by_pose.leftCols(2 * f);
-  stage.Q.topRightCorner(2 * f, poses) = by_pose.leftCols(2 * f).transpose();
-  stage.Q.bottomRightCorner(poses, poses) = turn.transpose() * turn_turn_ * turn;
-  stage.S.leftCols(2 * f) = gram_.block(2 * f, 0, inputs, 2 * f);
-  stage.S.rightCols(poses) = by_pose.middleCols(2 * f, inputs).transpose();
-  stage.R = gram_.block(2 * f, 2 * f, inputs, inputs);
-  stage.q.head(2 * f) = gram_.rightCols<1>().head(2 * f);
-  stage.q.tail(poses) = by_pose.rightCols<1>();
-  stage.r = gram_.rightCols<1>().segment(2 * f, inputs);
+bool CondensedStep::condense(CondensingSpace& space, optimizer::Stage& stage) {
+  for (int s = 0; s < layout_.stages(); ++s)
+    if (!invert(s, space.equations)) return false;
+  space.momentum.setZero();
+  space.momentum.middleCols(layout_.shape, layout_.shape).setIdentity();
+  for (int s = 0; s < layout_.stages(); ++s) eliminate(s, space.momentum);
+  space.gram.setZero();
+  space.gram_turn.setZero();
+  add_curvature(space);
+  add_mixed(space);
+  write_motion(space, stage);
+  write_curvature(space, stage);
   return true;
 }
 
-VectorXd CondensedStep::packed(const VectorXd& state, const VectorXd& input) const {
-  VectorXd all(columns());
-  all << state.head(2 * layout_.shape), input, 1.0;
-  return all;
+void CondensedStep::write_motion(CondensingSpace& space, optimizer::Stage& stage) const {
+  const int f = layout_.shape, inputs = layout_.inputs(), poses = layout_.poses();
+  const MatrixXd &shape = shape_.back(), &momentum = space.momentum;
+  Vector3d shift = Vector3d::Zero();
+  for (const StageLink& one : link) shift += one.displacement;
+  Matrix6d carried = Matrix6d::Identity();
+  carried.bottomLeftCorner<3, 3>() = -lie::hat(shift);
+  space.pose.noalias() = layout_.pose_basis.transpose() * pose_.back();
+  stage.A.topLeftCorner(f, 2 * f) = shape.leftCols(2 * f);
+  stage.A.block(f, 0, f, 2 * f) = momentum.leftCols(2 * f);
+  stage.A.block(2 * f, 0, poses, 2 * f) = space.pose.leftCols(2 * f);
+  stage.A.bottomRightCorner(poses, poses) = layout_.pose_basis.transpose() * carried * layout_.pose_basis;
+  stage.B.topRows(f) = shape.middleCols(2 * f, inputs);
+  stage.B.middleRows(f, f) = momentum.middleCols(2 * f, inputs);
+  stage.B.bottomRows(poses) = space.pose.middleCols(2 * f, inputs);
+  stage.gap.head(f) = shape.rightCols<1>();
+  stage.gap.segment(f, f) = momentum.rightCols<1>();
+  stage.gap.tail(poses) = space.pose.rightCols<1>();
 }
 
-VectorXd CondensedStep::shape_along(int node, const VectorXd& state, const VectorXd& input) const {
-  return shape_[at(node)] * packed(state, input);
+void CondensedStep::write_curvature(CondensingSpace& space, optimizer::Stage& stage) const {
+  const int f = layout_.shape, inputs = layout_.inputs(), poses = layout_.poses();
+  const MatrixXd& gram = space.gram;
+  const auto turn = layout_.pose_basis.topRows<3>();
+  Matrix3d turn_turn = Matrix3d::Zero();
+  for (const StageLink& one : link) turn_turn += one.hessian.bottomRightCorner<3, 3>();
+  space.by_pose.noalias() = turn.transpose() * space.gram_turn;
+  stage.Q.topLeftCorner(2 * f, 2 * f) = gram.topLeftCorner(2 * f, 2 * f);
+  stage.Q.bottomLeftCorner(poses, 2 * f) = space.by_pose.leftCols(2 * f);
+  stage.Q.topRightCorner(2 * f, poses) = space.by_pose.leftCols(2 * f).transpose();
+  stage.Q.bottomRightCorner(poses, poses) = turn.transpose() * turn_turn * turn;
+  stage.S.leftCols(2 * f) = gram.block(2 * f, 0, inputs, 2 * f);
+  stage.S.rightCols(poses) = space.by_pose.middleCols(2 * f, inputs).transpose();
+  stage.R = gram.block(2 * f, 2 * f, inputs, inputs);
+  stage.q.head(2 * f) = gram.rightCols<1>().head(2 * f);
+  stage.q.tail(poses) = space.by_pose.rightCols<1>();
+  stage.r = gram.rightCols<1>().segment(2 * f, inputs);
+}
+
+void CondensedStep::pack(const VectorXd& state, const VectorXd& input, VectorXd& all) const {
+  all.resize(layout_.columns());
+  all << state.head(2 * layout_.shape), input, 1.0;
+}
+
+void CondensedStep::shape_along(int node, const VectorXd& all, Eigen::Ref<VectorXd> shape) const {
+  shape.setZero();
+  add_image(1.0, shape_[at(node)], all, shape);
 }
 
 void CondensedStep::carry_back(const VectorXd& state, const VectorXd& input, const StepCostate& end,
                                std::vector<StepCostate>& costate) const {
   const int f = layout_.shape;
-  const VectorXd all = packed(state, input);
+  VectorXd all;
+  pack(state, input, all);
   const Vector3d turn = layout_.pose_basis.topRows<3>() * state.tail(layout_.poses());
   const auto moments = [&](int node) {
     return VectorXd(input.reshaped(layout_.moments, layout_.terms) * force[at(node)].value);
   };
   StepCostate next = end;
   next.shape += half_time(layout_.stages()) * (force.back().control_by_shape.transpose() * moments(layout_.stages()));
-  VectorXd ends(2 * f + 3);
+  VectorXd ends(2 * f + 3), bent(2 * f + 3), by_ends(2 * f);
   for (int s = layout_.stages() - 1; s >= 0; --s) {
     const StageLink& stage = link[at(s)];
-    ends << shape_[at(s)] * all, shape_[at(s + 1)] * all, turn + pose_[at(s)].topRows<3>() * all;
-    const VectorXd bent = stage.hessian * ends;
-    const VectorXd by_ends =
-        stage.plus.transpose() * next.momentum + stage.pose.transpose() * next.pose + bent.head(2 * f);
+    const ShapeTangent& by = stage.tangent;
+    ends << shape_[at(s)] * all, shape_[at(s + 1)] * all, turn + pose_[at(s + 1)].topRows<3>() * all;
+    bent.setZero();
+    add_image(1.0, stage.hessian, ends, bent);
+    next.pose.head<3>() += bent.tail<3>();
+    by_ends = bent.head(2 * f);
+    add_transposed_image(1.0, by.plus, next.momentum, by_ends);
+    add_transposed_image(1.0, by.pose, next.pose, by_ends);
     StepCostate& here = costate[at(s)];
     here.momentum = inverse_[at(s)].transpose() * (next.shape + by_ends.tail(f));
-    here.shape = by_ends.head(f) - stage.minus.leftCols(f).transpose() * here.momentum +
+    here.shape = by_ends.head(f) - by.minus.leftCols(f).transpose() * here.momentum +
                  half_time(s) * (force[at(s)].control_by_shape.transpose() * moments(s));
     here.pose = next.pose;
-    here.pose.head<3>() += stage.displacement.cross(next.pose.tail<3>()) + bent.tail<3>();
+    here.pose.head<3>() += stage.displacement.cross(next.pose.tail<3>());
     next = here;
   }
 }
 
-void CondensedStep::measure_rates(double scale, optimizer::Stage& stage) const {
+void CondensedStep::measure_rates(double scale, CondensingSpace& space, optimizer::Stage& stage) const {
   const int f = layout_.shape, inputs = layout_.inputs();
-  MatrixXd gram = MatrixXd::Zero(2 * f + inputs, 2 * f + inputs);
-  for (int s = 0; s < layout_.stages(); ++s) {
-    const VectorXd inertia = scale * link[at(s)].minus.rightCols(f).diagonal().cwiseAbs();
-    const MatrixXd rate = (shape_[at(s + 1)] - shape_[at(s)]).leftCols(2 * f + inputs);
-    gram.noalias() += rate.transpose() * inertia.asDiagonal() * rate;
-  }
-  stage.metric.topLeftCorner(2 * f, 2 * f) = gram.topLeftCorner(2 * f, 2 * f);
+  const Index columns = space.metric.cols();
+  for (int s = 0; s < layout_.stages(); ++s)
+    for (int r = 0; r < f; ++r) {
+      const double inertia = scale * std::abs(link[at(s)].tangent.minus(r, f + r));
+      for (Index c = 0; c < columns; ++c) {
+        const double rate = shape_[at(s + 1)](r, c) - shape_[at(s)](r, c);
+        space.all_rates(c, s * f + r) = rate;
+        space.all_weighed(s * f + r, c) = inertia * rate;
+      }
+    }
+  space.metric.setZero();
+  add_lower_product(1.0, space.all_rates, space.all_weighed, space.metric);
+  mirror_lower(space.metric);
+  stage.metric.topLeftCorner(2 * f, 2 * f) = space.metric.topLeftCorner(2 * f, 2 * f);
   stage.metric_mixed.setZero(inputs, layout_.states());
-  stage.metric_mixed.leftCols(2 * f) = gram.bottomLeftCorner(inputs, 2 * f);
-  stage.metric_input = gram.bottomRightCorner(inputs, inputs);
+  stage.metric_mixed.leftCols(2 * f) = space.metric.bottomLeftCorner(inputs, 2 * f);
+  stage.metric_input = space.metric.bottomRightCorner(inputs, inputs);
 }
 
 }  // namespace lamprey::maneuver

@@ -5,22 +5,15 @@
 
 #include <vector>
 
-#include <Eigen/Core>
-
+#include "maneuver/shape_step.hpp"
 #include "optimizer/stage_program.hpp"
 
 namespace lamprey::maneuver {
 
-using Eigen::MatrixXd;
-using Eigen::Vector3d;
-using Eigen::VectorXd;
-
 /// One stage of the step: how momenta and the root's motion depend on the shapes at its ends.
 struct StageLink {
-  MatrixXd minus;         // [f][2 f] E⁻ by (left shape, right shape), moments held
-  MatrixXd plus;          // [f][2 f] E⁺
-  MatrixXd pose;          // [6][2 f] what the stage adds to the root's turn and position, world
-  MatrixXd hessian;       // [2 f + 3] squared, of the Lagrangian by (left shape, right shape, ρ at its beginning)
+  ShapeTangent tangent;   // moments held
+  MatrixXd hessian;       // [2 f + 3] squared, of the Lagrangian by (left shape, right shape, ρ at its end)
   Vector3d displacement;  // m, of the root, world
   VectorXd missing;       // [f] impulse that the moments at its beginning leave open
 };
@@ -43,13 +36,28 @@ struct StepLayout {
   int inputs() const { return moments * terms; }
   int poses() const { return static_cast<int>(pose_basis.cols()); }
   int states() const { return 2 * shape + poses(); }
+  int columns() const { return 2 * shape + inputs() + 1; }  // of what follows (shape, momenta, inputs, 1)
 };
 
 /// Costate at a node of the step: gradient of what is still to come by shape, its momenta and the root's pose.
 struct StepCostate {
   VectorXd shape;     // [f]
   VectorXd momentum;  // [f]
-  Eigen::Matrix<double, 6, 1> pose;
+  Vector6d pose;
+};
+
+/// What condensing one step after the other writes on.
+struct CondensingSpace {
+  explicit CondensingSpace(const StepLayout& layout);
+  MatrixXd equations;               // [f, padded][2 f]
+  MatrixXd momentum;                // [f][columns]
+  MatrixXd ends, bent;              // [2 f + 3][columns] at the ends of a stage
+  MatrixXd all_ends, all_bent;      // [columns][stages · (2 f + 3)], [stages · (2 f + 3)][columns]
+  MatrixXd by_shape, mixed;         // [m][columns], [inputs][columns]
+  MatrixXd gram, gram_turn;         // [columns] squared, [3][columns]
+  MatrixXd all_rates, all_weighed;  // [2 f + inputs][stages · f], [stages · f][2 f + inputs]
+  MatrixXd metric;                  // [2 f + inputs] squared
+  MatrixXd pose, by_pose;           // [p][columns]
 };
 
 class CondensedStep {
@@ -61,37 +69,35 @@ class CondensedStep {
   std::vector<StageForce> force;
 
   /// Eliminates the inner shapes: A, B, gap, Q, S, R, q, r of a stage, the effort left out. Returns false where a stage is singular.
-  bool condense(optimizer::Stage& stage);
+  bool condense(CondensingSpace& space, optimizer::Stage& stage);
 
-  /// Change of the shape at a node of the step, 1 … stages, along a change of state and inputs that also closes the gaps.
-  VectorXd shape_along(int node, const VectorXd& state, const VectorXd& input) const;
+  /// A change of state and inputs that also closes the gaps, as what the columns are multiplied by.
+  void pack(const VectorXd& state, const VectorXd& input, VectorXd& all) const;
+  /// Change of the shape along it at a node of the step, 1 … stages.
+  void shape_along(int node, const VectorXd& all, Eigen::Ref<VectorXd> shape) const;
 
   /// Costates at the nodes 0 … stages − 1 of the step from that at its end, along a change of state and inputs.
   void carry_back(const VectorXd& state, const VectorXd& input, const StepCostate& end,
                   std::vector<StepCostate>& costate) const;
 
   /// The metric of a stage: Σ (θ_{s+1} − θ_s)ᵀ D_s (θ_{s+1} − θ_s) over the stages of the step, D_s = scale · |diag E⁻_{s,r}|.
-  void measure_rates(double scale, optimizer::Stage& stage) const;
+  void measure_rates(double scale, CondensingSpace& space, optimizer::Stage& stage) const;
 
  private:
+  bool invert(int s, MatrixXd& equations);
   void add_force(int node, double weight, MatrixXd& rows) const;
-  void eliminate(int s);
-  void add_curvature(int s);
-  void add_mixed(int node, double weight);
+  void eliminate(int s, MatrixXd& momentum);
+  void add_curvature(CondensingSpace& space) const;
+  void add_mixed(CondensingSpace& space) const;
+  void write_motion(CondensingSpace& space, optimizer::Stage& stage) const;
+  void write_curvature(CondensingSpace& space, optimizer::Stage& stage) const;
   double half_time(int node) const;
-  int columns() const { return 2 * layout_.shape + layout_.inputs() + 1; }
-  VectorXd packed(const VectorXd& state, const VectorXd& input) const;
 
   const StepLayout& layout_;
   // by (shape, momenta, inputs, 1) at the step's beginning: columns of all that follows
   std::vector<MatrixXd> shape_;    // [stages + 1][f][columns]
   std::vector<MatrixXd> pose_;     // [stages + 1][6][columns], beside what the pose at the beginning makes
   std::vector<MatrixXd> inverse_;  // [stages][f][f] of E⁻ by the right shape
-  MatrixXd momentum_, next_momentum_;
-  MatrixXd ends_, half_;  // [2 f + 3][columns]
-  MatrixXd gram_;         // [columns] squared
-  MatrixXd gram_turn_;    // [3][columns]
-  Eigen::Matrix3d turn_turn_;
 };
 
 }  // namespace lamprey::maneuver

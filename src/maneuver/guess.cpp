@@ -89,12 +89,6 @@ Rotations compose(const System& system, const Matrix3d& root, const JointPaths& 
   return R;
 }
 
-std::vector<Vector3d> cayley_between(const Rotations& from, const Rotations& to) {
-  std::vector<Vector3d> cayley;
-  for (std::size_t i = 0; i < from.size(); ++i) cayley.push_back(lie::inverse_cayley(from[i].transpose() * to[i]));
-  return cayley;
-}
-
 // Quaternions without jumps of sign, position and control of every node, one column each.
 MatrixXd stacked_nodes(const System& system, const NodePath& path) {
   const int bodies = system.body_count();
@@ -125,7 +119,7 @@ class NodeSplines {
     Rotations R(at(system_.body_count()));
     for (int i = 0; i < system_.body_count(); ++i) R[at(i)] = lie::rotation_of_quaternion(node.segment<4>(4 * i));
     fit_to_joints(system_, R);
-    if (!fine.rotation.empty()) fine.cayley.push_back(cayley_between(fine.rotation.back(), R));
+    if (!fine.rotation.empty()) cayley_between(fine.rotation.back(), R, fine.cayley.emplace_back());
     fine.rotation.push_back(R);
     fine.position.push_back(node.segment<3>(4 * system_.body_count()));
     fine.control.push_back(node.tail(system_.control_count()));
@@ -161,7 +155,7 @@ NodePath swung(const System& system, const Maneuver& maneuver, const Swing& swin
   for (int k = 0; k < maneuver.steps; ++k) {
     const double s = static_cast<double>(k + 1) / maneuver.steps;
     const Rotations next = compose(system, root_start * lie::exp(blend(s) * root_turn), joints, s);
-    path.cayley.push_back(cayley_between(path.rotation.back(), next));
+    cayley_between(path.rotation.back(), next, path.cayley.emplace_back());
     path.rotation.push_back(next);
     path.position.push_back(maneuver.start.position + blend(s) * shift);
   }
@@ -227,7 +221,7 @@ NodePath perturbed(const System& system, const NodePath& path, std::uint64_t see
                      (joint.free() ? Matrix3d(lie::exp(swing) * Q)
                                    : mechanics::joint_rotation(joint, mechanics::joint_angles(joint, Q) + swing));
     }
-    if (k > 0) other.cayley[k - 1] = cayley_between(other.rotation[k - 1], moved);
+    if (k > 0) cayley_between(other.rotation[k - 1], moved, other.cayley[k - 1]);
   }
   return other;
 }
@@ -254,7 +248,7 @@ NodePath led_to_start(const System& system, const NodePath& path, const Rotation
       }
       led.rotation[k][at(i)] = led.rotation[k][at(body.parent)] * moved;
     }
-    if (k > 0) led.cayley[k - 1] = cayley_between(led.rotation[k - 1], led.rotation[k]);
+    if (k > 0) cayley_between(led.rotation[k - 1], led.rotation[k], led.cayley[k - 1]);
   }
   return led;
 }
@@ -305,7 +299,7 @@ NodePath refined(const System& system, const NodePath& coarse, int steps, integr
 NodePath nodes_of_steps(const NodePath& path, int stages) {
   NodePath nodes;
   for (std::size_t n = 0; n < path.rotation.size(); n += at(stages)) {
-    if (n > 0) nodes.cayley.push_back(cayley_between(nodes.rotation.back(), path.rotation[n]));
+    if (n > 0) cayley_between(nodes.rotation.back(), path.rotation[n], nodes.cayley.emplace_back());
     nodes.rotation.push_back(path.rotation[n]);
     nodes.position.push_back(path.position[n]);
     nodes.control.push_back(path.control[n]);

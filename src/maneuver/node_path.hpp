@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "lie/so3.hpp"
 #include "mechanics/tree_motion.hpp"
 
 namespace lamprey::maneuver {
@@ -24,6 +25,13 @@ struct NodePath {
   /// where two steps meet, `control` is the mean of both.
   std::vector<VectorXd> polynomial;
 };
+
+/// ζ of all bodies between two nodes.
+inline void cayley_between(const mechanics::Rotations& from, const mechanics::Rotations& to,
+                           mechanics::Vectors& cayley) {
+  cayley.resize(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i) cayley[i] = lie::inverse_cayley(from[i].transpose() * to[i]);
+}
 
 /// Where a node lies on another grid over the same time: a share of the way from node `left` to the next.
 struct GridPlace {

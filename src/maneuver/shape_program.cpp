@@ -164,11 +164,10 @@ void ShapeProgram::write_path(NodePath& path) const {
   path.position = now_.position;
   path.cayley.resize(now_.step.size());
   for (std::size_t k = 0; k < now_.step.size(); ++k) {
-    path.cayley[k] = now_.step[k].interval.cayley;
-    if (!four_steps_) continue;
-    path.cayley[k].resize(now_.rotation[k].size());
-    for (std::size_t i = 0; i < path.cayley[k].size(); ++i)
-      path.cayley[k][i] = lie::inverse_cayley(now_.rotation[k][i].transpose() * now_.rotation[k + 1][i]);
+    if (four_steps_)
+      cayley_between(now_.rotation[k], now_.rotation[k + 1], path.cayley[k]);
+    else
+      path.cayley[k] = now_.step[k].interval.cayley;
   }
   path.control.resize(now_.moment.size());
   for (std::size_t k = 0; k < now_.moment.size(); ++k) path.control[k] = now_.moment[k].head(controls_);
@@ -231,11 +230,7 @@ void ShapeProgram::follow_root(int k, Motion& motion) const {
   ShapeStep& step = motion.step[at(k)];
   const Rotations& R = motion.rotation[at(k)];
   Rotations& R_next = motion.rotation[at(k + 1)];
-  R_next[0] = lie::renormalized(R[0] * step.root_turn);
-  for (std::size_t i = 1; i < R_next.size(); ++i) R_next[i] = R_next[0] * motion.shape[at(k + 1)][i];
-  step.interval.displacement = R[0] * step.root_shift;
-  step.interval.rotation[0] = R[0];
-  step.interval.next_rotation[0] = R_next[0];
+  maneuver::follow_root(R, motion.shape[at(k + 1)], step, R_next);
   if (!terms_.empty()) mechanics::interval_between(system_, R, R_next, step.interval.displacement, step.interval);
   motion.position[at(k + 1)] = motion.position[at(k)] + step.interval.displacement;
 }

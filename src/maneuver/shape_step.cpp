@@ -442,6 +442,14 @@ void turn_at_end(const ShapeTangent& tangent, MatrixXd& hessian) {
   set_transposed(by_turn, hessian.bottomLeftCorner(3, ends));
 }
 
+void follow_root(const Rotations& rotation, const Rotations& next_shape, ShapeStep& step, Rotations& next_rotation) {
+  next_rotation[0] = lie::renormalized(rotation[0] * step.root_turn);
+  for (std::size_t i = 1; i < next_rotation.size(); ++i) next_rotation[i] = next_rotation[0] * next_shape[i];
+  step.interval.displacement = rotation[0] * step.root_shift;
+  step.interval.rotation[0] = rotation[0];
+  step.interval.next_rotation[0] = next_rotation[0];
+}
+
 double momentum_left(const std::vector<ShapeStep>& steps, const std::vector<Rotations>& rotation,
                      const mechanics::Vectors& position) {
   double left = 0.0, scale = 0.0;

@@ -155,6 +155,11 @@ class ShapeKernel {
   MatrixXd ends_root_;                // [2 f][6]
 };
 
+/// Where the root's motion over a solved step takes all bodies from rotations `rotation`; the step's interval learns the
+/// root's rotations and displacement.
+void follow_root(const mechanics::Rotations& rotation, const mechanics::Rotations& next_shape, ShapeStep& step,
+                 mechanics::Rotations& next_rotation);
+
 /// Largest total momentum of a motion's solved steps, linear or angular about the world's origin, against the largest
 /// momentum of any body; rotations and positions at the steps' beginnings.
 double momentum_left(const std::vector<ShapeStep>& steps, const std::vector<mechanics::Rotations>& rotation,

@@ -132,12 +132,8 @@ Found found_in(const model::System& system, const Maneuver& maneuver, const std:
   Found found;
   found.path.rotation = solution.rotation;
   found.path.position = solution.position;
-  for (std::size_t k = 0; k + 1 < solution.rotation.size(); ++k) {
-    found.path.cayley.emplace_back();
-    for (std::size_t i = 0; i < solution.rotation[k].size(); ++i)
-      found.path.cayley.back().push_back(
-          lie::inverse_cayley(solution.rotation[k][i].transpose() * solution.rotation[k + 1][i]));
-  }
+  for (std::size_t k = 0; k + 1 < solution.rotation.size(); ++k)
+    maneuver::cayley_between(solution.rotation[k], solution.rotation[k + 1], found.path.cayley.emplace_back());
   found.outcome.termination = solution.status == Status::optimal ? Termination::converged : Termination::stalled;
   found.outcome.reason = solution.message;
   found.cost = solution.cost;

@@ -12,6 +12,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using maneuver::CondensedStep;
+using maneuver::CondensingSpace;
 using maneuver::StageForce;
 using maneuver::StageLink;
 using maneuver::StepCostate;
@@ -33,12 +34,13 @@ class Condensed : public ::testing::Test {
 
   Condensed()
       : random_(5),
-        layout_{f, m, terms, {0.3, -0.2, 0.4}, random_matrix(random_, 6, 6).householderQr().householderQ()} {
+        layout_{f, m, terms, {0.3, -0.2, 0.4}, random_matrix(random_, 6, 6).householderQr().householderQ()},
+        space_(layout_) {
     step_ = std::make_unique<CondensedStep>(layout_);
     for (StageLink& link : step_->link)
-      link = {random_matrix(random_, f, 2 * f) + 3.0 * MatrixXd::Identity(f, 2 * f).rowwise().reverse(),
-              random_matrix(random_, f, 2 * f),
-              random_matrix(random_, 6, 2 * f),
+      link = {{random_matrix(random_, 6, 2 * f),
+               random_matrix(random_, f, 2 * f) + 3.0 * MatrixXd::Identity(f, 2 * f).rowwise().reverse(),
+               random_matrix(random_, f, 2 * f)},
               symmetric(random_matrix(random_, 2 * f + 3, 2 * f + 3)),
               random_.vector(),
               random_matrix(random_, f, 1)};
@@ -46,7 +48,7 @@ class Condensed : public ::testing::Test {
       force = {random_matrix(random_, f, m), random_matrix(random_, m, f), random_matrix(random_, terms, 1)};
     StageModel model({1, layout_.states(), layout_.inputs(), 0});
     stage_ = model.stage[0];
-    EXPECT_TRUE(step_->condense(stage_));
+    EXPECT_TRUE(step_->condense(space_, stage_));
     state_ = random_matrix(random_, layout_.states(), 1);
     input_ = random_matrix(random_, layout_.inputs(), 1);
   }
@@ -77,24 +79,26 @@ class Condensed : public ::testing::Test {
       const double half = 0.5 * layout_.time[model::at(s)];
       const VectorXd left = now.shape.back();
       mix(s, 2.0 * half);
-      const VectorXd missing = now.momentum - gaps * link.missing - link.minus.leftCols(f) * left +
+      const VectorXd missing = now.momentum - gaps * link.missing - link.tangent.minus.leftCols(f) * left +
                                half * step_->force[model::at(s)].impulse * moments(s, input);
-      now.shape.push_back(link.minus.rightCols(f).fullPivLu().solve(missing));
+      now.shape.push_back(link.tangent.minus.rightCols(f).fullPivLu().solve(missing));
       VectorXd ends(2 * f + 3);
-      ends << left, now.shape.back(), now.pose.head<3>();
-      now.curvature += 0.5 * ends.dot(link.hessian * ends);
+      ends << left, now.shape.back(), Vector3d::Zero();
       mix(s + 1, 2.0 * half);
       now.momentum =
-          link.plus * ends.head(2 * f) + half * step_->force[model::at(s + 1)].impulse * moments(s + 1, input);
+          link.tangent.plus * ends.head(2 * f) + half * step_->force[model::at(s + 1)].impulse * moments(s + 1, input);
       const Vector3d turn = now.pose.head<3>();
-      now.pose += link.pose * ends.head(2 * f);
+      now.pose += link.tangent.pose * ends.head(2 * f);
       now.pose.tail<3>() += turn.cross(link.displacement);
+      ends.tail<3>() = now.pose.head<3>();
+      now.curvature += 0.5 * ends.dot(link.hessian * ends);
     }
     return now;
   }
 
   Random random_;
   StepLayout layout_;
+  CondensingSpace space_;
   std::unique_ptr<CondensedStep> step_;
   Stage stage_;
   VectorXd state_, input_;
@@ -106,9 +110,12 @@ TEST_F(Condensed, ends_where_its_stages_end_one_after_another) {
   expected << end.shape.back(), end.momentum, layout_.pose_basis.transpose() * end.pose;
   const VectorXd found = stage_.A * state_ + stage_.B * input_ + stage_.gap;
   EXPECT_LE((found - expected).norm(), tolerance(1e-12) * expected.norm());
-  for (int node = 1; node <= stages; ++node)
-    EXPECT_LE((step_->shape_along(node, state_, input_) - end.shape[model::at(node)]).norm(),
-              tolerance(1e-12) * expected.norm());
+  VectorXd all, shape(f);
+  step_->pack(state_, input_, all);
+  for (int node = 1; node <= stages; ++node) {
+    step_->shape_along(node, all, shape);
+    EXPECT_LE((shape - end.shape[model::at(node)]).norm(), tolerance(1e-12) * expected.norm());
+  }
 }
 
 TEST_F(Condensed, has_the_curvature_of_its_stages) {
@@ -157,8 +164,8 @@ TEST_F(Condensed, has_multipliers_of_what_is_missing_inside) {
 }
 
 TEST_F(Condensed, says_where_a_stage_is_singular) {
-  step_->link[1].minus.rightCols(f).setZero();
-  EXPECT_FALSE(step_->condense(stage_));
+  step_->link[1].tangent.minus.rightCols(f).setZero();
+  EXPECT_FALSE(step_->condense(space_, stage_));
 }
 
 }  // namespace
