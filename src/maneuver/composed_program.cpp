@@ -44,6 +44,7 @@ ComposedProgram::ComposedProgram(const System& system, const Maneuver& maneuver,
                                  const ShapeCoordinates& coordinates, const std::vector<EndRow>& end_rows)
     : system_(system),
       maneuver_(maneuver),
+      given_rows_(end_rows),
       end_rows_(without_moments(end_rows)),
       shape_basis_(coordinates.shape),
       pose_basis_(coordinates.pose),
@@ -106,6 +107,15 @@ optimizer::StageSizes ComposedProgram::sizes() const {
   return {steps_, layout_.states(), layout_.inputs(), static_cast<int>(end_multiplier_.size())};
 }
 
+void ComposedProgram::take_end_multipliers(const VectorXd& multipliers) {
+  end_start_.resize(0);
+  if (multipliers.size() != static_cast<Eigen::Index>(given_rows_.size())) return;
+  end_start_.setZero(end_multiplier_.size());
+  Eigen::Index place = 0;
+  for (std::size_t r = 0; r < given_rows_.size(); ++r)
+    if (given_rows_[r].kind != EndRow::Kind::moment) end_start_[place++] = multipliers[static_cast<Eigen::Index>(r)];
+}
+
 bool ComposedProgram::go_to(const NodePath& path) {
   for (std::size_t n = 0; n < now_.shape.size(); ++n) {
     const Rotations& R = path.rotation[n];
@@ -117,6 +127,7 @@ bool ComposedProgram::go_to(const NodePath& path) {
   }
   now_.polynomial = path.polynomial;
   end_multiplier_.setZero();
+  if (has_multipliers()) end_multiplier_ = end_start_;
   multipliers_known_ = false;
   return roll_out(now_);
 }
@@ -199,7 +210,8 @@ bool ComposedProgram::solve_four(int first, int s, Motion& motion) {
 void ComposedProgram::measure(Motion& motion) {
   Merit& merit = motion.merit;
   merit = Merit();
-  merit.cost = maneuver_.time_weight * maneuver_.duration;
+  double& cost = motion.cost;
+  cost = maneuver_.time_weight * maneuver_.duration;
   double largest = 0.0, missing = 0.0;
   VectorXd& arrived = motion.end_momentum;
   arrived = shape_basis_.transpose() * maneuver_.start.momentum.segment(3, shape_basis_.rows());
@@ -214,7 +226,7 @@ void ComposedProgram::measure(Motion& motion) {
       optimizer::add_image(half_time_before(n), impulse.leftCols(controls_), moment_, arrived);
     }
     if (n == steps_ * stages_) break;
-    if (s == 0) merit.cost += 0.5 * effort_ * motion.polynomial[at(k)].squaredNorm();
+    if (s == 0) cost += 0.5 * effort_ * motion.polynomial[at(k)].squaredNorm();
     read_moments(motion, k, s, moment_);
     VectorXd& gap = motion.missing[at(n)];
     gap = motion.stage[at(n)].minus - arrived;
@@ -228,6 +240,16 @@ void ComposedProgram::measure(Motion& motion) {
                                  motion.position.back(), end_derivative_);
   if (rest_rows_ > 0) motion.end_rows.tail(rest_rows_) = maneuver_.duration * arrived.cwiseQuotient(inertia_);
   merit.violation = motion.end_rows.lpNorm<1>() + missing / std::max(maneuver_.duration * largest, 1e-300);
+  weigh_gaps(motion);
+}
+
+// Along a step the cost changes as the Lagrangian does, which the model foretells to second order, once gaps have their worth.
+void ComposedProgram::weigh_gaps(Motion& motion) const {
+  double worth = 0.0;
+  for (std::size_t n = 0; n < motion.missing.size() && multipliers_known_; ++n)
+    worth += multiplier_[n].dot(motion.missing[n]);
+  motion.merit.gaps = worth;
+  motion.merit.cost = motion.cost + worth;
 }
 
 // Those of a maneuver whose moments are free at every instant: G'λ = effort · u (equation 9.6).
@@ -341,6 +363,7 @@ void ComposedProgram::add_metrics(StageModel& model) {
 
 void ComposedProgram::linearize(StageModel& model) {
   if (!multipliers_known_) guess_multipliers();
+  weigh_gaps(now_);
   model_goal(model);
   const Vector6d pose = pose_basis_ * (model.C.rightCols(pose_).transpose() * end_multiplier_);
   for (int k = 0; k < steps_; ++k) lay_forces(k);

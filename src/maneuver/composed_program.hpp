@@ -21,6 +21,8 @@ class ComposedProgram : public optimizer::StageProgram {
   ComposedProgram(const model::System& system, const Maneuver& maneuver, Scheme scheme,
                   const ShapeCoordinates& coordinates, const std::vector<EndRow>& end_rows);
 
+  /// Multipliers of the end rows as given, from another grid or scheme, to begin with at go_to; empty: none are known.
+  void take_end_multipliers(const VectorXd& multipliers);
   /// Goes to a motion at the nodes of all stages, with its polynomials. Returns false where no motion is found through its shapes.
   bool go_to(const NodePath& path);
   /// The motion at the nodes of all stages.
@@ -28,6 +30,7 @@ class ComposedProgram : public optimizer::StageProgram {
 
   optimizer::StageSizes sizes() const override;
   const optimizer::Merit& merit() const override { return now_.merit; }
+  bool has_multipliers() const override { return end_start_.size() > 0; }
   void linearize(optimizer::StageModel& model) override;
   const optimizer::Merit* try_step(const optimizer::StageStep& step, double length) override;
   const VectorXd& end_rows() const override { return now_.end_rows; }
@@ -42,6 +45,9 @@ class ComposedProgram : public optimizer::StageProgram {
   /// multipliers that the Lagrangian of linearize gives them.
   const std::vector<VectorXd>& trial_gaps() const { return trial_.missing; }
   const std::vector<VectorXd>& gap_multipliers() const { return multiplier_; }
+  /// What the polynomials cost, and the same at the trial point.
+  double cost() const { return now_.cost; }
+  double trial_cost() const { return trial_.cost; }
   /// Largest missing impulse at the point, as a share of the largest momentum.
   double gap() const;
 
@@ -57,6 +63,7 @@ class ComposedProgram : public optimizer::StageProgram {
     std::vector<VectorXd> missing;               // [nodes − 1][f]
     VectorXd end_momentum;                       // [f]
     VectorXd end_rows;
+    double cost = 0.0;  // of the polynomials
     optimizer::Merit merit;
   };
 
@@ -64,6 +71,7 @@ class ComposedProgram : public optimizer::StageProgram {
   bool solve_stage(int n, Motion& motion);
   bool solve_four(int first, int s, Motion& motion);
   void measure(Motion& motion);
+  void weigh_gaps(Motion& motion) const;
   void read_moments(const Motion& motion, int step, int node, VectorXd& moment) const;
   template <typename Of>
   auto of_four(int first, const Of& of) const;
@@ -80,7 +88,7 @@ class ComposedProgram : public optimizer::StageProgram {
 
   const model::System& system_;
   Maneuver maneuver_;
-  std::vector<EndRow> end_rows_;
+  std::vector<EndRow> given_rows_, end_rows_;
   MatrixXd shape_basis_, pose_basis_;  // [shape_size][f], [6][p]
   EndCurvature end_curvature_;
   int steps_, stages_, shape_, pose_, controls_;
@@ -99,7 +107,7 @@ class ComposedProgram : public optimizer::StageProgram {
   std::vector<CondensedStep> condensed_;  // [steps]
   std::vector<VectorXd> multiplier_;      // [nodes][f] of the missing impulse, at the end of the momentum
   bool multipliers_known_ = false;
-  VectorXd end_multiplier_;
+  VectorXd end_multiplier_, end_start_;
   std::vector<std::vector<mechanics::Moments>> control_;  // [steps][stages + 1] N m, by joint
   std::vector<StepCostate> costate_;                      // [stages]
   VectorXd moment_, all_moments_;                         // [controls], [all moments] N m

@@ -8,41 +8,44 @@
 namespace lamprey::maneuver {
 
 using Eigen::Index;
+using mechanics::rows_for;
 using model::at;
 using optimizer::add_image;
-using optimizer::add_lower_product;
+using optimizer::add_lower_product_transposed;
 using optimizer::add_product;
+using optimizer::add_product_transposed;
 using optimizer::add_transposed_image;
 using optimizer::mirror_lower;
 using optimizer::set_transposed;
 
+namespace {
+
+Index rows_of(const StepLayout& layout) { return rows_for(layout.constant() + 1); }
+
+}  // namespace
+
 CondensingSpace::CondensingSpace(const StepLayout& layout)
-    : equations(mechanics::rows_for(layout.shape), 2 * layout.shape),
-      momentum(layout.shape, layout.columns()),
-      ends(2 * layout.shape + 3, layout.columns()),
-      bent(ends),
-      all_ends(layout.columns(), layout.stages() * ends.rows()),
-      all_bent(all_ends.cols(), all_ends.rows()),
-      by_shape(layout.moments, layout.columns()),
-      mixed(layout.inputs(), layout.columns()),
-      gram(layout.columns(), layout.columns()),
-      gram_turn(3, layout.columns()),
-      all_rates(layout.columns() - 1, layout.stages() * layout.shape),
-      all_weighed(all_rates.cols(), all_rates.rows()),
-      metric(layout.columns() - 1, layout.columns() - 1),
-      pose(layout.poses(), layout.columns()),
-      by_pose(pose) {
-  equations.setZero();
-}
+    : equations(MatrixXd::Zero(rows_for(layout.shape), 2 * layout.shape)),
+      momentum(rows_of(layout), layout.shape),
+      shift(rows_of(layout), 3),
+      hessian(2 * layout.shape + 3, 2 * layout.shape + 3),
+      bent(rows_of(layout), 2 * layout.shape + 3),
+      mixed(rows_of(layout), layout.inputs()),
+      gram(rows_of(layout), rows_of(layout)),
+      gram_turn(rows_of(layout), 3),
+      rate(momentum),
+      weighed(momentum),
+      metric(gram),
+      pose(rows_of(layout), layout.poses()),
+      by_pose(pose) {}
 
 CondensedStep::CondensedStep(const StepLayout& layout)
     : link(at(layout.stages())),
       force(at(layout.stages() + 1)),
       layout_(layout),
-      shape_(at(layout.stages() + 1), MatrixXd::Zero(layout.shape, layout.columns())),
-      pose_(at(layout.stages() + 1), MatrixXd::Zero(6, layout.columns())),
+      nodes_(MatrixXd::Zero(rows_of(layout), (layout.stages() + 1) * (layout.shape + 3))),
       inverse_(at(layout.stages()), MatrixXd(layout.shape, layout.shape)) {
-  shape_.front().leftCols(layout.shape).setIdentity();
+  shape(0).topRows(layout.shape).setIdentity();
 }
 
 // Time that a node's moments act, half of each stage beside it, within the step.
@@ -64,75 +67,94 @@ bool CondensedStep::invert(int s, MatrixXd& equations) {
 
 void CondensedStep::add_force(int node, double weight, MatrixXd& rows) const {
   const StageForce& at_node = force[at(node)];
-  for (int term = 0; term < layout_.terms; ++term)
-    for (int c = 0; c < layout_.moments; ++c)
-      algebra::add_multiple(weight * at_node.value[term], at_node.impulse.col(c),
-                            rows.col(2 * layout_.shape + term * layout_.moments + c));
+  for (int term = 0; term < layout_.terms; ++term) {
+    const double share = weight * at_node.value[term];
+    const int first = 2 * layout_.shape + term * layout_.moments;
+    for (int i = 0; i < layout_.shape; ++i) {
+      const double* from = at_node.impulse.data() + i;
+      double* to = rows.data() + i * rows.rows() + first;
+      for (int c = 0; c < layout_.moments; ++c, from += layout_.shape) to[c] += share * *from;
+    }
+  }
 }
 
 // The next shape, momentum and pose from those at node s.
-void CondensedStep::eliminate(int s, MatrixXd& momentum) {
+void CondensedStep::eliminate(int s, CondensingSpace& space) {
   const int f = layout_.shape;
   const StageLink& stage = link[at(s)];
   const ShapeTangent& by = stage.tangent;
   const double half = 0.5 * layout_.time[at(s)];
-  const MatrixXd& here = shape_[at(s)];
-  MatrixXd& next = shape_[at(s + 1)];
-  add_product(-1.0, by.minus.leftCols(f), here, momentum);
-  momentum.col(layout_.columns() - 1) -= stage.missing;
+  MatrixXd& momentum = space.momentum;
+  add_product_transposed(-1.0, shape(s), by.minus.leftCols(f), momentum);
+  momentum.row(layout_.constant()) -= stage.missing.transpose();
   add_force(s, half, momentum);
-  next.setZero();
-  add_product(1.0, inverse_[at(s)], momentum, next);
+  shape(s + 1).setZero();
+  add_product_transposed(1.0, momentum, inverse_[at(s)], shape(s + 1));
   momentum.setZero();
-  add_product(1.0, by.plus.leftCols(f), here, momentum);
-  add_product(1.0, by.plus.rightCols(f), next, momentum);
+  add_product_transposed(1.0, shape(s), by.plus.leftCols(f), momentum);
+  add_product_transposed(1.0, shape(s + 1), by.plus.rightCols(f), momentum);
   add_force(s + 1, half, momentum);
-  MatrixXd& pose = pose_[at(s + 1)];
-  pose = pose_[at(s)];
-  for (Index c = 0; c < pose.cols(); ++c) pose.col(c).tail<3>() -= stage.displacement.cross(pose.col(c).head<3>());
-  add_product(1.0, by.pose.leftCols(f), here, pose);
-  add_product(1.0, by.pose.rightCols(f), next, pose);
+  for (int i = 0; i < 3; ++i) {  // χ − d × ρ
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    algebra::add_multiple(-stage.displacement[j], turn(s).col(k), space.shift.col(i));
+    algebra::add_multiple(stage.displacement[k], turn(s).col(j), space.shift.col(i));
+  }
+  turn(s + 1) = turn(s);
+  add_product_transposed(1.0, shape(s), by.pose.topLeftCorner(3, f), turn(s + 1));
+  add_product_transposed(1.0, shape(s + 1), by.pose.topRightCorner(3, f), turn(s + 1));
+  add_product_transposed(1.0, shape(s), by.pose.bottomLeftCorner(3, f), space.shift);
+  add_product_transposed(1.0, shape(s + 1), by.pose.bottomRightCorner(3, f), space.shift);
 }
 
-// The Hessians of all stages, by the columns.
-void CondensedStep::add_curvature(CondensingSpace& space) const {
-  const int f = layout_.shape, size = 2 * f + 3;
-  for (int s = 0; s < layout_.stages(); ++s) {
-    space.ends.topRows(f) = shape_[at(s)];
-    space.ends.middleRows(f, f) = shape_[at(s + 1)];
-    space.ends.bottomRows<3>() = pose_[at(s + 1)].topRows<3>();
-    space.bent.setZero();
-    add_product(1.0, link[at(s)].hessian, space.ends, space.bent);
-    set_transposed(space.ends, space.all_ends.middleCols(s * size, size));
-    space.all_bent.middleRows(s * size, size) = space.bent;
-    space.gram_turn += space.bent.bottomRows<3>();
+// From (left shape, right shape, ρ) to (left shape, ρ, right shape).
+void CondensedStep::reorder(const MatrixXd& hessian, MatrixXd& ordered) const {
+  const int f = layout_.shape;
+  const Index size = 2 * f + 3;
+  for (Index c = 0; c < size; ++c) {
+    const double* from = hessian.data() + size * (c < f ? c : c < f + 3 ? c + f : c - 3);
+    double* to = ordered.data() + size * c;
+    for (int r = 0; r < f; ++r) to[r] = from[r], to[f + 3 + r] = from[f + r];
+    for (int r = 0; r < 3; ++r) to[f + r] = from[2 * f + r];
   }
-  add_lower_product(1.0, space.all_ends, space.all_bent, space.gram);
+}
+
+void CondensedStep::add_curvature(CondensingSpace& space) const {
+  const int f = layout_.shape;
+  space.gram.setZero();
+  space.gram_turn.setZero();
+  for (int s = 0; s < layout_.stages(); ++s) {
+    reorder(link[at(s)].hessian, space.hessian);
+    space.bent.setZero();
+    add_product(1.0, ends(s), space.hessian, space.bent);
+    add_lower_product_transposed(1.0, ends(s), space.bent, space.gram);
+    space.gram_turn += space.bent.middleCols<3>(f);
+  }
   mirror_lower(space.gram);
 }
 
 // What moments and shapes have to do with each other at the nodes.
 void CondensedStep::add_mixed(CondensingSpace& space) const {
   space.mixed.setZero();
-  for (int node = 0; node <= layout_.stages(); ++node) {
-    const StageForce& at_node = force[at(node)];
-    space.by_shape.setZero();
-    add_product(half_time(node), at_node.control_by_shape, shape_[at(node)], space.by_shape);
+  for (int node = 0; node <= layout_.stages(); ++node)
     for (int term = 0; term < layout_.terms; ++term)
-      space.mixed.middleRows(term * layout_.moments, layout_.moments) += at_node.value[term] * space.by_shape;
-  }
-  space.gram.middleRows(2 * layout_.shape, layout_.inputs()) += space.mixed;
-  space.gram.middleCols(2 * layout_.shape, layout_.inputs()) += space.mixed.transpose();
+      add_product_transposed(half_time(node) * force[at(node)].value[term], shape(node),
+                             force[at(node)].control_by_shape,
+                             space.mixed.middleCols(term * layout_.moments, layout_.moments));
+  const int first = 2 * layout_.shape;
+  for (int c = 0; c < layout_.inputs(); ++c)
+    for (Index r = 0; r < space.gram.rows(); ++r) {
+      space.gram(r, first + c) += space.mixed(r, c);
+      space.gram(first + c, r) += space.mixed(r, c);
+    }
 }
 
 bool CondensedStep::condense(CondensingSpace& space, optimizer::Stage& stage) {
   for (int s = 0; s < layout_.stages(); ++s)
     if (!invert(s, space.equations)) return false;
   space.momentum.setZero();
-  space.momentum.middleCols(layout_.shape, layout_.shape).setIdentity();
-  for (int s = 0; s < layout_.stages(); ++s) eliminate(s, space.momentum);
-  space.gram.setZero();
-  space.gram_turn.setZero();
+  space.momentum.middleRows(layout_.shape, layout_.shape).setIdentity();
+  space.shift.setZero();
+  for (int s = 0; s < layout_.stages(); ++s) eliminate(s, space);
   add_curvature(space);
   add_mixed(space);
   write_motion(space, stage);
@@ -141,52 +163,56 @@ bool CondensedStep::condense(CondensingSpace& space, optimizer::Stage& stage) {
 }
 
 void CondensedStep::write_motion(CondensingSpace& space, optimizer::Stage& stage) const {
-  const int f = layout_.shape, inputs = layout_.inputs(), poses = layout_.poses();
-  const MatrixXd &shape = shape_.back(), &momentum = space.momentum;
+  const int f = layout_.shape, inputs = layout_.inputs(), poses = layout_.poses(), constant = layout_.constant();
   Vector3d shift = Vector3d::Zero();
   for (const StageLink& one : link) shift += one.displacement;
   Matrix6d carried = Matrix6d::Identity();
   carried.bottomLeftCorner<3, 3>() = -lie::hat(shift);
-  space.pose.noalias() = layout_.pose_basis.transpose() * pose_.back();
-  stage.A.topLeftCorner(f, 2 * f) = shape.leftCols(2 * f);
-  stage.A.block(f, 0, f, 2 * f) = momentum.leftCols(2 * f);
-  stage.A.block(2 * f, 0, poses, 2 * f) = space.pose.leftCols(2 * f);
   stage.A.bottomRightCorner(poses, poses) = layout_.pose_basis.transpose() * carried * layout_.pose_basis;
-  stage.B.topRows(f) = shape.middleCols(2 * f, inputs);
-  stage.B.middleRows(f, f) = momentum.middleCols(2 * f, inputs);
-  stage.B.bottomRows(poses) = space.pose.middleCols(2 * f, inputs);
-  stage.gap.head(f) = shape.rightCols<1>();
-  stage.gap.segment(f, f) = momentum.rightCols<1>();
-  stage.gap.tail(poses) = space.pose.rightCols<1>();
+  space.pose.setZero();
+  add_product(1.0, turn(layout_.stages()), layout_.pose_basis.topRows(3), space.pose);
+  add_product(1.0, space.shift, layout_.pose_basis.bottomRows(3), space.pose);
+  const auto write = [&](const auto& rows, int first) {
+    const int count = static_cast<int>(rows.cols());
+    set_transposed(rows.topRows(2 * f), stage.A.block(first, 0, count, 2 * f));
+    set_transposed(rows.middleRows(2 * f, inputs), stage.B.middleRows(first, count));
+    stage.gap.segment(first, count) = rows.row(constant).transpose();
+  };
+  write(shape(layout_.stages()), 0);
+  write(space.momentum, f);
+  write(space.pose, 2 * f);
 }
 
 void CondensedStep::write_curvature(CondensingSpace& space, optimizer::Stage& stage) const {
-  const int f = layout_.shape, inputs = layout_.inputs(), poses = layout_.poses();
+  const int f = layout_.shape, inputs = layout_.inputs(), poses = layout_.poses(), constant = layout_.constant();
   const MatrixXd& gram = space.gram;
-  const auto turn = layout_.pose_basis.topRows<3>();
-  Matrix3d turn_turn = Matrix3d::Zero();
+  const auto turn_basis = layout_.pose_basis.topRows<3>();
+  Eigen::Matrix3d turn_turn = Eigen::Matrix3d::Zero();
   for (const StageLink& one : link) turn_turn += one.hessian.bottomRightCorner<3, 3>();
-  space.by_pose.noalias() = turn.transpose() * space.gram_turn;
+  space.by_pose.setZero();
+  add_product(1.0, space.gram_turn, turn_basis, space.by_pose);
   stage.Q.topLeftCorner(2 * f, 2 * f) = gram.topLeftCorner(2 * f, 2 * f);
-  stage.Q.bottomLeftCorner(poses, 2 * f) = space.by_pose.leftCols(2 * f);
-  stage.Q.topRightCorner(2 * f, poses) = space.by_pose.leftCols(2 * f).transpose();
-  stage.Q.bottomRightCorner(poses, poses) = turn.transpose() * turn_turn * turn;
+  stage.Q.topRightCorner(2 * f, poses) = space.by_pose.topRows(2 * f);
+  set_transposed(space.by_pose.topRows(2 * f), stage.Q.bottomLeftCorner(poses, 2 * f));
+  stage.Q.bottomRightCorner(poses, poses) = turn_basis.transpose() * turn_turn * turn_basis;
   stage.S.leftCols(2 * f) = gram.block(2 * f, 0, inputs, 2 * f);
-  stage.S.rightCols(poses) = space.by_pose.middleCols(2 * f, inputs).transpose();
+  stage.S.rightCols(poses) = space.by_pose.middleRows(2 * f, inputs);
   stage.R = gram.block(2 * f, 2 * f, inputs, inputs);
-  stage.q.head(2 * f) = gram.rightCols<1>().head(2 * f);
-  stage.q.tail(poses) = space.by_pose.rightCols<1>();
-  stage.r = gram.rightCols<1>().segment(2 * f, inputs);
+  stage.q.head(2 * f) = gram.col(constant).head(2 * f);
+  stage.q.tail(poses) = space.by_pose.row(constant).transpose();
+  stage.r = gram.col(constant).segment(2 * f, inputs);
 }
 
 void CondensedStep::pack(const VectorXd& state, const VectorXd& input, VectorXd& all) const {
-  all.resize(layout_.columns());
-  all << state.head(2 * layout_.shape), input, 1.0;
+  all.setZero(nodes_.rows());
+  all.head(2 * layout_.shape) = state.head(2 * layout_.shape);
+  all.segment(2 * layout_.shape, layout_.inputs()) = input;
+  all[layout_.constant()] = 1.0;
 }
 
-void CondensedStep::shape_along(int node, const VectorXd& all, Eigen::Ref<VectorXd> shape) const {
-  shape.setZero();
-  add_image(1.0, shape_[at(node)], all, shape);
+void CondensedStep::shape_along(int node, const VectorXd& all, Eigen::Ref<VectorXd> along) const {
+  along.setZero();
+  add_transposed_image(1.0, shape(node), all, along);
 }
 
 void CondensedStep::carry_back(const VectorXd& state, const VectorXd& input, const StepCostate& end,
@@ -194,7 +220,7 @@ void CondensedStep::carry_back(const VectorXd& state, const VectorXd& input, con
   const int f = layout_.shape;
   VectorXd all;
   pack(state, input, all);
-  const Vector3d turn = layout_.pose_basis.topRows<3>() * state.tail(layout_.poses());
+  const Vector3d first_turn = layout_.pose_basis.topRows<3>() * state.tail(layout_.poses());
   const auto moments = [&](int node) {
     return VectorXd(input.reshaped(layout_.moments, layout_.terms) * force[at(node)].value);
   };
@@ -204,7 +230,9 @@ void CondensedStep::carry_back(const VectorXd& state, const VectorXd& input, con
   for (int s = layout_.stages() - 1; s >= 0; --s) {
     const StageLink& stage = link[at(s)];
     const ShapeTangent& by = stage.tangent;
-    ends << shape_[at(s)] * all, shape_[at(s + 1)] * all, turn + pose_[at(s + 1)].topRows<3>() * all;
+    shape_along(s, all, ends.head(f));
+    shape_along(s + 1, all, ends.segment(f, f));
+    ends.tail<3>() = first_turn + turn(s + 1).transpose() * all;
     bent.setZero();
     add_image(1.0, stage.hessian, ends, bent);
     next.pose.head<3>() += bent.tail<3>();
@@ -223,23 +251,19 @@ void CondensedStep::carry_back(const VectorXd& state, const VectorXd& input, con
 
 void CondensedStep::measure_rates(double scale, CondensingSpace& space, optimizer::Stage& stage) const {
   const int f = layout_.shape, inputs = layout_.inputs();
-  const Index columns = space.metric.cols();
-  for (int s = 0; s < layout_.stages(); ++s)
-    for (int r = 0; r < f; ++r) {
-      const double inertia = scale * std::abs(link[at(s)].tangent.minus(r, f + r));
-      for (Index c = 0; c < columns; ++c) {
-        const double rate = shape_[at(s + 1)](r, c) - shape_[at(s)](r, c);
-        space.all_rates(c, s * f + r) = rate;
-        space.all_weighed(s * f + r, c) = inertia * rate;
-      }
-    }
   space.metric.setZero();
-  add_lower_product(1.0, space.all_rates, space.all_weighed, space.metric);
+  for (int s = 0; s < layout_.stages(); ++s) {
+    space.rate = shape(s + 1);
+    space.rate -= shape(s);
+    for (int c = 0; c < f; ++c)
+      space.weighed.col(c) = scale * std::abs(link[at(s)].tangent.minus(c, f + c)) * space.rate.col(c);
+    add_lower_product_transposed(1.0, space.rate, space.weighed, space.metric);
+  }
   mirror_lower(space.metric);
   stage.metric.topLeftCorner(2 * f, 2 * f) = space.metric.topLeftCorner(2 * f, 2 * f);
   stage.metric_mixed.setZero(inputs, layout_.states());
-  stage.metric_mixed.leftCols(2 * f) = space.metric.bottomLeftCorner(inputs, 2 * f);
-  stage.metric_input = space.metric.bottomRightCorner(inputs, inputs);
+  stage.metric_mixed.leftCols(2 * f) = space.metric.block(2 * f, 0, inputs, 2 * f);
+  stage.metric_input = space.metric.block(2 * f, 2 * f, inputs, inputs);
 }
 
 }  // namespace lamprey::maneuver

@@ -36,7 +36,7 @@ struct StepLayout {
   int inputs() const { return moments * terms; }
   int poses() const { return static_cast<int>(pose_basis.cols()); }
   int states() const { return 2 * shape + poses(); }
-  int columns() const { return 2 * shape + inputs() + 1; }  // of what follows (shape, momenta, inputs, 1)
+  int constant() const { return 2 * shape + inputs(); }  // place of the 1 in (shape, momenta, inputs, 1)
 };
 
 /// Costate at a node of the step: gradient of what is still to come by shape, its momenta and the root's pose.
@@ -46,18 +46,20 @@ struct StepCostate {
   Vector6d pose;
 };
 
-/// What condensing one step after the other writes on.
+/// What condensing one step after the other writes on. Rows, padded: by (shape, momenta, inputs, 1) at the step's beginning.
 struct CondensingSpace {
   explicit CondensingSpace(const StepLayout& layout);
-  MatrixXd equations;               // [f, padded][2 f]
-  MatrixXd momentum;                // [f][columns]
-  MatrixXd ends, bent;              // [2 f + 3][columns] at the ends of a stage
-  MatrixXd all_ends, all_bent;      // [columns][stages · (2 f + 3)], [stages · (2 f + 3)][columns]
-  MatrixXd by_shape, mixed;         // [m][columns], [inputs][columns]
-  MatrixXd gram, gram_turn;         // [columns] squared, [3][columns]
-  MatrixXd all_rates, all_weighed;  // [2 f + inputs][stages · f], [stages · f][2 f + inputs]
-  MatrixXd metric;                  // [2 f + inputs] squared
-  MatrixXd pose, by_pose;           // [p][columns]
+  MatrixXd equations;      // [f, padded][2 f]
+  MatrixXd momentum;       // [rows][f]
+  MatrixXd shift;          // [rows][3] of the root's position
+  MatrixXd hessian;        // [2 f + 3] squared, by (left shape, ρ, right shape)
+  MatrixXd bent;           // [rows][2 f + 3]
+  MatrixXd mixed;          // [rows][inputs]
+  MatrixXd gram;           // [rows] squared
+  MatrixXd gram_turn;      // [rows][3]
+  MatrixXd rate, weighed;  // [rows][f]
+  MatrixXd metric;         // [rows] squared
+  MatrixXd pose, by_pose;  // [rows][p]
 };
 
 class CondensedStep {
@@ -71,7 +73,7 @@ class CondensedStep {
   /// Eliminates the inner shapes: A, B, gap, Q, S, R, q, r of a stage, the effort left out. Returns false where a stage is singular.
   bool condense(CondensingSpace& space, optimizer::Stage& stage);
 
-  /// A change of state and inputs that also closes the gaps, as what the columns are multiplied by.
+  /// A change of state and inputs that also closes the gaps, as (shape, momenta, inputs, 1), padded.
   void pack(const VectorXd& state, const VectorXd& input, VectorXd& all) const;
   /// Change of the shape along it at a node of the step, 1 … stages.
   void shape_along(int node, const VectorXd& all, Eigen::Ref<VectorXd> shape) const;
@@ -86,17 +88,25 @@ class CondensedStep {
  private:
   bool invert(int s, MatrixXd& equations);
   void add_force(int node, double weight, MatrixXd& rows) const;
-  void eliminate(int s, MatrixXd& momentum);
+  void eliminate(int s, CondensingSpace& space);
   void add_curvature(CondensingSpace& space) const;
   void add_mixed(CondensingSpace& space) const;
   void write_motion(CondensingSpace& space, optimizer::Stage& stage) const;
   void write_curvature(CondensingSpace& space, optimizer::Stage& stage) const;
+  void reorder(const MatrixXd& hessian, MatrixXd& ordered) const;
   double half_time(int node) const;
 
+  int node(int s) const { return s * (layout_.shape + 3); }
+  auto turn(int s) const { return nodes_.middleCols<3>(node(s)); }
+  auto turn(int s) { return nodes_.middleCols<3>(node(s)); }
+  auto shape(int s) const { return nodes_.middleCols(node(s) + 3, layout_.shape); }
+  auto shape(int s) { return nodes_.middleCols(node(s) + 3, layout_.shape); }
+  auto ends(int s) const { return nodes_.middleCols(node(s) + 3, 2 * layout_.shape + 3); }
+
   const StepLayout& layout_;
-  // by (shape, momenta, inputs, 1) at the step's beginning: columns of all that follows
-  std::vector<MatrixXd> shape_;    // [stages + 1][f][columns]
-  std::vector<MatrixXd> pose_;     // [stages + 1][6][columns], beside what the pose at the beginning makes
+  // [rows][stages + 1 times (3 + f)], rows as in CondensingSpace: at each node the root's turn, beside what the pose at the
+  // beginning makes, and the shape. A stage's left shape, turn at its end and right shape thus lie side by side.
+  MatrixXd nodes_;
   std::vector<MatrixXd> inverse_;  // [stages][f][f] of E⁻ by the right shape
 };
 

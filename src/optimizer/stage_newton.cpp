@@ -42,6 +42,7 @@ constexpr double follow_to = 1e-6;          // of the tolerance, what such steps
 constexpr double following = 0.1;           // what a step with old factors may leave of the one before
 constexpr double most_shift_at_rest = 1e3;  // beyond, steps are short for the shift's sake
 constexpr double bend_unit = 1e8;           // input, more than any step is allowed to take
+constexpr double short_steps = 3e-3;        // stationarity at which what a shift adds to costates has faded
 constexpr double worth_going_on = 1e-4;     // what the cost falls by in max_iterations, relative
 
 }  // namespace
@@ -178,7 +179,7 @@ double StageNewton::judge(const Merit& here, const Merit* there, double cheaper)
 double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
   const Merit here = program.merit();
   length_ = program.longest(step_);
-  const double cheaper = -length_ * slope() - 0.5 * length_ * length_ * curvature();
+  const double cheaper = length_ * (here.gaps - slope()) - 0.5 * length_ * length_ * curvature();
   const Merit* there = program.try_step(step_, length_);
   ++outcome.evaluations;
   double found = judge(here, there, cheaper);
@@ -335,6 +336,7 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
   if (!by_cost_)
     funnel_ = std::max({least_funnel, funnel_shrink * funnel_, 0.5 * (before + program.merit().violation)});
   if (shift_ > 0.0) step_.end_multiplier = end_multiplier_;
+  if (change_ < short_steps) step_.shifted = false;
   program.take_multipliers(step_, length_);
   return Verdict::accepted;
 }

@@ -83,7 +83,8 @@ struct StageStep {
 
 /// How good a point is.
 struct Merit {
-  double cost = 0.0;
+  double cost = 0.0;       // with what multipliers make of the gaps
+  double gaps = 0.0;       // that part of it, which a step takes off
   double violation = 0.0;  // sum of the absolute values of end rows and, in the program's own scale, of the gaps
   double round_off = 0.0;  // of the cost, beside a few digits of its own: of terms that weigh a great deal
 };

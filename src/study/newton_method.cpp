@@ -128,7 +128,7 @@ class NewtonMethod : public Method {
     return in_threads(static_cast<int>(coarse.size()), "refined", [&](int n) {
       const Found& from = *coarse[static_cast<std::size_t>(n)];
       Found found = from;
-      if (coarse_of(problem_.steps) < asked_.steps || !integrator::single_step(asked_.scheme)) add_coarser(found);
+      if (coarse_of(problem_.steps) < asked_.steps && integrator::single_step(asked_.scheme)) add_coarser(found);
       if (!integrator::single_step(asked_.scheme))
         found = refine_composed(found);
       else
@@ -291,7 +291,6 @@ class NewtonMethod : public Method {
   // On to the scheme above order 2, from coarse to fine.
   Found refine_composed(const Found& coarse) const {
     Found found = coarse;
-    if (!coarse.coarser.rotation.empty()) found.path = on_grid(coarse, most_refinement * steps_of(coarse.path));
     for (int steps = std::min(asked_.steps, composed_steps); !found.path.rotation.empty();
          steps = std::min(asked_.steps, steps * most_refinement)) {
       found = carry_on_composed(found, steps);
@@ -308,10 +307,11 @@ class NewtonMethod : public Method {
     Found found = from;
     found.path = NodePath();
     fail_for_want_of_motion(found.outcome);
+    program.take_end_multipliers(from.end_multipliers);
     if (program.go_to(maneuver::refined(system_, nodes, steps, asked_.scheme))) {
       optimizer::StageNewton(program.sizes()).solve(program, options(fine_tolerance), found.outcome);
       found.path = program.path();
-      found.cost = program.merit().cost;
+      found.cost = program.cost();
     }
     return found;
   }

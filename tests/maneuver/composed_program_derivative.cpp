@@ -140,7 +140,7 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
   double lagrangian_at(const StageStep& step, double t) {
     const optimizer::Merit* merit = program_->try_step(step, t);
     EXPECT_NE(merit, nullptr);
-    double value = merit->cost + step_->end_multiplier.dot(program_->trial_end_rows());
+    double value = program_->trial_cost() + step_->end_multiplier.dot(program_->trial_end_rows());
     for (std::size_t n = 0; n < program_->trial_gaps().size(); ++n)
       value += program_->gap_multipliers()[n].dot(program_->trial_gaps()[n]);
     return value;
@@ -234,6 +234,25 @@ TEST_P(ComposedDerivatives, a_step_of_the_model_closes_gaps_at_second_order) {
   const StageStep step = step_along(1.0);
   const VectorXd here = gaps_at(step, 0.0);
   expect_second_order_differences([&](double t) { return gaps_at(step, t); }, -here, 1e-8, 0.5);
+}
+
+// A step's cost is judged with what its gaps are worth: without that, what the model promises does not come true to second order.
+TEST_P(ComposedDerivatives, the_cost_that_a_step_is_judged_by_falls_by_what_its_gaps_are_worth) {
+  leave_gaps();
+  const StageStep step = step_along(1.0);
+  double of_polynomials = 0.0;
+  for (std::size_t k = 0; k < model_->stage.size(); ++k)
+    of_polynomials += model_->stage[k].weight * program_->path().polynomial[k].dot(step.input[k]);
+  const double worth = program_->merit().gaps;
+  EXPECT_GT(std::abs(worth), 1e-3 * program_->cost());
+  EXPECT_NEAR(program_->merit().cost, program_->cost() + worth, tolerance(1e-12) * program_->merit().cost);
+  expect_second_order_differences(
+      [&](double t) {
+        const optimizer::Merit* merit = program_->try_step(step, t);
+        EXPECT_NE(merit, nullptr);
+        return VectorXd::Constant(1, merit->cost);
+      },
+      VectorXd::Constant(1, of_polynomials - worth), 1e-8, 0.5);
 }
 
 // (L(t) + L(−t) − 2 L(0))/t² against sᵀHs: the error falls with t².

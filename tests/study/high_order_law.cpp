@@ -6,6 +6,7 @@
 #include "file/problem_file.hpp"
 #include "integrator/scheme.hpp"
 #include "study/answer.hpp"
+#include "study/solve.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -95,6 +96,23 @@ TEST_P(HighOrder, knows_springs_and_dampers) {
   };
   const study::Answer fine = proved(sprung(Scheme::trapezoid, 1000)), high = proved(sprung(GetParam(), 50));
   EXPECT_NEAR(high.solution.cost / fine.solution.cost, 1.0, 1e-3);
+}
+
+// From these guesses a valley leads to the minimum; steps are long there, and what they leave of the polynomials' equations is
+// worth as much as what they win. Judged by the cost alone they were refused, and searches crept or stood still.
+TEST(HighOrderSearch, does_not_creep_along_valleys) {
+  const auto search = [](const char* example, unsigned seed, int iterations) {
+    SCOPED_TRACE(example + std::string(" from seed ") + std::to_string(seed));
+    Problem problem = from_one_guess(example, Scheme::order4, 50);
+    problem.search.seed = seed;
+    const maneuver::Solution found = study::solve(model::System(problem.swimmer), problem, {}).front();
+    EXPECT_EQ(found.status, maneuver::Status::optimal) << found.message;
+    EXPECT_LE(found.solver.iterations, iterations);
+  };
+  search("rotation", 27, 300);              // 482 before, 103 on the coarse grid
+  search("rotation", 51, 200);              // 485
+  search("translation_in_space", 43, 300);  // 1,048
+  search("translation_in_space", 97, 300);  // 486
 }
 
 INSTANTIATE_TEST_SUITE_P(Schemes, HighOrder, testing::Values(Scheme::order4, Scheme::order6), [](const auto& scheme) {
