@@ -134,6 +134,8 @@ class FourSteps {
   template <typename S>
   void turn_all_with_root(Hessian<S>& hessian) const;
   void eliminate_root();
+  template <typename Add>
+  void for_moments_of_ball_joints(const ForFour<const mechanics::Moments*>& control, bool right, const Add& add) const;
   void add_moments(const ForFour<const mechanics::Moments*>& control, bool right);
   void add_moment_curvature(const ForFour<const mechanics::Moments*>& control, bool right);
   void find_gradient();

@@ -1,4 +1,6 @@
 // Second and third derivatives of four steps at once (chapter 9, equations 9.14 to 9.19).
+#include <optional>
+
 #include "maneuver/four_steps.hpp"
 #include "maneuver/step_lanes.hpp"
 
@@ -207,45 +209,46 @@ void FourSteps::eliminate_root() {
   }
 }
 
+// Calls add with each ball joint's moment, the rotation that takes it to the child, and the places of child and parent in the
+// form; the root has none. Along axes moments do the same in every shape.
+template <typename Add>
+void FourSteps::for_moments_of_ball_joints(const ForFour<const Moments*>& control, bool right, const Add& add) const {
+  const std::vector<Four33>& Q = right ? right_ : left_;
+  for (int j = 0; j < system_.joint_count(); ++j) {
+    const model::Joint& joint = system_.joint(j);
+    if (!joint.free()) continue;
+    const Four3 u = vectors_of_lanes([&](std::size_t l) -> const Vector3d& { return (*control[l])[at(j)]; });
+    const int child = right ? at_right(joint.child) : at_left(joint.child);
+    std::optional<int> parent;
+    if (joint.parent != 0) parent = right ? at_right(joint.parent) : at_left(joint.parent);
+    add(u, transposed(Q[at(joint.child)]) * Q[at(joint.parent)], child, parent);
+  }
+}
+
 // Moments are held while the shapes turn: half of each acts in either step beside its node.
 void FourSteps::add_moments(const ForFour<const Moments*>& control, bool right) {
   const double half = 0.5 * time_step_;
   const int count = 2 * shapes();
-  const std::vector<Four33>& Q = right ? right_ : left_;
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    const model::Joint& joint = system_.joint(j);
-    if (!joint.free()) continue;  // along axes moments do the same in every shape
-    const Four3 u = vectors_of_lanes([&](std::size_t l) -> const Vector3d& { return (*control[l])[at(j)]; });
-    const Four33 to_child = transposed(Q[at(joint.child)]) * Q[at(joint.parent)];
-    const int c = right ? at_right(joint.child) : at_left(joint.child);
+  for_moments_of_ball_joints(control, right, [&](const Four3& u, const Four33& to_child, int c, std::optional<int> p) {
     Four33& own = form_[at(c * (count + 1))];
     own = plus_hat(own, -half * (to_child * u));
-    if (joint.parent == 0) continue;
-    const int p = right ? at_right(joint.parent) : at_left(joint.parent);
-    form_[at(c * count + p)] += half * times_hat(to_child, u);
-  }
+    if (p) form_[at(c * count + *p)] += half * times_hat(to_child, u);
+  });
 }
 
 // Likewise in the Hessian along the multipliers.
 void FourSteps::add_moment_curvature(const ForFour<const Moments*>& control, bool right) {
   const double half = 0.5 * time_step_;
   const int count = 2 * shapes();
-  const std::vector<Four33>& Q = right ? right_ : left_;
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    const model::Joint& joint = system_.joint(j);
-    if (!joint.free()) continue;  // along axes moments do the same in every shape
-    const Four3 u = vectors_of_lanes([&](std::size_t l) -> const Vector3d& { return (*control[l])[at(j)]; });
-    const Four33 to_child = transposed(Q[at(joint.child)]) * Q[at(joint.parent)];
-    const int c = right ? at_right(joint.child) : at_left(joint.child);
+  for_moments_of_ball_joints(control, right, [&](const Four3& u, const Four33& to_child, int c, std::optional<int> p) {
     const Four3& m = shape_vector_[at(c)];
     form_[at(c * (count + 1))] += -half * second_turn(m, to_child * u);
-    if (joint.parent == 0) continue;
-    const int p = right ? at_right(joint.parent) : at_left(joint.parent);
-    form_[at(p * (count + 1))] += -half * second_turn(transposed(to_child) * m, u);
+    if (!p) return;
+    form_[at(*p * (count + 1))] += -half * second_turn(transposed(to_child) * m, u);
     const Four33 mixed = half * hat_times(m, times_hat(to_child, u));
-    form_[at(c * count + p)] += mixed;
-    form_[at(p * count + c)] += transposed(mixed);
-  }
+    form_[at(c * count + *p)] += mixed;
+    form_[at(*p * count + c)] += transposed(mixed);
+  });
 }
 
 void FourSteps::tangent(const ForFour<const ShapeStep*>& step, const ForFour<const Moments*>& control,
