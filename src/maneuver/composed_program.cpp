@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "optimizer/small_dense.hpp"
 
@@ -332,7 +333,8 @@ void ComposedProgram::model_step(int k, Stage& stage) {
     step.link[at(s)].displacement = now_.stage[n].interval.displacement;
     step.link[at(s)].missing = now_.missing[n];
   }
-  step.condense(space_, stage);
+  if (!step.condense(space_, stage))  // no factorisation takes it, and the search ends here
+    stage.R.setConstant(std::numeric_limits<double>::quiet_NaN());
   const VectorXd& polynomial = now_.polynomial[at(k)];
   stage.weight = effort_;
   stage.gradient = effort_ * polynomial.lpNorm<Eigen::Infinity>();

@@ -44,7 +44,7 @@ Four33 renormalized(const Four33& R) {
 
 bool FourSteps::serves(const System& system, DiscreteLagrangian lagrangian) {
   for (const model::Joint& joint : system.joints())
-    if (joint.stiffness != 0.0 || joint.damping != 0.0) return false;
+    if (joint.free() && (joint.stiffness != 0.0 || joint.damping != 0.0)) return false;
   return shape_size(system) > 0 && !system.coupled() && lagrangian != DiscreteLagrangian::paper;
 }
 
@@ -82,6 +82,12 @@ FourSteps::FourSteps(const System& system, DiscreteLagrangian lagrangian, const 
   flat_.resize(at(size * size));
   half_.resize(flat_.size());
   if (!led_left_.any()) return;
+  for (int i = 1; i < system.body_count(); ++i) {
+    const model::Joint& joint = system.joint(system.body(i).joint);
+    for (int f = 0; f < system.body(i).freedoms && (joint.stiffness != 0.0 || joint.damping != 0.0); ++f)
+      compliant_.push_back({system.body(i).joint, f, shape_offset(system.body(i)) + f, joint.stiffness, joint.damping,
+                            Four{}, Four{}, Four{}});
+  }
   gradient_ = gradient_change_ = shape_vector_;
   along_.resize(at(along));
   bend_.resize(at(along * along));
@@ -99,6 +105,7 @@ void FourSteps::take_shapes(double time_step, const ForFour<const Rotations*>& l
   if (!led_left_.any()) return;
   led_left_.take(left_);
   led_right_.take(right_);
+  take_compliant_angles(left, right);
 }
 
 void FourSteps::take_root(const ForFour<const ShapeStep*>& step) {
@@ -254,6 +261,7 @@ void FourSteps::read_momenta(const ForFour<ShapeStep*>& step) {
   if (led) {
     led_left_.gather(shape_vector_.data(), along_.data());
     led_right_.gather(shape_vector_.data() + shapes(), along_.data() + led_left_.size());
+    add_compliant_momenta(along_.data());
   }
   const auto along_coordinates = [&](int first, std::size_t l, VectorXd& values) {
     values.setZero(coordinates_.cols());

@@ -1,5 +1,6 @@
-// Steps between given shapes, four at once: a lane of the processor's vectors each. For joints without springs and dampers, by
-// the trapezoid or the midpoint (chapter 9, equations 9.14 to 9.26). What any other swimmer or scheme asks is ShapeKernel's.
+// Steps between given shapes, four at once: a lane of the processor's vectors each. For ball joints without springs and
+// dampers and for all others, by the trapezoid or the midpoint (chapter 9, equations 9.14 to 9.26). What any other swimmer or
+// scheme asks is ShapeKernel's.
 //
 // At zero momentum the root's motion z = (turn φ, shift d) makes a step's discrete Lagrangian L stationary, so that the
 // step is one function of its two shapes, V(θ, θ') = stat L(θ, θ', z): momenta are its gradient, tangents its second
@@ -99,6 +100,13 @@ class FourSteps {
   struct RightEnd {
     Four33 by_shift, shift_by_turn, by_turn;
   };
+  // An angle with a spring or a damper.
+  struct CompliantAngle {
+    int joint, freedom;
+    int place;                  // among the coordinates
+    double stiffness, damping;  // N m/rad, N m s/rad
+    Four left, right, turn;     // rad, at both ends and between
+  };
   // The root's part of the Hessian, inverted by halves.
   struct RootInverse {
     Four33 shift_by_turn;  // lower left block of the Hessian
@@ -113,6 +121,10 @@ class FourSteps {
   int at_shift() const { return 2 * shapes() + 1; }
   std::size_t place(int row, int column) const { return model::at(row * blocks() + column); }
 
+  void take_compliant_angles(const ForFour<const mechanics::Rotations*>& left,
+                             const ForFour<const mechanics::Rotations*>& right);
+  void add_compliant_momenta(Four* along) const;
+  void add_compliant_rates(Four* form) const;
   void take_root(const ForFour<const ShapeStep*>& step);
   void find_momenta(Four& scale);
   RightEnd right_end(int i) const;
@@ -195,6 +207,7 @@ class FourSteps {
   std::vector<Four> flat_, half_;    // column after column
   // where joints lead their children
   LedTurns led_left_, led_right_;
+  std::vector<CompliantAngle> compliant_;
   std::vector<Four3> gradient_,
       gradient_change_;              // [2 (bodies − 1)] of V by the bodies' turns, and along the multipliers
   std::vector<Four> along_;          // [2 n] multipliers along the coordinates

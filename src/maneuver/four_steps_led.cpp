@@ -1,5 +1,7 @@
 // What it takes where joints lead their children: from the bodies' turns to coordinates, which bend (equations 9.21 to 9.25).
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "maneuver/four_steps.hpp"
 #include "maneuver/step_lanes.hpp"
@@ -12,6 +14,7 @@ using mechanics::Four;
 using mechanics::Four3;
 using mechanics::Four33;
 using mechanics::Moments;
+using mechanics::Rotations;
 using model::at;
 
 }  // namespace
@@ -67,6 +70,42 @@ void FourSteps::project_form(const std::vector<Four>& by_bodies, std::vector<Fou
   led_right_.project_rows(2 * n, half_.data() + 3 * shapes(), size, by_coordinates.data() + n, 2 * n);
 }
 
+void FourSteps::take_compliant_angles(const ForFour<const Rotations*>& left, const ForFour<const Rotations*>& right) {
+  for (CompliantAngle& angle : compliant_) {
+    const model::Joint& joint = system_.joint(angle.joint);
+    for (std::size_t l = 0; l < 4; ++l) {
+      const auto at_end = [&](const Rotations& shape) {
+        return mechanics::joint_angles(joint, mechanics::child_to_parent(shape, joint))[angle.freedom];
+      };
+      angle.left[l] = at_end(*left[l]);
+      angle.right[l] = at_end(*right[l]);
+      angle.turn[l] = std::remainder(angle.right[l] - angle.left[l], 2.0 * std::numbers::pi);
+    }
+  }
+}
+
+// E⁻ and E⁺ along the coordinates at both ends: half of a spring's moment at each (equation 8.16), a damper's twice (8.17).
+void FourSteps::add_compliant_momenta(Four* along) const {
+  for (const CompliantAngle& angle : compliant_) {
+    const double spring = 0.5 * time_step_ * angle.stiffness, damper = 0.5 * angle.damping;
+    along[angle.place] += spring * angle.left + damper * angle.turn;
+    along[led_left_.size() + angle.place] -= spring * angle.right + damper * angle.turn;
+  }
+}
+
+// And −E⁻ and E⁺ by the coordinates. Nothing is left of these in curvature.
+void FourSteps::add_compliant_rates(Four* form) const {
+  const int n = led_left_.size(), stride = 2 * n;
+  for (const CompliantAngle& angle : compliant_) {
+    const double spring = 0.5 * time_step_ * angle.stiffness, damper = 0.5 * angle.damping;
+    const int left = angle.place, right = n + angle.place;
+    form[left * stride + left] += damper - spring;
+    form[right * stride + left] -= Four{} + damper;
+    form[left * stride + right] += Four{} + damper;
+    form[right * stride + right] -= Four{} + (damper + spring);
+  }
+}
+
 // A ball joint's moment acts on its parent as it is, in the parent's frame.
 template <typename Add>
 void FourSteps::for_moments_on_turning_parents(const ForFour<const Moments*>& control, const Add& add) const {
@@ -92,6 +131,7 @@ void FourSteps::bend_tangent(const ForFour<const Moments*>& control, const ForFo
   const int stride = 2 * led_left_.size();
   led_left_.add_bend(gradient_change_.data(), bend_of(false), stride);
   led_right_.add_bend(gradient_change_.data() + shapes(), bend_of(true), stride);
+  add_compliant_rates(bend_.data());
 }
 
 // And what the Hessian along the multipliers has, after find_gradient_change.

@@ -1,4 +1,5 @@
 #include "report/summary.hpp"
+#include "report/cost_shares.hpp"
 #include "report/transport.hpp"
 
 #include <algorithm>
@@ -248,6 +249,11 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   const bool sought = solution.status != Status::simulated, moves = !without_motion(results);
   std::vector<std::pair<std::string, std::string>> rows;
   if (sought && moves && !std::isnan(solution.cost)) rows.emplace_back("Cost", grouped(solution.cost) + " (N m)² s");
+  if (const auto shares = cost_shares(results); sought && moves && !shares.empty()) {
+    std::vector<std::string> words;
+    for (const auto& [term, share] : shares) words.push_back(term + " " + number(share, 5));
+    rows.emplace_back("Shares of the cost", fmt::format("{}", fmt::join(words, ", ")));
+  }
   if (moves && results.certificate && results.certificate->clearance)
     rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
   if (const std::optional<Transport> moved = transport(results); sought && moves && moved) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "report/cost_shares.hpp"
 #include "solved_example.hpp"
 
 namespace lamprey::tests {
@@ -107,6 +108,9 @@ TEST(LeastWork, has_parts_that_add_up_and_less_work_than_least_effort) {
   ASSERT_TRUE(results.solution.cost_parts.has_value());
   const maneuver::CostParts& parts = *results.solution.cost_parts;
   EXPECT_NEAR(0.1 * parts.effort + 30.0 * parts.work, results.solution.cost, 1e-12 * results.solution.cost);
+  double shares = 0.0;
+  for (const auto& [term, share] : report::cost_shares(results)) shares += share;
+  EXPECT_NEAR(shares, results.solution.cost, 1e-12 * results.solution.cost);
   EXPECT_LE(parts.work, 2750.0);  // 3,965 J at least effort
   EXPECT_LE(results.certificate->costs->error, tolerance(1e-12));
   EXPECT_LE(results.certificate->costs->signs, 1e-6);

@@ -38,7 +38,8 @@ model::SwimmerDescription tree_of(Random& random, const FourStepsSetting& settin
   if (!setting.every_joint) return random_tree(random, setting.bodies);
   model::SwimmerDescription tree = random_swimmer(random, setting.bodies);
   for (model::BodyDescription& body : tree.bodies) body.coupling_matrix.reset();
-  for (model::JointDescription& joint : tree.joints) joint.stiffness = joint.damping = 0.0;
+  for (model::JointDescription& joint : tree.joints)
+    if (joint.kind == model::JointKind::ball) joint.stiffness = joint.damping = 0.0;
   return tree;
 }
 

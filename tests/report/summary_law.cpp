@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "report/cost_shares.hpp"
 #include "report/momentum_lines.hpp"
 #include "report/sample_results.hpp"
 #include "report/summary.hpp"
@@ -84,6 +85,23 @@ TEST(Clearance, is_told_with_bodies_and_time_and_overlap_as_a_plain_fact) {
   EXPECT_NE(std::find(told.begin(), told.end(), std::pair<std::string, std::string>("Clearance", overlap)), told.end());
   results.certificate->clearance = certificate::Clearance{};
   EXPECT_EQ(row(results, "Clearance").value, "not computed");
+}
+
+TEST(CostShares, are_told_where_there_is_more_than_effort) {
+  file::Results results = tests::sample_results(5);
+  EXPECT_TRUE(report::cost_shares(results).empty());
+  results.problem.time_weight = 7.0;
+  results.solution.cost = 100.0;
+  const double of_time = 7.0 * results.solution.time.back();
+  using Shares = std::vector<std::pair<std::string, double>>;
+  EXPECT_EQ(report::cost_shares(results), (Shares{{"effort", 100.0 - of_time}, {"time", of_time}}));
+  results.problem.effort = 0.5;
+  results.problem.cost_weights.work = 30.0;
+  results.solution.cost_parts = maneuver::CostParts{.effort = 10.0, .work = 2.0, .power = 5.0};
+  EXPECT_EQ(report::cost_shares(results), (Shares{{"effort", 5.0}, {"work", 60.0}, {"time", of_time}}));
+  const auto told = report::facts(results);
+  EXPECT_NE(std::find_if(told.begin(), told.end(), [](const auto& row) { return row.first == "Shares of the cost"; }),
+            told.end());
 }
 
 TEST(Verdict, calls_optimal_only_what_is) {
