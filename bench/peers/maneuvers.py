@@ -87,9 +87,12 @@ class Bench:
         return self.grids[key]
 
     def continued(self, case, guess, compiled, repetitions):
-        """CasADi and Ipopt from `guess` on the coarse grid, and from there on the full one: cost (NaN: not solved) and times."""
+        """CasADi and Ipopt from `guess` on the coarse grid, and from its minimum on the full one: cost (NaN: not solved within
+        400 iterations and 30 s each) and times."""
         coarse, full = (self.grid(case, steps, compiled) for steps in (COARSE, FULL))
         first, first_times = repeated(lambda: coarse.solve(guess), repetitions)
+        if not first.converged:
+            return numpy.nan, first_times, Times(0.0 for _ in first_times.seconds)
         start = problem.refined(first.motion, FULL)
         multiplier = full.carried_multiplier(coarse, first.multiplier)
         last, last_times = repeated(lambda: full.solve(start, multiplier, CARRIED_ON), repetitions)
