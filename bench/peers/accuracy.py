@@ -13,11 +13,12 @@ from direct_collocation import HERMITE_SIMPSON, TRAPEZOIDAL, Collocation
 from measured import Times, digits, repeated
 
 GRIDS, QUICK_GRIDS = (40, 100, 200, 400), (40, 100)
+ORDER4_GRIDS, QUICK_ORDER4_GRIDS = (30, 50, 100), (50,)
 GIVEN = 50  # steps of Lamprey's answer from which peers start
 WINDOW = 0.05  # s, of replay
 LEVELS = (1e-3, 1e-4)  # errors at which times are compared
 OTHER_MINIMUM = 0.2  # relative distance from the limit that is no error of a grid
-LAMPREY, CASADI = "Lamprey", "CasADi, same equations"
+LAMPREY, ORDER4, CASADI = "Lamprey", "Lamprey, order4", "CasADi, same equations"
 
 
 @dataclasses.dataclass
@@ -43,12 +44,14 @@ class Point:
     cost_error: float = math.nan  # relative to the limit
 
 
-def lamprey_points(bench, case, subject, grids):
+def lamprey_points(bench, case, subject, grids, method=LAMPREY):
     for steps in grids:
-        answer, times = bench.lamprey(case, subject.seed, steps)
+        answer, times = bench.lamprey(case, subject.seed, steps, scheme="order4" if method == ORDER4 else "trapezoid")
         certificate = answer.certificate
-        cost = answer.cost if answer.status == "optimal" else math.nan
-        yield Point(LAMPREY, steps, times, cost, certificate["momentum_drift"], certificate["replay"]["rotation_error"],
+        if answer.status != "optimal":
+            yield Point(method, steps, times, *(math.nan,) * 4)
+            continue
+        yield Point(method, steps, times, answer.cost, certificate["momentum_drift"], certificate["replay"]["rotation_error"],
                     certificate["replay"]["position_error"])
 
 
@@ -87,6 +90,7 @@ def measure(bench, case, subject):
     own_grids = grids if bench.quick else (*grids, 1000)
     points = list(lamprey_points(bench, case, subject, own_grids))
     points += [casadi_point(bench, case, steps, start, own) for steps, own in zip(own_grids, points)]
+    points += lamprey_points(bench, case, subject, QUICK_ORDER4_GRIDS if bench.quick else ORDER4_GRIDS, ORDER4)
     for method in (TRAPEZOIDAL, HERMITE_SIMPSON):
         points += [collocation_point(bench, task, numbers, method, steps, start) for steps in grids]
     limit, second = limit_of_cost(points)
@@ -121,10 +125,10 @@ def time_to(points, method, error, level):
 
 def print_ratios(found):
     print("\nTime for an error / Lamprey's time for it (peers start from Lamprey's answer on "
-          f"N = {GIVEN}, which is not counted; Lamprey from its first guess)\n{'':<34}"
+          f"N = {GIVEN}, which is not counted; Lamprey, order4 too, from its first guess)\n{'':<34}"
           + "".join(f"{subject.where + ', ' + words + f' {level:g}':>28}" for subject in SUBJECTS for words in ("cost", "replay")
                     for level in LEVELS))
-    for method in (CASADI, TRAPEZOIDAL, HERMITE_SIMPSON):
+    for method in (ORDER4, CASADI, TRAPEZOIDAL, HERMITE_SIMPSON):
         cells = []
         for subject in SUBJECTS:
             for error in ("cost_error", "rotation_error"):
@@ -139,8 +143,8 @@ def draw(found, path):
     for subject in SUBJECTS:
         for error, label in (("cost_error", "relative error of the cost"), ("rotation_error", "error of replay over 0.05 s, rad")):
             curves = [diagram.Curve(method, [(t, e) for t, e, _ in curve(found[subject.where], method, error) if e > 0.0],
-                                    method not in (LAMPREY, CASADI))
-                      for method in (LAMPREY, CASADI, TRAPEZOIDAL, HERMITE_SIMPSON)]
+                                    method not in (LAMPREY, ORDER4, CASADI))
+                      for method in (LAMPREY, ORDER4, CASADI, TRAPEZOIDAL, HERMITE_SIMPSON)]
             panels.append(diagram.Panel(subject.title, "processor time, s", label, curves))
     pathlib.Path(path).write_text(diagram.svg("Error of maneuvers against processor time", panels), encoding="utf-8")
 

@@ -2,8 +2,8 @@
 import dataclasses
 import math
 
-LIGHT = ("#c0392b", "#3b7fb5", "#2a9d7c", "#b8860b")
-DARK = ("#ff7b6b", "#6fb1d8", "#5fd3b0", "#f0c541")
+LIGHT = ("#c0392b", "#8e5bb5", "#3b7fb5", "#2a9d7c", "#b8860b")
+DARK = ("#ff7b6b", "#c49be8", "#6fb1d8", "#5fd3b0", "#f0c541")
 WIDTH, PANEL_WIDTH, PANEL_HEIGHT = 980.0, 380.0, 300.0
 LEFTS, TOP, ROW = (84.0, 574.0), 84.0, 388.0
 

@@ -40,12 +40,16 @@ def varied(text, values):
     return text
 
 
-def solve(program, example, folder, steps, seed):
+def solve(program, example, folder, steps, seed, scheme="trapezoid"):
     """From one first guess, on one core."""
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    text = varied(pathlib.Path(example).read_text(encoding="utf-8"), {"steps": steps, "starts": 1, "seed": seed})
-    (folder / "problem.toml").write_text(re.sub(r"(?m)^hops\s*=.*\n", "", text), encoding="utf-8")
+    text = varied(pathlib.Path(example).read_text(encoding="utf-8"), 
+                  {"steps": steps, "starts": 1, "seed": seed, "scheme": f'"{scheme}"'})
+    text = re.sub(r"(?m)^hops\s*=.*\n", "", text)
+    if scheme == "order4":  # whose effort is exact
+        text = re.sub(r"(?m)^rule\s*=.*\n", "", text)
+    (folder / "problem.toml").write_text(text, encoding="utf-8")
     run = subprocess.run([program, "solve", folder / "problem.toml", "--workers", "1", "--out", folder],
                          stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False)
     if run.returncode not in (0, 4):

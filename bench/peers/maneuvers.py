@@ -74,9 +74,9 @@ class Bench:
     def seeds(self, case):
         return case.seeds[:2] if self.quick else case.seeds
 
-    def lamprey(self, case, seed, steps, repetitions=None):
-        folder = self.folder / "runs" / f"{case.example}_{seed}_{steps}"
-        return repeated(lambda: lamprey_runs.solve(self.program, self.example(case), folder, steps, seed),
+    def lamprey(self, case, seed, steps, repetitions=None, scheme="trapezoid"):
+        folder = self.folder / "runs" / f"{case.example}_{seed}_{steps}_{scheme}"
+        return repeated(lambda: lamprey_runs.solve(self.program, self.example(case), folder, steps, seed, scheme),
                         repetitions or self.repetitions)
 
     def grid(self, case, steps, compiled):

@@ -45,25 +45,16 @@ bool unconfined(const ResolvedJoint& joint) {
 
 ResolvedProblem resolve(const model::System& system, const maneuver::Problem& problem) {
   ResolvedProblem resolved;
+  static_cast<maneuver::ProblemStatement&>(resolved) = problem;
   for (const model::Body& body : system.bodies())
     resolved.bodies.push_back({body.name, body.semi_axes, body.mass, body.body_inertia, body.mass_matrix,
                                body.inertia_matrix, body.coupling_matrix});
   for (int j = 0; j < system.joint_count(); ++j)
     resolved.joints.push_back(resolve(system.joint(j), problem.swimmer.joints[model::at(j)]));
   resolved.density = system.density();
-  resolved.scheme = problem.scheme;
   resolved.time_step = problem.time_step();
   resolved.duration = problem.duration.value;
-  resolved.steps = problem.steps;
   resolved.cost_rule = problem.cost_rule();
-  resolved.goal = problem.goal;
-  resolved.control = problem.control;
-  resolved.points = problem.points;
-  resolved.effort = problem.effort;
-  resolved.limits = problem.limits;
-  resolved.waypoints = problem.waypoints;
-  resolved.time_weight = problem.time_weight;
-  resolved.cost_weights = problem.cost_weights;
   resolved.free_duration = problem.duration.free;
   if (problem.duration.free) resolved.between = {problem.duration.min, problem.duration.max};
   resolved.free_shape = problem.start.free_shape;
@@ -122,22 +113,13 @@ maneuver::Start start_of(const Results& results) {
 
 maneuver::Problem problem_of(const Results& results) {
   maneuver::Problem problem;
+  static_cast<maneuver::ProblemStatement&>(problem) = results.problem;
   problem.name = results.name;
   problem.source = results.source;
   problem.swimmer = swimmer_of(results.problem);
   problem.start = start_of(results);
-  problem.goal = results.problem.goal;
   problem.duration.value = results.problem.duration;
-  problem.steps = results.problem.steps;
   problem.rule = results.problem.cost_rule;
-  problem.control = results.problem.control;
-  problem.points = results.problem.points;
-  problem.scheme = results.problem.scheme;
-  problem.effort = results.problem.effort;
-  problem.limits = results.problem.limits;
-  problem.waypoints = results.problem.waypoints;
-  problem.time_weight = results.problem.time_weight;
-  problem.cost_weights = results.problem.cost_weights;
   problem.duration.free = results.problem.free_duration;
   problem.duration.min = results.problem.between[0];
   problem.duration.max = results.problem.between[1];

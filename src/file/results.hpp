@@ -60,28 +60,17 @@ struct ResolvedStart {
   std::vector<Eigen::Vector3d> angular_velocity;  // [bodies] rad/s, body frames
 };
 
-struct ResolvedProblem {
+struct ResolvedProblem : maneuver::ProblemStatement {
   std::vector<ResolvedBody> bodies;
   std::vector<ResolvedJoint> joints;
   std::optional<double> density = {};  // kg/m³ of the fluid; nothing in files of early versions
-  maneuver::Scheme scheme = maneuver::Scheme::trapezoid;
-  double time_step = 0.0;  // s
-  double duration = 0.0;   // s
-  int steps = 0;
+  double time_step = 0.0;              // s
+  double duration = 0.0;               // s
   maneuver::CostRule cost_rule = maneuver::CostRule::trapezoid;
-  std::optional<maneuver::Goal> goal;
-  // how controls run between nodes, for replay
-  maneuver::ControlKind control = maneuver::ControlKind::steps;
-  int points = 0;
-  maneuver::Limits limits;
-  std::vector<maneuver::Waypoint> waypoints;
-  double time_weight = 0.0;  // (N m)², of the duration in the cost
-  maneuver::CostWeights cost_weights;
   bool free_duration = false;               // then `duration` is the one found
   std::array<double, 2> between{};          // s, its bounds
   bool free_shape = false;                  // of a periodic motion's start
   std::optional<ResolvedStart> start = {};  // nothing in files of early versions
-  double effort = 1.0;                      // weight of the cost
   double tolerance = 1e-8;                  // on certificate.kkt
 };
 

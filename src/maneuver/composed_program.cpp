@@ -117,6 +117,15 @@ void ComposedProgram::take_end_multipliers(const VectorXd& multipliers) {
     if (given_rows_[r].kind != EndRow::Kind::moment) end_start_[place++] = multipliers[static_cast<Eigen::Index>(r)];
 }
 
+VectorXd ComposedProgram::end_multipliers() const {
+  VectorXd multipliers = VectorXd::Zero(static_cast<Eigen::Index>(given_rows_.size()));
+  Eigen::Index place = 0;
+  for (std::size_t r = 0; r < given_rows_.size(); ++r)
+    if (given_rows_[r].kind != EndRow::Kind::moment)
+      multipliers[static_cast<Eigen::Index>(r)] = end_multiplier_[place++];
+  return multipliers;
+}
+
 bool ComposedProgram::go_to(const NodePath& path) {
   for (std::size_t n = 0; n < now_.shape.size(); ++n) {
     const Rotations& R = path.rotation[n];
@@ -204,7 +213,18 @@ bool ComposedProgram::solve_four(int first, int s, Motion& motion) {
     return of_four(first, [&](int k) -> const Rotations* { return &motion.shape[at(k * stages_ + node)]; });
   };
   four_steps_->take_shapes(stage_time(s), shape(s), shape(s + 1));
-  return four_steps_->solve(of_four(first, [&](int k) { return &motion.stage[at(k * stages_ + s)]; }));
+  if (four_steps_->solve(of_four(first, [&](int k) { return &motion.stage[at(k * stages_ + s)]; }))) return true;
+  // where bodies turn far, ShapeKernel may find motions that are not found in fours
+  for (int n = first * stages_ + s; n < std::min(first + 4, steps_) * stages_; n += stages_) {
+    ShapeStep& stage = motion.stage[at(n)];
+    ShapeStep alone(system_);
+    alone.root_turn = stage.root_turn;
+    alone.root_shift = stage.root_shift;
+    if (!kernel_.solve(stage_time(s), motion.shape[at(n)], motion.shape[at(n + 1)], alone)) return false;
+    alone.interval = std::move(stage.interval);
+    stage = std::move(alone);
+  }
+  return true;
 }
 
 // What the polynomials cost, and what they leave missing.
@@ -244,7 +264,7 @@ void ComposedProgram::measure(Motion& motion) {
   weigh_gaps(motion);
 }
 
-// Along a step the cost changes as the Lagrangian does, which the model foretells to second order, once gaps have their worth.
+// With it the cost changes along a step as the Lagrangian does, whose second derivatives are the model's.
 void ComposedProgram::weigh_gaps(Motion& motion) const {
   double worth = 0.0;
   for (std::size_t n = 0; n < motion.missing.size() && multipliers_known_; ++n)

@@ -5,6 +5,8 @@
 // position χ in the world), its input the coefficients of the moments.
 #pragma once
 
+#include <optional>
+
 #include "maneuver/condensed_step.hpp"
 #include "maneuver/end_rows.hpp"
 #include "maneuver/four_steps.hpp"
@@ -23,6 +25,8 @@ class ComposedProgram : public optimizer::StageProgram {
 
   /// Multipliers of the end rows as given, from another grid or scheme, to begin with at go_to; empty: none are known.
   void take_end_multipliers(const VectorXd& multipliers);
+  /// Those at the point, likewise; 0 for rows of moments.
+  VectorXd end_multipliers() const;
   /// Goes to a motion at the nodes of all stages, with its polynomials. Returns false where no motion is found through its shapes.
   bool go_to(const NodePath& path);
   /// The motion at the nodes of all stages.

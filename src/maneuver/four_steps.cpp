@@ -1,6 +1,8 @@
 #include "maneuver/four_steps.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "maneuver/step_lanes.hpp"
 

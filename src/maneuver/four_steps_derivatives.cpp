@@ -1,4 +1,4 @@
-// Second and third derivatives of four steps at once (chapter 9, equations 9.14 to 9.19).
+// Second and third derivatives of four steps at once (chapter 9, equations 9.14 to 9.19 and 9.26).
 #include <optional>
 
 #include "maneuver/four_steps.hpp"

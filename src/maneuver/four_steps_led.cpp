@@ -1,4 +1,5 @@
-// What it takes where joints lead their children: from the bodies' turns to coordinates, which bend (equations 9.21 to 9.25).
+// What it takes where joints lead their children: from the bodies' turns to coordinates, which bend (equations 9.21 to
+// 9.25), and springs and dampers of angles (8.16, 8.17).
 #include <algorithm>
 #include <cmath>
 #include <numbers>

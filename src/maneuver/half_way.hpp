@@ -26,8 +26,6 @@ class HalfWay {
     momentum_ = mass * seen_;
   }
 
-  /// R_m.
-  const Matrix& rotation() const { return rotation_; }
   /// Of ½ Δx·R_m M R_mᵀΔx by Δx, world.
   Vector by_shift() const { return rotation_ * momentum_; }
   /// By the turn at the left end, and at the right end.

@@ -110,23 +110,27 @@ struct CostWeights {
   bool of_displacement() const { return !displacement.isZero(0.0); }
 };
 
-struct Problem {
+/// What problem files say and solutions repeat as it is.
+struct ProblemStatement {
+  Scheme scheme = Scheme::trapezoid;
+  int steps = 1000;
+  std::optional<Goal> goal;
+  ControlKind control = ControlKind::steps;
+  int points = 0;            // with spline control
+  double effort = 1.0;       // weight of ∫ ½ Σ_j |u_j|² dt
+  double time_weight = 0.0;  // (N m)², weight of the duration
+  CostWeights cost_weights;  // of the other costs
+  Limits limits;
+  std::vector<Waypoint> waypoints;
+};
+
+struct Problem : ProblemStatement {
   std::string name;
   std::string source;
   model::SwimmerDescription swimmer;
   Start start;
-  std::optional<Goal> goal;
   Duration duration;
-  int steps = 1000;
-  double effort = 1.0;           // weight of ∫ ½ Σ_j |u_j|² dt
-  double time_weight = 0.0;      // (N m)², weight of the duration
-  CostWeights cost_weights;      // of the other costs
   std::optional<CostRule> rule;  // absent: trapezoid
-  ControlKind control = ControlKind::steps;
-  int points = 0;  // with spline control
-  Scheme scheme = Scheme::trapezoid;
-  Limits limits;
-  std::vector<Waypoint> waypoints;
   Search search;
 
   CostRule cost_rule() const { return rule.value_or(CostRule::trapezoid); }

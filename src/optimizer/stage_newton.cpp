@@ -42,8 +42,9 @@ constexpr double follow_to = 1e-6;          // of the tolerance, what such steps
 constexpr double following = 0.1;           // what a step with old factors may leave of the one before
 constexpr double most_shift_at_rest = 1e3;  // beyond, steps are short for the shift's sake
 constexpr double bend_unit = 1e8;           // input, more than any step is allowed to take
-constexpr double short_steps = 3e-3;        // stationarity at which what a shift adds to costates has faded
-constexpr double worth_going_on = 1e-4;     // what the cost falls by in max_iterations, relative
+constexpr double short_steps = 3e-3;        // stationarity at which what a little shift adds to costates has faded
+constexpr double little_shift = 1.0;
+constexpr double worth_going_on = 1e-4;  // what the cost falls by in max_iterations, relative
 
 }  // namespace
 
@@ -309,8 +310,9 @@ bool StageNewton::follow(StageProgram& program, const Options& options, Outcome&
 
 void StageNewton::record(const StageProgram& program, Outcome& outcome) const {
   ++outcome.iterations;
-  outcome.history.push_back({outcome.iterations, program.merit().cost, program.merit().violation, change_,
-                             program.goal_error(), length_, program.drift()});
+  const double cost = program.merit().cost - program.merit().gaps;
+  outcome.history.push_back(
+      {outcome.iterations, cost, program.merit().violation, change_, program.goal_error(), length_, program.drift()});
 }
 
 // One step from the model at the point.
@@ -336,7 +338,7 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
   if (!by_cost_)
     funnel_ = std::max({least_funnel, funnel_shrink * funnel_, 0.5 * (before + program.merit().violation)});
   if (shift_ > 0.0) step_.end_multiplier = end_multiplier_;
-  if (change_ < short_steps) step_.shifted = false;
+  if (change_ < short_steps && shift_ <= little_shift) step_.shifted = false;
   program.take_multipliers(step_, length_);
   return Verdict::accepted;
 }
@@ -354,7 +356,7 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
   const auto finish = [&](Termination termination, const char* reason) {
     outcome.termination = termination;
     outcome.reason = reason;
-    outcome.objective = program.merit().cost;
+    outcome.objective = program.merit().cost - program.merit().gaps;
     outcome.infeasibility = program.merit().violation;
   };
   bool interrupted = false;

@@ -312,6 +312,7 @@ class NewtonMethod : public Method {
       optimizer::StageNewton(program.sizes()).solve(program, options(fine_tolerance), found.outcome);
       found.path = program.path();
       found.cost = program.cost();
+      found.end_multipliers = program.end_multipliers();
     }
     return found;
   }

@@ -20,7 +20,7 @@ using maneuver::ShapeCoordinates;
 using optimizer::StageModel;
 using optimizer::StageStep;
 
-enum class ComposedSwimmer { paper_chain, in_the_plane, any_joint };
+enum class ComposedSwimmer { paper_chain, in_the_plane, any_joint, in_fours };
 
 struct ComposedSetting {
   std::string name;
@@ -28,11 +28,12 @@ struct ComposedSetting {
   Scheme scheme;
   bool rest;
   bool of_leaves = false;  // the goal asks for all bodies but the root and its children
+  unsigned seed = 29;
 };
 
 // N m, of random moments: what the longer stages of order 6 still march.
 double size_of(const ComposedSetting& setting) {
-  if (setting.swimmer == ComposedSwimmer::any_joint) return 2.0;
+  if (setting.swimmer == ComposedSwimmer::any_joint || setting.swimmer == ComposedSwimmer::in_fours) return 2.0;
   return setting.scheme == Scheme::order6 ? 4.0 : 8.0;
 }
 
@@ -41,7 +42,7 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
  protected:
   static constexpr int steps = 3;
 
-  ComposedDerivatives() : random_(29), system_(swimmer()), size_(size_of(GetParam())) {
+  ComposedDerivatives() : random_(GetParam().seed), system_(swimmer()), size_(size_of(GetParam())) {
     const bool planar = GetParam().swimmer == ComposedSwimmer::in_the_plane;
     maneuver_.start.rotation =
         planar ? mechanics::Rotations(3, Matrix3d::Identity()) : random_rotations(random_, system_);
@@ -66,12 +67,19 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
     }
     program_ = std::make_unique<ComposedProgram>(system_, maneuver_, GetParam().scheme, coordinates,
                                                  maneuver::stated_end_rows(system_, maneuver_, {}));
+    EXPECT_TRUE(GetParam().swimmer != ComposedSwimmer::in_fours ||
+                maneuver::FourSteps::serves(system_, integrator::lagrangian_of(GetParam().scheme)));
     begin_at(path);
   }
 
   model::SwimmerDescription swimmer() {
+    const bool fours = GetParam().swimmer == ComposedSwimmer::in_fours;
     model::SwimmerDescription described =
-        GetParam().swimmer == ComposedSwimmer::any_joint ? random_swimmer(random_, 5) : paper_chain();
+        GetParam().swimmer == ComposedSwimmer::any_joint || fours ? random_swimmer(random_, 5) : paper_chain();
+    for (model::BodyDescription& body : described.bodies)
+      if (fours) body.coupling_matrix.reset();
+    for (model::JointDescription& joint : described.joints)
+      if (fours && joint.kind == model::JointKind::ball) joint.stiffness = joint.damping = 0.0;
     for (model::JointDescription& joint : described.joints)
       if (GetParam().swimmer == ComposedSwimmer::in_the_plane) joint.control_axes = {Vector3d::UnitZ()};
     return described;
@@ -286,7 +294,9 @@ INSTANTIATE_TEST_SUITE_P(
                       ComposedSetting{"in_the_plane", ComposedSwimmer::in_the_plane, Scheme::order4, true},
                       ComposedSetting{"any_joint_by_order4", ComposedSwimmer::any_joint, Scheme::order4, true},
                       ComposedSetting{"any_joint_by_order6", ComposedSwimmer::any_joint, Scheme::order6, true},
-                      ComposedSetting{"leaves_of_any_joint", ComposedSwimmer::any_joint, Scheme::order4, true, true}),
+                      ComposedSetting{"leaves_of_any_joint", ComposedSwimmer::any_joint, Scheme::order4, true, true},
+                      ComposedSetting{"in_fours_by_order4", ComposedSwimmer::in_fours, Scheme::order4, true, false, 4},
+                      ComposedSetting{"in_fours_by_order6", ComposedSwimmer::in_fours, Scheme::order6, true, false, 5}),
     [](const auto& instance) { return instance.param.name; });
 
 }  // namespace

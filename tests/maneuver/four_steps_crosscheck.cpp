@@ -155,7 +155,7 @@ TEST_P(FourStepsOf, AgreeByTheMidpointToo) { agree_with_one_after_the_other(Disc
 // Stages of a scheme above order 2.
 TEST_P(FourStepsOf, AgreeBackInTimeToo) { agree_with_one_after_the_other(DiscreteLagrangian::midpoint, -0.1, 0.25); }
 
-TEST(FourStepsServe, JointsWithoutSpringsBySymmetricSchemesOfOrderTwo) {
+TEST(FourStepsServe, AllButSpringsOfBallJointsAndCoupledInertiaByTrapezoidAndMidpoint) {
   Random random(3);
   model::SwimmerDescription tree = random_tree(random, 4);
   EXPECT_TRUE(FourSteps::serves(model::System(tree), DiscreteLagrangian::trapezoid));
@@ -164,6 +164,11 @@ TEST(FourStepsServe, JointsWithoutSpringsBySymmetricSchemesOfOrderTwo) {
   tree.joints[1].stiffness = 1.0;
   EXPECT_FALSE(FourSteps::serves(model::System(tree), DiscreteLagrangian::trapezoid));
   tree.joints[1].stiffness = 0.0;
+  tree.joints[0].kind = model::JointKind::hinge;
+  tree.joints[0].axis = Vector3d::UnitZ();
+  tree.joints[0].stiffness = 2.0;
+  tree.joints[0].damping = 0.1;
+  EXPECT_TRUE(FourSteps::serves(model::System(tree), DiscreteLagrangian::trapezoid));
   tree.joints[2].kind = model::JointKind::fixed;
   EXPECT_TRUE(FourSteps::serves(model::System(tree), DiscreteLagrangian::trapezoid));
   tree.bodies[1].coupling_matrix = 0.01 * Matrix3d::Identity();

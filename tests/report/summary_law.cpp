@@ -99,6 +99,9 @@ TEST(CostShares, are_told_where_there_is_more_than_effort) {
   results.problem.cost_weights.work = 30.0;
   results.solution.cost_parts = maneuver::CostParts{.effort = 10.0, .work = 2.0, .power = 5.0};
   EXPECT_EQ(report::cost_shares(results), (Shares{{"effort", 5.0}, {"work", 60.0}, {"time", of_time}}));
+  results.problem.cost_weights.displacement = {-3.0, 0.0, 0.0};
+  const double moved = results.solution.position.back()[0] - results.solution.position.front()[0];
+  EXPECT_EQ(report::cost_shares(results).back(), (std::pair<std::string, double>("displacement", 3.0 * moved)));
   const auto told = report::facts(results);
   EXPECT_NE(std::find_if(told.begin(), told.end(), [](const auto& row) { return row.first == "Shares of the cost"; }),
             told.end());
