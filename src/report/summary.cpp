@@ -252,7 +252,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (const auto shares = cost_shares(results); sought && moves && !shares.empty()) {
     std::vector<std::string> words;
     for (const auto& [term, share] : shares) words.push_back(term + " " + number(share, 5));
-    rows.emplace_back("Shares of the cost", fmt::format("{}", fmt::join(words, ", ")));
+    rows.emplace_back("Shares of the cost", fmt::format("{} (N m)² s", fmt::join(words, ", ")));
   }
   if (moves && results.certificate && results.certificate->clearance)
     rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
