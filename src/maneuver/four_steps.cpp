@@ -54,7 +54,7 @@ FourSteps::FourSteps(const System& system, DiscreteLagrangian lagrangian, const 
     : system_(system),
       at_half_way_(lagrangian == DiscreteLagrangian::midpoint),
       coordinates_(coordinates),
-      all_coordinates_(coordinates.isIdentity(0.0)),
+      all_coordinates_(is_identity(coordinates)),
       noise_(system),
       left_(at(system.body_count()), identity()),
       right_(left_),

@@ -44,7 +44,7 @@ MomentBasis::MomentBasis(const System& system, const MatrixXd& shape_basis, cons
   }
   column_.insert(column_.end(), idle.begin(), idle.end());
   const auto whole = [](const Joint& joint) { return joint.free() && joint.actuation.cols() == 3; };
-  if (shape_basis.isIdentity(0.0) && std::all_of(system.joints().begin(), system.joints().end(), whole))
+  if (is_identity(shape_basis) && std::all_of(system.joints().begin(), system.joints().end(), whole))
     by_joint_.setZero(size());
   if (shape_basis.rows() == shape_basis.cols()) return;
   // of the idle ones as many as add to what the coordinates feel

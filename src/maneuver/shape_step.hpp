@@ -28,6 +28,9 @@ inline int shape_offset(const model::Body& body) { return body.velocity_offset -
 /// Coordinates of a shape as freedoms of all bodies, of which the root's are left as they are.
 void write_shape(const model::System& system, const VectorXd& shape, mechanics::Freedoms& freedoms);
 
+/// Whether a basis is the identity. Eigen's isIdentity says so of the first columns of one as well.
+inline bool is_identity(const MatrixXd& basis) { return basis.rows() == basis.cols() && basis.isIdentity(0.0); }
+
 /// The coordinates in which a motion's shapes and poses vary: all, or those that its symmetry leaves. Orthonormal columns.
 struct ShapeCoordinates {
   MatrixXd shape;  // [shape_size][f]

@@ -44,6 +44,61 @@ TEST(UnusualGoals, where_the_swimmer_rests_cost_nothing) {
       }
 }
 
+// Bodies in a row on joints of one kind, each moved about z alone.
+maneuver::Problem flapping_row(int bodies, model::JointKind kind) {
+  maneuver::Problem problem;
+  problem.steps = 60;
+  problem.duration.value = 1.5;
+  problem.search.seed = 1;
+  problem.swimmer.density = 1000.0;
+  problem.start.rotation.assign(model::at(bodies), Vector3d::Zero());
+  problem.start.angular_velocity = problem.start.rotation;
+  for (int i = 0; i < bodies; ++i) {
+    model::BodyDescription body;
+    body.name = "b" + std::to_string(i);
+    body.semi_axes = Vector3d(0.1, 0.04, 0.06 - 0.01 * i);
+    problem.swimmer.bodies.push_back(body);
+    if (i == 0) continue;
+    model::JointDescription joint;
+    joint.kind = kind;
+    joint.name = "j" + std::to_string(i);
+    joint.parent = problem.swimmer.bodies[model::at(i - 1)].name;
+    joint.child = body.name;
+    joint.parent_offset = {-0.11, 0.0, 0.0};
+    joint.child_offset = {0.11, 0.0, 0.0};
+    if (kind == model::JointKind::hinge) joint.axis = Vector3d::UnitZ();
+    if (kind == model::JointKind::universal) {
+      joint.axes = std::array<Vector3d, 2>{Vector3d::UnitZ(), Vector3d::UnitY()};
+      joint.control_axes = {Vector3d::UnitZ()};
+    }
+    problem.swimmer.joints.push_back(joint);
+  }
+  problem.goal.emplace();
+  return problem;
+}
+
+// Moments in a plane of symmetry leave it to no swimmer: the second axis of a universal joint is not felt. Where coordinates that
+// are left are the first ones of all, they are not all of them.
+TEST(UnusualGoals, a_universal_joint_moved_about_one_axis_swims_as_a_hinge_does) {
+  for (int bodies : {2, 3}) {
+    std::vector<double> costs;
+    for (const model::JointKind kind : {model::JointKind::universal, model::JointKind::hinge}) {
+      maneuver::Problem problem = flapping_row(bodies, kind);
+      if (bodies == 2) {
+        problem.goal->rotation["b0"] = Vector3d(0.0, 0.0, 0.1);
+        problem.goal->rotation["b1"] = std::nullopt;
+      } else {
+        problem.goal->move[0] = 0.01;
+        problem.goal->turn = Vector3d::Zero();
+      }
+      const study::Answer answer = answered(problem);
+      EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+      costs.push_back(answer.solution.cost);
+    }
+    EXPECT_NEAR(costs[0], costs[1], 1e-9 * costs[1]) << bodies << " bodies";
+  }
+}
+
 // Springs that are bent at the start, momentum of the joints: to stay is no motion, or no rest.
 TEST(UnusualGoals, where_the_swimmer_cannot_stay_are_searched) {
   maneuver::Problem problem = planar_chain();
