@@ -216,10 +216,12 @@ double misfit(const JointDescription& joint, const Matrix3d& child_to_parent) {
       return lie::rotation_angle(from_zero);
     case JointKind::hinge: {
       const Vector3d axis = joint.axis->stableNormalized();
-      return (from_zero * axis - axis).norm();
+      return 2.0 * std::asin(std::min(0.5 * (from_zero * axis - axis).norm(), 1.0));
     }
     case JointKind::universal:
-      return std::abs((*joint.axes)[0].stableNormalized().dot(child_to_parent * (*joint.axes)[1].stableNormalized()));
+      return std::asin(std::min(
+          std::abs((*joint.axes)[0].stableNormalized().dot(child_to_parent * (*joint.axes)[1].stableNormalized())),
+          1.0));
   }
   return 0.0;
 }
@@ -297,7 +299,7 @@ void check_goal_against_joints(const Problem& problem, const Index& index) {
     const double off = misfit(joint, end);
     if (off > angle_tolerance)
       refuse(key,
-             fmt::format("end rotations that are {} rad outside what the {} joint {} allows", off, word(joint.kind),
+             fmt::format("end rotations that are {:.4g} rad outside what the {} joint {} allows", off, word(joint.kind),
                          in_quotes(joint.name)),
              "end rotations that fit the joints", "change this rotation or set one of the two bodies \"free\"");
     const Matrix3d start =
@@ -354,8 +356,8 @@ void check_start(const Problem& problem) {
     const double off = misfit(joint, shape);
     if (off > angle_tolerance)
       refuse(key_path("start.rotation", joint.child),
-             fmt::format("start rotations that are {} rad outside what the {} joint {} allows", off, word(joint.kind),
-                         in_quotes(joint.name)),
+             fmt::format("start rotations that are {:.4g} rad outside what the {} joint {} allows", off,
+                         word(joint.kind), in_quotes(joint.name)),
              "start rotations that fit the joints",
              "turn this body or its parent, or set the joint's reference_rotation");
   }
@@ -438,8 +440,8 @@ void check_waypoints(const Problem& problem) {
              fmt::format("a whole number of steps of {} s, after the start and before the end at {} s",
                          problem.time_step(), problem.duration.value),
              problem.steps < 2 ? "take more time.steps"
-                               : fmt::format("as in {}", problem.time_step() *
-                                                             std::clamp(std::round(step), 1.0, problem.steps - 1.0)));
+                               : fmt::format("as in {:.12g}", problem.time_step() * std::clamp(std::round(step), 1.0,
+                                                                                               problem.steps - 1.0)));
     if (problem.duration.free)
       refuse(key, "a waypoint with a free duration", "waypoints at fixed times", "fix time.duration");
     bool moves = false;

@@ -231,8 +231,7 @@ bool ComposedProgram::solve_four(int first, int s, Motion& motion) {
 void ComposedProgram::measure(Motion& motion) {
   Merit& merit = motion.merit;
   merit = Merit();
-  double& cost = motion.cost;
-  cost = maneuver_.time_weight * maneuver_.duration;
+  double cost = 0.0;
   double largest = 0.0, missing = 0.0;
   VectorXd& arrived = motion.end_momentum;
   arrived = shape_basis_.transpose() * maneuver_.start.momentum.segment(3, shape_basis_.rows());
@@ -261,6 +260,7 @@ void ComposedProgram::measure(Motion& motion) {
                                  motion.position.back(), end_derivative_);
   if (rest_rows_ > 0) motion.end_rows.tail(rest_rows_) = maneuver_.duration * arrived.cwiseQuotient(inertia_);
   merit.violation = motion.end_rows.lpNorm<1>() + missing / std::max(maneuver_.duration * largest, 1e-300);
+  motion.cost = cost + maneuver_.time_weight * maneuver_.duration;
   weigh_gaps(motion);
 }
 
@@ -270,7 +270,7 @@ void ComposedProgram::weigh_gaps(Motion& motion) const {
   for (std::size_t n = 0; n < motion.missing.size() && multipliers_known_; ++n)
     worth += multiplier_[n].dot(motion.missing[n]);
   motion.merit.gaps = worth;
-  motion.merit.cost = motion.cost + worth;
+  motion.merit.cost = motion.cost - maneuver_.time_weight * maneuver_.duration + worth;  // time's share is given
 }
 
 // Those of a maneuver whose moments are free at every instant: G'λ = effort · u (equation 9.6).

@@ -8,6 +8,7 @@
 #include "maneuver/control_path.hpp"
 #include "maneuver/random.hpp"
 #include "maneuver/step_polynomial.hpp"
+#include "mechanics/joint_moments.hpp"
 
 namespace lamprey::maneuver {
 
@@ -187,8 +188,9 @@ NodePath at_rest(const System& system, const Maneuver& maneuver, integrator::Sch
 bool rest_meets_goal(const System& system, const Problem& problem, const Maneuver& maneuver) {
   if (!maneuver.start.momentum.isZero(0.0) || maneuver.free_duration) return false;
   if (!problem.waypoints.empty() || problem.cost_weights.transport > 0.0) return false;
-  for (const model::Joint& joint : system.joints())
-    if (joint.stiffness > 0.0) return false;
+  double stiffness = 0.0;  // N m/rad, of springs that must be at rest, too
+  for (const model::Joint& joint : system.joints()) stiffness += joint.stiffness;
+  if (mechanics::spring_energy(system, maneuver.start.rotation) > stiffness * same_place * same_place) return false;
   double away = 0.0;  // rad, m
   for (std::size_t i = 0; i < maneuver.end_rotation.size(); ++i)
     if (const auto& end = maneuver.end_rotation[i])

@@ -285,7 +285,7 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
   model.q_end.setZero();
   add_displacement(model.q_end);
   if (maneuver_.free_duration) {
-    const double cost = maneuver_.time_weight * h_ * now_.stretch * steps_;
+    const double cost = cost_of_time(now_);
     model.q_end[tau()] += cost;
     model.Q_end(tau(), tau()) += cost;
   }

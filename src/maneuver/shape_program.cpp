@@ -145,7 +145,7 @@ bool ShapeProgram::go_to(const NodePath& path) {
   if (!roll_out(now_)) return false;
   has_motion_ = true;
   if (!limits_.empty()) {
-    if (!(before.weight > 0.0)) limits_.take(before, now_.cost + won(now_));  // a weight fit for what the guess costs
+    if (!(before.weight > 0.0)) limits_.take(before, spent(now_));  // a weight fit for what the guess costs
     limits_.begin(now_.limit_value);
   }
   terms_.choose_weight(now_.terms);
@@ -268,11 +268,13 @@ void ShapeProgram::measure(Motion& motion) {
     if (k < steps_) idle_sum += moment.tail(idle()).lpNorm<1>() / steps_;
   }
   if (periodic) motion.moment.front() = motion.moment.back();
-  merit.cost += maneuver_.time_weight * h_ * motion.stretch * steps_ - won(motion);
+  merit.cost -= won(motion);
+  if (maneuver_.free_duration) merit.cost += cost_of_time(motion);
   for (std::size_t r = 0; r < end_rows_.size(); ++r)
     motion.end_rows[static_cast<Eigen::Index>(r)] = value_of(end_rows_[r], motion);
   merit.violation = motion.end_rows.lpNorm<1>() + idle_sum / std::max(needed, 1e-300);
   motion.cost = merit.cost;
+  if (!maneuver_.free_duration) motion.cost += cost_of_time(motion);  // which no step changes
   if (!terms_.empty()) add_terms(motion);
   add_limits(motion);
 }
@@ -299,6 +301,15 @@ double ShapeProgram::stated_goal_error() {
 
 double ShapeProgram::won(const Motion& motion) const {
   return maneuver_.cost_weights.displacement.dot(motion.position.back() - motion.position.front());
+}
+
+double ShapeProgram::cost_of_time(const Motion& motion) const {
+  return maneuver_.time_weight * h_ * motion.stretch * steps_;
+}
+
+// What weights are measured against: all that a motion costs, without what it wins or what a given duration costs anyway.
+double ShapeProgram::spent(const Motion& motion) const {
+  return motion.cost + won(motion) - (maneuver_.free_duration ? 0.0 : cost_of_time(motion));
 }
 
 CostedMotion ShapeProgram::costed(const Motion& motion) const {
@@ -334,7 +345,7 @@ void ShapeProgram::add_limits(Motion& motion) {
 }
 
 void ShapeProgram::renew_limits(bool heavier) {
-  if (!limits_.empty()) limits_.renew(now_.limit_value, now_.cost + won(now_));
+  if (!limits_.empty()) limits_.renew(now_.limit_value, spent(now_));
   terms_.renew(costed(now_), now_.terms, heavier);
   measure(now_);
 }

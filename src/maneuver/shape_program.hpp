@@ -167,6 +167,8 @@ class ShapeProgram : public optimizer::StageProgram {
   LimitedNode limited_node(const Motion& motion, int k) const;
   void add_limits(Motion& motion);
   double won(const Motion& motion) const;  // (N m)² s, by the displacement
+  double cost_of_time(const Motion& motion) const;
+  double spent(const Motion& motion) const;
   CostedMotion costed(const Motion& motion) const;
   void add_terms(Motion& motion);
   void prepare_terms(optimizer::StageModel& model);

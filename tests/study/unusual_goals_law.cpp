@@ -44,6 +44,22 @@ TEST(UnusualGoals, where_the_swimmer_rests_cost_nothing) {
       }
 }
 
+// What a given duration costs is no reason to search otherwise.
+TEST(UnusualGoals, in_a_given_duration_are_searched_alike_whatever_time_costs) {
+  for (maneuver::Scheme scheme : {maneuver::Scheme::trapezoid, maneuver::Scheme::order4}) {
+    maneuver::Problem problem = planar_chain();
+    problem.scheme = scheme;
+    problem.goal->turn = Vector3d::Zero();
+    problem.goal->move[0] = 0.4;
+    const maneuver::Solution free = answered(problem).solution;
+    problem.time_weight = 1e4 * free.cost;
+    const maneuver::Solution dear = answered(problem).solution;
+    EXPECT_EQ(free.solver.iterations, dear.solver.iterations);
+    EXPECT_EQ(free.status, dear.status);
+    EXPECT_NEAR(dear.cost - problem.time_weight * problem.duration.value, free.cost, 1e-10 * dear.cost);
+  }
+}
+
 // Bodies in a row on joints of one kind, each moved about z alone.
 maneuver::Problem flapping_row(int bodies, model::JointKind kind) {
   maneuver::Problem problem;
@@ -112,8 +128,11 @@ TEST(UnusualGoals, where_the_swimmer_cannot_stay_are_searched) {
   problem.goal->move = {0.0, std::nullopt, std::nullopt};
   EXPECT_TRUE(met(problem));
   maneuver::Problem other = problem;
-  other.swimmer.joints[0].stiffness = 3.0;
+  other.swimmer.joints[1].stiffness = 3.0;  // bent
   EXPECT_FALSE(met(other));
+  other = problem;
+  other.swimmer.joints[0].stiffness = 3.0;  // at its zero angle
+  EXPECT_TRUE(met(other));
   other = problem;
   other.goal->rest = false;
   other.start.angular_velocity[1] = Vector3d(0, 0, 0.2);
