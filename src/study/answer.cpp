@@ -173,6 +173,12 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
   std::string words = "try ";
   if (solution.status == Status::time_limit) words += "a longer search.time_limit, ";
   if (!fading(problem, solution).empty()) words += "a distance (goal.move), ";
+  const auto& joints = problem.swimmer.joints;
+  const bool compliant = std::any_of(joints.begin(), joints.end(), [](const model::JointDescription& joint) {
+    return joint.stiffness > 0.0 || joint.damping > 0.0;
+  });
+  if (too_long_for_stages(problem, proof) && compliant)
+    words += "[integrator] scheme = \"midpoint\" (springs and dampers of light bodies ask for short stages), ";
   if (!far_turn(problem, solution).empty() || too_long_for_stages(problem, proof))
     words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
