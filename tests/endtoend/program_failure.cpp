@@ -233,6 +233,10 @@ TEST(Program, says_what_it_cannot_do_yet) {
   EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_NE(run.err.find("order4"), std::string::npos) << run.err;
   EXPECT_FALSE(fs::exists(folder / "run"));
+  const ProgramRun check = lamprey(folder, "check " + problem);  // a march may take the file
+  EXPECT_EQ(check.exit_code, 0) << check.err;
+  EXPECT_NE(check.out.find("Not for lamprey solve"), std::string::npos) << check.out;
+  EXPECT_EQ(lamprey(folder, "check " + example("translation")).out.find("Not for lamprey solve"), std::string::npos);
 }
 
 TEST(Program, says_which_limit_is_still_broken_when_its_time_is_up) {
