@@ -229,7 +229,37 @@ class NewtonMethod : public Method {
       found.outcome.evaluations = again.outcome.evaluations;
       if (steps == finest) break;
     }
+    if (problem_.duration.free && !found.converged()) try_given_durations(start, coarse, found);
     return found;
+  }
+
+  // Where a free duration leads astray: maneuvers in given ones, which then are set free.
+  void try_given_durations(int start, int steps, Found& found) const {
+    const maneuver::Duration& asked = problem_.duration;
+    for (const double duration : {std::sqrt(asked.min * asked.max), asked.value}) {
+      if (budget_.closing()) return;
+      Problem given = problem_;
+      given.duration.free = false;
+      given.duration.value = duration;
+      Found held;
+      held.outcome = found.outcome;
+      held.duration = duration;
+      Grid grid(system_, given, steps, reached_.coordinates, reached_.rows, maneuver::limit_rows(system_, given));
+      solve(grid, maneuver::random_guess(system_, grid.maneuver, seed_of_start(problem_, start)), fine_tolerance, held);
+      Found freed = held;
+      freed.limit_multipliers = {};
+      if (held.converged()) {
+        Grid free_grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
+        solve(free_grid, held.path, fine_tolerance, freed);
+        if (freed.converged()) {
+          found = freed;
+          return;
+        }
+      }
+      found.outcome.history = freed.outcome.history;
+      found.outcome.iterations = freed.outcome.iterations;
+      found.outcome.evaluations = freed.outcome.evaluations;
+    }
   }
 
   // Whether some coordinates are moved by no moment.
