@@ -251,7 +251,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (sought && moves && !std::isnan(solution.cost)) rows.emplace_back("Cost", grouped(solution.cost) + " (N m)² s");
   if (const auto shares = cost_shares(results); sought && moves && !shares.empty()) {
     std::vector<std::string> words;
-    for (const auto& [term, share] : shares) words.push_back(term + " " + number(share, 5));
+    for (const auto& [term, share] : shares) words.push_back(term + " " + grouped(share));
     rows.emplace_back("Shares of the cost", fmt::format("{} (N m)² s", fmt::join(words, ", ")));
   }
   if (moves && results.certificate && results.certificate->clearance)
