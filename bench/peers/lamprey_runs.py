@@ -44,7 +44,7 @@ def solve(program, example, folder, steps, seed, scheme="trapezoid"):
     """From one first guess, on one core."""
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    text = varied(pathlib.Path(example).read_text(encoding="utf-8"), 
+    text = varied(pathlib.Path(example).read_text(encoding="utf-8"),
                   {"steps": steps, "starts": 1, "seed": seed, "scheme": f'"{scheme}"'})
     text = re.sub(r"(?m)^hops\s*=.*\n", "", text)
     if scheme == "order4":  # whose effort is exact

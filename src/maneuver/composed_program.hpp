@@ -50,7 +50,7 @@ class ComposedProgram : public optimizer::StageProgram {
   const std::vector<VectorXd>& trial_gaps() const { return trial_.missing; }
   const std::vector<VectorXd>& gap_multipliers() const { return multiplier_; }
   /// What the polynomials cost, and the same at the trial point.
-  double cost() const { return now_.cost; }
+  double cost() const override { return now_.cost; }
   double trial_cost() const { return trial_.cost; }
   /// Largest missing impulse at the point, as a share of the largest momentum.
   double gap() const;

@@ -206,7 +206,6 @@ struct LinearStages {
   std::vector<double> weight;         // [M+1] s, of the trapezoid rule
   std::vector<StageTangent> tangent;  // [M]
   std::vector<ReferenceState> state;  // [M+1]
-  bool of_several_steps;              // between gains, or stages of a scheme
   int count() const { return static_cast<int>(tangent.size()); }
 };
 
@@ -232,7 +231,6 @@ LinearStages linear_stages(const System& system, const Problem& problem, const S
     stages.weight[m + 1] += 0.5 * length;
   }
   for (int k : stages.node) stages.state.push_back(motion.state(k));
-  stages.of_several_steps = stride > 1 || !integrator::single_step(problem.scheme);
   return stages;
 }
 
@@ -354,8 +352,8 @@ Feedback design_feedback(const System& system, const Problem& problem, const Sol
     feedback.gain.push_back(gain * basis.transpose() * unit.cwiseInverse().asDiagonal());
     if (!feedback.gain.back().allFinite()) throw std::domain_error("the gains are not finite");
   }
-  // What the last node alone would answer acts across an interval of several stages as a law of hundreds of times the gain.
-  if (cycles == 1 && stages.of_several_steps && nodes > 1) feedback.gain.back() = feedback.gain[at(nodes - 2)];
+  // What the last node alone would answer, up to hundreds of times the other gains, the stages of a step cannot march.
+  if (cycles == 1 && !integrator::single_step(problem.scheme)) feedback.gain.back() = feedback.gain[at(nodes - 2)];
   return feedback;
 }
 

@@ -39,7 +39,7 @@ class ShapeProgram : public optimizer::StageProgram {
   /// Starts from another duration, where it is free. Before go_to.
   void take_duration(double duration) { now_.stretch = duration / (h_ * steps_); }
   /// The cost by its rule, without what limits add.
-  double cost() const { return now_.cost; }
+  double cost() const override { return now_.cost; }
   /// What it is made of, before weighting.
   CostParts cost_parts() const;
 

@@ -1,6 +1,7 @@
 // What a person writes about a swimmer: plain numbers, validated by model::System and by the reader of problem files.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -38,12 +39,17 @@ struct JointDescription {
   std::optional<std::vector<Eigen::Vector3d>> control_axes;  // parent's frame at zero angle; default: all free ones
   double stiffness = 0.0;                                    // N m/rad about the zero angle
   double damping = 0.0;                                      // N m s/rad
+  bool compliant() const { return stiffness > 0.0 || damping > 0.0; }
 };
 
 struct SwimmerDescription {
   double density = 0.0;  // kg/m³ of the fluid; 0 is a vacuum
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
+  /// Whether any joint has a spring or a damper.
+  bool compliant() const {
+    return std::any_of(joints.begin(), joints.end(), [](const JointDescription& joint) { return joint.compliant(); });
+  }
 };
 
 }  // namespace lamprey::model

@@ -310,9 +310,8 @@ bool StageNewton::follow(StageProgram& program, const Options& options, Outcome&
 
 void StageNewton::record(const StageProgram& program, Outcome& outcome) const {
   ++outcome.iterations;
-  const double cost = program.merit().cost - program.merit().gaps;
-  outcome.history.push_back(
-      {outcome.iterations, cost, program.merit().violation, change_, program.goal_error(), length_, program.drift()});
+  outcome.history.push_back({outcome.iterations, program.cost(), program.merit().violation, change_,
+                             program.goal_error(), length_, program.drift()});
 }
 
 // One step from the model at the point.
@@ -356,7 +355,7 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
   const auto finish = [&](Termination termination, const char* reason) {
     outcome.termination = termination;
     outcome.reason = reason;
-    outcome.objective = program.merit().cost - program.merit().gaps;
+    outcome.objective = program.cost();
     outcome.infeasibility = program.merit().violation;
   };
   bool interrupted = false;

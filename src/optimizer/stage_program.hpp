@@ -94,6 +94,8 @@ class StageProgram {
   virtual ~StageProgram() = default;
   virtual StageSizes sizes() const = 0;
   virtual const Merit& merit() const = 0;
+  /// The point's cost for people, where merit().cost is more or less than that.
+  virtual double cost() const { return merit().cost; }
   /// Whether the point came with multipliers; else a search estimates them first.
   virtual bool has_multipliers() const { return false; }
   /// The model at the point, the Lagrangian with the point's multipliers.

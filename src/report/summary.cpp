@@ -249,7 +249,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   const bool sought = solution.status != Status::simulated, moves = !without_motion(results);
   std::vector<std::pair<std::string, std::string>> rows;
   if (sought && moves && !std::isnan(solution.cost)) rows.emplace_back("Cost", grouped(solution.cost) + " (N m)² s");
-  if (const auto shares = cost_shares(results); sought && moves && !shares.empty()) {
+  if (const auto shares = cost_shares(results); sought && moves && !std::isnan(solution.cost) && !shares.empty()) {
     std::vector<std::string> words;
     for (const auto& [term, share] : shares) words.push_back(term + " " + grouped(share));
     rows.emplace_back("Shares of the cost", fmt::format("{} (N m)² s", fmt::join(words, ", ")));

@@ -173,11 +173,7 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
   std::string words = "try ";
   if (solution.status == Status::time_limit) words += "a longer search.time_limit, ";
   if (!fading(problem, solution).empty()) words += "a distance (goal.move), ";
-  const auto& joints = problem.swimmer.joints;
-  const bool compliant = std::any_of(joints.begin(), joints.end(), [](const model::JointDescription& joint) {
-    return joint.stiffness > 0.0 || joint.damping > 0.0;
-  });
-  if (too_long_for_stages(problem, proof) && compliant)
+  if (too_long_for_stages(problem, proof) && problem.swimmer.compliant())
     words += "[integrator] scheme = \"midpoint\" (springs and dampers of light bodies ask for short stages), ";
   if (!far_turn(problem, solution).empty() || too_long_for_stages(problem, proof))
     words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
@@ -371,10 +367,10 @@ std::string fault(const Problem& problem, const Certificate& proof) {
 void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
   std::string missing = unmet(problem, proof);
   const double duration = solution.time.empty() ? 0.0 : solution.time.back() - solution.time.front();
-  const bool beyond_bounds =
-      problem.duration.free && !solution.time.empty() &&
-      (duration > problem.duration.max * (1.0 + limit_mark) || duration < problem.duration.min * (1.0 - limit_mark));
-  if (!missing.empty() && beyond_bounds) missing += ", in " + number(duration, 3) + " s, beyond time.min and time.max";
+  const bool above = duration > problem.duration.max * (1.0 + limit_mark);
+  const bool below = duration < problem.duration.min * (1.0 - limit_mark);
+  if (!missing.empty() && problem.duration.free && !solution.time.empty() && (above || below))
+    missing += ", in " + number(duration, 3) + " s, beyond " + (above ? "time.max" : "time.min");
   const std::string other = proof.equation_residual <= proof.equation_allowed() ? foreign(proof) : "";
   const bool said = !solution.message.empty() && solution.message != "converged";
   const std::string stopped = said ? " The optimiser stopped: " + solution.message + "." : "";

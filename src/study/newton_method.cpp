@@ -225,41 +225,43 @@ class NewtonMethod : public Method {
     for (int steps = coarse; may_need_more_steps(found); steps = std::min(2 * steps, finest)) {
       const Found again = solve_guess(start, steps, fine_tolerance, found.outcome);
       if (again.converged()) return again;
-      found.outcome.iterations = again.outcome.iterations;
-      found.outcome.evaluations = again.outcome.evaluations;
+      add_effort(again, found);
       if (steps == finest) break;
     }
-    if (problem_.duration.free && !found.converged()) try_given_durations(start, coarse, found);
+    if (!problem_.duration.free) return found;
+    const maneuver::Duration& asked = problem_.duration;  // which may lead astray
+    for (const double duration : {std::sqrt(asked.min * asked.max), asked.value}) {
+      if (found.converged() || budget_.closing()) break;
+      const Found again = solve_held(start, coarse, duration, found.outcome);
+      if (again.converged()) return again;
+      add_effort(again, found);
+    }
     return found;
   }
 
-  // Where a free duration leads astray: maneuvers in given ones, which then are set free.
-  void try_given_durations(int start, int steps, Found& found) const {
-    const maneuver::Duration& asked = problem_.duration;
-    for (const double duration : {std::sqrt(asked.min * asked.max), asked.value}) {
-      if (budget_.closing()) return;
-      Problem given = problem_;
-      given.duration.free = false;
-      given.duration.value = duration;
-      Found held;
-      held.outcome = found.outcome;
-      held.duration = duration;
-      Grid grid(system_, given, steps, reached_.coordinates, reached_.rows, maneuver::limit_rows(system_, given));
-      solve(grid, maneuver::random_guess(system_, grid.maneuver, seed_of_start(problem_, start)), fine_tolerance, held);
-      Found freed = held;
-      freed.limit_multipliers = {};
-      if (held.converged()) {
-        Grid free_grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
-        solve(free_grid, held.path, fine_tolerance, freed);
-        if (freed.converged()) {
-          found = freed;
-          return;
-        }
-      }
-      found.outcome.history = freed.outcome.history;
-      found.outcome.iterations = freed.outcome.iterations;
-      found.outcome.evaluations = freed.outcome.evaluations;
-    }
+  // Of another try, which did not arrive.
+  static void add_effort(const Found& tried, Found& found) {
+    found.outcome.history = tried.outcome.history;
+    found.outcome.iterations = tried.outcome.iterations;
+    found.outcome.evaluations = tried.outcome.evaluations;
+  }
+
+  // From a first guess in a given duration, which then is set free.
+  Found solve_held(int start, int steps, double duration, const Outcome& before) const {
+    Problem held = problem_;
+    held.duration.free = false;
+    held.duration.value = duration;
+    Found found;
+    found.outcome = before;
+    found.duration = duration;
+    Grid grid(system_, held, steps, reached_.coordinates, reached_.rows, maneuver::limit_rows(system_, held));
+    solve(grid, first_guess(grid, start), fine_tolerance, found);
+    if (!found.converged()) return found;
+    const NodePath path = std::move(found.path);
+    found.limit_multipliers = {};  // of fewer rows
+    Grid freed(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
+    solve(freed, path, fine_tolerance, found);
+    return found;
   }
 
   // Whether some coordinates are moved by no moment.
@@ -276,11 +278,15 @@ class NewtonMethod : public Method {
     Found found;
     found.outcome = before;
     Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
+    solve(grid, first_guess(grid, start), tolerance, found);
+    return found;
+  }
+
+  NodePath first_guess(const Grid& grid, int start) const {
     NodePath guess = maneuver::random_guess(system_, grid.maneuver, seed_of_start(problem_, start));
     if (passive() && !problem_.goal->periodic)
       guess = maneuver::with_passive_joints(system_, grid.maneuver, reached_.coordinates, guess).value_or(guess);
-    solve(grid, guess, tolerance, found);
-    return found;
+    return guess;
   }
 
   Found carry_on(const Found& from, int steps, double tolerance) const {
@@ -431,11 +437,7 @@ bool newton_takes(const System& system, const Problem& problem) {
   const bool more = problem.limits.any() || problem.cost_weights.any() || problem.duration.free ||
                     !problem.waypoints.empty() || (problem.goal && problem.goal->periodic);
   if (!integrator::single_step(problem.scheme) && more) return false;
-  const auto& joints = system.joints();
-  const bool springs = std::any_of(joints.begin(), joints.end(), [](const model::Joint& joint) {
-    return joint.stiffness > 0.0 || joint.damping > 0.0;
-  });
-  if (problem.duration.free && springs) return false;  // equations 10.8 and 10.9 know none
+  if (problem.duration.free && problem.swimmer.compliant()) return false;  // equations 10.8 and 10.9 know none
   return !maneuver::has_momentum(system, problem.start);
 }
 
