@@ -20,12 +20,6 @@ void check_start(const maneuver::Problem& problem);
 /// The goal asks for something, names bodies that exist and does not contradict itself, the joints or the start.
 void check_goal(const maneuver::Problem& problem);
 
-/// Limits name joints that exist and quantities that these joints have.
-void check_limits(const maneuver::Problem& problem);
-
-/// Waypoints ask for something, at nodes between start and end.
-void check_waypoints(const maneuver::Problem& problem);
-
 /// Cost rule, spline points and search method go with scheme, steps and control kind.
 void check_transcription(const maneuver::Problem& problem);
 

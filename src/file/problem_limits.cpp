@@ -1,6 +1,11 @@
 #include "file/problem_limits.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include <fmt/format.h>
+
+#include "file/words.hpp"
 
 namespace lamprey::file {
 
@@ -9,6 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using maneuver::Limits;
 using maneuver::Problem;
+using model::JointDescription;
 
 constexpr double half_turn = 3.14159265358979323846;
 
@@ -63,6 +69,40 @@ void read_keep_out(const TableReader& table, Limits& limits) {
   }
 }
 
+void refuse_moments_of(const JointDescription& joint, const Limits& limits) {
+  for (const auto& [quantity, by_joint] :
+       {std::pair("torque", &limits.joint_torque), std::pair("torque_component", &limits.joint_torque_component)})
+    if (by_joint->contains(joint.name))
+      refuse(key_path(fmt::format("limits.{}", quantity), joint.name),
+             joint.kind == JointKind::fixed ? "a limit on a fixed joint" : "a limit on a joint with actuated = false",
+             "on joints that exert moments", "remove it");
+}
+
+// What two waypoints at one time ask for differently, as a key; empty: nothing.
+std::string contradiction(const maneuver::Waypoint& first, const maneuver::Waypoint& second) {
+  for (std::size_t c = 0; c < 3; ++c)
+    if (first.move[c] && second.move[c] && *first.move[c] != *second.move[c]) return "move";
+  if (first.turn && second.turn && *first.turn != *second.turn) return "turn";
+  for (const auto& [body, rotation] : first.rotation)
+    if (const auto other = second.rotation.find(body); other != second.rotation.end() && other->second != rotation)
+      return key_path("rotation", body);
+  return "";
+}
+
+void check_waypoints_agree(const Problem& problem) {
+  for (std::size_t n = 0; n < problem.waypoints.size(); ++n)
+    for (std::size_t m = 0; m < n; ++m) {
+      const double apart = problem.waypoints[n].time - problem.waypoints[m].time;
+      const std::string what = std::abs(apart) < 0.5 * problem.time_step()
+                                   ? contradiction(problem.waypoints[m], problem.waypoints[n])
+                                   : std::string();
+      if (!what.empty())
+        refuse(fmt::format("waypoint[{}].{}", n, what),
+               fmt::format("another {} than that of waypoint[{}], at the same time", what, m),
+               "waypoints that can be met together", "change one of them, or its time");
+    }
+}
+
 }  // namespace
 
 bool says_free(const TomlValue& value) { return value.kind == TomlValue::Kind::string && value.text == "free"; }
@@ -115,6 +155,50 @@ void read_waypoints(const TableReader& document, Problem& problem) {
       waypoint.rotation[member.key] = *rotation.vector(member.key, turn());
     problem.waypoints.push_back(waypoint);
   }
+}
+
+void check_limits(const Problem& problem) {
+  for (const JointDescription& joint : problem.swimmer.joints) {
+    const bool no_arms = joint.parent_offset.isZero(0.0) || joint.child_offset.isZero(0.0);
+    for (const auto& [quantity, limits] :
+         {std::pair("swing", &problem.limits.swing), std::pair("twist", &problem.limits.twist)}) {
+      if (!limits->contains(joint.name)) continue;
+      const std::string key = key_path(fmt::format("limits.{}", quantity), joint.name);
+      if (joint.kind == JointKind::fixed) refuse(key, "a limit on a fixed joint", "on joints that move", "remove it");
+      if (no_arms)
+        refuse(key, "a joint at a mass centre", "only with parent_offset and child_offset that are not zero",
+               "remove it: the angle has no meaning there");
+    }
+    if (joint.kind == JointKind::fixed || !joint.actuated) refuse_moments_of(joint, problem.limits);
+    if (problem.limits.angle.contains(joint.name) && joint.kind != JointKind::hinge)
+      refuse(key_path("limits.angle", joint.name), fmt::format("a {} joint", word(joint.kind)), "on hinges only",
+             "use limits.swing and limits.twist instead");
+  }
+}
+
+void check_waypoints(const Problem& problem) {
+  for (std::size_t n = 0; n < problem.waypoints.size(); ++n) {
+    const maneuver::Waypoint& waypoint = problem.waypoints[n];
+    const std::string key = fmt::format("waypoint[{}]", n);
+    if (!problem.goal)
+      refuse(key, "a waypoint without [goal]", "waypoints of a maneuver", "add a [goal], or remove it");
+    const double step = waypoint.time / problem.time_step();
+    const bool on_node = std::abs(step - std::round(step)) < 1e-6;
+    if (!problem.duration.free && (!on_node || std::round(step) < 1.0 || std::round(step) >= problem.steps))
+      refuse(key + ".time", fmt::format("{} s", waypoint.time),
+             fmt::format("a whole number of steps of {} s, after the start and before the end at {} s",
+                         problem.time_step(), problem.duration.value),
+             problem.steps < 2 ? "take more time.steps"
+                               : fmt::format("as in {:.12g}", problem.time_step() * std::clamp(std::round(step), 1.0,
+                                                                                               problem.steps - 1.0)));
+    if (problem.duration.free)
+      refuse(key, "a waypoint with a free duration", "waypoints at fixed times", "fix time.duration");
+    bool moves = false;
+    for (const auto& entry : waypoint.move) moves = moves || entry.has_value();
+    if (!moves && !waypoint.turn && waypoint.rotation.empty())
+      refuse(key, "nothing asked for", "at least one of move, turn, rotation.NAME", "add one, or remove the waypoint");
+  }
+  check_waypoints_agree(problem);
 }
 
 }  // namespace lamprey::file

@@ -16,4 +16,10 @@ std::array<std::optional<double>, 3> read_move(const TableReader& table);
 void read_limits(const TableReader& table, maneuver::Problem& problem);
 void read_waypoints(const TableReader& document, maneuver::Problem& problem);
 
+/// Limits are of quantities that their joints have: throws model::InputError with the key alone, as do the next.
+void check_limits(const maneuver::Problem& problem);
+
+/// Waypoints ask for something, at nodes between start and end, and do not contradict each other.
+void check_waypoints(const maneuver::Problem& problem);
+
 }  // namespace lamprey::file

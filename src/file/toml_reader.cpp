@@ -43,9 +43,6 @@ void append_shown(const TomlValue& value, std::string& text) {
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  constexpr std::size_t longest = 64;
-  a = a.substr(0, longest);
-  b = b.substr(0, longest);
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
   for (std::size_t i = 1; i <= a.size(); ++i) {
@@ -58,6 +55,25 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     }
   }
   return row[b.size()];
+}
+
+std::size_t longest_shared_piece(std::string_view a, std::string_view b) {
+  std::size_t longest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      std::size_t length = 0;
+      while (i + length < a.size() && j + length < b.size() && a[i + length] == b[j + length]) ++length;
+      longest = std::max(longest, length);
+    }
+  return longest;
+}
+
+// Mistyped letters count against a candidate; what both words share in one piece counts for it, so that parts and longer
+// forms of a word lead to it.
+int strangeness(std::string_view word, std::string_view candidate) {
+  constexpr std::size_t longest = 64;
+  word = word.substr(0, longest);
+  return static_cast<int>(edit_distance(word, candidate)) - static_cast<int>(longest_shared_piece(word, candidate));
 }
 
 std::string_view kind_cure(Kind kind) {
@@ -83,7 +99,7 @@ void refuse(const std::string& key, const std::string& found, const std::string&
 
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
   const auto closer = [&](const std::string& a, const std::string& b) {
-    return edit_distance(word, a) < edit_distance(word, b);
+    return strangeness(word, a) < strangeness(word, b);
   };
   const auto best = std::min_element(candidates.begin(), candidates.end(), closer);
   return best == candidates.end() ? std::string() : *best;

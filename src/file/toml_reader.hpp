@@ -20,7 +20,7 @@ namespace lamprey::file {
 [[noreturn]] void refuse(const std::string& key, const std::string& found, const std::string& allowed,
                          const std::string& cure);
 
-/// The candidate with the smallest edit distance to `word`; empty when there is none.
+/// The candidate that `word` was most likely meant to be: few mistyped letters, a long piece in common; empty when there is none.
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
 /// The value as a person would write it, shortened, on one line.
