@@ -187,7 +187,7 @@ class CostStages {
     MatrixXd map = MatrixXd::Zero(2 * turns_, all_);
     if (effort_.basis[at(k)].size() > 0) map.topLeftCorner(turns_, reached_) = turned_by(k);
     const MatrixXd there = turned_by(k + 1);
-    map.bottomLeftCorner(turns_, reached_) = there * stage(k).A.topLeftCorner(reached_, reached_);
+    map.bottomLeftCorner(turns_, states_) = there * stage(k).A.topRows(reached_);
     map.bottomRightCorner(turns_, controls_) = there * stage(k).B.topRows(reached_);
     form += map.transpose() * turn.curvature * map;
     return turn.slope * map;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "certificate/compliance_in_time.hpp"
 #include "certificate/gait_ends.hpp"
 #include "certificate/optimality.hpp"
 #include "certificate/stage_motion.hpp"
@@ -15,6 +16,7 @@ using model::at;
 
 constexpr double dependent_goal_row = 1e-9;  // of the longest
 constexpr double start_share = 1e-3;         // of the effort: a gait's start moved by 1 rad, in the metric
+constexpr double time_beside_reach = 1e-6;   // of the largest, what a duration may move that moments do not reach
 
 bool find_reach(StepTangents tangents, EffortChain& effort) {
   for (const MatrixXd& A : tangents.A)
@@ -22,6 +24,19 @@ bool find_reach(StepTangents tangents, EffortChain& effort) {
   effort.basis = reached_bases(tangents);
   effort.tangents = std::move(tangents);
   return !effort.basis.empty();
+}
+
+// What a free duration moves through springs and dampers. False where moments do not reach it.
+bool find_time(const StoredMotion& motion, EffortChain& effort) {
+  double largest = 0.0, beside = 0.0;
+  std::vector<VectorXd> steps = steps_by_duration(motion, effort.tangents);
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    const MatrixXd& basis = effort.basis[k + 1];
+    effort.by_duration.emplace_back(basis.transpose() * steps[k]);
+    largest = std::max(largest, steps[k].norm());
+    beside = std::max(beside, (steps[k] - basis * effort.by_duration.back()).norm());
+  }
+  return beside <= time_beside_reach * largest;
 }
 
 void set_goal(const StoredMotion& motion, const integrator::State& last, double momentum_scale, EffortChain& effort) {
@@ -142,6 +157,7 @@ std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momen
   EffortChain effort;
   effort.input = actuated_moments(motion).transpose();
   if (!find_reach(step_tangents(motion), effort)) return std::nullopt;
+  if (!find_time(motion, effort)) return std::nullopt;
   const std::vector<integrator::State> states = node_states(motion);
   set_goal(motion, states.back(), momentum_scale, effort);
   if (periodic(motion) && !set_free_start(motion, states, effort)) return std::nullopt;

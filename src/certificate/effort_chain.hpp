@@ -21,6 +21,8 @@ struct EffortChain {
   Eigen::Index closure = 0;      // first row of the closure
   MatrixXd start;                // [n][free] directions of a gait's first state, in units of the tangents
   std::size_t first = 0;         // stage of node 0
+  std::vector<VectorXd>
+      by_duration;  // [N][reached] next states by the duration's logarithm, where springs or dampers tell it
 };
 
 /// With the moments at the nodes as inputs. Nothing where a step is singular or the reached spaces do not fit together.

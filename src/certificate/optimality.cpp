@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "certificate/compliance_in_time.hpp"
 #include "certificate/cost_check.hpp"
 #include "certificate/gait_ends.hpp"
 #include "certificate/goal_check.hpp"
@@ -120,7 +121,7 @@ struct FreeColumns {
 };
 
 // Rows of a range's end state, pulled back to its start and the moments on the way; and by the logarithm of the time
-// step, by what momenta and impulses scale with: h μ and h² u (equation 10.8).
+// step, by what momenta and impulses scale with, h μ and h² u (equation 10.8), and by what springs and dampers feel (6.24).
 struct RangeRows {
   integrator::SweptGradients swept;
   VectorXd by_log_time_step;  // [rows]
@@ -130,7 +131,22 @@ struct Tables {
   const StoredMotion& motion;
   std::vector<integrator::State> state;  // [N + 1]
   MatrixXd moment;                       // [controls][N + 1]
+  std::vector<TimedImpulses> timed;      // [N], empty where no step's length is felt
 };
+
+// What springs and dampers add to the rows by the logarithm of the time step.
+VectorXd compliance_by_log_time_step(const Tables& tables, integrator::StepRange range, const MatrixXd& rows) {
+  VectorXd result = VectorXd::Zero(rows.rows());
+  if (tables.timed.empty()) return result;
+  const Eigen::Index momenta = tables.motion.system.velocity_count();
+  MatrixXd carried = rows;
+  for (int k = range.last - 1; k >= range.first; --k) {
+    result += carried.rightCols(momenta) * tables.timed[at(k)].plus;
+    carried = sweep(tables.motion, {k, k + 1}, carried).by_start;
+    result -= carried.rightCols(momenta) * tables.timed[at(k)].minus;
+  }
+  return result;
+}
 
 RangeRows pull_back(const Tables& tables, integrator::StepRange range, const MatrixXd& rows) {
   RangeRows result{sweep(tables.motion, range, rows), {}};
@@ -139,6 +155,7 @@ RangeRows pull_back(const Tables& tables, integrator::StepRange range, const Mat
       result.swept.by_start.rightCols(momenta) * tables.state[at(range.first)].momentum +
       2.0 * result.swept.by_control * tables.moment.middleCols(range.first, range.nodes()).reshaped() -
       rows.rightCols(momenta) * tables.state[at(range.last)].momentum;
+  result.by_log_time_step += compliance_by_log_time_step(tables, range, rows);
   return result;
 }
 
@@ -207,7 +224,7 @@ Conditions spanning_conditions(const Tables& tables, const MatrixXd& end_rows, c
 }
 
 Tables tables_of(const StoredMotion& motion) {
-  return {motion, node_states(motion), actuated_moments(motion).transpose()};
+  return {motion, node_states(motion), actuated_moments(motion).transpose(), timed_impulses(motion)};
 }
 
 }  // namespace

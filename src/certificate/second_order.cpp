@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "certificate/compliance_in_time.hpp"
 #include "certificate/cost_order.hpp"
 #include "certificate/gait_ends.hpp"
 #include "certificate/spline_order.hpp"
@@ -83,7 +84,7 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
     if (!with_before) {
       map.topLeftCorner(size, reached) = here;
     } else {
-      map.topLeftCorner(place, reached) = here * stage.A.topLeftCorner(reached, reached);
+      map.topLeftCorner(place, states) = here * stage.A.topRows(reached);
       map.topRightCorner(place, controls) = here * stage.B.topRows(reached);
       if (bound.node > 1 || effort.first > 0)
         map.block(place, 0, before, reached) = configuration(effort, place, bound.node - 1).topRows(before);
@@ -261,7 +262,10 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   chain.end_form.topLeftCorner(reached, reached) = here.topRows(turns).transpose() * at_end * here.topRows(turns);
   std::optional<Eigen::Index> duration;
   if (motion.problem.duration.free && !duration_holds(motion)) duration = chain.end_form.rows();
-  if (duration) add_duration(motion, effort, chain);
+  if (duration) {
+    add_duration(motion, effort, chain);
+    add_compliance_in_time(motion, effort, costates.at_node, chain);
+  }
   for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, duration, chain);
   if (motion.problem.cost_weights.any())
     add_costs(motion, effort, kinks_of(motion, powers_of(motion)), duration, chain);

@@ -79,10 +79,6 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
   if (!problem.goal)
     refuse("goal", "no [goal]", "a [goal] with move, turn, rotation.NAME or rest",
            "add one; `lamprey simulate` needs none");
-  if (problem.duration.free && problem.swimmer.compliant())
-    refuse_unsupported(
-        "time.duration", "\"free\" with a spring or damper at a joint", "a number > 0 (s)",
-        fmt::format("fix it, for instance at {}, and compare the costs of several", problem.duration.value));
   const bool composed = !integrator::single_step(problem.scheme);
   const bool spline = problem.control == maneuver::ControlKind::spline;
   if (!transcribed && !composed) return;

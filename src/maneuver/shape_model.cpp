@@ -90,13 +90,7 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
         hessian.bottomRightCorner<3, 3>().lazyProduct(pose_turn);
     Q.block(ends, ends, pose_, pose_) = pose_turn.transpose().lazyProduct(half);
   }
-  if (maneuver_.free_duration) {  // equation 10.9
-    ends_rate_.setZero();
-    optimizer::add_transposed_image(1.0, after_.plus, next.multiplier, ends_rate_);
-    optimizer::add_transposed_image(-1.0, after_.minus, node.multiplier, ends_rate_);
-    Q.row(tau()).head(ends) = ends_rate_.transpose();
-    Q.col(tau()).head(ends) = ends_rate_;
-  }
+  if (maneuver_.free_duration) model_impulses_in_time(k, node, next, Q);
 
   // turns against the node before, weighed by the joints' inertia
   MatrixXd& metric = last ? model.metric_end : model.stage[at(leads_ + k + 1)].metric;
@@ -157,44 +151,6 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   stage.r = node.by_control;
   stage.gradient = stage.weight * now_.moment[at(k)].head(controls_).lpNorm<Eigen::Infinity>();
   if (maneuver_.free_duration) model_duration(k, node, stage);
-}
-
-// Equations 10.8 and 10.9, after model_motion.
-void ShapeProgram::model_duration(int k, const NodeModel& node, Stage& stage) {
-  const int n = shape_;
-  const VectorXd& moment = now_.moment[at(k)];
-  rate_.setZero();
-  optimizer::add_image(2.0, equations_.topRightCorner(n, n), moment, rate_);
-  if (k == 0 && !start_impulse_.isZero(0.0)) {
-    start_equations_.topLeftCorner(n, n) = after_.minus.rightCols(n);
-    start_equations_.col(n).head(n) = start_impulse_;
-    algebra::solve_columns(n, start_equations_);
-    rate_ += start_equations_.col(n).head(n);
-  }
-  stage.A.block(n, tau(), n, 1) = rate_;
-  algebra::set_product(pose_step_.rightCols(n), rate_, stage.A.block(2 * n, tau(), pose_, 1));
-  add_duration(node, moment, stage.weight, stage.Q, stage.q);
-  stage.S.col(tau()) = moment.head(controls_);
-  stage.S.col(tau()) *= stage.weight;
-  stage.S.col(tau()) -= node.by_control;
-  if (k == 0) stage.Q(tau(), tau()) += node.multiplier.dot(start_impulse_);
-}
-
-// What the logarithm of the duration does at a node: the effort lasts longer, moments fall with its square.
-void ShapeProgram::add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q,
-                                VectorXd& q) {
-  const double effort = 0.5 * weight * moment.head(controls_).squaredNorm();
-  q[tau()] += effort;
-  Q(tau(), tau()) += effort;
-  add_effort_mixed(node, moment, shape_, Q);
-}
-
-// And with the shape that lies at `place` of a state.
-void ShapeProgram::add_effort_mixed(const NodeModel& node, const VectorXd& moment, int place, MatrixXd& Q) {
-  mixed_.setZero();
-  optimizer::add_transposed_image(2.0, node.control_by_shape, moment.head(controls_), mixed_);
-  Q.row(tau()).segment(place, shape_) += mixed_.transpose();
-  Q.col(tau()).segment(place, shape_) += mixed_;
 }
 
 // What a step only carries on.
@@ -276,9 +232,7 @@ void ShapeProgram::find_end_moments_by_state() {
     moments_of(first_minus_);
     end_by_state_.middleCols(copies(), 2 * n) = solved;
   }
-  if (!maneuver_.free_duration) return;
-  end_by_state_.col(tau()) = now_.moment.back();
-  end_by_state_.col(tau()) *= -2.0;
+  if (maneuver_.free_duration) find_end_moments_by_duration();
 }
 
 void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {

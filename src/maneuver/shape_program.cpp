@@ -65,6 +65,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       buffer_(system.body_count()),
       along_(shape_size(system)),
       spread_(at(system.body_count()), Vector3d::Zero()),
+      spread_next_(spread_),
       spread_turn_(spread_),
       work_(shape_size(system), moments_.size()),
       by_shape_(controls_, shape_size(system)),
@@ -83,13 +84,19 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       ends_rate_(2 * shape_),
       mixed_(shape_),
       by_moments_(controls_),
-      start_equations_(MatrixXd::Zero(mechanics::rows_for(shape_), shape_ + 1)),
+      timed_equations_(MatrixXd::Zero(mechanics::rows_for(shape_), shape_ + 1)),
+      timed_minus_(VectorXd::Zero(shape_)),
+      timed_before_(timed_minus_),
+      timed_plus_(timed_minus_),
+      timed_first_(timed_minus_),
+      timed_(timed_minus_),
       by_first_(shape_size(system) + 6),
       by_last_(shape_size(system) + 6),
       four_tangents_(4),
       four_hessians_(4, MatrixXd(2 * shape_ + 3, 2 * shape_ + 3)),
       first_node_(node_.front()) {
   if (FourSteps::serves(system, maneuver.lagrangian)) four_steps_.emplace(system, maneuver.lagrangian, shape_basis_);
+  if (maneuver.free_duration && system.compliant()) compliant_time_.emplace(system);
   if (limits_.of_moments() && by_shapes()) moments_of_stage_.assign(at(steps_), MatrixXd(shape_, 3 * shape_));
   take_start_impulse();
   for (Motion* motion : {&now_, &trial_}) {
@@ -231,7 +238,7 @@ void ShapeProgram::follow_root(int k, Motion& motion) const {
   const Rotations& R = motion.rotation[at(k)];
   Rotations& R_next = motion.rotation[at(k + 1)];
   maneuver::follow_root(R, motion.shape[at(k + 1)], step, R_next);
-  if (!terms_.empty()) mechanics::interval_between(system_, R, R_next, step.interval.displacement, step.interval);
+  if (wants_intervals()) mechanics::interval_between(system_, R, R_next, step.interval.displacement, step.interval);
   motion.position[at(k + 1)] = motion.position[at(k)] + step.interval.displacement;
 }
 

@@ -12,6 +12,7 @@
 #include "maneuver/limit_terms.hpp"
 #include "maneuver/moment_basis.hpp"
 #include "maneuver/node_path.hpp"
+#include "mechanics/compliant_time.hpp"
 #include "optimizer/stage_program.hpp"
 
 namespace lamprey::maneuver {
@@ -132,6 +133,9 @@ class ShapeProgram : public optimizer::StageProgram {
   void solve_moments(VectorXd& values);
   Vector6d spread_pose(const Eigen::Ref<const VectorXd>& pose) const;
   const VectorXd& spread_shape(double factor, const Eigen::Ref<const VectorXd>& shape);
+  void model_impulses_in_time(int k, const NodeModel& node, const NodeModel& next, MatrixXd& Q);
+  void along_shape(const mechanics::Freedoms& freedoms, VectorXd& shape);
+  void find_end_moments_by_duration();
   void model_duration(int k, const NodeModel& node, optimizer::Stage& stage);
   void add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q, VectorXd& q);
   void add_effort_mixed(const NodeModel& node, const VectorXd& moment, int place, MatrixXd& Q);
@@ -187,7 +191,9 @@ class ShapeProgram : public optimizer::StageProgram {
   // Whether a node's moments follow from the last state: a periodic motion begins with those of its end.
   bool of_the_end(int k) const { return k == steps_ || (k == 0 && maneuver_.periodic); }
   int idle() const { return shape_ - controls_; }
-  bool keeps_roots_alone() const { return four_steps_ && use_ == Steps::faithful && terms_.empty(); }
+  // Whether more than the root's motion is asked of a step.
+  bool wants_intervals() const { return !terms_.empty() || compliant_time_; }
+  bool keeps_roots_alone() const { return four_steps_ && use_ == Steps::faithful && !wants_intervals(); }
   bool by_shapes() const { return idle() == 0 && terms_.empty() && !maneuver_.free_duration && !maneuver_.periodic; }
   // Where the pose's first coordinates are the root's turn, four steps write their Hessians where the model wants them.
   bool hessians_in_place() const { return four_steps_ && all_poses_; }
@@ -209,7 +215,8 @@ class ShapeProgram : public optimizer::StageProgram {
   int leads_;  // stages before the first step
   double h_;
   ShapeKernel kernel_;
-  std::optional<FourSteps> four_steps_;  // where it serves
+  std::optional<FourSteps> four_steps_;                     // where it serves
+  std::optional<mechanics::CompliantTime> compliant_time_;  // of springs and dampers where the duration is free
   MomentBasis moments_;
   EndCurvature end_curvature_;
   LimitTerms limits_;
@@ -229,22 +236,25 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<MatrixXd> next_by_idle_;     // [N][n][idle] next state by idle moments
   double metric_scale_ = 1.0;              // N m, what moments are like
   mechanics::Interval buffer_;
-  VectorXd along_;                         // [shape_size]
-  mechanics::Freedoms spread_;             // [bodies]
-  mechanics::Vectors spread_turn_;         // [bodies]
-  MatrixXd work_, by_shape_;               // [shape_size][f], [controls][shape_size]
-  MatrixXd equations_;                     // [f, up to a multiple of four][4 f]
-  MatrixXd pose_step_;                     // [p][2 f]
-  MatrixXd moments_by_shapes_, weighed_;   // [f][3 f] by shapes k − 1, k, k + 1
-  MatrixXd transposed_;                    // [3 f][f]
-  MatrixXd moment_form_;                   // [3 f] squared
-  VectorXd pull_;                          // [p]
-  MatrixXd end_by_state_;                  // [f][n] the last node's moments by the last state
-  MatrixXd end_weighed_, end_transposed_;  // [controls][n], [n][controls]
-  MatrixXd end_mixed_;                     // [n][f]
-  VectorXd rate_, ends_rate_;              // [f], [2 f] of shapes and impulses by the logarithm of the duration
-  VectorXd mixed_, by_moments_;            // [f], [controls]
-  MatrixXd start_equations_;               // [f, up to a multiple of four][f + 1]
+  VectorXd along_;                            // [shape_size]
+  mechanics::Freedoms spread_, spread_next_;  // [bodies]
+  mechanics::Vectors spread_turn_;            // [bodies]
+  MatrixXd work_, by_shape_;                  // [shape_size][f], [controls][shape_size]
+  MatrixXd equations_;                        // [f, up to a multiple of four][4 f]
+  MatrixXd pose_step_;                        // [p][2 f]
+  MatrixXd moments_by_shapes_, weighed_;      // [f][3 f] by shapes k − 1, k, k + 1
+  MatrixXd transposed_;                       // [3 f][f]
+  MatrixXd moment_form_;                      // [3 f] squared
+  VectorXd pull_;                             // [p]
+  MatrixXd end_by_state_;                     // [f][n] the last node's moments by the last state
+  MatrixXd end_weighed_, end_transposed_;     // [controls][n], [n][controls]
+  MatrixXd end_mixed_;                        // [n][f]
+  VectorXd rate_, ends_rate_;                 // [f], [2 f] of shapes and impulses by the logarithm of the duration
+  VectorXd mixed_, by_moments_;               // [f], [controls]
+  MatrixXd timed_equations_;                  // [f, up to a multiple of four][f + 1]
+  // [f] what impulses of springs and dampers change by with the duration's logarithm: at the beginning of a step, at the end
+  // of the one before and of this one, at the beginning of the first; and all of a node
+  VectorXd timed_minus_, timed_before_, timed_plus_, timed_first_, timed_;
   Eigen::RowVectorXd by_first_, by_last_;  // [shape_size + 6]
   ShapeTangent before_, after_;
   std::vector<ShapeTangent> four_tangents_;  // [4]

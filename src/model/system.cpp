@@ -195,6 +195,7 @@ void System::resolve_joints(const SwimmerDescription& description) {
     lay_axes(described, joint);
     joint.actuation = actuation_basis(described, joint);
     damped_ = damped_ || joint.damping > 0.0;
+    compliant_ = compliant_ || described.compliant();
     only_free_joints_ = only_free_joints_ && joint.free() && joint.stiffness == 0.0 && joint.damping == 0.0;
     joint.first_control = control_count_;
     control_count_ += static_cast<int>(joint.actuation.cols());
@@ -247,7 +248,7 @@ System System::with_ball_joints(double heavier) const {
   System free = *this;
   free.control_count_ = free.velocity_count_ = 0;
   free.only_free_joints_ = true;
-  free.damped_ = false;
+  free.damped_ = free.compliant_ = false;
   for (Joint& joint_j : free.joints_) {
     if (!joint_j.free()) joint_j.actuation = Matrix3d::Identity();
     joint_j.kind = JointKind::ball;

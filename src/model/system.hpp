@@ -91,6 +91,8 @@ class System {
   bool coupled() const { return coupled_; }
   /// Whether any joint has a damper.
   bool damped() const { return damped_; }
+  /// Whether any joint has a spring or a damper.
+  bool compliant() const { return compliant_; }
 
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Joint>& joints() const { return joints_; }
@@ -121,6 +123,7 @@ class System {
   bool only_free_joints_ = true;
   bool coupled_ = false;
   bool damped_ = false;
+  bool compliant_ = false;
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;
   std::vector<int> order_;

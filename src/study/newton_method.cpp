@@ -437,7 +437,6 @@ bool newton_takes(const System& system, const Problem& problem) {
   const bool more = problem.limits.any() || problem.cost_weights.any() || problem.duration.free ||
                     !problem.waypoints.empty() || (problem.goal && problem.goal->periodic);
   if (!integrator::single_step(problem.scheme) && more) return false;
-  if (problem.duration.free && problem.swimmer.compliant()) return false;  // equations 10.8 and 10.9 know none
   return !maneuver::has_momentum(system, problem.start);
 }
 

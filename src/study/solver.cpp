@@ -29,9 +29,10 @@ constexpr std::size_t longest_reason = 100;  // letters, of a search that conver
 // The problem, where it is one that a Solver takes.
 const Problem& taken(const System& system, const Problem& problem) {
   if (!problem.goal || !integrator::single_step(problem.scheme) || !newton_takes(system, problem))
-    throw InputError("problem",
-                     "found no goal, spline moments, momentum at the start, a scheme above order 2 or a free duration "
-                     "with springs or dampers, which a Solver does not take; use solve");
+    throw InputError(
+        "problem",
+        "found no goal, spline moments, momentum at the start or a scheme above order 2, which a Solver does not "
+        "take; use solve");
   return problem;
 }
 

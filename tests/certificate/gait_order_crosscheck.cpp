@@ -414,6 +414,38 @@ TEST(GaitOrder, of_a_free_duration_within_limits_that_pull_is_that_of_second_dif
   EXPECT_EQ(found.positive, values[0] > 1e-6);
 }
 
+// Springs and dampers feel how long a step is.
+TEST(GaitOrder, of_a_free_duration_of_mixed_joints_with_springs_and_dampers_is_that_of_second_differences) {
+  maneuver::Problem problem = mixed_joints(6);
+  problem.time_weight = 3.0 * solved_gait(problem).cost;
+  problem.duration.free = true;
+  problem.duration.min = 0.2;
+  problem.duration.max = 5.0;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+}
+
+// Two sprung and damped hinges, the second one passive where asked.
+maneuver::Problem compliant_eel(int count, bool passive) {
+  maneuver::Problem problem = eel(count);
+  for (model::JointDescription& joint : problem.swimmer.joints) {
+    joint.stiffness = 0.8;
+    joint.damping = 0.05;
+  }
+  problem.goal->move[0] = 0.03;
+  problem.swimmer.joints[1].actuated = !passive;
+  if (passive) problem.goal->turn.reset();
+  return problem;
+}
+
+TEST(GaitOrder, of_a_free_duration_of_a_passive_tail_is_that_of_second_differences) {
+  maneuver::Problem problem = compliant_eel(14, true);
+  problem.time_weight = solved_gait(problem).cost;
+  problem.duration.free = true;
+  problem.duration.min = 0.2;
+  problem.duration.max = 8.0;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
+}
+
 void expect_eigenvalues_with_power_and_smoothness(maneuver::Problem problem) {
   problem.cost_weights.power = 20.0 / solved_gait(problem).cost;
   problem.cost_weights.smoothness = 1e-3;
@@ -455,6 +487,26 @@ TEST(CostOrder, of_free_durations_with_all_costs_is_that_of_second_differences) 
   problem.duration.max = 5.0;
   problem.time_weight = 3.0 * cost;
   expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
+}
+
+TEST(CostOrder, of_free_durations_with_springs_dampers_limits_and_costs_is_that_of_second_differences) {
+  maneuver::Problem problem = compliant_eel(14, false);
+  problem.search.starts = 1;
+  problem.goal->move[0] = 0.05;
+  const double cost = solved_gait(problem).cost;
+  problem.cost_weights.power = 1e-3 / cost;
+  problem.cost_weights.smoothness = 1e-4;
+  problem.duration.free = true;
+  problem.duration.min = 0.2;
+  problem.duration.max = 5.0;
+  problem.time_weight = 3.0 * cost;
+  double torque = 0.0;
+  for (const auto& u : solved_gait(problem).control)
+    for (const Vector3d& moment : u) torque = std::max(torque, moment.norm());
+  problem.limits.torque = 0.95 * torque;
+  const maneuver::Solution solution = solved_gait(problem);
+  EXPECT_GT(DenseMotion(problem, solution).held(true), 0U);
+  expect_eigenvalues_of_gait(problem, solution, true, 1e-3);
 }
 
 TEST(CostOrder, of_gaits_with_work_is_that_of_second_differences_of_its_smooth_branch) {

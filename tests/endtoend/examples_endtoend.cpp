@@ -2,6 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <regex>
+
+#include <fmt/format.h>
 
 #include "report/cost_shares.hpp"
 #include "solved_example.hpp"
@@ -30,6 +34,7 @@ INSTANTIATE_TEST_SUITE_P(
         close_to("falling_cat_flip", "falling_cat_flip", coarse, 0.16619978, 1e-6),
         close_to("free_time", "free_time", coarse, 219120.39, 1e-6), close_to("gait", "gait", {}, 101378.85, 1e-6),
         close_to("gait_within_limits", "gait_within_limits", {{"starts", "8"}}, 479862.75, 1e-6),
+        close_to("compliant_tail", "compliant_tail", coarse, 0.06937636, 1e-6),
         close_to("furthest_gait", "furthest_gait", {{"starts", "2"}}, -71929.249, 1e-6),
         Example{
             "rotation_with_clearance", "rotation_with_clearance", {{"steps", "100"}, {"starts", "2"}}, 29500, 0, false},
@@ -82,6 +87,28 @@ TEST(FreeDuration, balances_effort_and_time) {
   const double time = 1e5 * results.problem.duration;
   EXPECT_NEAR((results.solution.cost - time) / time, 1.0 / 3.0, 1e-8);
   EXPECT_NEAR(results.problem.duration, std::pow(3.0 * 243080.02 / 1e5, 0.25), 1e-6);
+}
+
+// With springs and dampers no power of the duration tells: strokes of given durations, longer and shorter ones, cost more.
+TEST(FreeDuration, of_a_compliant_tail_is_the_best_of_given_ones) {
+  const Folder folder;
+  const std::string path = varied_example(folder, "compliant_tail", {{"steps", "60"}});
+  const auto solve = [&] {
+    EXPECT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "run")).exit_code, 0);
+    return file::read_solution(folder / "run");
+  };
+  const std::string text = std::regex_replace(text_of(path), std::regex("\n(min|max) *=[^\n]*"), "");
+  const file::Results free = solve();
+  EXPECT_EQ(free.certificate->verdict, certificate::Verdict::proved);
+  const auto given = [&](double share) {
+    const std::string duration = fmt::format("duration = {:.17g}", share * free.problem.duration);
+    std::ofstream(path) << std::regex_replace(text, std::regex("duration *= *\"free\""), duration);
+    return solve().solution.cost;
+  };
+  EXPECT_NEAR(given(1.0), free.solution.cost, 1e-9 * free.solution.cost);
+  const double shorter = given(0.97) - free.solution.cost, longer = given(1.03) - free.solution.cost;
+  EXPECT_GT(shorter, 1e-4 * free.solution.cost);
+  EXPECT_GT(longer, 1e-4 * free.solution.cost);
 }
 
 TEST(Refinement, comes_with_an_answer_unless_it_is_not_wanted) {

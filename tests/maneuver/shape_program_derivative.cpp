@@ -147,6 +147,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     program_->take_multipliers(*step_, 1.0);
     program_->linearize(*model_);
     double size = GetParam().periodic || GetParam().free_duration ? 0.01 : 0.3;
+    if (GetParam().free_duration && GetParam().swimmer == Swimmer::any_joint) size = GetParam().limited ? 0.1 : 0.03;
     if (GetParam().periodic && GetParam().costs.any()) size = 0.002;
     const bool of_the_chain = GetParam().swimmer == Swimmer::paper_chain && GetParam().limited;
     if (of_the_chain && (GetParam().free_duration || GetParam().periodic)) size = 0.002;
@@ -315,6 +316,18 @@ INSTANTIATE_TEST_SUITE_P(
                      true, false, true},
         ShapeSetting{"periodic_of_free_duration", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, false,
                      false, true, true},
+        ShapeSetting{"free_duration_of_any_joint", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid, true,
+                     false, true},
+        ShapeSetting{"free_duration_of_any_joint_with_a_free_end", Swimmer::any_joint,
+                     mechanics::DiscreteLagrangian::midpoint, false, false, true},
+        ShapeSetting{"free_duration_of_any_joint_within_limits", Swimmer::any_joint,
+                     mechanics::DiscreteLagrangian::trapezoid, true, true, true},
+        ShapeSetting{"periodic_of_any_joint_in_free_time", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid,
+                     false, false, true, true},
+        ShapeSetting{"all_costs_of_any_joint_in_free_time", Swimmer::any_joint,
+                     mechanics::DiscreteLagrangian::trapezoid, true, false, true, false, of_all},
+        ShapeSetting{"all_costs_of_a_periodic_motion_of_any_joint_in_free_time", Swimmer::any_joint,
+                     mechanics::DiscreteLagrangian::trapezoid, false, false, true, true, of_all},
         ShapeSetting{"squared_power", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true, false,
                      false, false, of_power},
         ShapeSetting{"squared_power_of_any_joint", Swimmer::any_joint, mechanics::DiscreteLagrangian::midpoint, true,
@@ -346,22 +359,26 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& instance) { return instance.param.name; });
 
 // Trees of other shapes, joints, springs and dampers.
-std::vector<ShapeSetting> other_trees() {
+std::vector<ShapeSetting> other_trees(bool free_duration, unsigned last) {
   std::vector<ShapeSetting> settings;
-  for (unsigned seed = 1; seed <= 40; ++seed) {
+  for (unsigned seed = 1; seed <= last; ++seed) {
     Random random(seed);
     if (maneuver::shape_size(model::System(swimmer_of(random, Swimmer::any_joint))) == 0) continue;  // all joints fixed
     ShapeSetting setting{"seed_" + std::to_string(seed), Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid,
                          seed % 2 == 0};
     if (seed % 3 == 0) setting.lagrangian = mechanics::DiscreteLagrangian::paper;
     setting.of_leaves = seed % 5 == 0;
+    setting.free_duration = free_duration;
     setting.seed = seed;
     settings.push_back(setting);
   }
   return settings;
 }
 
-INSTANTIATE_TEST_SUITE_P(Trees, ShapeDerivatives, ::testing::ValuesIn(other_trees()),
+INSTANTIATE_TEST_SUITE_P(Trees, ShapeDerivatives, ::testing::ValuesIn(other_trees(false, 40)),
+                         [](const auto& instance) { return instance.param.name; });
+
+INSTANTIATE_TEST_SUITE_P(TreesInFreeTime, ShapeDerivatives, ::testing::ValuesIn(other_trees(true, 25)),
                          [](const auto& instance) { return instance.param.name; });
 
 }  // namespace
