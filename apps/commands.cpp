@@ -44,7 +44,7 @@ int exit_code(Status status) {
 
 void print_verdict(const Results& results, const std::string& folder) {
   fmt::print("{}\n  {}\n", results.name, report::verdict(results));
-  if (results.solution.status != Status::simulated) fmt::print("{}", file::wrapped(results.solution.message));
+  if (results.solution.status != Status::simulated) fmt::print("{}", file::wrapped(report::remarks(results)));
   for (const std::string& line : report::momentum_lines(results)) fmt::print("  {}\n", line);
   for (const auto& [name, value] : report::facts(results)) fmt::print("  {:<28} {}\n", name, value);
   fmt::print("  {:<28} {}/report.html\n", "report", folder);

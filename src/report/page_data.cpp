@@ -150,7 +150,7 @@ json words_of(const file::Results& results) {
               {"source", results.source},
               {"good", succeeded(results)},
               {"verdict", verdict(results)},
-              {"message", solution.message},
+              {"message", remarks(results)},
               {"facts", pairs(facts(results))},
               {"problem", problem_of(results.problem)},
               {"provenance", pairs(provenance_rows(results.provenance))},

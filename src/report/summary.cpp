@@ -17,6 +17,7 @@
 #include "lie/so3.hpp"
 #include "mechanics/continuous.hpp"
 #include "report/wording.hpp"
+#include "study/answer.hpp"
 
 namespace lamprey::report {
 namespace {
@@ -241,6 +242,10 @@ std::string verdict(const file::Results& results) {
   if (proof.second_order)
     parts.push_back(fmt::format("smallest curvature {}", number(proof.second_order->smallest_eigenvalue, 2)));
   return parts.empty() ? words : fmt::format("{}: {}", words, fmt::join(parts, ", "));
+}
+
+std::string remarks(const file::Results& results) {
+  return results.certificate ? study::beyond_numbers(results.solution, *results.certificate) : results.solution.message;
 }
 
 std::vector<std::pair<std::string, std::string>> facts(const file::Results& results) {

@@ -19,6 +19,9 @@ bool without_motion(const file::Results& results);
 /// One line, as "Proved local minimum: goal reached within 3.1×10⁻¹² rad, at rest within …".
 std::string verdict(const file::Results& results);
 
+/// What the message says beyond the verdict; empty where that is all.
+std::string remarks(const file::Results& results);
+
 /// Name and value with its unit, in the order to be read; entries without meaning for the status are left out.
 std::vector<std::pair<std::string, std::string>> facts(const file::Results& results);
 

@@ -196,6 +196,14 @@ std::string where_it_ended(const Problem& problem, const Solution& solution) {
   return far_turn(problem, solution) + spring_at_its_jump(problem, solution) + fading(problem, solution);
 }
 
+std::string words_of_goal(const Certificate& proof) {
+  return "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) + ".";
+}
+
+std::string words_of_minimum(const Certificate& proof) {
+  return " A strict local minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
+}
+
 // What second derivatives say, as sentences.
 std::string curvature_words(const Problem& problem, const Certificate& proof) {
   const auto saddle = [](const certificate::SecondOrder& second) {
@@ -209,7 +217,7 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   if (!proof.second_order)
     words = " Whether it is a minimum was not computed.";
   else if (proof.second_order->positive)
-    words = " A strict local minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
+    words = words_of_minimum(proof);
   else if (saddle(*proof.second_order))
     words = " A saddle: " + directions(*proof.second_order) + ".";
   else
@@ -357,6 +365,18 @@ void add_feedback(const model::System& system, const Problem& problem, Parts& pa
 
 }  // namespace
 
+std::string beyond_numbers(const Solution& solution, const Certificate& proof) {
+  std::string message = solution.message;
+  if (solution.status != Status::optimal) return message;
+  const auto take_out = [&](const std::string& sentence) {
+    if (const auto place = message.find(sentence); place != std::string::npos) message.erase(place, sentence.size());
+  };
+  take_out(words_of_goal(proof));
+  if (proof.second_order && proof.second_order->positive) take_out(words_of_minimum(proof));
+  message.erase(0, message.find_first_not_of(' '));
+  return message;
+}
+
 std::string fault(const Problem& problem, const Certificate& proof) {
   if (proof.equation_residual <= proof.equation_allowed())
     if (const std::string other = foreign(proof); !other.empty()) return other;
@@ -380,8 +400,7 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
     solution.message = "No answer to this problem: " + other + "." + stopped;
   } else if (missing.empty() && certificate::stationary(problem, proof)) {
     solution.status = Status::optimal;
-    solution.message = "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) +
-                       "." + far_turn(problem, solution);
+    solution.message = words_of_goal(proof) + far_turn(problem, solution);
   } else if (missing.empty()) {
     if (!cut_short) solution.status = Status::feasible;
     solution.message = "The goal is met, but " + unsettled(problem, proof) + "." + stopped +
