@@ -39,7 +39,7 @@ std::string number(double value, int digits) {
 }
 
 std::string vector(const Eigen::Vector3d& value, int digits) {
-  constexpr double round_off = 1e-15;  // of the largest entry: below it an entry is nothing
+  constexpr double round_off = 1e-12;  // of the largest entry: below it an entry is nothing
   const double least = round_off * value.cwiseAbs().maxCoeff();
   const auto entry = [&](double one) { return number(std::abs(one) < least ? 0.0 : one, digits); };
   return fmt::format("({}, {}, {})", entry(value.x()), entry(value.y()), entry(value.z()));

@@ -183,7 +183,7 @@ TEST(MomentumLines, hold_the_total_to_the_bodies_own) {
 }
 
 TEST(Wording, leaves_round_off_out_of_vectors) {
-  EXPECT_EQ(report::vector({0.25, -3e-17, 1e-13}), "(0.25, 0, 10⁻¹³)");
+  EXPECT_EQ(report::vector({0.25, -6e-14, 1e-12}), "(0.25, 0, 10⁻¹²)");
   EXPECT_EQ(report::vector({0.0, 0.0, -2e-20}), "(0, 0, −2×10⁻²⁰)");
 }
 
