@@ -43,6 +43,14 @@ class Drift {
   Largest largest_;
 };
 
+// s, of the steps of a discrete Lagrangian that a time step is made of.
+double shortest_step(const StoredMotion& motion) {
+  double least = 1.0;
+  for (double fraction : integrator::composition(motion.problem.scheme).fractions)
+    least = std::min(least, std::abs(fraction));
+  return least * motion.time_step;
+}
+
 // Stored rotations and positions end at their last digit: over a step that is a momentum (equation 6.22).
 double momentum_of_last_digits(const StoredMotion& motion) {
   const double unit = motion.system.length_unit();
@@ -53,7 +61,7 @@ double momentum_of_last_digits(const StoredMotion& motion) {
     for (const model::PathPoint& point : body.path) reach += point.offset.norm();
     inertia = std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (unit + reach) * reach);
   }
-  return last_digits * std::numeric_limits<double>::epsilon() * inertia / motion.time_step;
+  return last_digits * std::numeric_limits<double>::epsilon() * inertia / shortest_step(motion);
 }
 
 VectorXd force(const StoredMotion& motion, int k) {

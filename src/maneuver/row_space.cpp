@@ -1,5 +1,6 @@
 #include "maneuver/row_space.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Eigenvalues>
@@ -45,8 +46,24 @@ std::vector<int> independent_rows(const MatrixXd& rows, double threshold) {
 
 MatrixXd span_of_rows(const MatrixXd& rows, double threshold) {
   if (rows.rows() == 0) return MatrixXd::Zero(rows.cols(), 0);
-  const Pivoted qr = factored(rows, threshold);
-  return qr.householderQ() * MatrixXd(MatrixXd::Identity(rows.cols(), qr.rank()));
+  // Gram and Schmidt's way, the longest remainder next, each freed of the span twice: reflections would leave round-off in
+  // columns where all rows are exactly zero, which then passes for something that is reached
+  MatrixXd left = rows.transpose(), span(rows.cols(), 0);
+  double longest = 0.0;
+  while (span.cols() < std::min(rows.rows(), rows.cols())) {
+    Eigen::Index next = 0;
+    const double length = left.colwise().norm().maxCoeff(&next);
+    longest = std::max(longest, length);
+    if (!(length > threshold * longest)) break;
+    VectorXd direction = left.col(next) / length;
+    direction -= span * (span.transpose() * direction);
+    direction.normalize();
+    span.conservativeResize(Eigen::NoChange, span.cols() + 1);
+    span.rightCols<1>() = direction;
+    left -= direction * (direction.transpose() * left);
+    left.col(next).setZero();
+  }
+  return span;
 }
 
 MatrixXd condensed_rows(const MatrixXd& rows) {

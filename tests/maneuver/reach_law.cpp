@@ -57,6 +57,40 @@ TEST(Reach, does_not_depend_on_the_units_of_mass_and_time) {
   }
 }
 
+// One angle is one angle: what a grid's round-off or error would add to it, from whatever first guess, is none.
+TEST(Reach, of_one_ball_joint_about_one_axis_is_one_coordinate_whatever_the_size_and_the_guess) {
+  for (const double size : {0.01, 0.05, 1.0, 30.0}) {
+    maneuver::Problem problem;
+    problem.swimmer.density = 1000.0;
+    problem.swimmer.bodies.resize(2);
+    for (std::size_t i = 0; i < 2; ++i) {
+      problem.swimmer.bodies[i].name = i == 0 ? "front" : "back";
+      problem.swimmer.bodies[i].semi_axes = size * Eigen::Vector3d(0.9 + 0.1 * static_cast<double>(i), 0.15, 0.3);
+    }
+    model::JointDescription joint;
+    joint.kind = model::JointKind::ball;
+    joint.parent = "front";
+    joint.child = joint.name = "back";
+    joint.parent_offset = size * Eigen::Vector3d(-0.97, 0, 0);
+    joint.child_offset = size * Eigen::Vector3d(1.08, 0, 0);
+    joint.control_axes = {Eigen::Vector3d(0, 0, 1)};
+    problem.swimmer.joints = {joint};
+    problem.start.rotation.assign(2, Eigen::Vector3d::Zero());
+    problem.start.angular_velocity.assign(2, Eigen::Vector3d::Zero());
+    problem.goal = maneuver::Goal();
+    problem.goal->move[0] = 0.1 * size;
+    const model::System system(problem.swimmer);
+    for (const int steps : {20, 100})
+      for (unsigned seed = 1; seed <= 8; ++seed) {
+        const maneuver::Maneuver probe = maneuver::make_maneuver(system, problem, steps);
+        const maneuver::NodePath guess = maneuver::random_guess(system, probe, seed);
+        const auto coordinates = maneuver::reachable_coordinates(system, probe, guess);
+        ASSERT_TRUE(coordinates);
+        EXPECT_EQ(coordinates->shape.cols(), 1) << size << " m, " << steps << " steps, seed " << seed;
+      }
+  }
+}
+
 // In words, why the goal is out of reach of the chain as it lies when `lie` turns the world.
 std::string out_of_reach(maneuver::Problem problem, const Eigen::Vector3d& lie, const Eigen::Vector3d& move,
                          const Eigen::Vector3d& turn) {

@@ -48,6 +48,19 @@ TEST(RowSpace, nothing_is_left_beyond_rows_of_what_they_span) {
   EXPECT_LE(maneuver::beyond_rows(spanned, rows, 1e-12).norm(), tolerance(1e-14));
 }
 
+// Of rows that lie next to each other, too: where all are exactly zero what they span is exactly zero.
+TEST(RowSpace, what_rows_span_is_zero_where_they_are) {
+  MatrixXd rows = MatrixXd::Random(4, 9);
+  rows.row(2) = rows.row(0) + 1e-6 * rows.row(2);
+  for (const Index column : {0, 1, 5}) rows.col(column).setZero();
+  const MatrixXd span = maneuver::span_of_rows(rows, 1e-9);
+  ASSERT_EQ(span.cols(), 4);
+  for (const Index column : {0, 1, 5}) EXPECT_TRUE(span.row(column).isZero(0.0)) << column;
+  EXPECT_LE((span.transpose() * span - MatrixXd::Identity(4, 4)).norm(), tolerance(1e-14));
+  EXPECT_LE((rows.transpose() - span * (span.transpose() * rows.transpose())).norm(), tolerance(1e-13));
+  EXPECT_EQ(maneuver::span_of_rows(rows, 1e-4).cols(), 3);
+}
+
 TEST(RowSpace, of_no_rows_is_empty) {
   const MatrixXd none(0, 5);
   EXPECT_TRUE(maneuver::independent_rows(none, 1e-9).empty());
