@@ -18,6 +18,8 @@ constexpr double least_tolerance = 1e-11;  // where a search's own error keeps t
 constexpr double first_tolerance = 1e-3;   // of a search while the multipliers are still rough
 constexpr double tolerance_share = 0.1;    // of the limits' error, that searches are worth
 constexpr double out_of_reach = 1e-3;      // limit error that is no matter of a few more rounds
+constexpr double astray = 1e-2;            // violation of what is asked at a round's end, of which limits are no cause
+constexpr int most_rounds_astray = 3;
 
 bool gave_up(Termination termination) {
   return termination == Termination::time_limit || termination == Termination::interrupted;
@@ -65,8 +67,8 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
   Landing landing{options.exact_limits ? most_landings : 0};
   if (program.landed()) program.land();  // the limits that hold an old answer may hold the new one
   double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
-  int idle = 0;
-  for (int n = 0; n < most_rounds && idle < most_idle_rounds; ++n) {
+  int idle = 0, rounds_astray = 0;
+  for (int n = 0; n < most_rounds && idle < most_idle_rounds && rounds_astray < most_rounds_astray; ++n) {
     const double error = program.limit_error();
     if (n > 0 || error > limit_tolerance) {  // an old answer keeps limits that another goal makes hard to keep
       idle = error < idle_share * best ? 0 : idle + 1;
@@ -81,6 +83,7 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     newton.solve(program, round, outcome);
     if (gave_up(outcome.termination)) return;
     const bool converged = outcome.termination == Termination::converged;
+    rounds_astray = !converged && outcome.infeasibility > astray ? rounds_astray + 1 : 0;
     const bool kept = program.limit_violation() <= limit_tolerance, met = program.limit_error() <= limit_tolerance;
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
     const bool done = met && converged && round.tolerance == finest;

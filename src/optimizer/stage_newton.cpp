@@ -45,6 +45,7 @@ constexpr double bend_unit = 1e8;           // input, more than any step is allo
 constexpr double short_steps = 3e-3;        // stationarity at which what a little shift adds to costates has faded
 constexpr double little_shift = 1.0;
 constexpr double worth_going_on = 1e-4;  // what the cost falls by in max_iterations, relative
+constexpr double nearer_by = 0.1;        // and violations, while there are any
 
 }  // namespace
 
@@ -351,7 +352,7 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
 void StageNewton::solve(StageProgram& program, const Options& options, Outcome& outcome) {
   const auto begin = Clock::now();
   int part = 1, end_of_part = outcome.iterations + options.max_iterations;
-  double cost_before = 0.0;  // where the part began
+  Merit before = program.merit();  // where the part began
   const auto finish = [&](Termination termination, const char* reason) {
     outcome.termination = termination;
     outcome.reason = reason;
@@ -401,16 +402,17 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
       return interrupted ? finish(Termination::interrupted, "interrupted")
                          : finish(Termination::time_limit, "the time limit was reached");
     if (outcome.iterations < end_of_part) continue;
-    const double cost = program.merit().cost;
-    const bool falls = part == 1 || cost < cost_before - worth_going_on * std::abs(cost_before);
-    if (part == options.patience || !falls) {
+    const Merit here = program.merit();
+    const bool nearer = here.violation < (1.0 - nearer_by) * before.violation;
+    const bool falls = part == 1 || here.cost < before.cost - worth_going_on * std::abs(before.cost);
+    if (part == options.patience || !(here.violation > nearly_met ? nearer : falls)) {
       finish(Termination::stalled, "no convergence within ");
       outcome.reason.append(std::to_string(part * options.max_iterations)).append(" iterations");
       return;
     }
     ++part;
     end_of_part += options.max_iterations;
-    cost_before = cost;
+    before = here;
   }
 }
 
