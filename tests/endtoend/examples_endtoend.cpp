@@ -65,6 +65,23 @@ INSTANTIATE_TEST_SUITE_P(
                 false}),
     [](const auto& instance) { return instance.param.label; });
 
+// The problem that a newcomer copies from README.
+TEST(Readme, has_a_problem_that_is_solved_as_it_says) {
+  const std::string readme = text_of(std::string(LAMPREY_SOURCE_DIR) + "/README.md");
+  const std::string fence = "```toml\nschema = 1";
+  const auto begin = readme.find(fence);
+  ASSERT_NE(begin, std::string::npos);
+  const auto first = begin + std::string("```toml\n").size();
+  const Folder folder;
+  std::ofstream(folder / "three_links.toml") << readme.substr(first, readme.find("```", first) - first);
+  const ProgramRun run = lamprey(folder, "solve " + (folder / "three_links.toml") + " --out " + (folder / "run"));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::string cost = "  Cost                         0.093349862 (N m)² s\n";
+  EXPECT_NE(run.out.find("Three links\n  Proved local minimum: "), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find(cost), std::string::npos) << run.out;
+  EXPECT_NE(readme.find(cost), std::string::npos);
+}
+
 TEST(Limits, are_kept_and_hold_the_answer) {
   const Folder folder;
   const std::string path =
