@@ -7,6 +7,7 @@
 #include "maneuver/transcription.hpp"
 #include "measured.hpp"
 #include "study/solve.hpp"
+#include "study/solver.hpp"
 #include "swimmers.hpp"
 
 namespace lamprey::bench {
@@ -71,6 +72,20 @@ void solve(benchmark::State& state, const Problem& problem) {
   }
 }
 
+// From an answer on, to a goal that has moved by a hundredth, and back, and so on.
+void solve_again(benchmark::State& state, const Problem& problem) {
+  const model::System system(problem.swimmer);
+  study::Solver solver(system, problem, study::solve(system, problem, study::SolveOptions()).front());
+  maneuver::Goal near = *problem.goal, far = near;
+  if (far.move[0]) *far.move[0] *= 1.01;
+  *far.turn *= 0.99;
+  bool away = false;
+  for (auto _ : state) {
+    solver.set_goal((away = !away) ? far : near);
+    if (solver.solve().termination != optimizer::Termination::converged) return state.SkipWithError("not solved");
+  }
+}
+
 }  // namespace
 
 void register_maneuvers() {
@@ -82,7 +97,15 @@ void register_maneuvers() {
   measured("certificate, N = 1000", kMillisecond, certify, true)->Iterations(1);
   measured("solve translation, plane, N = 100", kMillisecond, solve, translation(100))->Iterations(1);
   measured("solve translation, plane, N = 1000", kMillisecond, solve, translation(1000))->Iterations(1);
+  measured("solve translation, space, N = 1000", kMillisecond, solve, translation(1000, false))->Iterations(1);
   measured("solve rotation, N = 100", kMillisecond, solve, rotation(100))->Iterations(1);
+  measured("solve rotation, N = 1000", kMillisecond, solve, rotation(1000))->Iterations(1);
+  for (const int steps : {100, 1000}) {
+    const std::string N = ", N = " + std::to_string(steps);
+    measured("re-solve translation, plane" + N, kMillisecond, solve_again, translation(steps));
+    measured("re-solve translation, space" + N, kMillisecond, solve_again, translation(steps, false));
+    measured("re-solve rotation" + N, kMillisecond, solve_again, rotation(steps));
+  }
 }
 
 }  // namespace lamprey::bench

@@ -83,8 +83,8 @@ model::SwimmerDescription outer_body_chain(int bodies) {
   return chain;
 }
 
-maneuver::Problem translation(int steps) {
-  maneuver::Problem problem = maneuver_of_the_paper(true, steps);
+maneuver::Problem translation(int steps, bool planar) {
+  maneuver::Problem problem = maneuver_of_the_paper(planar, steps);
   problem.goal->move[0] = 2.0;
   problem.goal->turn = Vector3d::Zero();
   return problem;

@@ -16,8 +16,8 @@ model::SwimmerDescription paper_chain(bool planar = false);
 /// A chain of so many of the paper's outer bodies, joint to joint, the first of them the root.
 model::SwimmerDescription outer_body_chain(int bodies);
 
-/// Goals of examples/translation.toml (planar) and examples/rotation.toml, from one start, marched by the trapezoid.
-maneuver::Problem translation(int steps);
+/// Goals of examples/translation.toml, in the plane or in space, and examples/rotation.toml, from one start, marched by the trapezoid.
+maneuver::Problem translation(int steps, bool planar = true);
 maneuver::Problem rotation(int steps);
 
 /// The start of the paper's chain, R_2 = exp(π/4 e_3), or of any other, straight; at rest.
