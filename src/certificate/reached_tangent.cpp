@@ -1,5 +1,7 @@
 #include "certificate/reached_tangent.hpp"
 
+#include <array>
+
 #include <Eigen/QR>
 
 #include "integrator/step_derivatives.hpp"
@@ -12,9 +14,11 @@ namespace {
 
 using model::at;
 
-constexpr int windows = 20;             // a growth of 1e20 over the whole is 10 over each
-constexpr int least_window = 12;        // steps: brackets of shapes take their time
-constexpr double beyond_reach = 1e-10;  // of what is reached most
+constexpr int windows = 20;       // a growth of 1e20 over the whole is 10 over each
+constexpr int least_window = 12;  // steps: brackets of shapes take their time
+// Of what is reached most. Steps reach directions that no motion does, by their own error: of a single joint angle the pose that
+// goes with it, to 1e-9. Spaces that hold such a direction do not lead into each other, and are looked for without it.
+constexpr std::array beyond_reach = {1e-10, 1e-8, 1e-6};
 constexpr double misfit = 1e-6;
 
 int window_steps(int steps) { return std::min(steps, std::max(least_window, (steps + windows - 1) / windows)); }
@@ -31,7 +35,7 @@ VectorXd balanced_scale(const StoredMotion& motion, double duration) {
 }
 
 // Orthonormal columns that span what `steps` steps up to a node reach there.
-MatrixXd reached_at(const StepTangents& tangents, int node, int steps) {
+MatrixXd reached_at(const StepTangents& tangents, int node, int steps, double least) {
   const Eigen::Index n = tangents.scale.size(), controls = tangents.B.front().cols();
   MatrixXd root = MatrixXd::Zero(n, n), both(n + controls, n);
   for (int k = std::max(0, node - steps); k < node; ++k) {
@@ -40,7 +44,7 @@ MatrixXd reached_at(const StepTangents& tangents, int node, int steps) {
     const Eigen::HouseholderQR<MatrixXd> qr(both);
     root = MatrixXd(qr.matrixQR().topRows(n).triangularView<Eigen::Upper>()).transpose();
   }
-  return maneuver::span_of_rows(root.transpose(), beyond_reach);
+  return maneuver::span_of_rows(root.transpose(), least);
 }
 
 MatrixXd orthonormal(const MatrixXd& columns) { return maneuver::span_of_rows(columns.transpose(), 0.0); }
@@ -124,7 +128,10 @@ StepTangents step_tangents(const StoredMotion& motion, const StageMotion& stages
   return result;
 }
 
-std::vector<MatrixXd> reached_bases(const StepTangents& tangents) {
+namespace {
+
+// The spaces of what is reached by more than the least share; empty where they do not lead into each other.
+std::vector<MatrixXd> bases_of_share(const StepTangents& tangents, double least) {
   const int steps = static_cast<int>(tangents.A.size());
   const int window = window_steps(steps);
   std::vector<MatrixXd> basis(at(steps + 1));
@@ -132,7 +139,7 @@ std::vector<MatrixXd> reached_bases(const StepTangents& tangents) {
   std::vector<int> anchors;
   for (int node = steps; node > 0; node -= window) {
     if (node < window && !anchors.empty()) break;  // too short to reach everything
-    basis[at(node)] = reached_at(tangents, node, window);
+    basis[at(node)] = reached_at(tangents, node, window, least);
     most = std::max(most, basis[at(node)].cols());
     anchors.push_back(node);
   }
@@ -159,6 +166,14 @@ std::vector<MatrixXd> reached_bases(const StepTangents& tangents) {
     if (k > 0 && !(misses(next, tangents.A[at(k)] * basis[at(k)]) <= misfit)) return {};
   }
   return basis;
+}
+
+}  // namespace
+
+std::vector<MatrixXd> reached_bases(const StepTangents& tangents) {
+  for (const double least : beyond_reach)
+    if (std::vector<MatrixXd> basis = bases_of_share(tangents, least); !basis.empty()) return basis;
+  return {};
 }
 
 MatrixXd basis_at_start(const StepTangents& tangents, const std::vector<MatrixXd>& basis) {
