@@ -2,7 +2,11 @@
 
 #include <fmt/core.h>
 
+#include <cerrno>
+#include <cmath>
 #include <cstdio>
+#include <cstring>
+#include <system_error>
 #include <thread>
 
 #include "certificate/claims.hpp"
@@ -194,6 +198,12 @@ void print_status(const file::Verification& is) {
   const std::string_view status = file::word(is.stored.solution.status);
   if (!is.promises())
     fmt::print("  The stored status, {}, promises nothing.\n", status);
+  else if (is.status_holds && is.stored.solution.status == Status::simulated &&
+           std::isnan(is.found.certificate->equation_residual))
+    fmt::print(
+        "  The stored status, {}, is not refuted: the files do not hold all that the steps of such a march are made "
+        "of.\n",
+        status);
   else if (is.status_holds)
     fmt::print("  The stored status, {}, holds.\n", status);
   else
@@ -256,9 +266,17 @@ std::string version_line() {
   return fmt::format("lamprey {} ({}, {})", here.version, here.build_type, here.compiler);
 }
 
+void finish_output() {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    throw file::IoError("standard output", fmt::format("cannot be written: {}", std::strerror(errno)));
+}
+
 int explain_failure() noexcept {
   try {
     throw;
+  } catch (const std::system_error& error) {  // fmt's, of standard output
+    fmt::print(stderr, "standard output: cannot be written: {}\n", error.code().message());
+    return input_output;
   } catch (const model::InputError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return invalid_input;

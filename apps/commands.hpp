@@ -59,10 +59,15 @@ int guarded(const Command& command);
 
 int explain_failure() noexcept;
 
+/// Writes out what is buffered of standard output; throws file::IoError where that cannot be written.
+void finish_output();
+
 template <typename Command>
 int guarded(const Command& command) {
   try {
-    return command();
+    const int code = command();
+    finish_output();
+    return code;
   } catch (...) {
     return explain_failure();
   }

@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -52,6 +54,24 @@ int run_bench(const std::string& program, bool peers, bool quick) {
     execl(bench.c_str(), bench.c_str(), static_cast<char*>(nullptr));
   fmt::print(stderr, "lamprey: {} does not start\n", peers ? with_peers : bench);
   return program_missing;
+}
+
+// Ranges let nan through.
+CLI::Validator finite() {
+  return {[](const std::string& text) {
+            const bool is = std::isfinite(std::strtod(text.c_str(), nullptr));
+            return is ? std::string() : "found " + text + "; allowed: a finite number";
+          },
+          "", "finite"};
+}
+
+// Which a minus sign would wind round.
+CLI::Validator without_sign() {
+  return {[](const std::string& text) {
+            return text.starts_with('-') ? "found " + text + "; allowed: a whole number that is not negative"
+                                         : std::string();
+          },
+          "", "without sign"};
 }
 
 void describe_solve(CLI::App& app, Arguments& arguments) {
@@ -106,8 +126,9 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
       ->add_option("--perturb", arguments.simulate.perturb,
                    "rad by which each body is turned at the start about a random axis; with --feedback one that the "
                    "gains answer")
-      ->check(CLI::Range(0.0, 3.0));
-  simulate->add_option("--seed", arguments.simulate.seed, "of the random axes (default 1)");
+      ->check(CLI::Range(0.0, 3.0))
+      ->check(finite());
+  simulate->add_option("--seed", arguments.simulate.seed, "of the random axes (default 1)")->check(without_sign());
   simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
       ->check(CLI::Range(1, 10'000'000));
   simulate
@@ -117,7 +138,8 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
           "cycles together")
       ->check(CLI::Range(1, 100'000));
   simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::PositiveNumber)
+      ->check(finite());
 }
 
 void describe_others(CLI::App& app, Arguments& arguments) {
@@ -166,8 +188,8 @@ int run(int count, char** words) {
   app.set_version_flag("--version", version_line());
   app.require_subcommand(1);
   app.footer(
-      "Exit codes: 0 done, 2 usage, 3 invalid input file, 4 no optimal solution, 5 numerical failure,\n"
-      "6 input/output, 7 an optional program is missing, 130 interrupted.");
+      "Exit codes: 0 done, 1 internal error, 2 usage, 3 invalid input file, 4 no optimal solution,\n"
+      "5 numerical failure, 6 input/output, 7 an optional program is missing, 130 interrupted.");
   Arguments arguments;
   describe_solve(app, arguments);
   describe_simulate(app, arguments);

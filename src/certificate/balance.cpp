@@ -4,6 +4,8 @@
 #include <array>
 #include <limits>
 
+#include "lie/so3.hpp"
+
 namespace lamprey::certificate {
 
 namespace {
@@ -166,6 +168,13 @@ double velocity_error(const StoredMotion& motion, const std::vector<integrator::
     compare(3, stored.angular_momentum.bodies, k, bodies.angular);
     compare(3, stored.angular_momentum.fluid, k, total.angular - bodies.angular);
     compare(3, stored.angular_momentum.total, k, total.angular);
+  }
+  // what moves between nodes that rest, too
+  for (int k = 0; k < motion.steps; ++k) {
+    whole[0].add((stored.position[at(k + 1)] - stored.position[at(k)]).norm() / motion.time_step);
+    for (std::size_t i = 0; i < stored.rotation[at(k)].size(); ++i)
+      whole[1].add(lie::rotation_angle(stored.rotation[at(k)][i].transpose() * stored.rotation[at(k + 1)][i]) /
+                   motion.time_step);
   }
   const double size = system.size();
   const double linear = whole[0].value(), angular = whole[1].value();  // either may be next to nothing beside the other

@@ -1,5 +1,7 @@
 #include "certificate/certify.hpp"
 
+#include <limits>
+
 #include "certificate/balance.hpp"
 #include "certificate/clearance.hpp"
 #include "certificate/cost_check.hpp"
@@ -39,7 +41,7 @@ double time_error(const StoredMotion& motion) {
   const double duration = asked.free ? time.back() : asked.value;
   Largest error;
   for (int k = 0; k <= motion.steps; ++k) error.add(std::abs(time[model::at(k)] - duration * k / motion.steps));
-  return error.relative_to(duration);
+  return duration > 0.0 ? error.value() / duration : std::numeric_limits<double>::infinity();
 }
 
 double relative_difference(double stored, double recomputed) {
@@ -100,7 +102,8 @@ void certify_stages(const StoredMotion& motion, const Options& options, double s
   proof.velocity_error = velocity_error(motion, stages->node, scale);
   proof.cost_error = relative_difference(motion.solution.cost, cost_of_steps(motion, *stages));
   if (options.optimality) proof.kkt = kkt_residual(motion, *stages, scale);
-  if (options.replay) proof.replay = replay(motion, *stages, options.replay_window, options.replay_tolerance);
+  if (options.replay)
+    proof.replay = replay(motion, *stages, options.replay_window, {options.replay_tolerance, options.stopped});
 }
 
 }  // namespace
@@ -148,7 +151,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   if (options.optimality) proof.kkt = kkt_residual(motion, space, balance.scale);
   proof.verdict = verdict(problem, proof);
   if (options.second_order) add_second_order(system, problem, solution, proof);
-  if (options.replay) proof.replay = replay(motion, options.replay_window, options.replay_tolerance);
+  if (options.replay) proof.replay = replay(motion, options.replay_window, {options.replay_tolerance, options.stopped});
   return proof;
 }
 
@@ -179,8 +182,12 @@ bool add_second_order(const model::System& system, const maneuver::Problem& prob
 
 void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                       Certificate& certificate, const Options& options) {
-  if (certificate.replay)
-    replay_with_feedback(StoredMotion(system, problem, solution), options.replay_tolerance, *certificate.replay);
+  if (!certificate.replay) return;
+  const StoredMotion motion(system, problem, solution);
+  if (motion.steps_known)
+    replay_with_feedback(motion, {options.replay_tolerance, options.stopped}, *certificate.replay);
+  else if (const std::optional<StageMotion> stages = march_again(motion))
+    replay_with_feedback(motion, *stages, {options.replay_tolerance, options.stopped}, *certificate.replay);
 }
 
 }  // namespace lamprey::certificate

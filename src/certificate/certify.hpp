@@ -16,6 +16,7 @@ struct Options {
   bool replay = true;
   double replay_window = 0.05;      // s between restarts
   double replay_tolerance = 1e-12;  // of a step of the reference integrator
+  std::function<bool()> stopped{};  // ends replays, whose numbers then stay NaN; empty: nothing does
 };
 
 /// Everything that can be checked of the answer. `system` is that of the problem's swimmer; `solution` has its shapes.

@@ -46,6 +46,7 @@ struct Course {
   std::vector<State> states;
   integrator::ControlFunction control;
   std::shared_ptr<int> step = std::make_shared<int>(0);  // that runs now
+  std::function<bool()> stopped = {};
 };
 
 integrator::ControlFunction control_function(const StoredMotion& motion) {
@@ -88,6 +89,7 @@ bool carry(const Course& course, int from, int to, ReferenceIntegrator& integrat
   const std::vector<double>& time = course.motion.solution.time;
   for (int k = from; k < to; ++k) {
     *course.step = k;
+    if (course.stopped && course.stopped()) return false;
     if (!integrator.advance(time[at(k)], time[at(k + 1)], state)) return false;
   }
   return true;
@@ -114,6 +116,7 @@ double work(const Course& course, ReferenceIntegrator& integrator) {
   double sum = 0.0;
   for (int k = 0; k < course.motion.steps; ++k) {
     *course.step = k;
+    if (course.stopped && course.stopped()) return unset;
     ReferenceState state = reference_state(course.motion.system, course.states[at(k)]);
     const double length = (time[at(k + 1)] - time[at(k)]) / work_samples;
     for (int sample = 0; sample < work_samples; ++sample) {
@@ -149,13 +152,14 @@ void replay_whole(const Course& course, ReferenceIntegrator& integrator, Replay&
   result.whole_position_error = miss.position;
 }
 
-Replay replayed(const Course& course, double window, double tolerance) {
+Replay replayed(Course course, double window, const ReplayOptions& options) {
+  course.stopped = options.stopped;
   const StoredMotion& motion = course.motion;
   const int length = static_cast<int>(std::clamp(std::round(window / motion.time_step), 1.0, double(motion.steps)));
   Replay result;
-  result.scheme = integrator::reference_scheme(tolerance);
+  result.scheme = integrator::reference_scheme(options.tolerance);
   result.window = length * motion.time_step;
-  ReferenceIntegrator integrator(motion.system, course.control, tolerance);
+  ReferenceIntegrator integrator(motion.system, course.control, options.tolerance);
   replay_windows(course, length, integrator, result);
   replay_whole(course, integrator, result);
   if (motion.problem.cost_weights.any()) result.work = work(course, integrator);
@@ -212,35 +216,51 @@ double growth_rate(const StoredMotion& motion, const StageMotion& stages) {
   });
 }
 
-void replay_with_feedback(const StoredMotion& motion, double tolerance, Replay& result) {
+namespace {
+
+Course course_of(const StoredMotion& motion) { return {motion, node_states(motion), control_function(motion)}; }
+
+void follow(Course course, const ReplayOptions& options, Replay& result) {
+  course.stopped = options.stopped;
+  const StoredMotion& motion = course.motion;
   const maneuver::Feedback& feedback = motion.solution.feedback;
   if (feedback.gain.empty()) return;
   integrator::NodeMotion nodes{motion.solution.time, {}};
-  const std::vector<State> states = node_states(motion);
-  for (const State& state : states) nodes.state.push_back(reference_state(motion.system, state));
-  const integrator::FeedbackLaw law(integrator::MotionPath(motion.system, nodes), control_function(motion),
-                                    feedback.time, feedback.gain);
+  for (const State& state : course.states) nodes.state.push_back(reference_state(motion.system, state));
+  const integrator::FeedbackLaw law(integrator::MotionPath(motion.system, nodes), course.control, feedback.time,
+                                    feedback.gain);
   ReferenceIntegrator integrator(motion.system, integrator::StateControl([&](double t, const ReferenceState& state) {
                                    return law.moments(t, state);
                                  }),
-                                 tolerance);
+                                 options.tolerance);
   ReferenceState state = nodes.state.front();
-  if (!carry({motion, states, {}}, 0, motion.steps, integrator, state)) return;
-  const Distance miss = distance(state, states.back());
+  if (!carry(course, 0, motion.steps, integrator, state)) return;
+  const Distance miss = distance(state, course.states.back());
   result.feedback_rotation_error = miss.rotation;
   result.feedback_position_error = miss.position;
 }
 
-Replay replay(const StoredMotion& motion, double window, double tolerance) {
-  Replay result = replayed({motion, node_states(motion), control_function(motion)}, window, tolerance);
-  replay_with_feedback(motion, tolerance, result);
+}  // namespace
+
+void replay_with_feedback(const StoredMotion& motion, const ReplayOptions& options, Replay& result) {
+  follow(course_of(motion), options, result);
+}
+
+void replay_with_feedback(const StoredMotion& motion, const StageMotion& stages, const ReplayOptions& options,
+                          Replay& result) {
+  follow(course_of(motion, stages), options, result);
+}
+
+Replay replay(const StoredMotion& motion, double window, const ReplayOptions& options) {
+  Replay result = replayed(course_of(motion), window, options);
+  replay_with_feedback(motion, options, result);
   result.growth_rate = growth_rate(motion);
   return result;
 }
 
-Replay replay(const StoredMotion& motion, const StageMotion& stages, double window, double tolerance) {
-  Replay result = replayed(course_of(motion, stages), window, tolerance);
-  replay_with_feedback(motion, tolerance, result);
+Replay replay(const StoredMotion& motion, const StageMotion& stages, double window, const ReplayOptions& options) {
+  Replay result = replayed(course_of(motion, stages), window, options);
+  replay_with_feedback(motion, stages, options, result);
   result.growth_rate = growth_rate(motion, stages);
   return result;
 }

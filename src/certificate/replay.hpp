@@ -1,22 +1,31 @@
 // The stored controls through an independent integrator of the continuous equations.
 #pragma once
 
+#include <functional>
+
 #include "certificate/certificate.hpp"
 #include "certificate/stage_motion.hpp"
 #include "certificate/stored_motion.hpp"
 
 namespace lamprey::certificate {
 
+struct ReplayOptions {
+  double tolerance;                 // of a step of the reference integrator
+  std::function<bool()> stopped{};  // ends it between two nodes; empty: nothing does
+};
+
 /// Replays in windows of about `window` s (a whole number of steps, at least one), restarted from the stored state, and
 /// once without restart. Moments run linearly between nodes, or as the spline through its points. What fails stays NaN.
-Replay replay(const StoredMotion& motion, double window, double tolerance);
+Replay replay(const StoredMotion& motion, double window, const ReplayOptions& options);
 
 /// The whole of it once more with the stored gains: moments answer how far the replay is off the stored motion. Fills the
 /// two `feedback_…` errors; they stay NaN where no gains are stored.
-void replay_with_feedback(const StoredMotion& motion, double tolerance, Replay& result);
+void replay_with_feedback(const StoredMotion& motion, const ReplayOptions& options, Replay& result);
 
 /// The same of a motion above order 2: the moments are the polynomials of its steps.
-Replay replay(const StoredMotion& motion, const StageMotion& stages, double window, double tolerance);
+void replay_with_feedback(const StoredMotion& motion, const StageMotion& stages, const ReplayOptions& options,
+                          Replay& result);
+Replay replay(const StoredMotion& motion, const StageMotion& stages, double window, const ReplayOptions& options);
 
 /// Growth of small perturbations, 1/s. With G(t) the largest factor by which turns η of the bodies at the start have
 /// grown by t under the linearised step maps (largest singular value of dη(t)/dη(0) at given μ, body side, moments as

@@ -22,7 +22,6 @@ using maneuver::Problem;
 
 constexpr std::size_t problem_byte_limit = std::size_t{16} << 20;
 constexpr std::size_t body_limit = 1000;
-constexpr std::int64_t step_limit = 10'000'000;
 
 const std::vector<std::string> sections = {"schema",  "name",       "source", "fluid",    "body",
                                            "joint",   "start",      "goal",   "time",     "cost",

@@ -10,6 +10,8 @@
 
 namespace lamprey::file {
 
+inline constexpr std::int64_t step_limit = 10'000'000;  // steps of a motion
+
 struct ProblemFile {
   maneuver::Problem problem;
   std::string path;                           // as given; names the file in messages

@@ -7,6 +7,7 @@
 #include "certificate/certify.hpp"
 #include "file/followed_file.hpp"
 #include "file/problem_difference.hpp"
+#include "file/problem_file.hpp"
 #include "file/resolve.hpp"
 #include "file/solution_file.hpp"
 #include "file/trajectory_file.hpp"
@@ -83,9 +84,14 @@ void require_gait(const MarchOptions& options) {
 void repeat_gait(MarchOptions& options, Problem& problem) {
   if (options.cycles == 1) return;
   require_gait(options);
+  const std::int64_t steps = std::int64_t{problem.steps} * options.cycles;
+  if (options.steps == 0 && steps > step_limit)
+    throw model::InputError("cycles", fmt::format("found {} of {} steps each; allowed: at most {} steps in all; march "
+                                                  "fewer, or --steps fewer",
+                                                  options.cycles, problem.steps, step_limit));
   if (options.controls) repeat(options.cycles, *options.controls);
   if (options.followed) options.followed->solution = maneuver::repeated(options.followed->solution, options.cycles);
-  if (options.steps == 0) problem.steps *= options.cycles;
+  if (options.steps == 0) problem.steps = static_cast<int>(steps);
   if (options.duration == 0.0)
     problem.duration = {
         .free = false,
@@ -114,6 +120,12 @@ void begin_as(const ControlSamples& gait, Problem& problem) {
   start.angular_velocity = gait.first->angular_velocity;
   start.linear_velocity = heading * gait.first->linear_velocity;
   start.free_shape = false;
+}
+
+// And where it is followed, the plan begins there.
+void place_gait(const Problem& problem, Results& gait) {
+  if (!problem.goal || !problem.goal->periodic || !gait.problem.goal || !gait.problem.goal->periodic) return;
+  gait.solution = maneuver::begun_at(gait.solution, problem.start.position, lie::exp(problem.start.rotation[0]));
 }
 
 // A maneuver to follow, and the swimmer that it was made for.
@@ -216,6 +228,7 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   std::unique_ptr<Followed> followed;
   if (options.followed) {
     require_followed(*options.followed, options.followed_path, system, file.problem.duration.value);
+    place_gait(file.problem, *options.followed);
     followed = std::make_unique<Followed>(*options.followed, options.followed_path);
     begin_as(followed->plan, file.problem);
   }

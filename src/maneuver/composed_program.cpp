@@ -380,7 +380,8 @@ void ComposedProgram::model_goal(StageModel& model) {
 void ComposedProgram::add_metrics(StageModel& model) {
   double square = 0.0;
   for (const VectorXd& polynomial : now_.polynomial) square += polynomial.squaredNorm() / steps_;
-  for (int k = 0; k < steps_; ++k) condensed_[at(k)].measure_rates(std::sqrt(square), space_, model.stage[at(k)]);
+  const double scale = maneuver_.effort * std::sqrt(square);
+  for (int k = 0; k < steps_; ++k) condensed_[at(k)].measure_rates(scale, space_, model.stage[at(k)]);
 }
 
 void ComposedProgram::linearize(StageModel& model) {

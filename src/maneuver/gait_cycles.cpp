@@ -65,4 +65,15 @@ Solution repeated(const Solution& gait, int cycles) {
   return result;
 }
 
+Solution begun_at(const Solution& gait, const Vector3d& position, const Matrix3d& heading) {
+  const Matrix3d turn = heading * gait.rotation.front()[0].transpose();
+  Solution result = gait;
+  for (std::size_t k = 0; k < gait.position.size(); ++k) {
+    result.position[k] = position + turn * (gait.position[k] - gait.position.front());
+    for (Matrix3d& R : result.rotation[k]) R = turn * R;
+  }
+  for (MatrixXd& gain : result.feedback.gain) gain = turned_gain(gain, turn);
+  return result;
+}
+
 }  // namespace lamprey::maneuver

@@ -10,4 +10,7 @@ namespace lamprey::maneuver {
 /// directions turn with the swimmer. The gait's moments are at its nodes, one scheme's step between them.
 Solution repeated(const Solution& gait, int cycles);
 
+/// The same motion begun elsewhere: its root at `position` (m, world), headed as `heading` (body → world); gains turn with it.
+Solution begun_at(const Solution& gait, const Eigen::Vector3d& position, const Eigen::Matrix3d& heading);
+
 }  // namespace lamprey::maneuver

@@ -30,7 +30,8 @@ bool swimmer_unchanged(const System& system, const Matrix3d& P) {
   for (const model::Body& body : system.bodies())
     if (body.coupled) return false;  // not looked into
   for (const model::Joint& joint : system.joints()) {
-    if (!joint.free() || joint.stiffness > 0.0) return false;  // nor are axes and zero angles
+    if (!joint.free() || joint.stiffness > 0.0) return false;   // nor are axes and zero angles
+    if (!unchanged(joint.reference_rotation, P)) return false;  // from which twist counts
     if (joint.parent_offset != P * joint.parent_offset || joint.child_offset != P * joint.child_offset) return false;
     const MatrixXd signs = joint.actuation.transpose() * P * joint.actuation;  // of the moments, for limits of each
     if (!signs.cwiseAbs().isIdentity(same)) return false;

@@ -305,7 +305,7 @@ void ShapeProgram::model_goal(MatrixXd& C, VectorXd& c) {
 void ShapeProgram::linearize(StageModel& model) {
   metric_scale_ = 0.0;
   for (const VectorXd& moment : now_.moment) metric_scale_ += moment.squaredNorm() / (steps_ + 1);
-  metric_scale_ = std::sqrt(metric_scale_);
+  metric_scale_ = maneuver_.effort * std::sqrt(metric_scale_);
   if (!terms_.empty()) prepare_terms(model);
   model_goal(model.C, model.c);
   model_limits();

@@ -152,13 +152,27 @@ class Simulation {
         march_(system, problem.scheme, control, feedback),
         stages_(march_.nodes()) {}
 
-  /// Moments at a time and a state.
-  mechanics::Moments moments(double time, const State& state) const { return march_.moments(time, state); }
+  /// Node k as files have it: of moments that jump there the mean, which with equal steps is what both sides exert, and the state
+  /// half way through it.
+  void append(int k, int steps, const State& reached, Solution& solution) const {
+    const double time = k * h_;
+    State state = reached;
+    mechanics::Moments moments;
+    if (feedback_ || steps == 0) {
+      moments = march_.moments(time, state);
+    } else if (k == 0) {
+      moments = exerted(system_, control_(std::nextafter(time, time + h_)));
+    } else {
+      moments = exerted(system_, control_(std::nextafter(time, time - h_)));
+      if (k < steps) add_half_of_jump(exerted(system_, control_(std::nextafter(time, time + h_))), state, moments);
+    }
+    append_node(system_, time, state, moments, solution);
+  }
 
   /// Step k, whole or, if allowed, in pieces; on failure the state is where it last was.
   bool advance(int k, bool adaptive, State& state, Solution& solution) {
     const Span span{k * h_, (k + 1) * h_};
-    if (keeps_stages()) stages_.begin({state.rotation, moments(span.begin, state)});
+    if (keeps_stages()) stages_.begin({state.rotation, march_.moments(span.begin, state)});
     const bool done = advance_part(span, 0, 1, state) || (adaptive && advance_in_pieces(span, state, solution.divided));
     if (done && keeps_stages()) append_stages(span, solution);
     return done;
@@ -187,6 +201,13 @@ class Simulation {
   }
 
  private:
+  void add_half_of_jump(const mechanics::Moments& after, State& state, mechanics::Moments& moments) const {
+    const VectorXd before = mechanics::generalized_force(system_, state.rotation, moments);
+    for (std::size_t j = 0; j < moments.size(); ++j) moments[j] = 0.5 * (moments[j] + after[j]);
+    const double acting = 0.5 * h_ * integrator::composition(scheme_).fractions.back();
+    state.momentum += acting * (mechanics::generalized_force(system_, state.rotation, moments) - before);
+  }
+
   bool keeps_stages() const { return !integrator::single_step(scheme_); }
 
   // One of `pieces` equal parts of a step.
@@ -330,8 +351,8 @@ Solution simulate(const System& system, const Problem& problem, const ControlFun
   const double h = problem.time_step();
   State state = start_state(system, problem.start);
   Simulation simulation(system, problem, control, options.feedback);
-  const auto append = [&](double time) {
-    append_node(system, time, state, simulation.moments(time, state), solution);
+  const auto append = [&](int k) {
+    simulation.append(k, problem.steps, state, solution);
     return std::isfinite(solution.linear_velocity.back().sum());
   };
   const auto stop = [&](Status status, const std::string& message) {
@@ -342,13 +363,13 @@ Solution simulate(const System& system, const Problem& problem, const ControlFun
   const std::string no_velocity =
       "the velocity is not defined there: the two axes of a universal joint fall together; start elsewhere, or use a "
       "ball joint";
-  if (!append(0.0)) return stop(Status::stalled, "step 0 at t = 0 s cannot begin: " + no_velocity);
+  if (!append(0)) return stop(Status::stalled, "step 0 at t = 0 s cannot begin: " + no_velocity);
   for (int k = 0; k < problem.steps; ++k) {
     if (options.interrupted && options.interrupted())
       return stop(Status::interrupted, "Interrupted at t = " + std::to_string(k * h) + " s.");
     if (!simulation.advance(k, options.adaptive, state, solution))
       return stop(Status::stalled, simulation.failure(k, problem.duration.value, options.adaptive, state));
-    if (!append((k + 1) * h)) {
+    if (!append(k + 1)) {
       std::ostringstream text;
       text << "step " << k << " ends at t = " << (k + 1) * h << " s where " << no_velocity;
       return stop(Status::stalled, text.str());

@@ -404,8 +404,9 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
     if (outcome.iterations < end_of_part) continue;
     const Merit here = program.merit();
     const bool nearer = here.violation < (1.0 - nearer_by) * before.violation;
-    const bool falls = part == 1 || here.cost < before.cost - worth_going_on * std::abs(before.cost);
-    if (part == options.patience || !(here.violation > nearly_met ? nearer : falls)) {
+    const bool falls = here.cost < before.cost - worth_going_on * std::abs(before.cost);
+    const bool worth = part == 1 || (here.violation > nearly_met ? nearer : falls);
+    if (part == options.patience || !worth) {
       finish(Termination::stalled, "no convergence within ");
       outcome.reason.append(std::to_string(part * options.max_iterations)).append(" iterations");
       return;

@@ -30,6 +30,7 @@ using maneuver::Solution;
 using maneuver::Status;
 
 constexpr double work_mark = 0.1;           // of the replay's
+constexpr double late_replay = 1.0;         // s, that a replay may take where time is up
 constexpr double half_turn_mark = 1e-4;     // rad
 constexpr double loosest_tolerance = 1e-4;  // of stationarity, that is worth proposing
 constexpr double cheaper_share = 1e-6;      // of the cost, by which a motion is cheaper
@@ -237,7 +238,7 @@ std::string unresolved(const Problem& problem, const Answer& answer) {
   const double turn = turn_of_steps(problem, answer.solution).angle;
   if (turn > 0.5 * std::numbers::pi) return "a body turns by " + number(turn, 3) + " rad in one of its steps";
   const auto& replay = answer.certificate.replay;
-  if (!replay) return "it was not replayed";
+  if (!replay || std::isnan(replay->rotation_error)) return "it was not replayed";
   if (!(replay->rotation_error <= certificate::replay_mark))
     return "its replay misses by " + number(replay->rotation_error) + " rad";
   return "";
@@ -307,6 +308,16 @@ class Parts {
   std::string left_out_;
 };
 
+// Without what takes long. Its replay, which stiff springs can make long too, goes on for a while where time is up.
+certificate::Options first_look(const Parts& parts) {
+  certificate::Options options;
+  options.second_order = false;
+  options.stopped = [&parts, begin = parts.seconds()] {
+    return parts.stopped() && parts.seconds() > begin + late_replay;
+  };
+  return options;
+}
+
 // A candidate of the search, by its number.
 struct Certified {
   std::size_t candidate;
@@ -360,7 +371,7 @@ void add_feedback(const model::System& system, const Problem& problem, Parts& pa
     return;
   }
   if (parts.begins("its replay with feedback"))
-    certificate::certify_feedback(system, problem, best.solution, best.certificate);
+    certificate::certify_feedback(system, problem, best.solution, best.certificate, first_look(parts));
 }
 
 }  // namespace
@@ -427,6 +438,8 @@ void judge_march(const Certificate& proof, Solution& solution) {
     missing = "the discrete equations are off by " + number(proof.equation_residual) + " of the momentum's scale";
   else if (beyond(proof.momentum_drift, proof.momentum_allowed()))
     missing = "total momentum changes by " + number(proof.momentum_drift) + " of its scale";
+  else if (beyond(proof.start_error, certificate::start_mark))
+    missing = "it begins " + number(proof.start_error) + " (rad or m) beside its start";
   else if (beyond(proof.velocity_error, certificate::velocity_mark))
     missing = "stored velocities or momenta are off by " + number(proof.velocity_error) + " of the largest";
   if (missing.empty()) return;
@@ -446,8 +459,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     proofs.emplace_back();
     if (!needed && !parts.begins("the certificate of another candidate")) return false;
     parts.progress("certifying");
-    Certificate& proof =
-        proofs.back().emplace(certificate::certify(system, problem, solution, {.second_order = false}));
+    Certificate& proof = proofs.back().emplace(certificate::certify(system, problem, solution, first_look(parts)));
     judge(problem, proof, solution);
     if (solution.status != Status::optimal)
       parts.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
@@ -457,7 +469,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   const Candidates candidates = find_candidates(system, problem, certified);
   if (!candidates.out_of_reach.empty()) {
     Answer none{candidates.solution.front(), {}};
-    none.certificate = certificate::certify(system, problem, none.solution, {.second_order = false});
+    none.certificate = certificate::certify(system, problem, none.solution, first_look(parts));
     none.solution.message = "Out of reach: " + candidates.out_of_reach + ".";
     none.solution.solver.total_wall_seconds = parts.seconds();
     return none;

@@ -14,7 +14,7 @@ using certificate::StoredMotion;
 
 Replay replayed(const MarchedAnswer& answer, double window = 0.05) {
   const model::System system(answer.problem.swimmer);
-  return certificate::replay(StoredMotion(system, answer.problem, answer.solution), window, 1e-12);
+  return certificate::replay(StoredMotion(system, answer.problem, answer.solution), window, {1e-12});
 }
 
 Replay replayed(int count) { return replayed(march(chain_problem(count, 0.2), smooth_moments(count, 60.0))); }

@@ -101,7 +101,10 @@ double largest_misfit(const Results& results) {
 void expect_verified(const Folder& folder) {
   const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
-  EXPECT_NE(run.out.find(", holds.\n"), std::string::npos) << run.out;
+  // of divided steps and those of several stages files do not hold all
+  EXPECT_TRUE(run.out.find(", holds.\n") != std::string::npos ||
+              run.out.find(", is not refuted: ") != std::string::npos)
+      << run.out;
   EXPECT_EQ(run.out.find("✗"), std::string::npos) << run.out;
   EXPECT_NE(run.out.find("✓ Momentum drift"), std::string::npos) << run.out;
 }
