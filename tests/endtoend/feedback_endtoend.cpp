@@ -1,6 +1,7 @@
 // A maneuver solved, then followed with feedback through the program.
 #include <gtest/gtest.h>
 
+#include "lie/so3.hpp"
 #include "solved_example.hpp"
 
 namespace lamprey::tests {
@@ -101,6 +102,31 @@ TEST(FollowedGait, begins_as_the_gait_begins) {
       EXPECT_EQ(lamprey(folder, "verify " + (folder / "run")).exit_code, 0) << name << " " << how;
     }
   }
+}
+
+// A plan that the swimmer finds itself elsewhere for goes with it, gains and all.
+TEST(FollowedGait, begins_where_the_problem_says) {
+  const Folder folder;
+  ASSERT_EQ(lamprey(folder, "solve " + example("gait") + " --no-refinement --out " + (folder / "solved")).exit_code, 0);
+  const maneuver::Solution gait = file::read_solution(folder / "solved").solution;
+  const Eigen::Vector3d turn(0.3, -0.2, 1.1), position(5.0, 1.0, -2.0);
+  std::string text = text_of(example("gait"));
+  const std::string start = "[start]\n";
+  ASSERT_NE(text.find(start), std::string::npos);
+  std::string moved = start + "position = [5.0, 1.0, -2.0]\n";
+  for (const char* body : {"middle", "front", "back"})
+    moved += "rotation." + std::string(body) + " = [0.3, -0.2, 1.1]\n";
+  text.replace(text.find(start), start.size(), moved);
+  text = std::regex_replace(text, std::regex("\nrotation\\.back *= *\\[0\\.0[^\n]*"), "");
+  std::ofstream(folder / "moved.toml") << text;
+  const ProgramRun run = lamprey(folder, "simulate " + (folder / "moved.toml") + " --perturb 1e-5 --feedback " +
+                                             (folder / "solved") + " --out " + (folder / "run"));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const maneuver::Solution marched = file::read_solution(folder / "run").solution;
+  const Eigen::Matrix3d heading = lie::exp(turn) * gait.rotation.front()[0].transpose();
+  const Eigen::Vector3d end = position + heading * (gait.position.back() - gait.position.front());
+  EXPECT_LE((marched.position.back() - end).norm(), tolerance(1e-3));
+  EXPECT_LE((marched.rotation.back()[0] - heading * gait.rotation.back()[0]).norm(), tolerance(1e-3));
 }
 
 // Cycle after cycle the swimmer goes on by the same displacement and in the same shapes, seen from itself.

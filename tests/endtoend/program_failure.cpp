@@ -93,6 +93,60 @@ TEST(Program, writes_its_best_point_when_interrupted) {
   EXPECT_EQ(file::read_solution(out).solution.status, maneuver::Status::interrupted);
 }
 
+TEST(Program, verify_sees_a_duration_that_is_none) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});
+  ASSERT_EQ(lamprey(folder, "solve " + problem + " --out " + (folder / "run")).exit_code, 0);
+  file::Results results = file::read_solution(folder / "run");
+  for (const double duration : {-1.0, 0.0}) {
+    results.problem.duration = duration;
+    file::write_solution(folder / "run", results);
+    EXPECT_EQ(lamprey(folder, "verify " + (folder / "run")).exit_code, 4) << duration;
+  }
+}
+
+// Moments of a scheme above order 2 jump from step to step: another scheme's march stores what it exerted.
+TEST(Program, verifies_the_march_of_a_solution_of_higher_order_by_another_scheme) {
+  const Folder folder;
+  std::string text = text_of(varied_example(folder, "translation", {{"steps", "30"}, {"starts", "2"}}));
+  text = std::regex_replace(text, std::regex("scheme = \"trapezoid\""), "scheme = \"order4\"");
+  text = std::regex_replace(text, std::regex("\nrule *=[^\n]*"), "");
+  std::ofstream(folder / "order4.toml") << text;
+  ASSERT_EQ(lamprey(folder, "solve " + (folder / "order4.toml") + " --out " + (folder / "solved")).exit_code, 0);
+  const std::string controls = " --controls " + (folder / "solved/solution.json") + " --scheme trapezoid ";
+  for (const char* steps : {"--steps 30", "--steps 300", "--steps 77"}) {
+    ASSERT_EQ(lamprey(folder, "simulate " + (folder / "order4.toml") + controls + steps + " --out " + (folder / "run"))
+                  .exit_code,
+              0);
+    const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
+    EXPECT_EQ(run.exit_code, 0) << steps << run.out;
+    EXPECT_NE(run.out.find("✓ Discrete equations"), std::string::npos) << run.out;
+  }
+}
+
+TEST(Program, says_that_standard_output_is_full) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no device that is always full";
+  const Folder folder;
+  for (const std::string& command : {std::string("--version"), "check " + example("yaw")}) {
+    const std::string line =
+        std::string(LAMPREY_PROGRAM) + " " + command + " >/dev/full 2>" + (folder / "err.txt") + " </dev/null";
+    const int status = std::system(line.c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 6) << command;
+    EXPECT_EQ(text_of(folder / "err.txt"), "standard output: cannot be written: No space left on device\n");
+  }
+}
+
+TEST(Program, refuses_options_that_are_no_numbers_and_marches_beyond_the_most_steps) {
+  const Folder folder;
+  const std::string march = "simulate " + example("gait") + " --out " + (folder / "run") + " ";
+  for (const char* option : {"--duration nan", "--perturb nan", "--seed -1"})
+    EXPECT_EQ(lamprey(folder, march + option).exit_code, 2) << option;
+  ASSERT_EQ(lamprey(folder, "solve " + example("gait") + " --no-refinement --out " + (folder / "solved")).exit_code, 0);
+  const ProgramRun run = lamprey(folder, march + "--cycles 60000 --feedback " + (folder / "solved"));
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.err.find("at most 10000000 steps in all"), std::string::npos) << run.err;
+}
+
 TEST(Program, verify_sees_a_tampered_solution) {
   const Folder folder;
   const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});

@@ -38,6 +38,15 @@ TEST(Mirror, the_half_turn_of_the_chain_is_its_own_image_in_the_plane_of_e1_and_
   EXPECT_EQ(maneuver::mirror_axis(model::System(paper_chain()), half_turn(), about_e1), 2);
 }
 
+// Twist counts from the zero angle, which an image would turn the other way.
+TEST(Mirror, there_is_none_of_joints_whose_zero_angle_it_changes) {
+  model::SwimmerDescription chain = paper_chain();
+  chain.joints[0].reference_rotation = Vector3d(0.0, 0.0, 0.4);  // kept by a reversal of e_3
+  EXPECT_EQ(maneuver::mirror_axis(model::System(chain), half_turn(), about_e1), 2);
+  chain.joints[0].reference_rotation = Vector3d(0.4, 0.0, 0.0);
+  EXPECT_FALSE(maneuver::mirror_axis(model::System(chain), half_turn(), about_e1));
+}
+
 TEST(Mirror, an_image_costs_the_same_and_violates_the_equations_as_much) {
   const model::System system(paper_chain());
   const maneuver::Maneuver maneuver = half_turn();

@@ -100,6 +100,29 @@ maneuver::Problem scaled(maneuver::Problem problem, double scale) {
   return problem;
 }
 
+// What a cost is counted in is nobody's unit.
+TEST(Scale, of_the_costs_weight_changes_no_minimum) {
+  for (const maneuver::Scheme scheme : {maneuver::Scheme::trapezoid, maneuver::Scheme::order4}) {
+    maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/examples/translation.toml");
+    problem.scheme = scheme;
+    if (scheme == maneuver::Scheme::order4) problem.rule.reset();
+    problem.steps = scheme == maneuver::Scheme::order4 ? 50 : 100;
+    problem.search.starts = 6;
+    const auto solved = [&](double weight) {
+      maneuver::Problem asked = problem;
+      asked.effort = weight;
+      return study::solve(model::System(asked.swimmer), asked, {}).front();
+    };
+    const maneuver::Solution one = solved(1.0);
+    for (const double weight : {0x1p-30, 0x1p30}) {
+      const maneuver::Solution other = solved(weight);
+      EXPECT_EQ(other.search.solved, one.search.solved) << weight;
+      EXPECT_NEAR(other.cost / weight, one.cost, tolerance(1e-9) * one.cost) << weight;
+      EXPECT_EQ(other.solver.iterations, one.solver.iterations) << weight;
+    }
+  }
+}
+
 TEST(Scale, of_length_changes_no_certificate_of_bodies_that_touch_an_obstacle) {
   maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/examples/around_an_obstacle.toml");
   problem.steps = 40;
