@@ -66,6 +66,12 @@ double momentum_of_last_digits(const StoredMotion& motion) {
   return last_digits * std::numeric_limits<double>::epsilon() * inertia / shortest_step(motion);
 }
 
+// Where nothing but round-off moves, the scale of the slowest motion that the steps could tell from rest.
+double scale_of(const StoredMotion& motion, const Largest& momenta) {
+  const double digits = momentum_of_last_digits(motion);
+  return momenta.value() > digits ? momenta.value() : digits / most_round_off;
+}
+
 VectorXd force(const StoredMotion& motion, int k) {
   return mechanics::generalized_force(motion.system, motion.solution.rotation[at(k)], motion.control[at(k)]);
 }
@@ -97,8 +103,8 @@ Balance check_steps(const StoredMotion& motion, const integrator::State& start) 
   Largest end_momentum;
   end_momentum.add(largest_part(system, arriving + 0.5 * h * U));
   if (motion.problem.goal && motion.problem.goal->rest) residual.add(end_momentum.value());
-  return {scale.value(), drift.largest().relative_to(scale.value()), residual.relative_to(scale.value()),
-          end_momentum.relative_to(scale.value())};
+  const double whole = scale_of(motion, scale);
+  return {whole, drift.largest().relative_to(whole), residual.relative_to(whole), end_momentum.relative_to(whole)};
 }
 
 Balance check_nodes(const StoredMotion& motion, const integrator::State& start) {
@@ -118,8 +124,8 @@ Balance check_nodes(const StoredMotion& motion, const integrator::State& start) 
     scale.add(motion.time_step * largest_part(motion.system, force(motion, k)));
     drift.add(k, momentum);
   }
-  balance.scale = scale.value();
-  balance.momentum_drift = drift.largest().relative_to(scale.value());
+  balance.scale = scale_of(motion, scale);
+  balance.momentum_drift = drift.largest().relative_to(balance.scale);
   return balance;
 }
 
@@ -135,7 +141,6 @@ double largest_part(const model::System& system, const VectorXd& v) {
 Balance check_balance(const StoredMotion& motion) {
   const integrator::State start = start_of(motion.system, motion.problem.start);
   Balance balance = motion.steps_known ? check_steps(motion, start) : check_nodes(motion, start);
-  if (balance.scale == 0.0) balance.scale = 1.0;
   balance.round_off = std::min(momentum_of_last_digits(motion) / balance.scale, most_round_off);
   balance.rotation_drift = rotation_drift(motion.solution);
   return balance;
@@ -180,6 +185,11 @@ double velocity_error(const StoredMotion& motion, const std::vector<integrator::
   const double linear = whole[0].value(), angular = whole[1].value();  // either may be next to nothing beside the other
   whole[0].add(size * angular);
   whole[1].add(linear / size);
+  const double digits = last_digits * std::numeric_limits<double>::epsilon() / shortest_step(motion);
+  if (whole[1].value() < digits) {  // rest
+    whole[0].add(size * digits / most_round_off);
+    whole[1].add(digits / most_round_off);
+  }
   Largest error;
   for (std::size_t kind = 0; kind < off.size(); ++kind)
     if (off[kind].value() > 0.0) error.add(off[kind].relative_to(whole[kind].value()));

@@ -34,6 +34,8 @@ bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
          (!proof.limits || proof.limits->violation <= limit_mark);
 }
 
+constexpr double reference_drift = 1e-9;  // of the scale, that the reference integrator's tolerance may leave
+
 // Where the problem's duration is free it is that of the files, which its bounds judge.
 double time_error(const StoredMotion& motion) {
   const std::vector<double>& time = motion.solution.time;
@@ -119,6 +121,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.clearance = clearance(motion);
   proof.momentum_drift = balance.momentum_drift;
   proof.momentum_round_off = balance.round_off;
+  if (!solution.marched_by.empty()) proof.momentum_round_off = std::max(proof.momentum_round_off, reference_drift);
   proof.equation_residual = balance.equation_residual;
   const bool sought = problem.goal && solution.status != maneuver::Status::simulated;
   if (!motion.steps_known && sought) certify_stages(motion, options, balance.scale, proof);

@@ -19,9 +19,13 @@ constexpr int least_window = 12;  // steps: brackets of shapes take their time
 // Of what is reached most. Steps reach directions that no motion does, by their own error: of a single joint angle the pose that
 // goes with it, to 1e-9. Spaces that hold such a direction do not lead into each other, and are looked for without it.
 constexpr std::array beyond_reach = {1e-10, 1e-8, 1e-6};
+// Slow motions of many steps show little of what brackets of moments reach in a short while, where nothing grows fast.
+constexpr std::array parts_of_motion = {windows, 8, 4};
 constexpr double misfit = 1e-6;
 
-int window_steps(int steps) { return std::min(steps, std::max(least_window, (steps + windows - 1) / windows)); }
+int window_steps(int steps, int parts = windows) {
+  return std::min(steps, std::max(least_window, (steps + parts - 1) / parts));
+}
 
 // Sizes of turns, shifts and momenta that belong together: a turn by 1 rad within `duration` s.
 VectorXd balanced_scale(const StoredMotion& motion, double duration) {
@@ -131,9 +135,8 @@ StepTangents step_tangents(const StoredMotion& motion, const StageMotion& stages
 namespace {
 
 // The spaces of what is reached by more than the least share; empty where they do not lead into each other.
-std::vector<MatrixXd> bases_of_share(const StepTangents& tangents, double least) {
+std::vector<MatrixXd> bases_of_share(const StepTangents& tangents, int window, double least) {
   const int steps = static_cast<int>(tangents.A.size());
-  const int window = window_steps(steps);
   std::vector<MatrixXd> basis(at(steps + 1));
   Eigen::Index most = 0;
   std::vector<int> anchors;
@@ -171,8 +174,10 @@ std::vector<MatrixXd> bases_of_share(const StepTangents& tangents, double least)
 }  // namespace
 
 std::vector<MatrixXd> reached_bases(const StepTangents& tangents) {
+  const int steps = static_cast<int>(tangents.A.size());
   for (const double least : beyond_reach)
-    if (std::vector<MatrixXd> basis = bases_of_share(tangents, least); !basis.empty()) return basis;
+    for (const int parts : parts_of_motion)
+      if (auto basis = bases_of_share(tangents, window_steps(steps, parts), least); !basis.empty()) return basis;
   return {};
 }
 

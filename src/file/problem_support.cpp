@@ -148,14 +148,16 @@ void require_within_limits(const ProblemFile& file, const model::System& system,
 
 void require_ends_within_limits(const ProblemFile& file) {
   const maneuver::Problem& problem = file.problem;
-  if (!problem.goal || problem.start.free_shape) return;
+  if (!problem.goal) return;
   const model::System system(problem.swimmer);
+  const maneuver::Maneuver maneuver =
+      maneuver::make_maneuver(system, problem, problem.steps);  // refuses contradictions
+  if (problem.start.free_shape) return;
   const integrator::State start = maneuver::start_state(system, problem.start);
   require_within_limits(file, system,
                         {"start", start.rotation, start.position, std::vector<bool>(start.rotation.size(), true), true,
                          "a start within the limits, or start.free_shape; widen the limit or change [start]"});
   if (problem.goal->periodic) return;
-  const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, problem.steps);
   mechanics::Rotations rotation = start.rotation;
   std::vector<bool> turned;
   for (std::size_t i = 0; i < rotation.size(); ++i) {

@@ -124,6 +124,24 @@ TEST(Program, verifies_the_march_of_a_solution_of_higher_order_by_another_scheme
   }
 }
 
+// Whose momenta are round-off and nothing else.
+TEST(Program, verifies_a_swimmer_that_rests_in_a_turned_pose) {
+  const Folder folder;
+  std::string text = text_of(varied_example(folder, "translation", {{"steps", "20"}}));
+  const std::string start = "[start]";
+  text.replace(text.find(start), start.size(),
+               start + "\nrotation.middle = [0.1, 0.2, 0.3]\nrotation.front = [0.3, 0.1, 0.2]");
+  std::ofstream(folder / "rest.toml") << text;
+  for (const char* scheme : {"trapezoid", "midpoint"}) {
+    ASSERT_EQ(
+        lamprey(folder, "simulate " + (folder / "rest.toml") + " --scheme " + scheme + " --out " + (folder / "run"))
+            .exit_code,
+        0);
+    const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
+    EXPECT_EQ(run.exit_code, 0) << run.out;
+  }
+}
+
 TEST(Program, says_that_standard_output_is_full) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no device that is always full";
   const Folder folder;
