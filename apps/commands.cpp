@@ -51,7 +51,7 @@ void print_verdict(const Results& results, const std::string& folder) {
   if (results.solution.status != Status::simulated) fmt::print("{}", file::wrapped(report::remarks(results)));
   for (const std::string& line : report::momentum_lines(results)) fmt::print("  {}\n", line);
   for (const auto& [name, value] : report::facts(results)) fmt::print("  {:<28} {}\n", name, value);
-  fmt::print("  {:<28} {}/report.html\n", "report", folder);
+  fmt::print("  {:<28} {}/report.html\n", "report", folder.empty() ? "." : folder);
 }
 
 // What is seldom meant, before time is spent on it.

@@ -23,7 +23,7 @@ TEST(Program, refuses_every_malformed_problem_with_code_3_and_leaves_no_folder) 
     EXPECT_FALSE(fs::exists(folder / "run")) << entry.path();
     ++files;
   }
-  EXPECT_GE(files, 40);
+  EXPECT_GE(files, 132);
 }
 
 TEST(Program, tells_usage_input_output_and_missing_files_apart) {
