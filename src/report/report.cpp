@@ -1,10 +1,10 @@
 #include "report/report.hpp"
 
-#include <stdexcept>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "model/input_error.hpp"
 #include "report/page_data.hpp"
 #include "report/page_template.hpp"
 #include "report/snapshots.hpp"
@@ -37,7 +37,9 @@ std::string report_html(const file::Results& results) {
 
 std::string comparison_html(const file::Results& a, const file::Results& b) {
   if (a.problem.bodies.size() != b.problem.bodies.size() || a.problem.joints.size() != b.problem.joints.size()) {
-    throw std::invalid_argument("report: the two swimmers differ in their numbers of bodies or joints");
+    throw model::InputError("report",
+                            "found two swimmers with other numbers of bodies or joints; allowed: two motions of "
+                            "alike swimmers; write a report of each");
   }
   const auto heading = [](const char* letter, const file::Results& results) {
     return "<h3>" + std::string(letter) + ": " + escaped(results.name) + "</h3>\n";

@@ -22,6 +22,10 @@
 namespace lamprey::report {
 namespace {
 
+std::string minima_in_words(std::size_t count) {
+  return count == 1 ? "1 minimum" : fmt::format("{} different minima", count);
+}
+
 // Where two solvers searched: who found the minima.
 std::string by_solvers(const maneuver::SearchRecord& search) {
   int newton = 0, ipopt = 0, both = 0;
@@ -122,7 +126,10 @@ void append_tracking(const maneuver::Tracking& tracking, std::vector<std::pair<s
 }  // namespace
 
 bool succeeded(const file::Results& results) {
-  return results.solution.status == Status::optimal || results.solution.status == Status::simulated;
+  if (results.solution.status == Status::simulated) return true;
+  const auto& proof = results.certificate;
+  const bool unresolved = proof && proof->replay && !(proof->replay->rotation_error <= certificate::replay_mark);
+  return results.solution.status == Status::optimal && !unresolved;
 }
 
 bool without_motion(const file::Results& results) {
@@ -266,7 +273,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
         "Work of the joints",
         number(moved->work, 5) + " J" + work_between_nodes(results.certificate, moved->work) + ", nothing won back");
     const Eigen::Vector3d way = solution.position.back() - solution.position.front();
-    if (problem.goal && (problem.goal->periodic || problem.cost_weights.of_displacement()))
+    if (problem.goal && (problem.goal->periodic || !problem.goal->distance()))
       rows.emplace_back("Displacement", vector(way) + " m");
     if (problem.goal && problem.goal->periodic && moved->distance > 0.0)
       rows.emplace_back("Cost of transport", number(moved->work / moved->distance, 5) + " J/m");
@@ -278,9 +285,10 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (solution.tracking) append_tracking(*solution.tracking, rows);
   if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solution.solver.name);
   if (const maneuver::SearchRecord& search = solution.search; sought && search.starts > 1)
-    rows.emplace_back("First guesses", fmt::format("{}{}, {} arrived, at {} different minima{}", search.starts,
-                                                   search.hops > 0 ? fmt::format(" and {} hops", search.hops) : "",
-                                                   search.solved, search.minima.size(), by_solvers(search)));
+    rows.emplace_back("First guesses",
+                      fmt::format("{}{}, {} arrived, at {}{}", search.starts,
+                                  search.hops > 0 ? fmt::format(" and {} hops", search.hops) : "", search.solved,
+                                  minima_in_words(search.minima.size()), by_solvers(search)));
   if (sought && solution.solver.iterations > 0) {
     rows.emplace_back("Iterations",
                       fmt::format("{}, {} evaluations", solution.solver.iterations, solution.solver.evaluations));

@@ -10,7 +10,7 @@
 
 namespace lamprey::report {
 
-/// Whether the run did what was asked: optimal, or simulated.
+/// Whether the run did what was asked: optimal, on steps that resolve the motion, or simulated.
 bool succeeded(const file::Results& results);
 
 /// Whether what was sought was not even found as a motion: the nodes, a guess then, do not obey the mechanics.

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "model/input_error.hpp"
 #include "report/page_data.hpp"
 #include "report/report.hpp"
 #include "report/sample_results.hpp"
@@ -165,7 +166,7 @@ TEST(Report, refuses_results_whose_arrays_do_not_fit) {
   EXPECT_THROW(report::report_html(two_parents), std::invalid_argument);
   file::Results lonely = tests::sample_results(10);
   lonely.problem.joints.clear();
-  EXPECT_THROW(report::comparison_html(tests::sample_results(10), lonely), std::invalid_argument);
+  EXPECT_THROW(report::comparison_html(tests::sample_results(10), lonely), model::InputError);
 }
 
 }  // namespace
