@@ -161,7 +161,7 @@ class Simulation {
     if (feedback_ || steps == 0) {
       moments = march_.moments(time, state);
     } else if (k == 0) {
-      moments = exerted(system_, control_(std::nextafter(time, time + h_)));
+      moments = exerted(system_, control_(time));
     } else {
       moments = exerted(system_, control_(std::nextafter(time, time - h_)));
       if (k < steps) add_half_of_jump(exerted(system_, control_(std::nextafter(time, time + h_))), state, moments);
