@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <system_error>
 #include <thread>
 
 #include "certificate/claims.hpp"
@@ -274,9 +273,6 @@ void finish_output() {
 int explain_failure() noexcept {
   try {
     throw;
-  } catch (const std::system_error& error) {  // fmt's, of standard output
-    fmt::print(stderr, "standard output: cannot be written: {}\n", error.code().message());
-    return input_output;
   } catch (const model::InputError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return invalid_input;
@@ -284,6 +280,10 @@ int explain_failure() noexcept {
     fmt::print(stderr, "{}\n", error.what());
     return input_output;
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) {  // what fmt then throws
+      fmt::print(stderr, "standard output: cannot be written: {}\n", std::strerror(errno));
+      return input_output;
+    }
     fmt::print(stderr, "lamprey: internal error: {}\n", error.what());
     return internal_error;
   } catch (...) {

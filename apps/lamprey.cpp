@@ -5,11 +5,13 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "commands.hpp"
+#include "file/problem_file.hpp"
 #include "file/toml_reader.hpp"
 #include "interrupt.hpp"
 
@@ -130,7 +132,7 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
       ->check(finite());
   simulate->add_option("--seed", arguments.simulate.seed, "of the random axes (default 1)")->check(without_sign());
   simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
-      ->check(CLI::Range(1, 10'000'000));
+      ->check(CLI::Range(std::int64_t{1}, lamprey::file::step_limit));
   simulate
       ->add_option(
           "--cycles", arguments.simulate.cycles,

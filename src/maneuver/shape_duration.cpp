@@ -41,8 +41,7 @@ void ShapeProgram::model_impulses_in_time(int k, const NodeModel& node, const No
 
 // Freedoms of the bodies become coordinates of the shape.
 void ShapeProgram::along_shape(const mechanics::Freedoms& freedoms, VectorXd& shape) {
-  for (int i = 1; i < system_.body_count(); ++i)
-    for (int f = 0; f < system_.body(i).freedoms; ++f) along_[shape_offset(system_.body(i)) + f] = freedoms[at(i)][f];
+  read_shape(system_, freedoms, along_);
   if (all_shapes_)
     shape = along_;
   else

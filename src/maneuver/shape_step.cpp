@@ -26,11 +26,6 @@ constexpr double least_learning = 0.1;  // cosine and length of what the inverse
 constexpr double slow = 0.2;            // contraction that calls for a new inverse
 
 // Coordinates of a shape out of freedoms of all bodies.
-void read_shape(const System& system, const Freedoms& freedoms, Eigen::Ref<VectorXd> shape) {
-  for (int i = 1; i < system.body_count(); ++i)
-    for (int f = 0; f < system.body(i).freedoms; ++f) shape[shape_offset(system.body(i)) + f] = freedoms[at(i)][f];
-}
-
 // C += ½ (A + Aᵀ).
 void add_symmetric_part(const Eigen::Ref<const MatrixXd>& A, Eigen::Ref<MatrixXd> C) {
   for (Index j = 0; j < A.cols(); ++j)
@@ -38,6 +33,11 @@ void add_symmetric_part(const Eigen::Ref<const MatrixXd>& A, Eigen::Ref<MatrixXd
 }
 
 }  // namespace
+
+void read_shape(const System& system, const Freedoms& freedoms, Eigen::Ref<VectorXd> shape) {
+  for (int i = 1; i < system.body_count(); ++i)
+    for (int f = 0; f < system.body(i).freedoms; ++f) shape[shape_offset(system.body(i)) + f] = freedoms[at(i)][f];
+}
 
 void write_shape(const System& system, const VectorXd& shape, Freedoms& freedoms) {
   for (int i = 1; i < system.body_count(); ++i)

@@ -27,6 +27,8 @@ inline int shape_offset(const model::Body& body) { return body.velocity_offset -
 
 /// Coordinates of a shape as freedoms of all bodies, of which the root's are left as they are.
 void write_shape(const model::System& system, const VectorXd& shape, mechanics::Freedoms& freedoms);
+/// The other way round, the root left aside: [shape_size].
+void read_shape(const model::System& system, const mechanics::Freedoms& freedoms, Eigen::Ref<VectorXd> shape);
 
 /// Whether a basis is the identity. Eigen's isIdentity says so of the first columns of one as well.
 inline bool is_identity(const MatrixXd& basis) { return basis.rows() == basis.cols() && basis.isIdentity(0.0); }

@@ -17,7 +17,7 @@
 #include "lie/so3.hpp"
 #include "mechanics/continuous.hpp"
 #include "report/wording.hpp"
-#include "study/answer.hpp"
+#include "study/plain_words.hpp"
 
 namespace lamprey::report {
 namespace {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 #include <stdexcept>
 #include <tuple>
 
@@ -13,6 +12,7 @@
 #include "maneuver/feedback.hpp"
 #include "study/found.hpp"
 #include "study/method.hpp"
+#include "study/plain_words.hpp"
 #include "study/refinement.hpp"
 
 namespace lamprey::study {
@@ -35,13 +35,6 @@ constexpr double half_turn_mark = 1e-4;     // rad
 constexpr double loosest_tolerance = 1e-4;  // of stationarity, that is worth proposing
 constexpr double cheaper_share = 1e-6;      // of the cost, by which a motion is cheaper
 constexpr double small_motion = 1e-2;  // displacement over the largest distance of joints from parents' mass centres
-
-std::string number(double value, int digits = 2) {
-  std::ostringstream text;
-  text.precision(digits);
-  text << value;
-  return text.str();
-}
 
 // What shows that files do not tell of the problem's own motion; empty when nothing does.
 std::string foreign(const Certificate& proof) {
@@ -195,14 +188,6 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
 // What is particular about where a search ended.
 std::string where_it_ended(const Problem& problem, const Solution& solution) {
   return far_turn(problem, solution) + spring_at_its_jump(problem, solution) + fading(problem, solution);
-}
-
-std::string words_of_goal(const Certificate& proof) {
-  return "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) + ".";
-}
-
-std::string words_of_minimum(const Certificate& proof) {
-  return " A strict local minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
 }
 
 // What second derivatives say, as sentences.
@@ -375,18 +360,6 @@ void add_feedback(const model::System& system, const Problem& problem, Parts& pa
 }
 
 }  // namespace
-
-std::string beyond_numbers(const Solution& solution, const Certificate& proof) {
-  std::string message = solution.message;
-  if (solution.status != Status::optimal) return message;
-  const auto take_out = [&](const std::string& sentence) {
-    if (const auto place = message.find(sentence); place != std::string::npos) message.erase(place, sentence.size());
-  };
-  take_out(words_of_goal(proof));
-  if (proof.second_order && proof.second_order->positive) take_out(words_of_minimum(proof));
-  message.erase(0, message.find_first_not_of(' '));
-  return message;
-}
 
 std::string fault(const Problem& problem, const Certificate& proof) {
   if (proof.equation_residual <= proof.equation_allowed())

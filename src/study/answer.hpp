@@ -22,9 +22,6 @@ Answer answer(const model::System& system, const maneuver::Problem& problem, con
 /// KKT residual to hold, whatever the optimiser thought.
 void judge(const maneuver::Problem& problem, const certificate::Certificate& certificate, maneuver::Solution& solution);
 
-/// An answer's message without what a verdict with the certificate's numbers says already; empty where that is all.
-std::string beyond_numbers(const maneuver::Solution& solution, const certificate::Certificate& certificate);
-
 /// What keeps a motion from being an optimal answer to the problem, as a clause without advice; empty where nothing does.
 std::string fault(const maneuver::Problem& problem, const certificate::Certificate& certificate);
 

@@ -1,0 +1,34 @@
+#include "study/plain_words.hpp"
+
+#include <sstream>
+
+namespace lamprey::study {
+
+std::string number(double value, int digits) {
+  std::ostringstream text;
+  text.precision(digits);
+  text << value;
+  return text.str();
+}
+
+std::string words_of_goal(const certificate::Certificate& proof) {
+  return "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) + ".";
+}
+
+std::string words_of_minimum(const certificate::Certificate& proof) {
+  return " A strict local minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
+}
+
+std::string beyond_numbers(const maneuver::Solution& solution, const certificate::Certificate& proof) {
+  std::string message = solution.message;
+  if (solution.status != maneuver::Status::optimal) return message;
+  const auto take_out = [&](const std::string& sentence) {
+    if (const auto place = message.find(sentence); place != std::string::npos) message.erase(place, sentence.size());
+  };
+  take_out(words_of_goal(proof));
+  if (proof.second_order && proof.second_order->positive) take_out(words_of_minimum(proof));
+  message.erase(0, message.find_first_not_of(' '));
+  return message;
+}
+
+}  // namespace lamprey::study
