@@ -108,7 +108,11 @@ void print_whether_solved(const file::ProblemFile& problem) {
 }  // namespace
 
 int solve(const SolveArguments& arguments) {
-  const file::ProblemFile problem_file = file::read_problem_file(arguments.problem);
+  file::ProblemFile problem_file = file::read_problem_file(arguments.problem);
+  maneuver::Search& search = problem_file.problem.search;
+  if (arguments.starts > 0) search.starts = arguments.starts;
+  if (arguments.seed) search.seed = *arguments.seed;
+  if (arguments.time_limit) search.time_limit = arguments.time_limit;
   study::SolveOptions options;
   options.workers = arguments.workers > 0 ? arguments.workers : static_cast<int>(std::thread::hardware_concurrency());
   if (arguments.solver == "newton") options.solver = study::Backend::newton;
@@ -117,9 +121,11 @@ int solve(const SolveArguments& arguments) {
   options.refinement = arguments.refinement;
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
   options.interrupted = interrupted;
+  std::optional<file::StoredMotion> first;
+  if (!arguments.first.empty()) first = {file::read_solution(arguments.first), arguments.first + "/solution.json"};
   file::require_writable(arguments.out);  // before the work, not after it
   tell_remarks(problem_file);
-  const Results results = file::solve_task(problem_file, options, arguments.command);
+  const Results results = file::solve_task(problem_file, options, arguments.command, first);
   file::write_files(arguments.out, {file::solution_file(results), file::trajectory_file(results),
                                     file::finished_file("report.html", report::report_html(results))});
   if (arguments.json) {

@@ -91,6 +91,16 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
   solve->add_flag_function(
       "--refinement,!--no-refinement", [&arguments](std::int64_t times) { arguments.solve.refinement = times > 0; },
       "solve on half and on twice the steps too, for the certificate's refinement (default: with newton)");
+  solve->add_option(
+      "--first", arguments.solve.first,
+      "folder of a stored motion of the same bodies and joints: the first guess, in the place of a random one");
+  solve->add_option("--starts", arguments.solve.starts, "first guesses to try, instead of the file's search.starts")
+      ->check(CLI::Range(1, 1'000'000));
+  solve->add_option("--seed", arguments.solve.seed, "of the first guesses, instead of the file's search.seed")
+      ->check(without_sign());
+  solve->add_option("--time-limit", arguments.solve.time_limit, "s, instead of the file's search.time_limit")
+      ->check(CLI::PositiveNumber)
+      ->check(finite());
   solve->add_flag("--json", arguments.solve.json, "print solution.json on standard output");
 }
 

@@ -142,6 +142,13 @@ class Trajectory:
         """
 
     @property
+    def joint_angle(self) -> numpy.typing.NDArray[numpy.float64] | None:
+        """
+        (nodes, joints, 3) rad from the zero angle: (θ, 0, 0) of a hinge, (θ₁, θ₂, 0) of a universal joint, rotation vector of a
+        ball joint, parent's frame. Whole turns add up. None: of files of early versions.
+        """
+
+    @property
     def control_stages(self) -> numpy.typing.NDArray[numpy.float64] | None:
         """
         (steps, stages, joints, 3) N m, of schemes above order 2; None of others.
@@ -185,6 +192,13 @@ class Trajectory:
     @property
     def provenance(self) -> dict[str, Any]:
         """version, build_type, compiler, machine, command, problem_sha256, seed."""
+
+    def joint_demands(self) -> list[dict[str, Any]]:
+        """
+        What the motion asks of each joint: joint (its name), largest_moment N m, largest_rate rad/s, largest_power W, work J
+        (∫ |u·ω| dt, nothing won back), angles (list of (least, largest) rad: of a hinge one, of a universal joint two, of a
+        ball joint how far it is from its zero angle). Over the nodes; an empty list: no motion.
+        """
 
     def report(self, path: str | os.PathLike) -> None:
         """
@@ -254,14 +268,16 @@ def load_solution(directory: str | os.PathLike) -> Trajectory:
     Reads solution.json of a directory: a Solution, or a Trajectory where it was simulated.
     """
 
-def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: float | None = None, progress: Callable[[str], object] | None = None) -> Solution:
+def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: float | None = None, first: Trajectory | str | os.PathLike | None = None, progress: Callable[[str], object] | None = None) -> Solution:
     """
     Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.
 
     problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); the answer does not depend on it.
     solver: "newton", "ipopt" or "both" from the same first guesses (default: newton where it takes the problem).
     refinement: solve on half and twice the steps too, for the certificate (default: where that is cheap).
-    time_limit: s, wall clock, instead of the problem's. progress: called with lines for people, from any thread.
+    time_limit: s, wall clock, instead of the problem's. first: a motion of the same bodies and joints, or its directory: the first
+    guess, in the place of a random one; its goal, limits, bodies' sizes and steps may have been others. progress: called with
+    lines for people, from any thread.
 
     Not arriving is a status, no exception. Raises InputError for problems that cannot be solved. Ctrl-C raises
     KeyboardInterrupt once the search has stopped; its attribute `solution` then holds the best point so far, with status

@@ -12,6 +12,7 @@
 #include "file/trajectory_file.hpp"
 #include "file/words.hpp"
 #include "module.hpp"
+#include "report/joint_demands.hpp"
 #include "report/report.hpp"
 
 namespace lamprey::python {
@@ -21,12 +22,15 @@ using namespace nb::literals;
 
 namespace {
 
+using Demands = std::vector<report::JointDemand>;
+
 // The results without what lies along the nodes, so that the rest is quick to read as JSON.
 file::Results without_arrays(file::Results results) {
   maneuver::Solution& s = results.solution;
   s.time.clear();
   s.rotation.clear();
   s.control.clear();
+  s.joint_angle.clear();
   s.angular_velocity.clear();
   s.stage_time.clear();
   s.control_stages.clear();
@@ -90,6 +94,23 @@ void write_report(const Trajectory& self, const std::filesystem::path& path) {
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   file::write_files(folder.string(),
                     {file::finished_file(path.filename().string(), report::report_html(self.results()))});
+}
+
+nb::list joint_demands(const Trajectory& self) {
+  nb::list all;
+  for (const report::JointDemand& demand : report::joint_demands(self.results()).value_or(Demands())) {
+    nb::list angles;
+    for (const auto& [least, largest] : demand.angles) angles.append(nb::make_tuple(least, largest));
+    nb::dict words;
+    words["joint"] = demand.joint;
+    words["largest_moment"] = demand.largest_moment;
+    words["largest_rate"] = demand.largest_rate;
+    words["largest_power"] = demand.largest_power;
+    words["work"] = demand.work;
+    words["angles"] = angles;
+    all.append(words);
+  }
+  return all;
 }
 
 nb::object load_solution(const std::filesystem::path& directory) {
@@ -170,6 +191,11 @@ void bind_results(nb::module_& module) {
                    "(nodes, bodies, 3, 3) rotation matrices, body → world.")
       .def_prop_ro("control", at("control"), nb::sig(LAMPREY_ARRAY("control")),
                    "(nodes, joints, 3) N m, moment on the parent, parent's frame; its opposite acts on the child.")
+      .def_prop_ro(
+          "joint_angle", at("joint_angle"),
+          nb::sig("def joint_angle(self) -> numpy.typing.NDArray[numpy.float64] | None"),
+          "(nodes, joints, 3) rad from the zero angle: (θ, 0, 0) of a hinge, (θ₁, θ₂, 0) of a universal joint, "
+          "rotation vector of a\nball joint, parent's frame. Whole turns add up. None: of files of early versions.")
       .def_prop_ro("control_stages", at("control_stages"),
                    nb::sig("def control_stages(self) -> numpy.typing.NDArray[numpy.float64] | None"),
                    "(steps, stages, joints, 3) N m, of schemes above order 2; None of others.")
@@ -197,6 +223,12 @@ void bind_results(nb::module_& module) {
                    "Where a march divided its steps; None where it did not.")
       .def_prop_ro("provenance", said("provenance"), nb::sig("def provenance(self) -> dict[str, typing.Any]"),
                    "version, build_type, compiler, machine, command, problem_sha256, seed.")
+      .def("joint_demands", &joint_demands, nb::sig("def joint_demands(self) -> list[dict[str, typing.Any]]"),
+           "What the motion asks of each joint: joint (its name), largest_moment N m, largest_rate rad/s, "
+           "largest_power W, "
+           "work J\n(∫ |u·ω| dt, nothing won back), angles (list of (least, largest) rad: of a hinge one, of a "
+           "universal "
+           "joint two, of a\nball joint how far it is from its zero angle). Over the nodes; an empty list: no motion.")
       .def("report", &write_report, "path"_a,
            "Writes the report, one HTML file that opens without a server or a network.")
       .def("save", &save, "directory"_a,

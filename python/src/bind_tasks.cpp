@@ -87,8 +87,23 @@ std::function<void(const std::string&)> told_to(const nb::object& progress) {
   throw nb::python_error(signal);
 }
 
+// A motion, or the directory of one; `word` is the argument.
+std::optional<file::StoredMotion> stored_motion(const nb::object& motion, const char* word) {
+  if (motion.is_none()) return std::nullopt;
+  if (nb::isinstance<Trajectory>(motion))
+    return file::StoredMotion{nb::cast<const Trajectory&>(motion).results(), word};
+  std::filesystem::path folder;
+  if (!nb::try_cast(motion, folder))
+    throw nb::type_error((std::string(word) +
+                          ": found neither a motion nor a path; allowed: a Solution, a Trajectory, or "
+                          "the directory of one")
+                             .c_str());
+  const std::string directory = folder.string();
+  return file::StoredMotion{file::read_solution(directory), directory + "/solution.json"};
+}
+
 Solution solve(nb::handle asked, const std::optional<int>& workers, const std::optional<std::string>& solver,
-               const std::optional<bool>& refinement, const std::optional<double>& time_limit,
+               const std::optional<bool>& refinement, const std::optional<double>& time_limit, const nb::object& first,
                const nb::object& progress) {
   const Problem problem = problem_or_loaded(asked);
   Call call("solve");
@@ -105,9 +120,11 @@ Solution solve(nb::handle asked, const std::optional<int>& workers, const std::o
   options.refinement = refinement;
   options.progress = told_to(progress);
   std::optional<file::Results> results;
+  const std::optional<file::StoredMotion> begin = stored_motion(first, "first");
+  if (begin) call.add("first", std::optional(begin->path));
   const auto signal = run_long([&](const Interrupted& interrupted) {
     options.interrupted = interrupted;
-    results = file::solve_task(file, options, call.text());
+    results = file::solve_task(file, options, call.text(), begin);
   });
   if (signal && results) throw_with(*signal, nb::cast(Solution(std::move(*results))));
   if (signal) throw nb::python_error(*signal);
@@ -162,14 +179,9 @@ void take_controls(const nb::object& controls, const file::Joints& joints, file:
 }
 
 void take_followed(const nb::object& feedback, file::MarchOptions& options) {
-  if (feedback.is_none()) return;
-  if (nb::isinstance<Trajectory>(feedback)) {
-    options.followed = nb::cast<const Trajectory&>(feedback).results();
-    options.followed_path = "feedback";
-  } else {
-    const auto folder = nb::cast<std::filesystem::path>(feedback).string();
-    options.followed = file::read_solution(folder);
-    options.followed_path = folder + "/solution.json";
+  if (std::optional<file::StoredMotion> followed = stored_motion(feedback, "feedback")) {
+    options.followed = std::move(followed->results);
+    options.followed_path = followed->path;
   }
 }
 
@@ -265,19 +277,22 @@ nb::tuple verify(const std::filesystem::path& directory, const nb::object& probl
 void bind_tasks(nb::module_& module) {
   module.def(
       "solve", &solve, "problem"_a, nb::kw_only(), "workers"_a = nb::none(), "solver"_a = nb::none(),
-      "refinement"_a = nb::none(), "time_limit"_a = nb::none(), "progress"_a = nb::none(),
+      "refinement"_a = nb::none(), "time_limit"_a = nb::none(), "first"_a = nb::none(), "progress"_a = nb::none(),
       nb::sig("def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: "
               "typing.Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: "
               "float | "
-              "None = None, progress: typing.Callable[[str], object] | None = None) -> Solution"),
+              "None = None, first: Trajectory | str | os.PathLike | None = None, progress: typing.Callable[[str], "
+              "object] | None = None) -> Solution"),
       "Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.\n\n"
       "problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); "
       "the answer does not depend on it.\n"
       "solver: \"newton\", \"ipopt\" or \"both\" from the same first guesses (default: newton where it takes the "
       "problem).\n"
       "refinement: solve on half and twice the steps too, for the certificate (default: where that is cheap).\n"
-      "time_limit: s, wall clock, instead of the problem's. progress: called with lines for people, from any "
-      "thread.\n\n"
+      "time_limit: s, wall clock, instead of the problem's. first: a motion of the same bodies and joints, or its "
+      "directory: the first\nguess, in the place of a random one; its goal, limits, bodies' sizes and steps may have "
+      "been "
+      "others. progress: called with\nlines for people, from any thread.\n\n"
       "Not arriving is a status, no exception. Raises InputError for problems that cannot be solved. Ctrl-C raises\n"
       "KeyboardInterrupt once the search has stopped; its attribute `solution` then holds the best point so far, with "
       "status\n\"interrupted\": `except KeyboardInterrupt as stop: stop.solution`.");

@@ -3,6 +3,8 @@ import inspect
 import re
 import subprocess
 import sys
+import sysconfig
+from pathlib import Path
 
 import lamprey as lp
 
@@ -37,3 +39,11 @@ def test_the_version_is_that_of_the_project(root, solution):
     from importlib.metadata import version
     stated = re.search(r"project\(lamprey VERSION ([0-9.]+)", (root / "CMakeLists.txt").read_text(encoding="utf-8"))[1]
     assert version("lamprey") == stated == solution.provenance["version"]
+
+
+def test_the_command_comes_along(root, solution):
+    command = Path(sysconfig.get_path("scripts")) / "lamprey"
+    said = subprocess.run([command, "check", root / "examples" / "yaw.toml"], check=True, capture_output=True, text=True)
+    assert "bodies" in said.stdout.lower()
+    version = subprocess.run([command, "--version"], check=True, capture_output=True, text=True).stdout
+    assert solution.provenance["version"] in version

@@ -112,3 +112,19 @@ def test_wrong_options_are_named(translation, options, key):
     with pytest.raises(lp.InputError) as raised:
         lp.simulate(translation, **options)
     assert raised.value.key == key
+
+
+def test_joint_angles_turn_bodies_as_the_motion_does(root):
+    march = lp.simulate(root / "examples" / "hinge_fins.toml", root / "examples" / "hinge_fins_controls.csv")
+    demands = march.joint_demands()
+    for j, joint in enumerate(march.problem["joints"]):
+        parent, child = march.rotation[:, joint["parent"]], march.rotation[:, joint["child"]]
+        angle = march.joint_angle[:, j, 0]
+        turn = parent[0].T @ child[0]
+        bent = np.einsum("kab,kac->kbc", parent, child)  # seen from the parent
+        cosine = (np.einsum("kaa->k", np.einsum("ab,kac->kbc", turn, bent)) - 1.0) / 2.0
+        assert np.abs(np.cos(angle - angle[0]) - cosine).max() < 1e-12
+        assert np.abs(march.joint_angle[:, j, 1:]).max() == 0.0
+        assert demands[j]["joint"] == joint["name"]
+        assert demands[j]["angles"] == [(angle.min(), angle.max())]
+        assert demands[j]["largest_moment"] == np.linalg.norm(march.control[:, j], axis=1).max() > 0.0

@@ -133,3 +133,13 @@ def test_a_search_leaves_python_running(translation):
         counter.join()
     assert seconds > 0.2  # long enough to tell
     assert counted > 50 * seconds
+
+
+def test_a_search_begins_at_a_motion(translation, solution, tmp_path):
+    farther = translation.changed(goal={"move": [2.2, "free", "free"]})
+    found = lp.solve(farther, first=solution)
+    assert found.status == "optimal" and found.solver["iterations"] < lp.solve(farther).solver["iterations"]
+    solution.save(tmp_path / "run")
+    assert np.array_equal(lp.solve(farther, first=tmp_path / "run").rotation, found.rotation)
+    with pytest.raises(TypeError):
+        lp.solve(farther, first=3)

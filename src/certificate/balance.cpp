@@ -146,6 +146,23 @@ Balance check_balance(const StoredMotion& motion) {
   return balance;
 }
 
+// rad, of the turns from the stored angles against those of the bodies; files of early versions have none.
+double joint_angle_error(const StoredMotion& motion) {
+  const maneuver::Solution& stored = motion.solution;
+  Largest error;
+  if (stored.joint_angle.empty()) return 0.0;
+  if (stored.joint_angle.size() != stored.rotation.size()) return unset;
+  for (std::size_t k = 0; k < stored.rotation.size(); ++k) {
+    if (stored.joint_angle[k].size() != at(motion.system.joint_count())) return unset;
+    for (int j = 0; j < motion.system.joint_count(); ++j) {
+      const model::Joint& joint = motion.system.joint(j);
+      const Matrix3d told = mechanics::rotation_at_turn(joint, stored.joint_angle[k][at(j)]);
+      error.add(lie::rotation_angle(told.transpose() * mechanics::child_to_parent(stored.rotation[k], joint)));
+    }
+  }
+  return error.value();
+}
+
 double velocity_error(const StoredMotion& motion, const std::vector<integrator::State>& states, double momentum_scale) {
   const model::System& system = motion.system;
   const maneuver::Solution& stored = motion.solution;
@@ -194,6 +211,7 @@ double velocity_error(const StoredMotion& motion, const std::vector<integrator::
   for (std::size_t kind = 0; kind < off.size(); ++kind)
     if (off[kind].value() > 0.0) error.add(off[kind].relative_to(whole[kind].value()));
   if (stored.angular_velocity.size() != states.size()) error.add(unset);
+  error.add(joint_angle_error(motion));
   return error.value();
 }
 

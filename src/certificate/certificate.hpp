@@ -119,9 +119,9 @@ struct Certificate {
   double start_error = unset;        // largest difference of node 0 from the problem's start, rad or m
   double control_error = unset;      // largest part of a moment that joints or control kind forbid / largest moment
   double time_error = unset;         // largest difference of a node's time from equal steps / duration
-  double velocity_error =
-      unset;                  // largest difference of stored velocities and momenta from those of the steps / largest
-  double cost_error = unset;  // relative difference of the stored cost from the one recomputed
+  double velocity_error = unset;     // largest difference of stored velocities and momenta from those of the steps /
+                                     // largest, and of joint angles from those of the bodies, rad
+  double cost_error = unset;         // relative difference of the stored cost from the one recomputed
 
   std::optional<Clearance> clearance;  // least gap of two bodies; nothing for a single one
 

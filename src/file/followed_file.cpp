@@ -13,36 +13,42 @@ using model::InputError;
 
 constexpr double beyond = 1e-9;  // relative: how far a march may end past the maneuver
 
+[[noreturn]] void refuse_motion(const std::string& path, const std::string& key, const std::string& found,
+                                const std::string& allowed, const std::string& cure) {
+  throw InputError(path, key, fmt::format("found {}; allowed: {}; {}", found, allowed, cure));
+}
+
 }  // namespace
 
-void require_followed(const Results& results, const std::string& path, const model::System& follower, double duration) {
-  const auto refuse = [&](const std::string& key, const std::string& found, const std::string& allowed,
-                          const std::string& cure) {
-    throw InputError(path, key, fmt::format("found {}; allowed: {}; {}", found, allowed, cure));
-  };
+void require_same_tree(const Results& results, const std::string& path, const model::System& swimmer, bool same_kinds) {
   const ResolvedProblem& problem = results.problem;
-  const auto bodies = static_cast<std::size_t>(follower.body_count());
+  const auto bodies = static_cast<std::size_t>(swimmer.body_count());
   if (problem.bodies.size() != bodies)
-    refuse("/problem/bodies", fmt::format("{} bodies", problem.bodies.size()),
-           fmt::format("the {} of the swimmer that shall follow", bodies), "choose a maneuver of the same swimmer");
+    refuse_motion(path, "/problem/bodies", fmt::format("{} bodies", problem.bodies.size()),
+                  fmt::format("{}, as the problem's swimmer has", bodies), "choose a motion of the same swimmer");
   for (std::size_t j = 0; j < problem.joints.size(); ++j) {
     const ResolvedJoint& joint = problem.joints[j];
-    const model::Joint& own = follower.joint(static_cast<int>(j));
-    if (joint.kind != own.kind || joint.parent != own.parent || joint.child != own.child)
-      refuse(fmt::format("/problem/joints/{}", j),
-             fmt::format("a {} joint from body {} to body {}", word(joint.kind), joint.parent, joint.child),
-             fmt::format("a {} joint from body {} to body {}, as the swimmer that shall follow has", word(own.kind),
-                         own.parent, own.child),
-             "choose a maneuver of the same swimmer");
+    const model::Joint& own = swimmer.joint(static_cast<int>(j));
+    if ((same_kinds && joint.kind != own.kind) || joint.parent != own.parent || joint.child != own.child)
+      refuse_motion(path, fmt::format("/problem/joints/{}", j),
+                    fmt::format("a {} joint from body {} to body {}", word(joint.kind), joint.parent, joint.child),
+                    fmt::format("a {} joint from body {} to body {}, as the problem's swimmer has", word(own.kind),
+                                own.parent, own.child),
+                    "choose a motion of the same swimmer");
   }
-  if (results.solution.time.empty()) refuse("/time", "no nodes", "those of a maneuver", "solve the maneuver again");
+  if (results.solution.time.size() < 2)
+    refuse_motion(path, "/time", "no motion", "the nodes of one", "choose another, or solve it again");
+}
+
+void require_followed(const Results& results, const std::string& path, const model::System& follower, double duration) {
+  require_same_tree(results, path, follower, true);
   if (results.solution.feedback.gain.empty())
-    refuse("/feedback", "no gains", "those that lamprey solve stores with optimal maneuvers",
-           "solve the maneuver again, with a longer search.time_limit where that has ended the search");
+    refuse_motion(path, "/feedback", "no gains", "those that lamprey solve stores with optimal maneuvers",
+                  "solve the maneuver again, with a longer search.time_limit where that has ended the search");
   const double end = results.solution.time.back();
   if (!(duration <= end * (1.0 + beyond)))
-    refuse("/problem/duration", fmt::format("{} s, where the march takes {} s", end, duration),
-           "a maneuver that does not end before the march", "set a shorter --duration");
+    refuse_motion(path, "/problem/duration", fmt::format("{} s, where the march takes {} s", end, duration),
+                  "a maneuver that does not end before the march", "set a shorter --duration");
 }
 
 }  // namespace lamprey::file

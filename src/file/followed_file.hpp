@@ -8,8 +8,11 @@
 
 namespace lamprey::file {
 
-/// Holds a maneuver to the swimmer that shall follow it for `duration` s: gains, as many bodies, the same joints between them
-/// (inertia and offsets may differ), and an end not before the march's. model::InputError with the field where it does not
+/// Holds a stored motion to a swimmer: as many bodies and the same joints between them, of the same kinds where these count
+/// (inertia and offsets may differ), and nodes. model::InputError with the field where it does not fit; `path` names it there.
+void require_same_tree(const Results& results, const std::string& path, const model::System& swimmer, bool same_kinds);
+
+/// Holds a maneuver to the swimmer that shall follow it for `duration` s: the same tree, gains, and an end not before the march's. model::InputError with the field where it does not
 /// fit; `path` names the maneuver there.
 void require_followed(const Results& results, const std::string& path, const model::System& follower, double duration);
 

@@ -155,6 +155,8 @@ std::vector<ShapedArray> shaped_arrays(const Results& results) {
   arrays.push_back(by_node(named("", "position", "m"), s.position, nodes, {3}));
   arrays.push_back(by_node_and_part(named("", "rotation", "1"), s.rotation, nodes, bodies, {3, 3}));
   arrays.push_back(by_node_and_part(named("", "control", "N m"), s.control, nodes, joints, {3}));
+  if (!s.joint_angle.empty())  // files of early versions have none
+    arrays.push_back(by_node_and_part(named("", "joint_angle", "rad"), s.joint_angle, nodes, joints, {3}));
   add_stages(s, nodes == 0 ? 0 : nodes - 1, joints, arrays);
   arrays.push_back(by_node(named("velocity", "linear", "m/s"), s.linear_velocity, nodes, {3}));
   arrays.push_back(by_node_and_part(named("velocity", "angular", "rad/s"), s.angular_velocity, nodes, bodies, {3}));

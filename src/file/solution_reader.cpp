@@ -240,6 +240,8 @@ void read_motion(const JsonReader& reader, const ResolvedProblem& problem, maneu
   read_nodes(reader.at("position"), nodes, solution.position);
   read_nodes(reader.at("rotation"), nodes, problem.bodies.size(), solution.rotation);
   read_nodes(reader.at("control"), nodes, problem.joints.size(), solution.control);
+  if (reader.has("joint_angle"))
+    read_nodes(reader.at("joint_angle"), nodes, problem.joints.size(), solution.joint_angle);
   if (nodes != 0) read_stages(reader, nodes - 1, problem.joints.size(), solution);
   const JsonReader velocity = reader.at("velocity");
   read_nodes(velocity.at("linear"), nodes, solution.linear_velocity);

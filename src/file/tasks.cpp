@@ -199,11 +199,16 @@ Results begun_results(const ProblemFile& file, const model::System& system, cons
   return results;
 }
 
-Results solve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command) {
+Results solve_task(const ProblemFile& file, study::SolveOptions options, const std::string& command,
+                   const std::optional<StoredMotion>& first) {
   const bool of_ipopt = options.solver == study::Backend::ipopt || options.solver == study::Backend::both;
   require_supported(file, of_ipopt ? Purpose::solve_with_ipopt : Purpose::solve);
   const model::System system = system_of(file);
   Results results = begun_results(file, system, command);
+  if (first) {
+    require_same_tree(first->results, first->path, system, false);
+    options.first = study::first_motion(system, file.problem, first->results.solution);
+  }
   try {
     study::Answer answer = study::answer(system, file.problem, options);
     results.solution = std::move(answer.solution);

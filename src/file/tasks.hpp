@@ -24,8 +24,16 @@ model::System system_of(const ProblemFile& file);
 /// What is known of an answer before it is sought; `command` goes into its provenance.
 Results begun_results(const ProblemFile& file, const model::System& system, const std::string& command);
 
-/// Finds the maneuver and its certificate. Throws model::InputError, with its place, for problems that are not solved.
-Results solve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command);
+/// A stored motion that a search begins with.
+struct StoredMotion {
+  Results results;
+  std::string path;  // names it in messages
+};
+
+/// Finds the maneuver and its certificate. Throws model::InputError, with its place, for problems that are not solved, and for
+/// a first motion that is none of the problem's swimmer.
+Results solve_task(const ProblemFile& file, study::SolveOptions options, const std::string& command,
+                   const std::optional<StoredMotion>& first = {});
 
 struct MarchOptions {
   std::optional<maneuver::Scheme> scheme = {};  // instead of the file's

@@ -35,6 +35,16 @@ void read_interval(const System& system, const NodePath& path, int k, mechanics:
 
 }  // namespace
 
+void append_joint_angles(const System& system, const mechanics::Rotations& R, std::vector<Vectors>& joint_angle) {
+  const Vectors before = joint_angle.empty() ? Vectors(at(system.joint_count()), Vector3d::Zero()) : joint_angle.back();
+  Vectors now;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const model::Joint& joint = system.joint(j);
+    now.push_back(mechanics::turn_from_zero(joint, mechanics::child_to_parent(R, joint), before[at(j)]));
+  }
+  joint_angle.push_back(std::move(now));
+}
+
 void append_node(const System& system, double time, const integrator::State& state, const mechanics::Moments& control,
                  Solution& solution) {
   const VectorXd velocity = integrator::velocity_of_state(system, state);
@@ -45,6 +55,7 @@ void append_node(const System& system, double time, const integrator::State& sta
   solution.position.push_back(state.position);
   solution.rotation.push_back(state.rotation);
   solution.control.push_back(mechanics::applied_moments(system, state.rotation, control));
+  append_joint_angles(system, state.rotation, solution.joint_angle);
   solution.linear_velocity.push_back(state.rotation[0].transpose() * velocity.tail<3>());
   solution.angular_velocity.push_back(angular);
   solution.linear_momentum.bodies.push_back(bodies.linear);

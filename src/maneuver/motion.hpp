@@ -7,7 +7,7 @@
 
 namespace lamprey::maneuver {
 
-/// Fills time, position, rotation, control, velocity and momentum of a solution from a motion's nodes.
+/// Fills time, position, rotation, control, joint angles, velocity and momentum of a solution from a motion's nodes.
 /// μ_k = p⁻_k − (h/2) U_k at all nodes but the last, μ_N = p⁺_N + (h/2) U_N; velocities are 𝕀⁻¹ μ.
 void describe_motion(const model::System& system, mechanics::DiscreteLagrangian lagrangian, double time_step,
                      const NodePath& path, Solution& solution);

@@ -117,6 +117,7 @@ struct Solution {
   Vectors position;                                    // [N+1] m, root's mass centre, world
   std::vector<std::vector<Eigen::Matrix3d>> rotation;  // [N+1][bodies] body → world
   std::vector<Vectors> control;                        // [N+1][joints] N m, on the parent, parent's frame
+  std::vector<Vectors> joint_angle;                    // [N+1][joints] rad, as mechanics::turn_from_zero has them
   Vectors linear_velocity;                             // [N+1] m/s of the root, root frame
   std::vector<Vectors> angular_velocity;               // [N+1][bodies] rad/s, body frames
   MomentumHistory linear_momentum;                     // kg m/s

@@ -1,6 +1,7 @@
 #include "mechanics/tree_motion.hpp"
 
 #include <cmath>
+#include <numbers>
 
 namespace lamprey::mechanics {
 
@@ -67,6 +68,25 @@ Vector3d joint_angles(const Joint& joint, const Matrix3d& Q) {
     angles[1] = std::atan2(joint.child_axis.dot(a.cross(a0)), a0.dot(a));
   }
   return angles;
+}
+
+Vector3d turn_from_zero(const Joint& joint, const Matrix3d& Q, const Vector3d& before) {
+  constexpr double whole_turn = 2.0 * std::numbers::pi;
+  if (!joint.free()) {
+    const Vector3d angles = joint_angles(joint, Q);
+    return angles + whole_turn * ((before - angles) / whole_turn).array().round().matrix();
+  }
+  const Vector3d turn = lie::log(Q * joint.reference_rotation.transpose());
+  const double angle = turn.norm();
+  // next to whole turns the axis is lost in round-off; it is the last one then
+  const bool has_axis = angle > 1e-8 || before.norm() < std::numbers::pi;
+  const Vector3d axis = !has_axis ? before.normalized() : angle > 0.0 ? Vector3d(turn / angle) : Vector3d::Zero();
+  const double reached = has_axis ? angle : axis.dot(turn);
+  return (reached + whole_turn * std::round((axis.dot(before) - reached) / whole_turn)) * axis;
+}
+
+Matrix3d rotation_at_turn(const Joint& joint, const Vector3d& turn) {
+  return joint.free() ? Matrix3d(lie::exp(turn) * joint.reference_rotation) : joint_rotation(joint, turn);
 }
 
 Matrix3d joint_rotation(const Joint& joint, const Vector3d& angles) {

@@ -47,6 +47,14 @@ void pack(const model::System& system, const Freedoms& freedoms, const Vector3d&
 /// Angles of the joint to body i's parent about its axes, rad in (−π, π]; entries beyond its freedoms are 0.
 Vector3d joint_angles(const model::Joint& joint, const Matrix3d& child_to_parent);
 
+/// How far a joint has turned from its zero angle, rad: the angles of a hinge or universal joint about its axes, of a ball joint
+/// the rotation vector log(Q Q_0ᵀ), parent's frame. Of the values that mean the same turn, the one next to `before`: along a
+/// motion whole turns add up.
+Vector3d turn_from_zero(const model::Joint& joint, const Matrix3d& child_to_parent, const Vector3d& before);
+
+/// Q of a joint of any kind at such a turn.
+Matrix3d rotation_at_turn(const model::Joint& joint, const Vector3d& turn);
+
 /// Q = R_pᵀ R_c of a joint that leads its child, at angles about its axes (equation 8.1).
 Matrix3d joint_rotation(const model::Joint& joint, const Vector3d& angles);
 

@@ -102,7 +102,9 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
            "Largest part of a moment that joints, control_axes or the control’s kind do not have, relative to the "
            "largest moment."),
       held("Stored velocities", proof.velocity_error, "", velocity_mark,
-           "Largest difference of the stored velocities and momenta from those of the steps, relative to the largest."),
+           "Largest difference of the stored velocities and momenta from those of the steps, relative to the largest, "
+           "and of "
+           "joint angles from the bodies' turns, in rad."),
       held("Stored cost", proof.cost_error, "", cost_mark,
            "Relative difference of the stored cost from the one recomputed along the motion."),
       held("First-order optimality (KKT)", proof.kkt, "", problem.tolerance,

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "lie/so3.hpp"
+#include "report/joint_demands.hpp"
 #include "report/poses.hpp"
 #include "report/summary.hpp"
 #include "report/wording.hpp"
@@ -82,13 +83,14 @@ std::string momentum_columns(const maneuver::MomentumHistory& momentum, const No
 
 std::string frames_text(const file::Results& results) {
   const maneuver::Solution& s = results.solution;
-  const std::size_t numbers = 25 + 7 * results.problem.bodies.size() + 3 * results.problem.joints.size();
+  const std::size_t numbers = 25 + 7 * results.problem.bodies.size() + 6 * results.problem.joints.size();
   const Nodes nodes = drawn_nodes(s.time.size(), numbers);
   return fmt::format(
-      R"({{"time":{},"position":{},"rotation":{},"control":{},"linear_velocity":{},"angular_velocity":{},)"
+      R"({{"time":{},"position":{},"rotation":{},"control":{},"joint_angle":{},"linear_velocity":{},"angular_velocity":{},)"
       R"("linear_momentum":{},"angular_momentum":{}}})",
       column(s.time, nodes), column(s.position, nodes), quaternion_column(s.rotation, nodes), column(s.control, nodes),
-      column(s.linear_velocity, nodes), column(s.angular_velocity, nodes), momentum_columns(s.linear_momentum, nodes),
+      s.joint_angle.empty() ? "[]" : column(s.joint_angle, nodes), column(s.linear_velocity, nodes),
+      column(s.angular_velocity, nodes), momentum_columns(s.linear_momentum, nodes),
       momentum_columns(s.angular_momentum, nodes));
 }
 
@@ -143,6 +145,25 @@ json problem_of(const file::ResolvedProblem& problem) {
       {"joint_rows", joints}};
 }
 
+/// Rows of what the motion asks of each joint; none where there are no joints or no motion.
+json demands_of(const file::Results& results) {
+  const std::optional<std::vector<JointDemand>> demands = joint_demands(results);
+  json rows = json::array();
+  if (!demands) return rows;
+  for (std::size_t j = 0; j < demands->size(); ++j) {
+    const JointDemand& demand = (*demands)[j];
+    std::vector<std::string> angles;
+    for (const auto& [least, largest] : demand.angles)
+      angles.push_back(results.problem.joints[j].kind == model::JointKind::ball
+                           ? "up to " + number(largest, 4)
+                           : number(least, 4) + " … " + number(largest, 4));
+    rows.push_back({demand.joint, number(demand.largest_moment, 5), number(demand.largest_rate, 4),
+                    number(demand.largest_power, 5), number(demand.work, 5),
+                    angles.empty() ? std::string("–") : fmt::format("{}", fmt::join(angles, "; "))});
+  }
+  return rows;
+}
+
 json words_of(const file::Results& results) {
   const maneuver::Solution& solution = results.solution;
   const bool sought = solution.status != maneuver::Status::simulated;
@@ -172,12 +193,16 @@ json words_of(const file::Results& results) {
       run["minima"].push_back({minimum.cost, minimum.count});
   }
   if (sought && !solution.solver.history.empty()) run["history"] = history_of(solution.solver);
+  run["demand_heads"] = {"Joint",           "Largest moment [N m]", "Largest rate [rad/s]", "Largest power [W]",
+                         "Work ∫|u·ω| [J]", "Angle from zero [rad]"};
+  run["demands"] = demands_of(results);
   run["bodies"] = run["joints"] = json::array();
   for (const file::ResolvedBody& body : results.problem.bodies) {
     run["bodies"].push_back({{"name", body.name}, {"semi_axes", triple(body.semi_axes)}});
   }
   for (const file::ResolvedJoint& joint : results.problem.joints) {
     run["joints"].push_back({{"name", joint.name},
+                             {"kind", joint_kind_name(joint.kind)},
                              {"parent", joint.parent},
                              {"child", joint.child},
                              {"parent_offset", triple(joint.parent_offset)},

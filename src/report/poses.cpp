@@ -62,6 +62,7 @@ void ensure_shapes(const file::Results& results) {
   ensure_size("position", s.position.size(), count);
   ensure_rows("rotation", s.rotation, count, bodies);
   ensure_rows("control", s.control, count, joints);
+  if (!s.joint_angle.empty()) ensure_rows("joint_angle", s.joint_angle, count, joints);
   ensure_size("velocity.linear", s.linear_velocity.size(), count);
   ensure_rows("velocity.angular", s.angular_velocity, count, bodies);
   for (const maneuver::MomentumHistory* momentum : {&s.linear_momentum, &s.angular_momentum}) {

@@ -47,7 +47,7 @@ std::string foreign(const Certificate& proof) {
   if (!(proof.momentum_drift <= proof.momentum_allowed()))
     return "total momentum changes by " + number(proof.momentum_drift) + " of its scale";
   if (!(proof.velocity_error <= certificate::velocity_mark))
-    return "stored velocities or momenta are off by " + number(proof.velocity_error) + " of the largest";
+    return "stored velocities, momenta or joint angles are off by " + number(proof.velocity_error) + " of the largest";
   if (!(proof.cost_error <= certificate::cost_mark))
     return "the stored cost is off by " + number(proof.cost_error) + " of the one recomputed";
   return "";
@@ -414,7 +414,8 @@ void judge_march(const Certificate& proof, Solution& solution) {
   else if (beyond(proof.start_error, certificate::start_mark))
     missing = "it begins " + number(proof.start_error) + " (rad or m) beside its start";
   else if (beyond(proof.velocity_error, certificate::velocity_mark))
-    missing = "stored velocities or momenta are off by " + number(proof.velocity_error) + " of the largest";
+    missing =
+        "stored velocities, momenta or joint angles are off by " + number(proof.velocity_error) + " of the largest";
   if (missing.empty()) return;
   solution.status = Status::stalled;
   solution.message = "No march: " + missing + ".";

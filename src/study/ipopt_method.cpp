@@ -99,12 +99,16 @@ class IpoptMethod : public Method {
   }
 
   NodePath guess(const Maneuver& grid, int start) const {
+    if (start == 0 && options_.first) return maneuver::refined(system_, options_.first->path, grid.steps);
     return maneuver::random_guess(system_, grid, seed_of_start(problem_, start));
   }
 
+  // s, of a first guess's free duration; 0: the problem's.
+  double duration_of(int start) const { return start == 0 && options_.first ? options_.first->duration : 0.0; }
+
   // Where rank is read: on no motion errors may grow from step to step.
   NodePath some_motion(const Maneuver& grid) const {
-    for (int start = 0; start < rank_guesses; ++start)
+    for (int start = options_.first ? 1 : 0; start < rank_guesses; ++start)
       if (const auto motion = moved_by_shapes(grid, start)) return *motion;
     return guess(grid, 0);
   }
@@ -158,14 +162,16 @@ class IpoptMethod : public Method {
                                            program.pack(maneuver::refined(system_, free.path, coarse_.steps)));
     }
     if (!problem_.cost_weights.any())
-      return optimizer::solve_with_ipopt(program, optimizer_options(start_iterations), program.pack(guess));
+      return optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
+                                         program.pack(guess, duration_of(start)));
     // rates of a first guess say little: costs that depend on them wait for the cheapest motion by effort
     const double effort = problem_.cost_weights.of_displacement() ? problem_.effort : 1.0;
     Maneuver by_effort = coarse_;
     by_effort.cost_weights = {.displacement = problem_.cost_weights.displacement};
     by_effort.node_weight = maneuver::node_weights(problem_.cost_rule(), effort, coarse_.time_step(), coarse_.steps);
     Transcription first(system_, by_effort, rows_, limits_);
-    const Outcome outcome = optimizer::solve_with_ipopt(first, optimizer_options(start_iterations), first.pack(guess));
+    const Outcome outcome =
+        optimizer::solve_with_ipopt(first, optimizer_options(start_iterations), first.pack(guess, duration_of(start)));
     Outcome last =
         optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
                                     program.pack(first.unpack(outcome.point), first.duration(outcome.point)));

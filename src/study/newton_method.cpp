@@ -213,12 +213,13 @@ class NewtonMethod : public Method {
   }
 
   Found solve_start(int start) const {
-    const int coarse = coarse_of(problem_.steps), first = std::min(coarse, first_steps);
+    const int coarse = coarse_of(problem_.steps);
+    const int first = begins_as_asked(start) ? coarse : std::min(coarse, first_steps);
     Found found = solve_guess(start, first, first < coarse ? rough_tolerance : fine_tolerance, Outcome());
-    if (first == coarse) return found;
+    if (coarse <= first_steps) return found;
     if (found.outcome.termination == Termination::infeasible)
       found.limit_multipliers = {};  // those of limits never kept
-    if (!found.path.rotation.empty()) found = carry_on(found, coarse, fine_tolerance);
+    if (first < coarse && !found.path.rotation.empty()) found = carry_on(found, coarse, fine_tolerance);
     found.coarser = NodePath();                                     // a rough answer foretells nothing
     const bool composed = !integrator::single_step(asked_.scheme);  // a step is many of these
     const int finest = composed ? finest_first_steps : std::min(problem_.steps, finest_first_steps);
@@ -277,12 +278,16 @@ class NewtonMethod : public Method {
   Found solve_guess(int start, int steps, double tolerance, const Outcome& before) const {
     Found found;
     found.outcome = before;
+    if (begins_as_asked(start)) found.duration = options_.first->duration;
     Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
     solve(grid, first_guess(grid, start), tolerance, found);
     return found;
   }
 
+  bool begins_as_asked(int start) const { return start == 0 && options_.first.has_value(); }
+
   NodePath first_guess(const Grid& grid, int start) const {
+    if (begins_as_asked(start)) return maneuver::refined(system_, options_.first->path, grid.maneuver.steps);
     NodePath guess = maneuver::random_guess(system_, grid.maneuver, seed_of_start(problem_, start));
     if (passive() && !problem_.goal->periodic)
       guess = maneuver::with_passive_joints(system_, grid.maneuver, reached_.coordinates, guess).value_or(guess);

@@ -19,11 +19,11 @@ int expected_order(const maneuver::Problem& problem);
 /// Asks for the cost on half and on twice the steps; where these cannot be halved, on twice and four times as many.
 certificate::Refinement refine_cost(const maneuver::Problem& problem, double cost, const CostOnGrid& cost_on_grid);
 
-/// The numbers from costs on three grids, each twice as fine as the one before. Where the observed order is further than
-/// half the expected one from it, order, limit and error stay NaN.
+/// The numbers from costs on three grids, each twice as fine as the one before. Where the observed order is not
+/// from half the expected one, p, to the larger of 3p/2 and p + 3/2, order, limit and error stay NaN.
 certificate::Refinement refinement_of(const std::vector<certificate::GridCost>& grids, int steps, int expected_order);
 
-/// A sentence where the cost has not settled; empty else.
+/// A sentence where there is no error bar on the cost; empty else.
 std::string refinement_words(const certificate::Refinement& refinement);
 
 }  // namespace lamprey::study

@@ -9,6 +9,7 @@
 #include "maneuver/problem.hpp"
 #include "maneuver/solution.hpp"
 #include "model/system.hpp"
+#include "study/first_motion.hpp"
 
 namespace lamprey::study {
 
@@ -18,6 +19,7 @@ enum class Backend { automatic, newton, ipopt, both };
 
 struct SolveOptions {
   Backend solver = Backend::automatic;
+  std::optional<FirstMotion> first = {};             // what the first of the first guesses is; else they are random
   int workers = 1;                                   // threads (Ipopt: processes); the answer does not depend on it
   std::function<void(const std::string&)> progress;  // a line for people, may be empty
   std::function<bool()> interrupted;                 // asked often; may be empty

@@ -75,6 +75,9 @@ TEST(Verdict, does_not_pass_velocities_or_momenta_of_another_motion) {
   EXPECT_GT(error_with([](maneuver::Solution& answer) { answer.linear_momentum.fluid[3] *= 1.01; }), 1e-4);
   EXPECT_GT(error_with([](maneuver::Solution& answer) { answer.angular_momentum.bodies[3] *= 1.01; }), 1e-4);
   EXPECT_GT(error_with([](maneuver::Solution& answer) { answer.linear_velocity.pop_back(); }), 1.0);
+  EXPECT_NEAR(error_with([](maneuver::Solution& answer) { answer.joint_angle[3][1].z() += 1e-3; }), 1e-3,
+              tolerance(1e-9));
+  EXPECT_GT(error_with([](maneuver::Solution& answer) { answer.joint_angle.pop_back(); }), 1.0);
 }
 
 TEST(Verdict, does_not_pass_another_start) {

@@ -93,6 +93,27 @@ TEST(Program, writes_its_best_point_when_interrupted) {
   EXPECT_EQ(file::read_solution(out).solution.status, maneuver::Status::interrupted);
 }
 
+TEST(Program, takes_a_first_motion_of_the_same_swimmer_alone) {
+  const Folder folder;
+  const std::string found = folder / "found", again = folder / "again";
+  ASSERT_EQ(lamprey(folder, "solve " + example("translation") + " --out " + found).exit_code, 0);
+  const auto begun = [&](const std::string& problem, const std::string& first) {
+    return lamprey(folder, "solve " + example(problem) + " --starts 1 --seed 7 --time-limit 60 --first " + first +
+                               " --out " + again);
+  };
+  EXPECT_EQ(begun("translation", found).exit_code, 0);
+  const file::Results results = file::read_solution(again);
+  EXPECT_EQ(results.solution.search.starts, 1);
+  EXPECT_EQ(results.provenance.seed, 7U);
+  const ProgramRun other = begun("eel_gait", found);
+  EXPECT_EQ(other.exit_code, 3);
+  EXPECT_NE(other.err.find("found 3 bodies; allowed: 10"), std::string::npos) << other.err;
+  EXPECT_EQ(begun("translation", folder / "nowhere").exit_code, 6);
+  for (const char* wrong : {"--time-limit nan", "--time-limit 0", "--starts 0", "--seed -1"})
+    EXPECT_EQ(lamprey(folder, "solve " + example("translation") + " --out " + again + " " + wrong).exit_code, 2)
+        << wrong;
+}
+
 TEST(Program, verify_sees_a_duration_that_is_none) {
   const Folder folder;
   const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});
@@ -239,7 +260,7 @@ TEST(Program, verify_names_what_a_solution_claims_in_vain) {
   EXPECT_NE(refused(sharper).find("The stored certificate does not hold: replay.whole_rotation_error is "),
             std::string::npos);
   faster.solution.angular_velocity[7][1] *= 2.0;
-  EXPECT_NE(refused(faster).find("stored velocities or momenta are off by "), std::string::npos);
+  EXPECT_NE(refused(faster).find("stored velocities, momenta or joint angles are off by "), std::string::npos);
   empty.solution = maneuver::Solution();
   empty.solution.status = maneuver::Status::optimal;
   empty.solution.cost = answer.solution.cost;

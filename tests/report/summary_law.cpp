@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "report/cost_shares.hpp"
+#include "report/joint_demands.hpp"
 #include "report/momentum_lines.hpp"
 #include "report/sample_results.hpp"
 #include "report/summary.hpp"
@@ -198,6 +199,41 @@ TEST(Wording, writes_numbers_for_people) {
   EXPECT_EQ(report::number(1.2e10, 3), "1.2×10¹⁰");
   EXPECT_EQ(report::number(std::nan("")), "not computed");
   EXPECT_EQ(report::escaped("<a href=\"x\">&'\x01"), "&lt;a href=&quot;x&quot;&gt;&amp;&#39;\xEF\xBF\xBD");
+}
+
+// A hinge that turns at 0.5 rad/s under 3 N m for 2 s, a ball joint that is held 0.2 rad from its zero angle.
+TEST(JointDemands, are_what_motors_must_give) {
+  constexpr int steps = 8;
+  file::Results results;
+  results.problem = tests::sample_problem(steps);
+  results.problem.time_step = 2.0 / steps;
+  results.problem.joints[0].kind = model::JointKind::hinge;
+  results.problem.joints[0].axis = Eigen::Vector3d::UnitZ();
+  maneuver::Solution& solution = results.solution;
+  for (int k = 0; k <= steps; ++k) {
+    const double t = 2.0 * k / steps, angle = 0.5 * t - 0.3;
+    solution.time.push_back(t);
+    solution.position.emplace_back(0.0, 0.0, 0.0);
+    solution.rotation.push_back({Eigen::Matrix3d::Identity(), lie::exp({0.0, 0.0, angle}), lie::exp({0.2, 0.0, 0.0})});
+    solution.angular_velocity.push_back({Eigen::Vector3d::Zero(), {0.0, 0.0, 0.5}, Eigen::Vector3d::Zero()});
+    solution.control.push_back({{0.0, 0.0, k == 3 ? -3.0 : 3.0}, {0.0, 4.0, 0.0}});
+    solution.joint_angle.push_back({{angle, 0.0, 0.0}, {0.2, 0.0, 0.0}});
+  }
+  const auto demands = report::joint_demands(results).value();
+  ASSERT_EQ(demands.size(), 2U);
+  EXPECT_EQ(demands[0].joint, "front");
+  EXPECT_DOUBLE_EQ(demands[0].largest_moment, 3.0);
+  EXPECT_DOUBLE_EQ(demands[0].largest_rate, 0.5);
+  EXPECT_DOUBLE_EQ(demands[0].largest_power, 1.5);
+  EXPECT_DOUBLE_EQ(demands[0].work, 3.0);
+  ASSERT_EQ(demands[0].angles.size(), 1U);
+  EXPECT_DOUBLE_EQ(demands[0].angles[0].first, -0.3);
+  EXPECT_DOUBLE_EQ(demands[0].angles[0].second, 0.7);
+  EXPECT_DOUBLE_EQ(demands[1].largest_moment, 4.0);
+  EXPECT_EQ(demands[1].work, 0.0);
+  EXPECT_DOUBLE_EQ(demands[1].angles[0].second, 0.2);
+  results.solution.control_stages = {{{{0.0, 0.0, 7.0}, {0.0, 0.0, 0.0}}}};
+  EXPECT_DOUBLE_EQ(report::joint_demands(results)->front().largest_moment, 7.0);
 }
 
 }  // namespace

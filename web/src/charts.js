@@ -96,7 +96,7 @@ export function time_chart(title, unit, floor, lines, curves, clock) {
     const tables = curves.map(({ time, columns }) => [time, ...columns]);
     const series = curves.flatMap((curve, run) => lines.map((line) => ({
       label: curves.length > 1 ? `${line.label} ${"AB"[run]}` : line.label, stroke: line.color(), width: line.width ?? 1.75,
-      dash: run ? [6, 4] : undefined, spanGaps: true, points: { show: false }, value: (chart, value) => number_text(value),
+      dash: run ? [6, 4] : undefined, spanGaps: true, pxAlign: 0, points: { show: false }, value: (chart, value) => number_text(Math.abs(value) < 1e-10 * floor ? 0 : value),
     })));
     return {
       data: tables.length > 1 ? uPlot.join(tables) : tables[0],

@@ -1,11 +1,13 @@
 // Which curves are drawn: the panels of the paper's Figures 2 and 3.
 import { time_chart } from "./charts.js";
-import { choice, element, show } from "./dom.js";
+import { choice, element, show, table } from "./dom.js";
 import { color } from "./theme.js";
 
 const AXES = ["e₁", "e₂", "e₃"];
 const FIRST_SHOWN = 8;
 const components = ["first", "second", "third"].map((name, k) => ({ label: AXES[k], color: () => color(name) }));
+// What the entries of a joint's angle are, by its kind.
+const TURNS = { hinge: ["θ"], universal: ["θ₁", "θ₂"], ball: AXES, fixed: [] };
 const shares = [
   { label: "bodies", color: () => color("first") }, { label: "fluid", color: () => color("second") },
   { label: "total", color: () => color("ink"), width: 2.25 },
@@ -25,6 +27,15 @@ function vector_chart(title, unit, runs, pick, count, index, clock) {
   const curves = runs.map(({ frames }) => ({ time: frames.time,
     columns: [0, 1, 2].map((k) => column(pick(frames), 3 * count, 3 * index + k)) }));
   return time_chart(title, unit, largest(runs, pick), components, curves, clock);
+}
+
+// How far a joint has turned from its zero angle.
+function angle_chart(joint, index, runs, count, clock) {
+  const lines = TURNS[joint.kind].map((label, k) => ({ ...components[k], label }));
+  const curves = runs.map(({ frames }) => ({ time: frames.time,
+    columns: lines.map((line, k) => column(frames.joint_angle, 3 * count, 3 * index + k)) }));
+  const what = joint.kind === "ball" ? "rotation vector" : joint.kind === "hinge" ? "angle" : "angles";
+  return time_chart(`${joint.name}: ${what} from zero`, "rad", largest(runs, (f) => f.joint_angle), lines, curves, clock);
 }
 
 function momentum_chart(kind, unit, preposition, runs, axis, clock) {
@@ -57,9 +68,15 @@ function momentum(runs, clock) {
   const fill = (axis) => home.replaceChildren(grid(
     momentum_chart("linear", "kg m/s", "along", runs, axis, clock),
     momentum_chart("angular", "kg m²/s", "about", runs, axis, clock)));
-  fill(0);
+  // begin where there is most to see
+  const most = [0, 1, 2].map((axis) => largest(runs, (f) => ["linear", "angular"].flatMap((kind) => {
+    const all = f[`${kind}_momentum`], unit = Math.max(...[...all.bodies, ...all.fluid].map(Math.abs), 1e-300);
+    return ["bodies", "fluid"].flatMap((share) => column(all[share], 3, axis)).map((value) => value / unit);
+  })));
+  const first = most.indexOf(Math.max(...most));
+  fill(first);
   return [element("div", { class: "above" }, element("h3", {}, "Momentum of the bodies, of the fluid, and total (world frame)"),
-    choice("Axis of the momentum", AXES, 0, fill)), home];
+    choice("Axis of the momentum", AXES, first, fill)), home];
 }
 
 export function show_curves(runs, clock) {
@@ -73,6 +90,15 @@ export function show_curves(runs, clock) {
         (f) => f.angular_velocity, bodies.length, i - 1, clock)), bodies.length + 1, "angular velocities"),
     ...momentum(runs, clock));
   if (!joints.length) return;
+  const asked = runs.filter((run) => run.demands.length);
+  if (asked.length) {
+    show("curves", heading("What the motion asks of the joints"), ...asked.flatMap((run) => [
+      runs.length > 1 ? element("p", {}, `${"AB"[runs.indexOf(run)]}: ${run.name}`) : "", table(run.demand_heads, run.demands, "numbers")]));
+  }
+  const moving = joints.map((joint, j) => [joint, j]).filter(([joint]) => TURNS[joint.kind].length);
+  if (moving.length && runs.every(({ frames }) => frames.joint_angle.length)) {
+    show("curves", heading("Joint angles"), ...many((i) => angle_chart(...moving[i], runs, joints.length, clock), moving.length, "joints"));
+  }
   show("curves", heading("Control moments"), ...many((j) => vector_chart(
     `${joints[j].name}: moment on ${bodies[joints[j].parent].name}, its frame`, "N m", runs, (f) => f.control, joints.length, j, clock),
   joints.length, "joints"));

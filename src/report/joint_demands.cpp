@@ -1,0 +1,80 @@
+#include "report/joint_demands.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "model/system.hpp"
+
+namespace lamprey::report {
+
+namespace {
+
+using Eigen::Vector3d;
+using model::at;
+
+// rad/s, of the child against the parent, parent's frame.
+Vector3d joint_rate(const file::Results& results, std::size_t node, const file::ResolvedJoint& joint) {
+  const auto& R = results.solution.rotation[node];
+  const auto& rate = results.solution.angular_velocity[node];
+  return R[at(joint.parent)].transpose() * R[at(joint.child)] * rate[at(joint.child)] - rate[at(joint.parent)];
+}
+
+double largest_moment(const maneuver::Solution& solution, std::size_t joint) {
+  double largest = 0.0;
+  for (const maneuver::Vectors& moments : solution.control) largest = std::max(largest, moments[joint].norm());
+  for (const auto& step : solution.control_stages)
+    for (const maneuver::Vectors& moments : step) largest = std::max(largest, moments[joint].norm());
+  return largest;
+}
+
+std::vector<std::pair<double, double>> swept(const maneuver::Solution& solution, std::size_t joint,
+                                             model::JointKind kind) {
+  if (solution.joint_angle.empty() || kind == model::JointKind::fixed) return {};
+  const bool ball = kind == model::JointKind::ball;
+  constexpr double most = std::numeric_limits<double>::infinity();
+  std::vector<std::pair<double, double>> angles(kind == model::JointKind::universal ? 2 : 1, {most, -most});
+  for (const maneuver::Vectors& turns : solution.joint_angle) {
+    for (std::size_t axis = 0; axis < angles.size(); ++axis) {
+      const double angle = ball ? turns[joint].norm() : turns[joint][static_cast<Eigen::Index>(axis)];
+      angles[axis] = {std::min(angles[axis].first, angle), std::max(angles[axis].second, angle)};
+    }
+  }
+  return angles;
+}
+
+}  // namespace
+
+Eigen::VectorXd joint_powers(const file::Results& results, std::size_t node) {
+  const auto& joints = results.problem.joints;
+  Eigen::VectorXd power(static_cast<Eigen::Index>(joints.size()));
+  for (std::size_t j = 0; j < joints.size(); ++j)  // on the parent, against the child
+    power[static_cast<Eigen::Index>(j)] = -results.solution.control[node][j].dot(joint_rate(results, node, joints[j]));
+  return power;
+}
+
+std::optional<std::vector<JointDemand>> joint_demands(const file::Results& results) {
+  const maneuver::Solution& solution = results.solution;
+  const std::size_t nodes = solution.time.size();
+  if (nodes < 2 || solution.control.size() != nodes || solution.angular_velocity.size() != nodes) return std::nullopt;
+  std::vector<JointDemand> demands;
+  for (std::size_t j = 0; j < results.problem.joints.size(); ++j) {
+    const file::ResolvedJoint& joint = results.problem.joints[j];
+    demands.push_back(
+        {.joint = joint.name, .largest_moment = largest_moment(solution, j), .angles = swept(solution, j, joint.kind)});
+    for (std::size_t k = 0; k < nodes; ++k)
+      demands[j].largest_rate = std::max(demands[j].largest_rate, joint_rate(results, k, joint).norm());
+  }
+  for (std::size_t k = 0; k < nodes; ++k) {
+    const Eigen::VectorXd power = joint_powers(results, k);
+    const double weight = (k == 0 || k + 1 == nodes ? 0.5 : 1.0) * results.problem.time_step;
+    for (std::size_t j = 0; j < demands.size(); ++j) {
+      const double size = std::abs(power[static_cast<Eigen::Index>(j)]);
+      demands[j].largest_power = std::max(demands[j].largest_power, size);
+      demands[j].work += weight * size;
+    }
+  }
+  return demands;
+}
+
+}  // namespace lamprey::report

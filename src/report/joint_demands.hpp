@@ -1,0 +1,30 @@
+// What a motion asks of its joints: how far, how fast, how hard; for whoever chooses the motors.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "file/results.hpp"
+
+namespace lamprey::report {
+
+struct JointDemand {
+  std::string joint;
+  double largest_moment = 0.0;  // N m, |u| at any node, of schemes above order 2 at those of the stages
+  double largest_rate = 0.0;    // rad/s, of the child against the parent, at any node
+  double largest_power = 0.0;   // W, |u·ω| at any node
+  double work = 0.0;            // J, ∫ |u·ω| dt: nothing is won back
+  /// rad, least and largest at any node: of a hinge one, of a universal joint two, of a ball joint how far it is from its zero
+  /// angle. Of files without joint angles none.
+  std::vector<std::pair<double, double>> angles;
+};
+
+/// By joint; work by the trapezoid rule over the nodes, rates as the stored velocities have them. Nothing where there is no motion.
+std::optional<std::vector<JointDemand>> joint_demands(const file::Results& results);
+
+/// W, what each joint's moment works at a node, [joints].
+Eigen::VectorXd joint_powers(const file::Results& results, std::size_t node);
+
+}  // namespace lamprey::report

@@ -1,0 +1,70 @@
+#include "study/first_motion.hpp"
+
+#include <algorithm>
+
+#include "maneuver/guess.hpp"
+#include "mechanics/joint_moments.hpp"
+
+namespace lamprey::study {
+
+namespace {
+
+using maneuver::NodePath;
+using mechanics::Rotations;
+using model::at;
+using model::System;
+
+// The shape of stored bodies, as far as the system's joints can take it.
+Rotations jointed(const System& system, const Rotations& stored) {
+  Rotations R = stored;
+  for (int i : system.root_to_leaves()) {
+    const model::Body& body = system.body(i);
+    if (body.parent < 0) continue;
+    const model::Joint& joint = system.joint(body.joint);
+    const Eigen::Matrix3d Q = mechanics::child_to_parent(stored, joint);
+    R[at(i)] =
+        R[at(body.parent)] * (joint.free() ? Q : mechanics::joint_rotation(joint, mechanics::joint_angles(joint, Q)));
+  }
+  return R;
+}
+
+Eigen::VectorXd controls(const System& system, const Rotations& R, const maneuver::Vectors& applied) {
+  const mechanics::Moments moments = mechanics::moments_of_applied(system, R, applied);
+  Eigen::VectorXd control(system.control_count());
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const model::Joint& joint = system.joint(j);
+    control.segment(joint.first_control, joint.actuation.cols()) = joint.actuation.transpose() * moments[at(j)];
+  }
+  return control;
+}
+
+Rotations start_of(const maneuver::Problem& problem) {
+  Rotations R;
+  for (const Eigen::Vector3d& vector : problem.start.rotation) R.push_back(lie::exp(vector));
+  return R;
+}
+
+}  // namespace
+
+FirstMotion first_motion(const System& system, const maneuver::Problem& problem, const maneuver::Solution& solution) {
+  const Rotations start = start_of(problem);
+  const Eigen::Matrix3d heading = start[0] * solution.rotation.front()[0].transpose();
+  FirstMotion first;
+  NodePath& path = first.path;
+  for (std::size_t k = 0; k < solution.rotation.size(); ++k) {
+    Rotations R = jointed(system, solution.rotation[k]);
+    path.control.push_back(controls(system, solution.rotation[k], solution.control[k]));
+    for (Eigen::Matrix3d& body : R) body = heading * body;
+    path.rotation.push_back(std::move(R));
+    path.position.push_back(problem.start.position + heading * (solution.position[k] - solution.position.front()));
+    if (k > 0) maneuver::cayley_between(path.rotation[k - 1], path.rotation[k], path.cayley.emplace_back());
+  }
+  if (!problem.start.free_shape) path = maneuver::led_to_start(system, path, start);
+  first.duration = problem.duration.value;
+  if (problem.duration.free)
+    first.duration =
+        std::clamp(solution.time.back() - solution.time.front(), problem.duration.min, problem.duration.max);
+  return first;
+}
+
+}  // namespace lamprey::study

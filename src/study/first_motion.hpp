@@ -1,0 +1,22 @@
+// A motion that someone has, as the first guess of a search.
+#pragma once
+
+#include "maneuver/node_path.hpp"
+#include "maneuver/problem.hpp"
+#include "maneuver/solution.hpp"
+#include "model/system.hpp"
+
+namespace lamprey::study {
+
+struct FirstMotion {
+  maneuver::NodePath path;  // on as many steps as it was stored with
+  double duration = 0.0;    // s
+};
+
+/// The nodes and moments of a solution or march of a swimmer of the same tree, placed and headed as the problem starts: joints turn
+/// as they did, about the axes that the problem's have, and, unless its first shape is free, from its first shape by less and less
+/// of the difference. Goal, limits, bodies, steps and scheme may be others than those it was found for.
+FirstMotion first_motion(const model::System& system, const maneuver::Problem& problem,
+                         const maneuver::Solution& solution);
+
+}  // namespace lamprey::study

@@ -1,0 +1,114 @@
+// A stored motion as the first guess of a search.
+#include <gtest/gtest.h>
+
+#include "certificate/marched_answers.hpp"
+#include "chains.hpp"
+#include "mechanics/tree_motion.hpp"
+#include "study/answer.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+// Half a turn of the paper's chain, whose random first guesses end at many different minima.
+maneuver::Problem turning(double angle) {
+  maneuver::Problem problem = chain_problem(50, 1.0);
+  problem.goal->move = {std::nullopt, std::nullopt, std::nullopt};
+  problem.goal->turn = Vector3d(angle, 0, 0);
+  problem.search.starts = 1;
+  return problem;
+}
+
+study::Answer answered(const maneuver::Problem& problem, const std::optional<study::FirstMotion>& first,
+                       study::Backend solver = study::Backend::newton) {
+  study::SolveOptions options;
+  options.solver = solver;
+  options.first = first;
+  return study::answer(model::System(problem.swimmer), problem, options);
+}
+
+const study::Answer& turned() {
+  static const study::Answer answer = answered(turning(2.0), std::nullopt);
+  return answer;
+}
+
+study::FirstMotion first(const maneuver::Problem& problem) {
+  return study::first_motion(model::System(problem.swimmer), problem, turned().solution);
+}
+
+TEST(FirstMotion, of_an_answer_stays_there) {
+  ASSERT_EQ(turned().certificate.verdict, certificate::Verdict::proved);
+  const maneuver::Problem problem = turning(2.0);
+  for (study::Backend solver : {study::Backend::newton, study::Backend::ipopt}) {
+    const study::Answer again = answered(problem, first(problem), solver);
+    EXPECT_NEAR(again.solution.cost, turned().solution.cost, tolerance(1e-8) * turned().solution.cost);
+    EXPECT_LE(again.solution.solver.iterations, 10);
+  }
+}
+
+TEST(FirstMotion, follows_a_minimum_as_the_goal_moves) {
+  maneuver::Solution last = turned().solution;
+  for (double angle : {2.05, 2.1, 2.15}) {
+    const maneuver::Problem problem = turning(angle);
+    const model::System system(problem.swimmer);
+    const study::Answer next = answered(problem, study::first_motion(system, problem, last));
+    EXPECT_EQ(next.certificate.verdict, certificate::Verdict::proved) << next.solution.message;
+    EXPECT_GT(next.solution.cost, last.cost);
+    EXPECT_LT(next.solution.cost, 1.1 * last.cost);
+    last = next.solution;
+  }
+}
+
+TEST(FirstMotion, serves_other_steps_and_schemes) {
+  maneuver::Problem problem = turning(2.0);
+  problem.steps = 90;
+  EXPECT_NEAR(answered(problem, first(problem)).solution.cost, turned().solution.cost, 0.05 * turned().solution.cost);
+  problem.scheme = maneuver::Scheme::order4;
+  problem.steps = 20;
+  EXPECT_NEAR(answered(problem, first(problem)).solution.cost, turned().solution.cost, 0.05 * turned().solution.cost);
+}
+
+TEST(FirstMotion, begins_as_the_problem_does) {
+  maneuver::Problem problem = turning(2.0);
+  const Matrix3d heading = lie::exp(Vector3d(0.3, -0.4, 0.5));
+  for (Vector3d& rotation : problem.start.rotation) rotation = lie::log(heading * lie::exp(rotation));
+  problem.start.position = {1.0, 2.0, 3.0};
+  const maneuver::Solution& stored = turned().solution;
+  const study::FirstMotion moved = first(problem);
+  ASSERT_EQ(moved.path.rotation.size(), stored.rotation.size());
+  for (std::size_t k = 0; k < stored.rotation.size(); ++k) {
+    for (std::size_t i = 0; i < stored.rotation[k].size(); ++i)
+      EXPECT_LE((moved.path.rotation[k][i] - heading * stored.rotation[k][i]).norm(), tolerance(1e-12));
+    EXPECT_LE(
+        (moved.path.position[k] - problem.start.position - heading * (stored.position[k] - stored.position[0])).norm(),
+        tolerance(1e-12));
+  }
+  problem.start.rotation[1] = lie::log(heading * lie::exp(Vector3d(0.0, 0.0, 0.4)));  // another first shape
+  const study::FirstMotion bent = first(problem);
+  EXPECT_LE((bent.path.rotation.front()[1] - lie::exp(problem.start.rotation[1])).norm(), tolerance(1e-12));
+  EXPECT_LE((bent.path.rotation.back()[1] - moved.path.rotation.back()[1]).norm(), tolerance(1e-12));
+}
+
+TEST(FirstMotion, turns_about_the_axes_that_the_joints_have) {
+  maneuver::Problem problem = turning(2.0);
+  problem.swimmer.joints[0].kind = model::JointKind::hinge;
+  problem.swimmer.joints[0].axis = Vector3d(0.0, 0.6, 0.8);
+  const model::System system(problem.swimmer);
+  const model::Joint& hinge = system.joint(0);
+  for (const mechanics::Rotations& R : study::first_motion(system, problem, turned().solution).path.rotation) {
+    const Matrix3d Q = mechanics::child_to_parent(R, hinge);
+    EXPECT_LE((Q - mechanics::joint_rotation(hinge, mechanics::joint_angles(hinge, Q))).norm(), tolerance(1e-12));
+  }
+}
+
+TEST(FirstMotion, brings_its_duration_where_that_is_free) {
+  maneuver::Problem problem = turning(2.0);
+  EXPECT_EQ(first(problem).duration, 1.0);
+  problem.duration = {.free = true, .value = 2.0, .min = 0.5, .max = 4.0};
+  EXPECT_EQ(first(problem).duration, 1.0);
+  problem.duration.min = 1.5;
+  EXPECT_EQ(first(problem).duration, 1.5);
+}
+
+}  // namespace
+}  // namespace lamprey::tests

@@ -1,0 +1,49 @@
+// Costs on three grids: when they make an error bar, and what is said when they do not.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "study/refinement.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey {
+namespace {
+
+using tests::tolerance;
+
+// Costs 100 + c h^p on 100, 200 and 400 steps.
+std::vector<certificate::GridCost> costs_of_order(double order, double coarsest) {
+  return {{100, 100.0 + coarsest},
+          {200, 100.0 + coarsest * std::exp2(-order)},
+          {400, 100.0 + coarsest * std::exp2(-2.0 * order)}};
+}
+
+TEST(Refinement, extrapolates_costs_that_converge_at_the_order_of_their_scheme) {
+  for (int order : {1, 2, 4, 6}) {
+    const certificate::Refinement found = study::refinement_of(costs_of_order(order, 3.0), 200, order);
+    EXPECT_NEAR(found.observed_order, order, tolerance(1e-6));
+    EXPECT_NEAR(found.cost_limit, 100.0, tolerance(1e-9));
+    EXPECT_NEAR(found.cost_error, 3.0 * std::exp2(-order), tolerance(1e-9));
+    EXPECT_EQ(study::refinement_words(found), "");
+  }
+}
+
+// As of `paper`, where a motion that runs backwards alike hides the odd powers of the step.
+TEST(Refinement, is_too_wide_rather_than_too_narrow_where_costs_converge_faster) {
+  const certificate::Refinement found = study::refinement_of(costs_of_order(2.0, 3.0), 200, 1);
+  EXPECT_NEAR(found.observed_order, 2.0, tolerance(1e-9));
+  EXPECT_GE(found.cost_error, std::abs(found.grids[1].cost - 100.0));
+}
+
+TEST(Refinement, says_how_far_costs_agree_that_change_unevenly) {
+  const certificate::Refinement near = study::refinement_of({{100, 480.0}, {200, 479.0}, {400, 479.5}}, 200, 2);
+  EXPECT_TRUE(std::isnan(near.cost_error));
+  EXPECT_EQ(study::refinement_words(near),
+            " Other grids have the cost to 0.21 %: 480 with 100 steps, 479 with 200 steps, 479.5 with 400 steps; it "
+            "changes too unevenly for an error bar.");
+  const certificate::Refinement far = study::refinement_of({{100, 480.0}, {200, 400.0}, {400, 479.5}}, 200, 2);
+  EXPECT_NE(study::refinement_words(far).find("has not settled"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lamprey
