@@ -399,9 +399,7 @@ def margin(s, problem, entry):
         turn = lambda W: 2 * np.arctan(2 * (vee(W) @ s.Q0[i] @ b) / (1 + trace(W)))
         sign = lambda t: 1 if t.real > 0 else -1
         return lambda R, x: -sign(turn(relative(s, R, i) @ s.Q0[i].T)) * turn(relative(s, R, i) @ s.Q0[i].T)
-    if s.kind[i] != "hinge":
-        return None
-    return lambda R, x: (-1 if entry["upper"] else 1) * angles(s, relative(s, R, i), i)[0]
+    return lambda R, x: (-1 if entry["upper"] else 1) * angles(s, relative(s, R, i), i)[max(entry["component"], 0)]
 
 
 def gradient_of_cost(s, m, S):

@@ -115,7 +115,8 @@ double margin(const StoredMotion& motion, const Bound& bound, const Place& place
     case Kind::twist:
       return bound.value - std::abs(twist_of(system.joint(bound.joint), child_to_parent(place.rotation)));
     case Kind::angle: {
-      const double angle = mechanics::joint_angles(system.joint(bound.joint), child_to_parent(place.rotation))[0];
+      const double angle = mechanics::joint_angles(system.joint(bound.joint),
+                                                   child_to_parent(place.rotation))[std::max(bound.component, 0)];
       return bound.upper ? bound.value - angle : angle - bound.value;
     }
     case Kind::angular_velocity:
@@ -267,8 +268,10 @@ void add_joint_bounds(const System& system, const maneuver::Limits& limits, std:
     own_or_all(limits.angular_velocity, limits.joint_angular_velocity, joint.name, "angular_velocity",
                add(Kind::angular_velocity, -1, false));
     if (const auto own = limits.angle.find(joint.name); own != limits.angle.end())
-      for (const bool upper : {false, true})
-        add(Kind::angle, -1, upper)(own->second[upper ? 1 : 0], "limits.angle." + joint.name);
+      for (std::size_t axis = 0; axis < own->second.size(); ++axis)
+        for (const bool upper : {false, true})
+          add(Kind::angle, joint.kind == model::JointKind::universal ? static_cast<int>(axis) : -1, upper)(
+              own->second[axis][upper ? 1 : 0], "limits.angle." + joint.name);
   }
 }
 

@@ -85,8 +85,12 @@ std::string limits_text(const Limits& limits) {
   add_for_joints("twist", {}, limits.twist, members);
   if (!limits.angle.empty()) {
     Members angles;
-    for (const auto& [name, range] : limits.angle)
-      angles.add(name, fmt::format("[{}, {}]", number_text(range[0]), number_text(range[1])));
+    for (const auto& [name, bounds] : limits.angle) {
+      std::vector<std::string> pairs;
+      for (const std::array<double, 2>& range : bounds)
+        pairs.push_back(fmt::format("[{}, {}]", number_text(range[0]), number_text(range[1])));
+      angles.add(name, pairs.size() == 1 ? pairs.front() : fmt::format("[{}]", fmt::join(pairs, ", ")));
+    }
     members.add("angle", angles.finished());
   }
   if (limits.clearance) members.add("clearance", number_text(*limits.clearance));
@@ -113,9 +117,16 @@ Limits read_limits(const JsonReader& reader) {
   if (reader.has("angle")) {
     const JsonReader angle = reader.at("angle");
     for (const std::string& name : angle.keys()) {
-      const JsonReader range = angle.at(name.c_str());
-      range.require_array(2);
-      limits.angle[name] = {range.at(std::size_t{0}).number(), range.at(std::size_t{1}).number()};
+      const JsonReader bounds = angle.at(name.c_str());
+      bounds.require_array(2);
+      const auto add = [&](const JsonReader& range) {
+        range.require_array(2);
+        limits.angle[name].push_back({range.at(std::size_t{0}).number(), range.at(std::size_t{1}).number()});
+      };
+      if (!bounds.at(std::size_t{0}).is_array())
+        add(bounds);  // of a hinge
+      else
+        for (std::size_t axis = 0; axis < 2; ++axis) add(bounds.at(axis));
     }
   }
   if (reader.has("clearance")) limits.clearance = reader.at("clearance").number();

@@ -249,9 +249,13 @@ void add_limits(TextTable& table, const maneuver::Limits& limits) {
     lines.push_back(fmt::format("swing of {} up to {} rad", printable(name), short_number(value)));
   for (const auto& [name, value] : limits.twist)
     lines.push_back(fmt::format("twist of {} up to {} rad", printable(name), short_number(value)));
-  for (const auto& [name, range] : limits.angle)
-    lines.push_back(
-        fmt::format("angle of {} in [{}, {}] rad", printable(name), short_number(range[0]), short_number(range[1])));
+  for (const auto& [name, bounds] : limits.angle)
+    for (std::size_t axis = 0; axis < bounds.size(); ++axis)
+      lines.push_back(fmt::format("{} of {} in [{}, {}] rad",
+                                  bounds.size() == 1 ? "angle"
+                                  : axis == 0        ? "first angle"
+                                                     : "second angle",
+                                  printable(name), short_number(bounds[axis][0]), short_number(bounds[axis][1])));
   if (limits.clearance) lines.push_back(fmt::format("bodies stay {} m apart", short_number(*limits.clearance)));
   for (const maneuver::KeepOutSphere& sphere : limits.spheres)
     lines.push_back(fmt::format("bodies stay out of the sphere of {} m about {} m", short_number(sphere.radius),

@@ -36,18 +36,37 @@ void read_for_joints(const TableReader& table, const char* key, const std::vecto
     all = table.number(key, range);
 }
 
-void read_angles(const TableReader& angle, const std::vector<std::string>& names, Limits& limits) {
-  const Range angles{.low = -half_turn, .high = half_turn, .low_included = true, .unit = "rad"};
+// Of a hinge [min, max], of a universal joint one such pair for each of its axes.
+void read_angles(const TableReader& angle, const std::vector<std::string>& names,
+                 const std::vector<JointDescription>& joints, Limits& limits) {
   angle.allow_only(names);
+  const Range angles{.low = -half_turn, .high = half_turn, .low_included = true, .unit = "rad"};
   for (const TomlValue& member : angle.members()) {
-    const std::string allowed = "[min, max] with -π <= min < max <= π (rad)";
-    if (member.kind != TomlValue::Kind::array || member.items.size() != 2)
-      refuse(angle.key(member.key), shown(member), allowed, "as in [-0.5, 0.5]");
-    std::array<double, 2> bounds{};
-    for (std::size_t i = 0; i < 2; ++i)
-      bounds[i] = angle.number_in(member.items[i], member.key, angles, member, allowed);
-    if (!(bounds[0] < bounds[1])) refuse(angle.key(member.key), shown(member), allowed, "exchange or widen the bounds");
-    limits.angle[member.key] = bounds;
+    const auto joint = std::find_if(joints.begin(), joints.end(),
+                                    [&](const JointDescription& each) { return each.name == member.key; });
+    const bool two = joint->kind == JointKind::universal;
+    const std::string pair = "[min, max] with -π <= min < max <= π (rad)",
+                      allowed = two ? "two of " + pair + ", about its first and its second axis" : pair;
+    const auto wrong_shape = [&] {
+      refuse(angle.key(member.key), shown(member), allowed, two ? "as in [[-0.5, 0.5], [-1, 1]]" : "as in [-0.5, 0.5]");
+    };
+    const auto read_pair = [&](const TomlValue& value) {
+      if (value.kind != TomlValue::Kind::array || value.items.size() != 2) wrong_shape();
+      for (const TomlValue& item : value.items)
+        if (item.kind == TomlValue::Kind::array) wrong_shape();
+      std::array<double, 2> bounds{};
+      for (std::size_t i = 0; i < 2; ++i)
+        bounds[i] = angle.number_in(value.items[i], member.key, angles, member, allowed);
+      if (!(bounds[0] < bounds[1]))
+        refuse(angle.key(member.key), shown(member), allowed, "exchange or widen the bounds");
+      limits.angle[member.key].push_back(bounds);
+    };
+    if (!two) {
+      read_pair(member);
+      continue;
+    }
+    if (member.kind != TomlValue::Kind::array || member.items.size() != 2) wrong_shape();
+    for (const TomlValue& axis : member.items) read_pair(axis);
   }
 }
 
@@ -134,7 +153,7 @@ void read_limits(const TableReader& table, Problem& problem) {
   const Range angles{.low = 0.0, .high = half_turn, .unit = "rad"};
   limits.swing = read_by_joint(table.table("swing"), names, angles);
   limits.twist = read_by_joint(table.table("twist"), names, angles);
-  read_angles(table.table("angle"), names, limits);
+  read_angles(table.table("angle"), names, problem.swimmer.joints, limits);
   limits.clearance = table.number("clearance", not_negative("m"));
   read_keep_out(table, limits);
 }
@@ -170,9 +189,10 @@ void check_limits(const Problem& problem) {
                "remove it: the angle has no meaning there");
     }
     if (joint.kind == JointKind::fixed || !joint.actuated) refuse_moments_of(joint, problem.limits);
-    if (problem.limits.angle.contains(joint.name) && joint.kind != JointKind::hinge)
-      refuse(key_path("limits.angle", joint.name), fmt::format("a {} joint", word(joint.kind)), "on hinges only",
-             "use limits.swing and limits.twist instead");
+    const bool axes = joint.kind == JointKind::hinge || joint.kind == JointKind::universal;
+    if (problem.limits.angle.contains(joint.name) && !axes)
+      refuse(key_path("limits.angle", joint.name), fmt::format("a {} joint", word(joint.kind)),
+             "on hinges and universal joints", "use limits.swing and limits.twist instead");
   }
 }
 

@@ -50,8 +50,12 @@ void add_joint_rows(const System& system, const Problem& problem, std::vector<Li
     of_joint(limits.angular_velocity, limits.joint_angular_velocity, "angular_velocity",
              [&](double bound, const std::string& key) { add(Kind::speed, j, key, bound); });
     if (const auto own = limits.angle.find(joint.name); own != limits.angle.end()) {
-      add(Kind::angle_above, j, "angle." + joint.name, own->second[0]);
-      add(Kind::angle_below, j, "angle." + joint.name, own->second[1]);
+      const bool two = joint.kind == model::JointKind::universal;
+      for (int axis = 0; axis < static_cast<int>(own->second.size()); ++axis) {
+        const auto& [least, most] = own->second[at(axis)];
+        add(Kind::angle_above, j, "angle." + joint.name, least, two ? axis : -1);
+        add(Kind::angle_below, j, "angle." + joint.name, most, two ? axis : -1);
+      }
     }
   }
 }

@@ -150,6 +150,13 @@ double twist(const Joint& joint, const mechanics::Rotations& R) { return twist_a
 
 lie::Vector4 pure(const Vector3d& v) { return {0.0, v.x(), v.y(), v.z()}; }
 
+// The axis about which an angle of a joint counts, child's frame at zero angle. The two axes of a universal joint are orthogonal
+// there, so that with (8.1) each angle is the twist about its axis, whichever turns first.
+Vector3d angle_axis(const Joint& joint, int freedom) {
+  const bool first = joint.kind == model::JointKind::universal && freedom == 0;
+  return first ? Vector3d(joint.reference_rotation.transpose() * joint.parent_axis) : joint.child_axis;
+}
+
 // Equation 10.2: τ = 2 atan2(y, x) of the quaternion's scalar x and its part y along an axis of the child; both are linear
 // in it. `scale` times τ.
 void twist_derivatives(const System& system, const LimitRow& row, const Vector3d& axis, double scale,
@@ -319,7 +326,7 @@ Vector3d joint_moment(const System& system, int joint, const VectorXd& moment) {
 
 double angle_of(const System& system, const LimitRow& row, const LimitedNode& node) {
   const Joint& joint = system.joint(row.joint);
-  return twist_about(joint.child_axis, joint, node.rotation);
+  return twist_about(angle_axis(joint, row.freedom()), joint, node.rotation);
 }
 
 double plain_value(const System& system, const LimitRow& row, const LimitedNode& node, double enough) {
@@ -388,7 +395,7 @@ void limit_derivatives(const System& system, const LimitRow& row, const LimitedN
     case Kind::angle_above:
     case Kind::angle_below: {
       const double scale = (row.kind == Kind::angle_above ? 1.0 : -1.0) / row.unit;
-      const Vector3d& axis = system.joint(row.joint).child_axis;
+      const Vector3d axis = angle_axis(system.joint(row.joint), row.freedom());
       return twist_derivatives(system, row, axis, scale, node, gradient, hessian);
     }
     case Kind::speed:

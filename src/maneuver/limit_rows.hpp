@@ -6,6 +6,7 @@
 // before, [3 bodies], for rates of joints, and the logarithm of the time step.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,8 @@ struct LimitRow {
     torque_component,  // each |u_jc| ≤ bound, likewise
     swing,             // cosine of the angle between the joint's two arms ≥ cos(bound)
     twist,             // |turn about the child's arm| ≤ bound, rad
-    angle_above,       // hinge angle ≥ bound, rad
-    angle_below,       // hinge angle ≤ bound, rad
+    angle_above,       // angle of a hinge, or of a universal joint about one of its axes, ≥ bound, rad
+    angle_below,       // the same ≤ bound, rad
     speed,             // a joint's mean rate over the step ≤ bound rad/s, as its cosine against bound, see there
     clearance,         // gap of two bodies ≥ bound, m
     sphere,            // gap of a body and a sphere ≥ 0, m
@@ -35,7 +36,7 @@ struct LimitRow {
   std::string key;  // of the problem file
   int joint = -1;
   int body = -1, other_body = -1;
-  int component = -1;
+  int component = -1;  // of a moment, a position, a turn; axis of a universal joint; number of a sphere or half-space
   double bound = 0.0;
   double unit = 1.0;                      // what the value is divided by to become a number of order one
   Vector3d centre = Vector3d::Zero();     // m, of a sphere; point on a half-space's face
@@ -49,6 +50,8 @@ struct LimitRow {
   /// step of `time_step` s.
   const char* unit_name() const;
   double excess(double missing, double time_step) const;
+  /// Which of the freedoms of its child an angle's row is about.
+  int freedom() const { return std::max(component, 0); }
   bool of_duration() const { return kind == Kind::not_shorter || kind == Kind::not_longer; }
   /// Whether the value is no multiple of what is left to the bound. Joints' rotations alone tell the value then.
   bool bends() const { return kind == Kind::swing || kind == Kind::speed; }

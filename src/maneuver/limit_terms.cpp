@@ -191,7 +191,7 @@ void LimitTerms::add_rows(int node, const LimitedNode& node_at, const Eigen::Ref
     const double time = node_time(row, node);
     auto slope = slopes_[at(node)].row(static_cast<Eigen::Index>(r));
     if (row.kind == Kind::angle_above || row.kind == Kind::angle_below) {
-      angle_ = shape_basis_.row(shape_offset(system_.body(system_.joint(row.joint).child))).transpose();
+      angle_ = shape_basis_.row(shape_offset(system_.body(system_.joint(row.joint).child)) + row.freedom()).transpose();
       angle_ *= (row.kind == Kind::angle_above ? 1.0 : -1.0) / row.unit;
       algebra::add_multiple(-time * held.pull, angle_, model.q.segment(f, f));
       algebra::add_product(time * held.stiffness, angle_, angle_.transpose(), model.Q.block(f, f, f, f));

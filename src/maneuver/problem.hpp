@@ -60,6 +60,9 @@ struct KeepOutHalfSpace {
   Eigen::Vector3d normal;  // out of it, any length
 };
 
+/// Least and largest angle about each axis of a joint, rad.
+using AngleBounds = std::vector<std::array<double, 2>>;
+
 struct Limits {
   std::optional<double> torque;                          // N m, every joint
   std::map<std::string, double> joint_torque;            // N m by joint
@@ -69,7 +72,7 @@ struct Limits {
   std::map<std::string, double> joint_angular_velocity;  // rad/s by joint
   std::map<std::string, double> swing;                   // rad by joint
   std::map<std::string, double> twist;                   // rad by joint
-  std::map<std::string, std::array<double, 2>> angle;    // rad by hinge
+  std::map<std::string, AngleBounds> angle;              // rad by hinge or universal joint
   std::optional<double> clearance;                       // m
   std::vector<KeepOutSphere> spheres;
   std::vector<KeepOutHalfSpace> half_spaces;

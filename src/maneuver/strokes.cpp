@@ -145,9 +145,12 @@ StrokeLimits stroke_limits(const System& system, const Problem& problem, const M
     take(limits.twist, within_limits, swing);
     if (const auto angle = limits.angle.find(joint.name); angle != limits.angle.end()) {
       const Matrix3d Q = mechanics::child_to_parent(maneuver.start.rotation, joint);
-      const double start = mechanics::joint_angles(joint, Q)[0];
-      const auto& [low, high] = angle->second;
-      swing = std::min(swing, within_limits * std::min(high - start, start - low));
+      const Vector3d start = mechanics::joint_angles(joint, Q);
+      for (std::size_t axis = 0; axis < angle->second.size(); ++axis) {
+        const auto& [low, high] = angle->second[axis];
+        const double now = start[static_cast<Eigen::Index>(axis)];
+        swing = std::min(swing, within_limits * std::min(high - now, now - low));
+      }
     }
     result.swing.push_back(std::max(swing, least_swing));
     result.amplitude.push_back(std::max(within_limits * velocity / rate, least_swing));

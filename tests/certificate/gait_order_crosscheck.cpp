@@ -232,8 +232,8 @@ class DenseMotion {
       else if (own.torque)
         rows.push_back(*problem_.limits.torque - control[at(own.node)][at(own.joint)].norm());
       else
-        rows.push_back(own.upper ? problem_.limits.angle.at(joint.name)[1] - angle()
-                                 : angle() - problem_.limits.angle.at(joint.name)[0]);
+        rows.push_back(own.upper ? problem_.limits.angle.at(joint.name)[0][1] - angle()
+                                 : angle() - problem_.limits.angle.at(joint.name)[0][0]);
     }
     return {cost, Eigen::Map<VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()))};
   }
@@ -398,7 +398,7 @@ TEST(GaitOrder, of_a_free_duration_within_limits_that_pull_is_that_of_second_dif
   for (const auto& u : unlimited.control)
     for (const Vector3d& moment : u) torque = std::max(torque, moment.norm());
   maneuver::Problem problem = given;
-  problem.limits.angle["joint2"] = {-3.0, 0.8 * bend};
+  problem.limits.angle["joint2"] = {{-3.0, 0.8 * bend}};
   problem.limits.torque = 0.9 * torque;
   problem.duration.free = true;
   problem.duration.min = 0.2;

@@ -70,7 +70,7 @@ TEST_F(Following, by_the_reference_integrator_claims_no_discrete_equations) {
 TEST_F(Following, says_what_does_not_fit) {
   const ProgramRun other = simulate("--feedback " + solved(), example("hinge_fins"));
   EXPECT_EQ(other.exit_code, 3);
-  EXPECT_NE(other.err.find("choose a maneuver of the same swimmer"), std::string::npos) << other.err;
+  EXPECT_NE(other.err.find("choose a motion of the same swimmer"), std::string::npos) << other.err;
   EXPECT_EQ(std::count(other.err.begin(), other.err.end(), '\n'), 1);
   EXPECT_EQ(simulate("--feedback " + solved() + " --duration 2").exit_code, 3);
   EXPECT_EQ(simulate("--feedback " + (*folder_ / "nowhere")).exit_code, 6);

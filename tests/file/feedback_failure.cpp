@@ -53,15 +53,15 @@ TEST(FollowedManeuver, says_in_one_line_what_does_not_fit_and_what_would) {
   two.joints.resize(1);
   EXPECT_EQ(told(folder.path(), two, 1.0),
             place +
-                "/problem/bodies: found 3 bodies; allowed: the 2 of the swimmer that shall follow; choose a "
-                "maneuver of the same swimmer");
+                "/problem/bodies: found 3 bodies; allowed: 2, as the problem's swimmer has; choose a "
+                "motion of the same swimmer");
   model::SwimmerDescription hinged = tests::paper_chain();
   hinged.joints[1].kind = model::JointKind::hinge;
   hinged.joints[1].axis = Eigen::Vector3d::UnitZ();
   EXPECT_EQ(told(folder.path(), hinged, 1.0),
             place +
                 "/problem/joints/1: found a ball joint from body 0 to body 2; allowed: a hinge joint from body 0 to "
-                "body 2, as the swimmer that shall follow has; choose a maneuver of the same swimmer");
+                "body 2, as the problem's swimmer has; choose a motion of the same swimmer");
   EXPECT_EQ(told(folder.path(), tests::paper_chain(), 1.5),
             place +
                 "/problem/duration: found 1 s, where the march takes 1.5 s; allowed: a maneuver that does not end "

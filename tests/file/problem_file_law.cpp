@@ -108,7 +108,8 @@ TEST(ProblemFile, the_other_sections_hold_the_numbers_of_the_file) {
   EXPECT_EQ(problem.limits.joint_torque.at("neck"), 1500.0);
   EXPECT_EQ(problem.limits.swing.at("neck"), 1.0);
   EXPECT_EQ(problem.limits.twist.at("neck"), 0.5);
-  EXPECT_EQ(problem.limits.angle.at("back"), (std::array<double, 2>{-0.5, 1.5}));
+  EXPECT_EQ(problem.limits.angle.at("back"), (maneuver::AngleBounds{{-0.5, 1.5}}));
+  EXPECT_EQ(problem.limits.angle.at("tail"), (maneuver::AngleBounds{{-0.4, 0.4}, {-1.0, 0.5}}));
   EXPECT_EQ(problem.limits.clearance, 0.1);
   EXPECT_EQ(problem.limits.torque_component, 900.0);
   EXPECT_EQ(problem.limits.joint_angular_velocity.at("back"), 12.0);

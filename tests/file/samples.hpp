@@ -118,7 +118,8 @@ inline file::Results sample_results(int steps) {
   limits.joint_torque_component["a \"joint\""] = sample.number();
   limits.angular_velocity = sample.number();
   limits.swing["b"] = sample.number();
-  limits.angle["c"] = {sample.number(), sample.number()};
+  limits.angle["c"] = {{sample.number(), sample.number()}};
+  limits.angle["d"] = {{sample.number(), sample.number()}, {sample.number(), sample.number()}};
   limits.clearance = sample.number();
   limits.spheres = {{Eigen::Vector3d(sample.number(), 0.0, -1.0), sample.number()}};
   limits.half_spaces = {{Eigen::Vector3d(sample.number(), 0.0, -1.0), Eigen::Vector3d(sample.number(), 2.0, 0.0)}};

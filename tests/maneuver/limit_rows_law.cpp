@@ -54,6 +54,35 @@ TEST(LimitRows, are_just_kept_when_they_give_way_by_their_excess) {
   }
 }
 
+// Two roads to the angles of a universal joint: twists of its rotation, and where each axis has moved the other.
+TEST(LimitRows, of_angles_see_each_axis_of_a_universal_joint) {
+  Random random(3);
+  for (int sample = 0; sample < 20; ++sample) {
+    model::SwimmerDescription described = paper_chain();
+    model::JointDescription& joint = described.joints[0];
+    joint.kind = model::JointKind::universal;
+    joint.reference_rotation = random.vector(0.5);
+    const Matrix3d zero = lie::exp(joint.reference_rotation);
+    const Vector3d second = random.vector().normalized();
+    joint.axes = {(zero * second).cross(random.vector()).normalized(), second};
+    const model::System system(described);
+    const model::Joint& universal = system.joint(0);
+    const Vector3d angles(random.uniform(-1.3, 1.3), random.uniform(-1.3, 1.3), 0.0);
+    mechanics::Rotations R = {random.rotation(), Matrix3d::Identity(), random.rotation()};
+    R[1] = R[0] * mechanics::joint_rotation(universal, angles);
+    for (int axis = 0; axis < 2; ++axis)
+      for (const Kind kind : {Kind::angle_above, Kind::angle_below}) {
+        LimitRow row;
+        row.kind = kind;
+        row.joint = 0;
+        row.component = axis;
+        row.bound = 0.2;
+        const double value = maneuver::limit_value(system, row, {R, R, Vector3d::Zero(), VectorXd(), 0.1, 1.0}, 1e9);
+        EXPECT_NEAR(value, kind == Kind::angle_above ? angles[axis] - 0.2 : 0.2 - angles[axis], tolerance(1e-12));
+      }
+  }
+}
+
 // A joint of the paper's chain that turned by `angle` about an axis in a step of `time_step` s, its parent turned besides.
 class Rate {
  public:

@@ -65,7 +65,8 @@ maneuver::Problem limited_problem(const model::SwimmerDescription& swimmer, cons
   for (const model::JointDescription& joint : swimmer.joints) {
     limits.swing[joint.name] = 0.1;
     limits.twist[joint.name] = 0.1;
-    if (joint.kind == model::JointKind::hinge) limits.angle[joint.name] = {-0.05, 0.05};
+    if (joint.kind == model::JointKind::hinge) limits.angle[joint.name] = {{-0.05, 0.05}};
+    if (joint.kind == model::JointKind::universal) limits.angle[joint.name] = {{-0.05, 0.05}, {-0.04, 0.06}};
   }
   problem.waypoints.push_back({0.2, {0.3, std::nullopt, 0.1}, std::nullopt, {}});
   problem.waypoints.push_back({0.4, {}, Vector3d(0.2, 0.1, 0.3), {}});
@@ -310,8 +311,16 @@ INSTANTIATE_TEST_SUITE_P(
                      true, true},
         ShapeSetting{"periodic", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, false, false, false,
                      true},
-        ShapeSetting{"periodic_of_any_joint_within_limits", Swimmer::any_joint,
-                     mechanics::DiscreteLagrangian::trapezoid, false, true, false, true},
+        ShapeSetting{"periodic_of_any_joint_within_limits",
+                     Swimmer::any_joint,
+                     mechanics::DiscreteLagrangian::trapezoid,
+                     false,
+                     true,
+                     false,
+                     true,
+                     {},
+                     false,
+                     29},
         ShapeSetting{"periodic_within_limits", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, false,
                      true, false, true},
         ShapeSetting{"periodic_of_free_duration", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, false,

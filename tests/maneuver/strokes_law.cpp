@@ -92,7 +92,7 @@ TEST(Strokes, are_as_many_as_asked_for) {
 
 TEST(Strokes, keep_to_the_joints_limits) {
   maneuver::Problem problem = rowing(0.3);
-  for (const model::JointDescription& joint : problem.swimmer.joints) problem.limits.angle[joint.name] = {-0.7, 0.9};
+  for (const model::JointDescription& joint : problem.swimmer.joints) problem.limits.angle[joint.name] = {{-0.7, 0.9}};
   problem.limits.angular_velocity = 3.0;
   const int strokes = 12;
   const Rowed found = rowed(problem, strokes, true);

@@ -111,7 +111,8 @@ class TranscriptionDerivatives : public ::testing::TestWithParam<Setting> {
     for (const model::Joint& joint : system_.joints()) {
       limits.swing[joint.name] = 0.4;
       limits.twist[joint.name] = 0.3;
-      if (joint.kind == model::JointKind::hinge) limits.angle[joint.name] = {-0.5, 0.7};
+      if (joint.kind == model::JointKind::hinge) limits.angle[joint.name] = {{-0.5, 0.7}};
+      if (joint.kind == model::JointKind::universal) limits.angle[joint.name] = {{-0.5, 0.7}, {-0.4, 0.6}};
     }
     problem.duration.free = GetParam().free_duration;
     problem.duration.min = 0.3;

@@ -33,7 +33,7 @@ void expect_proved(const study::Answer& answer) {
 // Of rates and angles, whose set no landing finds: the barrier's answer stays.
 TEST(LimitsOfLongChains, are_kept_by_a_proved_gait) {
   maneuver::Problem problem = eel_within_limits();
-  for (auto& [joint, bounds] : problem.limits.angle) bounds = {-0.6, 0.6};
+  for (auto& [joint, bounds] : problem.limits.angle) bounds = {{-0.6, 0.6}};
   problem.goal->move[0] = 0.12;
   expect_proved(answered_without_refinement(problem));
 }

@@ -356,5 +356,51 @@ TEST(UnusualGoals, have_the_same_independent_conditions_whatever_the_seed) {
   }
 }
 
+// A chain of universal joints whose servos stop at each axis: both solvers find the same motion within, and a looser limit costs
+// less by its multiplier.
+TEST(UnusualGoals, within_limits_about_each_axis_of_universal_joints_are_proved) {
+  const auto within = [](double most) {
+    maneuver::Problem problem = planar_chain();
+    for (model::JointDescription& joint : problem.swimmer.joints) {
+      joint.kind = model::JointKind::universal;
+      joint.axes = {Vector3d(0, 0, 1), Vector3d(0, 1, 0)};
+      joint.control_axes.reset();
+    }
+    problem.goal->turn = Vector3d(0.1, 0.0, 0.0);
+    problem.goal->move = {0.2, std::nullopt, std::nullopt};
+    problem.limits.angle["front"] = {{-most, most}, {-0.2, 0.2}};
+    problem.limits.angle["back"] = {{-0.5, 0.9}, {-0.2, 0.2}};
+    return problem;
+  };
+  study::Answer last;
+  study::SolveOptions options;
+  options.refinement = false;
+  const auto answer_within = [&](double most) {
+    const maneuver::Problem problem = within(most);
+    const model::System system(problem.swimmer);
+    if (options.first) options.first = study::first_motion(system, problem, last.solution);
+    return study::answer(system, problem, options);
+  };
+  last = answer_within(0.2);
+  options.first.emplace();  // from here on from that motion
+  const study::Answer answer = answer_within(0.2);
+  ASSERT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+  std::array<bool, 2> held{};
+  double worth = 0.0;  // of the limits about the first axis of the front joint, for each rad
+  for (const maneuver::LimitMultiplier& own : answer.solution.limit_multipliers) {
+    held[model::at(own.component)] = true;
+    if (own.joint == 0 && own.component == 0)
+      for (const double multiplier : own.multiplier) worth += multiplier * within(0.2).time_step();
+  }
+  EXPECT_TRUE(held[0] && held[1]);
+  EXPECT_GT(worth, 0.0);
+  constexpr double by = 1e-4;
+  const double less = answer_within(0.2 - by).solution.cost, more = answer_within(0.2 + by).solution.cost;
+  EXPECT_NEAR((less - more) / (2.0 * by), worth, 1e-4 * worth);
+  last = answer;
+  options.solver = study::Backend::ipopt;
+  EXPECT_NEAR(answer_within(0.2).solution.cost, answer.solution.cost, tolerance(1e-7) * answer.solution.cost);
+}
+
 }  // namespace
 }  // namespace lamprey::tests
