@@ -242,73 +242,7 @@ double scale_of(const StoredMotion& motion, const Bound& bound) {
   return length ? motion.system.length_unit() : unit_of(bound);
 }
 
-void add_joint_bounds(const System& system, const maneuver::Limits& limits, std::vector<Bound>& bounds) {
-  const auto own_or_all = [](const std::optional<double>& all, const std::map<std::string, double>& by_joint,
-                             const std::string& name, const std::string& key, const auto& use) {
-    if (const auto own = by_joint.find(name); own != by_joint.end())
-      use(own->second, "limits." + key + "." + name);
-    else if (all)
-      use(*all, "limits." + key);
-  };
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const model::Joint& joint = system.joint(j);
-    const auto add = [&](Kind kind, int component, bool upper) {
-      return [&bounds, kind, component, upper, j](double value, const std::string& key) {
-        bounds.push_back({kind, key, j, -1, -1, component, upper, value, -1});
-      };
-    };
-    if (joint.actuation.cols() > 0) {
-      own_or_all(limits.torque, limits.joint_torque, joint.name, "torque", add(Kind::torque, -1, false));
-      for (int c = 0; c < static_cast<int>(joint.actuation.cols()); ++c)
-        own_or_all(limits.torque_component, limits.joint_torque_component, joint.name, "torque_component",
-                   add(Kind::torque_component, c, false));
-    }
-    own_or_all({}, limits.swing, joint.name, "swing", add(Kind::swing, -1, false));
-    own_or_all({}, limits.twist, joint.name, "twist", add(Kind::twist, -1, false));
-    own_or_all(limits.angular_velocity, limits.joint_angular_velocity, joint.name, "angular_velocity",
-               add(Kind::angular_velocity, -1, false));
-    if (const auto own = limits.angle.find(joint.name); own != limits.angle.end())
-      for (std::size_t axis = 0; axis < own->second.size(); ++axis)
-        for (const bool upper : {false, true})
-          add(Kind::angle, joint.kind == model::JointKind::universal ? static_cast<int>(axis) : -1, upper)(
-              own->second[axis][upper ? 1 : 0], "limits.angle." + joint.name);
-  }
-}
-
 }  // namespace
-
-std::vector<Bound> bounds_of(const StoredMotion& motion) {
-  const System& system = motion.system;
-  const maneuver::Problem& problem = motion.problem;
-  std::vector<Bound> bounds;
-  add_joint_bounds(system, problem.limits, bounds);
-  for (int i = 0; i < system.body_count(); ++i) {
-    if (problem.limits.clearance)
-      for (int other = i + 1; other < system.body_count(); ++other)
-        bounds.push_back({Kind::clearance, "limits.clearance", -1, i, other, -1, false, *problem.limits.clearance, -1});
-    for (std::size_t n = 0; n < problem.limits.spheres.size(); ++n)
-      bounds.push_back({Kind::sphere, "limits.sphere", -1, i, -1, static_cast<int>(n), false, 0.0, -1});
-    for (std::size_t n = 0; n < problem.limits.half_spaces.size(); ++n)
-      bounds.push_back({Kind::half_space, "limits.half_space", -1, i, -1, static_cast<int>(n), false, 0.0, -1});
-  }
-  for (std::size_t w = 0; w < problem.waypoints.size(); ++w) {
-    const maneuver::Waypoint& waypoint = problem.waypoints[w];
-    const int node = static_cast<int>(std::lround(waypoint.time / motion.time_step));
-    for (int c = 0; c < 3; ++c)
-      if (waypoint.move[at(c)])
-        bounds.push_back({Kind::pass_position, "waypoint", -1, -1, -1, c, false,
-                          problem.start.position[c] + *waypoint.move[at(c)], node});
-    for (int i = 0; i < system.body_count(); ++i)
-      if (waypoint.turn || waypoint.rotation.contains(system.body(i).name))
-        for (int c = 0; c < 3; ++c)
-          bounds.push_back({Kind::pass_turn, "waypoint", -1, i, -1, c, false, 0.0, node, static_cast<int>(w)});
-  }
-  if (problem.duration.free) {
-    bounds.push_back({Kind::duration, "time.min", -1, -1, -1, -1, false, problem.duration.min, motion.steps});
-    bounds.push_back({Kind::duration, "time.max", -1, -1, -1, -1, true, problem.duration.max, motion.steps});
-  }
-  return bounds;
-}
 
 LimitCheck check_limits(const StoredMotion& motion) {
   LimitCheck check;

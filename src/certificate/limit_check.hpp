@@ -5,37 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "certificate/stored_motion.hpp"
+#include "certificate/bounds.hpp"
 
 namespace lamprey::certificate {
-
-/// One bound of the problem, or one condition of a waypoint.
-struct Bound {
-  enum class Kind {
-    torque,
-    torque_component,
-    swing,
-    twist,
-    angle,
-    angular_velocity,
-    clearance,
-    sphere,
-    half_space,
-    pass_position,
-    pass_turn,
-    duration
-  } kind;
-  std::string key;  // of the problem file
-  int joint = -1, body = -1, other_body = -1;
-  int component = -1;
-  bool upper = false;
-  double value = 0.0;
-  int node = -1;      // of a waypoint or of the end; −1: each node
-  int waypoint = -1;  // which
-  bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
-};
-
-std::vector<Bound> bounds_of(const StoredMotion& motion);
 
 /// The tightest place of all limits.
 struct LimitCheck {

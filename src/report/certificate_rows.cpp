@@ -52,28 +52,29 @@ CertificateRow second_order_row(const certificate::SecondOrder& second_order) {
           "effort alone (1 = pure effort). Above zero: a strict local minimum; below: a saddle."};
 }
 
-}  // namespace
+using Rows = std::vector<CertificateRow>;
 
-std::string clearance_words(const certificate::Clearance& clearance, const file::ResolvedProblem& problem) {
-  if (std::isnan(clearance.gap) || clearance.first < 0 || clearance.second < 0) return number(unset);
-  const std::string pair = fmt::format("{} and {}", problem.bodies[static_cast<std::size_t>(clearance.first)].name,
-                                       problem.bodies[static_cast<std::size_t>(clearance.second)].name);
-  const std::string time = number(clearance.time, 3) + " s";
-  if (clearance.gap >= 0.0) return fmt::format("{} m: {} at {}", number(clearance.gap, 3), pair, time);
-  return fmt::format("bodies pass through each other: {} by {} m at {}", pair, number(-clearance.gap, 3), time);
-}
-
-std::vector<CertificateRow> certificate_rows(const certificate::Certificate& proof,
-                                             const file::ResolvedProblem& problem) {
-  const certificate::Replay replay = proof.replay.value_or(certificate::Replay{});
-  const certificate::Refinement refinement = proof.refinement.value_or(certificate::Refinement{});
+// What the problem asks for.
+Rows rows_of_goal(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
   const double asked = problem.goal ? goal_mark : unset;
   const double rests = problem.goal && problem.goal->rest ? rest_mark : unset;
-  std::vector<CertificateRow> rows = {
+  Rows rows = {
       held("Goal error", proof.goal_error, "", asked,
            "Largest distance of the end from what the goal asks, over all its rows, in rad or m."),
       held("Rest error", proof.rest_error, "", rests,
            "Largest momentum left at the end, relative to the largest of the motion. 0 is rest."),
+  };
+  if (proof.limits)
+    rows.insert(rows.begin() + 1,
+                held("Limits", proof.limits->violation, "", limit_mark,
+                     "Largest violation of a limit or miss of a waypoint at the nodes, in rad, m or s; of moments and "
+                     "rates relative to the bound."));
+  return rows;
+}
+
+// Whether it is a motion of these bodies in this fluid.
+Rows rows_of_mechanics(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+  return {
       held(
           "Discrete equations", proof.equation_residual, "", proof.equation_allowed(),
           "Largest residual of the discrete Euler–Lagrange equations at the nodes, both ends included, relative to the "
@@ -94,6 +95,12 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
        "Least distance of two bodies at the nodes and between them, with joints turning evenly from node to node. "
        "Where "
        "bodies overlap: the shortest way out of each other. Nothing in the mechanics keeps bodies apart."},
+  };
+}
+
+// Whether the file's numbers are those of that motion.
+Rows rows_of_file(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+  return {
       held("Start", proof.start_error, "", problem.goal ? start_mark : unset,
            "Largest distance of the first node from where the problem begins, in rad or m."),
       held("Times of the nodes", proof.time_error, "", time_mark,
@@ -107,6 +114,11 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
            "joint angles from the bodies' turns, in rad."),
       held("Stored cost", proof.cost_error, "", cost_mark,
            "Relative difference of the stored cost from the one recomputed along the motion."),
+  };
+}
+
+Rows rows_of_optimality(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+  return {
       held("First-order optimality (KKT)", proof.kkt, "", problem.tolerance,
            "Largest part of the cost’s gradient that no multiplier of the goal explains, relative to the gradient "
            "itself."),
@@ -118,6 +130,12 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
        "", std::nullopt,
        "The same with every direction moved that the joints leave free, where control_axes confine them. Below zero: "
        "moments out of these axes would lower the cost."},
+  };
+}
+
+// What another integrator makes of the moments.
+Rows rows_of_replay(const certificate::Replay& replay) {
+  return {
       held("Replay, rotation", replay.rotation_error, "rad", certificate::replay_mark,
            "The stored controls through another integrator of the continuous equations, restarted from the stored "
            "state at "
@@ -138,22 +156,43 @@ std::vector<CertificateRow> certificate_rows(const certificate::Certificate& pro
           "nodes where the steps resolve it."),
       shown("Growth rate", replay.growth_rate, "1/s",
             "How fast small perturbations grow along the motion: as e to this rate × time."),
+  };
+}
+
+// What other steps make of the cost.
+Rows rows_of_refinement(const certificate::Refinement& refinement) {
+  return {
       shown("Cost at half the step", refinement.cost_half_step, "(N m)² s",
             "Cost of the same problem solved with twice the steps."),
       shown("Observed order", refinement.observed_order, "", "Order at which the cost settles as the step is halved."),
       shown("Cost in the limit", refinement.cost_limit, "(N m)² s", "Cost extrapolated to steps of no length."),
       shown("Error of the cost", refinement.cost_error, "(N m)² s", "Distance of the answer’s cost from that."),
   };
+}
+
+}  // namespace
+
+std::string clearance_words(const certificate::Clearance& clearance, const file::ResolvedProblem& problem) {
+  if (std::isnan(clearance.gap) || clearance.first < 0 || clearance.second < 0) return number(unset);
+  const std::string pair = fmt::format("{} and {}", problem.bodies[static_cast<std::size_t>(clearance.first)].name,
+                                       problem.bodies[static_cast<std::size_t>(clearance.second)].name);
+  const std::string time = number(clearance.time, 3) + " s";
+  if (clearance.gap >= 0.0) return fmt::format("{} m: {} at {}", number(clearance.gap, 3), pair, time);
+  return fmt::format("bodies pass through each other: {} by {} m at {}", pair, number(-clearance.gap, 3), time);
+}
+
+Rows certificate_rows(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+  Rows all;
+  for (const Rows& rows :
+       {rows_of_goal(proof, problem), rows_of_mechanics(proof, problem), rows_of_file(proof, problem),
+        rows_of_optimality(proof, problem), rows_of_replay(proof.replay.value_or(certificate::Replay{})),
+        rows_of_refinement(proof.refinement.value_or(certificate::Refinement{}))})
+    all.insert(all.end(), rows.begin(), rows.end());
   if (proof.costs)
-    rows.push_back(held("Signs of powers", proof.costs->signs, "", complementarity_mark,
-                        "Largest amount by which a joint’s |power| exceeds its multiplier times the power, against the "
-                        "mean cost rate: the multipliers are the signs of the powers."));
-  if (proof.limits)
-    rows.insert(rows.begin() + 1,
-                held("Limits", proof.limits->violation, "", limit_mark,
-                     "Largest violation of a limit or miss of a waypoint at the nodes, in rad, m or s; of moments and "
-                     "rates relative to the bound."));
-  return rows;
+    all.push_back(held("Signs of powers", proof.costs->signs, "", complementarity_mark,
+                       "Largest amount by which a joint’s |power| exceeds its multiplier times the power, against the "
+                       "mean cost rate: the multipliers are the signs of the powers."));
+  return all;
 }
 
 }  // namespace lamprey::report
