@@ -174,6 +174,17 @@ std::string shown_axes(const std::vector<Vector3d>& axes) {
   return fmt::format("[{}{}]", text, axes.size() > 5 ? ", …" : "");
 }
 
+// Beyond these, inertia about a joint leaves no digits to the bodies'.
+void check_offsets(const JointDescription& joint, std::size_t j, double size) {
+  constexpr double farthest = 1e6;  // of the largest semi-axis
+  for (const auto& [name, offset] :
+       {std::pair("parent_offset", &joint.parent_offset), std::pair("child_offset", &joint.child_offset)})
+    if (!(offset->norm() <= farthest * size))
+      refuse(joint_key(j, name), fmt::format("a joint {:.3g} m from the body's centre", offset->norm()),
+             fmt::format("at most {:.3g} m, a million times the largest semi-axis", farthest * size),
+             "mind the unit, m");
+}
+
 void check_control_axes(const JointDescription& joint, std::size_t j) {
   if (!joint.control_axes) return;
   const std::string key = joint_key(j, "control_axes");
@@ -342,9 +353,12 @@ void check_bodies(const SwimmerDescription& swimmer) {
 }
 
 void check_joints(const SwimmerDescription& swimmer) {
+  double size = 0.0;  // m, largest semi-axis
+  for (const model::BodyDescription& body : swimmer.bodies) size = std::max(size, body.semi_axes.maxCoeff());
   for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
     check_joint_axes(swimmer.joints[j], j);
     check_control_axes(swimmer.joints[j], j);
+    check_offsets(swimmer.joints[j], j, size);
   }
 }
 

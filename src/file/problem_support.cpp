@@ -33,11 +33,12 @@ void require_supported_swimmer(const model::SwimmerDescription& swimmer) {
                          only_by_newton);
   for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
     const model::JointDescription& joint = swimmer.joints[j];
+    if (joint.kind != JointKind::ball) continue;
     const std::string path = fmt::format("joint[{}]", j);
     if (joint.stiffness > 0.0)
-      refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)", only_by_newton);
+      refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad) in a ball joint", only_by_newton);
     if (joint.damping > 0.0)
-      refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)", only_by_newton);
+      refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad) in a ball joint", only_by_newton);
   }
 }
 

@@ -75,6 +75,7 @@ ResolvedBody read_body(const JsonReader& reader) {
   body.name = reader.at("name").text();
   body.mass = reader.at("mass").number();
   read(reader.at("semi_axes"), body.semi_axes);
+  if (!(body.semi_axes.minCoeff() > 0.0)) reader.at("semi_axes").refuse("three numbers > 0 (m)");
   read(reader.at("mass_matrix"), body.mass_matrix);
   read(reader.at("inertia_matrix"), body.inertia_matrix);
   read(reader.at("body_inertia"), body.body_inertia);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "fluid/gap.hpp"
+#include "maneuver/joint_angle.hpp"
 
 namespace lamprey::maneuver {
 
@@ -135,63 +136,19 @@ double support(const Vector3d& semi_axes, const Vector3d& direction) {
 Vector3d parent_arm(const Joint& joint) { return joint.parent_offset.normalized(); }
 Vector3d child_arm(const Joint& joint) { return -joint.child_offset.normalized(); }
 
-// Quaternion of a joint's turn from its zero angle, parent's frame, scalar part ≥ 0.
-lie::Vector4 turn_from_zero(const Joint& joint, const mechanics::Rotations& R) {
-  return lie::quaternion_of_rotation(mechanics::child_to_parent(R, joint) * joint.reference_rotation.transpose());
+double twist(const Joint& joint, const mechanics::Rotations& R) {
+  return twist_about(child_arm(joint), joint, mechanics::child_to_parent(R, joint));
 }
 
-// Turn about an axis of the child, rad in [−π, π].
-double twist_about(const Vector3d& axis, const Joint& joint, const mechanics::Rotations& R) {
-  const lie::Vector4 q = turn_from_zero(joint, R);
-  return 2.0 * std::atan2(q.tail<3>().dot(joint.reference_rotation * axis), q[0]);
-}
-
-double twist(const Joint& joint, const mechanics::Rotations& R) { return twist_about(child_arm(joint), joint, R); }
-
-lie::Vector4 pure(const Vector3d& v) { return {0.0, v.x(), v.y(), v.z()}; }
-
-// The axis about which an angle of a joint counts, child's frame at zero angle. The two axes of a universal joint are orthogonal
-// there, so that with (8.1) each angle is the twist about its axis, whichever turns first.
-Vector3d angle_axis(const Joint& joint, int freedom) {
-  const bool first = joint.kind == model::JointKind::universal && freedom == 0;
-  return first ? Vector3d(joint.reference_rotation.transpose() * joint.parent_axis) : joint.child_axis;
-}
-
-// Equation 10.2: τ = 2 atan2(y, x) of the quaternion's scalar x and its part y along an axis of the child; both are linear
-// in it. `scale` times τ.
-void twist_derivatives(const System& system, const LimitRow& row, const Vector3d& axis, double scale,
-                       const LimitedNode& node, VectorXd& gradient, MatrixXd& hessian) {
-  const Joint& joint = system.joint(row.joint);
-  const lie::Vector4 q = turn_from_zero(joint, node.rotation);
-  const Matrix3d& zero = joint.reference_rotation;
-  const Vector3d arm = zero * axis;
-  const auto read = [&](const lie::Vector4& p) { return Eigen::Vector2d(p[0], p.tail<3>().dot(arm)); };
-  const Eigen::Vector2d xy = read(q);
-  Eigen::Matrix<double, 2, 6> rate;  // of (x, y) by the turns of parent and child
-  std::array<Eigen::Matrix<double, 6, 6>, 2> second;
-  second.fill(Eigen::Matrix<double, 6, 6>::Zero());
-  for (int c = 0; c < 3; ++c) {
-    const lie::Vector4 parent = -0.5 * lie::quaternion_product(pure(Vector3d::Unit(c)), q);
-    rate.col(c) = read(parent);
-    rate.col(3 + c) = read(0.5 * lie::quaternion_product(q, pure(zero.col(c))));
-    for (int d = 0; d < 3; ++d) {
-      const Eigen::Vector2d mixed = read(0.5 * lie::quaternion_product(parent, pure(zero.col(d))));
-      for (int e = 0; e < 2; ++e) second[at(e)](c, 3 + d) = second[at(e)](3 + d, c) = mixed[e];
-    }
-    for (int e = 0; e < 2; ++e) second[at(e)](c, c) = second[at(e)](3 + c, 3 + c) = -0.25 * xy[e];
-  }
-  const double x = xy[0], y = xy[1], r2 = xy.squaredNorm();
-  const Eigen::RowVector2d slope(-2.0 * y / r2, 2.0 * x / r2);
-  Eigen::Matrix2d bend;
-  bend << 4.0 * x * y, 2.0 * (y * y - x * x), 2.0 * (y * y - x * x), -4.0 * x * y;
-  bend /= r2 * r2;
-  const Eigen::Matrix<double, 6, 1> by_turns = scale * (slope * rate).transpose();
-  const Eigen::Matrix<double, 6, 6> curvature =
-      scale * (rate.transpose() * bend * rate + slope[0] * second[0] + slope[1] * second[1]);
+// Equation 10.2 of a row that is `scale` times the twist about an axis, and something that does not change.
+void add_twist(const LimitRow& row, const Joint& joint, const Vector3d& axis, double scale, const LimitedNode& node,
+               VectorXd& gradient, MatrixXd& hessian) {
+  const TwistDerivatives twist = twist_derivatives(axis, joint, mechanics::child_to_parent(node.rotation, joint));
   const std::array<Eigen::Index, 2> place{turn_of(joint.parent), turn_of(joint.child)};
   for (int a = 0; a < 2; ++a) {
-    gradient.segment<3>(place[at(a)]) = by_turns.segment<3>(3 * a);
-    for (int b = 0; b < 2; ++b) hessian.block<3, 3>(place[at(a)], place[at(b)]) = curvature.block<3, 3>(3 * a, 3 * b);
+    gradient.segment<3>(place[at(a)]) = scale / row.unit * twist.gradient.segment<3>(3 * a);
+    for (int b = 0; b < 2; ++b)
+      hessian.block<3, 3>(place[at(a)], place[at(b)]) = scale / row.unit * twist.hessian.block<3, 3>(3 * a, 3 * b);
   }
 }
 
@@ -326,7 +283,7 @@ Vector3d joint_moment(const System& system, int joint, const VectorXd& moment) {
 
 double angle_of(const System& system, const LimitRow& row, const LimitedNode& node) {
   const Joint& joint = system.joint(row.joint);
-  return twist_about(angle_axis(joint, row.freedom()), joint, node.rotation);
+  return twist_about(angle_axis(joint, row.freedom()), joint, mechanics::child_to_parent(node.rotation, joint));
 }
 
 double plain_value(const System& system, const LimitRow& row, const LimitedNode& node, double enough) {
@@ -389,14 +346,14 @@ void limit_derivatives(const System& system, const LimitRow& row, const LimitedN
       return swing_derivatives(system, row, node, gradient, hessian);
     case Kind::twist: {
       const Joint& joint = system.joint(row.joint);
-      const double scale = (twist(joint, node.rotation) < 0.0 ? 1.0 : -1.0) / row.unit;  // of bound − |τ|
-      return twist_derivatives(system, row, child_arm(joint), scale, node, gradient, hessian);
+      const double scale = twist(joint, node.rotation) < 0.0 ? 1.0 : -1.0;  // of bound − |τ|
+      return add_twist(row, joint, child_arm(joint), scale, node, gradient, hessian);
     }
     case Kind::angle_above:
     case Kind::angle_below: {
-      const double scale = (row.kind == Kind::angle_above ? 1.0 : -1.0) / row.unit;
-      const Vector3d axis = angle_axis(system.joint(row.joint), row.freedom());
-      return twist_derivatives(system, row, axis, scale, node, gradient, hessian);
+      const Joint& joint = system.joint(row.joint);
+      const double scale = row.kind == Kind::angle_above ? 1.0 : -1.0;
+      return add_twist(row, joint, angle_axis(joint, row.freedom()), scale, node, gradient, hessian);
     }
     case Kind::speed:
       return speed_derivatives(system, row, node, gradient, hessian);

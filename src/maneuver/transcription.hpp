@@ -183,6 +183,20 @@ class Transcription : public optimizer::Program {
   void emit_joint_hessian(int node, const VectorXd& multiplier, BlockSink& sink) const;
   void emit_axis_hessian(int node, const VectorXd& multiplier, BlockSink& sink) const;
 
+  // springs and dampers of joints that lead their child (transcription_compliance.cpp)
+  // By how much the moment about an axis grows with the joint's angle at a node, in units of control_unit for each rad.
+  struct AngleShare {
+    int node;
+    double spring, damper;
+    double angle;  // rad; of the two ends of a step the difference is the shorter way round
+    double sum() const { return spring + damper; }
+  };
+  std::vector<AngleShare> angle_shares(int node, const model::Joint& joint, int freedom) const;
+  double compliance(int node, const model::Joint& joint, int freedom) const;
+  void emit_compliance_jacobian(int row, int node, const model::Joint& joint, int freedom, BlockSink& sink) const;
+  void emit_compliance_hessian(double lambda, int node, const model::Joint& joint, int freedom, BlockSink& sink) const;
+  Matrix3d child_to_parent(int node, const model::Joint& joint) const;
+
   // limits (transcription_limits.cpp)
   std::pair<int, int> limited_moments(const LimitRow& row) const;
   double value_of(const Limited& limited) const;

@@ -115,8 +115,8 @@ void Transcription::emit_joint_hessian(int node, const VectorXd& multiplier, Blo
   }
 }
 
-// Equation 5.13: the moment on the parent, μ, has the controls for its components about the axes: a of a universal joint,
-// and Q b. At an end of which nothing is asked joints hold nothing either: what they would is no one's.
+// Equation 5.13: the moment on the parent, μ, has the controls, springs and dampers (5.16) for its components about the axes: a of
+// a universal joint, and Q b. At an end of which nothing is asked joints hold nothing either: what they would is no one's.
 void Transcription::axis_values(int node, VectorXd& c) const {
   int row = axis_row(node);
   if (node == steps_ && !rests_) {
@@ -133,8 +133,9 @@ void Transcription::axis_values(int node, VectorXd& c) const {
     const VectorXd asked = (joint.actuation * point_.segment(control_variable(node) + system_.joint(j).first_control,
                                                              joint.actuation.cols()))
                                .head(freedoms);
-    if (freedoms == 2) c[row++] = joint.parent_axis.dot(moment) - asked[0];
-    c[row++] = moment.dot(mechanics::child_to_parent(R, joint) * joint.child_axis) - asked[freedoms - 1];
+    if (freedoms == 2) c[row++] = joint.parent_axis.dot(moment) - asked[0] - compliance(node, joint, 0);
+    c[row++] = moment.dot(mechanics::child_to_parent(R, joint) * joint.child_axis) - asked[freedoms - 1] -
+               compliance(node, joint, freedoms - 1);
   }
 }
 
@@ -155,6 +156,7 @@ void Transcription::emit_axis_jacobian(int node, BlockSink& sink) const {
     if (freedoms == 2) {
       sink.add(row, variable, joint.parent_axis.transpose());
       by_control(0);
+      emit_compliance_jacobian(row, node, joint, 0, sink);
       ++row;
     }
     const Vector4d q_parent = quaternion(node, joint.parent), q_child = quaternion(node, joint.child);
@@ -166,6 +168,7 @@ void Transcription::emit_axis_jacobian(int node, BlockSink& sink) const {
       sink.add(row, q, form.by_parent.transpose() * lie::quaternion_tangent(q_parent));
     if (const int q = quaternion_variable(node, joint.child); q >= 0)
       sink.add(row, q, form.by_child.transpose() * lie::quaternion_tangent(q_child));
+    emit_compliance_jacobian(row, node, joint, freedoms - 1, sink);
     ++row;
   }
 }
@@ -177,8 +180,9 @@ void Transcription::emit_axis_hessian(int node, const VectorXd& multiplier, Bloc
     const Joint& joint = system_.joint(j);
     const int freedoms = system_.body(joint.child).freedoms;
     if (joint.free() || freedoms == 0) continue;
-    if (freedoms == 2) ++row;  // linear
+    if (freedoms == 2) emit_compliance_hessian(multiplier[row++], node, joint, 0, sink);
     const double lambda = multiplier[row++];
+    emit_compliance_hessian(lambda, node, joint, freedoms - 1, sink);
     const int variable = moment_variable(node, j);
     const std::array<int, 2> place{quaternion_variable(node, joint.parent), quaternion_variable(node, joint.child)};
     const std::array<Vector4d, 2> q{quaternion(node, joint.parent), quaternion(node, joint.child)};

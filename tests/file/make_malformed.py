@@ -110,6 +110,7 @@ CASES = {
     "swing_too_large": ("swing.neck = 1.0", "swing.neck = 100.0", "swing.neck", "limits.swing.neck", ["found 100", "> 0 and ≤ 3.14159", "write radians"]),
     "turn_in_degrees": ("turn = [0.0, 0.0, 0.5]", "turn = [0.0, 0.0, 30.0]", "turn = [0.0, 0.0, 30.0]", "goal.turn", ["found [0, 0, 30]", "≤ 6.283", "write radians"]),
     "start_in_degrees": ("rotation.tail = [0.0, 0.0, 0.75]", "rotation.tail = [0.0, 0.0, -45.0]", "rotation.tail = [0.0, 0.0, -45.0]", "start.rotation.tail", ["found [0, 0, -45]", "≥ -6.283", "write radians"]),
+    "joint_beyond_all_reason": ("child_offset = [-5.5, 0.0, 0.0]", "child_offset = [-5.5e9, 0.0, 0.0]", "child_offset = [-5.5e9", "joint[0].child_offset", ["a joint 5.5e+09 m from", "at most 8e+06 m", "mind the unit"]),
     "swing_at_a_mass_centre": ("child_offset = [-5.5, 0.0, 0.0]", "child_offset = [0.0, 0.0, 0.0]", "swing.neck", "limits.swing.neck", ["a joint at a mass centre", "not zero", "remove it"]),
     "twist_zero": ("twist.neck = 0.5", "twist.neck = 0", "twist.neck", "limits.twist.neck", ["found 0", "> 0 and ≤ 3.14159", "choose"]),
     "angle_reversed": ("angle.back = [-0.5, 1.5]", "angle.back = [1.5, -0.5]", "angle.back", "limits.angle.back", ["found [1.5, -0.5]", "min < max", "exchange"]),

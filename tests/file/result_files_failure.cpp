@@ -169,6 +169,8 @@ TEST(SolutionReader, what_is_wrong_is_told_by_file_and_json_pointer) {
   EXPECT_NE(
       refusal(edited("\"semi_axes\": [", "\"semi_axes\": [null, ")).find("/problem/bodies/0/semi_axes: found [null"),
       std::string::npos);
+  EXPECT_NE(refusal(edited("\"semi_axes\": [", "\"semi_axes\": [0, ")).find("/problem/bodies/0/semi_axes: found"),
+            std::string::npos);
   EXPECT_NE(refusal(edited("\"position\": [\n    [", "\"position\": [\n    [[], ")).find("/position/0"),
             std::string::npos);
   EXPECT_NE(
