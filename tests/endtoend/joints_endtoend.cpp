@@ -297,9 +297,31 @@ TEST(LedJoints, with_springs_and_dampers_find_their_maneuver_and_prove_it) {
   EXPECT_LE((turn - Vector3d(0.0, 0.0, 0.1)).norm(), tolerance(1e-9));
 }
 
-TEST(LedJoints, have_springs_refused_by_the_transcription_at_their_place) {
+// By equations of its own (5.16), from another solver's answer and from its own first guess.
+TEST(LedJoints, with_springs_and_dampers_cost_the_same_by_the_other_solver) {
   const Folder folder;
-  std::ofstream(folder / "problem.toml") << fins_with_a_goal();
+  std::string text = fins_with_a_goal();
+  text.replace(text.find("\"midpoint\""), 10, "\"trapezoid\"");
+  std::ofstream(folder / "problem.toml") << text;
+  const auto solved = [&](const std::string& options, const char* to) {
+    const ProgramRun run = lamprey(
+        folder, "solve " + (folder / "problem.toml") + " --no-refinement " + options + " --out " + (folder / to));
+    EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+    return file::read_solution(folder / to);
+  };
+  const Results found = solved("", "run");
+  const Results stayed = solved("--solver ipopt --first " + (folder / "run"), "stayed");
+  EXPECT_EQ(stayed.solution.solver.name, "ipopt");
+  EXPECT_NEAR(stayed.solution.cost / found.solution.cost, 1.0, tolerance(1e-8));
+  EXPECT_EQ(stayed.certificate->verdict, certificate::Verdict::proved);
+  EXPECT_EQ(solved("--solver ipopt", "cold").certificate->verdict, certificate::Verdict::proved);
+}
+
+TEST(LedJoints, have_springs_of_ball_joints_refused_by_the_transcription_at_their_place) {
+  const Folder folder;
+  std::string text = text_of(example("translation"));
+  text.insert(text.find('\n', text.find("kind = \"ball\"")), "\nstiffness = 0.5");
+  std::ofstream(folder / "problem.toml") << text;
   const ProgramRun run =
       lamprey(folder, "solve --solver ipopt " + (folder / "problem.toml") + " --out " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 3) << run.err;

@@ -59,7 +59,7 @@ TEST_P(BackEndsTogether, lay_their_minima_into_one_catalogue) {
 
 INSTANTIATE_TEST_SUITE_P(Examples, BackEndsTogether,
                          testing::Values("as_printed/rotation", "sideways", "rotation", "around_an_obstacle",
-                                         "translation_with_clearance", "rotation_with_clearance"),
+                                         "translation_with_clearance", "rotation_with_clearance", "compliant_tail"),
                          named_by_value);
 INSTANTIATE_TEST_SUITE_P(Examples, BackEndsInTheCatalogue,
                          testing::Values(Catalogue{"translation", 20}, Catalogue{"rotation", 120},
@@ -72,13 +72,14 @@ INSTANTIATE_TEST_SUITE_P(Examples, BackEnds,
                                          "as_printed/rotation", "sideways", "yaw", "around_an_obstacle",
                                          "translation_with_clearance", "rotation_with_clearance", "free_time", "gait",
                                          "gait_within_limits", "furthest_gait", "least_work", "falling_cat_flip",
-                                         "eel_gait"),
+                                         "eel_gait", "compliant_tail"),
                          named_by_value);
 INSTANTIATE_TEST_SUITE_P(Examples, BackEndsFromFirstGuesses,
                          testing::Values("translation", "translation_in_space", "rotation", "as_printed/translation",
                                          "as_printed/rotation", "sideways", "around_an_obstacle",
                                          "translation_with_clearance", "rotation_with_clearance", "free_time", "gait",
-                                         "gait_within_limits", "furthest_gait", "least_work", "falling_cat_flip"),
+                                         "gait_within_limits", "furthest_gait", "least_work", "falling_cat_flip",
+                                         "compliant_tail"),
                          named_by_value);
 
 }  // namespace
