@@ -4,6 +4,7 @@
 
 #include "maneuver/guess.hpp"
 #include "mechanics/joint_moments.hpp"
+#include "study/found.hpp"
 
 namespace lamprey::study {
 
@@ -64,6 +65,11 @@ FirstMotion first_motion(const System& system, const maneuver::Problem& problem,
   if (problem.duration.free)
     first.duration =
         std::clamp(solution.time.back() - solution.time.front(), problem.duration.min, problem.duration.max);
+  const int steps = static_cast<int>(path.rotation.size()) - 1;
+  const Found found = found_in(system, maneuver::make_maneuver(system, problem, steps),
+                               maneuver::limit_rows(system, problem), solution);
+  if (found.limit_multipliers.weight > 0.0) first.limit_multipliers = found.limit_multipliers;
+  if (found.work_multipliers.weight > 0.0) first.work_multipliers = found.work_multipliers;
   return first;
 }
 

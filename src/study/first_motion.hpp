@@ -1,6 +1,8 @@
 // A motion that someone has, as the first guess of a search.
 #pragma once
 
+#include "maneuver/cost_terms.hpp"
+#include "maneuver/limit_terms.hpp"
 #include "maneuver/node_path.hpp"
 #include "maneuver/problem.hpp"
 #include "maneuver/solution.hpp"
@@ -9,13 +11,16 @@
 namespace lamprey::study {
 
 struct FirstMotion {
-  maneuver::NodePath path;  // on as many steps as it was stored with
-  double duration = 0.0;    // s
+  maneuver::NodePath path;                       // on as many steps as it was stored with
+  double duration = 0.0;                         // s
+  maneuver::LimitMultipliers limit_multipliers;  // of those of the problem's limits that it was found within
+  maneuver::WorkMultipliers work_multipliers;
 };
 
 /// The nodes and moments of a solution or march of a swimmer of the same tree, placed and headed as the problem starts: joints turn
 /// as they did, about the axes that the problem's have, and, unless its first shape is free, from its first shape by less and less
-/// of the difference. Goal, limits, bodies, steps and scheme may be others than those it was found for.
+/// of the difference. Multipliers of limits of the same names come along, so that an answer within limits is where the search
+/// begins, or near. Goal, limits, bodies, steps and scheme may be others than those it was found for.
 FirstMotion first_motion(const model::System& system, const maneuver::Problem& problem,
                          const maneuver::Solution& solution);
 

@@ -278,9 +278,22 @@ class NewtonMethod : public Method {
   Found solve_guess(int start, int steps, double tolerance, const Outcome& before) const {
     Found found;
     found.outcome = before;
-    if (begins_as_asked(start)) found.duration = options_.first->duration;
+    if (begins_as_asked(start)) {
+      found.duration = options_.first->duration;
+      found.limit_multipliers = options_.first->limit_multipliers;
+      found.work_multipliers = options_.first->work_multipliers;
+    }
     Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
-    solve(grid, first_guess(grid, start), tolerance, found);
+    const NodePath guess = first_guess(grid, start);
+    solve(grid, guess, tolerance, found);
+    const bool led = begins_as_asked(start) && options_.first->limit_multipliers.weight > 0.0;
+    if (!led || found.converged() || budget_.closing()) return found;
+    Found again;  // multipliers of other limits lead astray
+    again.outcome = found.outcome;
+    again.duration = options_.first->duration;
+    solve(grid, guess, tolerance, again);
+    if (again.converged()) return again;
+    add_effort(again, found);
     return found;
   }
 

@@ -39,6 +39,7 @@ TEST(SolutionFile, every_double_comes_back_bit_for_bit) {
   EXPECT_EQ(back.solution.position, results.solution.position);
   EXPECT_TRUE(std::signbit(back.solution.position[3][0]));
   EXPECT_EQ(back.solution.rotation, results.solution.rotation);
+  EXPECT_EQ(back.solution.joint_angle, results.solution.joint_angle);
   EXPECT_EQ(back.solution.control, results.solution.control);
   EXPECT_EQ(back.solution.angular_velocity, results.solution.angular_velocity);
   EXPECT_EQ(back.solution.angular_momentum.fluid, results.solution.angular_momentum.fluid);
@@ -168,11 +169,23 @@ std::vector<std::string> keys_in_order(const nlohmann::ordered_json& object) {
   return keys;
 }
 
+// As files of versions before joint angles were stored.
+TEST(SolutionFile, without_joint_angles_is_read_and_written_as_it_is) {
+  file::Results results = tests::sample_results(3);
+  results.solution.joint_angle.clear();
+  const std::string text = file::solution_text(results);
+  EXPECT_EQ(text.find("joint_angle"), std::string::npos);
+  EXPECT_TRUE(file::parse_solution(text, "old.json").solution.joint_angle.empty());
+  const tests::TemporaryFolder folder;
+  file::write_trajectory(folder.path(), results);
+  EXPECT_EQ(file::trajectory_difference(folder.path(), results), "");
+}
+
 TEST(SolutionFile, fields_have_the_names_and_the_order_of_the_interface) {
   const auto document = nlohmann::ordered_json::parse(file::solution_text(tests::sample_results(2)));
   using Keys = std::vector<std::string>;
   EXPECT_EQ(keys_in_order(document), (Keys{"schema", "name", "source", "status", "message", "cost", "problem", "time",
-                                           "position", "rotation", "control", "velocity", "momentum",
+                                           "position", "rotation", "control", "joint_angle", "velocity", "momentum",
                                            "limit_multipliers", "certificate", "search", "solver", "provenance"}));
   EXPECT_EQ(keys_in_order(document["problem"]),
             (Keys{"bodies", "joints", "density", "scheme", "time_step", "duration", "steps", "cost_rule", "goal",
@@ -300,6 +313,7 @@ TEST(TrajectoryFile, datasets_have_the_names_shapes_units_and_numbers_of_the_sol
       {"position", {7, 3}, "m"},
       {"rotation", {7, 3, 3, 3}, "1"},
       {"control", {7, 2, 3}, "N m"},
+      {"joint_angle", {7, 2, 3}, "rad"},
       {"velocity/linear", {7, 3}, "m/s"},
       {"velocity/angular", {7, 3, 3}, "rad/s"},
       {"momentum/linear/bodies", {7, 3}, "kg m/s"},
@@ -350,6 +364,7 @@ TEST(TrajectoryFile, tells_the_names_of_bodies_and_joints) {
   results.problem.joints.clear();  // a single body
   results.problem.bodies.resize(1);
   for (auto& control : results.solution.control) control.clear();
+  for (auto& angle : results.solution.joint_angle) angle.clear();
   for (auto& rotation : results.solution.rotation) rotation.resize(1);
   for (auto& rate : results.solution.angular_velocity) rate.resize(1);
   file::write_trajectory(folder / "alone", results);

@@ -57,7 +57,7 @@ inline file::ResolvedProblem sample_problem(int steps, SampleNumbers& sample) {
   file::ResolvedProblem problem;
   for (const char* name : {"middle", "front", "back"})
     problem.bodies.push_back(
-        {name, sample.vector(), sample.number(), sample.matrix(), sample.matrix(), sample.matrix()});
+        {name, sample.vector().cwiseAbs(), sample.number(), sample.matrix(), sample.matrix(), sample.matrix()});
   for (int child : {1, 2})
     problem.joints.push_back({problem.bodies[static_cast<std::size_t>(child)].name,
                               model::JointKind::ball,
@@ -94,6 +94,7 @@ inline void sample_motion(int steps, double time_step, SampleNumbers& sample, ma
   for (int k = 0; k <= steps; ++k) {
     solution.time.push_back(k * time_step);
     solution.rotation.push_back({sample.matrix(), sample.matrix(), sample.matrix()});
+    solution.joint_angle.push_back(vectors(2));
     solution.control.push_back(vectors(2));
     solution.angular_velocity.push_back(vectors(3));
   }

@@ -24,6 +24,7 @@ study::Answer answered(const maneuver::Problem& problem, const std::optional<stu
   study::SolveOptions options;
   options.solver = solver;
   options.first = first;
+  options.refinement = false;
   return study::answer(model::System(problem.swimmer), problem, options);
 }
 
@@ -44,6 +45,20 @@ TEST(FirstMotion, of_an_answer_stays_there) {
     EXPECT_NEAR(again.solution.cost, turned().solution.cost, tolerance(1e-8) * turned().solution.cost);
     EXPECT_LE(again.solution.solver.iterations, 10);
   }
+}
+
+// Without what its limits are worth, a search would begin far within them and end elsewhere.
+TEST(FirstMotion, of_an_answer_within_limits_stays_there) {
+  maneuver::Problem problem = turning(1.0);
+  problem.limits.swing = {{"front", 0.7}, {"back", 0.9}};
+  problem.limits.angular_velocity = 12.0;
+  const study::Answer within = answered(problem, std::nullopt);
+  ASSERT_EQ(within.certificate.verdict, certificate::Verdict::proved) << within.solution.message;
+  ASSERT_FALSE(within.solution.limit_multipliers.empty());
+  const model::System system(problem.swimmer);
+  const study::Answer again = answered(problem, study::first_motion(system, problem, within.solution));
+  EXPECT_NEAR(again.solution.cost, within.solution.cost, tolerance(1e-7) * within.solution.cost);
+  EXPECT_LT(3 * again.solution.solver.iterations, within.solution.solver.iterations);
 }
 
 TEST(FirstMotion, follows_a_minimum_as_the_goal_moves) {
