@@ -31,23 +31,22 @@ void require_supported_swimmer(const model::SwimmerDescription& swimmer) {
     if (const auto& coupling = swimmer.bodies[i].coupling_matrix; coupling && !coupling->isZero(0.0))
       refuse_unsupported(fmt::format("body[{}].coupling_matrix", i), "a matrix that is not zero", "zero",
                          only_by_newton);
-  for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
-    const model::JointDescription& joint = swimmer.joints[j];
-    if (joint.kind != JointKind::ball) continue;
-    const std::string path = fmt::format("joint[{}]", j);
-    if (joint.stiffness > 0.0)
-      refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad) in a ball joint", only_by_newton);
-    if (joint.damping > 0.0)
-      refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad) in a ball joint", only_by_newton);
-  }
 }
 
 // And what the certificate's checks of spline moments lack.
 void require_supported_spline(const model::SwimmerDescription& swimmer) {
-  for (std::size_t j = 0; j < swimmer.joints.size(); ++j)
-    if (swimmer.joints[j].kind != JointKind::ball)
-      refuse_unsupported(fmt::format("joint[{}].kind", j), in_quotes(word(swimmer.joints[j].kind)), "\"ball\"",
+  constexpr const char* only_at_steps = "remove this key, or set control.kind = \"steps\"";
+  for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
+    const model::JointDescription& joint = swimmer.joints[j];
+    const std::string path = fmt::format("joint[{}]", j);
+    if (joint.stiffness > 0.0)
+      refuse_unsupported(path + ".stiffness", shown(joint.stiffness), "0.0 (N m/rad)", only_at_steps);
+    if (joint.damping > 0.0)
+      refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)", only_at_steps);
+    if (joint.kind != JointKind::ball)
+      refuse_unsupported(path + ".kind", in_quotes(word(joint.kind)), "\"ball\"",
                          "use a ball joint, or set control.kind = \"steps\"");
+  }
 }
 
 void require_supported_scheme(Scheme scheme, bool transcribed) {

@@ -63,8 +63,8 @@ void Transcription::lay_out() {
   for (const GoalRow& row : goal_rows_)
     rests_ = rests_ || row.kind == GoalRow::Kind::rest || row.kind == GoalRow::Kind::recurrence;
   for (const model::Joint& joint : system_.joints()) {
-    moment_place_.push_back(joint.free() ? joint.first_control : controls_ + reactions_);
-    if (joint.free()) continue;
+    moment_place_.push_back(carries(joint) ? controls_ + reactions_ : joint.first_control);
+    if (!carries(joint)) continue;
     const int freedoms = system_.body(joint.child).freedoms;
     reactions_ += 3;
     axis_rows_ += freedoms;

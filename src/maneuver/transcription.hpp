@@ -183,19 +183,25 @@ class Transcription : public optimizer::Program {
   void emit_joint_hessian(int node, const VectorXd& multiplier, BlockSink& sink) const;
   void emit_axis_hessian(int node, const VectorXd& multiplier, BlockSink& sink) const;
 
-  // springs and dampers of joints that lead their child (transcription_compliance.cpp)
-  // By how much the moment about an axis grows with the joint's angle at a node, in units of control_unit for each rad.
-  struct AngleShare {
-    int node;
+  // springs and dampers (transcription_compliance.cpp)
+  // Whether the moment through a joint is more than what is actuated: a variable of its own.
+  static bool carries(const model::Joint& joint) { return !joint.free() || compliant(joint); }
+  static bool compliant(const model::Joint& joint) { return joint.stiffness > 0.0 || joint.damping > 0.0; }
+  // A turn, rad, that the moment grows with: by how much, in units of control_unit for each rad; derivatives by turns of bodies.
+  struct Compliance {
     double spring, damper;
-    double angle;  // rad; of the two ends of a step the difference is the shorter way round
-    double sum() const { return spring + damper; }
+    double turn;
+    VectorXd gradient;
+    MatrixXd hessian;
+    std::vector<Charted> charts;
   };
-  std::vector<AngleShare> angle_shares(int node, const model::Joint& joint, int freedom) const;
-  double compliance(int node, const model::Joint& joint, int freedom) const;
-  void emit_compliance_jacobian(int row, int node, const model::Joint& joint, int freedom, BlockSink& sink) const;
-  void emit_compliance_hessian(double lambda, int node, const model::Joint& joint, int freedom, BlockSink& sink) const;
+  // Row: axis of a led joint, component of a ball joint's moment.
+  std::vector<Compliance> compliance(int node, const model::Joint& joint, int row) const;
+  double compliant_moment(int node, const model::Joint& joint, int row) const;
+  void emit_compliance_jacobian(int constraint, int node, const model::Joint& joint, int row, BlockSink& sink) const;
+  void emit_compliance_hessian(double lambda, int node, const model::Joint& joint, int row, BlockSink& sink) const;
   Matrix3d child_to_parent(int node, const model::Joint& joint) const;
+  std::vector<Charted> charted_at(int node, const model::Joint& joint) const;
 
   // limits (transcription_limits.cpp)
   std::pair<int, int> limited_moments(const LimitRow& row) const;
@@ -238,9 +244,9 @@ class Transcription : public optimizer::Program {
   int bodies_, steps_, controls_;
   double h_;
   bool rests_ = false;
-  int reactions_ = 0;  // moments of led joints at a node
+  int reactions_ = 0;  // moments of joints that carry more than what is actuated, at a node
   std::vector<int>
-      moment_place_;  // [joints] where a joint's moment begins at a node: its controls, or all three of a led one
+      moment_place_;  // [joints] where a joint's moment begins at a node: its controls, or all three of one that carries more
   int axis_rows_ = 0, joint_rows_ = 0;  // at a node
   int stage_size_ = 0, stage_rows_ = 0, start_variable_ = 0, stretch_variable_ = -1, spline_variable_ = 0;
   std::vector<int> powered_;  // joints with moments, where powers cost

@@ -1,18 +1,16 @@
-// Springs and dampers of joints that lead their child: what they add to the moment about an axis at a node (equation 5.16). It is
-// linear in the joint's angles at the node and at those next to it.
+// Springs and dampers: what they add to the moment through a joint at a node (equation 5.16). It is linear in turns of the joint: from
+// its zero angle, and over the steps that meet at the node.
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "maneuver/joint_angle.hpp"
-#include "maneuver/step_chart.hpp"
 #include "maneuver/transcription.hpp"
 
 namespace lamprey::maneuver {
 
 namespace {
 
-using Eigen::Vector4d;
 using model::at;
 using model::Joint;
 
@@ -25,82 +23,86 @@ Matrix3d Transcription::child_to_parent(int node, const Joint& joint) const {
          lie::rotation_of_quaternion(quaternion(node, joint.child));
 }
 
-std::vector<Transcription::AngleShare> Transcription::angle_shares(int node, const Joint& joint, int freedom) const {
-  const Vector3d axis = angle_axis(joint, freedom);
-  const auto angle = [&](int at_node) { return twist_about(axis, joint, child_to_parent(at_node, joint)); };
-  std::vector<AngleShare> shares;
-  const double s = stretch();
-  if (joint.stiffness > 0.0)
-    shares.push_back({node, std::pow(s, spring_slows) * joint.stiffness / control_unit(), 0.0, angle(node)});
-  if (joint.damping == 0.0) return shares;
-  std::vector<int> steps = steps_about(node);
-  if (maneuver_.periodic && node == 0) steps.push_back(steps_ - 1);
-  const double weight = maneuver_.periodic ? h_ : force_weight(node);
-  const double share = std::pow(s, damper_slows) * 0.5 * joint.damping / weight / control_unit();
-  for (const int step : steps) {
-    const double before = angle(step), turn = std::remainder(angle(step + 1) - before, 2.0 * std::numbers::pi);
-    shares.push_back({step, 0.0, -share, before});
-    shares.push_back({step + 1, 0.0, share, before + turn});
+// Turns of parent and child at a node, coordinates 0 … 5.
+std::vector<Transcription::Charted> Transcription::charted_at(int node, const Joint& joint) const {
+  std::vector<Charted> all;
+  for (int end = 0; end < 2; ++end) {
+    const int body = end == 0 ? joint.parent : joint.child, variable = quaternion_variable(node, body);
+    if (variable >= 0) all.push_back({variable, 3 * end, lie::quaternion_tangent(quaternion(node, body)), node, body});
   }
-  return shares;
+  return all;
 }
 
-double Transcription::compliance(int node, const Joint& joint, int freedom) const {
+std::vector<Transcription::Compliance> Transcription::compliance(int node, const Joint& joint, int row) const {
+  std::vector<Compliance> terms;
+  const double s = stretch();
+  const double spring = std::pow(s, spring_slows) * joint.stiffness / control_unit();
+  const double weight = maneuver_.periodic ? h_ : force_weight(node);
+  const double damper = std::pow(s, damper_slows) * 0.5 * joint.damping / weight / control_unit();
+  std::vector<int> steps;
+  if (joint.damping > 0.0) steps = steps_about(node);
+  if (joint.damping > 0.0 && maneuver_.periodic && node == 0) steps.push_back(steps_ - 1);
+  if (joint.free()) {
+    const Vector3d along = Vector3d::Unit(row);
+    if (joint.stiffness > 0.0) {
+      const BallTurn turn(joint.reference_rotation, child_to_parent(node, joint));
+      terms.push_back({spring, 0.0, turn.psi()[row], turn.derivative().row(row).tail<6>(),
+                       turn.curvature(along).bottomRightCorner<6, 6>(), charted_at(node, joint)});
+    }
+    for (const int step : steps) {
+      const BallTurn turn = turn_over(step, joint);
+      terms.push_back(
+          {0.0, damper, turn.psi()[row], turn.derivative().row(row), turn.curvature(along), charted(step, joint)});
+    }
+    return terms;
+  }
+  const Vector3d axis = angle_axis(joint, row);
+  const auto angle = [&](int at_node) { return twist_about(axis, joint, child_to_parent(at_node, joint)); };
+  const auto add = [&](double by_spring, double by_damper, int at_node, double value) {
+    const TwistDerivatives twist = twist_derivatives(axis, joint, child_to_parent(at_node, joint));
+    terms.push_back({by_spring, by_damper, value, twist.gradient, twist.hessian, charted_at(at_node, joint)});
+  };
+  if (joint.stiffness > 0.0) add(spring, 0.0, node, angle(node));
+  for (const int step : steps) {  // of its two ends the difference is the shorter way round
+    const double before = angle(step), turn = std::remainder(angle(step + 1) - before, 2.0 * std::numbers::pi);
+    add(0.0, -damper, step, before);
+    add(0.0, damper, step + 1, before + turn);
+  }
+  return terms;
+}
+
+double Transcription::compliant_moment(int node, const Joint& joint, int row) const {
   double moment = 0.0;
-  for (const AngleShare& share : angle_shares(node, joint, freedom)) moment += share.sum() * share.angle;
+  for (const Compliance& term : compliance(node, joint, row)) moment += (term.spring + term.damper) * term.turn;
   return moment;
 }
 
-void Transcription::emit_compliance_jacobian(int row, int node, const Joint& joint, int freedom,
+void Transcription::emit_compliance_jacobian(int constraint, int node, const Joint& joint, int row,
                                              BlockSink& sink) const {
-  const Vector3d axis = angle_axis(joint, freedom);
+  if (!compliant(joint)) return;
   double by_log_stretch = 0.0;
-  for (const AngleShare& share : angle_shares(node, joint, freedom)) {
-    const Matrix3d Q = child_to_parent(share.node, joint);
-    const TwistDerivatives twist = twist_derivatives(axis, joint, Q);
-    by_log_stretch += (spring_slows * share.spring + damper_slows * share.damper) * share.angle;
-    const std::array<int, 2> bodies{joint.parent, joint.child};
-    for (int end = 0; end < 2; ++end)
-      if (const int q = quaternion_variable(share.node, bodies[at(end)]); q >= 0)
-        sink.add(row, q,
-                 -share.sum() * twist.gradient.segment<3>(3 * end).transpose() *
-                     lie::quaternion_tangent(quaternion(share.node, bodies[at(end)])));
+  for (const Compliance& term : compliance(node, joint, row)) {
+    by_log_stretch += (spring_slows * term.spring + damper_slows * term.damper) * term.turn;
+    emit_charted(constraint, -(term.spring + term.damper) * term.gradient, term.charts, sink);
   }
-  if (stretch_variable_ >= 0 && (joint.stiffness > 0.0 || joint.damping > 0.0))
-    sink.add(row, stretch_variable_, Eigen::Matrix<double, 1, 1>(-by_log_stretch));
+  if (stretch_variable_ >= 0) sink.add(constraint, stretch_variable_, Eigen::Matrix<double, 1, 1>(-by_log_stretch));
 }
 
-void Transcription::emit_compliance_hessian(double lambda, int node, const Joint& joint, int freedom,
+void Transcription::emit_compliance_hessian(double lambda, int node, const Joint& joint, int row,
                                             BlockSink& sink) const {
-  const Vector3d axis = angle_axis(joint, freedom);
+  if (!compliant(joint)) return;
   double by_log_stretch_twice = 0.0;
-  for (const AngleShare& share : angle_shares(node, joint, freedom)) {
-    const Matrix3d Q = child_to_parent(share.node, joint);
-    const TwistDerivatives twist = twist_derivatives(axis, joint, Q);
-    const double factor = -lambda * share.sum(),
-                 by_log_stretch = -lambda * (spring_slows * share.spring + damper_slows * share.damper);
-    by_log_stretch_twice -= lambda *
-                            (spring_slows * spring_slows * share.spring + damper_slows * damper_slows * share.damper) *
-                            share.angle;
-    const std::array<int, 2> variable{quaternion_variable(share.node, joint.parent),
-                                      quaternion_variable(share.node, joint.child)};
-    const std::array<Vector4d, 2> q{quaternion(share.node, joint.parent), quaternion(share.node, joint.child)};
-    const std::array<Matrix34, 2> tangent{lie::quaternion_tangent(q[0]), lie::quaternion_tangent(q[1])};
-    for (int a = 0; a < 2; ++a) {
-      if (variable[at(a)] < 0) continue;
-      const Vector3d by_turn = twist.gradient.segment<3>(3 * a);
-      sink.add_symmetric(
-          variable[at(a)], variable[at(a)],
-          factor * (tangent[at(a)].transpose() * twist.hessian.block<3, 3>(3 * a, 3 * a) * tangent[at(a)] +
-                    quaternion_curvature(q[at(a)], by_turn)));
-      if (stretch_variable_ >= 0)
-        sink.add_symmetric(variable[at(a)], stretch_variable_, by_log_stretch * (tangent[at(a)].transpose() * by_turn));
-    }
-    if (variable[0] >= 0 && variable[1] >= 0)
-      sink.add_symmetric(variable[0], variable[1],
-                         factor * (tangent[0].transpose() * twist.hessian.block<3, 3>(0, 3) * tangent[1]));
+  for (const Compliance& term : compliance(node, joint, row)) {
+    emit_charted(-lambda * (term.spring + term.damper), term.gradient, term.hessian, term.charts, sink);
+    if (stretch_variable_ < 0) continue;
+    const double by_log_stretch = -lambda * (spring_slows * term.spring + damper_slows * term.damper);
+    by_log_stretch_twice -=
+        lambda * term.turn * (spring_slows * spring_slows * term.spring + damper_slows * damper_slows * term.damper);
+    for (const Charted& chart : term.charts)
+      sink.add_symmetric(chart.variable, stretch_variable_,
+                         by_log_stretch * (chart.by_variable.transpose() * term.gradient.segment(chart.coordinate, 3)));
   }
-  if (stretch_variable_ >= 0 && (joint.stiffness > 0.0 || joint.damping > 0.0))
+  if (stretch_variable_ >= 0)
     sink.add(stretch_variable_, stretch_variable_, Eigen::Matrix<double, 1, 1>(by_log_stretch_twice));
 }
 

@@ -128,14 +128,19 @@ void Transcription::axis_values(int node, VectorXd& c) const {
   for (int j = 0; j < system_.joint_count(); ++j) {
     const Joint& joint = system_.joint(j);
     const int freedoms = system_.body(joint.child).freedoms;
-    if (joint.free() || freedoms == 0) continue;
+    if (!carries(joint) || freedoms == 0) continue;
     const auto moment = point_.segment<3>(moment_variable(node, j));
     const VectorXd asked = (joint.actuation * point_.segment(control_variable(node) + system_.joint(j).first_control,
                                                              joint.actuation.cols()))
                                .head(freedoms);
-    if (freedoms == 2) c[row++] = joint.parent_axis.dot(moment) - asked[0] - compliance(node, joint, 0);
+    if (joint.free()) {
+      for (int component = 0; component < 3; ++component)
+        c[row++] = moment[component] - asked[component] - compliant_moment(node, joint, component);
+      continue;
+    }
+    if (freedoms == 2) c[row++] = joint.parent_axis.dot(moment) - asked[0] - compliant_moment(node, joint, 0);
     c[row++] = moment.dot(mechanics::child_to_parent(R, joint) * joint.child_axis) - asked[freedoms - 1] -
-               compliance(node, joint, freedoms - 1);
+               compliant_moment(node, joint, freedoms - 1);
   }
 }
 
@@ -148,11 +153,19 @@ void Transcription::emit_axis_jacobian(int node, BlockSink& sink) const {
   for (int j = 0; j < system_.joint_count(); ++j) {
     const Joint& joint = system_.joint(j);
     const int freedoms = system_.body(joint.child).freedoms;
-    if (joint.free() || freedoms == 0) continue;
+    if (!carries(joint) || freedoms == 0) continue;
     const int variable = moment_variable(node, j), control = control_variable(node) + system_.joint(j).first_control;
     const auto by_control = [&](int axis) {
       if (joint.actuation.cols() > 0) sink.add(row, control, -joint.actuation.row(axis));
     };
+    if (joint.free()) {
+      for (int component = 0; component < 3; ++component, ++row) {
+        sink.add(row, variable + component, Eigen::Matrix<double, 1, 1>(1.0));
+        by_control(component);
+        emit_compliance_jacobian(row, node, joint, component, sink);
+      }
+      continue;
+    }
     if (freedoms == 2) {
       sink.add(row, variable, joint.parent_axis.transpose());
       by_control(0);
@@ -179,7 +192,12 @@ void Transcription::emit_axis_hessian(int node, const VectorXd& multiplier, Bloc
   for (int j = 0; j < system_.joint_count(); ++j) {
     const Joint& joint = system_.joint(j);
     const int freedoms = system_.body(joint.child).freedoms;
-    if (joint.free() || freedoms == 0) continue;
+    if (!carries(joint) || freedoms == 0) continue;
+    if (joint.free()) {
+      for (int component = 0; component < 3; ++component)
+        emit_compliance_hessian(multiplier[row++], node, joint, component, sink);
+      continue;
+    }
     if (freedoms == 2) emit_compliance_hessian(multiplier[row++], node, joint, 0, sink);
     const double lambda = multiplier[row++];
     emit_compliance_hessian(lambda, node, joint, freedoms - 1, sink);
@@ -225,7 +243,7 @@ void Transcription::pack_reactions(const NodePath& path, VectorXd& x) const {
       if (last && maneuver_.periodic) after = momenta.front().minus[at(*i)];
       const double weight = maneuver_.periodic ? h_ : force_weight(node);
       auto moment = x.segment(moment_variable(node, j), joint.actuation.cols());
-      if (!system_.joint(j).free()) moment = Q * (through[at(*i)] - (after - before)) / (weight * unit);
+      if (carries(system_.joint(j))) moment = Q * (through[at(*i)] - (after - before)) / (weight * unit);
       through[at(joint.parent)] += weight * unit * (joint.actuation * moment);
     }
   }

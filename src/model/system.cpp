@@ -250,7 +250,7 @@ System System::with_ball_joints(double heavier) const {
   free.only_free_joints_ = true;
   free.damped_ = free.compliant_ = false;
   for (Joint& joint_j : free.joints_) {
-    if (!joint_j.free()) joint_j.actuation = Matrix3d::Identity();
+    if (!joint_j.free() || joint_j.stiffness > 0.0 || joint_j.damping > 0.0) joint_j.actuation = Matrix3d::Identity();
     joint_j.kind = JointKind::ball;
     joint_j.stiffness = joint_j.damping = 0.0;
     joint_j.first_control = free.control_count_;

@@ -75,8 +75,8 @@ class System {
   /// Throws InputError naming the key when the description is not a tree of bodies with positive definite inertia.
   explicit System(const SwimmerDescription& description);
 
-  /// The same bodies, so many times as heavy, on ball joints alone, without springs and dampers. Joints that led their child exert
-  /// moments about any axis of the parent's frame, what held the child among them.
+  /// The same bodies, so many times as heavy, on ball joints alone, without springs and dampers. Joints that led their child, or had
+  /// any, exert moments about any axis of the parent's frame, what held the child and what they were among them.
   System with_ball_joints(double heavier) const;
 
   int body_count() const { return static_cast<int>(bodies_.size()); }
