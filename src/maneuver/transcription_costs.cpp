@@ -79,11 +79,7 @@ double Transcription::joint_rate(int node, int moment) const {
 }
 
 BallTurn Transcription::turn_over(int k, const Joint& joint) const {
-  const auto seen = [&](int node) -> Matrix3d {
-    return lie::rotation_of_quaternion(quaternion(node, joint.parent)).transpose() *
-           lie::rotation_of_quaternion(quaternion(node, joint.child));
-  };
-  return {seen(k), seen(k + 1)};
+  return {child_to_parent(k, joint), child_to_parent(k + 1, joint)};
 }
 
 // ---- the cost itself: Σ w_i s^(−r_i) f_i ----
@@ -210,14 +206,11 @@ void Transcription::cost_values(VectorXd& c) const {
 }
 
 std::vector<Transcription::Charted> Transcription::charted(int k, const Joint& joint) const {
-  std::vector<Charted> all;
-  for (int side = 0; side < 2; ++side)
-    for (int end = 0; end < 2; ++end) {
-      const int body = end == 0 ? joint.parent : joint.child, variable = quaternion_variable(k + side, body);
-      if (variable >= 0)
-        all.push_back(
-            {variable, 6 * side + 3 * end, lie::quaternion_tangent(quaternion(k + side, body)), k + side, body});
-    }
+  std::vector<Charted> all = charted_at(k, joint);
+  for (Charted& after : charted_at(k + 1, joint)) {
+    after.coordinate += 6;
+    all.push_back(std::move(after));
+  }
   return all;
 }
 

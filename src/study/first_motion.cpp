@@ -29,32 +29,18 @@ Rotations jointed(const System& system, const Rotations& stored) {
   return R;
 }
 
-Eigen::VectorXd controls(const System& system, const Rotations& R, const maneuver::Vectors& applied) {
-  const mechanics::Moments moments = mechanics::moments_of_applied(system, R, applied);
-  Eigen::VectorXd control(system.control_count());
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const model::Joint& joint = system.joint(j);
-    control.segment(joint.first_control, joint.actuation.cols()) = joint.actuation.transpose() * moments[at(j)];
-  }
-  return control;
-}
-
-Rotations start_of(const maneuver::Problem& problem) {
-  Rotations R;
-  for (const Eigen::Vector3d& vector : problem.start.rotation) R.push_back(lie::exp(vector));
-  return R;
-}
-
 }  // namespace
 
 FirstMotion first_motion(const System& system, const maneuver::Problem& problem, const maneuver::Solution& solution) {
-  const Rotations start = start_of(problem);
+  const maneuver::Maneuver grid = maneuver::make_maneuver(system, problem, static_cast<int>(solution.time.size()) - 1);
+  const Rotations& start = grid.start.rotation;
   const Eigen::Matrix3d heading = start[0] * solution.rotation.front()[0].transpose();
   FirstMotion first;
   NodePath& path = first.path;
   for (std::size_t k = 0; k < solution.rotation.size(); ++k) {
     Rotations R = jointed(system, solution.rotation[k]);
-    path.control.push_back(controls(system, solution.rotation[k], solution.control[k]));
+    path.control.push_back(mechanics::along_actuation(
+        system, mechanics::moments_of_applied(system, solution.rotation[k], solution.control[k])));
     for (Eigen::Matrix3d& body : R) body = heading * body;
     path.rotation.push_back(std::move(R));
     path.position.push_back(problem.start.position + heading * (solution.position[k] - solution.position.front()));
@@ -65,9 +51,7 @@ FirstMotion first_motion(const System& system, const maneuver::Problem& problem,
   if (problem.duration.free)
     first.duration =
         std::clamp(solution.time.back() - solution.time.front(), problem.duration.min, problem.duration.max);
-  const int steps = static_cast<int>(path.rotation.size()) - 1;
-  const Found found = found_in(system, maneuver::make_maneuver(system, problem, steps),
-                               maneuver::limit_rows(system, problem), solution);
+  const Found found = found_in(system, grid, maneuver::limit_rows(system, problem), solution);
   if (found.limit_multipliers.weight > 0.0) first.limit_multipliers = found.limit_multipliers;
   if (found.work_multipliers.weight > 0.0) first.work_multipliers = found.work_multipliers;
   return first;

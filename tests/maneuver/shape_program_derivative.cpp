@@ -320,7 +320,7 @@ INSTANTIATE_TEST_SUITE_P(
                      true,
                      {},
                      false,
-                     29},
+                     29},  // no row next to where a barrier ends, whose third derivative jumps
         ShapeSetting{"periodic_within_limits", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, false,
                      true, false, true},
         ShapeSetting{"periodic_of_free_duration", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, false,
