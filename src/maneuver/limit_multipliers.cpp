@@ -164,6 +164,14 @@ void LimitTerms::begin(const MatrixXd& value) {
     set_level(first_level, first_barrier * base_);
 }
 
+bool LimitTerms::ease(double times) {
+  const double weakest = first_barrier * base_;
+  if (landed_ || !(barrier_ < weakest)) return false;
+  taken_off_ = false;
+  set_level(std::min(times * level_, first_level), std::min(times * barrier_, weakest));
+  return true;
+}
+
 // What multipliers and rows have to do with the cost, and what is broken, say how near an answer the point is.
 void LimitTerms::begin_near(const MatrixXd& value, double least_level, double least_barrier) {
   double broken = 0.0, product = 0.0;

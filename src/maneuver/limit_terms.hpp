@@ -90,6 +90,8 @@ class LimitTerms {
   const LimitMultipliers& multipliers() const { return multipliers_; }
   /// Takes over multipliers of another grid, or chooses the first barrier and weight by a cost.
   void take(const LimitMultipliers& from, double cost);
+  /// Makes them weaker by so many times, up to those of a first guess; returns false where they are those.
+  bool ease(double times);
   /// A barrier and a weight fit for a point with these values.
   void begin(const MatrixXd& value);
 

@@ -48,6 +48,12 @@ void ShapeProgram::take_off() {
   measure(now_);
 }
 
+bool ShapeProgram::ease_limits(double times) {
+  if (limits_.empty() || !limits_.ease(times)) return false;
+  measure(now_);
+  return true;
+}
+
 // What limits' rows change by along a step.
 void ShapeProgram::foresee_limits(const StageStep& step) {
   for (int k = 0; k <= steps_; ++k) {

@@ -3,16 +3,18 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <utility>
 
 namespace lamprey::optimizer {
 
 namespace {
 
 constexpr int most_rounds = 60;
-constexpr int most_landings = 6;        // sets of limits that hold, before a search returns
-constexpr int landing_iterations = 20;  // with one of them
-constexpr int most_idle_rounds = 6;     // without progress
-constexpr double idle_share = 0.7;      // of the best error so far, that is no progress
+constexpr int most_landings = 6;       // sets of limits that hold, before a search returns
+constexpr int landing_iterations = 8;  // with one of them
+constexpr double landing_share = 0.5;  // of a set's error, that the next one may leave
+constexpr int most_idle_rounds = 6;    // without progress
+constexpr double idle_share = 0.7;     // of the best error so far, that is no progress
 constexpr int most_round_iterations = 150;
 constexpr double least_tolerance = 1e-11;  // where a search's own error keeps the limits' from falling
 constexpr double first_tolerance = 1e-3;   // of a search while the multipliers are still rough
@@ -20,6 +22,9 @@ constexpr double tolerance_share = 0.1;    // of the limits' error, that searche
 constexpr double out_of_reach = 1e-3;      // limit error that is no matter of a few more rounds
 constexpr double astray = 1e-2;            // violation of what is asked at a round's end, of which limits are no cause
 constexpr int most_rounds_astray = 3;
+constexpr int most_easings = 4;      // of limits, before a search
+constexpr double long_enough = 0.5;  // first step, where no more are needed
+constexpr double least_easing = 10.0, most_easing = 1e3;
 
 bool gave_up(Termination termination) {
   return termination == Termination::time_limit || termination == Termination::interrupted;
@@ -34,19 +39,30 @@ bool stopped(const Options& options, double time_left, Outcome& outcome) {
   return true;
 }
 
+// An old answer's motion stands so near its limits that a step to another goal may hardly move: farther from them it can.
+void ease(StageNewton& newton, StageProgram& program) {
+  if (!program.has_multipliers()) return;
+  for (int easing = 0; easing < most_easings; ++easing) {
+    const double length = newton.first_length(program);
+    if (length > long_enough || !program.ease_limits(std::clamp(1.0 / length, least_easing, most_easing))) return;
+  }
+}
+
 // When a search goes on with the limits that hold as equalities, and when it returns from there.
 struct Landing {
-  int left;  // sets of such limits that are tried
+  int left;                                                // sets of such limits that are tried
+  double error = std::numeric_limits<double>::infinity();  // of the last one
 
   // After a round, limits being kept or not: whether the program has landed or taken off.
-  bool changes(StageProgram& program, bool kept, bool converged) {
+  bool changes(StageProgram& program, bool kept, bool converged, double found) {
     if (left == 0 || (kept && converged && program.landed())) return false;
     if (!program.landed()) {
       if (!kept || !converged) return false;
       if (!program.land()) left = 0;
       return left > 0;
     }
-    if (converged && --left > 0) return false;
+    const bool nearer = found < landing_share * std::exchange(error, found);
+    if (converged && nearer && --left > 0) return false;
     program.take_off();
     left = 0;
     return true;
@@ -68,7 +84,10 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
   if (program.landed()) program.land();  // the limits that hold an old answer may hold the new one
   double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
   int idle = 0, rounds_astray = 0;
+  bool eased = false;
   for (int n = 0; n < most_rounds && idle < most_idle_rounds && rounds_astray < most_rounds_astray; ++n) {
+    if (!eased && !program.landed()) ease(newton, program);
+    eased = eased || !program.landed();
     const double error = program.limit_error();
     if (n > 0 || error > limit_tolerance) {  // an old answer keeps limits that another goal makes hard to keep
       idle = error < idle_share * best ? 0 : idle + 1;
@@ -84,11 +103,12 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     if (gave_up(outcome.termination)) return;
     const bool converged = outcome.termination == Termination::converged;
     rounds_astray = !converged && outcome.infeasibility > astray ? rounds_astray + 1 : 0;
-    const bool kept = program.limit_violation() <= limit_tolerance, met = program.limit_error() <= limit_tolerance;
+    const double found = program.limit_error();
+    const bool kept = program.limit_violation() <= limit_tolerance, met = found <= limit_tolerance;
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
     const bool done = met && converged && round.tolerance == finest;
     if (done && (program.landed() || !landing.left)) return;
-    if (landing.changes(program, kept, converged)) {
+    if (landing.changes(program, kept, converged, found)) {
       idle = 0;
       best = std::numeric_limits<double>::infinity();
     }

@@ -47,6 +47,14 @@ constexpr double little_shift = 1.0;
 constexpr double worth_going_on = 1e-4;  // what the cost falls by in max_iterations, relative
 constexpr double nearer_by = 0.1;        // and violations, while there are any
 
+double round_off(const Merit& merit) { return 1e-13 * std::abs(merit.cost) + merit.round_off; }
+
+double along(const VectorXd& left, const MatrixXd& form, const VectorXd& right, VectorXd& buffer) {
+  buffer.setZero();
+  add_image(1.0, form, right, buffer);
+  return left.dot(buffer);
+}
+
 }  // namespace
 
 StageNewton::StageNewton(const StageSizes& sizes)
@@ -135,28 +143,28 @@ double StageNewton::slope() const {
   return rate;
 }
 
-// sᵀHs along the step, without the shift: the step's own equations tell it, but where there are gaps.
-double StageNewton::curvature() {
-  const auto along = [](const VectorXd& left, const MatrixXd& form, const VectorXd& right, VectorXd& buffer) {
-    buffer.setZero();
-    add_image(1.0, form, right, buffer);
-    return left.dot(buffer);
-  };
-  const auto closed = [](const Stage& stage) { return stage.gap.isZero(0.0) && stage.metric_input.size() == 0; };
-  const bool told = std::all_of(model_.stage.begin(), model_.stage.end(), closed);
-  if (told && shift_ == 0.0) return share_ * step_.end_multiplier.dot(model_.c) - slope();
-  double value = 0.0;
+// sᵀHs along any step, without the shift.
+double StageNewton::bare_curvature() {
+  double value = along(step_.state.back(), model_.Q_end, step_.state.back(), state_);
   for (std::size_t k = 0; k < model_.stage.size(); ++k) {
     const Stage& stage = model_.stage[k];
     const VectorXd &state = step_.state[k], &input = step_.input[k];
-    if (told)
-      value += along(state, stage.metric, state, state_);
-    else
-      value += along(state, stage.Q, state, state_) + 2.0 * along(input, stage.S, state, input_) +
-               along(input, stage.R, input, input_);
+    value += along(state, stage.Q, state, state_) + 2.0 * along(input, stage.S, state, input_) +
+             along(input, stage.R, input, input_);
   }
+  return value;
+}
+
+// The same along a Newton step: its own equations tell it, but where there are gaps.
+double StageNewton::curvature() {
+  const auto closed = [](const Stage& stage) { return stage.gap.isZero(0.0) && stage.metric_input.size() == 0; };
+  const bool told = std::all_of(model_.stage.begin(), model_.stage.end(), closed);
+  if (told && shift_ == 0.0) return share_ * step_.end_multiplier.dot(model_.c) - slope();
+  if (!told) return bare_curvature();
+  double value = 0.0;
+  for (std::size_t k = 0; k < model_.stage.size(); ++k)
+    value += along(step_.state[k], model_.stage[k].metric, step_.state[k], state_);
   const VectorXd& end = step_.state.back();
-  if (!told) return value + along(end, model_.Q_end, end, state_);
   value += along(end, model_.metric_end, end, state_);
   return share_ * step_.end_multiplier.dot(model_.c) - slope() - shift_ * value;
 }
@@ -166,8 +174,8 @@ double StageNewton::curvature() {
 double StageNewton::judge(const Merit& here, const Merit* there, double cheaper) {
   by_cost_ = false;
   if (!there) return -1.0;
-  const double round_off = 1e-13 * std::abs(here.cost) + here.round_off;
-  const double ratio = (here.cost - there->cost + round_off) / (std::max(cheaper, 0.0) + round_off);
+  const double noise = round_off(here);
+  const double ratio = (here.cost - there->cost + noise) / (std::max(cheaper, 0.0) + noise);
   by_cost_ = there->violation <= funnel_ && cheaper > 0.0 && ratio > sufficient;
   if (by_cost_) return ratio;
   if (cheaper > violation_worth * end_multiplier_.lpNorm<1>() * here.violation) return -1.0;
@@ -182,6 +190,7 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
   const Merit here = program.merit();
   length_ = program.longest(step_);
   const double cheaper = length_ * (here.gaps - slope()) - 0.5 * length_ * length_ * curvature();
+  gain_drowns_ = std::abs(cheaper) <= round_off(here);
   const Merit* there = program.try_step(step_, length_);
   ++outcome.evaluations;
   double found = judge(here, there, cheaper);
@@ -220,14 +229,18 @@ void StageNewton::ease_or_damp(double ratio) {
   unshifted_first_ = ratio > good_ratio && change_ < nearly_stationary;
 }
 
-// At a saddle: along the negative curvature that the sweep has met, as far as the cost falls.
+// At a saddle: along the negative curvature that the sweep has met, as far as the cost falls, where that promises more than the
+// step that was found.
 bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
+  const double ordinary = std::max(0.5 * std::abs(slope()), saddle_gain * std::abs(program.merit().cost));
   if (factor_unshifted() || !riccati_.met_curvature()) return false;
   riccati_.bend(model_, bend_unit, step_);
   const Merit here = program.merit();
   const double worth = 2.0 * end_multiplier_.lpNorm<1>();  // of violations, in cost
   double length = program.longest(step_);
-  for (int halving = 0; halving < saddle_halvings; ++halving, length *= 0.5)
+  const double rate = std::abs(slope()), bend = std::max(-bare_curvature(), 0.0);
+  const auto promised = [&] { return length * (rate + 0.5 * length * bend); };  // at most
+  for (int halving = 0; halving < saddle_halvings && promised() > ordinary; ++halving, length *= 0.5)
     for (double sign : {1.0, -1.0}) {
       const Merit* there = program.try_step(step_, sign * length);
       ++outcome.evaluations;
@@ -333,7 +346,10 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
   const double before = program.merit().violation;
   const double ratio = try_out(program, outcome);
   ease_or_damp(ratio);
-  if (!(ratio > sufficient)) return damping_ < largest_shift ? Verdict::rejected : Verdict::stuck;
+  if (!(ratio > sufficient)) {
+    const bool at_rest = gain_drowns_ && change_ <= drowned && before <= met;
+    return damping_ < largest_shift && !at_rest ? Verdict::rejected : Verdict::stuck;
+  }
   program.accept();
   if (!by_cost_)
     funnel_ = std::max({least_funnel, funnel_shrink * funnel_, 0.5 * (before + program.merit().violation)});
@@ -343,6 +359,25 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
   return Verdict::accepted;
 }
 
+void StageNewton::begin(const StageProgram& program) {
+  factored_ = false;
+  with_costates_ = program.takes_costates();
+  riccati_.want_costates(with_costates_);
+  damping_ = 0.0;
+  unshifted_first_ = false;
+  change_ = 1.0;
+  highest_cost_ = std::max(std::abs(program.merit().cost), 1e-300);
+  funnel_ = std::max(widest_funnel, program.merit().violation);
+}
+
+double StageNewton::first_length(StageProgram& program) {
+  begin(program);
+  program.linearize(model_);
+  if (!factor(0.0)) return 0.0;
+  find_step();
+  return program.longest(step_);
+}
+
 Outcome StageNewton::solve(StageProgram& program, const Options& options) {
   Outcome outcome;
   solve(program, options, outcome);
@@ -350,7 +385,7 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
 }
 
 void StageNewton::solve(StageProgram& program, const Options& options, Outcome& outcome) {
-  const auto begin = Clock::now();
+  const auto began = Clock::now();
   int part = 1, end_of_part = outcome.iterations + options.max_iterations;
   Merit before = program.merit();  // where the part began
   const auto finish = [&](Termination termination, const char* reason) {
@@ -362,16 +397,9 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
   bool interrupted = false;
   const auto stopped = [&] {
     interrupted = options.interrupted && options.interrupted();
-    return interrupted || std::chrono::duration<double>(Clock::now() - begin).count() > options.time_limit;
+    return interrupted || std::chrono::duration<double>(Clock::now() - began).count() > options.time_limit;
   };
-  factored_ = false;
-  with_costates_ = program.takes_costates();
-  riccati_.want_costates(with_costates_);
-  damping_ = 0.0;
-  unshifted_first_ = false;
-  change_ = 1.0;
-  highest_cost_ = std::max(std::abs(program.merit().cost), 1e-300);
-  funnel_ = std::max(widest_funnel, program.merit().violation);
+  begin(program);
   if (!program.has_multipliers()) {  // a step's without the curvature that they bring
     program.linearize(model_);
     if (!factor(0.0)) return finish(Termination::stalled, "the first motion leads nowhere");

@@ -22,9 +22,13 @@ class StageNewton {
   /// with the factors that the solve has left. Returns false where there are none or there is no motion.
   bool foresee(StageProgram& program);
 
+  /// Length that the program would take of its first step, at most 1; 0 where there is none.
+  double first_length(StageProgram& program);
+
  private:
   enum class Verdict { accepted, rejected, converged, stuck };
 
+  void begin(const StageProgram& program);
   double smallest_shift() const;
   bool factor_unshifted();
   bool factor(double least_shift);
@@ -44,6 +48,7 @@ class StageNewton {
   double stationarity();
   double slope() const;
   double curvature();
+  double bare_curvature();
 
   StageSizes sizes_;
   StageModel model_;
@@ -66,6 +71,7 @@ class StageNewton {
   bool factored_ = false;         // whether the factors belong to a solution
   bool with_costates_ = true;     // whether steps are to have them
   bool by_cost_ = false;          // whether the latest trial was good for its cost
+  bool gain_drowns_ = false;      // whether what the latest trial was to gain is less than the cost's round-off
   bool may_be_saddle_ = true;     // whether negative curvature was not yet followed from the point
 };
 

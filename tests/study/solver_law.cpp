@@ -220,6 +220,29 @@ INSTANTIATE_TEST_SUITE_P(Examples, SolverOfRicherProblems,
                                          "rotation_with_clearance"),
                          named_by_value);
 
+// Where an answer presses on limits for long a first step to another goal may hardly move: limits are eased before it, and where
+// round-off hides what steps gain nothing is tried any more.
+TEST(SolverWithinLimits, moves_on_from_nodes_that_press_on_their_limits) {
+  Problem problem = example_with("rotation", 300);
+  problem.limits.swing = {{"front", 0.9}, {"back", 0.9}};
+  const model::System system(problem.swimmer);
+  study::SolveOptions options;
+  options.refinement = false;
+  const Solution solution = study::solve(system, problem, options).front();
+  ASSERT_EQ(solution.status, maneuver::Status::optimal) << solution.message;
+  study::Solver solver(system, problem, solution);
+  for (const double share : {0.99, 1.01}) {
+    Goal goal = *problem.goal;
+    *goal.turn *= share;
+    solver.set_goal(goal);
+    const optimizer::Outcome outcome = solver.solve();
+    ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+    EXPECT_LE(outcome.iterations, 50) << share;
+    EXPECT_LE(outcome.evaluations, 100) << share;
+    EXPECT_GT(std::abs(solver.cost() / solution.cost - 1.0), 1e-3);
+  }
+}
+
 // The distance that work is counted by is the one from the start that is asked for to the goal.
 TEST(SolverOfWorkPerDistance, follows_its_start_and_its_goal) {
   Problem problem = example_with("translation", 50);
