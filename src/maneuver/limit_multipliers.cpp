@@ -159,7 +159,7 @@ void LimitTerms::take_off(const MatrixXd& value) {
 void LimitTerms::begin(const MatrixXd& value) {
   estimate_ = multipliers_.value;
   if (carried_)
-    begin_near(value, carried_level, carried_barrier);
+    begin_near(value, same_grid_ ? finest_level : carried_level, same_grid_ ? finest_barrier : carried_barrier);
   else
     set_level(first_level, first_barrier * base_);
 }
@@ -198,6 +198,7 @@ void LimitTerms::take(const LimitMultipliers& from, double cost) {
   multipliers_.largest_weight = largest_weight * first_weight * base_;
   set_level(first_level, first_barrier * base_);
   const auto coarse = static_cast<int>(from.value.cols()) - 1;
+  same_grid_ = coarse == steps_;
   if (coarse < 1) return;
   for (int k = 0; k <= steps_; ++k) {
     const auto [left, share] = place_on_grid(k, steps_, coarse);

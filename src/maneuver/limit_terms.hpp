@@ -90,6 +90,8 @@ class LimitTerms {
   const LimitMultipliers& multipliers() const { return multipliers_; }
   /// Takes over multipliers of another grid, or chooses the first barrier and weight by a cost.
   void take(const LimitMultipliers& from, double cost);
+  /// Whether multipliers came from an answer on as many steps.
+  bool pull_as_answer() const { return carried_ && same_grid_; }
   /// Makes them weaker by so many times, up to those of a first guess; returns false where they are those.
   bool ease(double times);
   /// A barrier and a weight fit for a point with these values.
@@ -130,7 +132,8 @@ class LimitTerms {
   double barrier_ = 0.0;          // (N m)² μ
   double equality_weight_ = 0.0;  // (N m)²
   double broken_ = 0.0;           // units of the rows, by how much limits were broken at the last search's answer
-  bool carried_ = false;          // whether multipliers came from another grid
+  bool carried_ = false;          // whether multipliers came from an answer
+  bool same_grid_ = false;        // on as many steps
   MatrixXd estimate_;             // [rows][N + 1] (N m)² z, the multipliers of Newton's method
   MatrixXd pull_, stiffness_;     // [rows][N + 1] (N m)² of the models
   MatrixXd change_;               // [rows][N + 1] foreseen

@@ -89,6 +89,7 @@ class ShapeProgram : public optimizer::StageProgram {
   }
   double limit_violation() const override { return limits_.empty() ? 0.0 : worst_limit().value; }
   void renew_limits(bool heavier) override;
+  bool pulled_as_answer() const override { return limits_.pull_as_answer(); }
   bool ease_limits(double times) override;
   bool bend_limits(const optimizer::StageStep& step, double length, optimizer::StageModel& model) override;
   void unbend_limits(optimizer::StageModel& model) override { add_limit_bends(-1.0, model); }

@@ -41,7 +41,7 @@ bool stopped(const Options& options, double time_left, Outcome& outcome) {
 
 // An old answer's motion stands so near its limits that a step to another goal may hardly move: farther from them it can.
 void ease(StageNewton& newton, StageProgram& program) {
-  if (!program.has_multipliers()) return;
+  if (!program.pulled_as_answer()) return;
   for (int easing = 0; easing < most_easings; ++easing) {
     const double length = newton.first_length(program);
     if (length > long_enough || !program.ease_limits(std::clamp(1.0 / length, least_easing, most_easing))) return;

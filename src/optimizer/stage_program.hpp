@@ -129,8 +129,9 @@ class StageProgram {
   /// Takes the limits' multipliers that belong to the point and comes nearer to the limits from now on; the cost changes by it.
   /// `heavier`: whether other terms with multipliers weigh more where they have not come much nearer.
   virtual void renew_limits(bool /*heavier*/) {}
-  /// Makes limits that pull on an old answer's motion so many times weaker to begin with. Returns false where they are as weak as
-  /// those of a first guess.
+  /// Whether limits pull as they do at an answer of the same program.
+  virtual bool pulled_as_answer() const { return false; }
+  /// Makes those so many times weaker to begin with. Returns false where they are as weak as those of a first guess.
   virtual bool ease_limits(double /*times*/) { return false; }
   /// Adds to the model's gradient what limits changed by beyond first order on the way to the latest trial point, a length of the
   /// step away. Returns false where there are none.
