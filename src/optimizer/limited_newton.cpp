@@ -86,8 +86,10 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
   int idle = 0, rounds_astray = 0;
   bool eased = false;
   for (int n = 0; n < most_rounds && idle < most_idle_rounds && rounds_astray < most_rounds_astray; ++n) {
-    if (!eased && !program.landed()) ease(newton, program);
-    eased = eased || !program.landed();
+    if (!eased && !program.landed()) {
+      ease(newton, program);
+      eased = true;
+    }
     const double error = program.limit_error();
     if (n > 0 || error > limit_tolerance) {  // an old answer keeps limits that another goal makes hard to keep
       idle = error < idle_share * best ? 0 : idle + 1;
