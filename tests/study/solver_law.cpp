@@ -243,6 +243,21 @@ TEST(SolverWithinLimits, moves_on_from_nodes_that_press_on_their_limits) {
   }
 }
 
+// Nor does a longer way lead from node to node of them.
+TEST(SolverWithinLimits, moves_farther_than_slacks_reach) {
+  Problem problem = example_with("translation", 1000);
+  problem.limits.swing = {{"front", 1.2}, {"back", 1.2}};
+  const model::System system(problem.swimmer);
+  study::SolveOptions options;
+  options.refinement = false;
+  study::Solver solver(system, problem, study::solve(system, problem, options).front());
+  *problem.goal->move[0] *= 1.03;
+  solver.set_goal(*problem.goal);
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  EXPECT_LE(outcome.iterations, 60);  // 118 where limits are not eased
+}
+
 // The distance that work is counted by is the one from the start that is asked for to the goal.
 TEST(SolverOfWorkPerDistance, follows_its_start_and_its_goal) {
   Problem problem = example_with("translation", 50);
