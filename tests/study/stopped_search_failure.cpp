@@ -115,7 +115,7 @@ TEST(StoppedSearch, carries_the_best_motion_on_to_its_steps) {
 }
 
 TEST(StoppedSearch, leaves_time_for_hops) {
-  Problem problem = translation(1000);
+  Problem problem = translation(200);
   problem.search.starts = 100'000;
   problem.search.hops = 100'000;
   problem.search.time_limit = 3.0;  // of which a third is for all steps and the proof, on slow machines too
