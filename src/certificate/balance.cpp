@@ -21,6 +21,7 @@ double rotation_drift(const maneuver::Solution& solution) {
     for (const Matrix3d& R : rotations) {
       const Matrix3d missing = R.transpose() * R - Matrix3d::Identity();
       for (double entry : missing.reshaped()) drift.add(std::abs(entry));
+      drift.add(std::abs(R.determinant() - 1.0));
     }
   return drift.value();
 }
@@ -146,18 +147,23 @@ Balance check_balance(const StoredMotion& motion) {
   return balance;
 }
 
-// rad, of the turns from the stored angles against those of the bodies; files of early versions have none.
+// rad, of turns beside those of the bodies: from the stored angles, which files of early versions do not have, and from what
+// joints allow that lead their child.
 double joint_angle_error(const StoredMotion& motion) {
   const maneuver::Solution& stored = motion.solution;
+  const bool told = !stored.joint_angle.empty();
+  if (told && stored.joint_angle.size() != stored.rotation.size()) return unset;
   Largest error;
-  if (stored.joint_angle.empty()) return 0.0;
-  if (stored.joint_angle.size() != stored.rotation.size()) return unset;
   for (std::size_t k = 0; k < stored.rotation.size(); ++k) {
-    if (stored.joint_angle[k].size() != at(motion.system.joint_count())) return unset;
+    if (told && stored.joint_angle[k].size() != at(motion.system.joint_count())) return unset;
     for (int j = 0; j < motion.system.joint_count(); ++j) {
       const model::Joint& joint = motion.system.joint(j);
-      const Matrix3d told = mechanics::rotation_at_turn(joint, stored.joint_angle[k][at(j)]);
-      error.add(lie::rotation_angle(told.transpose() * mechanics::child_to_parent(stored.rotation[k], joint)));
+      const Matrix3d turn = mechanics::child_to_parent(stored.rotation[k], joint);
+      const auto beside = [&](const Vector3d& angles) {
+        error.add(lie::rotation_angle(mechanics::rotation_at_turn(joint, angles).transpose() * turn));
+      };
+      if (told) beside(stored.joint_angle[k][at(j)]);
+      if (!joint.free()) beside(mechanics::joint_angles(joint, turn));
     }
   }
   return error.value();

@@ -16,7 +16,7 @@ struct Balance {
   double equation_residual = unset;  // largest residual of (4.4), and of (4.5) at the start and, with rest, at the end
   double end_momentum = unset;       // largest |μ_N|
   double round_off = 0.0;            // what stored digits leave of a step's momenta (equation 6.22), of the scale
-  double rotation_drift = 0.0;       // largest entry of |RᵀR − I|, no unit
+  double rotation_drift = 0.0;       // largest entry of |RᵀR − I|, |det R − 1|, no unit
 };
 
 /// Largest part of a generalised momentum: a body's freedoms or the position's by the unit of length, by Euclidean norm, kg m²/s.

@@ -17,6 +17,7 @@ inline constexpr double rest_mark = 1e-9;       // of the scale
 inline constexpr double equation_mark = 1e-10;  // of the scale, or what round-off leaves
 inline constexpr double momentum_mark = 1e-11;  // of the scale, or what round-off leaves
 inline constexpr double start_mark = 1e-9;      // rad, m
+inline constexpr double rotation_mark = 1e-11;  // of |RᵀR − I| and |det R − 1|
 inline constexpr double control_mark = 1e-9;    // of the largest moment
 inline constexpr double time_mark = 1e-9;       // of the duration
 inline constexpr double velocity_mark = 1e-6;   // of the largest: round-off of short steps is in them
@@ -24,6 +25,7 @@ inline constexpr double cost_mark = 1e-9;       // of the cost
 inline constexpr double limit_mark = 1e-7;      // rad, m, s, of the bound
 inline constexpr double replay_mark = 1e-3;     // rad, at a window's end: what steps that resolve a motion miss by
 inline constexpr double feedback_mark = 1e-2;   // rad, at the end of the whole replay with feedback
+inline constexpr double proof_mark = 1e-6;      // of kkt: beyond, a proof would rest on a loose tolerance
 inline constexpr double complementarity_mark = 1e-6;  // of the cost over the duration; of the largest multiplier
 inline constexpr double curvature_mark = 1e-6;        // of the effort's own
 
@@ -105,7 +107,7 @@ struct Certificate {
   double momentum_drift = unset;  // max |p − p_0| / scale
   double momentum_round_off =
       0.0;                        // what the digits of stored rotations and positions leave of a step's momenta / scale
-  double rotation_drift = unset;  // max |RᵀR − I|
+  double rotation_drift = unset;  // max |RᵀR − I|, |det R − 1|
   double iterates_momentum = unset;  // largest total momentum / scale over all iterates that the solver recorded
   double kkt = unset;                // scaled, in the space of controls
   std::optional<CostsKept> costs;    // where the problem has costs beside effort and time
@@ -120,8 +122,11 @@ struct Certificate {
   double control_error = unset;      // largest part of a moment that joints or control kind forbid / largest moment
   double time_error = unset;         // largest difference of a node's time from equal steps / duration
   double velocity_error = unset;     // largest difference of stored velocities and momenta from those of the steps /
-                                     // largest, and of joint angles from those of the bodies, rad
+                                     // largest, and of joint angles from those of the bodies, and of led bodies
+                                     // from what their joints allow, rad
   double cost_error = unset;         // relative difference of the stored cost from the one recomputed
+
+  std::string refusal;  // of files: why no problem file may ask their question, which is then not judged; else empty
 
   std::optional<Clearance> clearance;  // least gap of two bodies; nothing for a single one
 

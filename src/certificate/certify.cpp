@@ -23,7 +23,8 @@ bool confined(const model::System& system, const model::Joint& joint) {
 // Whether the files tell of a motion of the problem's swimmer, from its start, in its time, by moments that it has, at the cost
 // that they state.
 bool of_the_problem(const Certificate& proof) {
-  return proof.momentum_drift <= proof.momentum_allowed() && proof.start_error <= start_mark &&
+  return proof.refusal.empty() && proof.rotation_drift <= rotation_mark &&
+         proof.momentum_drift <= proof.momentum_allowed() && proof.start_error <= start_mark &&
          proof.control_error <= control_mark && proof.time_error <= time_mark &&
          proof.velocity_error <= velocity_mark && proof.cost_error <= cost_mark;
 }
@@ -32,6 +33,13 @@ bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
   return of_the_problem(proof) && proof.equation_residual <= proof.equation_allowed() &&
          proof.goal_error <= goal_mark && (!problem.goal->rest || proof.rest_error <= rest_mark) &&
          (!proof.limits || proof.limits->violation <= limit_mark);
+}
+
+// Above order 2, and of moments on splines, nothing but effort and time is checked.
+bool covered(const maneuver::Problem& problem) {
+  if (integrator::single_step(problem.scheme) && problem.control == maneuver::ControlKind::steps) return true;
+  return !problem.limits.any() && problem.waypoints.empty() && !problem.duration.free && !problem.goal->periodic &&
+         !problem.cost_weights.any() && !problem.cost_weights.of_displacement();
 }
 
 constexpr double reference_drift = 1e-9;  // of the scale, that the reference integrator's tolerance may leave
@@ -63,9 +71,9 @@ double iterates_momentum(const maneuver::SolverRecord& solver) {
 
 // By the moments at the nodes or the coefficients of the steps.
 std::optional<SecondOrder> curvature(const StoredMotion& motion, const std::optional<StageMotion>& stages,
-                                     double momentum_scale) {
+                                     double momentum_scale, double kkt) {
   if (stages) return second_order(motion, *stages, momentum_scale);
-  return motion.steps_known ? second_order(motion, momentum_scale) : std::nullopt;
+  return motion.steps_known ? second_order(motion, momentum_scale, kkt) : std::nullopt;
 }
 
 // The problem with all that confined joints leave free; nothing where none is confined.
@@ -90,7 +98,7 @@ AllAxes all_axes(const maneuver::Problem& free, const maneuver::Solution& soluti
   result.kkt = stages ? kkt_residual(motion, *stages, momentum_scale)
                       : kkt_residual(motion, control_space(motion), momentum_scale);
   if (result.kkt <= free.search.tolerance)
-    result.second_order = curvature(motion, stages, momentum_scale).value_or(SecondOrder());
+    result.second_order = curvature(motion, stages, momentum_scale, result.kkt).value_or(SecondOrder());
   return result;
 }
 
@@ -111,7 +119,7 @@ void certify_stages(const StoredMotion& motion, const Options& options, double s
 }  // namespace
 
 Certificate certify(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
-                    const Options& options) {
+                    const Options& asked) {
   Certificate proof;
   if (solution.time.size() < 2) return proof;
   const StoredMotion motion(system, problem, solution);
@@ -124,6 +132,8 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   if (!solution.marched_by.empty()) proof.momentum_round_off = std::max(proof.momentum_round_off, reference_drift);
   proof.equation_residual = balance.equation_residual;
   const bool sought = problem.goal && solution.status != maneuver::Status::simulated;
+  Options options = asked;
+  if (sought && !covered(problem)) options.optimality = options.second_order = false;
   if (!motion.steps_known && sought) certify_stages(motion, options, balance.scale, proof);
   if (!sought) {
     if (motion.steps_known) proof.velocity_error = velocity_error(motion, node_states(motion), balance.scale);
@@ -166,7 +176,8 @@ bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
 
 Verdict verdict(const maneuver::Problem& problem, const Certificate& proof) {
   if (!problem.goal || !meets_goal(problem, proof) || !stationary(problem, proof)) return Verdict::not_optimal;
-  return proof.second_order && proof.second_order->positive ? Verdict::proved : Verdict::stationary;
+  const bool positive = proof.second_order && proof.second_order->positive;
+  return positive && proof.kkt <= proof_mark ? Verdict::proved : Verdict::stationary;
 }
 
 bool add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
@@ -174,7 +185,7 @@ bool add_second_order(const model::System& system, const maneuver::Problem& prob
   if (!problem.goal || verdict(problem, proof) == Verdict::not_optimal) return true;
   const StoredMotion motion(system, problem, solution);
   const double scale = check_balance(motion).scale;
-  proof.second_order = curvature(motion, march_again(motion), scale);
+  proof.second_order = curvature(motion, march_again(motion), scale, proof.kkt);
   proof.verdict = verdict(problem, proof);
   const std::optional<maneuver::Problem> free = with_all_axes(system, problem);
   if (!free) return true;

@@ -22,7 +22,8 @@ struct Options {
 /// Everything that can be checked of the answer. `system` is that of the problem's swimmer; `solution` has its shapes.
 /// Without a goal, or for a motion that was only simulated, the laws alone: drifts, equation residual, start, clearance. Left NaN:
 /// all but goal_error, start_error, clearance and the drifts where a march divided its steps, since nodes alone do not tell
-/// then whether the steps between them obey the law (above order 2 each step is marched again); goal_error and kkt of periodic goals; kkt with limits or a free duration. Judges nothing.
+/// then whether the steps between them obey the law (above order 2 each step is marched again); kkt above order 2 or of moments on
+/// splines where more than effort and time counts.
 Certificate certify(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                     const Options& options = {});
 

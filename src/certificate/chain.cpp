@@ -28,12 +28,12 @@ constexpr double farthest_shift = -1e12;
 
 // Inverse of a symmetric matrix and its negative eigenvalues; −1: singular.
 int invert(const MatrixXd& pivot, MatrixXd& inverse) {
+  if (!pivot.allFinite()) return -1;  // which a factorisation would take
   const Eigen::LLT<MatrixXd> positive(pivot);
   if (positive.info() == Eigen::Success) {
     inverse = positive.solve(MatrixXd::Identity(pivot.rows(), pivot.cols()));
     return 0;
   }
-  if (!pivot.allFinite()) return -1;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> split(pivot);
   const VectorXd& values = split.eigenvalues();
   if (values.cwiseAbs().minCoeff() <= singular_pivot * values.cwiseAbs().maxCoeff()) return -1;

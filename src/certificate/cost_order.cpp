@@ -144,7 +144,7 @@ class CostStages {
         chain_(chain),
         powers_(powers_of(motion)),
         pulls_(pulls_on_turns(motion, powers_)),
-        cost_(check_cost(motion).cost),
+        spent_(check_cost(motion).cost + won(motion)),
         columns_(columns_after(motion, chain.end_form.rows())),
         timed_(duration.has_value()),
         turns_(motion.system.velocity_count() - 3),
@@ -234,7 +234,7 @@ class CostStages {
   // Keeps a power where it is.
   void hold(int k, const MatrixXd& change, MatrixXd& form) {
     const double length =
-        change.leftCols(states_).squaredNorm() / cost_ + change.rightCols(controls_).squaredNorm() / stage(k).weight;
+        change.leftCols(states_).squaredNorm() / spent_ + change.rightCols(controls_).squaredNorm() / stage(k).weight;
     if (length > 0.0) form += power_penalty / length * change.transpose() * change;
   }
 
@@ -267,7 +267,7 @@ class CostStages {
   Chain& chain_;
   Powers powers_;
   std::vector<mechanics::Vectors> pulls_;  // [N][joints] of the turns over the steps
-  double cost_;
+  double spent_;                           // (N m)² s, before what the displacement takes off
   CostColumns columns_;
   bool timed_;
   Eigen::Index turns_, controls_, reached_, states_, all_;

@@ -290,6 +290,7 @@ constexpr double second_difference_step = 5e-3;  // rad, of a length or relative
 constexpr double second_share_of_turn = 2e-2;    // the same of a joint's turn over a step, for its rate
 constexpr double least_pull = 1e-9;              // of the largest; times its unit, of the cost over the duration
 constexpr double at_the_bound = 1e-6;            // of what a bound is large or small beside
+constexpr double least_worth = 1e-5;  // of the cost, of all the duration at what its bound's multiplier makes a second
 
 // Margin where the place is moved by z along exponentials.
 double margin_beside(const StoredMotion& motion, const Bound& bound, const Place& here, bool of_moments,
@@ -419,6 +420,7 @@ std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
         continue;
       result.push_back(pulling_bound(motion, bound, k, multiplier * node_time(motion, bound, k)));
       result.back().holds = holds(motion, bound, k, multiplier);
+      result.back().equality = bound.equality();
     }
   }
   return result;
@@ -427,9 +429,11 @@ std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
 bool duration_holds(const StoredMotion& motion) {
   for (const Bound& bound : bounds_of(motion)) {
     if (bound.kind != Kind::duration) continue;
-    if (const std::vector<double>* multipliers = multipliers_of(motion, bound))
-      for (int k = 0; k <= motion.steps; ++k)
-        if (applies(motion, bound, k) && holds(motion, bound, k, (*multipliers)[at(k)])) return true;
+    const std::vector<double>* multipliers = multipliers_of(motion, bound);
+    if (!multipliers) continue;
+    const double duration = motion.time_step * motion.steps;
+    const bool there = std::abs(margin(motion, bound, place_of(motion, motion.steps))) <= at_the_bound * duration;
+    if (there && multipliers->back() > least_worth * spent_rate(motion)) return true;
   }
   return false;
 }

@@ -43,6 +43,7 @@ struct PullingBound {
   double by_time, by_time_twice;
   VectorXd by_time_mixed;  // [place]
   bool holds = false;      // whether what moves has to keep it; a pull where nothing holds is a solver's remainder
+  bool equality = false;   // a waypoint's
 };
 
 /// All but those of the duration.

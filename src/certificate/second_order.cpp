@@ -17,6 +17,7 @@ namespace {
 using model::at;
 
 constexpr double penalty_per_cost = 1e4;  // of the end rows
+constexpr double needed_pull = 10.0;      // over what the conditions of first order are missed by
 
 // Curvature of the goal's rotations of led bodies along constant freedoms, [turns][turns]; at the goal that of a body
 // that turns on its own vanishes.
@@ -66,6 +67,40 @@ std::vector<VectorXd> pull_on_states(const StoredMotion& motion, const std::vect
     if (before > 0) by_state[at(bound.node - 1)].head(before) -= bound.pull * bound.gradient.tail(before);
   }
   return by_state;
+}
+
+// A pull says that its bound holds where the conditions of optimality would be missed without it: where what it does to the
+// gradient by moments is well above what these miss anyway (equation 6.14). Others may be anybody's numbers.
+void free_needless_bounds(const EffortChain& effort, double missed, std::vector<PullingBound>& bounds) {
+  const Eigen::Index reached = effort.basis.back().cols(), inputs = effort.input.size();
+  const auto stage = [&](int node) -> const ChainStage& { return effort.chain.stage[effort.first + at(node)]; };
+  const auto nodes = static_cast<int>(effort.basis.size());
+  std::vector<MatrixXd> gram(at(nodes), MatrixXd::Zero(reached, reached));  // of what earlier moments do to the states
+  for (int k = 0; k + 1 < nodes; ++k) {
+    const auto A = stage(k).A.topLeftCorner(reached, reached);
+    const auto B = stage(k).B.topRows(reached);
+    gram[at(k + 1)] = A * gram[at(k)] * A.transpose() + B * B.transpose();
+  }
+  const auto row = [&](const auto& gradient, int node) -> VectorXd {
+    const MatrixXd& basis = effort.basis[at(node)];
+    if (basis.size() == 0) return VectorXd::Zero(reached);
+    const Eigen::Index size = gradient.size();
+    return basis.topRows(size).transpose() * effort.tangents.scale.head(size).cwiseProduct(gradient);
+  };
+  // a mean over all moments, so at most what it does to one of them
+  const auto image = [&](const PullingBound& bound) {
+    if (bound.of_moments) return bound.gradient.lpNorm<Eigen::Infinity>();
+    const Eigen::Index place = effort.tangents.scale.size() / 2, before = bound.gradient.size() - place;
+    const VectorXd here = row(bound.gradient.head(place), bound.node);
+    if (before <= 0) return std::sqrt(here.dot(gram[at(bound.node)] * here) / static_cast<double>(inputs));
+    const ChainStage& last = stage(bound.node - 1);
+    const VectorXd carried =
+        row(bound.gradient.tail(before), bound.node - 1) + last.A.topLeftCorner(reached, reached).transpose() * here;
+    const double own = (last.B.topRows(reached).transpose() * here).squaredNorm();
+    return std::sqrt((own + carried.dot(gram[at(bound.node - 1)] * carried)) / static_cast<double>(inputs));
+  };
+  for (PullingBound& bound : bounds)
+    if (bound.holds && !bound.equality) bound.holds = std::abs(bound.pull) * image(bound) > needed_pull * missed;
 }
 
 // Curvature of a bound that pulls, and the row that keeps it where it holds.
@@ -211,6 +246,7 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   double left = 0.0;
   for (std::size_t k = effort.first; k < change.size(); ++k)
     left = std::max(left, chain.stage[k].weight * change[k].lpNorm<Eigen::Infinity>());
+  result.gradient = whole;
   result.residual = whole > 0.0 ? left / whole : 0.0;
   if (effort.first > 0) result.residual = std::max(result.residual, change.front().lpNorm<Eigen::Infinity>());
   spread_costates(effort, solver.costates(gradient, change), pulled, result);
@@ -319,16 +355,17 @@ Chain lagrangian_chain(const StoredMotion& motion, const StageMotion& stages, Ef
   return chain;
 }
 
-std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale) {
+std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale, double kkt) {
   std::optional<EffortChain> effort = effort_chain(motion, momentum_scale);
   if (!effort) return std::nullopt;
   if (motion.problem.control == maneuver::ControlKind::spline)
     return second_order_on_splines(motion, std::move(*effort));
   const Kinks kinks = motion.problem.cost_weights.any() ? kinks_of(motion, powers_of(motion)) : Kinks();
   if (!kinks.known || !ends_fit_costs(motion)) return std::nullopt;
-  const std::vector<PullingBound> bounds = pulling_bounds(motion);
+  std::vector<PullingBound> bounds = pulling_bounds(motion);
   const Costates costates = costates_by_least_squares(motion, *effort, bounds);
   if (!(costates.residual <= costates_hold)) return std::nullopt;
+  free_needless_bounds(*effort, kkt * costates.gradient, bounds);
   effort->tangents.A.clear();
   const double cost = effort->cost;
   const std::optional<SecondOrder> result =

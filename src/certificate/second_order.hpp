@@ -15,6 +15,7 @@ struct Costates {
   std::vector<VectorXd> at_node;  // [N + 1][n] as integrator::StateLayout
   VectorXd goal;                  // [rows of goal_rows] multipliers; those of dependent rows are zero
   double residual;                // largest change of a moment's gradient that the multipliers leave / largest gradient
+  double gradient = 0.0;          // that largest gradient of the cost by a moment
 };
 
 /// Multipliers by least squares (equation 6.11) of the chain's inputs. At a stationary motion, and there alone, they are costates.
@@ -37,8 +38,9 @@ void spread_costates(const EffortChain& effort, const std::vector<VectorXd>& rea
                      const std::vector<VectorXd>& pulled, Costates& costates);
 
 /// For moments free at each node or on splines, at a stationary motion that meets its goal, from a given start or a gait.
-/// Nothing where it cannot be told.
-std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale);
+/// `kkt` is what the conditions of first order are missed by: bounds hold whose pulls are well above that. Nothing where it cannot
+/// be told.
+std::optional<SecondOrder> second_order(const StoredMotion& motion, double momentum_scale, double kkt);
 
 /// For moments as polynomials of each step of a scheme above order 2.
 std::optional<SecondOrder> second_order(const StoredMotion& motion, const StageMotion& stages, double momentum_scale);

@@ -186,7 +186,8 @@ std::optional<SecondOrder> second_order_on_splines(const StoredMotion& motion, E
   const MatrixXd few_half = spanned.metric() * few;
   const VectorXd values = eigenvalues(kept.transpose() * half, few.transpose() * few_half);
   if (values.size() == 0 || !values.allFinite()) return std::nullopt;
-  return SecondOrder{values[0], values[0] > curvature_mark, static_cast<int>((values.array() < 0.0).count())};
+  return SecondOrder{values[0], values[0] > curvature_mark,
+                     static_cast<int>((values.array() < -curvature_mark).count())};
 }
 
 }  // namespace lamprey::certificate

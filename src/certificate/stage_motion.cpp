@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "certificate/balance.hpp"
 #include "certificate/goal_check.hpp"
 #include "certificate/optimality.hpp"
 #include "integrator/march.hpp"
@@ -94,10 +95,10 @@ class Marcher {
  private:
   void compare(int k, const integrator::State& state) {
     const integrator::State& next = stages_.node[at(k + 1)];
-    momentum_.add((state.momentum - next.momentum).lpNorm<Eigen::Infinity>());
+    momentum_.add(largest_part(motion_.system, state.momentum - next.momentum));
     for (std::size_t i = 0; i < next.rotation.size(); ++i)
       configuration_.add(lie::rotation_angle(next.rotation[i].transpose() * state.rotation[i]));
-    configuration_.add((state.position - next.position).norm());
+    configuration_.add((state.position - next.position).norm() / motion_.system.length_unit());
   }
 
   void fit(int k) {
@@ -215,7 +216,7 @@ double step_residual(const StoredMotion& motion, const StageMotion& stages, doub
   const integrator::State start = start_of(motion.system, motion.problem.start);
   Largest momentum;
   momentum.add(stages.momentum_error);
-  momentum.add((start.momentum - stages.node.front().momentum).lpNorm<Eigen::Infinity>());
+  momentum.add(largest_part(motion.system, start.momentum - stages.node.front().momentum));
   return std::max(momentum.relative_to(scale), stages.configuration_error);
 }
 

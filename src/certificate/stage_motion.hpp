@@ -18,8 +18,8 @@ struct StageMotion {
   std::vector<mechanics::Interval> interval;  // [N · stages]
   std::vector<mechanics::Moments> control;    // [N · (stages + 1)] along the joints
   std::vector<VectorXd> polynomial;           // [N][terms · controls] nearest to the stored moments
-  double momentum_error;                      // kg m²/s, largest difference of a marched end from the next node
-  double configuration_error;                 // rad or m, likewise
+  double momentum_error;       // kg m²/s, largest part of the difference of a marched end from the next node
+  double configuration_error;  // rad, of positions by the unit of length, likewise
   double
       control_error;  // largest distance of a stored moment from the polynomials, or its part outside the actuation / largest moment
 };
@@ -33,7 +33,7 @@ mechanics::ForcedStep forced_stage(const StoredMotion& motion, const StageMotion
 /// Moments of a step's polynomials at a fraction of it, [joints] along the joints.
 mechanics::Moments moments_of_step(const StoredMotion& motion, const StageMotion& stages, int k, double fraction);
 
-/// Largest change of what the march of the steps left open: of the momenta in units of `scale`, of rotations in rad and positions in m;
+/// Largest change of what the march of the steps left open: of the momenta in units of `scale`, of rotations in rad and positions by the unit of length;
 /// with what the first node's momentum differs from the problem's.
 double step_residual(const StoredMotion& motion, const StageMotion& stages, double scale);
 

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "file/problem_limits.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
 #include "lie/so3.hpp"
@@ -435,6 +436,15 @@ void check_transcription(const Problem& problem) {
     refuse("search.method", "\"shooting\" with control.kind = \"steps\"",
            "\"simultaneous\", or \"shooting\" with kind = \"spline\"",
            "set control.kind = \"spline\" with points, or use \"simultaneous\"");
+}
+
+void check_statement(const Problem& problem) {
+  check_start(problem);
+  check_goal(problem);
+  check_limits(problem);
+  check_waypoints(problem);
+  check_transcription(problem);
+  check_costs(problem);
 }
 
 }  // namespace lamprey::file

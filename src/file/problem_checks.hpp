@@ -26,4 +26,7 @@ void check_transcription(const maneuver::Problem& problem);
 /// Costs have the distance and the last moment that they count by.
 void check_costs(const maneuver::Problem& problem);
 
+/// All of these that are of the question alone, and those of limits and waypoints.
+void check_statement(const maneuver::Problem& problem);
+
 }  // namespace lamprey::file

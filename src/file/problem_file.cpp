@@ -248,7 +248,7 @@ void read_search(const TableReader& table, Problem& problem) {
   constexpr std::int64_t largest_seed = std::numeric_limits<std::int64_t>::max();
   search.seed = static_cast<std::uint64_t>(table.integer("seed", 0, largest_seed).value_or(1));
   search.method = table.word("method", search_methods).value_or(SearchMethod::simultaneous);
-  const Range tolerances{.low = 1e-15, .high = 0.1, .low_included = true, .unit = "on certificate.kkt"};
+  const Range tolerances{.low = 1e-15, .high = loosest_tolerance, .low_included = true, .unit = "on certificate.kkt"};
   search.tolerance = table.number("tolerance", tolerances).value_or(search.tolerance);
   search.time_limit = table.number("time_limit", positive("s"));
 }
@@ -267,12 +267,7 @@ Problem read_document(const TableReader& document, const std::string& path) {
   read_limits(document.table("limits"), problem);
   read_waypoints(document, problem);
   read_search(document.table("search"), problem);
-  check_start(problem);
-  check_goal(problem);
-  check_limits(problem);
-  check_waypoints(problem);
-  check_transcription(problem);
-  check_costs(problem);
+  check_statement(problem);
   return problem;
 }
 

@@ -11,6 +11,7 @@
 namespace lamprey::file {
 
 inline constexpr std::int64_t step_limit = 10'000'000;  // steps of a motion
+inline constexpr double loosest_tolerance = 0.1;        // on certificate.kkt
 
 struct ProblemFile {
   maneuver::Problem problem;

@@ -69,6 +69,7 @@ ResolvedProblem resolve(const model::System& system, const maneuver::Problem& pr
 
 model::SwimmerDescription swimmer_of(const ResolvedProblem& resolved) {
   model::SwimmerDescription swimmer;
+  swimmer.density = resolved.density.value_or(0.0);
   for (const ResolvedBody& body : resolved.bodies)
     swimmer.bodies.push_back({body.name, body.semi_axes, body.mass, body.body_inertia, body.mass_matrix,
                               body.inertia_matrix, body.coupling_matrix});

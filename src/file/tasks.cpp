@@ -10,6 +10,7 @@
 #include "file/problem_file.hpp"
 #include "file/resolve.hpp"
 #include "file/solution_file.hpp"
+#include "file/stored_question.hpp"
 #include "file/trajectory_file.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/control_path.hpp"
@@ -268,7 +269,14 @@ Results certified(const Results& results) {
   Results again = results;
   const Problem problem = problem_of(results);
   const model::System system(problem.swimmer);
-  again.certificate = certificate::certify(system, problem, results.solution);
+  const bool sought = problem.goal && results.solution.status != maneuver::Status::simulated;
+  const std::string refusal = sought && results.problem.start ? refusal_of(problem) : "";
+  certificate::Options options;
+  options.optimality = options.second_order = refusal.empty();
+  again.certificate = certificate::certify(system, problem, results.solution, options);
+  again.certificate->refusal = refusal;
+  if (!results.problem.start) again.certificate->start_error = certificate::unset;  // known by nothing but the answer
+  if (sought) again.certificate->verdict = certificate::verdict(problem, *again.certificate);
   if (results.certificate) again.certificate->refinement = results.certificate->refinement;
   again.solution.message.clear();  // no optimiser stopped here, and none says that it arrived
   if (again.solution.status == maneuver::Status::optimal) again.solution.status = maneuver::Status::feasible;

@@ -38,6 +38,11 @@ constexpr double small_motion = 1e-2;  // displacement over the largest distance
 
 // What shows that files do not tell of the problem's own motion; empty when nothing does.
 std::string foreign(const Certificate& proof) {
+  if (!proof.refusal.empty()) return "the files ask what no problem file may (" + proof.refusal + ")";
+  if (!(proof.equation_residual <= proof.equation_allowed())) return "";  // the motion is none
+  if (!(proof.rotation_drift <= certificate::rotation_mark))
+    return "rotations are none: |RᵀR − I| is " + number(proof.rotation_drift);
+  if (std::isnan(proof.start_error)) return "the files do not tell the start that was asked for";
   if (!(proof.start_error <= certificate::start_mark))
     return "the motion begins " + number(proof.start_error) + " (rad or m) beside the problem's start";
   if (!(proof.time_error <= certificate::time_mark))
@@ -362,8 +367,7 @@ void add_feedback(const model::System& system, const Problem& problem, Parts& pa
 }  // namespace
 
 std::string fault(const Problem& problem, const Certificate& proof) {
-  if (proof.equation_residual <= proof.equation_allowed())
-    if (const std::string other = foreign(proof); !other.empty()) return other;
+  if (const std::string other = foreign(proof); !other.empty()) return other;
   if (const std::string missing = unmet(problem, proof); !missing.empty()) return missing;
   return certificate::stationary(problem, proof) ? "" : unsettled(problem, proof);
 }
@@ -375,7 +379,7 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   const bool below = duration < problem.duration.min * (1.0 - limit_mark);
   if (!missing.empty() && problem.duration.free && !solution.time.empty() && (above || below))
     missing += ", in " + number(duration, 3) + " s, beyond " + (above ? "time.max" : "time.min");
-  const std::string other = proof.equation_residual <= proof.equation_allowed() ? foreign(proof) : "";
+  const std::string other = foreign(proof);
   const bool said = !solution.message.empty() && solution.message != "converged";
   const std::string stopped = said ? " The optimiser stopped: " + solution.message + "." : "";
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
@@ -411,6 +415,8 @@ void judge_march(const Certificate& proof, Solution& solution) {
     missing = "the discrete equations are off by " + number(proof.equation_residual) + " of the momentum's scale";
   else if (beyond(proof.momentum_drift, proof.momentum_allowed()))
     missing = "total momentum changes by " + number(proof.momentum_drift) + " of its scale";
+  else if (beyond(proof.rotation_drift, certificate::rotation_mark))
+    missing = "rotations are none: |RᵀR − I| is " + number(proof.rotation_drift);
   else if (beyond(proof.start_error, certificate::start_mark))
     missing = "it begins " + number(proof.start_error) + " (rad or m) beside its start";
   else if (beyond(proof.velocity_error, certificate::velocity_mark))

@@ -260,7 +260,8 @@ class Search {
     const auto rank = [this](std::size_t s) {
       const Found& found = starts_[s];
       const double missed = found.converged() ? 0.0 : found.outcome.infeasibility;
-      return std::tuple(found.path.rotation.empty(), !found.converged(), std::isnan(missed), missed, found.cost);
+      return std::tuple(found.path.rotation.empty(), !found.converged(), std::isnan(missed), missed,
+                        std::isnan(found.cost), found.cost);
     };
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
     return order;

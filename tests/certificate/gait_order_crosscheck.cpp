@@ -66,7 +66,10 @@ class DenseMotion {
         std::count_if(held_.begin(), held_.end(), [&](const Held& own) { return !own.power && own.torque == torque; }));
   }
 
-  SecondOrder certified() const { return certificate::second_order(motion_, scale_).value_or(SecondOrder()); }
+  SecondOrder certified() const {
+    const double kkt = certificate::kkt_residual(motion_, certificate::control_space(motion_), scale_);
+    return certificate::second_order(motion_, scale_, kkt).value_or(SecondOrder());
+  }
 
   // All eigenvalues by the definition.
   VectorXd eigenvalues(double step = 2e-3) {
@@ -544,6 +547,27 @@ TEST(CostOrder, of_maneuvers_with_work_is_that_of_second_differences_of_its_smoo
   maneuver::Problem problem = rest_to_rest(20);
   problem.cost_weights.work = 3.0;
   expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
+}
+
+// Powers that vanish are kept whatever the displacement takes off the cost, and a constant beside it changes no curvature.
+TEST(CostOrder, does_not_depend_on_what_stands_beside_the_cost) {
+  maneuver::Problem problem = gait_in_the_plane(16);
+  problem.cost_weights.work = 3.0;
+  const double given = solved_gait(problem).cost;
+  problem.goal->move[0].reset();
+  problem.cost_weights.displacement[0] = 1.5 * given / 0.3;
+  maneuver::Solution solution = solved_gait(problem);
+  ASSERT_LT(solution.cost, 0.0);
+  expect_eigenvalues_of_gait(problem, solution, true, 1e-3);
+  const double smallest = DenseMotion(problem, solution).certified().smallest_eigenvalue;
+  ASSERT_GT(smallest, 0.0);
+  for (const double constant : {-0.9 * solution.cost, -solution.cost, -2.0 * solution.cost}) {
+    maneuver::Problem other = problem;
+    other.time_weight = constant / other.duration.value;
+    maneuver::Solution same = solution;
+    same.cost += constant;
+    EXPECT_NEAR(DenseMotion(other, same).certified().smallest_eigenvalue, smallest, tolerance(1e-6));
+  }
 }
 
 }  // namespace

@@ -34,7 +34,9 @@ maneuver::Solution solved(const maneuver::Problem& problem) {
 SecondOrder second_order_of(const maneuver::Problem& problem, const maneuver::Solution& solution) {
   const model::System system(problem.swimmer);
   const StoredMotion motion(system, problem, solution);
-  return certificate::second_order(motion, certificate::check_balance(motion).scale).value_or(SecondOrder());
+  const double scale = certificate::check_balance(motion).scale;
+  const double kkt = certificate::kkt_residual(motion, certificate::control_space(motion), scale);
+  return certificate::second_order(motion, scale, kkt).value_or(SecondOrder());
 }
 
 maneuver::Problem in_the_plane(int count) {

@@ -5,6 +5,7 @@
 #include "certificate/certify.hpp"
 #include "certificate/limit_check.hpp"
 #include "certificate/marched_answers.hpp"
+#include "lie/so3.hpp"
 #include "study/answer.hpp"
 #include "tolerance.hpp"
 
@@ -113,6 +114,127 @@ TEST(Verdict, counts_no_bound_as_held_that_is_not_reached) {
   const Certificate proof = judged(answer);
   ASSERT_TRUE(proof.second_order);
   EXPECT_NEAR(proof.second_order->smallest_eigenvalue, free, tolerance(1e-8));
+}
+
+// The planar translation with moments about e_2 and e_3 at one joint, which lower the cost out of the plane, and a floor just
+// below the root that nothing pushes against. Multipliers too small for the conditions of first order to show do not make
+// the floor hold.
+TEST(Verdict, counts_no_bound_as_held_whose_pull_nothing_needs) {
+  for (std::size_t joint = 0; joint < 2; ++joint) {
+    MarchedAnswer answer = translation();
+    maneuver::Problem& problem = answer.problem;
+    problem.swimmer.joints[joint].control_axes = {Vector3d(0, 1, 0), Vector3d(0, 0, 1)};
+    const double free = judged(answer).second_order->smallest_eigenvalue;
+    ASSERT_LT(free, -1.0) << "no saddle";
+    const double lowest = problem.swimmer.bodies[0].semi_axes.z();
+    problem.limits.half_spaces = {{Vector3d(0, 0, -lowest - 0.9e-6), Vector3d(0, 0, 1)}};
+    maneuver::LimitMultiplier floor;
+    floor.key = "limits.half_space";
+    floor.body = floor.component = 0;
+    for (const double pull : {1.9e-9, 1e-8, 1e-5, 1e-4})
+      for (const int every : {1, 7}) {
+        problem.search.tolerance = 10.0 * pull;  // as loose as they need
+        floor.multiplier.assign(answer.solution.time.size(), 0.0);
+        for (std::size_t k = 1; k < floor.multiplier.size(); k += static_cast<std::size_t>(every))
+          floor.multiplier[k] = pull * answer.solution.cost;
+        answer.solution.limit_multipliers = {floor};
+        const model::System system(problem.swimmer);
+        ASSERT_FALSE(certificate::pulling_bounds(certificate::StoredMotion(system, problem, answer.solution)).empty())
+            << "the multipliers belong to no bound";
+        const Certificate proof = judged(answer);
+        ASSERT_EQ(proof.verdict, Verdict::stationary) << pull << ", kkt " << proof.kkt;
+        EXPECT_NEAR(proof.second_order->smallest_eigenvalue, free, tolerance(1e-2 * std::abs(free)));
+      }
+  }
+}
+
+// Where the tolerance is loose, a motion may be called stationary by it, but a proof needs more.
+TEST(Verdict, proves_nothing_by_a_loose_tolerance) {
+  MarchedAnswer answer = translation();
+  answer.problem.goal->turn.reset();  // the same moments beside one more free direction: stationary to a few per cent
+  answer.problem.goal->rotation = {{"front", Vector3d::Zero()}, {"back", Vector3d(0, 0, M_PI / 4)}};
+  answer.problem.search.tolerance = 1e9;
+  const Certificate proof = judged(answer);
+  EXPECT_GT(proof.kkt, certificate::proof_mark);
+  EXPECT_EQ(proof.verdict, Verdict::stationary);
+}
+
+TEST(Verdict, does_not_pass_matrices_that_are_no_rotations) {
+  const auto drift_with = [](const auto& change) {
+    MarchedAnswer answer = translation();
+    for (std::size_t k = 1; k + 1 < answer.solution.rotation.size(); ++k) change(answer.solution.rotation[k][1]);
+    const Certificate proof = judged(answer);
+    EXPECT_EQ(proof.verdict, Verdict::not_optimal);
+    return proof.rotation_drift;
+  };
+  EXPECT_NEAR(drift_with([](Matrix3d& R) { R *= 1.0 + 1e-9; }), 3e-9, tolerance(1e-12));
+  EXPECT_NEAR(drift_with([](Matrix3d& R) { R.col(2) *= -1.0; }), 2.0, tolerance(1e-9));
+  // alone, whatever else the certificate finds
+  MarchedAnswer answer = translation();
+  Certificate proof = judged(answer);
+  proof.rotation_drift = 1e-9;
+  EXPECT_EQ(certificate::verdict(answer.problem, proof), Verdict::not_optimal);
+}
+
+// A body next to nothing that stands off its fixed joint: no equation misses it.
+TEST(Verdict, does_not_pass_led_bodies_off_their_joints) {
+  MarchedAnswer answer = translation();
+  model::BodyDescription speck;
+  speck.name = "speck";
+  speck.semi_axes = Vector3d::Constant(0.1);
+  speck.mass = 1e-5;
+  answer.problem.swimmer.bodies.push_back(speck);
+  model::JointDescription joint;
+  joint.kind = model::JointKind::fixed;
+  joint.name = joint.child = "speck";
+  joint.parent = answer.problem.swimmer.bodies[0].name;
+  joint.parent_offset = Vector3d(1, 0, 0);
+  joint.child_offset = Vector3d::Zero();
+  answer.problem.swimmer.joints.push_back(joint);
+  answer.problem.start.rotation.push_back(Vector3d::Zero());
+  answer.problem.start.angular_velocity.push_back(Vector3d::Zero());
+  const model::System system(answer.problem.swimmer);
+  maneuver::Solution& motion = answer.solution = study::answer(system, answer.problem, {}).solution;
+  EXPECT_EQ(judged(answer).verdict, Verdict::proved) << motion.message;
+  for (std::size_t k = 1; k + 1 < motion.rotation.size(); ++k)
+    motion.rotation[k].back() *= lie::exp(Vector3d(0, 0, 1e-3));
+  motion.joint_angle.clear();  // as in files of early versions
+  EXPECT_GE(judged(answer).velocity_error, 1e-3 - 1e-9);
+  EXPECT_EQ(judged(answer).verdict, Verdict::not_optimal);
+}
+
+// Questions whose answers no check here covers: above order 2, and of moments on splines, everything but effort and time.
+TEST(Verdict, of_questions_that_are_not_checked_is_none) {
+  for (const bool spline : {false, true}) {
+    MarchedAnswer answer = translation();
+    if (spline) {
+      answer.problem.control = maneuver::ControlKind::spline;
+      answer.problem.points = 11;
+    } else {
+      answer.problem.scheme = maneuver::Scheme::order4;
+    }
+    answer.solution = study::answer(model::System(answer.problem.swimmer), answer.problem, {}).solution;
+    ASSERT_EQ(judged(answer).verdict, Verdict::proved) << answer.solution.message;
+    const auto expect_none = [&](const char* what, const auto& ask) {
+      MarchedAnswer other = answer;
+      ask(other.problem);
+      const Certificate proof = judged(other);
+      EXPECT_EQ(proof.verdict, Verdict::not_optimal) << what;
+      EXPECT_TRUE(std::isnan(proof.kkt)) << what;
+    };
+    expect_none("limit", [](maneuver::Problem& problem) { problem.limits.torque = 1e9; });
+    expect_none("waypoint", [](maneuver::Problem& problem) {
+      problem.waypoints = {{problem.duration.value / 2.0, {100.0, std::nullopt, std::nullopt}, {}, {}}};
+    });
+    expect_none("free duration", [](maneuver::Problem& problem) {
+      problem.duration.free = true;
+      problem.duration.min = 0.5;
+      problem.duration.max = 2.0;
+    });
+    expect_none("gait", [](maneuver::Problem& problem) { problem.goal->periodic = true; });
+    expect_none("work", [](maneuver::Problem& problem) { problem.cost_weights.work = 5.0; });
+    expect_none("displacement", [](maneuver::Problem& problem) { problem.cost_weights.displacement.y() = 1e5; });
+  }
 }
 
 // A duration that may be longer, at a motion that is the best of its own: longer would be cheaper. Masses in grams or in

@@ -223,6 +223,46 @@ TEST(Program, verify_compares_the_question_with_a_problem_file) {
   EXPECT_EQ(lamprey(folder, "verify " + (folder / "run") + " --problem " + (folder / "none.toml")).exit_code, 6);
 }
 
+// Parts of a question that no problem file may ask are checked by nothing.
+TEST(Program, verify_refuses_questions_that_no_problem_file_may_ask) {
+  const Folder folder;
+  const std::string problem =
+      varied_example(folder, "translation", {{"steps", "40"}, {"starts", "1"}, {"scheme", "\"order4\""}});
+  const std::string text = std::regex_replace(text_of(problem), std::regex("\nrule = [^\n]*"), "");
+  std::ofstream(problem) << text;
+  ASSERT_EQ(lamprey(folder, "solve " + problem + " --no-refinement --out " + (folder / "run")).exit_code, 0);
+  const file::Results answer = file::read_solution(folder / "run");
+  const auto refused = [&](const auto& ask, const std::string& words) {
+    file::Results other = answer;
+    ask(other.problem);
+    file::write_solution(folder / "run", other);
+    const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
+    EXPECT_EQ(run.exit_code, 4) << words;
+    EXPECT_NE(run.out.find("The stored status, optimal, does not hold: " + words), std::string::npos) << run.out;
+  };
+  using Question = file::ResolvedProblem;
+  const std::string may_not = "the files ask what no problem file may (";
+  refused([](Question& asked) { asked.limits.torque = 1.0; }, may_not + "limits.torque: found a limit, for which");
+  refused([](Question& asked) { asked.limits.swing["nobody"] = 1.0; },
+          may_not + "limits.swing.nobody: found a joint that the swimmer does not have");
+  refused([](Question& asked) { asked.cost_weights.work = 5.0; }, may_not + "cost.work: found 5, for which");
+  refused([](Question& asked) { asked.time_weight = -5.0; }, may_not + "cost.time: found -5; allowed: a number >= 0");
+  refused([](Question& asked) { asked.effort = 0.0; }, may_not + "cost.effort: found 0; allowed: a number > 0");
+  refused([](Question& asked) { asked.tolerance = 10.0; }, may_not + "search.tolerance: found 10; allowed:");
+  refused([](Question& asked) { asked.goal->rotation["nobody"] = std::nullopt; },
+          may_not + "goal.rotation.nobody: found a body that the swimmer does not have");
+  refused([](Question& asked) { asked.free_shape = true; }, may_not + "start.free_shape: found true without");
+  refused([](Question& asked) { asked.start.reset(); }, "the files do not tell the start that was asked for");
+  const auto never = [](double time) {
+    return [time](Question& asked) {
+      asked.scheme = integrator::Scheme::trapezoid;
+      asked.waypoints = {{time, {100.0, std::nullopt, std::nullopt}, {}, {}}};
+    };
+  };
+  refused(never(2.0), may_not + "waypoint[0].time: found 2 s; allowed:");
+  refused(never(-1.0), may_not + "waypoint[0].time: found -1 s; allowed:");
+}
+
 TEST(Program, verify_says_what_a_status_promises) {
   const Folder folder;
   const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "1"}});

@@ -18,7 +18,7 @@ class Advice : public testing::Test {
     problem_.search.starts = 4;
     proof_.equation_residual = proof_.goal_error = proof_.rest_error = 0.0;
     proof_.start_error = proof_.control_error = proof_.time_error = proof_.velocity_error = proof_.cost_error = 0.0;
-    proof_.momentum_drift = 0.0;
+    proof_.momentum_drift = proof_.rotation_drift = 0.0;
     proof_.kkt = 0.1;
     turn(0.1);
   }
