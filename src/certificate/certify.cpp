@@ -113,7 +113,7 @@ void certify_stages(const StoredMotion& motion, const Options& options, double s
   proof.cost_error = relative_difference(motion.solution.cost, cost_of_steps(motion, *stages));
   if (options.optimality) proof.kkt = kkt_residual(motion, *stages, scale);
   if (options.replay)
-    proof.replay = replay(motion, *stages, options.replay_window, {options.replay_tolerance, options.stopped});
+    proof.replay = replay(motion, *stages, {options.replay_tolerance, options.stopped});
 }
 
 }  // namespace
@@ -164,7 +164,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   if (options.optimality) proof.kkt = kkt_residual(motion, space, balance.scale);
   proof.verdict = verdict(problem, proof);
   if (options.second_order) add_second_order(system, problem, solution, proof);
-  if (options.replay) proof.replay = replay(motion, options.replay_window, {options.replay_tolerance, options.stopped});
+  if (options.replay) proof.replay = replay(motion, {options.replay_tolerance, options.stopped});
   return proof;
 }
 

@@ -14,7 +14,6 @@ struct Options {
   bool optimality = true;  // compute kkt
   bool second_order = true;
   bool replay = true;
-  double replay_window = 0.05;      // s between restarts
   double replay_tolerance = 1e-12;  // of a step of the reference integrator
   std::function<bool()> stopped{};  // ends replays, whose numbers then stay NaN; empty: nothing does
 };

@@ -17,8 +17,10 @@ using integrator::ReferenceIntegrator;
 using integrator::ReferenceState;
 using integrator::State;
 
-constexpr int work_samples = 8;      // in a step
-constexpr int growth_samples = 200;  // over the duration
+constexpr int work_samples = 8;          // in a step
+constexpr int growth_samples = 200;      // over the duration
+constexpr double window_share = 0.05;    // of the duration
+constexpr double most_log_growth = 2.0;  // of small perturbations in a window
 
 using model::at;
 
@@ -152,11 +154,19 @@ void replay_whole(const Course& course, ReferenceIntegrator& integrator, Replay&
   result.whole_position_error = miss.position;
 }
 
-Replay replayed(Course course, double window, const ReplayOptions& options) {
+// Steps of a window: a share of the duration, and not so long that perturbations grow by much.
+int window_steps(const StoredMotion& motion, double growth) {
+  double steps = window_share * motion.steps;
+  if (growth > 0.0) steps = std::min(steps, most_log_growth / (growth * motion.time_step));
+  return static_cast<int>(std::clamp(std::round(steps), 1.0, double(motion.steps)));
+}
+
+Replay replayed(Course course, double growth, const ReplayOptions& options) {
   course.stopped = options.stopped;
   const StoredMotion& motion = course.motion;
-  const int length = static_cast<int>(std::clamp(std::round(window / motion.time_step), 1.0, double(motion.steps)));
+  const int length = window_steps(motion, growth);
   Replay result;
+  result.growth_rate = growth;
   result.scheme = integrator::reference_scheme(options.tolerance);
   result.window = length * motion.time_step;
   ReferenceIntegrator integrator(motion.system, course.control, options.tolerance);
@@ -251,17 +261,15 @@ void replay_with_feedback(const StoredMotion& motion, const StageMotion& stages,
   follow(course_of(motion, stages), options, result);
 }
 
-Replay replay(const StoredMotion& motion, double window, const ReplayOptions& options) {
-  Replay result = replayed(course_of(motion), window, options);
+Replay replay(const StoredMotion& motion, const ReplayOptions& options) {
+  Replay result = replayed(course_of(motion), growth_rate(motion), options);
   replay_with_feedback(motion, options, result);
-  result.growth_rate = growth_rate(motion);
   return result;
 }
 
-Replay replay(const StoredMotion& motion, const StageMotion& stages, double window, const ReplayOptions& options) {
-  Replay result = replayed(course_of(motion, stages), window, options);
+Replay replay(const StoredMotion& motion, const StageMotion& stages, const ReplayOptions& options) {
+  Replay result = replayed(course_of(motion, stages), growth_rate(motion, stages), options);
   replay_with_feedback(motion, stages, options, result);
-  result.growth_rate = growth_rate(motion, stages);
   return result;
 }
 

@@ -70,7 +70,7 @@ std::vector<VectorXd> pull_on_states(const StoredMotion& motion, const std::vect
 }
 
 // A pull says that its bound holds where the conditions of optimality would be missed without it: where what it does to the
-// gradient by moments is well above what these miss anyway (equation 6.14). Others may be anybody's numbers.
+// gradient by moments is well above what these miss anyway (equation 6.6). Others may be anybody's numbers.
 void free_needless_bounds(const EffortChain& effort, double missed, std::vector<PullingBound>& bounds) {
   const Eigen::Index reached = effort.basis.back().cols(), inputs = effort.input.size();
   const auto stage = [&](int node) -> const ChainStage& { return effort.chain.stage[effort.first + at(node)]; };

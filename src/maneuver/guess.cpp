@@ -167,7 +167,13 @@ NodePath swung(const System& system, const Maneuver& maneuver, const Swing& swin
 NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint64_t seed) {
   Random random(seed);
   const JointSwings swings(system, random);
-  return swung(system, maneuver, [&](int joint, double s) { return swings.swing(joint, s); });
+  if (!maneuver.whole_turns)
+    return swung(system, maneuver, [&](int joint, double s) { return swings.swing(joint, s); });
+  const double number = random.normal();  // of turns, seldom many, never none
+  const double turn = 2.0 * std::numbers::pi * (number < 0.0 ? std::floor(number) : std::ceil(number));
+  return swung(system, maneuver, [&](int joint, double s) -> Vector3d {
+    return swings.swing(joint, s) + turn * blend(s) * system.joint(joint).actuation.rowwise().sum();
+  });
 }
 
 NodePath at_rest(const System& system, const Maneuver& maneuver, integrator::Scheme scheme) {

@@ -1,5 +1,7 @@
 #include "maneuver/maneuver.hpp"
 
+#include <algorithm>
+
 #include <Eigen/LU>
 #include <sstream>
 
@@ -31,6 +33,25 @@ std::vector<std::optional<Matrix3d>> end_rotations(const System& system, const G
   return ends;
 }
 
+// Whether a single joint angle is all that moves and nothing keeps it from turning right round, where the goal asks for a
+// displacement that ends in the first shape: to and fro it gets nowhere.
+bool needs_whole_turns(const System& system, const Problem& problem, const Maneuver& maneuver) {
+  if (system.control_count() != 1 || !ends_in_first_shape(maneuver) || !asks_to_move(system, maneuver)) return false;
+  const Limits& limits = problem.limits;
+  return std::all_of(system.joints().begin(), system.joints().end(), [&](const model::Joint& joint) {
+    if (joint.actuation.cols() == 0) return joint.kind == model::JointKind::fixed;
+    return !limits.angle.contains(joint.name) && !limits.swing.contains(joint.name) &&
+           !limits.twist.contains(joint.name);
+  });
+}
+
+// Whether the goal leaves no attitude open at the end.
+bool fixes_attitudes(const Maneuver& maneuver) {
+  if (maneuver.periodic && !maneuver.free_shape) return maneuver.end_rotation[0].has_value();
+  return std::all_of(maneuver.end_rotation.begin(), maneuver.end_rotation.end(),
+                     [](const auto& end) { return end.has_value(); });
+}
+
 // At zero total momentum in a vacuum the mass centre of the whole stays where it is.
 void refuse_contradictions(const System& system, const Problem& problem, const Maneuver& maneuver) {
   const bool moving = has_momentum(system, maneuver.start);
@@ -40,10 +61,11 @@ void refuse_contradictions(const System& system, const Problem& problem, const M
                      "set rest = false or start with zero total momentum");
   bool moves = false;
   for (const auto& coordinate : maneuver.end_position) moves = moves || coordinate;
-  if (problem.swimmer.density == 0.0 && moves && !moving)
-    throw InputError("goal.move",
-                     "found a displacement, but in a vacuum the mass centre of the whole stays put at zero "
-                     "momentum; give the end shape by turn or rotation and leave move free");
+  if (problem.swimmer.density == 0.0 && moves && !moving && fixes_attitudes(maneuver))
+    throw InputError(
+        "goal.move",
+        "found a displacement beside the attitudes of all bodies, but in a vacuum the mass centre of the whole "
+        "stays put at zero momentum, and attitudes tell where the root is; leave move or one of them free");
   if (system.control_count() == 0)
     throw InputError("joint.actuated",
                      "found no actuated joint; a maneuver needs at least one joint with actuated = true");
@@ -139,8 +161,31 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
   maneuver.effort = problem.effort;
   maneuver.node_weight = node_weights(problem.cost_rule(), problem.effort, maneuver.time_step(), steps);
   maneuver.spline_points = problem.control == ControlKind::spline ? problem.points : 0;
+  maneuver.whole_turns = needs_whole_turns(system, problem, maneuver);
   refuse_contradictions(system, problem, maneuver);
   return maneuver;
+}
+
+bool ends_in_first_shape(const Maneuver& maneuver) {
+  if (maneuver.periodic) return true;
+  const mechanics::Rotations& start = maneuver.start.rotation;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const auto &root = maneuver.end_rotation[0], &end = maneuver.end_rotation[i];
+    if (!root || !end) return false;
+    const Matrix3d first = start[0].transpose() * start[i], last = root->transpose() * *end;
+    if (lie::rotation_angle(first.transpose() * last) > same_pose) return false;
+  }
+  return true;
+}
+
+bool asks_to_move(const System& system, const Maneuver& maneuver) {
+  const auto& end = maneuver.end_rotation[0];
+  if (end && lie::rotation_angle(maneuver.start.rotation[0].transpose() * *end) > same_pose) return true;
+  for (int c = 0; c < 3; ++c)
+    if (const auto& x = maneuver.end_position[at(c)];
+        x && std::abs(*x - maneuver.start.position[c]) > same_pose * system.size())
+      return true;
+  return false;
 }
 
 CostWeights weights_along(const Maneuver& maneuver, CostWeights asked) {

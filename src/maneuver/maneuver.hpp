@@ -14,6 +14,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
+inline constexpr double same_pose = 1e-9;  // rad; of the swimmer's size: poses that differ by less are one
+
 struct Maneuver {
   integrator::State start;                            // configuration and momentum at t = 0
   mechanics::SpatialMomentum total;                   // conserved, world, about the origin
@@ -23,6 +25,7 @@ struct Maneuver {
   bool periodic = false;       // shape and its velocity at the end are those at the start, and free
   bool free_shape = false;     // whether the shape at the start of a periodic motion is free too
   bool free_duration = false;  // `duration` is a first guess
+  bool whole_turns = false;    // whether nothing but whole turns of its only joint angle gets the swimmer anywhere
   double time_weight = 0.0;    // (N m)², what a second costs
   CostWeights cost_weights;    // of the other costs; of a given distance its share in work
   mechanics::DiscreteLagrangian lagrangian = mechanics::DiscreteLagrangian::trapezoid;
@@ -53,6 +56,12 @@ bool has_momentum(const model::System& system, const Start& start);
 
 /// The maneuver of a problem marched with `steps` steps. Throws InputError where the goal contradicts mechanics.
 Maneuver make_maneuver(const model::System& system, const Problem& problem, int steps);
+
+/// Whether the goal asks for the shape of the start.
+bool ends_in_first_shape(const Maneuver& maneuver);
+
+/// Whether it shall end elsewhere than it began.
+bool asks_to_move(const model::System& system, const Maneuver& maneuver);
 
 /// Costs as a maneuver has them: work per distance is work where its start and its end fix the distance. Throws InputError where
 /// they are one point.

@@ -20,7 +20,6 @@ constexpr double dependence_threshold = 1e-9;  // singular directions end this f
 constexpr double reach_threshold = 1e-7;
 constexpr double end_row_threshold = 1e-6;  // above what reach_threshold makes of round-off
 constexpr int window_steps = 6;
-constexpr double same_pose = 1e-9;  // rad; of the swimmer's size
 
 // As people name it: the axis e_c or three numbers.
 std::string axis_in_words(const Vector3d& axis) {
@@ -83,30 +82,6 @@ MatrixXd in_metres(const MatrixXd& poses, double unit) {
   all << still, turns.transpose() * poses;
   all.bottomRows(turns.cols()).rightCols<3>() *= unit;
   return orthonormal(all);
-}
-
-// Whether the goal asks for the shape of the start.
-bool ends_in_first_shape(const Maneuver& maneuver) {
-  if (maneuver.periodic) return true;
-  const mechanics::Rotations& start = maneuver.start.rotation;
-  for (std::size_t i = 0; i < start.size(); ++i) {
-    const auto &root = maneuver.end_rotation[0], &end = maneuver.end_rotation[i];
-    if (!root || !end) return false;
-    const Matrix3d first = start[0].transpose() * start[i], last = root->transpose() * *end;
-    if (lie::rotation_angle(first.transpose() * last) > same_pose) return false;
-  }
-  return true;
-}
-
-// Whether it shall end elsewhere than it began.
-bool asks_to_move(const System& system, const Maneuver& maneuver) {
-  const auto& end = maneuver.end_rotation[0];
-  if (end && lie::rotation_angle(maneuver.start.rotation[0].transpose() * *end) > same_pose) return true;
-  for (int c = 0; c < 3; ++c)
-    if (const auto& x = maneuver.end_position[at(c)];
-        x && std::abs(*x - maneuver.start.position[c]) > same_pose * system.size())
-      return true;
-  return false;
 }
 
 // How much of some rows lies outside the span of orthonormal ones: of the row that has most.
@@ -218,10 +193,10 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
 
 std::string out_of_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                          const NodePath& path) {
-  if (coordinates.shape.cols() == 1 && ends_in_first_shape(maneuver) && asks_to_move(system, maneuver))
-    return "a single joint angle goes back the way it came, so that where it ends in its first shape nothing has moved "
-           "or "
-           "turned (scallop theorem); a second joint or axis would change that";
+  if (coordinates.shape.cols() == 1 && !maneuver.whole_turns && ends_in_first_shape(maneuver) &&
+      asks_to_move(system, maneuver))
+    return "a single joint angle that cannot turn right round goes back the way it came, so that where it ends in its "
+           "first shape nothing has moved or turned (scallop theorem); a second joint or axis would change that";
   const MatrixXd turns = span_of_rows(coordinates.pose.topRows<3>().transpose(), reach_threshold);
   const MatrixXd shifts = span_of_rows(coordinates.pose.bottomRows<3>().transpose(), reach_threshold);
   if (turns.cols() > 1 && shifts.cols() == 3) return "";

@@ -12,17 +12,18 @@ namespace {
 using certificate::Replay;
 using certificate::StoredMotion;
 
-Replay replayed(const MarchedAnswer& answer, double window = 0.05) {
+Replay replayed(const MarchedAnswer& answer) {
   const model::System system(answer.problem.swimmer);
-  return certificate::replay(StoredMotion(system, answer.problem, answer.solution), window, {1e-12});
+  return certificate::replay(StoredMotion(system, answer.problem, answer.solution), {1e-12});
 }
 
 Replay replayed(int count) { return replayed(march(chain_problem(count, 0.2), smooth_moments(count, 60.0))); }
 
 TEST(Replay, error_falls_with_the_square_of_the_step) {
-  const Replay coarse = replayed(50);
-  const Replay fine = replayed(100);
-  EXPECT_NEAR(coarse.window, 0.052, 0.005);
+  const Replay coarse = replayed(60);
+  const Replay fine = replayed(120);
+  EXPECT_NEAR(coarse.window, 0.05 * 0.2, 1e-9);
+  EXPECT_NEAR(fine.window, coarse.window, 1e-9);
   EXPECT_NEAR(std::log2(coarse.rotation_error / fine.rotation_error), 2.0, tolerance(0.2));
   EXPECT_NEAR(std::log2(coarse.whole_rotation_error / fine.whole_rotation_error), 2.0, tolerance(0.2));
   EXPECT_NEAR(std::log2(coarse.whole_position_error / fine.whole_position_error), 2.0, tolerance(0.2));
@@ -62,10 +63,25 @@ TEST(Replay, growth_rate_of_a_gliding_ellipsoid_is_the_known_one) {
   problem.start.rotation.resize(1);
   problem.start.angular_velocity = {Vector3d::Zero()};
   problem.start.linear_velocity = Vector3d(0.8, 0.0, 0.0);  // along the long axis: the unstable direction
-  const Replay replay = replayed(march(problem, NodeMoments(4001)), 0.5);
+  const Replay replay = replayed(march(problem, NodeMoments(4001)));
   // θ'' J = V² (M_2 − M_1) M_1/M_2 θ at constant linear momentum
   const double rate = std::sqrt(0.8 * 0.8 * (2.0 - 1.0) * 1.0 / 2.0 / 1.5);
   EXPECT_NEAR(replay.growth_rate, rate, tolerance(0.01 * rate));
+}
+
+// The same motion in other seconds: windows, errors and growth are those of its own time.
+TEST(Replay, does_not_depend_on_the_unit_of_time) {
+  const auto of_duration = [](double duration) {
+    return replayed(march(chain_problem(100, duration), smooth_moments(100, 60.0 / (duration * duration))));
+  };
+  const Replay second = of_duration(1.0);
+  EXPECT_GT(second.growth_rate, 5.0);
+  for (const double duration : {1e-3, 1e3}) {
+    const Replay other = of_duration(duration);
+    EXPECT_NEAR(other.window / duration, second.window, tolerance(1e-12));
+    EXPECT_NEAR(other.growth_rate * duration, second.growth_rate, tolerance(1e-6));
+    EXPECT_NEAR(other.rotation_error, second.rotation_error, tolerance(1e-6 * second.rotation_error));
+  }
 }
 
 // A motion that feedback holds and that goes astray without it, in the hands of another integrator.

@@ -132,6 +132,8 @@ TEST(Reach, of_one_joint_angle_ends_where_its_period_began) {
   problem.goal->rest = false;
   problem.swimmer.joints[0].control_axes = {Eigen::Vector3d(0, 0, 1)};
   const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  EXPECT_EQ(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none), "") << "it may turn right round";
+  problem.limits.swing["front"] = 1.5;
   EXPECT_NE(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none).find("scallop"), std::string::npos);
   EXPECT_NE(out_of_reach(problem, none, none, {0.0, 0.0, 0.1}).find("scallop"), std::string::npos);
   EXPECT_EQ(out_of_reach(problem, none, none, none), "");

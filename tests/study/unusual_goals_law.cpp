@@ -402,5 +402,42 @@ TEST(UnusualGoals, within_limits_about_each_axis_of_universal_joints_are_proved)
   EXPECT_NEAR(answer_within(0.2).solution.cost, answer.solution.cost, tolerance(1e-7) * answer.solution.cost);
 }
 
+// A wheel on a satellite, that asks for as much as one turn of the wheel gives: to and fro it gives nothing.
+TEST(UnusualGoals, that_whole_turns_reach_are_found) {
+  maneuver::Problem problem;
+  const auto body = [](const char* name, double inertia) {
+    model::BodyDescription body;
+    body.name = name;
+    body.semi_axes = Vector3d(0.5, 0.5, 0.1);
+    body.mass = 10.0;
+    body.body_inertia = (inertia * Vector3d(0.6, 0.6, 1.0)).asDiagonal();
+    return body;
+  };
+  problem.swimmer.bodies = {body("bus", 10.0), body("wheel", 0.8)};
+  model::JointDescription joint;
+  joint.name = joint.child = "wheel";
+  joint.parent = "bus";
+  joint.kind = model::JointKind::hinge;
+  joint.axis = Vector3d(0, 0, 1);
+  joint.parent_offset = joint.child_offset = Vector3d::Zero();
+  problem.swimmer.joints = {joint};
+  problem.start.rotation.assign(2, Vector3d::Zero());
+  problem.start.angular_velocity.assign(2, Vector3d::Zero());
+  problem.steps = 100;
+  problem.duration.value = 10.0;
+  problem.search.starts = 8;
+  problem.goal = maneuver::Goal{};
+  for (const int turns : {1, -2}) {
+    problem.goal->turn = Vector3d(0, 0, 2.0 * M_PI * turns * 0.8 / 10.8);
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+    EXPECT_NEAR(answer.solution.joint_angle.back()[0].z(), -2.0 * M_PI * turns, tolerance(1e-8));
+  }
+  problem.limits.angle["wheel"] = {{-3.0, 3.0}};
+  const study::Answer none = study::answer(model::System(problem.swimmer), problem, {});
+  EXPECT_EQ(none.solution.status, maneuver::Status::infeasible);
+  EXPECT_NE(none.solution.message.find("cannot turn right round"), std::string::npos) << none.solution.message;
+}
+
 }  // namespace
 }  // namespace lamprey::tests
