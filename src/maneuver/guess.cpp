@@ -169,7 +169,7 @@ NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint6
   const JointSwings swings(system, random);
   if (!maneuver.whole_turns)
     return swung(system, maneuver, [&](int joint, double s) { return swings.swing(joint, s); });
-  const double number = random.normal();  // of turns, seldom many, never none
+  const double number = 1.5 * random.normal();  // of turns, seldom many, never none
   const double turn = 2.0 * std::numbers::pi * (number < 0.0 ? std::floor(number) : std::ceil(number));
   return swung(system, maneuver, [&](int joint, double s) -> Vector3d {
     return swings.swing(joint, s) + turn * blend(s) * system.joint(joint).actuation.rowwise().sum();

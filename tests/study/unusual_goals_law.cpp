@@ -425,7 +425,7 @@ TEST(UnusualGoals, that_whole_turns_reach_are_found) {
   problem.start.angular_velocity.assign(2, Vector3d::Zero());
   problem.steps = 100;
   problem.duration.value = 10.0;
-  problem.search.starts = 8;
+  problem.search.starts = 16;
   problem.goal = maneuver::Goal{};
   for (const int turns : {1, -2}) {
     problem.goal->turn = Vector3d(0, 0, 2.0 * M_PI * turns * 0.8 / 10.8);
