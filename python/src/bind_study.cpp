@@ -107,7 +107,7 @@ class Solver {
     if (time_limit && !(*time_limit > 0.0))
       throw InputError("time_limit", fmt::format("found {}; allowed: a number > 0 (s); choose one", *time_limit));
     optimizer::Options options = study::Solver::newton_options();
-    if (max_iterations) options.max_iterations = *max_iterations;
+    if (max_iterations) options.most_iterations = *max_iterations;
     if (time_limit) options.time_limit = *time_limit;
     optimizer::Outcome outcome;
     std::optional<file::Results> found;
@@ -215,8 +215,9 @@ std::string shown(const Outcome& outcome) {
 void bind_study(nb::module_& module) {
   nb::class_<Outcome>(module, "Outcome", "How Solver.solve ended.")
       .def_ro("status", &Outcome::status,
-              "optimal (it converged), infeasible, stalled, time_limit or interrupted; unless optimal the last answer "
-              "stays.")
+              "optimal (it converged), feasible (it keeps what is asked, but is not stationary), infeasible, stalled, "
+              "time_limit "
+              "or interrupted; unless optimal the last answer stays.")
       .def_ro("reason", &Outcome::reason, "One clause for a person; may be empty where it converged.")
       .def_ro("iterations", &Outcome::iterations, "Newton steps.")
       .def_ro("evaluations", &Outcome::evaluations, "Motions that were looked at.")
@@ -255,8 +256,9 @@ void bind_study(nb::module_& module) {
            "is free or waypoints are tied to times.")
       .def("solve", &Solver::solve, nb::kw_only(), "max_iterations"_a = nb::none(), "time_limit"_a = nb::none(),
            "Newton steps from the last answer on; releases the GIL.\n\n"
-           "The outcome says whether they arrived; unless they did the last answer stays. time_limit: s. Ctrl-C raises "
-           "KeyboardInterrupt.")
+           "The outcome says whether they arrived; unless they did the last answer stays. max_iterations: Newton steps "
+           "in all, "
+           "500 and more while they pay where none are given. time_limit: s. Ctrl-C raises KeyboardInterrupt.")
       .def_prop_ro(
           "answered", &Solver::answered,
           "Whether the last answer belongs to the goal, start and duration that were set last: false from then "

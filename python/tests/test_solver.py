@@ -47,6 +47,15 @@ def test_limits_and_free_durations_go_on_too(root):
     assert certified.certificate["limits"]["violation"] < 1e-8
 
 
+def test_iterations_within_limits_are_bounded_in_all(root):
+    problem = lp.load(root / "examples/free_time.toml").changed(time={"steps": 40}, search={"starts": 2})
+    solver = lp.Solver(problem, lp.solve(problem))
+    solver.set_goal(move=[2.3, "free", "free"])
+    outcome = solver.solve(max_iterations=9)
+    assert outcome.iterations <= 9 and outcome.status == "stalled" and "9 iterations" in outcome.reason
+    assert solver.solve().status == "optimal"
+
+
 def test_the_certificate_sees_a_goal_that_was_not_met(translation, solver):
     solver.set_goal(move=[2.5, "free", "free"])
     assert solver.solve(max_iterations=0).status == "stalled"

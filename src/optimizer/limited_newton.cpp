@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <string>
 #include <utility>
 
 namespace lamprey::optimizer {
@@ -110,6 +111,11 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
     const bool done = met && converged && round.tolerance == finest;
     if (done && (program.landed() || !landing.left)) return;
+    if (outcome.iterations >= options.most_iterations) {
+      outcome.termination = Termination::stalled;
+      outcome.reason = "no convergence within " + std::to_string(options.most_iterations) + " iterations";
+      return;
+    }
     if (landing.changes(program, kept, converged, found)) {
       idle = 0;
       best = std::numeric_limits<double>::infinity();

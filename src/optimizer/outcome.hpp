@@ -13,6 +13,7 @@ namespace lamprey::optimizer {
 struct Options {
   double tolerance = 1e-10;  // scaled KKT error
   int max_iterations = 500;
+  int most_iterations = std::numeric_limits<int>::max();  // of an outcome in all, however many times it is gone on with
   int patience = 1;  // so many times as many, as long as the cost goes on falling; of StageNewton
   double time_limit = std::numeric_limits<double>::infinity();  // s, wall clock
   bool exact_limits = true;           // of solve_within_limits: end with the limits that hold as equalities

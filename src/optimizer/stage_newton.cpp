@@ -429,6 +429,11 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
     if (stopped())
       return interrupted ? finish(Termination::interrupted, "interrupted")
                          : finish(Termination::time_limit, "the time limit was reached");
+    if (outcome.iterations >= options.most_iterations) {
+      finish(Termination::stalled, "no convergence within ");
+      outcome.reason.append(std::to_string(options.most_iterations)).append(" iterations");
+      return;
+    }
     if (outcome.iterations < end_of_part) continue;
     const Merit here = program.merit();
     const bool nearer = here.violation < (1.0 - nearer_by) * before.violation;

@@ -117,10 +117,34 @@ TEST(StageNewton, goes_on_for_longer_while_the_cost_falls) {
   EXPECT_EQ(stopped.termination, Termination::stalled);
   EXPECT_EQ(stopped.iterations, 30);
   options.patience = 100;
+  options.most_iterations = 25;
+  LongValley hasty;
+  EXPECT_EQ(optimizer::StageNewton(hasty.sizes()).solve(hasty, options).iterations, 25);
+  options.most_iterations = 1000;
   LongValley patient;
   const optimizer::Outcome arrived = optimizer::StageNewton(patient.sizes()).solve(patient, options);
   EXPECT_EQ(arrived.termination, Termination::converged) << arrived.reason;
   EXPECT_NEAR(arrived.objective, 0.25, 1e-12);
+}
+
+// The same with the limit.
+class LimitedValley : public LongValley {
+ public:
+  bool limited() const override { return true; }
+  double limit_error() const override { return SlowLimit::limit_error(); }
+};
+
+TEST(LimitedNewton, gives_all_rounds_together_no_more_iterations_than_are_allowed) {
+  optimizer::Options options;
+  options.max_iterations = 5;  // of a round
+  LimitedValley endless;
+  ASSERT_GT(solve(endless, options).iterations, 20);
+  options.most_iterations = 7;
+  LimitedValley program;
+  const optimizer::Outcome outcome = solve(program, options);
+  EXPECT_EQ(outcome.iterations, 7);
+  EXPECT_EQ(outcome.termination, Termination::stalled);
+  EXPECT_EQ(outcome.reason, "no convergence within 7 iterations");
 }
 
 // Limits that are met, and of which those that hold are or are not found.
