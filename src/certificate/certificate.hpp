@@ -24,6 +24,7 @@ inline constexpr double velocity_mark = 1e-6;   // of the largest: round-off of 
 inline constexpr double cost_mark = 1e-9;       // of the cost
 inline constexpr double limit_mark = 1e-7;      // rad, m, s, of the bound
 inline constexpr double replay_mark = 1e-3;     // rad, at a window's end: what steps that resolve a motion miss by
+inline constexpr double work_mark = 0.1;        // of the work by the replay, that the nodes' may be beside it
 inline constexpr double feedback_mark = 1e-2;   // rad, at the end of the whole replay with feedback
 inline constexpr double proof_mark = 1e-6;      // of kkt: beyond, a proof would rest on a loose tolerance
 inline constexpr double complementarity_mark = 1e-6;  // of the cost over the duration; of the largest multiplier

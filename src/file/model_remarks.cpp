@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 #include <Eigen/Eigenvalues>
 
 #include "file/text_table.hpp"
+#include "file/toml_document.hpp"
 
 namespace lamprey::file {
 
@@ -25,6 +27,7 @@ constexpr double rounded_digits = 0.02;      // of a mass or inertia, by which g
 constexpr double far_off = 2.0;              // times the way to the body's surface
 constexpr double inertia_range = 1e10;       // of the bodies' J: round-off of the largest covers the smallest
 constexpr double far_goal = 5.0;             // lengths of the swimmer
+constexpr double half_turn_slack = 1e-3;     // rad, of a half turn that was rounded
 
 double least_eigenvalue(const Matrix3d& m) {
   return Eigen::SelfAdjointEigenSolver<Matrix3d>(m, Eigen::EigenvaluesOnly).eigenvalues()[0];
@@ -73,6 +76,14 @@ std::string goal_remark(const Problem& problem, const System& system) {
   return fmt::format("goal.move is {:.3g} lengths of the swimmer, who gains a fraction of one in a stroke", lengths);
 }
 
+// Rotations turn by half a turn at most: beyond it a vector means the shorter way back.
+std::string turn_remark(const std::string& key, const Vector3d& turn) {
+  const double angle = turn.norm(), whole = 2.0 * std::numbers::pi;
+  if (angle <= std::numbers::pi + half_turn_slack) return "";
+  return fmt::format("{} turns by {} rad, which ends where {} rad the other way do; is it meant in radians?", key,
+                     short_number(angle), short_number(whole - angle));
+}
+
 }  // namespace
 
 std::vector<std::string> model_remarks(const Problem& problem, const System& system) {
@@ -95,6 +106,10 @@ std::vector<std::string> model_remarks(const Problem& problem, const System& sys
   }
   add(range_remark(system));
   add(goal_remark(problem, system));
+  if (problem.goal && problem.goal->turn) add(turn_remark("goal.turn", *problem.goal->turn));
+  if (problem.goal)
+    for (const auto& [body, rotation] : problem.goal->rotation)
+      if (rotation) add(turn_remark(printable(key_path("goal.rotation", body)), *rotation));
   return remarks;
 }
 

@@ -333,6 +333,7 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
 maneuver::SearchRecord read_search(const JsonReader& reader) {
   maneuver::SearchRecord search;
   search.starts = reader.at("starts").integer(0, largest);
+  if (reader.has("strokes")) search.strokes = reader.at("strokes").integer(0, largest);
   if (reader.has("hops")) search.hops = reader.at("hops").integer(0, largest);
   search.solved = reader.at("solved").integer(0, largest);
   const JsonReader minima = reader.at("minima");

@@ -291,6 +291,7 @@ std::string search_text(const maneuver::SearchRecord& search) {
   };
   ObjectText text(1);
   text.add("starts", json(search.starts));
+  if (search.strokes > 0) text.add("strokes", json(search.strokes));
   if (search.hops > 0) text.add("hops", json(search.hops));
   text.add("solved", json(search.solved));
   text.add("minima", json_list(search.minima, minimum));

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "file/words.hpp"
 #include "model/input_error.hpp"
 
 namespace lamprey::file {
@@ -89,6 +90,17 @@ std::string_view kind_cure(Kind kind) {
     default:
       return "write a table";
   }
+}
+
+// By another program's word for the same, or else the nearest one.
+std::string what_is_meant(const std::string& word, const std::vector<std::string>& allowed) {
+  for (const auto& [other, here] : other_words) {
+    if (other != word) continue;
+    if (here.empty()) return "joints turn here, none slides";
+    if (std::find(allowed.begin(), allowed.end(), here) != allowed.end())
+      return fmt::format("{} is called {} here", in_quotes(word), in_quotes(std::string(here)));
+  }
+  return fmt::format("the nearest is {}", in_quotes(nearest(word, allowed)));
 }
 
 }  // namespace
@@ -276,8 +288,7 @@ std::optional<std::size_t> TableReader::choice(std::string_view name, const std:
   const std::string allowed = fmt::format("\"{}\"", fmt::join(words, "\" or \""));
   if (value->kind != Kind::string) refuse(key(name), shown(*value), allowed, std::string(kind_cure(Kind::string)));
   const auto found = std::find(words.begin(), words.end(), value->text);
-  if (found == words.end())
-    refuse(key(name), shown(*value), allowed, fmt::format("the nearest is {}", in_quotes(nearest(value->text, words))));
+  if (found == words.end()) refuse(key(name), shown(*value), allowed, what_is_meant(value->text, words));
   return static_cast<std::size_t>(found - words.begin());
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <string_view>
+#include <utility>
 
 #include "certificate/certificate.hpp"
 #include "maneuver/problem.hpp"
@@ -51,6 +52,22 @@ inline constexpr std::array<Word<Status>, 7> statuses{{{Status::optimal, "optima
 inline constexpr std::array<Word<Verdict>, 3> verdicts{{{Verdict::proved, "proved local minimum"},
                                                         {Verdict::stationary, "stationary, not proved"},
                                                         {Verdict::not_optimal, "not optimal"}}};
+
+// What other programs call kinds of joints, and what these are here; empty: nothing of the sort.
+inline constexpr std::array<std::pair<std::string_view, std::string_view>, 14> other_words{{{"revolute", "hinge"},
+                                                                                            {"rotational", "hinge"},
+                                                                                            {"rotary", "hinge"},
+                                                                                            {"pin", "hinge"},
+                                                                                            {"continuous", "hinge"},
+                                                                                            {"spherical", "ball"},
+                                                                                            {"socket", "ball"},
+                                                                                            {"cardan", "universal"},
+                                                                                            {"hooke", "universal"},
+                                                                                            {"gimbal", "universal"},
+                                                                                            {"rigid", "fixed"},
+                                                                                            {"weld", "fixed"},
+                                                                                            {"prismatic", ""},
+                                                                                            {"slider", ""}}};
 
 constexpr const auto& words(JointKind) { return joint_kinds; }
 constexpr const auto& words(Scheme) { return schemes; }

@@ -56,7 +56,8 @@ struct Minimum {
 
 struct SearchRecord {
   int starts = 0;
-  int hops = 0;  // solves from perturbed copies of the best minimum
+  int strokes = 0;  // of the starts, those that go many equal strokes
+  int hops = 0;     // solves from perturbed copies of the best minimum
   int solved = 0;
   std::vector<Minimum> minima;  // by rising cost
 };

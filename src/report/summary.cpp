@@ -225,6 +225,11 @@ std::string verdict(const file::Results& results) {
       !(proof.replay->rotation_error <= certificate::replay_mark))
     words += fmt::format(", on steps too coarse to resolve it (replay off by {} rad)",
                          number(proof.replay->rotation_error, 2));
+  const auto& parts_of_cost = results.solution.cost_parts;
+  if (results.solution.status == Status::optimal && proof.replay && parts_of_cost &&
+      std::abs(proof.replay->work - parts_of_cost->work) > certificate::work_mark * proof.replay->work)
+    words += fmt::format(", of a cost whose nodes see {} J of work where the joints do {} J",
+                         number(parts_of_cost->work, 2), number(proof.replay->work, 2));
   if (without_motion(results))
     return fmt::format(
         "{}: no motion was found; what is shown is the search’s last trial, whose steps do not follow from "
@@ -285,10 +290,12 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (solution.tracking) append_tracking(*solution.tracking, rows);
   if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solution.solver.name);
   if (const maneuver::SearchRecord& search = solution.search; sought && search.starts > 1)
-    rows.emplace_back("First guesses",
-                      fmt::format("{}{}, {} arrived, at {}{}", search.starts,
-                                  search.hops > 0 ? fmt::format(" and {} hops", search.hops) : "", search.solved,
-                                  minima_in_words(search.minima.size()), by_solvers(search)));
+    rows.emplace_back(
+        "First guesses",
+        fmt::format("{}{}{}, {} arrived, at {}{}", search.starts,
+                    search.strokes > 0 ? fmt::format(", {} of them of equal strokes", search.strokes) : "",
+                    search.hops > 0 ? fmt::format(" and {} hops", search.hops) : "", search.solved,
+                    minima_in_words(search.minima.size()), by_solvers(search)));
   if (sought && solution.solver.iterations > 0) {
     rows.emplace_back("Iterations",
                       fmt::format("{}, {} evaluations", solution.solver.iterations, solution.solver.evaluations));

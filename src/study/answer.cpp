@@ -29,7 +29,6 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
-constexpr double work_mark = 0.1;           // of the replay's
 constexpr double late_replay = 1.0;         // s, that a replay may take where time is up
 constexpr double half_turn_mark = 1e-4;     // rad
 constexpr double loosest_tolerance = 1e-4;  // of stationarity, that is worth proposing
@@ -238,11 +237,11 @@ std::string unresolved(const Problem& problem, const Answer& answer) {
 std::string unseen_work(const Answer& answer) {
   const auto& parts = answer.solution.cost_parts;
   const auto& replay = answer.certificate.replay;
-  if (!parts || !replay || !(std::abs(replay->work - parts->work) > work_mark * replay->work)) return "";
+  if (!parts || !replay || !(std::abs(replay->work - parts->work) > certificate::work_mark * replay->work)) return "";
   return " By its replay the joints do " + number(replay->work, 3) + " J of work, by the nodes that the cost counts " +
          number(parts->work, 3) +
          " J: moments change faster than these steps show, and costs of work, power and transport are not what they "
-         "seem. More weight on cost.effort makes moments smoother, more steps show them.";
+         "seem. More weight on cost.effort, or one on cost.smoothness, makes moments smoother.";
 }
 
 // What of an optimal answer more steps would mend, as a sentence. Empty where its replays keep to their marks.

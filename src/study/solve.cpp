@@ -270,6 +270,7 @@ class Search {
   void count_minima() {
     const std::vector<std::size_t> order = by_rising_cost();
     record_.starts = first_hop_;
+    record_.strokes = first_hop_ - guesses_;
     record_.hops = static_cast<int>(starts_.size()) - first_hop_;
     for (std::size_t s : order) {
       if (!starts_[s].converged()) continue;
@@ -304,7 +305,7 @@ class Search {
   // Candidates at full resolution, where costs can be compared, two at a time by rising coarse cost, until an accepted one
   // costs less than those still waiting; then spare ones, until one is accepted.
   void refine_candidates() {
-    double accepted_cost = std::numeric_limits<double>::infinity();
+    double accepted_cost = std::numeric_limits<double>::infinity(), arrived_cost = accepted_cost;
     for (std::size_t first = 0, end = 0; first < candidates_.size(); first = end) {
       const bool spare = first >= firsts_;
       const double cheapest = spare ? std::numeric_limits<double>::max() : starts_[candidates_[first]].cost;
@@ -321,7 +322,14 @@ class Search {
         found_.push_back(fine);
         if (options_.accept && options_.accept(solutions_.back()))
           accepted_cost = std::min(accepted_cost, solutions_.back().cost);
+        if (solutions_.back().status == maneuver::Status::optimal)
+          arrived_cost = std::min(arrived_cost, solutions_.back().cost);
       }
+    }
+    if (record_.solved == 0 && std::isfinite(arrived_cost)) {  // a start that arrived on all steps alone
+      record_.solved = 1;
+      record_.minima.push_back({arrived_cost, 1});
+      if (second_) record_.minima.back().by_ipopt = 0;
     }
     if (!solutions_.empty())
       return;  // otherwise nothing was found: the first guess, so that there is something to look at

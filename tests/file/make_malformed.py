@@ -56,6 +56,8 @@ CASES = {
     "joint_second_parent": ("child = \"tail\"", "child = \"front\"", "child = \"front\"#2", "joint[2].child", ["\"front\" with a second parent, \"back\"", "one parent", "remove this joint or the one with \"middle\""]),
     "joint_cycle": ("parent = \"middle\"\nchild = \"back\"", "parent = \"tail\"\nchild = \"back\"", "child = \"back\"", "joint[1].child", ["a cycle", "a tree", "remove one"]),
     "body_out_of_reach": ("[[body]]\nname = \"tail\"", "[[body]]\nname = \"stray\"\nsemi_axes = [1.0, 1.0, 1.0]\n\n[[body]]\nname = \"tail\"", "name = \"stray\"", "body[3].name", ["found \"stray\"", "one tree", "child = \"stray\""]),
+    "joint_kind_of_another_program": ("kind = \"hinge\"", "kind = \"revolute\"", "kind = \"revolute\"", "joint[1].kind", ["found \"revolute\"", "\"universal\" or \"hinge\"", "\"revolute\" is called \"hinge\" here"]),
+    "joint_that_slides": ("kind = \"hinge\"", "kind = \"prismatic\"", "kind = \"prismatic\"", "joint[1].kind", ["found \"prismatic\"", "\"universal\" or \"hinge\"", "joints turn here, none slides"]),
     "joint_name_twice": ("kind = \"hinge\"", "kind = \"hinge\"\nname = \"neck\"", "name = \"neck\"#2", "joint[1].name", ["\"neck\" a second time", "differ", "another name"]),
     "joint_offset_missing": ("child_offset = [5.5, 0.0, 0.0]\n", "", "[[joint]]#2", "joint[1].child_offset", ["found nothing", "three numbers", "add this key"]),
     "joint_offset_a_number": ("child_offset = [5.5, 0.0, 0.0]", "child_offset = 5.5", "child_offset = 5.5", "joint[1].child_offset", ["found 5.5", "three numbers", "in brackets"]),

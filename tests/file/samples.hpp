@@ -134,7 +134,7 @@ inline file::Results sample_results(int steps) {
   sample_motion(steps, results.problem.time_step, sample, solution);
   solution.limit_multipliers = {
       {"limits.torque", 1, -1, -1, 2, true, std::vector<double>(at_nodes(steps), sample.number())}};
-  solution.search = {4, 3, 3, {{sample.number(), 2, 1}, {sample.number(), 1}}};
+  solution.search = {4, 2, 3, 3, {{sample.number(), 2, 1}, {sample.number(), 1}}};
   solution.solver = {"structured",
                      7,
                      21,

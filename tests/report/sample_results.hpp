@@ -66,7 +66,7 @@ inline void add_sample_node(maneuver::Solution& solution, double t) {
 }
 
 inline void add_sample_search(maneuver::Solution& solution) {
-  solution.search = {60, 0, 59, {{13355.11, 5}, {13385.8, 3}, {13558.0, 4}, {14043.6, 2}, {28315.5, 1}}};
+  solution.search = {60, 0, 0, 59, {{13355.11, 5}, {13385.8, 3}, {13558.0, 4}, {14043.6, 2}, {28315.5, 1}}};
   solution.solver = {"structured interior point", 18, 41, 0.934, 1.2, 0.9, {}, {}, {}};
   for (int k = 0; k <= 18; ++k) {
     solution.solver.history.push_back({k, 13396.4 * (1.0 + 40.0 * std::exp(-0.6 * k)), 3.0 * std::exp(-0.08 * k * k),
