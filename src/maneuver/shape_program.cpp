@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "algebra/tiles.hpp"
 #include "optimizer/small_dense.hpp"
@@ -99,6 +100,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
   if (maneuver.free_duration && system.compliant()) compliant_time_.emplace(system);
   if (limits_.of_moments() && by_shapes()) moments_of_stage_.assign(at(steps_), MatrixXd(shape_, 3 * shape_));
   take_start_impulse();
+  find_idle_violation();
   for (Motion* motion : {&now_, &trial_}) {
     motion->shape.assign(at(steps_ + 1), Rotations(at(system.body_count()), Matrix3d::Identity()));
     motion->rotation = motion->shape;
@@ -124,7 +126,16 @@ void ShapeProgram::retarget(const Maneuver& maneuver) {
   limits_.take_duration(maneuver.duration);
   terms_.retarget(maneuver);
   take_start_impulse();
+  find_idle_violation();
   if (has_motion_) measure(now_);
+}
+
+void ShapeProgram::find_idle_violation() {
+  double sum = 0.0;
+  for (const EndRow& row : end_rows_)
+    if (row.kind != EndRow::Kind::moment && row.kind != EndRow::Kind::closure)
+      sum += std::abs(end_row(system_, maneuver_, row, maneuver_.start.rotation, maneuver_.start.position, by_last_));
+  idle_violation_ = sum > 0.0 ? sum : std::numeric_limits<double>::infinity();
 }
 
 optimizer::StageSizes ShapeProgram::sizes() const {

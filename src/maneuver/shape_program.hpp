@@ -81,6 +81,7 @@ class ShapeProgram : public optimizer::StageProgram {
   bool takes_costates() const override { return idle() > 0; }
   void take_multipliers(const optimizer::StageStep& step, double length) override;
   double longest(const optimizer::StageStep& step) override;
+  double idle_violation() const override { return idle_violation_; }
   double goal_error() const override;
   double drift() const override { return momentum_left(now_.step, now_.rotation, now_.position); }
   bool limited() const override { return !limits_.empty() || terms_.of_work(); }
@@ -125,6 +126,7 @@ class ShapeProgram : public optimizer::StageProgram {
   };
 
   void take_start_impulse();
+  void find_idle_violation();
   bool roll_out(Motion& motion);
   bool solve_step(int k, Motion& motion);
   bool turns_too_far(const Motion& motion, int k) const;
@@ -232,6 +234,7 @@ class ShapeProgram : public optimizer::StageProgram {
   bool has_motion_ = false;
   std::vector<NodeModel> node_;  // [5] of four steps
   VectorXd start_impulse_;       // [f] momentum along the shape's coordinates that the start brings
+  double idle_violation_ = 0.0;  // of a motion that stays as it starts
   VectorXd end_multiplier_;
   VectorXd end_start_;                     // for the next go_to
   std::vector<VectorXd> idle_multiplier_;  // [N][idle]

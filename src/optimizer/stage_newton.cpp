@@ -20,6 +20,7 @@ constexpr double largest_shift = 1e8;
 constexpr double shift_growth = 3.0;        // where a step fails; where one succeeds the shift falls by its square
 constexpr double most_multiplier = 1.0;     // that the end rows' removal may add, relative to what they have
 constexpr double penalty_per_cost = 100.0;  // of the end rows in the Hessian
+constexpr double small_violation = 0.1;     // by which rows are missed that count by more
 constexpr double firmer = 1e5;              // next to a solution, where rows in m or rad are small units
 constexpr double sufficient = 1e-2;         // share of what the model promises
 constexpr double poor_ratio = 0.3;
@@ -27,9 +28,11 @@ constexpr double good_ratio = 0.75;
 constexpr double widest_funnel = 0.3;
 constexpr double least_funnel = 0.02;
 constexpr double funnel_shrink = 0.3;
-constexpr double violation_worth = 0.3;  // of the multipliers: promises beyond it must come true in the cost
-constexpr int most_corrections = 2;      // of second order, for one step
-constexpr double met = 1e-9;             // violation
+constexpr double widest_idle_share = 0.5,
+                 least_idle_share = 0.2;  // of what a point misses that does nothing, as of funnels
+constexpr double violation_worth = 0.3;   // of the multipliers: promises beyond it must come true in the cost
+constexpr int most_corrections = 2;       // of second order, for one step
+constexpr double met = 1e-9;              // violation
 constexpr double nearly_met = 1e-5;
 constexpr double nearly_stationary = 1e-2;
 constexpr double saddle = 2e-3;  // stationarity at which an indefinite Hessian means a saddle
@@ -71,12 +74,25 @@ StageNewton::StageNewton(const StageSizes& sizes)
 
 double StageNewton::smallest_shift() const { return change_ < nearly_stationary ? least_shift : first_shift; }
 
+// Of the end rows in the Hessian. Where a point that does nothing misses them by little, little is much.
+double StageNewton::end_penalty() const {
+  const double unit = std::min(1.0, idle_violation_ / small_violation);
+  return penalty_per_cost * highest_cost_ / (unit * unit);
+}
+
 // Whether the Hessian is positive definite where the end rows are kept. What penalty shows it depends on their units: next
 // to a solution a firmer one is tried before a shift makes Newton's method linear.
 bool StageNewton::factor_unshifted() {
-  const double penalty = penalty_per_cost * highest_cost_;
+  const double penalty = end_penalty();
   if (riccati_.factor(model_, 0.0, penalty)) return true;
-  return change_ < nearly_stationary && riccati_.factor(model_, 0.0, firmer * penalty);
+  firm_ = change_ < nearly_stationary && riccati_.factor(model_, 0.0, firmer * penalty);
+  return firm_;
+}
+
+// What needed a firmer penalty without a shift may need it with one, too.
+bool StageNewton::factor_shifted() {
+  const double penalty = end_penalty();
+  return riccati_.factor(model_, shift_, penalty) || (firm_ && riccati_.factor(model_, shift_, firmer * penalty));
 }
 
 // The least shift that makes the Hessian positive definite, found by trial. Next to a solution small shifts come first:
@@ -88,8 +104,7 @@ bool StageNewton::factor(double least) {
   }
   const double growth = change_ < nearly_stationary ? shift_growth * shift_growth : shift_growth;
   for (shift_ = least; shift_ < largest_shift; shift_ = std::max(smallest_shift(), growth * shift_))
-    if (shift_ == 0.0 ? factor_unshifted() : riccati_.factor(model_, shift_, penalty_per_cost * highest_cost_))
-      return true;
+    if (shift_ == 0.0 ? factor_unshifted() : factor_shifted()) return true;
   return false;
 }
 
@@ -240,13 +255,25 @@ bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
   double length = program.longest(step_);
   const double rate = std::abs(slope()), bend = std::max(-bare_curvature(), 0.0);
   const auto promised = [&] { return length * (rate + 0.5 * length * bend); };  // at most
+  const double cheaper = here.cost - saddle_gain * std::abs(here.cost) + worth * here.violation;
+  const auto leads_down = [&](const StageStep& step) {
+    const Merit* there = program.try_step(step, length_);
+    ++outcome.evaluations;
+    return there && there->violation <= funnel_ && there->cost + worth * there->violation <= cheaper;
+  };
+  if (!factor(damping_)) return false;  // for what corrections take off the end rows
   for (int halving = 0; halving < saddle_halvings && promised() > ordinary; ++halving, length *= 0.5)
     for (double sign : {1.0, -1.0}) {
-      const Merit* there = program.try_step(step_, sign * length);
-      ++outcome.evaluations;
-      if (!there || there->violation > funnel_) continue;
-      const double cheaper = here.cost - saddle_gain * std::abs(here.cost);
-      if (there->cost + worth * there->violation > cheaper + worth * here.violation) continue;
+      length_ = sign * length;
+      share_ = 0.0;
+      bool down = leads_down(step_);
+      corrected_ = step_;
+      for (int correction = 0; correction < most_corrections && !down; ++correction) {
+        missed_ = (program.trial_end_rows() - program.end_rows()) / length_;
+        riccati_.correct(model_, missed_, corrected_);
+        down = leads_down(corrected_);
+      }
+      if (!down) continue;
       program.accept();
       return true;
     }
@@ -352,7 +379,10 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
   }
   program.accept();
   if (!by_cost_)
-    funnel_ = std::max({least_funnel, funnel_shrink * funnel_, 0.5 * (before + program.merit().violation)});
+    funnel_ = std::max({std::min(least_funnel, least_idle_share * idle_violation_), funnel_shrink * funnel_,
+                        0.5 * (before + program.merit().violation)});
+  const double idle = widest_idle_share * idle_violation_;  // once nearer than that, not so far again
+  if (idle < widest_funnel) funnel_ = std::min(funnel_, std::max(idle, program.merit().violation));
   if (shift_ > 0.0) step_.end_multiplier = end_multiplier_;
   if (change_ < short_steps && shift_ <= little_shift) step_.shifted = false;
   program.take_multipliers(step_, length_);
@@ -364,10 +394,11 @@ void StageNewton::begin(const StageProgram& program) {
   with_costates_ = program.takes_costates();
   riccati_.want_costates(with_costates_);
   damping_ = 0.0;
-  unshifted_first_ = false;
+  unshifted_first_ = firm_ = false;
   change_ = 1.0;
   highest_cost_ = std::max(std::abs(program.merit().cost), 1e-300);
-  funnel_ = std::max(widest_funnel, program.merit().violation);
+  idle_violation_ = program.idle_violation();
+  funnel_ = std::max(std::min(widest_funnel, widest_idle_share * idle_violation_), program.merit().violation);
 }
 
 double StageNewton::first_length(StageProgram& program) {

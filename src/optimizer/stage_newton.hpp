@@ -30,7 +30,9 @@ class StageNewton {
 
   void begin(const StageProgram& program);
   double smallest_shift() const;
+  double end_penalty() const;
   bool factor_unshifted();
+  bool factor_shifted();
   bool factor(double least_shift);
   void solve_model(double share);
   void find_step();
@@ -63,11 +65,13 @@ class StageNewton {
   double shift_ = 0.0;            // of the inputs' metric, added to the Hessian
   double damping_ = 0.0;          // least shift, raised where steps fail
   bool unshifted_first_ = false;  // whether the next factors may do without
+  bool firm_ = false;             // whether the latest ones without a shift needed a firmer penalty
   double share_ = 1.0;            // of the end rows that the step takes away
   double length_ = 1.0;           // of the step that was tried last
   double change_ = 0.0;           // stationarity at the point
   double highest_cost_ = 0.0;     // of the points so far
   double funnel_ = 0.0;           // violation that steps may have which lower the cost
+  double idle_violation_ = 0.0;   // of a point that does nothing
   bool factored_ = false;         // whether the factors belong to a solution
   bool with_costates_ = true;     // whether steps are to have them
   bool by_cost_ = false;          // whether the latest trial was good for its cost

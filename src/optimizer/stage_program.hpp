@@ -116,6 +116,8 @@ class StageProgram {
   virtual void take_multipliers(const StageStep& step, double length) = 0;
   /// Largest sensible length of a step, at most 1.
   virtual double longest(const StageStep& step) = 0;
+  /// Violation of a point that does nothing at all, which a search must not take for a small one; infinite: there is none such.
+  virtual double idle_violation() const { return std::numeric_limits<double>::infinity(); }
   /// A number a person understands: how far the point is from the goal.
   virtual double goal_error() const = 0;
   /// How far the point is from keeping what every point of the program keeps, of its own scale; NaN: not measured.
