@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "optimizer/small_dense.hpp"
@@ -255,21 +256,27 @@ bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
   double length = program.longest(step_);
   const double rate = std::abs(slope()), bend = std::max(-bare_curvature(), 0.0);
   const auto promised = [&] { return length * (rate + 0.5 * length * bend); };  // at most
-  const double cheaper = here.cost - saddle_gain * std::abs(here.cost) + worth * here.violation;
+  const double cheaper = here.cost - saddle_gain * std::abs(here.cost);
+  const Merit* there = nullptr;
   const auto leads_down = [&](const StageStep& step) {
-    const Merit* there = program.try_step(step, length_);
+    there = program.try_step(step, length_);
     ++outcome.evaluations;
-    return there && there->violation <= funnel_ && there->cost + worth * there->violation <= cheaper;
+    return there && there->violation <= funnel_ &&
+           there->cost + worth * there->violation <= cheaper + worth * here.violation;
   };
-  if (!factor(damping_)) return false;  // for what corrections take off the end rows
+  bool corrects = false;  // whether the factors are those for it
   for (int halving = 0; halving < saddle_halvings && promised() > ordinary; ++halving, length *= 0.5)
     for (double sign : {1.0, -1.0}) {
       length_ = sign * length;
-      share_ = 0.0;
       bool down = leads_down(step_);
       corrected_ = step_;
-      for (int correction = 0; correction < most_corrections && !down; ++correction) {
-        missed_ = (program.trial_end_rows() - program.end_rows()) / length_;
+      // cheaper, but for what it misses of the end rows
+      for (int correction = 0; correction < most_corrections && !down && there && there->cost <= cheaper;
+           ++correction) {
+        if (!std::exchange(corrects, true) && !factor(damping_)) return false;
+        missed_ = program.trial_end_rows();
+        missed_ -= program.end_rows();
+        missed_ /= length_;
         riccati_.correct(model_, missed_, corrected_);
         down = leads_down(corrected_);
       }
@@ -397,7 +404,8 @@ void StageNewton::begin(const StageProgram& program) {
   unshifted_first_ = firm_ = false;
   change_ = 1.0;
   highest_cost_ = std::max(std::abs(program.merit().cost), 1e-300);
-  idle_violation_ = program.idle_violation();
+  const double idle = program.idle_violation();
+  idle_violation_ = idle < small_violation ? idle : std::numeric_limits<double>::infinity();
   funnel_ = std::max(std::min(widest_funnel, widest_idle_share * idle_violation_), program.merit().violation);
 }
 

@@ -71,7 +71,7 @@ class StageNewton {
   double change_ = 0.0;           // stationarity at the point
   double highest_cost_ = 0.0;     // of the points so far
   double funnel_ = 0.0;           // violation that steps may have which lower the cost
-  double idle_violation_ = 0.0;   // of a point that does nothing
+  double idle_violation_ = 0.0;   // of a point that does nothing, where that is small; else infinite
   bool factored_ = false;         // whether the factors belong to a solution
   bool with_costates_ = true;     // whether steps are to have them
   bool by_cost_ = false;          // whether the latest trial was good for its cost
