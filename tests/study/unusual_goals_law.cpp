@@ -402,6 +402,28 @@ TEST(UnusualGoals, within_limits_about_each_axis_of_universal_joints_are_proved)
   EXPECT_NEAR(answer_within(0.2).solution.cost, answer.solution.cost, tolerance(1e-7) * answer.solution.cost);
 }
 
+// Small strokes win by the square of their size and cost by it: twice as far costs twice as much. At rest nothing is lost but
+// the goal, and the phase of a small gait hardly matters: neither may hold a search up.
+TEST(UnusualGoals, of_the_smallest_strokes_cost_in_proportion_to_their_distance) {
+  std::vector<double> cost;
+  for (const double distance : {1e-2, 1e-3, 1e-4}) {
+    maneuver::Problem problem = planar_chain();
+    problem.steps = 100;
+    problem.start.free_shape = problem.goal->periodic = true;
+    problem.goal->rest = false;
+    problem.goal->turn = Vector3d::Zero();
+    problem.goal->move[0] = distance;
+    for (const char* joint : {"front", "back"}) problem.limits.swing[joint] = 1.2;
+    problem.search.starts = 4;
+    const study::Answer answer = answered(problem);
+    EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << distance << ": " << answer.solution.message;
+    EXPECT_LE(answer.solution.solver.evaluations, 6000) << distance;
+    cost.push_back(answer.solution.cost / distance);
+  }
+  EXPECT_NEAR(cost[1] / cost[0], 1.0, 0.02);
+  EXPECT_NEAR(cost[2] / cost[1], 1.0, 2e-3);
+}
+
 // A wheel on a satellite, of which as much is asked as whole turns of the wheel give: to and fro it gives nothing. Steps have
 // these turns but for the square of their length.
 TEST(UnusualGoals, that_whole_turns_reach_are_not_called_out_of_reach) {
