@@ -95,3 +95,22 @@ def test_a_missing_file_is_not_found(tmp_path):
         lp.load(tmp_path / "none.toml")
     with pytest.raises(FileNotFoundError, match="solution.json"):
         lp.load_solution(tmp_path)
+
+
+def test_the_local_connection_moves_the_root_as_marches_do(root):
+    problem = lp.load(root / "examples/translation.toml").changed(time={"steps": 400}, search={"starts": 1})
+    solution = lp.solve(problem)
+    k, h = 150, solution.time[1]
+    found = problem.connection(solution.rotation[k])
+    assert found["rates"] == [("front", 0), ("front", 1), ("front", 2), ("back", 0), ("back", 1), ("back", 2)]
+    assert found["angular"].shape == found["linear"].shape == (3, 6) and found["inertia"].shape == (6, 6)
+    assert np.allclose(found["inertia"], found["inertia"].T) and np.linalg.eigvalsh(found["inertia"])[0] > 0.0
+    angle = solution.joint_angle  # of ball joints bent about one axis: the rates of these are those of the angle
+    rates = ((angle[k + 1] - angle[k - 1]) / (2.0 * h)).ravel()
+    linear = found["linear"] @ rates  # along the root's axes
+    moved = (solution.position[k + 1] - solution.position[k - 1]) / (2.0 * h)
+    assert np.abs(solution.rotation[k][0] @ linear - moved).max() < 1e-3 * np.abs(moved).max()
+    turned = solution.rotation[k - 1][0].T @ solution.rotation[k + 1][0]
+    assert abs((found["angular"] @ rates)[2] - np.arctan2(turned[1, 0], turned[0, 0]) / (2.0 * h)) < 1e-3 * 10.0
+    with pytest.raises(lp.InputError, match="rotation"):
+        problem.connection(np.zeros((2, 3, 3)))

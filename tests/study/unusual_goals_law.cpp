@@ -428,7 +428,7 @@ TEST(UnusualGoals, of_the_smallest_strokes_cost_in_proportion_to_their_distance)
 // these turns but for the square of their length.
 TEST(UnusualGoals, that_whole_turns_reach_are_not_called_out_of_reach) {
   maneuver::Problem problem;
-  const auto body = [](const char* name, double inertia) {
+  const auto cylinder = [](const char* name, double inertia) {
     model::BodyDescription body;
     body.name = name;
     body.semi_axes = Vector3d(0.5, 0.5, 0.1);
@@ -436,7 +436,7 @@ TEST(UnusualGoals, that_whole_turns_reach_are_not_called_out_of_reach) {
     body.body_inertia = (inertia * Vector3d(0.6, 0.6, 1.0)).asDiagonal();
     return body;
   };
-  problem.swimmer.bodies = {body("bus", 10.0), body("wheel", 0.8)};
+  problem.swimmer.bodies = {cylinder("bus", 10.0), cylinder("wheel", 0.8)};
   model::JointDescription joint;
   joint.name = joint.child = "wheel";
   joint.parent = "bus";

@@ -1,0 +1,19 @@
+// The local connection: how the root of a swimmer moves as its joints turn, where total momentum is zero.
+#pragma once
+
+#include "mechanics/continuous.hpp"
+
+namespace lamprey::mechanics {
+
+/// By the joints' rates (rad/s), joint after joint: of a hinge or universal joint those of its angles about its axes, of a ball joint
+/// the components of its child's angular velocity against the parent's, in the parent's frame. f of them.
+struct LocalConnection {
+  MatrixXd turn;     // [3][f] 1, angular velocity of the root, its own frame
+  MatrixXd shift;    // [3][f] m, velocity of its mass centre, its own frame
+  MatrixXd inertia;  // [f][f] kg m², M of the kinetic energy ½ ṙᵀMṙ that is left
+};
+
+/// At a shape, whatever its attitude in the world (equation 9.28).
+LocalConnection local_connection(const model::System& system, const Rotations& rotation);
+
+}  // namespace lamprey::mechanics
