@@ -77,6 +77,14 @@ class Problem:
     def check(self) -> str:
         """The resolved model as a table for people: what `lamprey check` prints."""
 
+    def connection(self, rotation: numpy.typing.ArrayLike) -> dict[str, Any]:
+        """
+        The local connection at a shape: how the root moves as the joints turn, where total momentum is zero.
+
+        rotation: (bodies, 3, 3), body to world, of which the shape alone counts. Returns "angular" (3, f) and "linear" (3, f, in m): the root's angular velocity and its mass centre's velocity, both along its own axes, by the f rates of the joints, and "inertia" (f, f): M of the kinetic energy ½ rate·M rate, kg m².
+        "rates": the joint and the axis of each, of a hinge or universal joint the angle about it, of a ball joint a component of the child's angular velocity against the parent's, in the parent's frame. Equation 9.28.
+        """
+
     def __repr__(self) -> str: ...
 
     def __getstate__(self) -> tuple[str, str]: ...
@@ -315,7 +323,7 @@ class Outcome:
     @property
     def status(self) -> str:
         """
-        optimal (it converged), infeasible, stalled, time_limit or interrupted; unless optimal the last answer stays.
+        optimal (it converged), feasible (it keeps what is asked, but is not stationary), infeasible, stalled, time_limit or interrupted; unless optimal the last answer stays.
         """
 
     @property
@@ -376,7 +384,7 @@ class Solver:
         """
         Newton steps from the last answer on; releases the GIL.
 
-        The outcome says whether they arrived; unless they did the last answer stays. time_limit: s. Ctrl-C raises KeyboardInterrupt.
+        The outcome says whether they arrived; unless they did the last answer stays. max_iterations: Newton steps in all, 500 and more while they pay where none are given. time_limit: s. Ctrl-C raises KeyboardInterrupt.
         """
 
     @property
