@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
@@ -63,6 +64,9 @@ struct Replay {
   double feedback_position_error = unset;  // m, likewise
   double work =
       unset;  // J, ∫ Σ_j |u_j·ω_j| dt, each step from its stored state; where costs beside effort are asked for
+
+  /// Whether the joints do other work than that at the nodes, J.
+  bool works_otherwise(double at_nodes) const { return std::abs(work - at_nodes) > work_mark * work; }
 };
 
 struct GridCost {

@@ -78,7 +78,7 @@ std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificat
   claims.error("goal_error", stored.goal_error, found.goal_error, goal_mark);
   claims.error("rest_error", stored.rest_error, found.rest_error, rest_mark);
   claims.error("momentum_drift", stored.momentum_drift, found.momentum_drift, found.momentum_allowed());
-  claims.error("rotation_drift", stored.rotation_drift, found.rotation_drift, momentum_mark);
+  claims.error("rotation_drift", stored.rotation_drift, found.rotation_drift, rotation_mark);
   claims.error("iterates_momentum", stored.iterates_momentum, found.iterates_momentum, found.momentum_allowed());
   claims.error("equation_residual", stored.equation_residual, found.equation_residual, found.equation_allowed());
   claims.error("start_error", stored.start_error, found.start_error, start_mark);

@@ -80,8 +80,8 @@ LimitTerms::Hold LimitTerms::hold(std::size_t row, int node, double value) const
   }
   if (landed_) return {0.0, 0.0, 0.0, 0.0};
   const double weight = multipliers_.weight * time, barrier = barrier_ * time;
-  const double far = value - lambda / weight;                  // the slack of a row that does not pull
   if (std::isnan(value)) return {value, value, value, value};  // no motion goes there
+  const double far = value - lambda / weight;                  // the slack of a row that does not pull
   if (!(far < barrier_reach)) return {0.0, 0.0, 0.0, -0.5 * lambda * lambda / weight};
   const double least = far - 2.0 * barrier / (barrier_reach * weight);
   const double root = std::hypot(least, 2.0 * std::sqrt(barrier / weight));

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "algebra/tiles.hpp"
 #include "optimizer/small_dense.hpp"
@@ -21,8 +20,6 @@ using optimizer::StageStep;
 constexpr double longest_turn = 0.6;     // rad, of one shape coordinate in one step of the search
 constexpr double longest_stretch = 0.3;  // of the logarithm of the duration
 constexpr double trace_of_quarter_turn = 1.0;
-
-constexpr double worth_telling = 1e-7;  // rad, m, N m
 
 }  // namespace
 
@@ -128,14 +125,6 @@ void ShapeProgram::retarget(const Maneuver& maneuver) {
   take_start_impulse();
   find_idle_violation();
   if (has_motion_) measure(now_);
-}
-
-void ShapeProgram::find_idle_violation() {
-  double sum = 0.0;
-  for (const EndRow& row : end_rows_)
-    if (row.kind != EndRow::Kind::moment && row.kind != EndRow::Kind::closure)
-      sum += std::abs(end_row(system_, maneuver_, row, maneuver_.start.rotation, maneuver_.start.position, by_last_));
-  idle_violation_ = sum > 0.0 ? sum : std::numeric_limits<double>::infinity();
 }
 
 optimizer::StageSizes ShapeProgram::sizes() const {
@@ -297,26 +286,6 @@ void ShapeProgram::measure(Motion& motion) {
   add_limits(motion);
 }
 
-double ShapeProgram::value_of(const EndRow& row, const Motion& motion) {
-  switch (row.kind) {
-    case EndRow::Kind::moment:
-      return motion.moment.back()[row.index] / row.unit;
-    case EndRow::Kind::closure:
-      return closure_row(system_, row, motion.shape.front(), motion.shape.back(), by_first_, by_last_);
-    case EndRow::Kind::orientation:
-    case EndRow::Kind::shape:
-    case EndRow::Kind::position:
-      break;
-  }
-  return end_row(system_, maneuver_, row, motion.rotation.back(), motion.position.back(), by_last_);
-}
-
-double ShapeProgram::stated_goal_error() {
-  double error = 0.0;
-  for (const EndRow& row : stated_rows_) error = std::max(error, row.unit * std::abs(value_of(row, now_)));
-  return error;
-}
-
 double ShapeProgram::won(const Motion& motion) const {
   return maneuver_.cost_weights.displacement.dot(motion.position.back() - motion.position.front());
 }
@@ -456,49 +425,6 @@ double ShapeProgram::longest(const StageStep& step) {
   if (limits_.empty()) return length;
   foresee_limits(step);
   return std::min(length, limits_.share_within(now_.limit_value));
-}
-
-double ShapeProgram::goal_error() const {
-  double error = 0.0;
-  for (std::size_t r = 0; r < end_rows_.size(); ++r)
-    if (end_rows_[r].kind != EndRow::Kind::moment)
-      error = std::max(error, end_rows_[r].unit * std::abs(now_.end_rows[static_cast<Eigen::Index>(r)]));
-  return error;
-}
-
-std::string ShapeProgram::largest_miss() const {
-  if (end_rows_.empty()) return "";
-  Eigen::Index worst = 0;
-  const double value = now_.end_rows.cwiseAbs().maxCoeff(&worst);
-  if (value < worth_telling) return "";
-  const EndRow& row = end_rows_[at(static_cast<int>(worst))];
-  const std::string size = in_words(row.unit * value);
-  const std::string axis = " e_" + std::to_string(row.component + 1);
-  switch (row.kind) {
-    case EndRow::Kind::position:
-      return "goal.move along" + axis + " is missed by " + size + " m";
-    case EndRow::Kind::moment:
-      return "an unactuated joint would need a moment of " + size + " N m to end as asked";
-    case EndRow::Kind::closure:
-      return "the shape of " + system_.body(row.index).name + " does not close by " + size + " rad";
-    case EndRow::Kind::orientation:
-    case EndRow::Kind::shape:
-      break;
-  }
-  return "the end attitude of " + system_.body(row.index).name + " is missed by " + size + " rad";
-}
-
-std::string ShapeProgram::largest_violation() const {
-  if (limits_.empty()) return "";
-  const LimitError worst = limits_.violation(now_.limit_value);
-  if (worst.value < worth_telling || worst.row < 0) return "";
-  const LimitRow& row = limits_.rows()[at(worst.row)];
-  std::string who;
-  if (row.joint >= 0) who = " at joint " + system_.joint(row.joint).name;
-  if (row.body >= 0) who = " of " + system_.body(row.body).name;
-  if (row.other_body >= 0) who += " and " + system_.body(row.other_body).name;
-  return row.key + who + " cannot be kept: broken by " + in_words(row.excess(worst.value, h_ * now_.stretch)) + " " +
-         row.unit_name() + " at " + in_words(worst.node * h_ * now_.stretch) + " s";
 }
 
 }  // namespace lamprey::maneuver

@@ -86,8 +86,8 @@ Rows rows_of_mechanics(const certificate::Certificate& proof, const file::Resolv
       held("Momentum over all iterates", proof.iterates_momentum, "", proof.momentum_allowed(),
            "Largest total momentum of any point that the solver went through, as it measured it, relative to that "
            "point's largest momentum: the search cannot live on momentum that leaks."),
-      shown("Rotation drift", proof.rotation_drift, "",
-            "Largest entry of RᵀR − I: how far stored rotations are from rotations."),
+      held("Rotation drift", proof.rotation_drift, "", certificate::rotation_mark,
+           "Largest entry of RᵀR − I, or of det R − 1: how far stored rotations are from rotations."),
       {"Clearance",
        proof.clearance ? clearance_words(*proof.clearance, problem)
                        : (problem.bodies.size() == 1 ? "one body" : number(unset)),

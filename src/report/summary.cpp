@@ -227,7 +227,7 @@ std::string verdict(const file::Results& results) {
                          number(proof.replay->rotation_error, 2));
   const auto& parts_of_cost = results.solution.cost_parts;
   if (results.solution.status == Status::optimal && proof.replay && parts_of_cost &&
-      std::abs(proof.replay->work - parts_of_cost->work) > certificate::work_mark * proof.replay->work)
+      proof.replay->works_otherwise(parts_of_cost->work))
     words += fmt::format(", of a cost whose nodes see {} J of work where the joints do {} J",
                          number(parts_of_cost->work, 2), number(proof.replay->work, 2));
   if (without_motion(results))

@@ -207,7 +207,10 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   if (!proof.second_order)
     words = " Whether it is a minimum was not computed.";
   else if (proof.second_order->positive)
-    words = words_of_minimum(proof);
+    words = proof.kkt <= certificate::proof_mark
+                ? words_of_minimum(proof)
+                : " Not proved a minimum: its conditions hold to " + number(proof.kkt) + " only, and a proof takes " +
+                      number(certificate::proof_mark) + ".";
   else if (saddle(*proof.second_order))
     words = " A saddle: " + directions(*proof.second_order) + ".";
   else
@@ -237,7 +240,7 @@ std::string unresolved(const Problem& problem, const Answer& answer) {
 std::string unseen_work(const Answer& answer) {
   const auto& parts = answer.solution.cost_parts;
   const auto& replay = answer.certificate.replay;
-  if (!parts || !replay || !(std::abs(replay->work - parts->work) > certificate::work_mark * replay->work)) return "";
+  if (!parts || !replay || !replay->works_otherwise(parts->work)) return "";
   return " By its replay the joints do " + number(replay->work, 3) + " J of work, by the nodes that the cost counts " +
          number(parts->work, 3) +
          " J: moments change faster than these steps show, and costs of work, power and transport are not what they "

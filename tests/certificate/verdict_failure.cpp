@@ -150,13 +150,16 @@ TEST(Verdict, counts_no_bound_as_held_whose_pull_nothing_needs) {
 
 // Where the tolerance is loose, a motion may be called stationary by it, but a proof needs more.
 TEST(Verdict, proves_nothing_by_a_loose_tolerance) {
-  MarchedAnswer answer = translation();
-  answer.problem.goal->turn.reset();  // the same moments beside one more free direction: stationary to a few per cent
-  answer.problem.goal->rotation = {{"front", Vector3d::Zero()}, {"back", Vector3d(0, 0, M_PI / 4)}};
-  answer.problem.search.tolerance = 1e9;
-  const Certificate proof = judged(answer);
-  EXPECT_GT(proof.kkt, certificate::proof_mark);
-  EXPECT_EQ(proof.verdict, Verdict::stationary);
+  maneuver::Problem problem = translation().problem;
+  Certificate proof = judged(translation());
+  ASSERT_TRUE(proof.second_order->positive);
+  problem.search.tolerance = 1e-2;
+  for (const auto& [kkt, verdict] : {std::pair(0.5 * certificate::proof_mark, Verdict::proved),
+                                     std::pair(2.0 * certificate::proof_mark, Verdict::stationary),
+                                     std::pair(2.0 * problem.search.tolerance, Verdict::not_optimal)}) {
+    proof.kkt = kkt;
+    EXPECT_EQ(certificate::verdict(problem, proof), verdict) << kkt;
+  }
 }
 
 TEST(Verdict, does_not_pass_matrices_that_are_no_rotations) {

@@ -220,39 +220,50 @@ INSTANTIATE_TEST_SUITE_P(Examples, SolverOfRicherProblems,
                                          "rotation_with_clearance"),
                          named_by_value);
 
+// An example with limits on the swing of both joints, and its answer.
+struct WithinSwing {
+  Problem problem;
+  model::System system;
+  Solution solution;
+  WithinSwing(const char* example, int steps, double swing)
+      : problem(example_with(example, steps)), system(limited(swing)) {
+    study::SolveOptions options;
+    options.refinement = false;
+    solution = study::solve(system, problem, options).front();
+  }
+
+ private:
+  const model::SwimmerDescription& limited(double swing) {
+    problem.limits.swing = {{"front", swing}, {"back", swing}};
+    return problem.swimmer;
+  }
+};
+
 // Where an answer presses on limits for long a first step to another goal may hardly move: limits are eased before it, and where
 // round-off hides what steps gain nothing is tried any more.
 TEST(SolverWithinLimits, moves_on_from_nodes_that_press_on_their_limits) {
-  Problem problem = example_with("rotation", 300);
-  problem.limits.swing = {{"front", 0.9}, {"back", 0.9}};
-  const model::System system(problem.swimmer);
-  study::SolveOptions options;
-  options.refinement = false;
-  const Solution solution = study::solve(system, problem, options).front();
-  ASSERT_EQ(solution.status, maneuver::Status::optimal) << solution.message;
-  study::Solver solver(system, problem, solution);
+  const WithinSwing rotation("rotation", 300, 0.9);
+  ASSERT_EQ(rotation.solution.status, maneuver::Status::optimal) << rotation.solution.message;
+  study::Solver solver(rotation.system, rotation.problem, rotation.solution);
   for (const double share : {0.99, 1.01}) {
-    Goal goal = *problem.goal;
+    Goal goal = *rotation.problem.goal;
     *goal.turn *= share;
     solver.set_goal(goal);
     const optimizer::Outcome outcome = solver.solve();
     ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
     EXPECT_LE(outcome.iterations, 50) << share;
     EXPECT_LE(outcome.evaluations, 100) << share;
-    EXPECT_GT(std::abs(solver.cost() / solution.cost - 1.0), 1e-3);
+    EXPECT_GT(std::abs(solver.cost() / rotation.solution.cost - 1.0), 1e-3);
   }
 }
 
 // Nor does a longer way lead from node to node of them.
 TEST(SolverWithinLimits, moves_farther_than_slacks_reach) {
-  Problem problem = example_with("translation", 1000);
-  problem.limits.swing = {{"front", 1.2}, {"back", 1.2}};
-  const model::System system(problem.swimmer);
-  study::SolveOptions options;
-  options.refinement = false;
-  study::Solver solver(system, problem, study::solve(system, problem, options).front());
-  *problem.goal->move[0] *= 1.03;
-  solver.set_goal(*problem.goal);
+  const WithinSwing translation("translation", 1000, 1.2);
+  study::Solver solver(translation.system, translation.problem, translation.solution);
+  Goal goal = *translation.problem.goal;
+  *goal.move[0] *= 1.03;
+  solver.set_goal(goal);
   const optimizer::Outcome outcome = solver.solve();
   ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
   EXPECT_LE(outcome.iterations, 60);  // 118 where limits are not eased
