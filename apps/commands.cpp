@@ -153,6 +153,11 @@ int simulate(const SimulateArguments& arguments) {
     if (!options.controls->remark.empty()) fmt::print(stderr, "lamprey: {}\n", options.controls->remark);
     choose_interpolation(arguments.interpolation, *options.controls);
   }
+  if (!arguments.angles.empty()) {
+    options.angles_path = arguments.angles;
+    options.angles = file::read_angles(arguments.angles, problem_file.problem.swimmer.joints);
+    if (!options.angles->remark.empty()) fmt::print(stderr, "lamprey: {}\n", options.angles->remark);
+  }
   if (!arguments.feedback.empty()) {
     options.followed = file::read_solution(arguments.feedback);
     options.followed_path = arguments.feedback + "/solution.json";

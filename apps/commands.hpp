@@ -32,7 +32,7 @@ struct SolveArguments {
 };
 
 struct SimulateArguments {
-  std::string problem, out, command, controls, scheme;
+  std::string problem, out, command, controls, angles, scheme;
   std::string interpolation;    // of a CSV table: linear or cubic; empty: cubic
   int steps = 0;                // 0: the file's
   double duration = 0.0;        // 0: the file's

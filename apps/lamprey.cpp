@@ -105,7 +105,8 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
 }
 
 void describe_simulate(CLI::App& app, Arguments& arguments) {
-  CLI::App* simulate = app.add_subcommand("simulate", "March from the start under given moments, or none");
+  CLI::App* simulate =
+      app.add_subcommand("simulate", "March from the start under given moments or none, or along given joint angles");
   simulate->add_option("problem", arguments.simulate.problem, "problem file (TOML)")->required();
   simulate->add_option("--out", arguments.simulate.out, "folder for solution.json, trajectory.h5, report.html")
       ->required();
@@ -120,6 +121,13 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
           "linear | cubic (default) between the rows of a CSV: a cubic (not-a-knot) swings beyond rows that jump")
       ->check(CLI::IsMember({"linear", "cubic"}))
       ->needs(controls);
+  CLI::Option* angles = simulate->add_option(
+      "--angles", arguments.simulate.angles,
+      "solution.json, or CSV: t, then the angle of each hinge (rad), two of a universal joint, of a ball joint x, y, z "
+      "of its "
+      "rotation vector: the march follows them, a cubic from row to row, and finds the moments. A header names "
+      "joints in any order: \"tail\", \"fin 1\", \"spine x (deg)\"");
+  angles->excludes(controls);
   CLI::Option* scheme = simulate->add_option("--scheme", arguments.simulate.scheme,
                                              "paper | trapezoid | midpoint | order4 | order6 instead of the file's");
   CLI::Option* adaptive =
@@ -128,26 +136,30 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
   simulate
       ->add_option("--feedback", arguments.simulate.feedback,
                    "folder of a maneuver: follow it by its moments and gains")
-      ->excludes(controls);
+      ->excludes(controls)
+      ->excludes(angles);
   simulate
       ->add_flag("--reference", arguments.simulate.reference,
                  "march the continuous equations by a Runge-Kutta method of order 8 instead of a scheme")
       ->excludes(scheme)
-      ->excludes(adaptive);
+      ->excludes(adaptive)
+      ->excludes(angles);
+  adaptive->excludes(angles);
   simulate
       ->add_option("--perturb", arguments.simulate.perturb,
                    "rad by which each body is turned at the start about a random axis; with --feedback one that the "
                    "gains answer")
       ->check(CLI::Range(0.0, 3.0))
-      ->check(finite());
+      ->check(finite())
+      ->excludes(angles);
   simulate->add_option("--seed", arguments.simulate.seed, "of the random axes (default 1)")->check(without_sign());
   simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
       ->check(CLI::Range(std::int64_t{1}, lamprey::file::step_limit));
   simulate
-      ->add_option(
-          "--cycles", arguments.simulate.cycles,
-          "how often the gait of --controls or --feedback is repeated (default 1); --steps and --duration are of all "
-          "cycles together")
+      ->add_option("--cycles", arguments.simulate.cycles,
+                   "how often the gait of --controls or --feedback, or the period of --angles, is repeated (default "
+                   "1); --steps and --duration are of all "
+                   "cycles together")
       ->check(CLI::Range(1, 100'000));
   simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")
       ->check(CLI::PositiveNumber)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes the controls of falling_cat.toml, eel.toml and hinge_fins.toml: t, then 3 columns for each joint.
+"""Writes the controls of falling_cat.toml, eel.toml and hinge_fins.toml, t, then 3 columns for each joint, and the joint
+angles of three_links.toml.
 
 Each joint has a spring (stiffness k) and a damper (damping c). The moment that holds it at an angle α against its spring
 and moves it there against its damper is k α + c dα/dt; as the joint's control it makes the joint follow α as a servo
@@ -67,8 +68,18 @@ def hinge_fins(path):
     write(path, ["left", "right"], 6.0, 240, [joint(0.5 * math.pi), joint(0.0)])
 
 
+def three_links(path, amplitude=0.7, rows=100):
+    """Both joints bend alike, the tail a quarter of a period behind: a circle in the plane of shapes."""
+    with open(path, "w", encoding="utf-8") as out:
+        out.write("t (s),head (rad),tail (rad)\n")
+        for row in range(rows + 1):
+            phase = 2.0 * math.pi * row / rows
+            out.write(f"{row / rows:.9g},{amplitude * math.cos(phase) + 0.0:.9g},{amplitude * math.sin(phase) + 0.0:.9g}\n")
+
+
 if __name__ == "__main__":
     folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent
     falling_cat(folder / "falling_cat_controls.csv")
     eel(folder / "eel_controls.csv")
     hinge_fins(folder / "hinge_fins_controls.csv")
+    three_links(folder / "three_links_angles.csv")

@@ -292,7 +292,7 @@ def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, s
     "interrupted": `except KeyboardInterrupt as stop: stop.solution`.
     """
 
-def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1) -> Trajectory:
+def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1, angles: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None) -> Trajectory:
     """
     Marches from the problem's start, after a stored gait from where that begins: what `lamprey simulate` does. Releases the GIL.
 
@@ -303,6 +303,9 @@ def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | 
     cycles together. adaptive: divide steps that do not converge.
     reference: by a Runge-Kutta method on the continuous equations. feedback: a Solution or its directory, followed by its
     moments and gains. perturb: rad, by which each body is turned at the start about a random axis drawn by `seed`.
+    angles: joint angles to march along, in the place of moments, which are then found: a Solution or Trajectory, a path (solution.json or CSV),
+    a pair (time (rows,) s, angles (rows, joints, 3) rad as Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone
+    (rows, joints) and (joints,) will do. Root and total momentum begin as the problem says; cycles repeats angles that close.
 
     A march that does not get on ends with status "stalled" and the nodes before. Ctrl-C raises KeyboardInterrupt; its attribute
     `solution` holds the nodes so far.

@@ -22,21 +22,6 @@ std::string shown(const std::vector<std::size_t>& shape) {
   return text;
 }
 
-void require_shape(const Numbers& given, const std::vector<std::size_t>& shape, const std::string& key) {
-  std::vector<std::size_t> found;
-  std::size_t size = 1;
-  for (std::size_t axis = 0; axis < given.ndim(); ++axis) {
-    found.push_back(given.shape(axis));
-    size *= found.back();
-  }
-  if (found != shape)
-    throw model::InputError(key, fmt::format("found the shape {}; allowed: {}; give an array of that shape",
-                                             found.empty() ? "of one number" : shown(found), shown(shape)));
-  for (std::size_t n = 0; n < size; ++n)
-    if (!std::isfinite(given.data()[n]))
-      throw model::InputError(key, fmt::format("found {}; allowed: finite numbers; mend entry {}", given.data()[n], n));
-}
-
 }  // namespace
 
 nb::object array(std::vector<double> values, const std::vector<std::size_t>& shape) {
@@ -54,6 +39,21 @@ nb::object array(const Eigen::Matrix3d& matrix) {
   for (Eigen::Index row = 0; row < 3; ++row)
     for (Eigen::Index column = 0; column < 3; ++column) values.push_back(matrix(row, column));
   return array(std::move(values), {3, 3});
+}
+
+void require_shape(const Numbers& given, const std::vector<std::size_t>& shape, const std::string& key) {
+  std::vector<std::size_t> found;
+  std::size_t size = 1;
+  for (std::size_t axis = 0; axis < given.ndim(); ++axis) {
+    found.push_back(given.shape(axis));
+    size *= found.back();
+  }
+  if (found != shape)
+    throw model::InputError(key, fmt::format("found the shape {}; allowed: {}; give an array of that shape",
+                                             found.empty() ? "of one number" : shown(found), shown(shape)));
+  for (std::size_t n = 0; n < size; ++n)
+    if (!std::isfinite(given.data()[n]))
+      throw model::InputError(key, fmt::format("found {}; allowed: finite numbers; mend entry {}", given.data()[n], n));
 }
 
 Numbers numbers(nb::handle object, const std::string& key) {

@@ -23,6 +23,9 @@ using Numbers = nanobind::ndarray<const double, nanobind::c_contig, nanobind::de
 /// Anything NumPy makes a float64 array of: lists, tuples, arrays; of the rest a model::InputError naming `key`.
 Numbers numbers(nanobind::handle object, const std::string& key);
 
+/// model::InputError naming `key` unless they have this shape and are finite.
+void require_shape(const Numbers& given, const std::vector<std::size_t>& shape, const std::string& key);
+
 /// Three finite numbers; `what` says which, for the model::InputError naming `key`.
 Eigen::Vector3d three(nanobind::handle object, const std::string& key, const std::string& what);
 

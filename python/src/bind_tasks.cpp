@@ -131,6 +131,57 @@ Solution solve(nb::handle asked, const std::optional<int>& workers, const std::o
   return Solution(std::move(*results));
 }
 
+// Rows of a table over joints: time (rows,), values (rows, joints, 3).
+struct Rows {
+  std::vector<double> time;
+  std::vector<std::vector<Eigen::Vector3d>> value;
+};
+
+// Of one row, [joints][3]; where `single`, one number for each joint will do.
+std::vector<Eigen::Vector3d> row_of(const double* from, std::size_t count, bool single) {
+  std::vector<Eigen::Vector3d> row;
+  for (std::size_t j = 0; j < count; ++j)
+    row.emplace_back(single ? Eigen::Vector3d(from[j], 0.0, 0.0)
+                            : Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(from + 3 * j)));
+  return row;
+}
+
+Rows rows_of(const nb::object& pair, std::size_t count, bool may_be_single, const std::string& key,
+             const std::string& name) {
+  const Numbers time = numbers(pair[0], key + "[0]"), values = numbers(pair[1], key + "[1]");
+  const std::size_t rows = time.ndim() == 1 ? time.shape(0) : 0;
+  const bool single = may_be_single && values.ndim() == 2;
+  if (rows < 2 || values.ndim() != (single ? 2U : 3U) || values.shape(0) != rows || values.shape(1) != count ||
+      (!single && values.shape(2) != 3))
+    throw InputError(key, fmt::format("found arrays of other shapes; allowed: time (rows,), {} (rows, {}, 3){}, "
+                                      "at least two rows; mend their shapes",
+                                      name, count, may_be_single ? fmt::format(" or (rows, {})", count) : ""));
+  Rows table;
+  for (std::size_t r = 0; r < rows; ++r) {
+    table.time.push_back(time.data()[r]);
+    if (!std::isfinite(table.time[r]) || (r > 0 && !(table.time[r] > table.time[r - 1])))
+      throw InputError(
+          key, fmt::format("found time[{}] = {}; allowed: times that rise (s); sort the rows", r, table.time[r]));
+    table.value.push_back(row_of(values.data() + r * count * (single ? 1 : 3), count, single));
+    for (const Eigen::Vector3d& value : table.value.back())
+      if (!value.allFinite())
+        throw InputError(key, fmt::format("found {} that is not finite in row {}; mend it", name, r));
+  }
+  return table;
+}
+
+bool is_path(const nb::object& object) { return nb::isinstance<nb::str>(object) || nb::hasattr(object, "__fspath__"); }
+
+void warn_of(const std::string& remark) {
+  if (!remark.empty() && PyErr_WarnEx(PyExc_UserWarning, remark.c_str(), 1) < 0) throw nb::python_error();
+}
+
+[[noreturn]] void refuse_type(const nb::object& found, const std::string& key, const std::string& name) {
+  throw InputError(key, fmt::format("found {}; allowed: a pair (time, {}) of arrays, a function of time, a solution "
+                                    "or trajectory, or a file's path; give one of these",
+                                    nb::cast<std::string>(nb::type_name(found.type())), name));
+}
+
 // Moments that Python names: a file, a motion, rows of a table, or a function of time that must outlive the options.
 void take_controls(const nb::object& controls, const file::Joints& joints, file::MarchOptions& options) {
   const std::size_t count = joints.size();
@@ -143,38 +194,47 @@ void take_controls(const nb::object& controls, const file::Joints& joints, file:
       return vectors(controls(time), count, fmt::format("controls({})", time));
     };
   } else if (nb::isinstance<nb::tuple>(controls) && nb::len(controls) == 2) {
-    const Numbers time = numbers(controls[0], "controls[0]"), moments = numbers(controls[1], "controls[1]");
-    const std::size_t rows = time.ndim() == 1 ? time.shape(0) : 0;
-    if (rows < 2 || moments.ndim() != 3 || moments.shape(0) != rows || moments.shape(1) != count ||
-        moments.shape(2) != 3)
-      throw InputError("controls",
-                       fmt::format("found arrays of other shapes; allowed: time (rows,), control (rows, {}, 3), "
-                                   "at least two rows; mend their shapes",
-                                   count));
+    Rows rows = rows_of(controls, count, false, "controls", "moments");
     file::ControlSamples samples;
-    for (std::size_t r = 0; r < rows; ++r) {
-      samples.time.push_back(time.data()[r]);
-      if (!std::isfinite(samples.time[r]) || (r > 0 && !(samples.time[r] > samples.time[r - 1])))
-        throw InputError("controls", fmt::format("found time[{}] = {}; allowed: times that rise (s); sort the rows", r,
-                                                 samples.time[r]));
-      samples.control.emplace_back();
-      for (std::size_t j = 0; j < count; ++j)
-        samples.control.back().emplace_back(Eigen::Map<const Eigen::Vector3d>(moments.data() + 3 * (r * count + j)));
-      for (const Eigen::Vector3d& moment : samples.control.back())
-        if (!moment.allFinite())
-          throw InputError("controls", fmt::format("found a moment that is not finite in row {}; mend it", r));
-    }
+    samples.time = std::move(rows.time);
+    samples.control = std::move(rows.value);
     options.controls = samples;
-  } else if (nb::isinstance<nb::str>(controls) || nb::hasattr(controls, "__fspath__")) {
+  } else if (is_path(controls)) {
     options.controls_path = nb::cast<std::filesystem::path>(controls).string();
     options.controls = file::read_controls(options.controls_path, joints);
-    if (!options.controls->remark.empty() && PyErr_WarnEx(PyExc_UserWarning, options.controls->remark.c_str(), 1) < 0)
-      throw nb::python_error();
+    warn_of(options.controls->remark);
   } else {
-    throw InputError("controls",
-                     fmt::format("found {}; allowed: a pair (time, moments) of arrays, a function of time, a solution "
-                                 "or trajectory, or a file's path; give one of these",
-                                 nb::cast<std::string>(nb::type_name(controls.type()))));
+    refuse_type(controls, "controls", "moments");
+  }
+}
+
+// Joint angles, likewise. Where all joints are hinges one number for each is enough.
+void take_angles(const nb::object& angles, const file::Joints& joints, file::MarchOptions& options) {
+  const std::size_t count = joints.size();
+  const bool hinges = std::all_of(joints.begin(), joints.end(),
+                                  [](const auto& joint) { return joint.kind == model::JointKind::hinge; });
+  if (angles.is_none()) return;
+  if (nb::isinstance<Trajectory>(angles)) {
+    options.angles = file::angles_of_results(nb::cast<const Trajectory&>(angles).results(), "angles", joints);
+  } else if (nb::isinstance<nb::callable>(angles)) {
+    options.angle = [&angles, count, hinges](double time) {
+      const nb::gil_scoped_acquire lock;
+      const std::string key = fmt::format("angles({})", time);
+      const nb::object given = angles(time);
+      const Numbers each = numbers(given, key);
+      if (!hinges || each.ndim() != 1) return vectors(given, count, key);
+      require_shape(each, {count}, key);
+      return row_of(each.data(), count, true);
+    };
+  } else if (nb::isinstance<nb::tuple>(angles) && nb::len(angles) == 2) {
+    Rows rows = rows_of(angles, count, hinges, "angles", "angles");
+    options.angles = file::AngleSamples{std::move(rows.time), std::move(rows.value)};
+  } else if (is_path(angles)) {
+    options.angles_path = nb::cast<std::filesystem::path>(angles).string();
+    options.angles = file::read_angles(options.angles_path, joints);
+    warn_of(options.angles->remark);
+  } else {
+    refuse_type(angles, "angles", "angles");
   }
 }
 
@@ -195,7 +255,8 @@ std::optional<maneuver::Scheme> scheme_named(const std::optional<std::string>& n
 
 Trajectory simulate(nb::handle asked, const nb::object& controls, const std::optional<std::string>& scheme,
                     const std::optional<int>& steps, const std::optional<double>& duration, int cycles, bool adaptive,
-                    bool reference, const nb::object& feedback, double perturb, std::uint64_t seed) {
+                    bool reference, const nb::object& feedback, double perturb, std::uint64_t seed,
+                    const nb::object& angles) {
   const Problem problem = problem_or_loaded(asked);
   Call call("simulate");
   call.add("scheme", scheme);
@@ -215,6 +276,10 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
     throw InputError("perturb", fmt::format("found {}; allowed: from 0 to 3 (rad); change it", perturb));
   if (!controls.is_none() && !feedback.is_none())
     throw InputError("feedback", "found beside controls; allowed: one of them; leave one out");
+  if (!angles.is_none() && (!controls.is_none() || !feedback.is_none() || reference || adaptive || perturb > 0.0))
+    throw InputError("angles",
+                     "found beside controls, feedback, reference, adaptive or perturb; allowed: without "
+                     "them; leave them out");
   if (reference && (scheme || adaptive))
     throw InputError("reference", "found beside scheme or adaptive; allowed: without them; leave them out");
   file::MarchOptions options{.scheme = scheme_named(scheme),
@@ -226,6 +291,7 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
                              .perturb = perturb,
                              .seed = seed};
   take_controls(controls, problem.file.problem.swimmer.joints, options);
+  take_angles(angles, problem.file.problem.swimmer.joints, options);
   take_followed(feedback, options);
   std::optional<file::Results> results;
   const auto signal = run_long([&](const Interrupted& interrupted) {
@@ -299,13 +365,15 @@ void bind_tasks(nb::module_& module) {
   module.def(
       "simulate", &simulate, "problem"_a, "controls"_a = nb::none(), nb::kw_only(), "scheme"_a = nb::none(),
       "steps"_a = nb::none(), "duration"_a = nb::none(), "cycles"_a = 1, "adaptive"_a = false, "reference"_a = false,
-      "feedback"_a = nb::none(), "perturb"_a = 0.0, "seed"_a = 1,
+      "feedback"_a = nb::none(), "perturb"_a = 0.0, "seed"_a = 1, "angles"_a = nb::none(),
       nb::sig(
           "def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | "
           "tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | typing.Callable[[float], "
           "numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, "
           "duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: "
-          "Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1) -> Trajectory"),
+          "Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1, "
+          "angles: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | "
+          "typing.Callable[[float], numpy.typing.ArrayLike] | None = None) -> Trajectory"),
       "Marches from the problem's start, after a stored gait from where that begins: what `lamprey simulate` does. "
       "Releases the GIL.\n\n"
       "problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its "
@@ -320,7 +388,11 @@ void bind_tasks(nb::module_& module) {
       "reference: by a Runge-Kutta method on the continuous equations. feedback: a Solution or its directory, followed "
       "by "
       "its\nmoments and gains. perturb: rad, by which each body is turned at the start about a random axis drawn by "
-      "`seed`.\n\n"
+      "`seed`.\nangles: joint angles to march along, in the place of moments, which are then found: a Solution or "
+      "Trajectory, a path (solution.json or CSV),\na pair (time (rows,) s, angles (rows, joints, 3) rad as "
+      "Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone\n(rows, "
+      "joints) and (joints,) will do. Root and total momentum begin as the problem says; cycles repeats angles that "
+      "close.\n\n"
       "A march that does not get on ends with status \"stalled\" and the nodes before. Ctrl-C raises "
       "KeyboardInterrupt; "
       "its attribute\n`solution` holds the nodes so far.");

@@ -21,3 +21,8 @@ def translation():
 @pytest.fixture(scope="session")
 def solution(translation):
     return lp.solve(translation)
+
+
+@pytest.fixture(scope="session")
+def three_links():
+    return lp.load(ROOT / "examples" / "three_links.toml")

@@ -128,3 +128,54 @@ def test_joint_angles_turn_bodies_as_the_motion_does(root):
         assert demands[j]["joint"] == joint["name"]
         assert demands[j]["angles"] == [(angle.min(), angle.max())]
         assert demands[j]["largest_moment"] == np.linalg.norm(march.control[:, j], axis=1).max() > 0.0
+
+
+def loop(t):
+    return 0.7 * np.array([np.cos(2.0 * np.pi * t), np.sin(2.0 * np.pi * t)])
+
+
+def test_joint_angles_are_followed_in_every_form(three_links, tmp_path):
+    time = np.linspace(0.0, 1.0, 201)
+    by_function = lp.simulate(three_links, angles=loop, steps=200, duration=1.0)
+    assert by_function.status == "simulated" and by_function.certificate is None
+    assert np.abs(by_function.joint_angle[:, :, 0] - [loop(t) for t in time]).max() < 1e-12
+    assert np.linalg.norm(by_function.position[-1] - by_function.position[0]) > 1e-3
+    linear, angular = total_momentum(by_function)
+    assert max(np.abs(linear).max(), np.abs(angular).max()) < 1e-11
+    rows = np.array([loop(t) for t in time])
+    by_array = lp.simulate(three_links, angles=(time, rows), steps=200, duration=1.0)
+    in_full = np.concatenate([rows[:, :, None], np.zeros((201, 2, 2))], axis=2)
+    table = tmp_path / "angles.csv"
+    lines = [f"{t!r},{float(np.degrees(b))!r},{a!r}" for t, (a, b) in zip(time.tolist(), rows.tolist())]
+    table.write_text("\n".join(["t,tail (deg),head", *lines]))
+    for angles in (in_full, by_array, table):
+        same = lp.simulate(three_links, angles=(time, angles) if angles is in_full else angles, steps=200, duration=1.0)
+        assert np.abs(same.position - by_function.position).max() < 1e-10
+    again = lp.certify(by_array)
+    assert again.status == "simulated" and again.certificate["equation_residual"] < 1e-10
+
+
+def test_loops_of_angles_repeat_and_move_the_swimmer_alike_each_time(three_links):
+    time = np.linspace(0.0, 1.0, 101)
+    rows = np.array([loop(t) for t in time])
+    once = lp.simulate(three_links, angles=(time, rows), steps=100, duration=1.0)
+    often = lp.simulate(three_links, angles=(time, rows), cycles=4, steps=400)
+    assert abs(often.time[-1] - 4.0) < 1e-12
+    assert np.abs(often.position[-1] - 4.0 * once.position[-1]).max() < 1e-4 * np.abs(once.position[-1]).max()
+    with pytest.raises(lp.InputError, match="between its last and its first angle"):
+        lp.simulate(three_links, angles=(time, rows * (1.0 + time[:, None])), cycles=2)
+
+
+def test_angles_that_cannot_be_followed_are_refused(three_links):
+    for wrong, words in (({"scheme": "order4"}, "paper, trapezoid, midpoint"), ({"controls": loop}, "beside controls"),
+                         ({"adaptive": True}, "leave them out"), ({"duration": 1.5}, None)):
+        if words is None:
+            with pytest.raises(lp.InputError, match="found angles from 0 s to 1 s"):
+                lp.simulate(three_links, angles=([0.0, 1.0], np.zeros((2, 2))), **wrong)
+        else:
+            with pytest.raises(lp.InputError, match=words):
+                lp.simulate(three_links, angles=loop, **wrong)
+    with pytest.raises(lp.InputError, match=r"angles\(0\)|angles\(0.0\)"):
+        lp.simulate(three_links, angles=lambda t: [1.0, 2.0, 3.0])
+    with pytest.raises(lp.InputError, match=r"allowed: time \(rows,\), angles \(rows, 2, 3\) or \(rows, 2\)"):
+        lp.simulate(three_links, angles=([0.0, 1.0], np.zeros((2, 3))))

@@ -1,15 +1,12 @@
 #include "file/controls_file.hpp"
 
-#include <charconv>
 #include <cmath>
-#include <optional>
-#include <string_view>
-#include <utility>
 
 #include <fmt/format.h>
 #include <Eigen/QR>
 
-#include "file/controls_header.hpp"
+#include "file/followed_file.hpp"
+#include "file/joint_table.hpp"
 #include "file/solution_file.hpp"
 #include "file/text_file.hpp"
 #include "file/toml_document.hpp"
@@ -26,127 +23,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using model::InputError;
-
-constexpr std::size_t controls_byte_limit = std::size_t{1} << 30;
-
-std::optional<double> parsed(std::string_view text) {
-  if (text.size() > 1 && text.front() == '+' && text[1] != '-') text.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
-struct Cell {
-  std::string_view text;
-  int column;  // in the line, from 1
-};
-
-std::vector<Cell> cells_of(std::string_view line) {
-  std::vector<Cell> cells;
-  std::size_t start = 0;
-  while (true) {
-    const std::size_t comma = std::min(line.find(',', start), line.size());
-    const std::string_view cell = line.substr(start, comma - start);
-    const std::size_t blanks = std::min(cell.find_first_not_of(" \t\r"), cell.size());
-    cells.push_back({trimmed(cell), static_cast<int>(start + blanks) + 1});
-    if (comma == line.size()) return cells;
-    start = comma + 1;
-  }
-}
-
-class TableParser {
- public:
-  TableParser(const std::string& path, const Joints& joints)
-      : path_(path), joints_(joints), columns_(columns_in_order(joints)) {}
-
-  ControlSamples parse(std::string_view text) {
-    if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
-    while (!text.empty()) {
-      const std::size_t end = std::min(text.find('\n'), text.size());
-      ++line_;
-      const std::string_view line = text.substr(0, end);
-      text.remove_prefix(std::min(end + 1, text.size()));
-      const std::string_view content = trimmed(line);
-      if (!content.empty() && content.front() != '#') read_row(cells_of(line));
-    }
-    if (samples_.time.size() < 2)
-      refuse(1, "t", fmt::format("{} rows", samples_.time.size()), "at least two", "add rows");
-    return samples_;
-  }
-
- private:
-  [[noreturn]] void refuse(int column, const std::string& key, const std::string& found, const std::string& allowed,
-                           const std::string& cure) const {
-    throw InputError(path_, std::max(line_, 1), column, key,
-                     fmt::format("found {}; allowed: {}; {}", found, allowed, cure));
-  }
-
-  std::string column_name(std::size_t column) const {
-    if (column == 0) return "t";
-    return fmt::format("moment of {}", joints_[columns_[column - 1].joint].name);
-  }
-
-  void read_row(const std::vector<Cell>& cells) {
-    if (cells.size() == 1 && cells.front().text.find(';') != std::string_view::npos)
-      refuse(cells.front().column, "row", "semicolons between columns", "commas, and points in numbers",
-             "replace them");
-    if (std::exchange(header_possible_, false) && !parsed(cells.front().text))
-      read_header(cells);
-    else
-      read_numbers(cells);
-  }
-
-  void require_columns(const std::vector<Cell>& cells, const std::string& key) const {
-    if (cells.size() == 1 + columns_.size()) return;
-    refuse(1, key, fmt::format("{} columns", cells.size()),
-           fmt::format("{}: t, then {}", 1 + columns_.size(), named_ ? "those of the header" : "3 for each joint"),
-           named_ ? "add or remove columns"
-                  : "add or remove columns, or name them in a header, where hinges need one column only");
-  }
-
-  void read_header(const std::vector<Cell>& cells) {
-    std::vector<std::string_view> names;
-    for (const Cell& cell : cells) names.push_back(cell.text);
-    const ControlsHeader header = read_controls_header(names, joints_);
-    if (const auto& fault = header.fault)
-      refuse(cells[fault->cell].column, "header", fault->found, fault->allowed, fault->cure);
-    columns_ = header.columns;
-    named_ = header.named;
-    require_columns(cells, "header");
-    if (!named_)
-      samples_.remark = fmt::format("the header of {} names no joints of this problem: its columns are taken as {}",
-                                    path_, controls_header_in_order(joints_));
-  }
-
-  void read_numbers(const std::vector<Cell>& cells) {
-    require_columns(cells, "row");
-    std::vector<double> numbers;
-    for (const Cell& cell : cells) {
-      const std::optional<double> value = parsed(cell.text);
-      if (!value || !std::isfinite(*value))
-        refuse(cell.column, column_name(numbers.size()), in_quotes(cell.text), "a finite number",
-               "write it with a decimal point, as in -1.5e3");
-      numbers.push_back(*value);
-    }
-    if (!samples_.time.empty() && !(numbers[0] > samples_.time.back()))
-      refuse(cells[0].column, "t", fmt::format("{} after {}", numbers[0], samples_.time.back()), "times that rise (s)",
-             "sort the rows and remove repeated times");
-    samples_.time.push_back(numbers[0]);
-    samples_.control.emplace_back(joints_.size());
-    for (Vector3d& moment : samples_.control.back()) moment.setZero();
-    for (std::size_t n = 1; n < numbers.size(); ++n)
-      samples_.control.back()[columns_[n - 1].joint] += numbers[n] * columns_[n - 1].direction;
-  }
-
-  const std::string& path_;
-  const Joints& joints_;
-  std::vector<ControlsColumn> columns_;  // after the first
-  bool named_ = false;                   // by a header
-  int line_ = 0;
-  bool header_possible_ = true;
-  ControlSamples samples_;
-};
 
 // Of a universal joint: its second axis in the parent's frame.
 Vector3d second_axis(const ResolvedJoint& joint, const std::vector<Matrix3d>& rotation) {
@@ -200,30 +76,10 @@ maneuver::Start first_node(const maneuver::Solution& solution) {
   return first;
 }
 
-// Masses and offsets may differ: a disturbed swimmer follows the same moments.
-void require_same_joints(const std::vector<ResolvedJoint>& found, const Joints& joints, const std::string& path) {
-  const char* cure = "choose the controls of the same swimmer";
-  if (found.size() != joints.size())
-    throw InputError(path, "/problem/joints",
-                     fmt::format("found {} joints; allowed: the problem's {}; {}", found.size(), joints.size(), cure));
-  for (std::size_t j = 0; j < joints.size(); ++j)
-    if (found[j].name != joints[j].name || found[j].kind != joints[j].kind)
-      throw InputError(path, fmt::format("/problem/joints/{}", j),
-                       fmt::format("found the {} joint {}; allowed: the problem's {} joint {}; {}", word(found[j].kind),
-                                   in_quotes(found[j].name), word(joints[j].kind), in_quotes(joints[j].name), cure));
-}
-
 }  // namespace
 
 ControlSamples controls_of_results(const Results& results, const std::string& path, const Joints& joints) {
-  require_same_joints(results.problem.joints, joints, path);
-  if (results.solution.time.size() < 2)
-    throw InputError(path, "/time", "found no motion; allowed: at least two nodes; choose a file with a trajectory");
-  for (std::size_t k = 1; k < results.solution.time.size(); ++k)
-    if (!(results.solution.time[k] > results.solution.time[k - 1]))
-      throw InputError(path, fmt::format("/time/{}", k),
-                       fmt::format("found {} after {}; allowed: times that rise (s); mend this field",
-                                   results.solution.time[k], results.solution.time[k - 1]));
+  require_motion_of(joints, results, path);
   ControlSamples samples;
   const bool spline = results.problem.control == maneuver::ControlKind::spline;
   const bool stages = !spline && !results.solution.control_stages.empty();
@@ -243,7 +99,12 @@ ControlSamples parse_controls(const std::string& bytes, const std::string& path,
   const std::size_t first = bytes.find_first_not_of(" \t\r\n");
   if (first != std::string::npos && bytes[first] == '{')
     return controls_of_results(parse_solution(bytes, path), path, joints);
-  return TableParser(path, joints).parse(bytes);
+  JointTable table = parse_joint_table(TableKind::moments, bytes, path, joints);
+  ControlSamples samples;
+  samples.time = std::move(table.time);
+  samples.control = std::move(table.value);
+  samples.remark = std::move(table.remark);
+  return samples;
 }
 
 void repeat(int cycles, ControlSamples& gait) {
@@ -312,7 +173,7 @@ std::string left_out(const ControlSamples& samples, const std::vector<ResolvedJo
 }
 
 ControlSamples read_controls(const std::string& path, const Joints& joints) {
-  return parse_controls(read_bytes(path, controls_byte_limit), path, joints);
+  return parse_controls(read_bytes(path, table_byte_limit), path, joints);
 }
 
 }  // namespace lamprey::file

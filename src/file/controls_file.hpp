@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "file/joint_table.hpp"
 #include "file/results.hpp"
 
 namespace lamprey::file {
@@ -35,11 +36,8 @@ struct ControlSamples {
   std::string remark = {};                                // of a table: what its reader should be told; may be empty
 };
 
-/// Of the swimmer that is to move.
-using Joints = std::vector<model::JointDescription>;
-
 /// Reads a solution.json (text that begins with '{') or a CSV table: t, then three columns for each joint, in the problem's order
-/// or as its header names them (see controls_header.hpp); blank lines and lines beginning with # are allowed. The moments of a solution's universal joints, which
+/// or as its header names them (see joint_table_header.hpp); blank lines and lines beginning with # are allowed. The moments of a solution's universal joints, which
 /// it shows where the axes stood, are turned back to the zero angle. IoError when the file cannot be read, model::InputError
 /// (file, line, column) when it is wrong or is of other joints, by number, name or kind.
 ControlSamples read_controls(const std::string& path, const Joints& joints);

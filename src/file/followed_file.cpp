@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "file/toml_document.hpp"
 #include "file/words.hpp"
 #include "model/input_error.hpp"
 
@@ -18,7 +19,31 @@ constexpr double beyond = 1e-9;  // relative: how far a march may end past the m
   throw InputError(path, key, fmt::format("found {}; allowed: {}; {}", found, allowed, cure));
 }
 
+// Masses and offsets may differ: a disturbed swimmer follows the same moments.
+void require_same_joints(const std::vector<ResolvedJoint>& found, const Joints& joints, const std::string& path) {
+  const char* cure = "choose a motion of the same swimmer";
+  if (found.size() != joints.size())
+    throw InputError(path, "/problem/joints",
+                     fmt::format("found {} joints; allowed: the problem's {}; {}", found.size(), joints.size(), cure));
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    if (found[j].name != joints[j].name || found[j].kind != joints[j].kind)
+      throw InputError(path, fmt::format("/problem/joints/{}", j),
+                       fmt::format("found the {} joint {}; allowed: the problem's {} joint {}; {}", word(found[j].kind),
+                                   in_quotes(found[j].name), word(joints[j].kind), in_quotes(joints[j].name), cure));
+}
+
 }  // namespace
+
+void require_motion_of(const Joints& joints, const Results& results, const std::string& path) {
+  require_same_joints(results.problem.joints, joints, path);
+  if (results.solution.time.size() < 2)
+    throw InputError(path, "/time", "found no motion; allowed: at least two nodes; choose a file with a trajectory");
+  for (std::size_t k = 1; k < results.solution.time.size(); ++k)
+    if (!(results.solution.time[k] > results.solution.time[k - 1]))
+      throw InputError(path, fmt::format("/time/{}", k),
+                       fmt::format("found {} after {}; allowed: times that rise (s); mend this field",
+                                   results.solution.time[k], results.solution.time[k - 1]));
+}
 
 void require_same_tree(const Results& results, const std::string& path, const model::System& swimmer, bool same_kinds) {
   const ResolvedProblem& problem = results.problem;

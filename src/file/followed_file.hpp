@@ -1,12 +1,17 @@
-// The maneuver that a march follows, for `lamprey simulate --feedback`.
+// Stored motions that a march follows: their moments, their joint angles, or their moments and gains.
 #pragma once
 
 #include <string>
 
+#include "file/joint_table.hpp"
 #include "file/results.hpp"
 #include "model/system.hpp"
 
 namespace lamprey::file {
+
+/// Holds a stored motion to the joints that shall follow it, by number, name and kind (masses and offsets may differ), and its times to
+/// rise. model::InputError with the field where it does not fit; `path` names it there.
+void require_motion_of(const Joints& joints, const Results& results, const std::string& path);
 
 /// Holds a stored motion to a swimmer: as many bodies and the same joints between them, of the same kinds where these count
 /// (inertia and offsets may differ), and nodes. model::InputError with the field where it does not fit; `path` names it there.

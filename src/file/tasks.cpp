@@ -12,7 +12,9 @@
 #include "file/solution_file.hpp"
 #include "file/stored_question.hpp"
 #include "file/trajectory_file.hpp"
+#include "file/words.hpp"
 #include "lie/so3.hpp"
+#include "maneuver/angle_march.hpp"
 #include "maneuver/control_path.hpp"
 #include "maneuver/feedback.hpp"
 #include "maneuver/gait_cycles.hpp"
@@ -52,6 +54,36 @@ maneuver::ControlFunction control_function(const ControlSamples& samples, const 
   };
 }
 
+// The angles asked for, at least those at the march's nodes.
+AngleSamples sampled_angles(const MarchOptions& options, const Problem& problem) {
+  if (options.angles) return *options.angles;
+  AngleSamples samples;
+  const double h = problem.time_step();
+  for (int k = 0; k <= problem.steps; ++k) {
+    samples.time.push_back(k * h);
+    samples.angle.push_back(options.angle(k * h));
+  }
+  return samples;
+}
+
+maneuver::JointAngles angle_function(const AngleSamples& samples) {
+  const auto joints = static_cast<Eigen::Index>(samples.angle.front().size());
+  Eigen::MatrixXd values(3 * joints, static_cast<Eigen::Index>(samples.time.size()));
+  for (std::size_t s = 0; s < samples.time.size(); ++s)
+    for (Eigen::Index j = 0; j < joints; ++j)
+      values.col(static_cast<Eigen::Index>(s)).segment<3>(3 * j) = samples.angle[s][static_cast<std::size_t>(j)];
+  const auto path = std::make_shared<const maneuver::ControlPath>(
+      maneuver::Interpolation::not_a_knot_cubic,
+      Eigen::Map<const Eigen::VectorXd>(samples.time.data(), static_cast<Eigen::Index>(samples.time.size())), values);
+  const auto by_joint = [joints](const Eigen::VectorXd& all) {
+    maneuver::Vectors each;
+    for (Eigen::Index j = 0; j < joints; ++j) each.emplace_back(all.segment<3>(3 * j));
+    return each;
+  };
+  return {[path, by_joint](double t) { return by_joint(path->value(t)); },
+          [path, by_joint](double t) { return by_joint(path->slope(t)); }};
+}
+
 void override_march(const MarchOptions& options, Problem& problem) {
   if (options.steps > 0) problem.steps = options.steps;
   if (options.duration > 0.0) problem.duration = {.free = false, .value = options.duration};
@@ -64,15 +96,18 @@ void take_duration(const MarchOptions& options, Problem& problem) {
   if (options.followed && !options.followed->solution.time.empty())
     problem.duration = {.free = false, .value = options.followed->solution.time.back()};
   if (options.controls) problem.duration = {.free = false, .value = options.controls->time.back()};
+  if (options.angles) problem.duration = {.free = false, .value = options.angles->time.back()};
 }
 
 // Several cycles are those of a stored gait.
 void require_gait(const MarchOptions& options) {
   const auto refuse = [](const std::string& found) {
-    throw model::InputError("cycles", "found " + found +
-                                          "; allowed: more than one with the controls or the feedback of a stored gait "
-                                          "(goal.periodic = true); leave it out");
+    throw model::InputError("cycles",
+                            "found " + found +
+                                "; allowed: more than one with the controls or the feedback of a stored gait "
+                                "(goal.periodic = true), or with angles that end where they begin; leave it out");
   };
+  if (options.angles) return;
   if (!options.controls && !options.followed) refuse("a march without a stored motion");
   const bool gait = options.controls ? options.controls->gait
                                      : options.followed->problem.goal && options.followed->problem.goal->periodic;
@@ -91,22 +126,25 @@ void repeat_gait(MarchOptions& options, Problem& problem) {
                                                   "fewer, or --steps fewer",
                                                   options.cycles, problem.steps, step_limit));
   if (options.controls) repeat(options.cycles, *options.controls);
+  if (options.angles) repeat(options.cycles, options.angles_path, problem.swimmer.joints, *options.angles);
   if (options.followed) options.followed->solution = maneuver::repeated(options.followed->solution, options.cycles);
   if (options.steps == 0) problem.steps = static_cast<int>(steps);
   if (options.duration == 0.0)
-    problem.duration = {
-        .free = false,
-        .value = options.controls ? options.controls->time.back() : options.followed->solution.time.back()};
+    problem.duration = {.free = false,
+                        .value = options.controls ? options.controls->time.back()
+                                 : options.angles ? options.angles->time.back()
+                                                  : options.followed->solution.time.back()};
 }
 
-// Beyond its first and last rows nobody knows what moments do.
-void require_whole_march(const ControlSamples& samples, const std::string& path, double duration) {
-  const double first = samples.time.front(), last = samples.time.back(), round_off = 1e-9 * duration;
+// Beyond its first and last rows nobody knows what moments or angles do.
+void require_whole_march(const std::vector<double>& time, const std::string& what, const std::string& path,
+                         double duration) {
+  const double first = time.front(), last = time.back(), round_off = 1e-9 * duration;
   if (first <= round_off && last >= duration - round_off) return;
   throw model::InputError(
       path, "t",
-      fmt::format("found moments from {} s to {} s; allowed: those of the whole march, from 0 to {} s; {}", first, last,
-                  duration, first > round_off ? "add a row at 0 s" : "add rows, or set a shorter --duration"));
+      fmt::format("found {} from {} s to {} s; allowed: those of the whole march, from 0 to {} s; {}", what, first,
+                  last, duration, first > round_off ? "add a row at 0 s" : "add rows, or set a shorter --duration"));
 }
 
 // How fast a gait begins, and with a free shape how it is bent, is part of its answer, not of the problem: where the problem
@@ -178,6 +216,17 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
   return solution;
 }
 
+// And the problem begins as they do.
+maneuver::JointAngles angles_to_follow(const MarchOptions& options, const model::System& system, Problem& problem) {
+  if (!maneuver::follows_angles(problem.scheme))
+    throw model::InputError("scheme", fmt::format("found {}; allowed where a march follows joint angles: paper, "
+                                                  "trapezoid, midpoint; choose one of them (--scheme)",
+                                                  word(problem.scheme)));
+  maneuver::JointAngles along = angle_function(sampled_angles(options, problem));
+  problem.start = maneuver::start_along(system, problem, along);
+  return along;
+}
+
 }  // namespace
 
 model::System system_of(const ProblemFile& file) {
@@ -228,7 +277,9 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   override_march(options, file.problem);
   repeat_gait(options, file.problem);
   take_duration(options, file.problem);
-  if (options.controls) require_whole_march(*options.controls, options.controls_path, file.problem.duration.value);
+  const double duration = file.problem.duration.value;
+  if (options.controls) require_whole_march(options.controls->time, "moments", options.controls_path, duration);
+  if (options.angles) require_whole_march(options.angles->time, "angles", options.angles_path, duration);
   require_supported(file, Purpose::simulate);
   const model::System system = system_of(file);
   std::unique_ptr<Followed> followed;
@@ -241,8 +292,11 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   if (options.controls) begin_as(*options.controls, file.problem);
   file.problem.goal.reset();  // marching seeks no goal
   perturb(options, system, followed.get(), file.problem);
+  std::optional<maneuver::JointAngles> along;
+  if (options.angles || options.angle) along = angles_to_follow(options, system, file.problem);
   Results results = begun_results(file, system, command);
-  results.solution = march(options, system, file.problem, followed.get());
+  results.solution = along ? maneuver::march_along(system, file.problem, *along, options.interrupted)
+                           : march(options, system, file.problem, followed.get());
   if (results.solution.tracking && results.solution.tracking->lost())
     results.solution.message += fmt::format(
         "{}The feedback had lost the plan, {:.2g} rad beside it at most: its gains answer smaller differences "

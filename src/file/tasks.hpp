@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "certificate/claims.hpp"
+#include "file/angles_file.hpp"
 #include "file/controls_file.hpp"
 #include "file/problem_file.hpp"
 #include "file/results.hpp"
@@ -39,7 +40,7 @@ struct MarchOptions {
   std::optional<maneuver::Scheme> scheme = {};  // instead of the file's
   int steps = 0;                                // 0: the file's
   double duration = 0.0;                        // s, 0: the file's
-  int cycles = 1;                               // of a stored gait, one after the other
+  int cycles = 1;                               // of a stored gait or of angles that close, one after the other
   bool adaptive = false;                        // divide steps that do not converge
   bool reference = false;                       // by the reference integrator in place of the scheme
   double perturb = 0.0;                         // rad, by which each body is turned at the start
@@ -48,6 +49,11 @@ struct MarchOptions {
   std::string controls_path = "controls";       // names them in messages
   /// The same as a function of time in s, [joints] as in ControlSamples; empty: none.
   std::function<std::vector<Eigen::Vector3d>(double)> control = {};
+  /// Joint angles in time: the march goes along them and finds the moments (maneuver/angle_march.hpp).
+  std::optional<AngleSamples> angles = {};
+  std::string angles_path = "angles";  // names them in messages
+  /// The same as a function of time in s, [joints] rad; it is asked at the nodes. Empty: none.
+  std::function<std::vector<Eigen::Vector3d>(double)> angle = {};
   std::optional<Results> followed = {};  // the maneuver to follow by its moments and gains, in place of both
   std::string followed_path = {};        // names it in messages
   std::function<bool()> interrupted = {};
@@ -56,7 +62,8 @@ struct MarchOptions {
 /// Marches from the problem's start; where its goal is periodic and the moments or the maneuver to follow are of a stored
 /// motion, from that motion's first node, placed and headed as the problem's start. A march that ends before its duration (status stalled or interrupted) holds the nodes
 /// before its end, and its problem's steps and duration are those of these nodes. Several cycles of a gait take so many times
-/// the file's steps and the gait's duration, where no others are asked for.
+/// the file's steps and the gait's duration, where no others are asked for. Along joint angles the march begins bent as they are, moving
+/// as they do with the start's total momentum; model::InputError where the scheme or a joint cannot follow them.
 Results march_task(ProblemFile file, MarchOptions options, const std::string& command);
 
 /// The same answer with its certificate made anew from its own numbers, and the status that this certificate gives it.

@@ -66,20 +66,34 @@ MatrixXd second_derivatives(Interpolation interpolation, const VectorXd& times, 
 ControlPath::ControlPath(Interpolation interpolation, const VectorXd& times, const MatrixXd& samples)
     : times_(times), samples_(samples), second_(second_derivatives(interpolation, times, samples)) {}
 
-VectorXd ControlPath::value(double t) const {
-  if (times_.size() == 1) return samples_.col(0);
+ControlPath::Piece ControlPath::piece_at(double t) const {
   const double* begin = times_.data();
   const double* after = std::upper_bound(begin + 1, begin + times_.size() - 1, t);
   const Eigen::Index k = after - begin - 1;
   const double step = times_[k + 1] - times_[k];
   const double b = (t - times_[k]) / step;
-  const double a = 1.0 - b;
+  return {k, step, 1.0 - b, b};
+}
+
+VectorXd ControlPath::value(double t) const {
+  if (times_.size() == 1) return samples_.col(0);
+  const auto [k, step, a, b] = piece_at(t);
   const double bend = step * step / 6.0;
   VectorXd value = a * samples_.col(k);
   algebra::add_multiple(b, samples_.col(k + 1), value);
   algebra::add_multiple(bend * (a * a * a - a), second_.col(k), value);
   algebra::add_multiple(bend * (b * b * b - b), second_.col(k + 1), value);
   return value;
+}
+
+VectorXd ControlPath::slope(double t) const {
+  if (times_.size() == 1) return VectorXd::Zero(samples_.rows());
+  const auto [k, step, a, b] = piece_at(t);
+  const double bend = step / 6.0;
+  VectorXd slope = (samples_.col(k + 1) - samples_.col(k)) / step;
+  algebra::add_multiple(-bend * (3.0 * a * a - 1.0), second_.col(k), slope);
+  algebra::add_multiple(bend * (3.0 * b * b - 1.0), second_.col(k + 1), slope);
+  return slope;
 }
 
 MatrixXd natural_spline_basis(int points, double duration, const VectorXd& times) {

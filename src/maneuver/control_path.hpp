@@ -16,8 +16,17 @@ class ControlPath {
   ControlPath(Interpolation interpolation, const Eigen::VectorXd& times, const Eigen::MatrixXd& samples);
   /// Value at time t; beyond the ends the end pieces go on.
   Eigen::VectorXd value(double t) const;
+  /// Its rate of change, by s.
+  Eigen::VectorXd slope(double t) const;
 
  private:
+  struct Piece {
+    Eigen::Index k;  // from sample k to the next
+    double step;     // s, between the two
+    double a, b;     // weights of the two at t
+  };
+  Piece piece_at(double t) const;
+
   Eigen::VectorXd times_;
   Eigen::MatrixXd samples_;
   Eigen::MatrixXd second_;  // second derivatives at the samples, [components][S]

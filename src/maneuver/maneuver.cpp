@@ -36,7 +36,8 @@ std::vector<std::optional<Matrix3d>> end_rotations(const System& system, const G
 // Whether a single joint angle is all that moves and nothing keeps it from turning right round, where the goal asks for a
 // displacement that ends in the first shape: to and fro it gets nowhere.
 bool needs_whole_turns(const System& system, const Problem& problem, const Maneuver& maneuver) {
-  if (system.control_count() != 1 || !ends_in_first_shape(maneuver) || !asks_to_move(system, maneuver)) return false;
+  if (system.control_count() != 1 || !ends_in_first_shape(maneuver)) return false;
+  if (!asks_to_move(system, maneuver) && !maneuver.cost_weights.of_displacement()) return false;
   const Limits& limits = problem.limits;
   return std::all_of(system.joints().begin(), system.joints().end(), [&](const model::Joint& joint) {
     if (joint.actuation.cols() == 0) return joint.kind == model::JointKind::fixed;
@@ -45,27 +46,80 @@ bool needs_whole_turns(const System& system, const Problem& problem, const Maneu
   });
 }
 
-// Whether the goal leaves no attitude open at the end.
-bool fixes_attitudes(const Maneuver& maneuver) {
-  if (maneuver.periodic && !maneuver.free_shape) return maneuver.end_rotation[0].has_value();
-  return std::all_of(maneuver.end_rotation.begin(), maneuver.end_rotation.end(),
-                     [](const auto& end) { return end.has_value(); });
+// Whether every body is as heavy, fluid included, in all directions: in a vacuum, and spheres.
+bool equally_heavy(const System& system) {
+  constexpr double round_off = 1e-9;  // of a body's mass
+  return std::all_of(system.bodies().begin(), system.bodies().end(), [](const model::Body& body) {
+    const double mass = body.mass_matrix.trace() / 3.0;
+    return !body.coupled && (body.mass_matrix - mass * Matrix3d::Identity()).norm() <= round_off * mass;
+  });
 }
 
-// At zero total momentum in a vacuum the mass centre of the whole stays where it is.
-void refuse_contradictions(const System& system, const Problem& problem, const Maneuver& maneuver) {
+// The centre of all bodies so weighted, from the root's mass centre, m.
+Vector3d weighted_centre(const System& system, const mechanics::Rotations& rotation) {
+  const std::vector<Vector3d> centres = system.mass_centres(rotation, Vector3d::Zero());
+  Vector3d sum = Vector3d::Zero();
+  double whole = 0.0;
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    const double mass = system.bodies()[i].mass_matrix.trace() / 3.0;
+    sum += mass * centres[i];
+    whole += mass;
+  }
+  return sum / whole;
+}
+
+// How all bodies are turned at the end where the goal leaves none of that open and tells where the weighted centre is from the
+// root. Of a gait that is free to choose its shape where the swimmer keeps its heading.
+std::optional<mechanics::Rotations> fixed_attitudes(const Maneuver& maneuver) {
+  const mechanics::Rotations& start = maneuver.start.rotation;
+  mechanics::Rotations ends;
+  if (maneuver.periodic) {
+    const auto& root = maneuver.end_rotation[0];
+    if (!root) return std::nullopt;
+    const Matrix3d turn = *root * start[0].transpose();
+    if (maneuver.free_shape && lie::rotation_angle(turn) > same_pose) return std::nullopt;
+    for (const Matrix3d& R : start) ends.emplace_back(turn * R);
+    return ends;
+  }
+  for (const auto& end : maneuver.end_rotation) {
+    if (!end) return std::nullopt;
+    ends.push_back(*end);
+  }
+  return ends;
+}
+
+// Linear momentum zero, Σ m_i v_i of such bodies, keeps their weighted centre where it is.
+void refuse_to_move_centre(const System& system, const Maneuver& maneuver) {
+  if (!equally_heavy(system)) return;
+  const std::optional<mechanics::Rotations> ends = fixed_attitudes(maneuver);
+  if (!ends) return;
+  const std::string stays =
+      std::string("each body is as heavy in all directions (") +
+      (system.density() == 0.0 ? "a vacuum" : "spheres, fluid included") +
+      "), so that at zero momentum their weighted centre stays put, and the attitudes asked for tell where the root is "
+      "from there";
+  const std::string cure = system.density() == 0.0 ? "" : ", or give bodies longer in one direction than in others";
+  if (maneuver.cost_weights.of_displacement())
+    throw InputError("cost.displacement",
+                     "found a price of displacement, but " + stays + "; leave it out or an attitude \"free\"" + cure);
+  const Vector3d moved = weighted_centre(system, maneuver.start.rotation) - weighted_centre(system, *ends);
+  for (int c = 0; c < 3; ++c) {
+    const auto& asked = maneuver.end_position[at(c)];
+    if (!asked || std::abs(*asked - maneuver.start.position[c] - moved[c]) <= same_pose * system.size()) continue;
+    std::ostringstream text;
+    text << "found " << *asked - maneuver.start.position[c] << " m along e_" << c + 1 << ", but " << stays << ": "
+         << moved[c] << " m along that axis; leave it or an attitude \"free\"" << cure;
+    throw InputError("goal.move", text.str());
+  }
+}
+
+void refuse_contradictions(const System& system, const Maneuver& maneuver) {
   const bool moving = has_momentum(system, maneuver.start);
   if (maneuver.rest && moving)
     throw InputError("goal.rest",
                      "found true, but the start carries momentum, which joint moments cannot change; "
                      "set rest = false or start with zero total momentum");
-  bool moves = false;
-  for (const auto& coordinate : maneuver.end_position) moves = moves || coordinate;
-  if (problem.swimmer.density == 0.0 && moves && !moving && fixes_attitudes(maneuver))
-    throw InputError(
-        "goal.move",
-        "found a displacement beside the attitudes of all bodies, but in a vacuum the mass centre of the whole "
-        "stays put at zero momentum, and attitudes tell where the root is; leave move or one of them free");
+  if (!moving) refuse_to_move_centre(system, maneuver);
   if (system.control_count() == 0)
     throw InputError("joint.actuated",
                      "found no actuated joint; a maneuver needs at least one joint with actuated = true");
@@ -162,7 +216,7 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
   maneuver.node_weight = node_weights(problem.cost_rule(), problem.effort, maneuver.time_step(), steps);
   maneuver.spline_points = problem.control == ControlKind::spline ? problem.points : 0;
   maneuver.whole_turns = needs_whole_turns(system, problem, maneuver);
-  refuse_contradictions(system, problem, maneuver);
+  refuse_contradictions(system, maneuver);
   return maneuver;
 }
 

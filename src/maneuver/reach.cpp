@@ -193,10 +193,14 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
 
 std::string out_of_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                          const NodePath& path) {
-  if (coordinates.shape.cols() == 1 && !maneuver.whole_turns && ends_in_first_shape(maneuver) &&
-      asks_to_move(system, maneuver))
-    return "a single joint angle that cannot turn right round goes back the way it came, so that where it ends in its "
-           "first shape nothing has moved or turned (scallop theorem); a second joint or axis would change that";
+  const bool one_way = coordinates.shape.cols() == 1 && !maneuver.whole_turns && ends_in_first_shape(maneuver);
+  const bool paid = maneuver.cost_weights.of_displacement();
+  if (one_way && (paid || asks_to_move(system, maneuver)))
+    return std::string(
+               "a single joint angle that cannot turn right round goes back the way it came, so that where it "
+               "ends in its first shape nothing has moved or turned (scallop theorem)") +
+           (paid ? ", and cost.displacement finds nothing to pay for" : "") +
+           "; a second joint or axis would change that";
   const MatrixXd turns = span_of_rows(coordinates.pose.topRows<3>().transpose(), reach_threshold);
   const MatrixXd shifts = span_of_rows(coordinates.pose.bottomRows<3>().transpose(), reach_threshold);
   if (turns.cols() > 1 && shifts.cols() == 3) return "";

@@ -178,7 +178,8 @@ Vector6d ShapeKernel::momentum(const mechanics::Interval& interval, double& scal
   return both;
 }
 
-bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations& next_shape, ShapeStep& step) {
+bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations& next_shape, ShapeStep& step,
+                        const Vector6d& total) {
   const mechanics::ForcedStep forced{system_, lagrangian_, time_step, step.interval, no_moments_, no_moments_};
   double before = std::numeric_limits<double>::infinity();
   bool renewed = false;
@@ -190,7 +191,7 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
     mechanics::interval_between(system_, left, next_, left[0] * step.root_shift, step.interval);
     mechanics::body_momenta(system_, lagrangian_, time_step, step.interval, balance_.momenta);
     double scale = 0.0;
-    const Vector6d missed = momentum(step.interval, scale);
+    const Vector6d missed = momentum(step.interval, scale) - total;
     const double residual = std::max(missed.head<3>().lpNorm<Eigen::Infinity>(),
                                      noise_.length * missed.tail<3>().lpNorm<Eigen::Infinity>());
     if (!std::isfinite(residual)) return false;

@@ -1,4 +1,4 @@
-// One step as the shapes at its two ends dictate it: at zero total momentum they fix how the root moves meanwhile, and
+// One step as the shapes at its two ends dictate it: with the total momentum, zero in a search, they fix how the root moves meanwhile, and
 // with it the momenta of the joints at both ends (chapter 9, equations 9.1 to 9.9).
 //
 // A shape is the bodies' rotations seen from the root. Its coordinates are the freedoms of all bodies but the root: turns
@@ -94,9 +94,10 @@ class ShapeKernel {
   ShapeKernel(const model::System& system, mechanics::DiscreteLagrangian lagrangian, const MatrixXd& coordinates);
 
   /// Finds the root's motion from the one that the step holds as a guess, from rotations `left` (world) to `next_shape`;
-  /// then E⁻ and E⁺. Returns false where none is found.
+  /// then E⁻ and E⁺. Returns false where none is found. `total`: momentum that the swimmer carries, as ShapeStep has it;
+  /// derivatives are of steps that carry none.
   bool solve(double time_step, const mechanics::Rotations& left, const mechanics::Rotations& next_shape,
-             ShapeStep& step);
+             ShapeStep& step, const Vector6d& total = Vector6d::Zero());
 
   /// Tangent of a solved step under the moments at its ends; renews its momentum_inverse.
   void tangent(double time_step, const mechanics::Moments& control, const mechanics::Moments& control_next,

@@ -9,8 +9,8 @@ namespace {
 using model::at;
 using model::System;
 
-// Angular velocities of the bodies, body frames, where the root stands still and one joint turns.
-Vectors turned_by_joint(const System& system, const Rotations& R, int turning, const Vector3d& rate) {
+// Angular velocities of the bodies, body frames, where the root stands still and the joints turn.
+Vectors turned_by_joints(const System& system, const Rotations& R, const Vectors& rate) {
   Vectors angular(R.size(), Vector3d::Zero());
   for (int i : system.root_to_leaves()) {
     const model::Body& body = system.body(i);
@@ -18,8 +18,8 @@ Vectors turned_by_joint(const System& system, const Rotations& R, int turning, c
     const model::Joint& joint = system.joint(body.joint);
     const JointFrame frame = joint_frame(joint, R[at(body.parent)], R[at(i)]);
     angular[at(i)] = frame.child_to_parent.transpose() * angular[at(body.parent)];
-    if (body.joint != turning) continue;
-    angular[at(i)] += joint.free() ? Vector3d(frame.child_to_parent.transpose() * rate) : Vector3d(frame.axes * rate);
+    const Vector3d& own = rate[at(body.joint)];
+    angular[at(i)] += joint.free() ? Vector3d(frame.child_to_parent.transpose() * own) : Vector3d(frame.axes * own);
   }
   return angular;
 }
@@ -42,9 +42,12 @@ MatrixXd moved_as_one(const System& system, const Rotations& R) {
 LocalConnection local_connection(const System& system, const Rotations& rotation) {
   std::vector<VectorXd> columns;
   for (int j = 0; j < system.joint_count(); ++j)
-    for (int c = 0; c < system.body(system.joint(j).child).freedoms; ++c)
-      columns.push_back(velocity_of_bodies(system, rotation, turned_by_joint(system, rotation, j, Vector3d::Unit(c)),
-                                           Vector3d::Zero()));
+    for (int c = 0; c < system.body(system.joint(j).child).freedoms; ++c) {
+      Vectors rate(at(system.joint_count()), Vector3d::Zero());
+      rate[at(j)] = Vector3d::Unit(c);
+      columns.push_back(
+          velocity_of_bodies(system, rotation, turned_by_joints(system, rotation, rate), Vector3d::Zero()));
+    }
   MatrixXd shape(system.velocity_count(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t c = 0; c < columns.size(); ++c) shape.col(static_cast<Eigen::Index>(c)) = columns[c];
   const MatrixXd rigid = moved_as_one(system, rotation), inertia = generalized_inertia(system, rotation);
@@ -54,6 +57,20 @@ LocalConnection local_connection(const System& system, const Rotations& rotation
   const MatrixXd root = -locked.partialPivLu().solve(coupling);
   const MatrixXd whole = shape + rigid * root;
   return {root.topRows(3), root.bottomRows(3), whole.transpose() * inertia * whole};
+}
+
+VectorXd velocity_of_rates(const System& system, const Rotations& rotation, const Vector3d& position,
+                           const Vectors& rate, const SpatialMomentum& total) {
+  const VectorXd shape =
+      velocity_of_bodies(system, rotation, turned_by_joints(system, rotation, rate), Vector3d::Zero());
+  const MatrixXd rigid = moved_as_one(system, rotation);
+  const MatrixXd momentum = rigid.transpose() * generalized_inertia(system, rotation);
+  VectorXd asked(6);
+  asked << rotation[0].transpose() * (total.angular - position.cross(total.linear)),
+      rotation[0].transpose() * total.linear;
+  asked -= momentum * shape;
+  const MatrixXd locked = momentum * rigid;
+  return shape + rigid * VectorXd(locked.partialPivLu().solve(asked));
 }
 
 }  // namespace lamprey::mechanics

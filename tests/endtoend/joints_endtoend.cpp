@@ -182,6 +182,34 @@ TEST(HingeFins, turn_the_body_by_beating_out_of_step) {
   EXPECT_GT(std::abs(centre_of_the_whole(results, 1200).y()), 0.008);
 }
 
+TEST(ThreeLinks, go_round_a_loop_of_shapes_as_far_each_time) {
+  const Folder folder;
+  const std::string angles = "--angles " LAMPREY_SOURCE_DIR "/examples/three_links_angles.csv";
+  const Results once = simulated(folder, example("three_links"), angles);
+  expect_verified(folder);
+  EXPECT_NEAR(once.solution.position.back().x(), -0.02235, 1e-5);
+  const Results often = simulated(folder, example("three_links"), angles + " --cycles 4");
+  EXPECT_NEAR(often.solution.time.back(), 4.0, 1e-12);
+  EXPECT_LE((often.solution.position.back() - 4.0 * once.solution.position.back()).norm(), 1e-5);
+  const Results again = simulated(folder, example("three_links"),
+                                  "--angles " + (folder / "run") + "/solution.json --duration 4 --steps 800");
+  EXPECT_LE((again.solution.position.back() - often.solution.position.back()).norm(), tolerance(1e-10));
+}
+
+TEST(ThreeLinks, are_told_what_a_march_along_angles_cannot_do) {
+  const Folder folder;
+  const std::string march = "simulate " + example("three_links") + " --out " + (folder / "run") + " --angles " +
+                            LAMPREY_SOURCE_DIR "/examples/three_links_angles.csv ";
+  EXPECT_EQ(lamprey(folder, march + "--scheme order4").exit_code, 3);
+  EXPECT_NE(lamprey(folder, march + "--scheme order4").err.find("found order4; allowed where a march follows"),
+            std::string::npos);
+  EXPECT_EQ(lamprey(folder, march + "--adaptive").exit_code, 2);
+  EXPECT_EQ(lamprey(folder, march + "--reference").exit_code, 2);
+  EXPECT_NE(
+      lamprey(folder, march + "--duration 3").err.find("found angles from 0 s to 1 s; allowed: those of the whole"),
+      std::string::npos);
+}
+
 // Fins without controls, carried along by a body that starts in motion.
 TEST(HingeFins, tumble_with_their_body_in_every_scheme_and_stay_on_their_hinges) {
   const Folder folder;

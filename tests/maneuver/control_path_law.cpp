@@ -50,6 +50,22 @@ double miss(Interpolation interpolation, const MatrixXd& coefficients, const Vec
   return largest;
 }
 
+TEST(ControlPath, slopes_are_those_of_the_cubic_it_gives_back) {
+  Random random(73);
+  const VectorXd times = uneven_times(random, 7);
+  const MatrixXd coefficients = random_samples(random, 3, 4);
+  MatrixXd samples(3, times.size());
+  for (Eigen::Index s = 0; s < times.size(); ++s) samples.col(s) = polynomial(coefficients, times[s]);
+  const ControlPath path(Interpolation::not_a_knot_cubic, times, samples);
+  MatrixXd slopes(3, 3);
+  for (Eigen::Index d = 0; d < 3; ++d) slopes.col(d) = static_cast<double>(d + 1) * coefficients.col(d + 1);
+  for (double t = times[0] - 0.2; t < times[6] + 0.2; t += 0.0931) {
+    const VectorXd expected = polynomial(slopes, t);
+    EXPECT_LE((path.slope(t) - expected).norm(), tolerance(1e-11) * (1.0 + expected.norm())) << t;
+  }
+  EXPECT_EQ(ControlPath(Interpolation::linear, VectorXd::Zero(1), MatrixXd::Ones(2, 1)).slope(3.0), VectorXd::Zero(2));
+}
+
 TEST(ControlPath, not_a_knot_gives_back_any_cubic) {
   Random random(71);
   for (int count : {4, 5, 6, 12}) {

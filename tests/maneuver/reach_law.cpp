@@ -137,6 +137,10 @@ TEST(Reach, of_one_joint_angle_ends_where_its_period_began) {
   EXPECT_NE(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none).find("scallop"), std::string::npos);
   EXPECT_NE(out_of_reach(problem, none, none, {0.0, 0.0, 0.1}).find("scallop"), std::string::npos);
   EXPECT_EQ(out_of_reach(problem, none, none, none), "");
+  problem.cost_weights.displacement = {1.0, 0.0, 0.0};
+  EXPECT_NE(out_of_reach(problem, none, none, none).find("cost.displacement finds nothing to pay for"),
+            std::string::npos);
+  problem.cost_weights.displacement.setZero();
   problem.goal->periodic = false;
   problem.goal->rest = true;
   EXPECT_NE(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none).find("scallop"), std::string::npos);
@@ -148,6 +152,78 @@ TEST(Reach, of_one_joint_angle_ends_where_its_period_began) {
   problem.goal->rest = false;
   problem.swimmer.joints[0].control_axes.reset();
   EXPECT_EQ(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none), "") << "three angles";
+}
+
+std::string contradiction(const maneuver::Problem& problem) {
+  try {
+    maneuver::make_maneuver(model::System(problem.swimmer), problem, 20);
+  } catch (const model::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// Bodies that are as heavy in all directions keep their weighted centre, in a fluid as in a vacuum.
+TEST(WeightedCentre, of_equally_heavy_bodies_tells_where_the_root_ends) {
+  for (const bool vacuum : {false, true}) {
+    maneuver::Problem problem = chain_problem(false, 1.0);
+    Random random(3);
+    for (std::size_t i = 0; i < problem.swimmer.bodies.size(); ++i)
+      problem.swimmer.bodies[i].mass_matrix = (1.0 + 0.5 * static_cast<double>(i)) * Eigen::Matrix3d::Identity();
+    if (vacuum) {
+      problem.swimmer.density = 0.0;
+      for (model::BodyDescription& body : problem.swimmer.bodies) {
+        body.mass = body.mass_matrix->trace() / 3.0;
+        body.mass_matrix.reset();
+      }
+    }
+    const model::System system(problem.swimmer);
+    const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+    problem.goal->turn = none;
+    problem.goal->move = {0.3, std::nullopt, std::nullopt};
+    EXPECT_NE(contradiction(problem).find("goal.move: found 0.3 m along e_1, but each body is as heavy"),
+              std::string::npos)
+        << contradiction(problem);
+    problem.goal->move[0] = 0.0;
+    EXPECT_EQ(contradiction(problem), "") << "it ends where it must";
+    problem.cost_weights.displacement = {0.0, 1.0, 0.0};
+    EXPECT_NE(contradiction(problem).find("cost.displacement: found a price"), std::string::npos);
+    problem.cost_weights.displacement.setZero();
+    // another shape moves the root by what the motion's momentum says
+    for (const model::BodyDescription& body : problem.swimmer.bodies)
+      problem.goal->rotation[body.name] = random.vector(0.5);
+    mechanics::Rotations ends, starts;
+    for (std::size_t i = 0; i < problem.swimmer.bodies.size(); ++i) {
+      starts.push_back(lie::exp(problem.start.rotation[i]));
+      ends.push_back(lie::exp(*problem.goal->rotation[problem.swimmer.bodies[i].name]));
+    }
+    const auto before = system.mass_centres(starts, problem.start.position),
+               after = system.mass_centres(ends, problem.start.position);
+    Eigen::Vector3d moved = none;
+    double whole = 0.0;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      const double mass = system.bodies()[i].mass_matrix(0, 0);
+      moved += mass * (before[i] - after[i]);
+      whole += mass;
+    }
+    for (int c = 0; c < 3; ++c) problem.goal->move[static_cast<std::size_t>(c)] = moved[c] / whole;
+    EXPECT_EQ(contradiction(problem), "");
+    problem.goal->move[1] = *problem.goal->move[1] + 1e-3;
+    EXPECT_NE(contradiction(problem).find("along e_2"), std::string::npos);
+    problem.goal->rotation["front"] = std::nullopt;
+    EXPECT_EQ(contradiction(problem), "") << "one attitude is open";
+    problem.goal->rotation.clear();
+    problem.goal->periodic = problem.start.free_shape = true;
+    problem.goal->rest = false;
+    problem.goal->move = {0.1, std::nullopt, std::nullopt};
+    EXPECT_NE(contradiction(problem), "") << "straight on";
+    problem.goal->turn = Eigen::Vector3d(0.0, 0.0, 0.3);
+    EXPECT_EQ(contradiction(problem), "") << "turned, from whatever shape";
+  }
+  maneuver::Problem longer = chain_problem(false, 1.0);
+  longer.goal->move = {0.3, std::nullopt, std::nullopt};
+  longer.goal->turn = Eigen::Vector3d::Zero();
+  EXPECT_EQ(contradiction(longer), "");
 }
 
 }  // namespace

@@ -72,6 +72,33 @@ TEST_P(Connection, leaves_no_momentum_and_the_least_energy) {
   }
 }
 
+TEST_P(Connection, says_how_the_whole_moves_with_any_momentum) {
+  const Vector3d position = random_.vector();
+  mechanics::Vectors rate;
+  VectorXd rates(mechanics::local_connection(system_, rotation_).turn.cols());
+  Eigen::Index next = 0;
+  for (const model::Joint& joint : system_.joints()) {
+    rate.emplace_back(Vector3d::Zero());
+    for (int c = 0; c < system_.body(joint.child).freedoms; ++c) rates[next++] = rate.back()[c] = random_.normal();
+  }
+  const mechanics::SpatialMomentum asked{random_.vector(), random_.vector()};
+  const VectorXd velocity = mechanics::velocity_of_rates(system_, rotation_, position, rate, asked);
+  const VectorXd momentum = mechanics::generalized_momentum(system_, rotation_, velocity);
+  const auto total = mechanics::spatial_momentum(system_, rotation_, position, momentum);
+  const double size = momentum.lpNorm<Eigen::Infinity>() + asked.linear.norm() + asked.angular.norm();
+  EXPECT_LE((total.linear - asked.linear).norm(), tolerance(1e-11 * size));
+  EXPECT_LE((total.angular - asked.angular).norm(), tolerance(1e-11 * size));
+  // where there is none, and nothing but it, the local connection and a stiff motion
+  const VectorXd still = mechanics::velocity_of_rates(system_, rotation_, position, rate, {});
+  const VectorXd expected = velocity_by(system_, rotation_, mechanics::local_connection(system_, rotation_), rates);
+  EXPECT_LE((still - expected).norm(), tolerance(1e-11 * expected.norm()));
+  mechanics::Vectors none(rate.size(), Vector3d::Zero());
+  const VectorXd stiff = mechanics::velocity_of_rates(system_, rotation_, position, none, asked);
+  const mechanics::Vectors angular = mechanics::angular_velocities(system_, rotation_, stiff);
+  for (std::size_t i = 1; i < angular.size(); ++i)
+    EXPECT_LE((rotation_[i] * angular[i] - rotation_[0] * angular[0]).norm(), tolerance(1e-11 * angular[0].norm()));
+}
+
 TEST_P(Connection, does_not_depend_on_the_heading) {
   const LocalConnection connection = mechanics::local_connection(system_, rotation_);
   const Matrix3d turn = lie::exp(random_.vector());

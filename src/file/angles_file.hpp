@@ -1,0 +1,34 @@
+// Joint angles for `lamprey simulate --angles`: those of an earlier solution.json, or a table that people write.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "file/joint_table.hpp"
+#include "file/results.hpp"
+
+namespace lamprey::file {
+
+/// Between their times a cubic (not-a-knot) runs through them.
+struct AngleSamples {
+  std::vector<double> time;                         // s, rising strictly, at least two
+  std::vector<std::vector<Eigen::Vector3d>> angle;  // [time][joints] rad, as `joint_angle` of a solution
+  std::string remark = {};                          // of a table: what its reader should be told; may be empty
+};
+
+/// Reads a solution.json (text that begins with '{') or a CSV table: t, then the angles of each joint, in the problem's order or as
+/// its header names them. IoError when the file cannot be read, model::InputError when it is wrong or is of other joints.
+AngleSamples read_angles(const std::string& path, const Joints& joints);
+
+/// The same from the file's bytes; `path` only names them.
+AngleSamples parse_angles(const std::string& bytes, const std::string& path, const Joints& joints);
+
+/// The angles of a motion that is already there.
+AngleSamples angles_of_results(const Results& results, const std::string& path, const Joints& joints);
+
+/// So many periods one after the other. model::InputError where the last angles are not the first ones; `path` names them.
+void repeat(int cycles, const std::string& path, const Joints& joints, AngleSamples& angles);
+
+}  // namespace lamprey::file

@@ -1,0 +1,229 @@
+#include "file/joint_table_header.hpp"
+
+#include <algorithm>
+#include <initializer_list>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "file/text_file.hpp"
+#include "file/toml_document.hpp"
+#include "lie/so3.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+using Eigen::Vector3d;
+using model::JointKind;
+using Joints = std::vector<model::JointDescription>;
+
+constexpr std::string_view separators = " \t._-:/";
+
+struct Label {
+  std::string_view name, unit;  // unit without its brackets; empty: none
+};
+
+// "front x (N m)" or "front x [N m]".
+Label label_of(std::string_view cell) {
+  if (cell.size() > 1 && cell.front() == '"' && cell.back() == '"') cell = trimmed(cell.substr(1, cell.size() - 2));
+  if (cell.empty() || (cell.back() != ')' && cell.back() != ']')) return {cell, {}};
+  const std::size_t open = cell.rfind(cell.back() == ')' ? '(' : '[');
+  if (open == std::string_view::npos) return {cell, {}};
+  return {trimmed(cell.substr(0, open)), trimmed(cell.substr(open + 1, cell.size() - open - 2))};
+}
+
+// What a column may hold of a joint.
+struct Part {
+  std::string_view suffix;  // behind the joint's name; empty: the name alone, in the place of all other parts
+  Vector3d direction;
+};
+
+// Those that stand one beside the other come first, in the order of tables without names.
+std::vector<Part> parts_of(TableKind kind, const model::JointDescription& joint) {
+  const std::vector<Part> axes = {{"x", Vector3d::UnitX()}, {"y", Vector3d::UnitY()}, {"z", Vector3d::UnitZ()}};
+  const bool hinge = joint.kind == JointKind::hinge;
+  if (kind == TableKind::angles) {
+    if (joint.kind == JointKind::fixed) return {};
+    if (hinge) return {{"", Vector3d::UnitX()}};
+    if (joint.kind == JointKind::universal) return {{"1", Vector3d::UnitX()}, {"2", Vector3d::UnitY()}};
+    return axes;
+  }
+  std::vector<Part> parts = axes;
+  if (hinge)
+    parts.push_back(
+        {"", lie::exp(joint.reference_rotation) * joint.axis.value_or(Vector3d::Zero()).stableNormalized()});
+  return parts;
+}
+
+bool alone(const Part& part) { return part.suffix.empty(); }
+
+struct JointPart {
+  std::size_t joint, part;
+};
+
+// Which part of which joint a table may hold.
+class Columns {
+ public:
+  Columns(TableKind kind, const Joints& joints) : joints_(joints) {
+    for (const model::JointDescription& joint : joints) parts_.push_back(parts_of(kind, joint));
+  }
+
+  const std::vector<Part>& parts(std::size_t joint) const { return parts_[joint]; }
+  const Part& part(const JointPart& place) const { return parts_[place.joint][place.part]; }
+
+  // Of a name such as "front x" or "elbow".
+  std::optional<JointPart> named(std::string_view name) const {
+    if (joints_.size() == 1)
+      if (const auto part = part_named(0, name); part && !name.empty()) return JointPart{0, *part};
+    for (std::size_t j = 0; j < joints_.size(); ++j) {
+      const std::string& joint = joints_[j].name;
+      if (joint.empty() || !name.starts_with(joint)) continue;
+      const std::string_view rest = name.substr(joint.size());
+      const std::size_t suffix = rest.find_first_not_of(separators);
+      if (!rest.empty() && (suffix == 0 || suffix == std::string_view::npos)) continue;
+      if (const auto part = part_named(j, rest.empty() ? rest : rest.substr(suffix))) return JointPart{j, *part};
+    }
+    return std::nullopt;
+  }
+
+  std::string name(const JointPart& place) const {
+    const std::string& joint = joints_[place.joint].name;
+    return alone(part(place)) ? joint : fmt::format("{} {}", joint, part(place).suffix);
+  }
+
+  // In the joints' order.
+  std::vector<JointPart> in_order() const {
+    std::vector<JointPart> places;
+    for (std::size_t j = 0; j < parts_.size(); ++j)
+      for (std::size_t p = 0; p < parts_[j].size(); ++p)
+        if (!alone(parts_[j][p]) || parts_[j].size() == 1) places.push_back({j, p});
+    return places;
+  }
+
+ private:
+  std::optional<std::size_t> part_named(std::size_t joint, std::string_view suffix) const {
+    for (std::size_t p = 0; p < parts_[joint].size(); ++p)
+      if (parts_[joint][p].suffix == suffix) return p;
+    return std::nullopt;
+  }
+
+  const Joints& joints_;
+  std::vector<std::vector<Part>> parts_;  // [joints]
+};
+
+// What a table of a kind is about, in words.
+struct Wording {
+  std::initializer_list<std::string_view> units;
+  std::string_view quantity, unit, unit_cure, once, zeros;
+};
+
+const Wording& wording(TableKind kind) {
+  static const Wording moments{{"N m", "Nm", "N*m", "N·m", "N.m"},
+                               "moments",
+                               "N m",
+                               "convert the column to newton metres",
+                               "each joint's x, y and z once, or of a hinge its name alone",
+                               "add it (zeros where it exerts nothing)"};
+  static const Wording angles{
+      {"rad", "deg", "°"},
+      "angles",
+      "rad or deg",
+      "convert the column to radians",
+      "the angles of each joint once: a hinge's name, 1 and 2 of a universal joint, x, y, z of a ball joint",
+      "add it (zeros where it stays)"};
+  return kind == TableKind::moments ? moments : angles;
+}
+
+std::optional<HeaderFault> wrong_unit(TableKind kind, const std::vector<Label>& labels) {
+  const Wording& words = wording(kind);
+  for (std::size_t n = 0; n < labels.size(); ++n) {
+    const std::string_view unit = labels[n].unit;
+    if (unit.empty()) continue;
+    if (n == 0 && unit != "s")
+      return HeaderFault{n, "times in " + in_quotes(unit), "s", "convert the column to seconds"};
+    if (n > 0 && std::find(words.units.begin(), words.units.end(), unit) == words.units.end())
+      return HeaderFault{n, fmt::format("{} in {}", words.quantity, in_quotes(unit)), std::string(words.unit),
+                         std::string(words.unit_cure)};
+  }
+  return std::nullopt;
+}
+
+// In the unit that samples have.
+double in_unit(std::string_view unit) { return unit == "deg" || unit == "°" ? std::numbers::pi / 180.0 : 1.0; }
+
+// What of each joint the header names, each part once, and what is wrong with it.
+std::optional<HeaderFault> incomplete(TableKind kind, const Columns& known, const Joints& joints,
+                                      const std::vector<std::string_view>& cells,
+                                      const std::vector<std::optional<JointPart>>& place) {
+  const Wording& words = wording(kind);
+  std::vector<std::vector<bool>> held;
+  for (std::size_t j = 0; j < joints.size(); ++j) held.emplace_back(known.parts(j).size(), false);
+  const auto holds = [&](std::size_t joint, bool the_name_alone) {
+    for (std::size_t p = 0; p < held[joint].size(); ++p)
+      if (held[joint][p] && alone(known.parts(joint)[p]) == the_name_alone) return true;
+    return false;
+  };
+  for (std::size_t n = 0; n < place.size(); ++n) {
+    const std::string cell = in_quotes(cells[n + 1]);
+    if (!place[n]) {
+      const std::vector<JointPart> all = known.in_order();
+      return HeaderFault{n + 1, cell, "a joint and its axis in every column, as " + in_quotes(known.name(all.front())),
+                         "name this column too, or none"};
+    }
+    const auto [joint, part] = *place[n];
+    if (held[joint][part])
+      return HeaderFault{n + 1, cell + " a second time", std::string(words.once),
+                         "rename or remove one of the two columns"};
+    held[joint][part] = true;
+    if (holds(joint, true) && holds(joint, false))
+      return HeaderFault{n + 1, cell + " beside another column of that hinge",
+                         "its x, y and z, or its moment along its axis alone", "remove one of the two"};
+  }
+  for (const JointPart& needed : known.in_order())
+    if (!held[needed.joint][needed.part] && !holds(needed.joint, true))
+      return HeaderFault{0, "no column " + in_quotes(known.name(needed)), std::string(words.once),
+                         std::string(words.zeros)};
+  return std::nullopt;
+}
+
+}  // namespace
+
+TableHeader read_table_header(TableKind kind, const std::vector<std::string_view>& cells, const Joints& joints) {
+  TableHeader header;
+  header.columns = columns_in_order(kind, joints);
+  const Columns known(kind, joints);
+  std::vector<Label> labels;
+  for (const std::string_view cell : cells) labels.push_back(label_of(cell));
+  if ((header.fault = wrong_unit(kind, labels))) return header;
+  std::vector<std::optional<JointPart>> place;
+  for (std::size_t n = 1; n < labels.size(); ++n) place.push_back(known.named(labels[n].name));
+  header.named = std::any_of(place.begin(), place.end(), [](const auto& one) { return one.has_value(); });
+  if (header.named) {
+    if ((header.fault = incomplete(kind, known, joints, cells, place))) return header;
+    header.columns.clear();
+    for (const auto& one : place) header.columns.push_back({one->joint, known.part(*one).direction});
+  }
+  for (std::size_t n = 0; n < std::min(header.columns.size(), labels.size() - 1); ++n)
+    header.columns[n].direction *= in_unit(labels[n + 1].unit);
+  return header;
+}
+
+std::vector<TableColumn> columns_in_order(TableKind kind, const Joints& joints) {
+  const Columns known(kind, joints);
+  std::vector<TableColumn> columns;
+  for (const JointPart& place : known.in_order()) columns.push_back({place.joint, known.part(place).direction});
+  return columns;
+}
+
+std::string header_in_order(TableKind kind, const Joints& joints) {
+  constexpr std::size_t enough = 4;  // columns by which the order is plain
+  const Columns known(kind, joints);
+  const std::vector<JointPart> places = known.in_order();
+  std::string text = "t";
+  for (std::size_t n = 0; n < std::min(places.size(), enough); ++n) text += ", " + known.name(places[n]);
+  return text + (places.size() > enough ? ", ..." : "");
+}
+
+}  // namespace lamprey::file

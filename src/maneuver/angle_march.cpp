@@ -1,0 +1,222 @@
+#include "maneuver/angle_march.hpp"
+
+#include <limits>
+#include <sstream>
+#include <utility>
+
+#include "maneuver/maneuver.hpp"
+#include "maneuver/moment_basis.hpp"
+#include "maneuver/motion.hpp"
+#include "maneuver/node_path.hpp"
+#include "mechanics/connection.hpp"
+#include "model/input_error.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using mechanics::Rotations;
+using model::at;
+using model::Joint;
+using model::System;
+
+constexpr double trace_of_quarter_turn = 1.0;
+
+// Who moves a joint by nothing of its own cannot be asked for its angle.
+void require_moved_joints(const System& system) {
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const Joint& joint = system.joint(j);
+    const int freedoms = system.body(joint.child).freedoms;
+    if (joint.actuation.cols() >= freedoms) continue;
+    throw model::InputError("joint." + joint.name + ".control_axes",
+                            "found " + std::to_string(joint.actuation.cols()) + " of the joint's " +
+                                std::to_string(freedoms) +
+                                " axes moved by moments; allowed: all, where a march follows joint angles; leave "
+                                "control_axes out, or march under moments (controls)");
+  }
+}
+
+// Joints' rates as mechanics::velocity_of_rates takes them: of a ball joint the child's angular velocity, parent's frame.
+Vectors joint_rates(const System& system, const JointAngles& angles, double time) {
+  Vectors rates = angles.rate(time);
+  const Vectors turn = angles.turn(time);
+  for (int j = 0; j < system.joint_count(); ++j)
+    if (system.joint(j).free()) {
+      const Vector3d on_child_side = lie::exp_tangent(turn[at(j)]) * rates[at(j)];
+      rates[at(j)] = lie::exp(turn[at(j)]) * on_child_side;
+    }
+  return rates;
+}
+
+// One march: nodes by momentum, then moments by what the joints' momenta change by.
+class AngleMarch {
+ public:
+  AngleMarch(const System& system, const Problem& problem, const JointAngles& angles)
+      : system_(system),
+        problem_(problem),
+        angles_(angles),
+        lagrangian_(integrator::composition(problem.scheme).lagrangian),
+        h_(problem.time_step()),
+        coordinates_(system),
+        kernel_(system, lagrangian_, coordinates_.shape),
+        step_(system),
+        next_shape_(at(system.body_count())) {
+    require_moved_joints(system);
+    const integrator::State asked = start_state(system, problem.start);
+    total_ = mechanics::spatial_momentum(system, asked.rotation, asked.position, asked.momentum);
+    Rotations first = shape_at(0.0);
+    for (Matrix3d& R : first) R = lie::renormalized(asked.rotation[0] * R);
+    path_.rotation.push_back(std::move(first));
+    path_.position.push_back(asked.position);
+  }
+
+  integrator::State state_at_node(int k) const {
+    const Rotations& R = path_.rotation[at(k)];
+    const Vector3d& x = path_.position[at(k)];
+    return integrator::state_of_velocity(
+        system_, R, x, mechanics::velocity_of_rates(system_, R, x, joint_rates(system_, angles_, k * h_), total_));
+  }
+
+  /// Step k; false where no motion is found or one that turns too far.
+  bool advance(int k) {
+    const Rotations& left = path_.rotation[at(k)];
+    next_shape_ = shape_at((k + 1) * h_);
+    const Vector3d arm = path_.position[at(k)].cross(total_.linear);
+    Vector6d carried;
+    carried << left[0].transpose() * (total_.angular - arm), left[0].transpose() * total_.linear;
+    if (!kernel_.solve(h_, left, next_shape_, step_, carried)) return false;
+    Rotations next(left.size());
+    follow_root(left, next_shape_, step_, next);
+    for (std::size_t i = 0; i < left.size(); ++i)
+      if (!(left[i].cwiseProduct(next[i]).sum() > trace_of_quarter_turn)) return false;
+    path_.cayley.emplace_back();
+    cayley_between(left, next, path_.cayley.back());
+    path_.position.emplace_back(path_.position[at(k)] + step_.interval.displacement);
+    path_.rotation.push_back(std::move(next));
+    minus_.push_back(step_.minus);
+    plus_.push_back(step_.plus);
+    return true;
+  }
+
+  int steps() const { return static_cast<int>(path_.cayley.size()); }
+
+  /// The nodes with the moments between what the joints' momenta are before and after each.
+  const NodePath& with_moments() {
+    for (int k = 0; k <= steps(); ++k) {
+      VectorXd impulse = k < steps() ? minus_[at(k)] : shape_momentum(k);
+      impulse -= k > 0 ? plus_[at(k - 1)] : shape_momentum(k);
+      const double time = k > 0 && k < steps() ? h_ : 0.5 * h_;
+      path_.control.push_back(moments(k, VectorXd(impulse / time)));
+    }
+    return path_;
+  }
+
+ private:
+  // Rotations seen from the root.
+  Rotations shape_at(double time) const {
+    const Vectors turn = angles_.turn(time);
+    Rotations shape(at(system_.body_count()), Matrix3d::Identity());
+    for (int i : system_.root_to_leaves()) {
+      const model::Body& body = system_.body(i);
+      if (body.parent < 0) continue;
+      shape[at(i)] =
+          shape[at(body.parent)] * mechanics::rotation_at_turn(system_.joint(body.joint), turn[at(body.joint)]);
+    }
+    return shape;
+  }
+
+  VectorXd shape_momentum(int k) const {
+    mechanics::Freedoms momenta(at(system_.body_count()));
+    mechanics::unpack(system_, state_at_node(k).momentum, momenta);
+    VectorXd along(shape_size(system_));
+    read_shape(system_, momenta, along);
+    return along;
+  }
+
+  // Moments along the joints' actuation that do what is asked along the shape's coordinates.
+  VectorXd moments(int k, VectorXd asked) {
+    const Rotations& R = path_.rotation[at(k)];
+    MomentBasis basis(system_, coordinates_.shape, R);
+    if (basis.joint_by_joint()) {
+      basis.solve(R, asked);
+      return asked;
+    }
+    MatrixXd work(asked.size(), basis.size());
+    basis.virtual_work(R, work);
+    return work.partialPivLu().solve(asked);
+  }
+
+  const System& system_;
+  const Problem& problem_;
+  const JointAngles& angles_;
+  mechanics::DiscreteLagrangian lagrangian_;
+  double h_;  // s
+  ShapeCoordinates coordinates_;
+  ShapeKernel kernel_;
+  ShapeStep step_;
+  mechanics::SpatialMomentum total_;
+  Rotations next_shape_;
+  NodePath path_;
+  std::vector<VectorXd> minus_, plus_;  // [steps][f] E⁻ at each step's beginning and E⁺ at its end, without controls
+};
+
+std::string stopped(int k, double time_step) {
+  std::ostringstream text;
+  text << "step " << k << " at t = " << k * time_step
+       << " s finds no motion along these joint angles in which no body turns by more than a quarter turn; try more "
+          "steps, or look at the angles and their rates at that time";
+  return text.str();
+}
+
+}  // namespace
+
+bool follows_angles(Scheme scheme) { return integrator::single_step(scheme); }
+
+Start start_along(const System& system, const Problem& problem, const JointAngles& angles) {
+  const integrator::State state = AngleMarch(system, problem, angles).state_at_node(0);
+  const VectorXd velocity = integrator::velocity_of_state(system, state);
+  Start start;
+  start.position = state.position;
+  for (const Matrix3d& R : state.rotation) start.rotation.push_back(lie::log(R));
+  start.angular_velocity = mechanics::angular_velocities(system, state.rotation, velocity);
+  start.linear_velocity = velocity.tail<3>();
+  return start;
+}
+
+Solution march_along(const System& system, const Problem& problem, const JointAngles& angles,
+                     const std::function<bool()>& interrupted) {
+  Solution solution;
+  solution.status = Status::simulated;
+  solution.cost = std::numeric_limits<double>::quiet_NaN();
+  AngleMarch march(system, problem, angles);
+  for (int k = 0; k < problem.steps && solution.status == Status::simulated; ++k) {
+    if (interrupted && interrupted()) {
+      solution.status = Status::interrupted;
+      solution.message = "Interrupted at t = " + std::to_string(k * problem.time_step()) + " s.";
+    } else if (!march.advance(k)) {
+      solution.status = Status::stalled;
+      solution.message = stopped(k, problem.time_step());
+    }
+  }
+  if (march.steps() == 0) {
+    append_node(system, 0.0, march.state_at_node(0), mechanics::Moments(at(system.joint_count()), Vector3d::Zero()),
+                solution);
+    return solution;
+  }
+  const NodePath& path = march.with_moments();
+  describe_motion(system, integrator::composition(problem.scheme).lagrangian, problem.time_step(), path, solution);
+  for (std::size_t k = 0; k < path.control.size(); ++k)
+    if (!path.control[k].allFinite()) {
+      solution.status = Status::stalled;
+      solution.message = "at t = " + std::to_string(static_cast<double>(k) * problem.time_step()) +
+                         " s no finite moments turn the joints so: the two axes of a universal joint fall together "
+                         "there, or rates are beyond all numbers; look at the angles at that time";
+      return solution;
+    }
+  if (solution.status == Status::simulated)
+    solution.message = "Marched " + std::to_string(problem.steps) +
+                       " steps along the given joint angles; the moments are those that turn the joints so.";
+  return solution;
+}
+
+}  // namespace lamprey::maneuver

@@ -1,0 +1,33 @@
+// Marching a swimmer along given joint angles: total momentum fixes how the whole moves, and with it the joint moments that
+// take the swimmer there (chapter 9).
+#pragma once
+
+#include <functional>
+
+#include "maneuver/problem.hpp"
+#include "maneuver/solution.hpp"
+#include "model/system.hpp"
+
+namespace lamprey::maneuver {
+
+/// How the joints turn in time, [joints][3] as mechanics::turn_from_zero has them.
+struct JointAngles {
+  std::function<Vectors(double)> turn;  // s → rad
+  std::function<Vectors(double)> rate;  // s → rad/s, its derivative
+};
+
+/// Whether steps of a scheme can follow joint angles: those of order 2 and below, whose moments at the nodes they fix.
+bool follows_angles(Scheme scheme);
+
+/// Marches by the problem's scheme, duration and steps, from its root's position and attitude and with the total momentum that
+/// its start carries; joint angles and rates at the start are those given. Every joint is turned about all its axes by its own
+/// moments: model::InputError names one that is not, and a universal joint at which its two axes fall together. Moments at both
+/// ends are those that begin and end at the given rates. Where no motion leads on, or a body turns beyond a quarter turn in a
+/// step, the march ends: status stalled, the message says where and what to try, and the arrays hold the nodes before it.
+Solution march_along(const model::System& system, const Problem& problem, const JointAngles& angles,
+                     const std::function<bool()>& interrupted = {});
+
+/// The start of such a march: the problem's, bent and moving as the angles begin.
+Start start_along(const model::System& system, const Problem& problem, const JointAngles& angles);
+
+}  // namespace lamprey::maneuver

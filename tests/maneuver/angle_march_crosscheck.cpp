@@ -1,0 +1,314 @@
+// Marches along joint angles, against marches under moments and against the continuous equations.
+#include "maneuver/angle_march.hpp"
+
+#include <gtest/gtest.h>
+
+#include "chains.hpp"
+#include "maneuver/control_path.hpp"
+#include "maneuver/maneuver.hpp"
+#include "maneuver/simulate.hpp"
+#include "mechanics/connection.hpp"
+#include "model/input_error.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using maneuver::ControlPath;
+using maneuver::JointAngles;
+using maneuver::Problem;
+using maneuver::Scheme;
+using maneuver::Solution;
+using model::System;
+
+// All kinds of joints, springs and dampers in some, each moved about all its axes.
+model::SwimmerDescription moved_swimmer(Random& random, int bodies) {
+  model::SwimmerDescription swimmer = random_swimmer(random, bodies);
+  for (model::JointDescription& joint : swimmer.joints) joint.actuated = true;
+  return swimmer;
+}
+
+Problem problem_of(const model::SwimmerDescription& swimmer, Scheme scheme, int steps) {
+  Problem problem;
+  problem.swimmer = swimmer;
+  problem.scheme = scheme;
+  problem.steps = steps;
+  problem.duration.value = 0.6;
+  problem.start.rotation.assign(swimmer.bodies.size(), Vector3d::Zero());
+  problem.start.angular_velocity.assign(swimmer.bodies.size(), Vector3d::Zero());
+  return problem;
+}
+
+// Afloat somewhere, turned somehow, and tumbling if asked for.
+void begin_anywhere(Random& random, bool tumbling, Problem& problem) {
+  const System system(problem.swimmer);
+  const mechanics::Rotations R = random_rotations(random, system);
+  for (std::size_t i = 0; i < R.size(); ++i) problem.start.rotation[i] = lie::log(R[i]);
+  problem.start.position = random.vector();
+  if (!tumbling) return;
+  const integrator::State state =
+      integrator::state_of_velocity(system, R, problem.start.position,
+                                    VectorXd::NullaryExpr(system.velocity_count(), [&] { return random.normal(); }));
+  const VectorXd velocity = integrator::velocity_of_state(system, state);
+  problem.start.angular_velocity = mechanics::angular_velocities(system, R, velocity);
+  problem.start.linear_velocity = velocity.tail<3>();
+}
+
+JointAngles through(const std::vector<double>& time, const std::vector<maneuver::Vectors>& angle) {
+  const auto joints = static_cast<Eigen::Index>(angle.front().size());
+  MatrixXd values(3 * joints, static_cast<Eigen::Index>(time.size()));
+  for (std::size_t k = 0; k < time.size(); ++k)
+    for (Eigen::Index j = 0; j < joints; ++j)
+      values.col(static_cast<Eigen::Index>(k)).segment<3>(3 * j) = angle[k][static_cast<std::size_t>(j)];
+  const ControlPath path(maneuver::Interpolation::not_a_knot_cubic,
+                         Eigen::Map<const VectorXd>(time.data(), static_cast<Eigen::Index>(time.size())), values);
+  const auto by_joint = [joints](const VectorXd& all) {
+    maneuver::Vectors each;
+    for (Eigen::Index j = 0; j < joints; ++j) each.emplace_back(all.segment<3>(3 * j));
+    return each;
+  };
+  return {[path, by_joint](double t) { return by_joint(path.value(t)); },
+          [path, by_joint](double t) { return by_joint(path.slope(t)); }};
+}
+
+// Angles that swing about some shape, about each of the joints' axes.
+JointAngles swinging(Random& random, const System& system) {
+  maneuver::Vectors mean, swing, phase;
+  for (const model::Joint& joint : system.joints()) {
+    mean.push_back(random.vector(0.3));
+    swing.push_back(random.vector(0.3));
+    phase.push_back(random.vector());
+    for (int c = system.body(joint.child).freedoms; c < 3; ++c) mean.back()[c] = swing.back()[c] = 0.0;
+  }
+  constexpr double rate = 4.0;  // rad/s
+  const auto each = [mean, swing, phase](auto of) {
+    maneuver::Vectors all = mean;
+    for (std::size_t j = 0; j < mean.size(); ++j)
+      for (int c = 0; c < 3; ++c) all[j][c] = of(mean[j][c], swing[j][c], phase[j][c]);
+    return all;
+  };
+  return {
+      [each](double t) { return each([t](double m, double a, double p) { return m + a * std::sin(rate * t + p); }); },
+      [each](double t) { return each([t](double, double a, double p) { return rate * a * std::cos(rate * t + p); }); }};
+}
+
+double off(const Solution& a, std::size_t k, const Solution& b, std::size_t m) {
+  double largest = (a.position[k] - b.position[m]).norm();
+  for (std::size_t i = 0; i < a.rotation[k].size(); ++i)
+    largest = std::max(largest, (a.rotation[k][i] - b.rotation[m][i]).norm());
+  return largest;
+}
+
+double largest_difference(const Solution& a, const Solution& b) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < a.time.size(); ++k) largest = std::max(largest, off(a, k, b, k));
+  return largest;
+}
+
+struct MarchCase {
+  Scheme scheme;
+  bool tumbling;
+};
+
+class AngleMarch : public testing::TestWithParam<MarchCase> {
+ protected:
+  Problem random_problem(unsigned seed, int bodies, int steps) {
+    Random random(seed);
+    Problem problem = problem_of(moved_swimmer(random, bodies), GetParam().scheme, steps);
+    begin_anywhere(random, GetParam().tumbling, problem);
+    return problem;
+  }
+};
+
+TEST_P(AngleMarch, along_the_angles_of_a_march_under_moments_is_that_march) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const Problem problem = random_problem(seed, 2 + static_cast<int>(seed % 4), 60);
+    const System system(problem.swimmer);
+    Random random(70 + seed);
+    const mechanics::Moments first = random_moments(random, system, 1.0), second = random_moments(random, system, 1.0);
+    const auto moments = [&](double t) {
+      mechanics::Moments u = first;
+      for (std::size_t j = 0; j < u.size(); ++j) u[j] = std::cos(5.0 * t) * first[j] + std::sin(7.0 * t) * second[j];
+      return u;
+    };
+    const Solution marched = maneuver::simulate(system, problem, moments, maneuver::SimulateOptions{});
+    ASSERT_EQ(marched.status, maneuver::Status::simulated);
+    const Solution along = maneuver::march_along(system, problem, through(marched.time, marched.joint_angle));
+    ASSERT_EQ(along.status, maneuver::Status::simulated) << along.message;
+    EXPECT_LE(largest_difference(along, marched), tolerance(1e-10)) << seed;
+    for (std::size_t k = 1; k + 1 < along.time.size(); ++k)
+      for (std::size_t j = 0; j < along.control[k].size(); ++j)
+        EXPECT_LE((along.control[k][j] - marched.control[k][j]).norm(), tolerance(1e-7)) << seed << " at " << k;
+  }
+}
+
+TEST_P(AngleMarch, finds_the_moments_that_march_so) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    Problem problem = random_problem(seed, 2 + static_cast<int>(seed % 4), 50);
+    const System system(problem.swimmer);
+    Random random(80 + seed);
+    const JointAngles angles = swinging(random, system);
+    const Solution along = maneuver::march_along(system, problem, angles);
+    ASSERT_EQ(along.status, maneuver::Status::simulated) << along.message;
+    problem.start = maneuver::start_along(system, problem, angles);
+    std::vector<mechanics::Moments> found;
+    for (std::size_t k = 0; k < along.time.size(); ++k)
+      found.push_back(mechanics::moments_of_applied(system, along.rotation[k], along.control[k]));
+    const double h = problem.time_step();
+    const auto moments = [&](double t) { return found[static_cast<std::size_t>(std::lround(t / h))]; };
+    const Solution marched = maneuver::simulate(system, problem, moments, maneuver::SimulateOptions{});
+    ASSERT_EQ(marched.status, maneuver::Status::simulated) << marched.message;
+    EXPECT_LE(largest_difference(along, marched), tolerance(1e-9)) << seed;
+  }
+}
+
+TEST_P(AngleMarch, keeps_to_its_angles_and_to_total_momentum) {
+  const Problem problem = random_problem(5, 5, 40);
+  const System system(problem.swimmer);
+  Random random(9);
+  const JointAngles angles = swinging(random, system);
+  const Solution along = maneuver::march_along(system, problem, angles);
+  ASSERT_EQ(along.status, maneuver::Status::simulated) << along.message;
+  const integrator::State begin = maneuver::start_state(system, problem.start);
+  const mechanics::SpatialMomentum total =
+      mechanics::spatial_momentum(system, begin.rotation, begin.position, begin.momentum);
+  const double scale = 1.0 + total.linear.norm() + total.angular.norm();
+  for (std::size_t k = 0; k < along.time.size(); ++k) {
+    EXPECT_LE((along.linear_momentum.total[k] - total.linear).norm(), tolerance(1e-11) * scale);
+    EXPECT_LE((along.angular_momentum.total[k] - total.angular).norm(), tolerance(1e-11) * scale);
+    const maneuver::Vectors asked = angles.turn(along.time[k]);
+    for (std::size_t j = 0; j < asked.size(); ++j) EXPECT_LE((along.joint_angle[k][j] - asked[j]).norm(), 1e-12);
+  }
+  EXPECT_LE((along.rotation[0][0] - lie::exp(problem.start.rotation[0])).norm(), 1e-14);
+}
+
+INSTANTIATE_TEST_SUITE_P(Schemes, AngleMarch,
+                         testing::Values(MarchCase{Scheme::trapezoid, false}, MarchCase{Scheme::trapezoid, true},
+                                         MarchCase{Scheme::midpoint, false}, MarchCase{Scheme::midpoint, true},
+                                         MarchCase{Scheme::paper, true}),
+                         [](const auto& the) {
+                           const char* scheme = the.param.scheme == Scheme::paper      ? "paper"
+                                                : the.param.scheme == Scheme::midpoint ? "midpoint"
+                                                                                       : "trapezoid";
+                           return std::string(scheme) + (the.param.tumbling ? "_tumbling" : "_from_rest");
+                         });
+
+// The root's motion by ẋ = connection · rates, fourth-order Runge–Kutta in fine steps.
+integrator::State followed_by_connection(const System& system, const Problem& problem, const JointAngles& angles,
+                                         int steps) {
+  const integrator::State begin = maneuver::start_state(system, problem.start);
+  const mechanics::SpatialMomentum total =
+      mechanics::spatial_momentum(system, begin.rotation, begin.position, begin.momentum);
+  const auto placed = [&](double t, const Matrix3d& root) {
+    const maneuver::Vectors turn = angles.turn(t);
+    mechanics::Rotations R(static_cast<std::size_t>(system.body_count()), root);
+    for (int i : system.root_to_leaves()) {
+      const model::Body& body = system.body(i);
+      if (body.parent >= 0)
+        R[model::at(i)] = R[model::at(body.parent)] *
+                          mechanics::rotation_at_turn(system.joint(body.joint), turn[model::at(body.joint)]);
+    }
+    return R;
+  };
+  struct Rate {
+    Vector3d turn, shift;
+  };
+  const auto rate = [&](double t, const Matrix3d& root, const Vector3d& x) {
+    maneuver::Vectors rates = angles.rate(t);
+    const maneuver::Vectors turn = angles.turn(t);
+    for (int j = 0; j < system.joint_count(); ++j)
+      if (system.joint(j).free()) {
+        const std::size_t n = model::at(j);
+        // by differences of rotations: no formula of the march
+        const double e = 1e-6;
+        const Matrix3d by = (lie::exp(turn[n] + e * rates[n]) - lie::exp(turn[n] - e * rates[n])) / (2.0 * e);
+        rates[n] = lie::vee(by * lie::exp(turn[n]).transpose());
+      }
+    const mechanics::Rotations R = placed(t, root);
+    const VectorXd velocity = mechanics::velocity_of_rates(system, R, x, rates, total);
+    return Rate{mechanics::angular_velocities(system, R, velocity)[0], velocity.tail<3>()};
+  };
+  Matrix3d root = begin.rotation[0];
+  Vector3d x = begin.position;
+  const double h = problem.duration.value / steps;
+  for (int k = 0; k < steps; ++k) {
+    const double t = k * h;
+    const Rate a = rate(t, root, x);
+    const Rate b = rate(t + 0.5 * h, root * lie::exp(0.5 * h * a.turn), x + 0.5 * h * a.shift);
+    const Rate c = rate(t + 0.5 * h, root * lie::exp(0.5 * h * b.turn), x + 0.5 * h * b.shift);
+    const Rate d = rate(t + h, root * lie::exp(h * c.turn), x + h * c.shift);
+    const Vector3d turn = (a.turn + 2.0 * b.turn + 2.0 * c.turn + d.turn) / 6.0;
+    root = root * lie::exp(h * turn);
+    x += h * (a.shift + 2.0 * b.shift + 2.0 * c.shift + d.shift) / 6.0;
+  }
+  return {placed(problem.duration.value, root), x, VectorXd()};
+}
+
+TEST(AngleMarchInTime, approaches_the_continuous_motion_at_the_schemes_order) {
+  for (const auto& [scheme, order] : {std::pair(Scheme::trapezoid, 2.0), std::pair(Scheme::midpoint, 2.0)}) {
+    Random random(31);
+    Problem problem = problem_of(moved_swimmer(random, 4), scheme, 0);
+    begin_anywhere(random, true, problem);
+    const System system(problem.swimmer);
+    const JointAngles angles = swinging(random, system);
+    const integrator::State exact = followed_by_connection(system, problem, angles, 20000);
+    std::vector<double> error;
+    for (int steps : {40, 80, 160}) {
+      problem.steps = steps;
+      const Solution along = maneuver::march_along(system, problem, angles);
+      ASSERT_EQ(along.status, maneuver::Status::simulated) << along.message;
+      double largest = (along.position.back() - exact.position).norm();
+      for (std::size_t i = 0; i < exact.rotation.size(); ++i)
+        largest = std::max(largest, (along.rotation.back()[i] - exact.rotation[i]).norm());
+      error.push_back(largest);
+    }
+    for (std::size_t n = 0; n + 1 < error.size(); ++n)
+      EXPECT_NEAR(std::log2(error[n] / error[n + 1]), order, 0.2) << error[n] << " " << error[n + 1];
+  }
+}
+
+std::string refusal(const Problem& problem) {
+  const System system(problem.swimmer);
+  Random random(2);
+  try {
+    maneuver::march_along(system, problem, swinging(random, system));
+  } catch (const model::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(AngleMarchRefusals, name_joints_that_nothing_moves_about_all_axes) {
+  model::SwimmerDescription chain = paper_chain();
+  chain.joints[1].control_axes = {Vector3d::UnitX(), Vector3d::UnitZ()};
+  const std::string text = refusal(problem_of(chain, Scheme::trapezoid, 100));
+  EXPECT_NE(text.find("back"), std::string::npos) << text;
+  EXPECT_NE(text.find("found 2 of the joint's 3 axes"), std::string::npos) << text;
+  EXPECT_EQ(refusal(problem_of(paper_chain(), Scheme::trapezoid, 100)), "");
+}
+
+TEST(AngleMarchRefusals, tell_where_a_body_turns_too_far_in_a_step) {
+  const System system(paper_chain());
+  Problem problem = problem_of(paper_chain(), Scheme::trapezoid, 10);
+  const JointAngles spin{[](double t) {
+                           return maneuver::Vectors{Vector3d(0, 0, 60.0 * t * t), Vector3d::Zero()};
+                         },
+                         [](double t) {
+                           return maneuver::Vectors{Vector3d(0, 0, 120.0 * t), Vector3d::Zero()};
+                         }};
+  const Solution stopped = maneuver::march_along(system, problem, spin);
+  EXPECT_EQ(stopped.status, maneuver::Status::stalled);
+  EXPECT_NE(stopped.message.find("more than a quarter turn; try more steps"), std::string::npos) << stopped.message;
+  EXPECT_GT(stopped.time.size(), 2U);
+  EXPECT_LT(stopped.time.size(), 11U);
+  problem.steps = 1000;
+  EXPECT_EQ(maneuver::march_along(system, problem, spin).status, maneuver::Status::simulated);
+  int asked = 0;
+  EXPECT_EQ(maneuver::march_along(system, problem, spin, [&] { return asked++ > 4; }).time.size(), 6U);
+  EXPECT_EQ(maneuver::march_along(system, problem, spin, [] { return true; }).time.size(), 1U);
+}
+
+}  // namespace
+}  // namespace lamprey::tests
