@@ -266,7 +266,8 @@ int report(const std::vector<std::string>& folders) {
 }
 
 int inertia(const std::vector<double>& semi_axes, double density, bool json) {
-  const Eigen::Vector3d axes(semi_axes[0], semi_axes[1], semi_axes[2]);
+  const Eigen::VectorXd axes =
+      Eigen::Map<const Eigen::VectorXd>(semi_axes.data(), static_cast<Eigen::Index>(semi_axes.size()));
   fmt::print("{}", json ? file::inertia_json(axes, density) : file::inertia_table(axes, density));
   return done;
 }

@@ -10,7 +10,7 @@
 #include "file/model_remarks.hpp"
 #include "file/text_table.hpp"
 #include "file/words.hpp"
-#include "fluid/ellipsoid.hpp"
+#include "fluid/ellipse.hpp"
 #include "fluid/gap.hpp"
 #include "fluid/overlap.hpp"
 #include "lie/so3.hpp"
@@ -22,6 +22,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using Eigen::VectorXd;
 using maneuver::Problem;
 using model::at;
 using model::Body;
@@ -36,15 +37,19 @@ std::vector<std::string> triple(std::string label, const Vector3d& v, const std:
   return {std::move(label), short_number(v[0]), short_number(v[1]), short_number(v[2]), unit};
 }
 
+// Whether its bodies are ellipses.
+bool plane(const Problem& problem) { return problem.swimmer.bodies.front().ellipse; }
+
 std::string heading(const Problem& problem, const System& system) {
   std::string text = printable(problem.name) + "\n";
   if (!problem.source.empty()) text += printable(problem.source) + "\n";
   text += system.density() > 0.0 ? fmt::format("Fluid of density {} kg/m³\n", short_number(system.density()))
                                  : std::string("Vacuum: no fluid, nothing added\n");
+  if (plane(problem)) text += "In the plane: masses, moments, energies and costs are those of one metre of depth\n";
   return text;
 }
 
-std::string bodies_section(const System& system) {
+std::string bodies_section(const Problem& problem, const System& system) {
   TextTable table("lr");
   table.add_row({"", "a", "b", "c (m)", "volume (m³)", "mass (kg)", "displaced (kg)"});
   double volume = 0.0;
@@ -52,13 +57,14 @@ std::string bodies_section(const System& system) {
   for (const Body& body : system.bodies()) {
     const double displaced = system.density() * body.volume;
     table.add_row({printable(body.name), short_number(body.semi_axes[0]), short_number(body.semi_axes[1]),
-                   short_number(body.semi_axes[2]), short_number(body.volume), short_number(body.mass),
-                   short_number(displaced)});
+                   plane(problem) ? "" : short_number(body.semi_axes[2]), short_number(body.volume),
+                   short_number(body.mass), short_number(displaced)});
     volume += body.volume;
     mass += body.mass;
   }
   table.add_row({"all", "", "", "", short_number(volume), short_number(mass), short_number(system.density() * volume)});
-  return "\nBodies, solid ellipsoids with these semi-axes; the first is the root\n" + table.text();
+  return std::string("\nBodies, solid ") + (plane(problem) ? "ellipses" : "ellipsoids") +
+         " with these semi-axes; the first is the root\n" + table.text();
 }
 
 // A diagonal as one row; other matrices also show their upper off-diagonal entries.
@@ -332,10 +338,11 @@ std::string remarks_section(const Problem& problem, const System& system) {
   return text.empty() ? "" : "\nWorth a second look\n" + text;
 }
 
-fluid::EllipsoidInertia checked_inertia(const Vector3d& semi_axes, double density) {
+fluid::EllipsoidInertia checked_inertia(const VectorXd& semi_axes, double density) {
   fluid::EllipsoidInertia inertia;
   try {
-    inertia = fluid::ellipsoid_inertia(semi_axes, density);
+    inertia = semi_axes.size() == 2 ? fluid::ellipse_inertia(semi_axes.head<2>(), density)
+                                    : fluid::ellipsoid_inertia(semi_axes.head<3>(), density);
   } catch (const std::invalid_argument& error) {
     throw model::InputError("inertia", error.what());
   }
@@ -362,26 +369,31 @@ std::string cost_words(double effort, double time_weight, const maneuver::CostWe
 }
 
 std::string model_table(const Problem& problem, const System& system) {
-  return heading(problem, system) + bodies_section(system) + inertia_section(problem, system) + joints_section(system) +
-         neighbours_section(problem, system) + task_section(problem) + remarks_section(problem, system);
+  return heading(problem, system) + bodies_section(problem, system) + inertia_section(problem, system) +
+         joints_section(system) + neighbours_section(problem, system) + task_section(problem) +
+         remarks_section(problem, system);
 }
 
-std::string inertia_table(const Vector3d& semi_axes, double density) {
+std::string inertia_table(const VectorXd& semi_axes, double density) {
   const fluid::EllipsoidInertia inertia = checked_inertia(semi_axes, density);
+  const bool flat = semi_axes.size() == 2;
   TextTable table("lrrrl");
   table.add_row({"", "1", "2", "3"});
-  table.add_row(triple("semi-axes", semi_axes, "m"));
+  if (flat)
+    table.add_row({"semi-axes", short_number(semi_axes[0]), short_number(semi_axes[1]), "", "m"});
+  else
+    table.add_row(triple("semi-axes", semi_axes.head<3>(), "m"));
   table.add_row(triple("added mass", inertia.added_mass, "kg"));
   table.add_row(triple("total mass", inertia.added_mass + Vector3d::Constant(inertia.mass), "kg"));
   table.add_row(triple("body inertia", inertia.body_inertia, "kg m²"));
   table.add_row(triple("added inertia", inertia.added_inertia, "kg m²"));
   table.add_row(triple("total inertia", inertia.body_inertia + inertia.added_inertia, "kg m²"));
-  return fmt::format(
-      "Homogeneous, neutrally buoyant ellipsoid in fluid of density {} kg/m³\n  volume {} m³, mass {} kg\n{}",
-      short_number(density), short_number(inertia.volume), short_number(inertia.mass), table.text());
+  return fmt::format("Homogeneous, neutrally buoyant {} in fluid of density {} kg/m³\n  volume {} m³, mass {} kg\n{}",
+                     flat ? "ellipse, one metre deep," : "ellipsoid", short_number(density),
+                     short_number(inertia.volume), short_number(inertia.mass), table.text());
 }
 
-std::string inertia_json(const Vector3d& semi_axes, double density) {
+std::string inertia_json(const VectorXd& semi_axes, double density) {
   const fluid::EllipsoidInertia inertia = checked_inertia(semi_axes, density);
   const auto list = [](const Vector3d& v) { return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v[0], v[1], v[2]); };
   const auto diagonal = [&](const Vector3d& v) {

@@ -17,11 +17,11 @@ std::string model_table(const maneuver::Problem& problem, const model::System& s
 /// What is minimised, a term for each weight.
 std::string cost_words(double effort, double time_weight, const maneuver::CostWeights& weights);
 
-/// Inertia of one neutrally buoyant ellipsoid, semi-axes in m, density in kg/m³, for people to read.
+/// Inertia of one neutrally buoyant ellipsoid, or of one metre of an ellipse that has two semi-axes, for people to read: m, kg/m³.
 /// Throws model::InputError for lengths or densities that make no body.
-std::string inertia_table(const Eigen::Vector3d& semi_axes, double density);
+std::string inertia_table(const Eigen::VectorXd& semi_axes, double density);
 
 /// The same as one JSON document: volume, mass, body_inertia, added_mass, added_inertia, mass_matrix, inertia_matrix.
-std::string inertia_json(const Eigen::Vector3d& semi_axes, double density);
+std::string inertia_json(const Eigen::VectorXd& semi_axes, double density);
 
 }  // namespace lamprey::file

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
@@ -27,9 +28,6 @@ using model::SwimmerDescription;
 constexpr double angle_tolerance = 1e-9;     // rad, for rotations and axes that people write with 16 digits
 constexpr double velocity_tolerance = 1e-9;  // relative
 constexpr double symmetry_tolerance = 1e-9;  // relative
-
-std::string joint_key(std::size_t j, std::string_view name) { return key_path(fmt::format("joint[{}]", j), name); }
-std::string body_key(std::size_t i, std::string_view name) { return key_path(fmt::format("body[{}]", i), name); }
 
 using Index = std::map<std::string, std::size_t>;
 
@@ -327,6 +325,9 @@ void check_goal_against_joints(const Problem& problem, const Index& index) {
 
 }  // namespace
 
+std::string joint_key(std::size_t j, std::string_view name) { return key_path(fmt::format("joint[{}]", j), name); }
+std::string body_key(std::size_t i, std::string_view name) { return key_path(fmt::format("body[{}]", i), name); }
+
 void check_tree(const SwimmerDescription& swimmer) {
   const std::vector<Parent> parents = find_parents(swimmer, index_bodies(swimmer));
   check_reach(swimmer, parents);
@@ -336,7 +337,8 @@ void check_tree(const SwimmerDescription& swimmer) {
 void check_bodies(const SwimmerDescription& swimmer) {
   for (std::size_t i = 0; i < swimmer.bodies.size(); ++i) {
     const model::BodyDescription& body = swimmer.bodies[i];
-    const double volume = 4.0 / 3.0 * 3.14159265358979323846 * body.semi_axes.prod();
+    const double volume = body.ellipse ? std::numbers::pi * body.semi_axes.head<2>().prod()
+                                       : 4.0 / 3.0 * std::numbers::pi * body.semi_axes.prod();
     const double mass = body.mass.value_or(swimmer.density * volume);
     const double inertia = mass * body.semi_axes.squaredNorm();
     if (swimmer.density == 0.0 && !body.mass)

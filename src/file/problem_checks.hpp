@@ -1,9 +1,17 @@
 // Rules of a problem file that reach beyond one key. Each throws model::InputError with the key alone.
 #pragma once
 
+#include <cstddef>
+#include <string>
+#include <string_view>
+
 #include "maneuver/problem.hpp"
 
 namespace lamprey::file {
+
+/// "joint[j].name" and "body[i].name", as key_positions has them.
+std::string joint_key(std::size_t j, std::string_view name);
+std::string body_key(std::size_t i, std::string_view name);
 
 /// Names are unique; every joint joins two known bodies; the joints make one tree whose root is the first body.
 void check_tree(const model::SwimmerDescription& swimmer);

@@ -13,8 +13,6 @@ namespace lamprey::file {
 
 namespace {
 
-using nlohmann::json;
-
 constexpr std::size_t most_told = 10;
 
 // A number of a list or an object's field, as people write them: goal.move[0].
@@ -30,14 +28,14 @@ std::string path_in_words(const std::string& pointer) {
   return words;
 }
 
-std::string found_at(const json& document, const std::string& pointer) {
-  const json::json_pointer place(pointer);
+std::string found_at(const nlohmann::json& document, const std::string& pointer) {
+  const nlohmann::json::json_pointer place(pointer);
   return document.contains(place) ? document[place].dump() : "nothing";
 }
 
 // What is asked, and not what came out of it.
-json question(const ResolvedProblem& problem, bool swimmer_alone) {
-  json all = json::parse(problem_text(problem));
+nlohmann::json question(const ResolvedProblem& problem, bool swimmer_alone) {
+  nlohmann::json all = nlohmann::json::parse(problem_text(problem));
   if (problem.free_duration) {
     all.erase("duration");
     all.erase("time_step");
@@ -50,11 +48,11 @@ json question(const ResolvedProblem& problem, bool swimmer_alone) {
 
 std::vector<std::string> problem_differences(const Results& stored, const ProblemFile& asked) {
   const bool march = stored.solution.status == maneuver::Status::simulated;
-  const json is = question(stored.problem, march);
-  const json should_be = question(resolve(system_of(asked), asked.problem), march);
+  const nlohmann::json is = question(stored.problem, march);
+  const nlohmann::json should_be = question(resolve(system_of(asked), asked.problem), march);
   std::vector<std::string> differences;
   std::size_t left = 0;
-  for (const json& change : json::diff(is, should_be)) {
+  for (const nlohmann::json& change : nlohmann::json::diff(is, should_be)) {
     const std::string pointer = change["path"];
     if (differences.size() < most_told)
       differences.push_back(fmt::format("problem.{} is {}, the file asks for {}", path_in_words(pointer),

@@ -6,11 +6,13 @@
 
 #include <fmt/format.h>
 
+#include "file/plane_checks.hpp"
 #include "file/problem_checks.hpp"
 #include "file/problem_limits.hpp"
 #include "file/text_file.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
+#include "fluid/ellipse.hpp"
 #include "lie/so3.hpp"
 
 namespace lamprey::file {
@@ -51,11 +53,30 @@ void read_head(const TableReader& document, const std::string& path, Problem& pr
   problem.source = document.text("source").value_or("");
 }
 
+// Three of an ellipsoid, or the two of an ellipse in its plane.
+void read_semi_axes(const TableReader& table, model::BodyDescription& body) {
+  constexpr const char* name = "semi_axes";
+  const TomlValue* value = table.find(name);
+  const std::size_t numbers = value && value->kind == TomlValue::Kind::array ? value->items.size() : 3;
+  if (numbers < 2 || numbers > 3)
+    refuse(table.key(name), shown(*value), "three numbers > 0 (m), or two of an ellipse in the plane",
+           "write three of them in brackets, as in [1.0, 2.0, 3.0]");
+  body.ellipse = numbers == 2;
+  if (!body.ellipse) {
+    body.semi_axes = required_vector(table, name, positive("m"), "half lengths of the ellipsoid");
+    return;
+  }
+  for (Eigen::Index c = 0; c < 2; ++c)
+    body.semi_axes[c] = table.number_in(value->items[static_cast<std::size_t>(c)], name, positive("m"), *value,
+                                        "two numbers > 0 (m): half lengths of an ellipse in the plane");
+  body.semi_axes[2] = fluid::drawn_depth(body.semi_axes.head<2>());
+}
+
 model::BodyDescription read_body(const TableReader& table) {
   table.allow_only({"name", "semi_axes", "mass", "body_inertia", "mass_matrix", "inertia_matrix", "coupling_matrix"});
   model::BodyDescription body;
   body.name = name_of(table);
-  body.semi_axes = required_vector(table, "semi_axes", positive("m"), "half lengths of the ellipsoid");
+  read_semi_axes(table, body);
   body.mass = table.number("mass", positive("kg"));
   body.body_inertia = table.matrix("body_inertia", "kg m²");
   body.mass_matrix = table.matrix("mass_matrix", "kg");
@@ -267,6 +288,7 @@ Problem read_document(const TableReader& document, const std::string& path) {
   read_limits(document.table("limits"), problem);
   read_waypoints(document, problem);
   read_search(document.table("search"), problem);
+  require_plane(problem);
   check_statement(problem);
   return problem;
 }

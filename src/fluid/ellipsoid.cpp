@@ -13,20 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-void require_valid(const Vector3d& semi_axes, double density) {
-  for (const double axis : semi_axes) {
-    if (!(axis > 0.0) || !std::isfinite(axis)) {
-      throw std::invalid_argument("semi-axes must be positive and finite lengths in m");
-    }
-  }
-  if (semi_axes.minCoeff() < 1e-50 * semi_axes.maxCoeff()) {
-    throw std::invalid_argument("semi-axes must not differ by more than a factor of 1e50");
-  }
-  if (!(density >= 0.0) || !std::isfinite(density)) {
-    throw std::invalid_argument("density must be finite and not negative, in kg/m³");
-  }
-}
-
 // ∫ ds / ((y+s)(z+s)Δ), Δ² = (x+s)(y+s)(z+s), s from 0 to ∞: ⅔ (R_D(x,y,z) − R_D(x,z,y))/(y−z) in Carlson's terms. His
 // duplication theorem, with y − z divided out by hand, leaves a sum of positive terms that needs no y ≠ z.
 double shared_integral(double x, double y, double z) {
@@ -64,8 +50,22 @@ double added_inertia_ratio(double a, double b, double c) {
 
 }  // namespace
 
+void require_valid_axes(const Vector3d& semi_axes, double density) {
+  for (const double axis : semi_axes) {
+    if (!(axis > 0.0) || !std::isfinite(axis)) {
+      throw std::invalid_argument("semi-axes must be positive and finite lengths in m");
+    }
+  }
+  if (semi_axes.minCoeff() < 1e-50 * semi_axes.maxCoeff()) {
+    throw std::invalid_argument("semi-axes must not differ by more than a factor of 1e50");
+  }
+  if (!(density >= 0.0) || !std::isfinite(density)) {
+    throw std::invalid_argument("density must be finite and not negative, in kg/m³");
+  }
+}
+
 EllipsoidInertia ellipsoid_inertia(const Vector3d& semi_axes, double density) {
-  require_valid(semi_axes, density);
+  require_valid_axes(semi_axes, density);
   const double length = std::exp2(std::ilogb(semi_axes.maxCoeff()));  // a power of two leaves differences of axes exact
   const Vector3d s = semi_axes / length;
   const double alpha = lamb_coefficient(s[0], s[1], s[2]);

@@ -20,4 +20,7 @@ struct EllipsoidInertia {
 /// (0 is a vacuum). Source: Lamb, Hydrodynamics, §114–115.
 EllipsoidInertia ellipsoid_inertia(const Eigen::Vector3d& semi_axes, double density);
 
+/// std::invalid_argument for what ellipsoid_inertia refuses.
+void require_valid_axes(const Eigen::Vector3d& semi_axes, double density);
+
 }  // namespace lamprey::fluid

@@ -16,12 +16,14 @@ enum class JointKind { ball, universal, hinge, fixed };
 /// A body as described; the first one is the root.
 struct BodyDescription {
   std::string name;
-  Eigen::Vector3d semi_axes;                       // m, half lengths of the ellipsoid, body frame
-  std::optional<double> mass;                      // kg; default: density × volume
+  Eigen::Vector3d semi_axes;   // m, half lengths of the ellipsoid, body frame; of an ellipse the third is drawn alone
+  std::optional<double> mass;  // kg; default: density × volume
   std::optional<Eigen::Matrix3d> body_inertia;     // kg m², without fluid, about the mass centre; default: homogeneous
   std::optional<Eigen::Matrix3d> mass_matrix;      // kg, body + fluid: overrides M_i
   std::optional<Eigen::Matrix3d> inertia_matrix;   // kg m², body + fluid: overrides J_i
   std::optional<Eigen::Matrix3d> coupling_matrix;  // kg m, body + fluid: C_i in the energy V·C_iΩ; default: zero
+  bool ellipse =
+      false;  // in a plane fluid along e_1 and e_2: one metre of a cylinder, masses and moments per metre of depth
 };
 
 /// A joint as described; the moment u_j acts on the parent, its opposite on the child.

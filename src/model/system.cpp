@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "fluid/ellipse.hpp"
 #include "fluid/ellipsoid.hpp"
 #include "lie/so3.hpp"
 #include "model/input_error.hpp"
@@ -29,8 +30,16 @@ int index_of(const std::vector<Body>& bodies, const std::string& name, const std
   throw InputError(key, "found \"" + name + "\", which is no body's name; name a [[body]] of this file");
 }
 
+Matrix3d homogeneous_inertia(const BodyDescription& described, double mass) {
+  const Vector3d s = described.semi_axes.cwiseAbs2();
+  if (described.ellipse) return (mass * fluid::ellipse_spread(described.semi_axes.head<2>())).asDiagonal();
+  return (mass / 5.0 * Vector3d(s[1] + s[2], s[2] + s[0], s[0] + s[1])).asDiagonal();
+}
+
 Body resolve_body(const BodyDescription& described, double density) {
-  const fluid::EllipsoidInertia shape = fluid::ellipsoid_inertia(described.semi_axes, density);
+  const fluid::EllipsoidInertia shape = described.ellipse
+                                            ? fluid::ellipse_inertia(described.semi_axes.head<2>(), density)
+                                            : fluid::ellipsoid_inertia(described.semi_axes, density);
   if (!described.mass && density <= 0.0)
     throw InputError("body.mass",
                      "missing for \"" + described.name + "\"; a vacuum gives no buoyancy: state the mass in kg");
@@ -39,9 +48,7 @@ Body resolve_body(const BodyDescription& described, double density) {
   body.semi_axes = described.semi_axes;
   body.volume = shape.volume;
   body.mass = described.mass.value_or(shape.mass);
-  const Vector3d s = described.semi_axes.cwiseAbs2();
-  const Vector3d homogeneous = body.mass / 5.0 * Vector3d(s[1] + s[2], s[2] + s[0], s[0] + s[1]);
-  body.body_inertia = described.body_inertia.value_or(Matrix3d(homogeneous.asDiagonal()));
+  body.body_inertia = described.body_inertia.value_or(homogeneous_inertia(described, body.mass));
   const Matrix3d added_mass = shape.added_mass.asDiagonal();
   const Matrix3d added_inertia = shape.added_inertia.asDiagonal();
   body.mass_matrix = described.mass_matrix.value_or(body.mass * Matrix3d::Identity() + added_mass);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "model/input_error.hpp"
+#include "refusals.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -29,10 +30,6 @@ std::string refusal(const std::string& text, const file::Joints& joints = one_of
     return error.what();
   }
   return "";
-}
-
-void expect_begins(const std::string& text, const std::string& with) {
-  EXPECT_EQ(text.rfind(with, 0), 0U) << text << "\nwith " << with;
 }
 
 TEST(AnglesTable, holds_the_angles_of_each_joints_freedoms) {

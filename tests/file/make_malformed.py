@@ -17,6 +17,8 @@ GOAL = VALID[VALID.index("[goal]"):VALID.index("[time]")]
 LIMITS = VALID[VALID.index("[limits]"):VALID.index("[search]")]
 FREE = "duration = \"free\"\nmin = 0.5\nmax = 2.5"
 BACK_START = "rotation.back = [0.0, 0.0, 0.75]"
+ELLIPSES = [(f"semi_axes = [{three}]", f"semi_axes = [{two}]") for three, two in
+            (("8.0, 1.5, 2.0", "8.0, 1.5"), ("5.0, 0.8, 1.5", "5.0, 0.8"), ("5, 0.8, 1.5", "5, 0.8"), ("2.0, 0.8, 1.5", "2.0, 0.8"))]
 # name: (old text, new text (or a list of such pairs, None), text of the expected line, key, fragments: found, allowed, cure)
 CASES = {
     "schema_missing": ("schema = 1\n", "", "# expect", "schema", ["found nothing", "schema = 1", "add this key"]),
@@ -34,7 +36,10 @@ CASES = {
     "semi_axes_missing": ("semi_axes = [5.0, 0.8, 1.5]\n", "", "[[body]]#2", "body[1].semi_axes", ["found nothing", "three numbers > 0 (m)", "add this key"]),
     "semi_axes_negative": ("[5.0, 0.8, 1.5]", "[5.0, -0.8, 1.5]", "[5.0, -0.8", "body[1].semi_axes", ["found [5, -0.8, 1.5]", "three numbers > 0 (m)", "choose"]),
     "semi_axes_zero": ("[5.0, 0.8, 1.5]", "[5.0, 0, 1.5]", "[5.0, 0,", "body[1].semi_axes", ["found [5, 0, 1.5]", "three numbers > 0 (m)", "choose"]),
-    "semi_axes_too_few": ("[5.0, 0.8, 1.5]", "[5.0, 0.8]", "[5.0, 0.8]", "body[1].semi_axes", ["found [5, 0.8]", "three numbers > 0 (m)", "write three"]),
+    "semi_axes_too_few": ("[5.0, 0.8, 1.5]", "[5.0]", "[5.0]", "body[1].semi_axes", ["found [5]", "three numbers > 0 (m), or two of an ellipse", "write three"]),
+    "semi_axes_of_two_kinds": ("[5.0, 0.8, 1.5]", "[5.0, 0.8]", "semi_axes = [8.0", "body[0].semi_axes", ["three numbers beside bodies of two", "two for every body (ellipses in the plane) or three", "leave the third number out"]),
+    "ellipse_negative": ("[5.0, 0.8, 1.5]", "[5.0, -0.8]", "[5.0, -0.8]", "body[1].semi_axes", ["found [5, -0.8]", "two numbers > 0 (m)", "choose a finite value"]),
+    "ellipses_on_a_ball_joint": (ELLIPSES, None, "kind = \"ball\"", "joint[0].kind", ["a ball joint", "hinge or fixed between ellipses", "kind = \"hinge\""]),
     "semi_axes_not_a_number": ("[5.0, 0.8, 1.5]", "[5.0, nan, 1.5]", "[5.0, nan", "body[1].semi_axes", ["found [5, nan, 1.5]", "three numbers > 0 (m)", "finite"]),
     "semi_axes_astronomic": ("[5.0, 0.8, 1.5]", "[5e200, 5e200, 1.5]", "[5e200", "body[1].semi_axes", ["volume inf", "ordinary numbers", "check the units"]),
     "vacuum_without_mass": ("density = 0.01", "density = 0", "[[body]]#2", "body[1].mass", ["found nothing in a vacuum", "a number > 0 (kg)", "add this key"]),

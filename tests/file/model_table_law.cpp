@@ -212,7 +212,7 @@ TEST(ModelTable, lets_no_control_character_of_a_name_through) {
 }
 
 TEST(InertiaJson, holds_the_seven_fields_with_all_digits) {
-  const auto document = nlohmann::json::parse(inertia_json({8.0, 1.5, 2.0}, 3.0));
+  const auto document = nlohmann::json::parse(inertia_json(Eigen::Vector3d(8.0, 1.5, 2.0), 3.0));
   const auto inertia = fluid::ellipsoid_inertia({8.0, 1.5, 2.0}, 3.0);
   EXPECT_EQ(document.size(), 7U);
   EXPECT_EQ(document.at("volume").get<double>(), inertia.volume);
@@ -232,10 +232,12 @@ TEST(InertiaJson, holds_the_seven_fields_with_all_digits) {
 }
 
 TEST(InertiaTable, refuses_what_is_no_body) {
-  EXPECT_THROW(inertia_table({1.0, 0.0, 1.0}, 1.0), model::InputError);
-  EXPECT_THROW(inertia_table({1.0, 1.0, 1.0}, -1.0), model::InputError);
-  EXPECT_THROW(inertia_json({1e120, 1e120, 1e120}, 1.0), model::InputError);
-  EXPECT_NE(inertia_table({1.0, 1.0, 1.0}, 1.0).find("4.18879"), std::string::npos);
+  EXPECT_THROW(inertia_table(Eigen::Vector3d(1.0, 0.0, 1.0), 1.0), model::InputError);
+  EXPECT_THROW(inertia_table(Eigen::Vector3d(1.0, 1.0, 1.0), -1.0), model::InputError);
+  EXPECT_THROW(inertia_json(Eigen::Vector3d(1e120, 1e120, 1e120), 1.0), model::InputError);
+  EXPECT_NE(inertia_table(Eigen::Vector3d(1.0, 1.0, 1.0), 1.0).find("4.18879"), std::string::npos);
+  EXPECT_NE(inertia_table(Eigen::Vector2d(1.0, 1.0), 1.0).find("ellipse, one metre deep, in fluid"), std::string::npos);
+  EXPECT_THROW(inertia_json(Eigen::Vector2d(1.0, -1.0), 1.0), model::InputError);
 }
 
 }  // namespace lamprey::file

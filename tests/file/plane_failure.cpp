@@ -1,0 +1,88 @@
+// Swimmers of ellipses keep to their plane; what leads out of it is refused where it stands.
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "file/plane_checks.hpp"
+#include "file/problem_file.hpp"
+#include "maneuver/maneuver.hpp"
+#include "mechanics/continuous.hpp"
+#include "model/input_error.hpp"
+#include "refusals.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+maneuver::Problem ellipses() {
+  return file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/examples/ellipses.toml").problem;
+}
+
+std::string refusal(const std::function<void(maneuver::Problem&)>& change) {
+  maneuver::Problem problem = ellipses();
+  change(problem);
+  try {
+    file::require_plane(problem);
+  } catch (const model::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Plane, of_ellipses_holds_all_that_a_swimmer_is_asked) {
+  EXPECT_EQ(refusal([](auto&) {}), "");
+  expect_begins(refusal([](auto& p) { p.swimmer.bodies[1].ellipse = false; }),
+                "body[1].semi_axes: found three numbers");
+  expect_begins(refusal([](auto& p) { p.swimmer.joints[0].kind = model::JointKind::universal; }),
+                "joint[0].kind: found a universal joint; allowed: hinge or fixed");
+  expect_begins(refusal([](auto& p) { p.swimmer.joints[1].axis = Vector3d(0.1, 0, 1); }),
+                "joint[1].axis: found [0.1, 0, 1]; allowed: a turn about e_3");
+  expect_begins(refusal([](auto& p) { p.swimmer.joints[1].child_offset[2] = 0.01; }),
+                "joint[1].child_offset: found [0.12, 0, 0.01]; allowed: 0 along e_3");
+  expect_begins(refusal([](auto& p) { p.swimmer.joints[0].reference_rotation[0] = 0.2; }),
+                "joint[0].reference_rotation");
+  expect_begins(refusal([](auto& p) { p.start.rotation[2] = Vector3d(0, 1, 0); }), "start.rotation.tail");
+  expect_begins(refusal([](auto& p) { p.start.angular_velocity[0] = Vector3d(1, 0, 0); }),
+                "start.angular_velocity.middle");
+  expect_begins(refusal([](auto& p) { p.start.linear_velocity = Vector3d(1, 0, 1); }), "start.linear_velocity");
+  expect_begins(refusal([](auto& p) { p.goal->move[2] = 0.5; }),
+                "goal.move: found 0.5 along e_3; allowed: 0 or \"free\"");
+  expect_begins(refusal([](auto& p) { p.goal->turn = Vector3d(0.5, 0, 0); }), "goal.turn");
+  expect_begins(refusal([](auto& p) { p.goal->rotation["head"] = Vector3d(0.5, 0, 0); }), "goal.rotation.head");
+  EXPECT_EQ(refusal([](auto& p) {
+              for (auto& body : p.swimmer.bodies) body.ellipse = false;
+              p.goal->turn = Vector3d(0.5, 0, 0);
+            }),
+            "")
+      << "ellipsoids turn as they like";
+}
+
+// What of M and J lies out of the plane has no part in motions within it.
+TEST(Plane, motions_do_not_feel_what_lies_out_of_it) {
+  const maneuver::Problem problem = ellipses();
+  const model::System system(problem.swimmer);
+  model::SwimmerDescription other = problem.swimmer;
+  for (std::size_t i = 0; i < other.bodies.size(); ++i) {
+    const model::Body& body = system.bodies()[i];
+    other.bodies[i].mass_matrix = body.mass_matrix;
+    (*other.bodies[i].mass_matrix)(2, 2) *= 5.0;
+    other.bodies[i].inertia_matrix = body.inertia_matrix;
+    (*other.bodies[i].inertia_matrix)(0, 0) *= 3.0;
+    (*other.bodies[i].inertia_matrix)(1, 1) *= 0.5;
+  }
+  const model::System heavier(other);
+  const mechanics::Rotations R = {lie::exp(Vector3d(0, 0, 0.3)), lie::exp(Vector3d(0, 0, -0.4)),
+                                  lie::exp(Vector3d(0, 0, 1.1))};
+  Eigen::VectorXd velocity = Eigen::VectorXd::Zero(system.velocity_count());
+  velocity << 0, 0, 0.7, 1.3, -0.6, 0.4, -0.2, 0.0;
+  const mechanics::Moments u = {Vector3d(0.8, 0, 0), Vector3d(-0.5, 0, 0)};
+  const Eigen::VectorXd one = mechanics::acceleration(system, R, velocity, u);
+  const Eigen::VectorXd two = mechanics::acceleration(heavier, R, velocity, u);
+  EXPECT_LE((one - two).norm(), tolerance(1e-12) * one.norm());
+  EXPECT_GT(one.norm(), 1.0);
+}
+
+}  // namespace
+}  // namespace lamprey::tests
