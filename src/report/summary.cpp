@@ -140,6 +140,7 @@ bool without_motion(const file::Results& results) {
 namespace {
 
 constexpr double unworked_mark = 0.1;  // of the largest energy, by which it may differ from the moments' work
+constexpr double same_place = 1e-9;    // of the swimmer's size: a displacement that is none
 
 constexpr std::size_t most_bodies_placed = 100'000;  // at all nodes, between which a summary looks for overlaps
 constexpr double unseen_mark = 0.1;                  // of the work by a replay, that nodes do not show
@@ -199,6 +200,11 @@ void append_march(const file::Results& results, std::vector<std::pair<std::strin
   }
   rows.emplace_back("Energy", fmt::format("{} J at the start, {} J at the end, between {} and {} J", number(first),
                                           number(energy_at(system, solution, nodes - 1)), number(least), number(most)));
+  if (const std::optional<Transport> moved = transport(results); moved && moved->work > 0.0) {
+    rows.emplace_back("Work of the joints", number(moved->work, 5) + " J, nothing won back");
+    if (moved->distance > same_place * system.size())
+      rows.emplace_back("Cost of transport", number(moved->work / moved->distance, 5) + " J/m");
+  }
   const auto& joints = results.problem.joints;
   const bool moments_alone = std::all_of(joints.begin(), joints.end(), [](const file::ResolvedJoint& joint) {
     return joint.stiffness == 0.0 && joint.damping == 0.0;

@@ -196,6 +196,18 @@ TEST(ThreeLinks, go_round_a_loop_of_shapes_as_far_each_time) {
   EXPECT_LE((again.solution.position.back() - often.solution.position.back()).norm(), tolerance(1e-10));
 }
 
+TEST(ThreeLinks, are_told_what_their_stroke_costs_and_free_bodies_nothing) {
+  const Folder folder;
+  const std::string out = " --out " + (folder / "run");
+  const std::string stroke = lamprey(folder, "simulate " + example("three_links") + out + " --angles " +
+                                                 LAMPREY_SOURCE_DIR "/examples/three_links_angles.csv")
+                                 .out;
+  EXPECT_NE(stroke.find("Work of the joints"), std::string::npos) << stroke;
+  EXPECT_NE(stroke.find("Cost of transport"), std::string::npos) << stroke;
+  const std::string free = lamprey(folder, "simulate " + example("tumble") + " --steps 100 --duration 0.1" + out).out;
+  EXPECT_EQ(free.find("Work of the joints"), std::string::npos) << free;
+}
+
 TEST(ThreeLinks, are_told_what_a_march_along_angles_cannot_do) {
   const Folder folder;
   const std::string march = "simulate " + example("three_links") + " --out " + (folder / "run") + " --angles " +
