@@ -14,7 +14,7 @@ def ellipsoid_inertia(semi_axes: numpy.typing.ArrayLike, density: float) -> dict
     """
     Inertia of a homogeneous, neutrally buoyant ellipsoid and of the fluid that it drags along.
 
-    semi_axes: three half lengths, m. density: of the fluid, kg/m³; 0 is a vacuum.
+    semi_axes: three half lengths, m, or two of an ellipse in the plane, of which one metre is meant. density: of the fluid, kg/m³; 0 is a vacuum.
     Returns a dict with the words of `lamprey inertia --json`, in the frame of the ellipsoid's own axes, about its centre:
     volume (m³), mass (kg), body_inertia (3,) kg m², added_mass (3,) kg, added_inertia (3,) kg m²,
     mass_matrix (3, 3) kg and inertia_matrix (3, 3) kg m², which are body and fluid together.

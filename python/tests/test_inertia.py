@@ -32,7 +32,13 @@ def test_totals_are_sums():
     assert found["added_mass"][2] > found["added_mass"][1] > found["added_mass"][0] > 0.0
 
 
-@pytest.mark.parametrize("semi_axes, density", [([1.0, 2.0], 1.0), ([1.0, -2.0, 3.0], 1.0), ([1.0, 2.0, "x"], 1.0),
+def test_two_semi_axes_are_those_of_an_ellipse_in_the_plane():
+    found = lp.ellipsoid_inertia([2.0, 1.0], 3.0)
+    assert np.abs(found["added_mass"] - 3.0 * np.pi * np.array([1.0, 4.0, 0.0])).max() < 1e-13
+    assert abs(found["added_inertia"][2] - 3.0 * np.pi * 9.0 / 8.0) < 1e-13
+
+
+@pytest.mark.parametrize("semi_axes, density", [([1.0], 1.0), ([1.0, -2.0], 1.0), ([1.0, -2.0, 3.0], 1.0), ([1.0, 2.0, "x"], 1.0),
                                                 ([1.0, 2.0, float("inf")], 1.0), ([1.0, 2.0, 3.0], -1.0)])
 def test_what_is_no_ellipsoid_is_refused(semi_axes, density):
     with pytest.raises(lp.InputError, match="semi_axes"):
