@@ -227,6 +227,82 @@ Tables tables_of(const StoredMotion& motion) {
   return {motion, node_states(motion), actuated_moments(motion).transpose(), timed_impulses(motion)};
 }
 
+// Gradient of the cost by all free numbers of an answer, and the conditions that hold them.
+struct FirstOrder {
+  VectorXd gradient;
+  Conditions conditions;
+};
+
+// What is free beside the moments, and the rows that tie it: a period's first state and the duration.
+struct FreeEnds {
+  FreeColumns free;
+  MatrixXd end_rows;           // goal, and closure of a period, by the end state
+  MatrixXd end_rows_by_start;  // by the free start; empty where it is none
+};
+
+FreeEnds free_ends(const StoredMotion& motion, const Tables& tables, const MatrixXd& goal_rows, double momentum_scale) {
+  FreeEnds ends{{}, goal_rows, {}};
+  ends.free.duration = motion.problem.duration.free;
+  if (!periodic(motion)) return ends;
+  const VectorXd unit = VectorXd::Constant(shape_freedoms(motion), momentum_scale);
+  ends.free.start = periodic_start(motion, tables.state.front(), unit);
+  const MatrixXd closure = closure_rows(motion, tables.state.back(), unit);
+  ends.end_rows.resize(goal_rows.rows() + closure.rows(), goal_rows.cols());
+  ends.end_rows << goal_rows, closure;
+  const Eigen::Index starts = ends.free.start.cols();
+  ends.end_rows_by_start.setZero(ends.end_rows.rows(), starts);
+  ends.end_rows_by_start.bottomRightCorner(starts, starts) = -MatrixXd::Identity(starts, starts);
+  return ends;
+}
+
+// The last moments of a period are the first: one number for both.
+void join_ends_of_period(Eigen::Index controls, Eigen::Index moments, FirstOrder& order) {
+  const auto join = [](auto&& first, auto&& last) {
+    first += last;
+    last.setZero();
+  };
+  const Eigen::Index last = moments - controls;
+  join(order.gradient.head(controls), order.gradient.segment(last, controls));
+  join(order.conditions.shift.head(controls), order.conditions.shift.segment(last, controls));
+  join(order.conditions.rows.leftCols(controls), order.conditions.rows.middleCols(last, controls));
+}
+
+// A state or the duration changes all nodes' moments: by what that costs it counts, as a moment does by its own.
+void weigh_free_numbers(const StoredMotion& motion, const VectorXd& moments, Eigen::Index free, FirstOrder& order) {
+  const auto by_moments = order.gradient.head(moments.size());
+  const double costs =
+      by_moments.cwiseProduct(moments).lpNorm<1>() + motion.problem.time_weight * motion.time_step * motion.steps;
+  const double share = costs > 0.0 ? by_moments.lpNorm<Eigen::Infinity>() / costs : 0.0;
+  order.gradient.tail(free) *= share;
+  order.conditions.shift.tail(free) *= share;
+  order.conditions.rows.rightCols(free) *= share;
+}
+
+// With one value at each node, `moments`; costs beside effort pull as limits do.
+FirstOrder first_order_of_nodes(const StoredMotion& motion, const Tables& tables, const FreeEnds& ends,
+                                const VectorXd& moments, const VectorXd& effort_gradient) {
+  const maneuver::CostWeights& weights = motion.problem.cost_weights;
+  const bool beside = weights.any() || weights.of_displacement();
+  const CostGradient others = beside ? cost_gradient_beside_effort(motion) : CostGradient();
+  LimitPulls pulls = limit_pulls(motion);
+  pulls.any = pulls.any || beside;
+  for (std::size_t k = 0; k < others.by_state.size(); ++k) pulls.by_state[k] -= others.by_state[k];
+  FirstOrder order{effort_gradient,
+                   spanning_conditions(tables, ends.end_rows, ends.end_rows_by_start, pulls, ends.free)};
+  const Eigen::Index count = moments.size(), free = ends.free.count();
+  order.gradient.conservativeResize(count + free);
+  order.gradient.tail(free).setZero();
+  if (ends.free.duration)
+    order.gradient[count] = 0.5 * effort_gradient.dot(moments) +
+                            motion.problem.time_weight * motion.time_step * motion.steps + others.by_log_time_step;
+  const Eigen::Index controls = motion.system.control_count();
+  for (std::size_t k = 0; k < others.by_control.size(); ++k)
+    order.gradient.segment(controls * static_cast<Eigen::Index>(k), controls) += others.by_control[k];
+  if (weights.any() && periodic(motion)) join_ends_of_period(controls, count, order);
+  weigh_free_numbers(motion, moments, free, order);
+  return order;
+}
+
 }  // namespace
 
 MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, const MatrixXd& end_rows) {
@@ -236,72 +312,25 @@ MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, co
 double kkt_residual(const StoredMotion& motion, const ControlSpace& space, double momentum_scale) {
   const Tables tables = tables_of(motion);
   const GoalRows goal = goal_rows(motion.system, motion.problem, tables.state.back(), momentum_scale);
-  MatrixXd end_rows = goal.unit.cwiseInverse().asDiagonal() * goal.by_end_state;
-  VectorXd gradient = cost_gradient(motion, space);
-  Conditions conditions;
-  LimitPulls pulls = limit_pulls(motion);
-  if (space.basis.size() > 0) {
-    conditions.rows = spanning_rows(motion, space, end_rows);
-    conditions.shift.setZero(gradient.size());
+  const MatrixXd end_rows = goal.unit.cwiseInverse().asDiagonal() * goal.by_end_state;
+  const VectorXd by_numbers = cost_gradient(motion, space);
+  FirstOrder order;
+  if (space.basis.size() > 0) {  // splines, of effort alone
+    order.gradient = by_numbers;
+    order.conditions.rows = spanning_rows(motion, space, end_rows);
+    order.conditions.shift.setZero(by_numbers.size());
   } else {
-    FreeColumns free;
-    MatrixXd end_rows_by_start;
-    free.duration = motion.problem.duration.free;
-    if (periodic(motion)) {
-      const VectorXd unit = VectorXd::Constant(shape_freedoms(motion), momentum_scale);
-      free.start = periodic_start(motion, tables.state.front(), unit);
-      const MatrixXd closure = closure_rows(motion, tables.state.back(), unit);
-      MatrixXd all(end_rows.rows() + closure.rows(), end_rows.cols());
-      all << end_rows, closure;
-      end_rows_by_start.setZero(all.rows(), free.start.cols());
-      end_rows_by_start.bottomRightCorner(free.start.cols(), free.start.cols()) =
-          -MatrixXd::Identity(free.start.cols(), free.start.cols());
-      end_rows = all;
-    }
-    const maneuver::CostWeights& weights = motion.problem.cost_weights;
-    const bool beside = weights.any() || weights.of_displacement();
-    const CostGradient others = beside ? cost_gradient_beside_effort(motion) : CostGradient();
-    if (beside) {
-      pulls.any = true;
-      for (std::size_t k = 0; k < others.by_state.size(); ++k) pulls.by_state[k] -= others.by_state[k];
-    }
-    conditions = spanning_conditions(tables, end_rows, end_rows_by_start, pulls, free);
-    const Eigen::Index moments = gradient.size();
-    gradient.conservativeResize(moments + free.count());
-    gradient.tail(free.count()).setZero();
-    if (free.duration) {
-      const double duration = motion.time_step * motion.steps;
-      gradient[moments] = 0.5 * gradient.head(moments).dot(space.value) + motion.problem.time_weight * duration +
-                          others.by_log_time_step;
-    }
-    const Eigen::Index controls = motion.system.control_count();
-    for (std::size_t k = 0; k < others.by_control.size(); ++k)
-      gradient.segment(controls * static_cast<Eigen::Index>(k), controls) += others.by_control[k];
-    if (weights.any() && periodic(motion)) {  // the last moments are the first: one number for both
-      const auto join = [&](auto&& first, auto&& last) {
-        first += last;
-        last.setZero();
-      };
-      const Eigen::Index last = moments - controls;
-      join(gradient.head(controls), gradient.segment(last, controls));
-      join(conditions.shift.head(controls), conditions.shift.segment(last, controls));
-      join(conditions.rows.leftCols(controls), conditions.rows.middleCols(last, controls));
-    }
-    // a state or the duration changes all nodes' moments: by what that costs it counts, as a moment does by its own
-    const double costs = gradient.head(moments).cwiseProduct(space.value).lpNorm<1>() +
-                         motion.problem.time_weight * motion.time_step * motion.steps;
-    const double share = costs > 0.0 ? gradient.head(moments).lpNorm<Eigen::Infinity>() / costs : 0.0;
-    gradient.tail(free.count()) *= share;
-    conditions.shift.tail(free.count()) *= share;
-    conditions.rows.rightCols(free.count()) *= share;
+    const FreeEnds ends = free_ends(motion, tables, end_rows, momentum_scale);
+    order = first_order_of_nodes(motion, tables, ends, space.value, by_numbers);
   }
   Largest left, whole;
   // multipliers, which may be large along an unstable motion, are not formed
-  for (double entry : maneuver::beyond_rows(gradient + conditions.shift, conditions.rows, dependent_row))
+  for (double entry :
+       maneuver::beyond_rows(order.gradient + order.conditions.shift, order.conditions.rows, dependent_row))
     left.add(std::abs(entry));
-  for (double entry : gradient) whole.add(std::abs(entry));
+  for (double entry : order.gradient) whole.add(std::abs(entry));
   if (motion.problem.cost_weights.of_displacement())  // against which rest, without moments, is stationary
-    for (double entry : conditions.shift) whole.add(std::abs(entry));
+    for (double entry : order.conditions.shift) whole.add(std::abs(entry));
   return left.relative_to(whole.value());
 }
 

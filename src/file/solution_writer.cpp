@@ -214,72 +214,74 @@ std::string curvature_text(const certificate::SecondOrder& second) {
                      second.negative_eigenvalues ? json(*second.negative_eigenvalues) : "null");
 }
 
-std::string certificate_text(const std::optional<certificate::Certificate>& certificate) {
-  if (!certificate) return "null";
-  ObjectText text(1);
-  text.add("goal_error", json(certificate->goal_error));
-  text.add("rest_error", json(certificate->rest_error));
-  text.add("momentum_drift", json(certificate->momentum_drift));
-  text.add("momentum_round_off", json(certificate->momentum_round_off));
-  text.add("rotation_drift", json(certificate->rotation_drift));
-  text.add("iterates_momentum", json(certificate->iterates_momentum));
-  text.add("equation_residual", json(certificate->equation_residual));
-  text.add("start_error", json(certificate->start_error));
-  text.add("control_error", json(certificate->control_error));
-  text.add("time_error", json(certificate->time_error));
-  text.add("velocity_error", json(certificate->velocity_error));
-  text.add("cost_error", json(certificate->cost_error));
-  const auto& clearance = certificate->clearance;
-  text.add("clearance", clearance
-                            ? fmt::format("{{\"gap\": {}, \"time\": {}, \"bodies\": [{}, {}]}}", json(clearance->gap),
-                                          json(clearance->time), clearance->first, clearance->second)
-                            : "null");
-  text.add("kkt", json(certificate->kkt));
-  if (certificate->costs)
-    text.add("costs", fmt::format("{{\"error\": {}, \"signs\": {}}}", json(certificate->costs->error),
-                                  json(certificate->costs->signs)));
-  if (certificate->limits)
-    text.add("limits",
-             fmt::format("{{\"violation\": {}, \"key\": {}, \"time\": {}, \"complementarity\": {}, \"negative\": {}}}",
-                         json(certificate->limits->violation), json(certificate->limits->key),
-                         json(certificate->limits->time), json(certificate->limits->complementarity),
-                         json(certificate->limits->negative)));
-  text.add("second_order", certificate->second_order ? "{" + curvature_text(*certificate->second_order) + "}" : "null");
-  if (const auto& all = certificate->all_axes)
-    text.add("second_order_all_axes",
-             fmt::format("{{\"kkt\": {}, {}}}", json(all->kkt), curvature_text(all->second_order)));
-  else
-    text.add("second_order_all_axes", "null");
-  text.add("verdict", certificate->verdict ? json(word(*certificate->verdict)) : "null");
-  text.add("resolved",
-           certificate->replay ? json(certificate->replay->rotation_error <= certificate::replay_mark) : "null");
-  if (const auto& replay = certificate->replay) {
-    ObjectText inner(2);
-    inner.add("scheme", json(replay->scheme));
-    inner.add("window", json(replay->window));
-    inner.add("rotation_error", json(replay->rotation_error));
-    inner.add("position_error", json(replay->position_error));
-    inner.add("whole_rotation_error", json(replay->whole_rotation_error));
-    inner.add("whole_position_error", json(replay->whole_position_error));
-    inner.add("growth_rate", json(replay->growth_rate));
-    if (!std::isnan(replay->work)) inner.add("work", json(replay->work));
-    inner.add("feedback_rotation_error", json(replay->feedback_rotation_error));
-    inner.add("feedback_position_error", json(replay->feedback_position_error));
-    text.add("replay", inner.finished());
-  } else {
-    text.add("replay", "null");
-  }
-  const auto& refinement = certificate->refinement;
+std::string clearance_text(const certificate::Clearance& clearance) {
+  return fmt::format("{{\"gap\": {}, \"time\": {}, \"bodies\": [{}, {}]}}", json(clearance.gap), json(clearance.time),
+                     clearance.first, clearance.second);
+}
+
+std::string limit_check_text(const certificate::LimitsKept& limits) {
+  return fmt::format("{{\"violation\": {}, \"key\": {}, \"time\": {}, \"complementarity\": {}, \"negative\": {}}}",
+                     json(limits.violation), json(limits.key), json(limits.time), json(limits.complementarity),
+                     json(limits.negative));
+}
+
+std::string replay_text(const certificate::Replay& replay) {
+  ObjectText text(2);
+  text.add("scheme", json(replay.scheme));
+  text.add("window", json(replay.window));
+  text.add("rotation_error", json(replay.rotation_error));
+  text.add("position_error", json(replay.position_error));
+  text.add("whole_rotation_error", json(replay.whole_rotation_error));
+  text.add("whole_position_error", json(replay.whole_position_error));
+  text.add("growth_rate", json(replay.growth_rate));
+  if (!std::isnan(replay.work)) text.add("work", json(replay.work));
+  text.add("feedback_rotation_error", json(replay.feedback_rotation_error));
+  text.add("feedback_position_error", json(replay.feedback_position_error));
+  return text.finished();
+}
+
+std::string refinement_text(const certificate::Refinement& refinement) {
   const auto grid = [](const certificate::GridCost& g) {
     return fmt::format("{{\"steps\": {}, \"cost\": {}}}", g.steps, json(g.cost));
   };
-  text.add("refinement", refinement
-                             ? fmt::format("{{\"cost_half_step\": {}, \"observed_order\": {}, \"cost_limit\": {}, "
-                                           "\"cost_error\": {}, \"grids\": {}}}",
-                                           json(refinement->cost_half_step), json(refinement->observed_order),
-                                           json(refinement->cost_limit), json(refinement->cost_error),
-                                           json_list(refinement->grids, grid))
-                             : "null");
+  return fmt::format(
+      "{{\"cost_half_step\": {}, \"observed_order\": {}, \"cost_limit\": {}, \"cost_error\": {}, \"grids\": {}}}",
+      json(refinement.cost_half_step), json(refinement.observed_order), json(refinement.cost_limit),
+      json(refinement.cost_error), json_list(refinement.grids, grid));
+}
+
+std::string certificate_text(const certificate::Certificate& certificate) {
+  ObjectText text(1);
+  text.add("goal_error", json(certificate.goal_error));
+  text.add("rest_error", json(certificate.rest_error));
+  text.add("momentum_drift", json(certificate.momentum_drift));
+  text.add("momentum_round_off", json(certificate.momentum_round_off));
+  text.add("rotation_drift", json(certificate.rotation_drift));
+  text.add("iterates_momentum", json(certificate.iterates_momentum));
+  text.add("equation_residual", json(certificate.equation_residual));
+  text.add("start_error", json(certificate.start_error));
+  text.add("control_error", json(certificate.control_error));
+  text.add("time_error", json(certificate.time_error));
+  text.add("velocity_error", json(certificate.velocity_error));
+  text.add("cost_error", json(certificate.cost_error));
+  const auto or_null = [&](const char* name, const auto& part, const auto& text_of) {
+    text.add(name, part ? text_of(*part) : "null");
+  };
+  or_null("clearance", certificate.clearance, clearance_text);
+  text.add("kkt", json(certificate.kkt));
+  if (const auto& costs = certificate.costs)
+    text.add("costs", fmt::format("{{\"error\": {}, \"signs\": {}}}", json(costs->error), json(costs->signs)));
+  if (certificate.limits) text.add("limits", limit_check_text(*certificate.limits));
+  or_null("second_order", certificate.second_order,
+          [](const certificate::SecondOrder& second) { return "{" + curvature_text(second) + "}"; });
+  or_null("second_order_all_axes", certificate.all_axes, [](const auto& all) {
+    return fmt::format("{{\"kkt\": {}, {}}}", json(all.kkt), curvature_text(all.second_order));
+  });
+  or_null("verdict", certificate.verdict, [](const auto& verdict) { return json(word(verdict)); });
+  or_null("resolved", certificate.replay,
+          [](const auto& replay) { return json(replay.rotation_error <= certificate::replay_mark); });
+  or_null("replay", certificate.replay, replay_text);
+  or_null("refinement", certificate.refinement, refinement_text);
   return text.finished();
 }
 
@@ -420,7 +422,7 @@ std::string solution_text(const Results& results) {
     text.add("work_multipliers", json_list(solution.work_multipliers, [](const std::vector<double>& joint) {
                return json_list(joint, [](double sign) { return json(sign); });
              }));
-  text.add("certificate", certificate_text(results.certificate));
+  text.add("certificate", results.certificate ? certificate_text(*results.certificate) : "null");
   text.add("search", search_text(solution.search));
   text.add("solver", solver_text(solution.solver));
   if (!solution.marched_by.empty()) text.add("marched_by", json(solution.marched_by));
