@@ -162,6 +162,8 @@ def test_loops_of_angles_repeat_and_move_the_swimmer_alike_each_time(three_links
     often = lp.simulate(three_links, angles=(time, rows), cycles=4, steps=400)
     assert abs(often.time[-1] - 4.0) < 1e-12
     assert np.abs(often.position[-1] - 4.0 * once.position[-1]).max() < 1e-4 * np.abs(once.position[-1]).max()
+    by_function = lp.simulate(three_links, angles=loop, cycles=4, steps=400)
+    assert np.abs(by_function.position[-1] - often.position[-1]).max() < 1e-6
     with pytest.raises(lp.InputError, match="between its last and its first angle"):
         lp.simulate(three_links, angles=(time, rows * (1.0 + time[:, None])), cycles=2)
 
@@ -175,6 +177,10 @@ def test_angles_that_cannot_be_followed_are_refused(three_links):
         else:
             with pytest.raises(lp.InputError, match=words):
                 lp.simulate(three_links, angles=loop, **wrong)
+    in_z = np.zeros((2, 2, 3))
+    in_z[:, :, 2] = 0.5  # a rotation vector, where a hinge's angle stands first
+    with pytest.raises(lp.InputError, match=r"found \[0, 0, 0.5\] at 0 s; allowed: one angle of a hinge"):
+        lp.simulate(three_links, angles=([0.0, 1.0], in_z))
     with pytest.raises(lp.InputError, match=r"angles\(0\)|angles\(0.0\)"):
         lp.simulate(three_links, angles=lambda t: [1.0, 2.0, 3.0])
     with pytest.raises(lp.InputError, match=r"allowed: time \(rows,\), angles \(rows, 2, 3\) or \(rows, 2\)"):

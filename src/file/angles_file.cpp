@@ -1,5 +1,8 @@
 #include "file/angles_file.hpp"
 
+#include <cmath>
+#include <numbers>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -7,11 +10,20 @@
 #include "file/followed_file.hpp"
 #include "file/solution_file.hpp"
 #include "file/text_file.hpp"
+#include "file/words.hpp"
 #include "model/input_error.hpp"
+#include "model/system.hpp"
 
 namespace lamprey::file {
 
+using Eigen::Vector3d;
 using model::InputError;
+
+namespace {
+
+constexpr double whole_turn = 2.0 * std::numbers::pi;
+
+}  // namespace
 
 AngleSamples angles_of_results(const Results& results, const std::string& path, const Joints& joints) {
   require_motion_of(joints, results, path);
@@ -34,21 +46,62 @@ AngleSamples read_angles(const std::string& path, const Joints& joints) {
   return parse_angles(read_bytes(path, table_byte_limit), path, joints);
 }
 
+namespace {
+
+constexpr double closed = 1e-6;  // rad, of a period's ends
+
+// By what a joint's turn is ahead after a period: whole turns about its axes. Nothing where it does not end where it began.
+std::optional<Vector3d> ahead(const Vector3d& first, const Vector3d& last, bool about_axes) {
+  const Vector3d between = last - first, turns = (between / whole_turn).array().round();
+  const Vector3d ahead = about_axes ? Vector3d(whole_turn * turns) : Vector3d(Vector3d::Zero());
+  if ((between - ahead).norm() > closed) return std::nullopt;
+  return ahead;
+}
+
+}  // namespace
+
 void repeat(int cycles, const std::string& path, const Joints& joints, AngleSamples& angles) {
-  constexpr double closed = 1e-6;  // rad, of a period's ends
-  for (std::size_t j = 0; j < joints.size(); ++j)
-    if (const double open = (angles.angle.back()[j] - angles.angle.front()[j]).norm(); cycles > 1 && open > closed)
-      throw InputError(path, joints[j].name,
-                       fmt::format("found {:.3g} rad between its last and its first angle; allowed: none, where cycles "
-                                   "repeat; end where it begins, or leave cycles out",
-                                   open));
+  if (cycles == 1) return;
   const std::vector<double> time = angles.time;
   const auto angle = angles.angle;
-  const double period = time.back() - time.front();
+  const double period = time.back();
+  if (std::abs(time.front()) > closed * period)
+    throw InputError(
+        path, "t",
+        fmt::format("found a first time of {} s; allowed: 0 s, where cycles repeat; begin there", time.front()));
+  std::vector<Vector3d> gained;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const auto turned = ahead(angle.front()[j], angle.back()[j], joints[j].kind != model::JointKind::ball);
+    if (!turned)
+      throw InputError(
+          path, joints[j].name,
+          fmt::format(
+              "found {:.3g} rad between its last and its first angle; allowed: none, or whole turns of a hinge, where "
+              "cycles repeat; end where it begins, or leave cycles out",
+              (angle.back()[j] - angle.front()[j]).norm()));
+    gained.push_back(*turned);
+  }
   for (int cycle = 1; cycle < cycles; ++cycle)
     for (std::size_t k = 1; k < time.size(); ++k) {
       angles.time.push_back(time[k] + cycle * period);
       angles.angle.push_back(angle[k]);
+      for (std::size_t j = 0; j < joints.size(); ++j) angles.angle.back()[j] += cycle * gained[j];
+    }
+}
+
+void require_freedoms(const AngleSamples& angles, const std::string& path, const Joints& joints) {
+  for (std::size_t k = 0; k < angles.time.size(); ++k)
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      const int freedoms = freedoms_of(joints[j].kind);
+      const Vector3d& angle = angles.angle[k][j];
+      if (angle.tail(3 - freedoms).isZero(0.0)) continue;
+      throw InputError(path, joints[j].name,
+                       fmt::format("found [{}, {}, {}] at {} s; allowed: {} of a {} joint, zeros behind; {}", angle[0],
+                                   angle[1], angle[2], angles.time[k],
+                                   freedoms == 0   ? "no angle"
+                                   : freedoms == 1 ? "one angle"
+                                                   : "two angles",
+                                   word(joints[j].kind), "put angles about the joint's axes first"));
     }
 }
 

@@ -28,7 +28,11 @@ AngleSamples parse_angles(const std::string& bytes, const std::string& path, con
 /// The angles of a motion that is already there.
 AngleSamples angles_of_results(const Results& results, const std::string& path, const Joints& joints);
 
-/// So many periods one after the other. model::InputError where the last angles are not the first ones; `path` names them.
+/// So many periods one after the other; whole turns about a joint's axes go on. model::InputError where the last angles are not the
+/// first ones otherwise, or time does not begin at 0; `path` names them.
 void repeat(int cycles, const std::string& path, const Joints& joints, AngleSamples& angles);
+
+/// model::InputError where angles stand beyond the freedoms of their joints, such as a hinge's in the place of z.
+void require_freedoms(const AngleSamples& angles, const std::string& path, const Joints& joints);
 
 }  // namespace lamprey::file

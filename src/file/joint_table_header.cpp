@@ -93,6 +93,14 @@ class Columns {
     return alone(part(place)) ? joint : fmt::format("{} {}", joint, part(place).suffix);
   }
 
+  // Whether it seems to mean a joint, such as "elbow_deg".
+  bool begins_with_joint(std::string_view name) const {
+    return std::any_of(joints_.begin(), joints_.end(), [&](const model::JointDescription& joint) {
+      const std::string_view rest = name.starts_with(joint.name) ? name.substr(joint.name.size()) : "?";
+      return !joint.name.empty() && (rest.empty() || separators.find(rest.front()) != std::string_view::npos);
+    });
+  }
+
   // In the joints' order.
   std::vector<JointPart> in_order() const {
     std::vector<JointPart> places;
@@ -169,7 +177,7 @@ std::optional<HeaderFault> incomplete(TableKind kind, const Columns& known, cons
     const std::string cell = in_quotes(cells[n + 1]);
     if (!place[n]) {
       const std::vector<JointPart> all = known.in_order();
-      return HeaderFault{n + 1, cell, "a joint and its axis in every column, as " + in_quotes(known.name(all.front())),
+      return HeaderFault{n + 1, cell, "a joint in every column, as " + in_quotes(known.name(all.front())),
                          "name this column too, or none"};
     }
     const auto [joint, part] = *place[n];
@@ -178,8 +186,8 @@ std::optional<HeaderFault> incomplete(TableKind kind, const Columns& known, cons
                          "rename or remove one of the two columns"};
     held[joint][part] = true;
     if (holds(joint, true) && holds(joint, false))
-      return HeaderFault{n + 1, cell + " beside another column of that hinge",
-                         "its x, y and z, or its moment along its axis alone", "remove one of the two"};
+      return HeaderFault{n + 1, cell + " beside another column of that hinge", "its x, y and z, or its name alone",
+                         "remove one of the two"};
   }
   for (const JointPart& needed : known.in_order())
     if (!held[needed.joint][needed.part] && !holds(needed.joint, true))
@@ -200,6 +208,15 @@ TableHeader read_table_header(TableKind kind, const std::vector<std::string_view
   std::vector<std::optional<JointPart>> place;
   for (std::size_t n = 1; n < labels.size(); ++n) place.push_back(known.named(labels[n].name));
   header.named = std::any_of(place.begin(), place.end(), [](const auto& one) { return one.has_value(); });
+  if (!header.named && kind == TableKind::angles)  // nobody would take degrees for radians, or one joint for another
+    for (std::size_t n = 1; n < labels.size(); ++n)
+      if (known.begins_with_joint(labels[n].name)) {
+        header.fault = {
+            n, in_quotes(cells[n]),
+            "a joint's angles as " + in_quotes(known.name(known.in_order().front())) + ", with (rad) or (deg) behind",
+            "name the columns so, or leave the header out"};
+        return header;
+      }
   if (header.named) {
     if ((header.fault = incomplete(kind, known, joints, cells, place))) return header;
     header.columns.clear();

@@ -1,6 +1,10 @@
 #include "file/plane_checks.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -40,13 +44,52 @@ void require_plane_joint(const model::JointDescription& joint, std::size_t j) {
   require_within(joint_key(j, "child_offset"), joint.child_offset);
 }
 
+// Entries that couple the plane with what lies out of it: of velocities (V, Ω) those of V_3, Ω_1 and Ω_2 with the others.
+void require_plane_body(const model::BodyDescription& body, std::size_t i) {
+  const auto require = [&](const char* name, const std::optional<Eigen::Matrix3d>& matrix,
+                           std::initializer_list<std::pair<int, int>> entries) {
+    if (!matrix) return;
+    for (const auto& [row, column] : entries)
+      if (std::abs((*matrix)(row, column)) > in_plane * matrix->norm())
+        refuse(body_key(i, name), fmt::format("{} in row {}, column {}", (*matrix)(row, column), row + 1, column + 1),
+               fmt::format("0 there, which would drive it out of its plane: {}", reason), "set that entry to 0");
+  };
+  for (const auto& [name, matrix] :
+       {std::pair("mass_matrix", &body.mass_matrix), std::pair("inertia_matrix", &body.inertia_matrix),
+        std::pair("body_inertia", &body.body_inertia)})
+    require(name, *matrix, {{0, 2}, {1, 2}, {2, 0}, {2, 1}});
+  require("coupling_matrix", body.coupling_matrix, {{0, 0}, {0, 1}, {1, 0}, {1, 1}, {2, 2}});
+}
+
+void require_plane_end(const std::string& path, const std::array<std::optional<double>, 3>& move,
+                       const std::optional<Vector3d>& turn) {
+  if (move[2] && *move[2] != 0.0)
+    refuse(key_path(path, "move"), fmt::format("{} along e_3", *move[2]),
+           fmt::format("0 or \"free\" there: {}", reason), "set its third number to 0");
+  if (turn) require_about_normal(key_path(path, "turn"), *turn);
+}
+
 void require_plane_goal(const maneuver::Goal& goal) {
-  if (goal.move[2] && *goal.move[2] != 0.0)
-    refuse("goal.move", fmt::format("{} along e_3", *goal.move[2]), fmt::format("0 or \"free\" there: {}", reason),
-           "set its third number to 0");
-  if (goal.turn) require_about_normal("goal.turn", *goal.turn);
+  require_plane_end("goal", goal.move, goal.turn);
   for (const auto& [body, rotation] : goal.rotation)
     if (rotation) require_about_normal(key_path("goal.rotation", body), *rotation);
+}
+
+void require_plane_waypoint(const maneuver::Waypoint& waypoint, std::size_t n) {
+  const std::string path = fmt::format("waypoint[{}]", n);
+  require_plane_end(path, waypoint.move, waypoint.turn);
+  for (const auto& [body, rotation] : waypoint.rotation)
+    require_about_normal(key_path(path + ".rotation", body), rotation);
+}
+
+// Gaps are those in the plane only where it cuts obstacles in half.
+void require_plane_obstacles(const maneuver::Limits& limits, double height) {
+  for (std::size_t n = 0; n < limits.spheres.size(); ++n)
+    if (std::abs(limits.spheres[n].centre[2] - height) > in_plane * limits.spheres[n].radius)
+      refuse(fmt::format("limits.sphere[{}].centre", n), shown(limits.spheres[n].centre),
+             fmt::format("{} along e_3, as start.position has it: {}", height, reason), "put it into the plane");
+  for (std::size_t n = 0; n < limits.half_spaces.size(); ++n)
+    require_within(fmt::format("limits.half_space[{}].normal", n), limits.half_spaces[n].normal);
 }
 
 }  // namespace
@@ -62,11 +105,15 @@ void require_plane(const Problem& problem) {
   }
   for (std::size_t j = 0; j < problem.swimmer.joints.size(); ++j) require_plane_joint(problem.swimmer.joints[j], j);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
+    require_plane_body(bodies[i], i);
     require_about_normal(key_path("start.rotation", bodies[i].name), problem.start.rotation[i]);
     require_about_normal(key_path("start.angular_velocity", bodies[i].name), problem.start.angular_velocity[i]);
   }
   require_within("start.linear_velocity", problem.start.linear_velocity);
   if (problem.goal) require_plane_goal(*problem.goal);
+  for (std::size_t n = 0; n < problem.waypoints.size(); ++n) require_plane_waypoint(problem.waypoints[n], n);
+  require_plane_obstacles(problem.limits, problem.start.position[2]);
+  require_within("cost.displacement", problem.cost_weights.displacement);
 }
 
 }  // namespace lamprey::file

@@ -334,6 +334,14 @@ void check_tree(const SwimmerDescription& swimmer) {
   check_names_of_joints(swimmer);
 }
 
+namespace {
+
+std::string semi_axes_shown(const model::BodyDescription& body) {
+  return body.ellipse ? fmt::format("[{}, {}]", body.semi_axes[0], body.semi_axes[1]) : shown(body.semi_axes);
+}
+
+}  // namespace
+
 void check_bodies(const SwimmerDescription& swimmer) {
   for (std::size_t i = 0; i < swimmer.bodies.size(); ++i) {
     const model::BodyDescription& body = swimmer.bodies[i];
@@ -345,8 +353,11 @@ void check_bodies(const SwimmerDescription& swimmer) {
       refuse(body_key(i, "mass"), "nothing in a vacuum (fluid.density = 0)", "a number > 0 (kg)",
              "add this key: nothing buoys the body");
     if (!std::isnormal(volume) || !std::isnormal(mass) || !std::isnormal(inertia))
-      refuse(body_key(i, "semi_axes"), fmt::format("{}, volume {} m³, mass {} kg", shown(body.semi_axes), volume, mass),
+      refuse(body_key(i, "semi_axes"), fmt::format("{}, volume {} m³, mass {} kg", semi_axes_shown(body), volume, mass),
              "sizes whose volume, mass and inertia are ordinary numbers", "check the units: metres, kg/m³");
+    if (body.semi_axes.minCoeff() < 1e-50 * body.semi_axes.maxCoeff())
+      refuse(body_key(i, "semi_axes"), semi_axes_shown(body), "lengths that differ by a factor of 1e50 at most",
+             "check the units: metres");
     check_matrix(body.body_inertia, body_key(i, "body_inertia"));
     check_matrix(body.mass_matrix, body_key(i, "mass_matrix"));
     check_matrix(body.inertia_matrix, body_key(i, "inertia_matrix"));

@@ -48,7 +48,7 @@ ResolvedProblem resolve(const model::System& system, const maneuver::Problem& pr
   static_cast<maneuver::ProblemStatement&>(resolved) = problem;
   for (const model::Body& body : system.bodies())
     resolved.bodies.push_back({body.name, body.semi_axes, body.mass, body.body_inertia, body.mass_matrix,
-                               body.inertia_matrix, body.coupling_matrix});
+                               body.inertia_matrix, body.coupling_matrix, body.ellipse});
   for (int j = 0; j < system.joint_count(); ++j)
     resolved.joints.push_back(resolve(system.joint(j), problem.swimmer.joints[model::at(j)]));
   resolved.density = system.density();
@@ -72,7 +72,7 @@ model::SwimmerDescription swimmer_of(const ResolvedProblem& resolved) {
   swimmer.density = resolved.density.value_or(0.0);
   for (const ResolvedBody& body : resolved.bodies)
     swimmer.bodies.push_back({body.name, body.semi_axes, body.mass, body.body_inertia, body.mass_matrix,
-                              body.inertia_matrix, body.coupling_matrix});
+                              body.inertia_matrix, body.coupling_matrix, body.ellipse});
   for (const ResolvedJoint& joint : resolved.joints) {
     model::JointDescription described;
     described.name = joint.name;

@@ -34,6 +34,7 @@ struct ResolvedBody {
   Eigen::Matrix3d mass_matrix;                                // kg, body + fluid
   Eigen::Matrix3d inertia_matrix;                             // kg m², body + fluid
   Eigen::Matrix3d coupling_matrix = Eigen::Matrix3d::Zero();  // kg m, body + fluid
+  bool ellipse = false;                                       // one metre of a cylinder in a plane fluid
 };
 
 struct ResolvedJoint {

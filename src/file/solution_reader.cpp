@@ -80,6 +80,7 @@ ResolvedBody read_body(const JsonReader& reader) {
   read(reader.at("inertia_matrix"), body.inertia_matrix);
   read(reader.at("body_inertia"), body.body_inertia);
   if (reader.has("coupling_matrix")) read(reader.at("coupling_matrix"), body.coupling_matrix);
+  if (reader.has("ellipse")) body.ellipse = reader.at("ellipse").boolean();
   return body;
 }
 

@@ -112,6 +112,7 @@ std::string body_text(const ResolvedBody& body) {
   text.add("mass", json(body.mass));
   text.add("body_inertia", json(body.body_inertia));
   text.add("coupling_matrix", json(body.coupling_matrix));
+  if (body.ellipse) text.add("ellipse", json(true));
   return text.finished();
 }
 

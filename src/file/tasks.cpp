@@ -54,16 +54,35 @@ maneuver::ControlFunction control_function(const ControlSamples& samples, const 
   };
 }
 
-// The angles asked for, at least those at the march's nodes.
-AngleSamples sampled_angles(const MarchOptions& options, const Problem& problem) {
-  if (options.angles) return *options.angles;
+// A function of time becomes its values at the march's nodes, of one cycle.
+void sample_angles(MarchOptions& options, const Problem& problem) {
+  if (!options.angle) return;
+  const double duration = options.duration > 0.0 ? options.duration : problem.duration.value;
+  const int steps = options.steps > 0 ? options.steps : problem.steps;
+  const int nodes = std::max(1, steps / options.cycles);
   AngleSamples samples;
-  const double h = problem.time_step();
-  for (int k = 0; k <= problem.steps; ++k) {
-    samples.time.push_back(k * h);
-    samples.angle.push_back(options.angle(k * h));
+  for (int k = 0; k <= nodes; ++k) {
+    samples.time.push_back(k * duration / nodes);
+    samples.angle.push_back(options.angle(samples.time.back()));
   }
-  return samples;
+  options.angles = std::move(samples);
+}
+
+// Angles are marched along from their first time to their last one, in steps as long as the problem's, where nothing else is asked for.
+void take_span_of_angles(const MarchOptions& options, Problem& problem) {
+  if (!options.angles || options.duration > 0.0) return;
+  const double span = options.angles->time.back() - options.angles->time.front();
+  if (options.steps == 0) {
+    const double steps = std::round(span / problem.time_step());
+    if (!(steps <= static_cast<double>(step_limit)))
+      throw model::InputError(
+          options.angles_path, "t",
+          fmt::format("found {} s in steps of {} s; allowed: at most {} steps; march fewer cycles or "
+                      "--steps fewer",
+                      span, problem.time_step(), step_limit));
+    problem.steps = std::max(1, static_cast<int>(steps));
+  }
+  problem.duration = {.free = false, .value = span};
 }
 
 maneuver::JointAngles angle_function(const AngleSamples& samples) {
@@ -96,7 +115,6 @@ void take_duration(const MarchOptions& options, Problem& problem) {
   if (options.followed && !options.followed->solution.time.empty())
     problem.duration = {.free = false, .value = options.followed->solution.time.back()};
   if (options.controls) problem.duration = {.free = false, .value = options.controls->time.back()};
-  if (options.angles) problem.duration = {.free = false, .value = options.angles->time.back()};
 }
 
 // Several cycles are those of a stored gait.
@@ -107,7 +125,6 @@ void require_gait(const MarchOptions& options) {
                                 "; allowed: more than one with the controls or the feedback of a stored gait "
                                 "(goal.periodic = true), or with angles that end where they begin; leave it out");
   };
-  if (options.angles) return;
   if (!options.controls && !options.followed) refuse("a march without a stored motion");
   const bool gait = options.controls ? options.controls->gait
                                      : options.followed->problem.goal && options.followed->problem.goal->periodic;
@@ -119,6 +136,7 @@ void require_gait(const MarchOptions& options) {
 // A stored gait again and again, and the march as long.
 void repeat_gait(MarchOptions& options, Problem& problem) {
   if (options.cycles == 1) return;
+  if (options.angles) return repeat(options.cycles, options.angles_path, problem.swimmer.joints, *options.angles);
   require_gait(options);
   const std::int64_t steps = std::int64_t{problem.steps} * options.cycles;
   if (options.steps == 0 && steps > step_limit)
@@ -126,7 +144,6 @@ void repeat_gait(MarchOptions& options, Problem& problem) {
                                                   "fewer, or --steps fewer",
                                                   options.cycles, problem.steps, step_limit));
   if (options.controls) repeat(options.cycles, *options.controls);
-  if (options.angles) repeat(options.cycles, options.angles_path, problem.swimmer.joints, *options.angles);
   if (options.followed) options.followed->solution = maneuver::repeated(options.followed->solution, options.cycles);
   if (options.steps == 0) problem.steps = static_cast<int>(steps);
   if (options.duration == 0.0)
@@ -217,14 +234,43 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
 }
 
 // And the problem begins as they do.
-maneuver::JointAngles angles_to_follow(const MarchOptions& options, const model::System& system, Problem& problem) {
-  if (!maneuver::follows_angles(problem.scheme))
-    throw model::InputError("scheme", fmt::format("found {}; allowed where a march follows joint angles: paper, "
-                                                  "trapezoid, midpoint; choose one of them (--scheme)",
-                                                  word(problem.scheme)));
-  maneuver::JointAngles along = angle_function(sampled_angles(options, problem));
-  problem.start = maneuver::start_along(system, problem, along);
+maneuver::JointAngles angles_to_follow(const MarchOptions& options, const model::System& system,
+                                       const ProblemFile& file, Problem& problem) {
+  if (!maneuver::follows_angles(problem.scheme)) {
+    const std::string message = fmt::format(
+        "found {}; allowed where a march follows joint angles: paper, trapezoid, midpoint; choose one of them "
+        "(--scheme)",
+        word(problem.scheme));
+    throw options.scheme ? model::InputError("scheme", message)
+                         : located(model::InputError("integrator.scheme", message), file);
+  }
+  require_freedoms(*options.angles, options.angles_path, problem.swimmer.joints);
+  maneuver::JointAngles along = angle_function(*options.angles);
+  try {
+    problem.start = maneuver::start_along(system, problem, along);
+  } catch (const model::InputError& error) {
+    throw located(error, file);
+  }
   return along;
+}
+
+// Of moments that belong to a motion that began otherwise than this march, as a sentence; empty where it did not.
+std::string other_start(const ControlSamples& samples, const model::System& system, const maneuver::Start& start) {
+  constexpr double same = 1e-6;  // rad, rad/s: of what people see
+  if (!samples.first || samples.first->rotation.size() != start.rotation.size()) return "";
+  const integrator::State was = maneuver::start_state(system, *samples.first),
+                          is = maneuver::start_state(system, start);
+  double turned = 0.0;
+  for (std::size_t i = 0; i < was.rotation.size(); ++i)
+    turned = std::max(turned, lie::rotation_angle(was.rotation[i].transpose() * is.rotation[i]));
+  const Eigen::VectorXd then = integrator::velocity_of_state(system, was),
+                        now = integrator::velocity_of_state(system, is);
+  const double faster = (then - now).lpNorm<Eigen::Infinity>();
+  if (!(turned > same || faster > same)) return "";
+  return fmt::format(
+      " The moments are those of a motion that began otherwise: bodies turned by up to {:.3g} rad, and velocities "
+      "by up to {:.3g} (rad/s, m/s), beside this march's start.",
+      turned, faster);
 }
 
 }  // namespace
@@ -274,8 +320,10 @@ Results solve_task(const ProblemFile& file, study::SolveOptions options, const s
 }
 
 Results march_task(ProblemFile file, MarchOptions options, const std::string& command) {
+  sample_angles(options, file.problem);
   override_march(options, file.problem);
   repeat_gait(options, file.problem);
+  take_span_of_angles(options, file.problem);
   take_duration(options, file.problem);
   const double duration = file.problem.duration.value;
   if (options.controls) require_whole_march(options.controls->time, "moments", options.controls_path, duration);
@@ -293,7 +341,10 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   file.problem.goal.reset();  // marching seeks no goal
   perturb(options, system, followed.get(), file.problem);
   std::optional<maneuver::JointAngles> along;
-  if (options.angles || options.angle) along = angles_to_follow(options, system, file.problem);
+  if (options.angles) {
+    const ProblemFile asked = file;
+    along = angles_to_follow(options, system, asked, file.problem);
+  }
   Results results = begun_results(file, system, command);
   results.solution = along ? maneuver::march_along(system, file.problem, *along, options.interrupted)
                            : march(options, system, file.problem, followed.get());
@@ -305,6 +356,7 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   if (options.controls) {
     const std::string missing = left_out(*options.controls, results.problem.joints);
     results.solution.message += (missing.empty() ? "" : " ") + missing;
+    results.solution.message += other_start(*options.controls, system, file.problem.start);
   }
   const std::size_t nodes = results.solution.time.size();
   const bool ended = results.solution.status == maneuver::Status::simulated;
@@ -312,7 +364,9 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
     results.problem.steps = static_cast<int>(nodes) - 1;
     results.problem.duration = results.solution.time.back();
   }
-  if (!ended || results.problem.points > results.problem.steps + 1) {  // too few nodes tell nothing of the spline
+  const bool spline = !along && !options.control && !followed &&
+                      (!options.controls || options.controls->source == ControlSource::spline);
+  if (!ended || !spline || results.problem.points > results.problem.steps + 1) {  // too few nodes tell nothing of it
     results.problem.control = maneuver::ControlKind::steps;
     results.problem.points = 0;
   }

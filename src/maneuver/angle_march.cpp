@@ -28,11 +28,13 @@ void require_moved_joints(const System& system) {
     const Joint& joint = system.joint(j);
     const int freedoms = system.body(joint.child).freedoms;
     if (joint.actuation.cols() >= freedoms) continue;
-    throw model::InputError("joint." + joint.name + ".control_axes",
-                            "found " + std::to_string(joint.actuation.cols()) + " of the joint's " +
-                                std::to_string(freedoms) +
-                                " axes moved by moments; allowed: all, where a march follows joint angles; leave "
-                                "control_axes out, or march under moments (controls)");
+    const bool passive = joint.actuation.cols() == 0;
+    throw model::InputError("joint[" + std::to_string(j) + (passive ? "].actuated" : "].control_axes"),
+                            "found moments about " + std::to_string(joint.actuation.cols()) + " of the " +
+                                std::to_string(freedoms) + (freedoms == 1 ? " axis of " : " axes of ") + joint.name +
+                                "; allowed: about all, where a march follows joint angles; " +
+                                (passive ? "set actuated = true" : "leave control_axes out") +
+                                ", or march under moments (controls)");
   }
 }
 
@@ -209,8 +211,8 @@ Solution march_along(const System& system, const Problem& problem, const JointAn
     if (!path.control[k].allFinite()) {
       solution.status = Status::stalled;
       solution.message = "at t = " + std::to_string(static_cast<double>(k) * problem.time_step()) +
-                         " s no finite moments turn the joints so: the two axes of a universal joint fall together "
-                         "there, or rates are beyond all numbers; look at the angles at that time";
+                         " s no finite moments turn the joints so: the angles change beyond all numbers; look at "
+                         "them at that time";
       return solution;
     }
   if (solution.status == Status::simulated)

@@ -46,26 +46,31 @@ bool needs_whole_turns(const System& system, const Problem& problem, const Maneu
   });
 }
 
-// Whether every body is as heavy, fluid included, in all directions: in a vacuum, and spheres.
-bool equally_heavy(const System& system) {
-  constexpr double round_off = 1e-9;  // of a body's mass
-  return std::all_of(system.bodies().begin(), system.bodies().end(), [](const model::Body& body) {
-    const double mass = body.mass_matrix.trace() / 3.0;
-    return !body.coupled && (body.mass_matrix - mass * Matrix3d::Identity()).norm() <= round_off * mass;
-  });
+// What a body weighs, fluid included, where that is the same in all directions in which it moves: in a vacuum, spheres, circles in
+// their plane.
+std::optional<double> mass_in_all_directions(const model::Body& body) {
+  constexpr double round_off = 1e-9;  // of the mass
+  if (body.coupled) return std::nullopt;
+  const Eigen::Index directions = body.ellipse ? 2 : 3;
+  const MatrixXd matrix = body.mass_matrix.topLeftCorner(directions, directions);
+  const double mass = matrix.trace() / static_cast<double>(directions);
+  const MatrixXd differences = matrix - mass * MatrixXd::Identity(directions, directions);
+  if (differences.norm() > round_off * mass) return std::nullopt;
+  return mass;
 }
 
-// The centre of all bodies so weighted, from the root's mass centre, m.
-Vector3d weighted_centre(const System& system, const mechanics::Rotations& rotation) {
+// The centre of all bodies so weighted, from the root's mass centre, m; nothing where one is heavier in some directions.
+std::optional<Vector3d> weighted_centre(const System& system, const mechanics::Rotations& rotation) {
   const std::vector<Vector3d> centres = system.mass_centres(rotation, Vector3d::Zero());
   Vector3d sum = Vector3d::Zero();
   double whole = 0.0;
   for (std::size_t i = 0; i < centres.size(); ++i) {
-    const double mass = system.bodies()[i].mass_matrix.trace() / 3.0;
-    sum += mass * centres[i];
-    whole += mass;
+    const std::optional<double> mass = mass_in_all_directions(system.bodies()[i]);
+    if (!mass) return std::nullopt;
+    sum += *mass * centres[i];
+    whole += *mass;
   }
-  return sum / whole;
+  return Vector3d(sum / whole);
 }
 
 // How all bodies are turned at the end where the goal leaves none of that open and tells where the weighted centre is from the
@@ -90,19 +95,21 @@ std::optional<mechanics::Rotations> fixed_attitudes(const Maneuver& maneuver) {
 
 // Linear momentum zero, Σ m_i v_i of such bodies, keeps their weighted centre where it is.
 void refuse_to_move_centre(const System& system, const Maneuver& maneuver) {
-  if (!equally_heavy(system)) return;
+  const std::optional<Vector3d> before = weighted_centre(system, maneuver.start.rotation);
   const std::optional<mechanics::Rotations> ends = fixed_attitudes(maneuver);
-  if (!ends) return;
+  if (!before || !ends) return;
   const std::string stays =
       std::string("each body is as heavy in all directions (") +
-      (system.density() == 0.0 ? "a vacuum" : "spheres, fluid included") +
+      (system.density() == 0.0  ? "a vacuum"
+       : system.body(0).ellipse ? "circles, fluid included"
+                                : "spheres, fluid included") +
       "), so that at zero momentum their weighted centre stays put, and the attitudes asked for tell where the root is "
       "from there";
   const std::string cure = system.density() == 0.0 ? "" : ", or give bodies longer in one direction than in others";
   if (maneuver.cost_weights.of_displacement())
     throw InputError("cost.displacement",
                      "found a price of displacement, but " + stays + "; leave it out or an attitude \"free\"" + cure);
-  const Vector3d moved = weighted_centre(system, maneuver.start.rotation) - weighted_centre(system, *ends);
+  const Vector3d moved = *before - *weighted_centre(system, *ends);
   for (int c = 0; c < 3; ++c) {
     const auto& asked = maneuver.end_position[at(c)];
     if (!asked || std::abs(*asked - maneuver.start.position[c] - moved[c]) <= same_pose * system.size()) continue;

@@ -6,6 +6,7 @@
 #include "lie/so3.hpp"
 #include "maneuver/row_space.hpp"
 #include "maneuver/shape_program.hpp"
+#include "model/input_error.hpp"
 
 namespace lamprey::maneuver {
 
@@ -20,6 +21,16 @@ constexpr double dependence_threshold = 1e-9;  // singular directions end this f
 constexpr double reach_threshold = 1e-7;
 constexpr double end_row_threshold = 1e-6;  // above what reach_threshold makes of round-off
 constexpr int window_steps = 6;
+
+constexpr const char* goes_back_in_words =
+    "a single joint angle that cannot turn right round goes back the way it came, so that where it ends in its first "
+    "shape "
+    "nothing has moved or turned (scallop theorem)";
+
+// Whether it does.
+bool goes_back(const Maneuver& maneuver, const ShapeCoordinates& coordinates) {
+  return coordinates.shape.cols() == 1 && !maneuver.whole_turns && ends_in_first_shape(maneuver);
+}
 
 // As people name it: the axis e_c or three numbers.
 std::string axis_in_words(const Vector3d& axis) {
@@ -191,16 +202,16 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
   return found;
 }
 
+void refuse_price_of_no_displacement(const Maneuver& maneuver, const ShapeCoordinates& coordinates) {
+  if (!maneuver.cost_weights.of_displacement() || !goes_back(maneuver, coordinates)) return;
+  throw model::InputError("cost.displacement", "found a price of displacement, but " + std::string(goes_back_in_words) +
+                                                   "; leave it out, or add a second joint or axis");
+}
+
 std::string out_of_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                          const NodePath& path) {
-  const bool one_way = coordinates.shape.cols() == 1 && !maneuver.whole_turns && ends_in_first_shape(maneuver);
-  const bool paid = maneuver.cost_weights.of_displacement();
-  if (one_way && (paid || asks_to_move(system, maneuver)))
-    return std::string(
-               "a single joint angle that cannot turn right round goes back the way it came, so that where it "
-               "ends in its first shape nothing has moved or turned (scallop theorem)") +
-           (paid ? ", and cost.displacement finds nothing to pay for" : "") +
-           "; a second joint or axis would change that";
+  if (goes_back(maneuver, coordinates) && asks_to_move(system, maneuver))
+    return std::string(goes_back_in_words) + "; a second joint or axis would change that";
   const MatrixXd turns = span_of_rows(coordinates.pose.topRows<3>().transpose(), reach_threshold);
   const MatrixXd shifts = span_of_rows(coordinates.pose.bottomRows<3>().transpose(), reach_threshold);
   if (turns.cols() > 1 && shifts.cols() == 3) return "";

@@ -46,6 +46,7 @@ Body resolve_body(const BodyDescription& described, double density) {
   Body body;
   body.name = described.name;
   body.semi_axes = described.semi_axes;
+  body.ellipse = described.ellipse;
   body.volume = shape.volume;
   body.mass = described.mass.value_or(shape.mass);
   body.body_inertia = described.body_inertia.value_or(homogeneous_inertia(described, body.mass));
@@ -73,20 +74,6 @@ Body resolve_body(const BodyDescription& described, double density) {
   body.freedoms = 3;
   body.velocity_offset = 0;
   return body;
-}
-
-int freedoms_of(JointKind kind) {
-  switch (kind) {
-    case JointKind::ball:
-      return 3;
-    case JointKind::universal:
-      return 2;
-    case JointKind::hinge:
-      return 1;
-    case JointKind::fixed:
-      return 0;
-  }
-  return 0;
 }
 
 // Orthonormal basis of the span of the control axes, in the order given.
@@ -165,6 +152,20 @@ void lay_axes(const JointDescription& described, Joint& joint) {
 }
 
 }  // namespace
+
+int freedoms_of(JointKind kind) {
+  switch (kind) {
+    case JointKind::ball:
+      return 3;
+    case JointKind::universal:
+      return 2;
+    case JointKind::hinge:
+      return 1;
+    case JointKind::fixed:
+      return 0;
+  }
+  return 0;
+}
 
 bool positive_definite(const Matrix3d& m) {
   Matrix6d padded = Matrix6d::Identity();

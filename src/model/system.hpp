@@ -25,6 +25,7 @@ struct PathPoint {
 struct Body {
   std::string name;
   Vector3d semi_axes;        // m
+  bool ellipse;              // one metre of a cylinder in a plane fluid
   double volume;             // m³
   double mass;               // kg, without fluid
   Matrix3d body_inertia;     // kg m², without fluid, body frame
@@ -43,6 +44,9 @@ struct Body {
 
 /// At most three columns.
 using Axes = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 3>;
+
+/// How many axes a joint turns about.
+int freedoms_of(JointKind kind);
 
 /// Whether Cholesky's factorisation of a symmetric matrix succeeds.
 bool positive_definite(const Matrix3d& m);

@@ -15,6 +15,7 @@
 #include "file/resolve.hpp"
 #include "file/words.hpp"
 #include "lie/so3.hpp"
+#include "maneuver/maneuver.hpp"
 #include "mechanics/continuous.hpp"
 #include "report/wording.hpp"
 #include "study/plain_words.hpp"
@@ -202,7 +203,7 @@ void append_march(const file::Results& results, std::vector<std::pair<std::strin
                                           number(energy_at(system, solution, nodes - 1)), number(least), number(most)));
   if (const std::optional<Transport> moved = transport(results); moved && moved->work > 0.0) {
     rows.emplace_back("Work of the joints", number(moved->work, 5) + " J, nothing won back");
-    if (moved->distance > same_place * system.size())
+    if (moved->distance > same_place * system.size() && !maneuver::has_momentum(system, problem.start))
       rows.emplace_back("Cost of transport", number(moved->work / moved->distance, 5) + " J/m");
   }
   const auto& joints = results.problem.joints;
@@ -290,6 +291,8 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
       rows.emplace_back("Cost of transport", number(moved->work / moved->distance, 5) + " J/m");
   }
   if (!sought) append_march(results, rows);
+  if (!problem.bodies.empty() && problem.bodies.front().ellipse)
+    rows.emplace_back("Depth", "one metre of ellipses in the plane: masses, moments, energies and costs");
   rows.emplace_back("Duration", number(problem.duration) + " s");
   rows.emplace_back("Steps", fmt::format("{} of {} s", problem.steps, number(problem.time_step)));
   rows.emplace_back("Scheme", solution.marched_by.empty() ? scheme_name(problem.scheme) : solution.marched_by);

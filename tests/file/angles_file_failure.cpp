@@ -62,7 +62,9 @@ TEST(AnglesTable, a_header_says_whose_each_column_is_and_in_which_unit) {
 TEST(AnglesTable, that_cannot_be_meant_is_refused_at_its_column) {
   const std::string rows = "\n0,1,2,3,4,5,6\n1,0,0,0,0,0,0\n";
   expect_begins(refusal("t,elbow,fin 1,fin 2,spine x,spine y,spine w" + rows),
-                "a.csv:1:37: header: found \"spine w\"; allowed: a joint and its axis in every column, as \"elbow\"");
+                "a.csv:1:37: header: found \"spine w\"; allowed: a joint in every column, as \"elbow\"");
+  expect_begins(refusal("t,elbow_deg,b,c,d,e,f" + rows),
+                "a.csv:1:3: header: found \"elbow_deg\"; allowed: a joint's angles as \"elbow\"");
   expect_begins(refusal("t,elbow,fin 1,fin 1,spine x,spine y,spine z" + rows),
                 "a.csv:1:15: header: found \"fin 1\" a second time; allowed: the angles of each joint once");
   expect_begins(refusal("t,elbow,fin 1,fin 2,spine x,spine y" + rows),
@@ -77,6 +79,27 @@ TEST(AnglesTable, that_cannot_be_meant_is_refused_at_its_column) {
   expect_begins(refusal("0,1,2,3,4,5,6\n"), "a.csv:1:1: t: found 1 rows; allowed: at least two");
 }
 
+TEST(AnglesTable, beyond_a_joints_freedoms_is_refused) {
+  const file::Joints joints = one_of_each();
+  AngleSamples samples = parse_angles("0,1,2,3,4,5,6\n2,0,0,0,0,0,0\n", "a.csv", joints);
+  EXPECT_NO_THROW(file::require_freedoms(samples, "a.csv", joints));
+  const auto refused = [&](std::size_t joint, int component) {
+    AngleSamples wrong = samples;
+    wrong.angle[1][joint][component] = 0.25;
+    try {
+      file::require_freedoms(wrong, "angles", joints);
+    } catch (const model::InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  expect_begins(refused(0, 2),
+                "angles: elbow: found [0, 0, 0.25] at 2 s; allowed: one angle of a hinge joint, zeros behind");
+  expect_begins(refused(1, 2), "angles: fin: found [0, 0, 0.25] at 2 s; allowed: two angles of a universal joint");
+  expect_begins(refused(3, 0), "angles: collar: found [0.25, 0, 0] at 2 s; allowed: no angle of a fixed joint");
+  EXPECT_EQ(refused(2, 2), "");
+}
+
 TEST(AnglesTable, repeats_where_it_ends_as_it_begins) {
   file::Joints hinge(1);
   hinge[0].name = "elbow", hinge[0].kind = model::JointKind::hinge;
@@ -84,6 +107,11 @@ TEST(AnglesTable, repeats_where_it_ends_as_it_begins) {
   file::repeat(3, "a.csv", hinge, samples);
   EXPECT_EQ(samples.time, (std::vector<double>{0, 1, 2, 3, 4, 5, 6}));
   EXPECT_EQ(samples.angle[5][0][0], -0.5);
+  AngleSamples wheel = parse_angles("0,0.5\n1,3.2\n2,6.783185307179586\n", "a.csv", hinge);
+  file::repeat(2, "a.csv", hinge, wheel);
+  EXPECT_NEAR(wheel.angle[4][0][0], 0.5 + 4.0 * M_PI, 1e-12) << "whole turns go on";
+  AngleSamples late = parse_angles("1,0.5\n2,-0.5\n3,0.5\n", "a.csv", hinge);
+  EXPECT_THROW(file::repeat(2, "a.csv", hinge, late), model::InputError);
   AngleSamples open = parse_angles("0,0.5\n1,-0.5\n", "a.csv", hinge);
   EXPECT_NO_THROW(file::repeat(1, "a.csv", hinge, open));
   try {

@@ -119,10 +119,9 @@ TEST(ControlsTable, a_header_that_cannot_be_meant_is_refused_at_its_column) {
   const file::Joints joints = named({"fin", "tail"});
   const std::string rows = "\n0,1,2,3,4,5,6\n1,7,8,9,10,11,12\n";
   const auto refused = [&](const std::string& header) { return refusal(header + rows, joints); };
-  EXPECT_EQ(
-      refused("t,fin x,fin y,fin z,tail x,tail y,tial z"),
-      "u.csv:1:35: header: found \"tial z\"; allowed: a joint and its axis in every column, as \"fin x\"; name this "
-      "column too, or none");
+  EXPECT_EQ(refused("t,fin x,fin y,fin z,tail x,tail y,tial z"),
+            "u.csv:1:35: header: found \"tial z\"; allowed: a joint in every column, as \"fin x\"; name this "
+            "column too, or none");
   EXPECT_EQ(
       refused("t,fin x,fin y,fin z,tail x,tail y,tail y").rfind("u.csv:1:35: header: found \"tail y\" a second", 0),
       0U);

@@ -42,6 +42,7 @@ CASES = {
     "ellipses_on_a_ball_joint": (ELLIPSES, None, "kind = \"ball\"", "joint[0].kind", ["a ball joint", "hinge or fixed between ellipses", "kind = \"hinge\""]),
     "semi_axes_not_a_number": ("[5.0, 0.8, 1.5]", "[5.0, nan, 1.5]", "[5.0, nan", "body[1].semi_axes", ["found [5, nan, 1.5]", "three numbers > 0 (m)", "finite"]),
     "semi_axes_astronomic": ("[5.0, 0.8, 1.5]", "[5e200, 5e200, 1.5]", "[5e200", "body[1].semi_axes", ["volume inf", "ordinary numbers", "check the units"]),
+    "semi_axes_far_apart": ("[5.0, 0.8, 1.5]", "[5.0, 0.8, 1e-60]", "[5.0, 0.8, 1e-60]", "body[1].semi_axes", ["found [5, 0.8, 1e-60]", "a factor of 1e50 at most", "check the units"]),
     "vacuum_without_mass": ("density = 0.01", "density = 0", "[[body]]#2", "body[1].mass", ["found nothing in a vacuum", "a number > 0 (kg)", "add this key"]),
     "mass_zero": ("mass = 1.0", "mass = 0", "mass = 0", "body[0].mass", ["found 0", "a number > 0 (kg)", "choose"]),
     "body_inertia_impossible": ("[1.25, 13.6, 13.25]", "[1.25, 15.6, 13.25]", "body_inertia", "body[0].body_inertia", ["15.6", "up to the sum of the other two", "inertia_matrix"]),

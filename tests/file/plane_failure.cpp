@@ -5,6 +5,9 @@
 
 #include "file/plane_checks.hpp"
 #include "file/problem_file.hpp"
+#include "file/resolve.hpp"
+#include "file/solution_file.hpp"
+#include "file/tasks.hpp"
 #include "maneuver/maneuver.hpp"
 #include "mechanics/continuous.hpp"
 #include "model/input_error.hpp"
@@ -51,6 +54,37 @@ TEST(Plane, of_ellipses_holds_all_that_a_swimmer_is_asked) {
                 "goal.move: found 0.5 along e_3; allowed: 0 or \"free\"");
   expect_begins(refusal([](auto& p) { p.goal->turn = Vector3d(0.5, 0, 0); }), "goal.turn");
   expect_begins(refusal([](auto& p) { p.goal->rotation["head"] = Vector3d(0.5, 0, 0); }), "goal.rotation.head");
+  for (const auto& [row, column] : {std::pair(0, 2), std::pair(2, 1)})
+    for (auto matrix : {&model::BodyDescription::mass_matrix, &model::BodyDescription::inertia_matrix,
+                        &model::BodyDescription::body_inertia})
+      EXPECT_NE(refusal([&](auto& p) {
+                  p.swimmer.bodies[0].*matrix = Eigen::Matrix3d::Identity();
+                  (*(p.swimmer.bodies[0].*matrix))(row, column) = 0.1;
+                }).find("0 there, which would drive it out of its plane"),
+                std::string::npos);
+  const auto coupled = [&](int row, int column) {
+    return refusal([&](auto& p) {
+      p.swimmer.bodies[1].coupling_matrix = Eigen::Matrix3d::Zero();
+      (*p.swimmer.bodies[1].coupling_matrix)(row, column) = 0.1;
+    });
+  };
+  EXPECT_EQ(coupled(0, 2) + coupled(1, 2) + coupled(2, 0), "") << "in the plane, and out of it alone";
+  for (const auto& [row, column] : {std::pair(0, 0), std::pair(1, 0), std::pair(2, 2)})
+    expect_begins(coupled(row, column), "body[1].coupling_matrix: found 0.1 in row");
+  expect_begins(refusal([](auto& p) {
+                  p.waypoints.push_back({0.5, {0.1, 0.0, 0.2}, {}, {}});
+                }),
+                "waypoint[0].move: found 0.2");
+  expect_begins(refusal([](auto& p) { p.waypoints.push_back({0.5, {}, Vector3d(1, 0, 0), {}}); }), "waypoint[0].turn");
+  expect_begins(refusal([](auto& p) {
+                  p.limits.spheres.push_back({Vector3d(0, 0, 0.105), 0.1});
+                }),
+                "limits.sphere[0].centre: found [0, 0, 0.105]; allowed: 0 along e_3");
+  expect_begins(refusal([](auto& p) {
+                  p.limits.half_spaces.push_back({Vector3d(0, -1, 0), Vector3d(0, 0.001, 1)});
+                }),
+                "limits.half_space[0].normal");
+  expect_begins(refusal([](auto& p) { p.cost_weights.displacement = Vector3d(0, 0, 1); }), "cost.displacement");
   EXPECT_EQ(refusal([](auto& p) {
               for (auto& body : p.swimmer.bodies) body.ellipse = false;
               p.goal->turn = Vector3d(0.5, 0, 0);
@@ -60,6 +94,17 @@ TEST(Plane, of_ellipses_holds_all_that_a_swimmer_is_asked) {
 }
 
 // What of M and J lies out of the plane has no part in motions within it.
+TEST(Plane, is_kept_in_stored_answers) {
+  const file::ProblemFile asked = file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/examples/ellipses.toml");
+  file::MarchOptions options;
+  options.steps = 4;
+  const file::Results results = file::march_task(asked, options, "");
+  const file::Results back = file::parse_solution(file::solution_text(results), "x");
+  EXPECT_TRUE(back.problem.bodies[2].ellipse);
+  EXPECT_TRUE(file::problem_of(back).swimmer.bodies[2].ellipse);
+  EXPECT_EQ(file::solution_text(back), file::solution_text(results));
+}
+
 TEST(Plane, motions_do_not_feel_what_lies_out_of_it) {
   const maneuver::Problem problem = ellipses();
   const model::System system(problem.swimmer);

@@ -7,6 +7,7 @@
 #include "chains.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/guess.hpp"
+#include "model/input_error.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -122,6 +123,19 @@ TEST(Reach, of_planar_joints_ends_at_their_plane_however_it_lies) {
   }
 }
 
+// Of a price of displacement, in words.
+std::string price_refused(const maneuver::Problem& problem) {
+  const model::System system(problem.swimmer);
+  const maneuver::Maneuver probe = maneuver::make_maneuver(system, problem, 20);
+  const maneuver::NodePath guess = maneuver::random_guess(system, probe, 1);
+  try {
+    maneuver::refuse_price_of_no_displacement(probe, *maneuver::reachable_coordinates(system, probe, guess));
+  } catch (const model::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
 TEST(Reach, of_one_joint_angle_ends_where_its_period_began) {
   maneuver::Problem problem = chain_problem(false, 1.0);
   problem.swimmer.bodies.pop_back();
@@ -138,9 +152,13 @@ TEST(Reach, of_one_joint_angle_ends_where_its_period_began) {
   EXPECT_NE(out_of_reach(problem, none, none, {0.0, 0.0, 0.1}).find("scallop"), std::string::npos);
   EXPECT_EQ(out_of_reach(problem, none, none, none), "");
   problem.cost_weights.displacement = {1.0, 0.0, 0.0};
-  EXPECT_NE(out_of_reach(problem, none, none, none).find("cost.displacement finds nothing to pay for"),
+  EXPECT_NE(price_refused(problem).find("cost.displacement: found a price of displacement, but a single joint angle"),
             std::string::npos);
+  problem.limits.swing.clear();
+  EXPECT_EQ(price_refused(problem), "") << "whole turns may win one";
+  problem.limits.swing["front"] = 1.5;
   problem.cost_weights.displacement.setZero();
+  EXPECT_EQ(price_refused(problem), "");
   problem.goal->periodic = false;
   problem.goal->rest = true;
   EXPECT_NE(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none).find("scallop"), std::string::npos);
@@ -220,6 +238,19 @@ TEST(WeightedCentre, of_equally_heavy_bodies_tells_where_the_root_ends) {
     problem.goal->turn = Eigen::Vector3d(0.0, 0.0, 0.3);
     EXPECT_EQ(contradiction(problem), "") << "turned, from whatever shape";
   }
+  maneuver::Problem circles = chain_problem(true, 1.0);  // in a plane fluid
+  circles.start.rotation[2].setZero();
+  for (model::BodyDescription& body : circles.swimmer.bodies) {
+    body.ellipse = true;
+    body.semi_axes = Vector3d::Ones();
+    body.mass_matrix.reset();
+    body.inertia_matrix.reset();
+  }
+  circles.goal->turn = Eigen::Vector3d::Zero();
+  circles.goal->move = {0.3, std::nullopt, std::nullopt};
+  EXPECT_NE(contradiction(circles).find("(circles, fluid included)"), std::string::npos) << contradiction(circles);
+  circles.swimmer.bodies[1].semi_axes = Vector3d(1.0, 0.9, 0.9);
+  EXPECT_EQ(contradiction(circles), "");
   maneuver::Problem longer = chain_problem(false, 1.0);
   longer.goal->move = {0.3, std::nullopt, std::nullopt};
   longer.goal->turn = Eigen::Vector3d::Zero();
