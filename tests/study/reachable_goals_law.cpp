@@ -1,0 +1,159 @@
+// Goals that a motion is known to reach, because one was marched along given joint angles, are found, and at less than that motion
+// costs: links in a row, hulls with paddles, stars on ball joints, with limits and without.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "chains.hpp"
+#include "lie/so3.hpp"
+#include "maneuver/angle_march.hpp"
+#include "maneuver/guess.hpp"
+#include "maneuver/motion.hpp"
+#include "study/answer.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using maneuver::Vectors;
+
+struct Kind {
+  const char* name;
+  model::SwimmerDescription (*swimmer)(Random& random);
+};
+
+model::BodyDescription ellipsoid(const std::string& name, const Vector3d& semi_axes) {
+  model::BodyDescription body;
+  body.name = name;
+  body.semi_axes = semi_axes;
+  return body;
+}
+
+model::JointDescription joined(const std::string& parent, const std::string& child, const Vector3d& parent_offset,
+                               const Vector3d& child_offset, model::JointKind kind) {
+  model::JointDescription joint;
+  joint.name = child;
+  joint.kind = kind;
+  joint.parent = parent;
+  joint.child = child;
+  joint.parent_offset = parent_offset;
+  joint.child_offset = child_offset;
+  if (kind == model::JointKind::hinge) joint.axis = Vector3d::UnitZ();
+  return joint;
+}
+
+model::SwimmerDescription links(Random& random) {
+  model::SwimmerDescription swimmer;
+  swimmer.density = 1000.0;
+  const double a = random.uniform(0.08, 0.2), b = a * random.uniform(0.1, 0.4), c = a * random.uniform(0.2, 0.6);
+  for (int i = 0; i < 4; ++i) {
+    swimmer.bodies.push_back(ellipsoid("link" + std::to_string(i), {a, b, c}));
+    if (i > 0)
+      swimmer.joints.push_back(joined("link" + std::to_string(i - 1), "link" + std::to_string(i), {-1.1 * a, 0, 0},
+                                      {1.1 * a, 0, 0}, model::JointKind::hinge));
+  }
+  return swimmer;
+}
+
+model::SwimmerDescription paddles(Random& random) {
+  model::SwimmerDescription swimmer;
+  swimmer.density = 1000.0;
+  const double length = random.uniform(0.3, 0.6), width = length * random.uniform(0.2, 0.35);
+  swimmer.bodies.push_back(ellipsoid("hull", {length, width, width}));
+  for (int i = 0; i < 4; ++i) {
+    const double side = i % 2 == 0 ? 1.0 : -1.0, ahead = i < 2 ? 0.6 : -0.6;
+    swimmer.bodies.push_back(
+        ellipsoid("paddle" + std::to_string(i), {random.uniform(0.03, 0.06), 0.35 * length, 0.12 * length}));
+    swimmer.joints.push_back(joined("hull", swimmer.bodies.back().name, {ahead * length, 1.05 * side * width, 0},
+                                    {0, -0.37 * side * length, 0}, model::JointKind::hinge));
+  }
+  return swimmer;
+}
+
+model::SwimmerDescription star(Random& random) {
+  model::SwimmerDescription swimmer;
+  swimmer.density = 1000.0;
+  swimmer.bodies.push_back(ellipsoid("core", {0.15, 0.15, 0.1}));
+  for (int i = 0; i < 3; ++i) {
+    const double turned = 2.0 * std::numbers::pi * i / 3.0;
+    swimmer.bodies.push_back(ellipsoid("arm" + std::to_string(i), {0.2, random.uniform(0.04, 0.06), 0.08}));
+    swimmer.joints.push_back(joined("core", swimmer.bodies.back().name,
+                                    0.18 * Vector3d(std::cos(turned), std::sin(turned), 0), {-0.22, 0, 0},
+                                    model::JointKind::ball));
+    swimmer.joints.back().reference_rotation = {0, 0, turned};
+  }
+  return swimmer;
+}
+
+// Each angle swings so often about zero, from rest to rest.
+maneuver::JointAngles swinging(Random& random, const model::System& system, double duration) {
+  const double cycles = random.integer(1, 3);
+  std::vector<std::array<Vector3d, 2>> swing;  // amplitudes and phases
+  for (const model::Joint& joint : system.joints()) {
+    swing.push_back({Vector3d::Zero(), random.vector(2.0)});
+    for (int c = 0; c < system.body(joint.child).freedoms; ++c)
+      swing.back()[0][c] = random.uniform(0.5, 1.0) * (joint.free() ? 0.6 : 1.0);
+  }
+  const auto turn = [=](double t) {
+    const double s = std::clamp(t / duration, 0.0, 1.0);
+    const double share = maneuver::blend(std::min(1.0, 4.0 * s)) * maneuver::blend(std::min(1.0, 4.0 - 4.0 * s));
+    Vectors all;
+    for (const auto& [amplitude, phase] : swing) {
+      all.push_back(share * amplitude);
+      for (int c = 0; c < 3; ++c) all.back()[c] *= std::sin(2.0 * std::numbers::pi * cycles * s + phase[c]);
+    }
+    return all;
+  };
+  return {turn, [n = swing.size()](double) { return Vectors(n, Vector3d::Zero()); }};  // at rest at both ends
+}
+
+class ReachableGoals : public testing::TestWithParam<Kind> {};
+
+TEST_P(ReachableGoals, are_found_at_less_than_a_motion_that_is_known) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    Random random(100 + seed);
+    maneuver::Problem problem;
+    problem.swimmer = GetParam().swimmer(random);
+    problem.steps = 100;
+    problem.duration.value = random.uniform(1.0, 5.0);
+    for (const model::BodyDescription& body : problem.swimmer.bodies) {
+      problem.start.rotation.emplace_back(Vector3d::Zero());
+      problem.start.angular_velocity.emplace_back(Vector3d::Zero());
+      for (const model::JointDescription& joint : problem.swimmer.joints)
+        if (joint.child == body.name) problem.start.rotation.back() = joint.reference_rotation;
+    }
+    problem.search.starts = 4;
+    const model::System system(problem.swimmer);
+    const maneuver::Solution known =
+        maneuver::march_along(system, problem, swinging(random, system, problem.duration.value));
+    ASSERT_EQ(known.status, maneuver::Status::simulated) << known.message;
+    const double effort = maneuver::cost_of(
+        maneuver::node_weights(maneuver::CostRule::trapezoid, 1.0, problem.time_step(), problem.steps), known.control);
+    problem.goal = maneuver::Goal();
+    for (int c = 0; c < 3; ++c) problem.goal->move[model::at(c)] = known.position.back()[c] - known.position.front()[c];
+    problem.goal->turn = lie::log(known.rotation.back()[0] * known.rotation.front()[0].transpose());
+    for (const bool limited : {false, true}) {
+      for (const model::JointDescription& joint : problem.swimmer.joints) {
+        if (!limited) continue;
+        if (joint.kind == model::JointKind::hinge)
+          problem.limits.angle[joint.name] = {{-1.2, 1.2}};
+        else
+          problem.limits.swing[joint.name] = problem.limits.twist[joint.name] = 1.2;
+      }
+      const study::Answer answer = study::answer(system, problem, {});
+      EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << seed << ": " << answer.solution.message;
+      EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << seed << ": " << answer.solution.message;
+      EXPECT_LE(answer.certificate.goal_error, 1e-9) << seed;
+      EXPECT_LT(answer.solution.cost, effort) << seed;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Swimmers, ReachableGoals,
+                         testing::Values(Kind{"links", links}, Kind{"paddles", paddles}, Kind{"star", star}),
+                         [](const auto& the) { return the.param.name; });
+
+}  // namespace
+}  // namespace lamprey::tests
