@@ -175,6 +175,8 @@ void expect_found(const maneuver::Problem& asked, const maneuver::JointAngles& a
     const study::Answer answer = study::answer(system, problem, {});
     EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << limited << ": " << answer.solution.message;
     EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << limited << ": " << answer.solution.message;
+    EXPECT_LE(answer.certificate.goal_error, 1e-9);
+    EXPECT_LT(answer.solution.cost, effort);
   }
 }
 
