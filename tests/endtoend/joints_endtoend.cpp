@@ -204,6 +204,10 @@ TEST(ThreeLinks, are_told_what_their_stroke_costs_and_free_bodies_nothing) {
                                  .out;
   EXPECT_NE(stroke.find("Work of the joints"), std::string::npos) << stroke;
   EXPECT_NE(stroke.find("Cost of transport"), std::string::npos) << stroke;
+  std::filesystem::rename(folder / "run" + std::string("/solution.json"), folder / "stroke.json");
+  const std::string again =
+      lamprey(folder, "simulate " + example("three_links") + out + " --controls " + (folder / "stroke.json")).out;
+  EXPECT_NE(again.find("a motion that began otherwise"), std::string::npos) << again;
   const std::string free = lamprey(folder, "simulate " + example("tumble") + " --steps 100 --duration 0.1" + out).out;
   EXPECT_EQ(free.find("Work of the joints"), std::string::npos) << free;
 }

@@ -1,0 +1,298 @@
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "file/followed_file.hpp"
+#include "file/resolve.hpp"
+#include "file/sampled_functions.hpp"
+#include "file/tasks.hpp"
+#include "file/words.hpp"
+#include "lie/so3.hpp"
+#include "maneuver/feedback.hpp"
+#include "maneuver/gait_cycles.hpp"
+#include "maneuver/maneuver.hpp"
+#include "maneuver/tracking.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+using maneuver::Problem;
+
+// A function of time becomes its values at the march's nodes, of one cycle.
+void sample_angles(MarchOptions& options, const Problem& problem) {
+  if (!options.angle) return;
+  const double duration = options.duration > 0.0 ? options.duration : problem.duration.value;
+  const int steps = options.steps > 0 ? options.steps : problem.steps;
+  const int nodes = std::max(1, steps / options.cycles);
+  AngleSamples samples;
+  for (int k = 0; k <= nodes; ++k) {
+    samples.time.push_back(k * duration / nodes);
+    samples.angle.push_back(options.angle(samples.time.back()));
+  }
+  options.angles = std::move(samples);
+}
+
+// Angles are marched along from their first time to their last one, in steps as long as the problem's, where nothing else is asked for.
+void take_span_of_angles(const MarchOptions& options, Problem& problem) {
+  if (!options.angles || options.duration > 0.0) return;
+  const double span = options.angles->time.back() - options.angles->time.front();
+  if (options.steps == 0) {
+    const double steps = std::round(span / problem.time_step());
+    if (!(steps <= static_cast<double>(step_limit)))
+      throw model::InputError(
+          options.angles_path, "t",
+          fmt::format("found {} s in steps of {} s; allowed: at most {} steps; march fewer cycles or "
+                      "--steps fewer",
+                      span, problem.time_step(), step_limit));
+    problem.steps = std::max(1, static_cast<int>(steps));
+  }
+  problem.duration = {.free = false, .value = span};
+}
+
+void override_march(const MarchOptions& options, Problem& problem) {
+  if (options.steps > 0) problem.steps = options.steps;
+  if (options.duration > 0.0) problem.duration = {.free = false, .value = options.duration};
+  if (options.scheme) problem.scheme = *options.scheme;
+}
+
+// A free duration is that of the maneuver whose moments are marched, where no other is asked for.
+void take_duration(const MarchOptions& options, Problem& problem) {
+  if (!problem.duration.free) return;
+  if (options.followed && !options.followed->solution.time.empty())
+    problem.duration = {.free = false, .value = options.followed->solution.time.back()};
+  if (options.controls) problem.duration = {.free = false, .value = options.controls->time.back()};
+}
+
+// Several cycles are those of a stored gait.
+void require_gait(const MarchOptions& options) {
+  const auto refuse = [](const std::string& found) {
+    throw model::InputError("cycles",
+                            "found " + found +
+                                "; allowed: more than one with the controls or the feedback of a stored gait "
+                                "(goal.periodic = true), or with angles that end where they begin; leave it out");
+  };
+  if (!options.controls && !options.followed) refuse("a march without a stored motion");
+  const bool gait = options.controls ? options.controls->gait
+                                     : options.followed->problem.goal && options.followed->problem.goal->periodic;
+  if (!gait)
+    refuse("a motion that is not a gait in " + (options.controls ? options.controls_path : options.followed_path));
+  if (options.followed && options.followed->solution.time.size() < 2) refuse("no motion in " + options.followed_path);
+}
+
+// A stored gait again and again, and the march as long.
+void repeat_gait(MarchOptions& options, Problem& problem) {
+  if (options.cycles == 1) return;
+  if (options.angles) return repeat(options.cycles, options.angles_path, problem.swimmer.joints, *options.angles);
+  require_gait(options);
+  const std::int64_t steps = std::int64_t{problem.steps} * options.cycles;
+  if (options.steps == 0 && steps > step_limit)
+    throw model::InputError("cycles", fmt::format("found {} of {} steps each; allowed: at most {} steps in all; march "
+                                                  "fewer, or --steps fewer",
+                                                  options.cycles, problem.steps, step_limit));
+  if (options.controls) repeat(options.cycles, *options.controls);
+  if (options.followed) options.followed->solution = maneuver::repeated(options.followed->solution, options.cycles);
+  if (options.steps == 0) problem.steps = static_cast<int>(steps);
+  if (options.duration == 0.0)
+    problem.duration = {.free = false,
+                        .value = options.controls ? options.controls->time.back()
+                                 : options.angles ? options.angles->time.back()
+                                                  : options.followed->solution.time.back()};
+}
+
+// Beyond its first and last rows nobody knows what moments or angles do.
+void require_whole_march(const std::vector<double>& time, const std::string& what, const std::string& path,
+                         double duration) {
+  const double first = time.front(), last = time.back(), round_off = 1e-9 * duration;
+  if (first <= round_off && last >= duration - round_off) return;
+  throw model::InputError(
+      path, "t",
+      fmt::format("found {} from {} s to {} s; allowed: those of the whole march, from 0 to {} s; {}", what, first,
+                  last, duration, first > round_off ? "add a row at 0 s" : "add rows, or set a shorter --duration"));
+}
+
+// How fast a gait begins, and with a free shape how it is bent, is part of its answer, not of the problem: where the problem
+// asks for one its first node does, placed and headed as the problem says.
+void begin_as(const ControlSamples& gait, Problem& problem) {
+  maneuver::Start& start = problem.start;
+  if (!gait.first || !problem.goal || !problem.goal->periodic || gait.first->rotation.size() != start.rotation.size())
+    return;
+  const Eigen::Matrix3d heading = lie::exp(start.rotation[0]) * lie::exp(gait.first->rotation[0]).transpose();
+  for (std::size_t i = 0; i < start.rotation.size(); ++i)
+    start.rotation[i] = lie::log(heading * lie::exp(gait.first->rotation[i]));
+  start.angular_velocity = gait.first->angular_velocity;
+  start.linear_velocity = heading * gait.first->linear_velocity;
+  start.free_shape = false;
+}
+
+// And where it is followed, the plan begins there.
+void place_gait(const Problem& problem, Results& gait) {
+  if (!problem.goal || !problem.goal->periodic || !gait.problem.goal || !gait.problem.goal->periodic) return;
+  gait.solution = maneuver::begun_at(gait.solution, problem.start.position, lie::exp(problem.start.rotation[0]));
+}
+
+// A maneuver to follow, and the swimmer that it was made for.
+struct Followed {
+  const Results& results;
+  model::System system;
+  ControlSamples plan;
+  integrator::FeedbackLaw law;
+
+  Followed(const Results& read, const std::string& path)
+      : results(read),
+        system(problem_of(results).swimmer),
+        plan(controls_of_results(results, path, problem_of(results).swimmer.joints)),
+        law(maneuver::feedback_law(system, results.solution, control_function(plan, system))) {}
+  Followed(const Followed&) = delete;
+  Followed& operator=(const Followed&) = delete;
+};
+
+void perturb(const MarchOptions& options, const model::System& system, const Followed* followed, Problem& problem) {
+  if (options.perturb == 0.0) return;
+  const int turns = system.velocity_count() - 3;
+  problem.start =
+      maneuver::turned_start(system, problem.start, options.perturb, options.seed,
+                             followed ? maneuver::answered_turns(system, followed->results.solution.feedback)
+                                      : Eigen::MatrixXd(Eigen::MatrixXd::Identity(turns, turns)));
+}
+
+// By the scheme or the reference integrator, under moments in time or under feedback.
+maneuver::Solution march(const MarchOptions& options, const model::System& system, const Problem& problem,
+                         const Followed* followed) {
+  maneuver::SimulateOptions simulation{options.adaptive, options.interrupted};
+  maneuver::ControlFunction control = maneuver::no_control(system);
+  if (options.control)
+    control = [&](double time) { return maneuver::moments_at_zero_angle(system, options.control(time)); };
+  if (options.controls) control = control_function(*options.controls, system);
+  if (followed) {
+    control = [followed](double time) { return followed->law.planned(time); };
+    simulation.feedback = [followed](double time, const integrator::ReferenceState& state) {
+      return followed->law.moments(time, state);
+    };
+  }
+  maneuver::Solution solution = options.reference
+                                    ? maneuver::simulate_by_reference(system, problem, control, simulation)
+                                    : maneuver::simulate(system, problem, control, simulation);
+  if (followed) {
+    solution.tracking = maneuver::tracking_of(followed->law, solution);
+    solution.tracking->maneuver = followed->results.name;
+  }
+  return solution;
+}
+
+// And the problem begins as they do.
+maneuver::JointAngles angles_to_follow(const MarchOptions& options, const model::System& system, ProblemFile& file) {
+  Problem& problem = file.problem;
+  if (!maneuver::follows_angles(problem.scheme)) {
+    const std::string message = fmt::format(
+        "found {}; allowed where a march follows joint angles: paper, trapezoid, midpoint; choose one of them "
+        "(--scheme)",
+        word(problem.scheme));
+    throw options.scheme ? model::InputError("scheme", message)
+                         : located(model::InputError("integrator.scheme", message), file);
+  }
+  require_freedoms(*options.angles, options.angles_path, problem.swimmer.joints);
+  maneuver::JointAngles along = angle_function(*options.angles);
+  try {
+    problem.start = maneuver::start_along(system, problem, along);
+  } catch (const model::InputError& error) {
+    throw located(error, file);
+  }
+  return along;
+}
+
+// Of moments that belong to a motion that began otherwise than this march, as a sentence; empty where it did not.
+std::string other_start(const ControlSamples& samples, const model::System& system, const maneuver::Start& start) {
+  constexpr double same = 1e-6;  // rad, rad/s: of what people see
+  if (!samples.first || samples.first->rotation.size() != start.rotation.size()) return "";
+  const integrator::State was = maneuver::start_state(system, *samples.first),
+                          is = maneuver::start_state(system, start);
+  double turned = 0.0;
+  for (std::size_t i = 0; i < was.rotation.size(); ++i)
+    turned = std::max(turned, lie::rotation_angle(was.rotation[i].transpose() * is.rotation[i]));
+  const Eigen::VectorXd then = integrator::velocity_of_state(system, was),
+                        now = integrator::velocity_of_state(system, is);
+  const double faster = (then - now).lpNorm<Eigen::Infinity>();
+  if (!(turned > same || faster > same)) return "";
+  return fmt::format(
+      " The moments are those of a motion that began otherwise: bodies turned by up to {:.3g} rad, and velocities "
+      "by up to {:.3g} (rad/s, m/s), beside this march's start.",
+      turned, faster);
+}
+
+// Scheme, steps, duration and what is marched under, of so many cycles.
+void lay_out(MarchOptions& options, Problem& problem) {
+  sample_angles(options, problem);
+  override_march(options, problem);
+  repeat_gait(options, problem);
+  take_span_of_angles(options, problem);
+  take_duration(options, problem);
+  const double duration = problem.duration.value;
+  if (options.controls) require_whole_march(options.controls->time, "moments", options.controls_path, duration);
+  if (options.angles) require_whole_march(options.angles->time, "angles", options.angles_path, duration);
+}
+
+// The maneuver to follow, from where it begins.
+std::unique_ptr<Followed> followed_from_start(MarchOptions& options, const model::System& system, Problem& problem) {
+  if (!options.followed) return nullptr;
+  require_followed(*options.followed, options.followed_path, system, problem.duration.value);
+  place_gait(problem, *options.followed);
+  auto followed = std::make_unique<Followed>(*options.followed, options.followed_path);
+  begin_as(followed->plan, problem);
+  return followed;
+}
+
+// What people should know of a march, as further sentences.
+std::string remarks_on(const MarchOptions& options, const model::System& system, const Problem& problem,
+                       const Results& results) {
+  std::string text;
+  if (results.solution.tracking && results.solution.tracking->lost())
+    text += fmt::format(
+        " The feedback had lost the plan, {:.2g} rad beside it at most: its gains answer smaller differences "
+        "of start, swimmer and scheme only, and more steps do not mend that.",
+        results.solution.tracking->largest_rotation_error);
+  if (!options.controls) return text;
+  const std::string missing = left_out(*options.controls, results.problem.joints);
+  return text + (missing.empty() ? "" : " ") + missing + other_start(*options.controls, system, problem.start);
+}
+
+// The nodes reached are the result, and one value at each where no spline ran through all of them.
+void describe_as_marched(bool spline, Results& results) {
+  const std::size_t nodes = results.solution.time.size();
+  const bool ended = results.solution.status == maneuver::Status::simulated;
+  if (!ended && nodes > 0) {
+    results.problem.steps = static_cast<int>(nodes) - 1;
+    results.problem.duration = results.solution.time.back();
+  }
+  if (ended && spline && results.problem.points <= results.problem.steps + 1) return;
+  results.problem.control = maneuver::ControlKind::steps;
+  results.problem.points = 0;
+}
+
+}  // namespace
+
+Results march_task(ProblemFile file, MarchOptions options, const std::string& command) {
+  lay_out(options, file.problem);
+  require_supported(file, Purpose::simulate);
+  const model::System system = system_of(file);
+  const std::unique_ptr<Followed> followed = followed_from_start(options, system, file.problem);
+  if (options.controls) begin_as(*options.controls, file.problem);
+  file.problem.goal.reset();  // marching seeks no goal
+  perturb(options, system, followed.get(), file.problem);
+  std::optional<maneuver::JointAngles> along;
+  if (options.angles) along = angles_to_follow(options, system, file);
+  Results results = begun_results(file, system, command);
+  results.solution = along ? maneuver::march_along(system, file.problem, *along, options.interrupted)
+                           : march(options, system, file.problem, followed.get());
+  const std::string remarks = remarks_on(options, system, file.problem, results);
+  if (std::string& message = results.solution.message; !remarks.empty())
+    message += (message.ends_with('.') ? "" : ".") + remarks;
+  describe_as_marched(!along && !options.control && !followed &&
+                          (!options.controls || options.controls->source == ControlSource::spline),
+                      results);
+  return results;
+}
+
+}  // namespace lamprey::file

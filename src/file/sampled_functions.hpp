@@ -1,0 +1,18 @@
+// Moments and joint angles between the times at which files hold them.
+#pragma once
+
+#include "file/angles_file.hpp"
+#include "file/controls_file.hpp"
+#include "maneuver/angle_march.hpp"
+#include "maneuver/simulate.hpp"
+#include "model/system.hpp"
+
+namespace lamprey::file {
+
+/// Moments as ControlSource says they run.
+maneuver::ControlFunction control_function(const ControlSamples& samples, const model::System& system);
+
+/// Joint angles by a not-a-knot cubic, and their rates.
+maneuver::JointAngles angle_function(const AngleSamples& samples);
+
+}  // namespace lamprey::file
