@@ -266,6 +266,10 @@ int report(const std::vector<std::string>& folders) {
 }
 
 int inertia(const std::vector<double>& semi_axes, double density, bool json) {
+  if (semi_axes.size() > 3)
+    throw model::InputError("--semi-axes", fmt::format("found {} numbers; allowed: three of an ellipsoid, or two of an "
+                                                       "ellipse in the plane; leave some out",
+                                                       semi_axes.size()));
   const Eigen::VectorXd axes =
       Eigen::Map<const Eigen::VectorXd>(semi_axes.data(), static_cast<Eigen::Index>(semi_axes.size()));
   fmt::print("{}", json ? file::inertia_json(axes, density) : file::inertia_table(axes, density));

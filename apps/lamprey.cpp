@@ -176,12 +176,13 @@ void describe_others(CLI::App& app, Arguments& arguments) {
                      "problem file (TOML) whose question the answer has to be one to");
   CLI::App* report = app.add_subcommand("report", "Write the report again; with two folders, compare them");
   report->add_option("folders", arguments.folders, "one folder, or two to compare")->required()->expected(1, 2);
-  CLI::App* inertia = app.add_subcommand("inertia", "Added inertia of an ellipsoid");
+  CLI::App* inertia = app.add_subcommand(
+      "inertia", "Mass and inertia of an ellipsoid, or of an ellipse in the plane, with the fluid it drags along");
   inertia
       ->add_option("--semi-axes", arguments.semi_axes,
                    "m, half lengths: three of an ellipsoid, or two of an ellipse in the plane, one metre deep")
       ->required()
-      ->expected(2, 3);
+      ->expected(-2);
   inertia->add_option("--density", arguments.density, "kg/m³ of the fluid")->required();
   inertia->add_flag("--json", arguments.json, "print one JSON document");
   CLI::App* bench = app.add_subcommand("bench", "Time steps, derivatives and solves on this machine");
