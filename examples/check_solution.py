@@ -107,12 +107,21 @@ def ellipsoid(axes):
     return added, inertia, own
 
 
+def ellipse(axes):
+    """The same of one metre of an elliptic cylinder, (1.23), in whose plane the fluid moves; out of it the body alone."""
+    a, b = np.square(axes[:2])
+    added = np.pi * np.array([b, a, 0.0])
+    inertia = np.pi / 8 * (a - b)**2 * np.array([0.0, 0.0, 1.0])
+    return added, inertia, np.array([b / 4 + 1 / 12, a / 4 + 1 / 12, (a + b) / 4])
+
+
 def read_swimmer(problem):
     """Tree, freedoms, matrices of problem.bodies and problem.joints."""
     bodies, joints = problem["bodies"], problem["joints"]
     s, n = SimpleNamespace(scheme=problem["scheme"]), len(bodies)
     s.n, s.names = n, [body["name"] for body in bodies]
     s.semi_axes = np.array([body["semi_axes"] for body in bodies], float)
+    s.ellipse = [body.get("ellipse", False) for body in bodies]
     s.mass = np.array([body["mass"] for body in bodies], float)
     s.own_inertia, s.J, s.M, s.C = (np.array([body[key] for body in bodies], float) for key in (
         "body_inertia", "inertia_matrix", "mass_matrix", "coupling_matrix"))
@@ -597,9 +606,9 @@ class Report:
 
 
 def check_bodies(s, density, report):
-    """M, J and body_inertia from the semi-axes and the fluid's density, (1.4) to (1.11)."""
+    """M, J and body_inertia from the semi-axes and the fluid's density, (1.4) to (1.11) and (1.23)."""
     for i in range(s.n):
-        added, inertia_, own = ellipsoid(s.semi_axes[i])
+        added, inertia_, own = ellipse(s.semi_axes[i]) if s.ellipse[i] else ellipsoid(s.semi_axes[i])
         errors = [np.abs(found - stored).max() / max(np.abs(stored).max(), 1e-300) for found, stored in (
             (np.diag(s.mass[i] * own), s.own_inertia[i]),
             (s.mass[i] * np.eye(3) + density * np.diag(added), s.M[i]),

@@ -36,6 +36,13 @@ def test_a_good_solution_keeps_every_mark(stored):
         assert f"✓ {name}" in report.stdout, name
 
 
+def test_ellipses_have_the_matrices_of_their_semi_axes(tmp_path):
+    lp.solve(lp.load(ROOT / "examples" / "ellipses.toml").changed(time={"steps": 60})).save(tmp_path)
+    report = run(tmp_path)
+    assert report.returncode == 0, report.stdout + report.stderr
+    assert "✓ matrices of head by semi-axes" in report.stdout
+
+
 def control(solution):
     solution["control"][30][0][2] += 1e-3
 
