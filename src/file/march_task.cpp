@@ -195,11 +195,7 @@ maneuver::JointAngles angles_to_follow(const MarchOptions& options, const model:
   }
   require_freedoms(*options.angles, options.angles_path, problem.swimmer.joints);
   maneuver::JointAngles along = angle_function(*options.angles);
-  try {
-    problem.start = maneuver::start_along(system, problem, along);
-  } catch (const model::InputError& error) {
-    throw located(error, file);
-  }
+  problem.start = maneuver::start_along(system, problem, along);
   return along;
 }
 

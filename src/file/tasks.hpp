@@ -63,7 +63,7 @@ struct MarchOptions {
 /// motion, from that motion's first node, placed and headed as the problem's start. A march that ends before its duration (status stalled or interrupted) holds the nodes
 /// before its end, and its problem's steps and duration are those of these nodes. Several cycles of a gait take so many times
 /// the file's steps and the gait's duration, where no others are asked for. Along joint angles the march begins bent as they are, moving
-/// as they do with the start's total momentum; model::InputError where the scheme or a joint cannot follow them.
+/// as they do with the start's total momentum; model::InputError where the scheme cannot follow them.
 Results march_task(ProblemFile file, MarchOptions options, const std::string& command);
 
 /// The same answer with its certificate made anew from its own numbers, and the status that this certificate gives it.

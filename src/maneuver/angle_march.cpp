@@ -1,5 +1,7 @@
 #include "maneuver/angle_march.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <sstream>
 #include <utility>
@@ -9,7 +11,6 @@
 #include "maneuver/motion.hpp"
 #include "maneuver/node_path.hpp"
 #include "mechanics/connection.hpp"
-#include "model/input_error.hpp"
 
 namespace lamprey::maneuver {
 
@@ -22,20 +23,14 @@ using model::System;
 
 constexpr double trace_of_quarter_turn = 1.0;
 
-// Who moves a joint by nothing of its own cannot be asked for its angle.
-void require_moved_joints(const System& system) {
+// The joint of each moment that nothing exerts, in the order of MomentBasis.
+std::vector<int> idle_joints(const System& system) {
+  std::vector<int> joints;
   for (int j = 0; j < system.joint_count(); ++j) {
     const Joint& joint = system.joint(j);
-    const int freedoms = system.body(joint.child).freedoms;
-    if (joint.actuation.cols() >= freedoms) continue;
-    const bool passive = joint.actuation.cols() == 0;
-    throw model::InputError("joint[" + std::to_string(j) + (passive ? "].actuated" : "].control_axes"),
-                            "found moments about " + std::to_string(joint.actuation.cols()) + " of the " +
-                                std::to_string(freedoms) + (freedoms == 1 ? " axis of " : " axes of ") + joint.name +
-                                "; allowed: about all, where a march follows joint angles; " +
-                                (passive ? "set actuated = true" : "leave control_axes out") +
-                                ", or march under moments (controls)");
+    for (Eigen::Index c = joint.actuation.cols(); c < system.body(joint.child).freedoms; ++c) joints.push_back(j);
   }
+  return joints;
 }
 
 // Joints' rates as mechanics::velocity_of_rates takes them: of a ball joint the child's angular velocity, parent's frame.
@@ -62,8 +57,8 @@ class AngleMarch {
         coordinates_(system),
         kernel_(system, lagrangian_, coordinates_.shape),
         step_(system),
-        next_shape_(at(system.body_count())) {
-    require_moved_joints(system);
+        next_shape_(at(system.body_count())),
+        idle_joints_(idle_joints(system)) {
     const integrator::State asked = start_state(system, problem.start);
     total_ = mechanics::spatial_momentum(system, asked.rotation, asked.position, asked.momentum);
     Rotations first = shape_at(0.0);
@@ -108,9 +103,24 @@ class AngleMarch {
       VectorXd impulse = k < steps() ? minus_[at(k)] : shape_momentum(k);
       impulse -= k > 0 ? plus_[at(k - 1)] : shape_momentum(k);
       const double time = k > 0 && k < steps() ? h_ : 0.5 * h_;
-      path_.control.push_back(moments(k, VectorXd(impulse / time)));
+      const VectorXd all = moments(k, VectorXd(impulse / time));
+      path_.control.push_back(all.head(system_.control_count()));
+      note_idle(k, all);
     }
     return path_;
+  }
+
+  /// In words, the largest moment of a joint that nothing exerts though the angles take it; empty where all are round-off.
+  std::string beyond_actuation() const {
+    constexpr double round_off = 1e-6;  // of the largest moment
+    if (!(idle_.moment > round_off * largest_moment_)) return "";
+    const Joint& joint = system_.joint(idle_.joint);
+    std::ostringstream text;
+    text << "these angles take a moment of " << idle_.moment << " N m of joint " << joint.name
+         << " at t = " << idle_.node * h_ << " s about an axis that nothing drives ("
+         << (joint.actuation.cols() == 0 ? "actuated = false" : "control_axes")
+         << "); let it be driven, or march under moments (controls), which moves such joints as they like";
+    return text.str();
   }
 
  private:
@@ -135,7 +145,15 @@ class AngleMarch {
     return along;
   }
 
-  // Moments along the joints' actuation that do what is asked along the shape's coordinates.
+  void note_idle(int node, const VectorXd& moments) {
+    largest_moment_ = std::max(largest_moment_, moments.lpNorm<Eigen::Infinity>());
+    for (std::size_t i = 0; i < idle_joints_.size(); ++i)
+      if (const double moment = std::abs(moments[system_.control_count() + static_cast<Eigen::Index>(i)]);
+          moment > idle_.moment)
+        idle_ = {moment, idle_joints_[i], node};
+  }
+
+  // Moments that do what is asked along the shape's coordinates: along the joints' actuation, then those that nothing exerts.
   VectorXd moments(int k, VectorXd asked) {
     const Rotations& R = path_.rotation[at(k)];
     MomentBasis basis(system_, coordinates_.shape, R);
@@ -159,6 +177,13 @@ class AngleMarch {
   mechanics::SpatialMomentum total_;
   Rotations next_shape_;
   NodePath path_;
+  struct Idle {
+    double moment = 0.0;  // N m
+    int joint = 0, node = 0;
+  };
+  std::vector<int> idle_joints_;
+  Idle idle_;                           // the largest
+  double largest_moment_ = 0.0;         // N m, of all
   std::vector<VectorXd> minus_, plus_;  // [steps][f] E⁻ at each step's beginning and E⁺ at its end, without controls
 };
 
@@ -215,6 +240,10 @@ Solution march_along(const System& system, const Problem& problem, const JointAn
                          "them at that time";
       return solution;
     }
+  if (const std::string beyond = march.beyond_actuation(); !beyond.empty()) {
+    solution.status = Status::stalled;
+    solution.message = beyond;
+  }
   if (solution.status == Status::simulated)
     solution.message = "Marched " + std::to_string(problem.steps) +
                        " steps along the given joint angles; the moments are those that turn the joints so.";

@@ -20,10 +20,10 @@ struct JointAngles {
 bool follows_angles(Scheme scheme);
 
 /// Marches by the problem's scheme, duration and steps, from its root's position and attitude and with the total momentum that
-/// its start carries; joint angles and rates at the start are those given. Every joint is turned about all its axes by its own
-/// moments: model::InputError names one that is not. Moments at both ends are those that begin and end at the given rates.
-/// Where no motion leads on, or a body turns beyond a quarter turn in a step, the march ends: status stalled, the message says
-/// where and what to try, and the arrays hold the nodes before it.
+/// its start carries; joint angles and rates at the start are those given. Moments at both ends are those that begin and end at
+/// the given rates. Where no motion leads on, or a body turns beyond a quarter turn in a step, the march ends: status stalled,
+/// the message says where and what to try, and the arrays hold the nodes before it. So is the status where the angles take
+/// moments about axes that nothing drives.
 Solution march_along(const model::System& system, const Problem& problem, const JointAngles& angles,
                      const std::function<bool()>& interrupted = {});
 

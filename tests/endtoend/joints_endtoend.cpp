@@ -196,6 +196,25 @@ TEST(ThreeLinks, go_round_a_loop_of_shapes_as_far_each_time) {
   EXPECT_LE((again.solution.position.back() - often.solution.position.back()).norm(), tolerance(1e-10));
 }
 
+// Of ball joints with one control axis each, in the plane.
+TEST(AnglesOfAGait, are_all_that_its_motion_takes) {
+  const Folder folder;
+  ASSERT_EQ(lamprey(folder, "solve " + example("gait") + " --no-refinement --out " + (folder / "gait")).exit_code, 0);
+  const Results gait = file::read_solution(folder / "gait");
+  const Results along = simulated(folder, example("gait"), "--angles " + (folder / "gait") + "/solution.json");
+  expect_verified(folder);
+  ASSERT_EQ(along.solution.time.size(), gait.solution.time.size());
+  double largest = 0.0, off = 0.0;
+  for (std::size_t k = 0; k < gait.solution.time.size(); ++k) {
+    EXPECT_LE((along.solution.position[k] - gait.solution.position[k]).norm(), tolerance(1e-9)) << k;
+    for (std::size_t j = 0; j < 2 && k > 0 && k + 1 < gait.solution.time.size(); ++j) {
+      largest = std::max(largest, gait.solution.control[k][j].norm());
+      off = std::max(off, (along.solution.control[k][j] - gait.solution.control[k][j]).norm());
+    }
+  }
+  EXPECT_LE(off, tolerance(1e-7) * largest);
+}
+
 TEST(ThreeLinks, are_told_what_their_stroke_costs_and_free_bodies_nothing) {
   const Folder folder;
   const std::string out = " --out " + (folder / "run");
