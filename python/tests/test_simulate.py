@@ -162,8 +162,11 @@ def test_loops_of_angles_repeat_and_move_the_swimmer_alike_each_time(three_links
     often = lp.simulate(three_links, angles=(time, rows), cycles=4, steps=400)
     assert abs(often.time[-1] - 4.0) < 1e-12
     assert np.abs(often.position[-1] - 4.0 * once.position[-1]).max() < 1e-4 * np.abs(once.position[-1]).max()
-    by_function = lp.simulate(three_links, angles=loop, cycles=4, steps=400)
-    assert np.abs(by_function.position[-1] - often.position[-1]).max() < 1e-6
+    for duration in ({}, {"duration": 4.0}):  # of all cycles together
+        by_function = lp.simulate(three_links, angles=loop, cycles=4, steps=400, **duration)
+        assert np.abs(by_function.position[-1] - often.position[-1]).max() < 1e-6
+    with pytest.raises(lp.InputError, match="between its last and its first angle"):
+        lp.simulate(three_links, angles=loop, cycles=4, steps=400, duration=3.0)
     with pytest.raises(lp.InputError, match="between its last and its first angle"):
         lp.simulate(three_links, angles=(time, rows * (1.0 + time[:, None])), cycles=2)
 

@@ -24,7 +24,7 @@ using maneuver::Problem;
 // A function of time becomes its values at the march's nodes, of one cycle.
 void sample_angles(MarchOptions& options, const Problem& problem) {
   if (!options.angle) return;
-  const double duration = options.duration > 0.0 ? options.duration : problem.duration.value;
+  const double duration = options.duration > 0.0 ? options.duration / options.cycles : problem.duration.value;
   const int steps = options.steps > 0 ? options.steps : problem.steps;
   const int nodes = std::max(1, steps / options.cycles);
   AngleSamples samples;
@@ -96,10 +96,9 @@ void repeat_gait(MarchOptions& options, Problem& problem) {
   if (options.followed) options.followed->solution = maneuver::repeated(options.followed->solution, options.cycles);
   if (options.steps == 0) problem.steps = static_cast<int>(steps);
   if (options.duration == 0.0)
-    problem.duration = {.free = false,
-                        .value = options.controls ? options.controls->time.back()
-                                 : options.angles ? options.angles->time.back()
-                                                  : options.followed->solution.time.back()};
+    problem.duration = {
+        .free = false,
+        .value = options.controls ? options.controls->time.back() : options.followed->solution.time.back()};
 }
 
 // Beyond its first and last rows nobody knows what moments or angles do.
@@ -199,23 +198,26 @@ maneuver::JointAngles angles_to_follow(const MarchOptions& options, const model:
   return along;
 }
 
-// Of moments that belong to a motion that began otherwise than this march, as a sentence; empty where it did not.
+// Of moments that belong to a motion that began otherwise than this march, as a sentence; empty where it did not. Where the whole
+// lies and how it is headed is no difference.
 std::string other_start(const ControlSamples& samples, const model::System& system, const maneuver::Start& start) {
   constexpr double same = 1e-6;  // rad, rad/s: of what people see
   if (!samples.first || samples.first->rotation.size() != start.rotation.size()) return "";
   const integrator::State was = maneuver::start_state(system, *samples.first),
                           is = maneuver::start_state(system, start);
   double turned = 0.0;
+  const Eigen::Matrix3d heading = is.rotation[0] * was.rotation[0].transpose();
   for (std::size_t i = 0; i < was.rotation.size(); ++i)
-    turned = std::max(turned, lie::rotation_angle(was.rotation[i].transpose() * is.rotation[i]));
-  const Eigen::VectorXd then = integrator::velocity_of_state(system, was),
-                        now = integrator::velocity_of_state(system, is);
-  const double faster = (then - now).lpNorm<Eigen::Infinity>();
-  if (!(turned > same || faster > same)) return "";
+    turned = std::max(turned, lie::rotation_angle(was.rotation[i].transpose() * heading.transpose() * is.rotation[i]));
+  Eigen::VectorXd faster = integrator::velocity_of_state(system, was);
+  faster.tail<3>() = heading * Eigen::Vector3d(faster.tail<3>());
+  faster -= integrator::velocity_of_state(system, is);
+  const double most = faster.lpNorm<Eigen::Infinity>();
+  if (!(turned > same || most > same)) return "";
   return fmt::format(
       " The moments are those of a motion that began otherwise: bodies turned by up to {:.3g} rad, and velocities "
       "by up to {:.3g} (rad/s, m/s), beside this march's start.",
-      turned, faster);
+      turned, most);
 }
 
 // Scheme, steps, duration and what is marched under, of so many cycles.
@@ -251,7 +253,8 @@ std::string remarks_on(const MarchOptions& options, const model::System& system,
         results.solution.tracking->largest_rotation_error);
   if (!options.controls) return text;
   const std::string missing = left_out(*options.controls, results.problem.joints);
-  return text + (missing.empty() ? "" : " ") + missing + other_start(*options.controls, system, problem.start);
+  text += (missing.empty() ? "" : " ") + missing;
+  return options.perturb > 0.0 ? text : text + other_start(*options.controls, system, problem.start);
 }
 
 // The nodes reached are the result, and one value at each where no spline ran through all of them.

@@ -21,18 +21,6 @@ using model::at;
 using model::Joint;
 using model::System;
 
-constexpr double trace_of_quarter_turn = 1.0;
-
-// The joint of each moment that nothing exerts, in the order of MomentBasis.
-std::vector<int> idle_joints(const System& system) {
-  std::vector<int> joints;
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const Joint& joint = system.joint(j);
-    for (Eigen::Index c = joint.actuation.cols(); c < system.body(joint.child).freedoms; ++c) joints.push_back(j);
-  }
-  return joints;
-}
-
 // Joints' rates as mechanics::velocity_of_rates takes them: of a ball joint the child's angular velocity, parent's frame.
 Vectors joint_rates(const System& system, const JointAngles& angles, double time) {
   Vectors rates = angles.rate(time);
@@ -50,15 +38,13 @@ class AngleMarch {
  public:
   AngleMarch(const System& system, const Problem& problem, const JointAngles& angles)
       : system_(system),
-        problem_(problem),
         angles_(angles),
         lagrangian_(integrator::composition(problem.scheme).lagrangian),
         h_(problem.time_step()),
         coordinates_(system),
         kernel_(system, lagrangian_, coordinates_.shape),
         step_(system),
-        next_shape_(at(system.body_count())),
-        idle_joints_(idle_joints(system)) {
+        next_shape_(at(system.body_count())) {
     const integrator::State asked = start_state(system, problem.start);
     total_ = mechanics::spatial_momentum(system, asked.rotation, asked.position, asked.momentum);
     Rotations first = shape_at(0.0);
@@ -84,8 +70,7 @@ class AngleMarch {
     if (!kernel_.solve(h_, left, next_shape_, step_, carried)) return false;
     Rotations next(left.size());
     follow_root(left, next_shape_, step_, next);
-    for (std::size_t i = 0; i < left.size(); ++i)
-      if (!(left[i].cwiseProduct(next[i]).sum() > trace_of_quarter_turn)) return false;
+    if (turns_too_far(left, next)) return false;
     path_.cayley.emplace_back();
     cayley_between(left, next, path_.cayley.back());
     path_.position.emplace_back(path_.position[at(k)] + step_.interval.displacement);
@@ -103,9 +88,7 @@ class AngleMarch {
       VectorXd impulse = k < steps() ? minus_[at(k)] : shape_momentum(k);
       impulse -= k > 0 ? plus_[at(k - 1)] : shape_momentum(k);
       const double time = k > 0 && k < steps() ? h_ : 0.5 * h_;
-      const VectorXd all = moments(k, VectorXd(impulse / time));
-      path_.control.push_back(all.head(system_.control_count()));
-      note_idle(k, all);
+      path_.control.push_back(moments(k, VectorXd(impulse / time)).head(system_.control_count()));
     }
     return path_;
   }
@@ -145,29 +128,25 @@ class AngleMarch {
     return along;
   }
 
-  void note_idle(int node, const VectorXd& moments) {
-    largest_moment_ = std::max(largest_moment_, moments.lpNorm<Eigen::Infinity>());
-    for (std::size_t i = 0; i < idle_joints_.size(); ++i)
-      if (const double moment = std::abs(moments[system_.control_count() + static_cast<Eigen::Index>(i)]);
-          moment > idle_.moment)
-        idle_ = {moment, idle_joints_[i], node};
-  }
-
-  // Moments that do what is asked along the shape's coordinates: along the joints' actuation, then those that nothing exerts.
+  // Moments that do what is asked along the shape's coordinates: along the joints' actuation, then those that nothing exerts,
+  // of which the largest is noted.
   VectorXd moments(int k, VectorXd asked) {
     const Rotations& R = path_.rotation[at(k)];
     MomentBasis basis(system_, coordinates_.shape, R);
     if (basis.joint_by_joint()) {
       basis.solve(R, asked);
-      return asked;
+    } else {
+      MatrixXd work(asked.size(), basis.size());
+      basis.virtual_work(R, work);
+      asked = work.partialPivLu().solve(asked);
     }
-    MatrixXd work(asked.size(), basis.size());
-    basis.virtual_work(R, work);
-    return work.partialPivLu().solve(asked);
+    largest_moment_ = std::max(largest_moment_, asked.lpNorm<Eigen::Infinity>());
+    for (int place = system_.control_count(); place < basis.size(); ++place)
+      if (const double moment = std::abs(asked[place]); moment > idle_.moment) idle_ = {moment, basis.joint(place), k};
+    return asked;
   }
 
   const System& system_;
-  const Problem& problem_;
   const JointAngles& angles_;
   mechanics::DiscreteLagrangian lagrangian_;
   double h_;  // s
@@ -181,7 +160,6 @@ class AngleMarch {
     double moment = 0.0;  // N m
     int joint = 0, node = 0;
   };
-  std::vector<int> idle_joints_;
   Idle idle_;                           // the largest
   double largest_moment_ = 0.0;         // N m, of all
   std::vector<VectorXd> minus_, plus_;  // [steps][f] E⁻ at each step's beginning and E⁺ at its end, without controls

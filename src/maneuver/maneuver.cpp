@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include <Eigen/LU>
 #include <sstream>
 
 #include "lie/so3.hpp"
+#include "mechanics/connection.hpp"
 #include "model/input_error.hpp"
 
 namespace lamprey::maneuver {
@@ -17,8 +17,6 @@ using model::InputError;
 using model::System;
 
 constexpr double most_misfit = 0.1;  // rad, of a measured rotation beside its joint
-
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 std::vector<std::optional<Matrix3d>> end_rotations(const System& system, const Goal& goal,
                                                    const mechanics::Rotations& start) {
@@ -167,26 +165,9 @@ integrator::State start_without_momentum(const System& system, const Start& star
          << " rad, as measurements have it; mend this rotation or its parent's";
     throw InputError("start.rotation." + body.name, text.str());
   }
-  const auto momentum = [&](const std::vector<Vector3d>& angular_velocity, const Vector3d& linear_velocity) {
-    const VectorXd velocity = mechanics::velocity_of_bodies(system, rotation, angular_velocity, linear_velocity);
-    const integrator::State state = integrator::state_of_velocity(system, rotation, start.position, velocity);
-    const auto total = mechanics::spatial_momentum(system, rotation, start.position, state.momentum);
-    return (Vector6d() << total.linear, total.angular).finished();
-  };
-  const auto turned = [&](std::vector<Vector3d> angular_velocity, const Vector3d& of_the_whole) {
-    for (std::size_t i = 0; i < rotation.size(); ++i) angular_velocity[i] += rotation[i].transpose() * of_the_whole;
-    return angular_velocity;
-  };
-  const std::vector<Vector3d> still(rotation.size(), Vector3d::Zero());
-  Eigen::Matrix<double, 6, 6> inertia;  // of the whole, stiff, about the root's mass centre: velocities, then turns
-  for (int c = 0; c < 3; ++c) {
-    inertia.col(c) = momentum(still, Vector3d::Unit(c));
-    inertia.col(3 + c) = momentum(turned(still, Vector3d::Unit(c)), Vector3d::Zero());
-  }
-  const Vector6d whole = -inertia.partialPivLu().solve(momentum(start.angular_velocity, Vector3d::Zero()));
-  const VectorXd velocity =
-      mechanics::velocity_of_bodies(system, rotation, turned(start.angular_velocity, whole.tail<3>()), whole.head<3>());
-  return integrator::state_of_velocity(system, rotation, start.position, velocity);
+  const VectorXd moving = mechanics::velocity_of_bodies(system, rotation, start.angular_velocity, Vector3d::Zero());
+  return integrator::state_of_velocity(system, rotation, start.position,
+                                       mechanics::with_momentum(system, rotation, start.position, moving, {}));
 }
 
 bool has_momentum(const System& system, const integrator::State& state) {

@@ -13,6 +13,8 @@ class MomentBasis {
  public:
   MomentBasis(const model::System& system, const MatrixXd& shape_basis, const mechanics::Rotations& rotation);
   int size() const { return static_cast<int>(column_.size()); }
+  /// The joint of a place.
+  int joint(int place) const { return column_[static_cast<std::size_t>(place)].joint; }
   /// What the joints exert when the idle moments are left out, [joints] N m.
   void controls(const VectorXd& moment, mechanics::Moments& by_joint) const;
   /// Virtual work of unit moments along each coordinate of a shape, [shape_size][size].

@@ -19,7 +19,6 @@ using optimizer::StageStep;
 
 constexpr double longest_turn = 0.6;     // rad, of one shape coordinate in one step of the search
 constexpr double longest_stretch = 0.3;  // of the logarithm of the duration
-constexpr double trace_of_quarter_turn = 1.0;
 
 }  // namespace
 
@@ -194,7 +193,7 @@ bool ShapeProgram::roll_out(Motion& motion) {
     } else if (!solve_step(k, motion)) {
       return false;
     }
-    if (use_ == Steps::faithful && turns_too_far(motion, k)) return false;
+    if (use_ == Steps::faithful && turns_too_far(motion.rotation[at(k)], motion.rotation[at(k + 1)])) return false;
   }
   measure(motion);
   return std::isfinite(motion.merit.cost);
@@ -208,13 +207,6 @@ bool ShapeProgram::solve_step(int k, Motion& motion) {
   for (Matrix3d& R : motion.rotation[at(k + 1)]) R = lie::renormalized(R);
   motion.position[at(k + 1)] = motion.position[at(k)] + step.interval.displacement;
   return true;
-}
-
-bool ShapeProgram::turns_too_far(const Motion& motion, int k) const {
-  for (std::size_t i = 0; i < motion.rotation[at(k)].size(); ++i)
-    if (!(motion.rotation[at(k)][i].cwiseProduct(motion.rotation[at(k + 1)][i]).sum() > trace_of_quarter_turn))
-      return true;
-  return false;
 }
 
 // Beyond the last step it is repeated. Where bodies turn far, ShapeKernel may find motions that are not found in fours.

@@ -129,7 +129,6 @@ class ShapeProgram : public optimizer::StageProgram {
   void find_idle_violation();
   bool roll_out(Motion& motion);
   bool solve_step(int k, Motion& motion);
-  bool turns_too_far(const Motion& motion, int k) const;
   void measure(Motion& motion);
   void impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse);
   void model_node(int k, NodeModel& node);

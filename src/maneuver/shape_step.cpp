@@ -451,6 +451,13 @@ void follow_root(const Rotations& rotation, const Rotations& next_shape, ShapeSt
   step.interval.next_rotation[0] = next_rotation[0];
 }
 
+bool turns_too_far(const Rotations& from, const Rotations& to) {
+  constexpr double trace_of_quarter_turn = 1.0;
+  for (std::size_t i = 0; i < from.size(); ++i)
+    if (!(from[i].cwiseProduct(to[i]).sum() > trace_of_quarter_turn)) return true;
+  return false;
+}
+
 double momentum_left(const std::vector<ShapeStep>& steps, const std::vector<Rotations>& rotation,
                      const mechanics::Vectors& position) {
   double left = 0.0, scale = 0.0;

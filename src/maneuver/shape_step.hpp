@@ -1,5 +1,5 @@
-// One step as the shapes at its two ends dictate it: with the total momentum, zero in a search, they fix how the root moves meanwhile, and
-// with it the momenta of the joints at both ends (chapter 9, equations 9.1 to 9.9).
+// One step as the shapes at its two ends dictate it: with the total momentum, zero in a search, they fix how the root moves
+// meanwhile, and with it the momenta of the joints at both ends (chapter 9, equations 9.1 to 9.9).
 //
 // A shape is the bodies' rotations seen from the root. Its coordinates are the freedoms of all bodies but the root: turns
 // against the root in the body's own frame, or turns about the joint's axes.
@@ -165,6 +165,9 @@ class ShapeKernel {
 /// root's rotations and displacement.
 void follow_root(const mechanics::Rotations& rotation, const mechanics::Rotations& next_shape, ShapeStep& step,
                  mechanics::Rotations& next_rotation);
+
+/// Whether a body turns by more than a quarter turn in a step, or numbers are none: beyond it steps do not show motions.
+bool turns_too_far(const mechanics::Rotations& from, const mechanics::Rotations& to);
 
 /// Largest total momentum of a motion's solved steps, linear or angular about the world's origin, against the largest
 /// momentum of any body; rotations and positions at the steps' beginnings.

@@ -59,18 +59,23 @@ LocalConnection local_connection(const System& system, const Rotations& rotation
   return {root.topRows(3), root.bottomRows(3), whole.transpose() * inertia * whole};
 }
 
-VectorXd velocity_of_rates(const System& system, const Rotations& rotation, const Vector3d& position,
-                           const Vectors& rate, const SpatialMomentum& total) {
-  const VectorXd shape =
-      velocity_of_bodies(system, rotation, turned_by_joints(system, rotation, rate), Vector3d::Zero());
+VectorXd with_momentum(const System& system, const Rotations& rotation, const Vector3d& position,
+                       const VectorXd& velocity, const SpatialMomentum& total) {
   const MatrixXd rigid = moved_as_one(system, rotation);
   const MatrixXd momentum = rigid.transpose() * generalized_inertia(system, rotation);
   VectorXd asked(6);
   asked << rotation[0].transpose() * (total.angular - position.cross(total.linear)),
       rotation[0].transpose() * total.linear;
-  asked -= momentum * shape;
+  asked -= momentum * velocity;
   const MatrixXd locked = momentum * rigid;
-  return shape + rigid * VectorXd(locked.partialPivLu().solve(asked));
+  return velocity + rigid * VectorXd(locked.partialPivLu().solve(asked));
+}
+
+VectorXd velocity_of_rates(const System& system, const Rotations& rotation, const Vector3d& position,
+                           const Vectors& rate, const SpatialMomentum& total) {
+  const Vectors angular = turned_by_joints(system, rotation, rate);
+  return with_momentum(system, rotation, position, velocity_of_bodies(system, rotation, angular, Vector3d::Zero()),
+                       total);
 }
 
 }  // namespace lamprey::mechanics

@@ -16,6 +16,10 @@ struct LocalConnection {
 /// At a shape, whatever its attitude in the world (equation 9.28).
 LocalConnection local_connection(const model::System& system, const Rotations& rotation);
 
+/// ξ of the same motion of the joints, the whole moving as its total momentum demands; root's mass centre at `position`.
+VectorXd with_momentum(const model::System& system, const Rotations& rotation, const Vector3d& position,
+                       const VectorXd& velocity, const SpatialMomentum& total);
+
 /// ξ where the joints turn at `rate`, [joints][3] as above, rad/s, and the whole moves as its total momentum demands
 /// (equation 9.29); root's mass centre at `position`.
 VectorXd velocity_of_rates(const model::System& system, const Rotations& rotation, const Vector3d& position,

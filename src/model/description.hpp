@@ -22,8 +22,8 @@ struct BodyDescription {
   std::optional<Eigen::Matrix3d> mass_matrix;      // kg, body + fluid: overrides M_i
   std::optional<Eigen::Matrix3d> inertia_matrix;   // kg m², body + fluid: overrides J_i
   std::optional<Eigen::Matrix3d> coupling_matrix;  // kg m, body + fluid: C_i in the energy V·C_iΩ; default: zero
-  bool ellipse =
-      false;  // in a plane fluid along e_1 and e_2: one metre of a cylinder, masses and moments per metre of depth
+  /// In a fluid that moves along e_1 and e_2: one metre of a cylinder, masses and moments per metre of depth.
+  bool ellipse = false;
 };
 
 /// A joint as described; the moment u_j acts on the parent, its opposite on the child.

@@ -127,6 +127,12 @@ TEST(FollowedGait, begins_where_the_problem_says) {
   const Eigen::Vector3d end = position + heading * (gait.position.back() - gait.position.front());
   EXPECT_LE((marched.position.back() - end).norm(), tolerance(1e-3));
   EXPECT_LE((marched.rotation.back()[0] - heading * gait.rotation.back()[0]).norm(), tolerance(1e-3));
+  const std::string of_moments = lamprey(folder, "simulate " + (folder / "moved.toml") + " --controls " +
+                                                     (folder / "solved") + "/solution.json --out " + (folder / "run"))
+                                     .out;
+  EXPECT_NE(of_moments.find("Simulated"), std::string::npos);
+  EXPECT_EQ(of_moments.find("began otherwise"), std::string::npos)
+      << "headed otherwise is no other start" << of_moments;
 }
 
 // Cycle after cycle the swimmer goes on by the same displacement and in the same shapes, seen from itself.
