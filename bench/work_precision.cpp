@@ -13,6 +13,7 @@
 #include "integrator/march.hpp"
 #include "integrator/reference_integrator.hpp"
 #include "lie/so3.hpp"
+#include "mechanics/equations_of_motion.hpp"
 #include "swimmers.hpp"
 
 namespace lamprey::bench {

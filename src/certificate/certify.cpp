@@ -112,8 +112,7 @@ void certify_stages(const StoredMotion& motion, const Options& options, double s
   proof.velocity_error = velocity_error(motion, stages->node, scale);
   proof.cost_error = relative_difference(motion.solution.cost, cost_of_steps(motion, *stages));
   if (options.optimality) proof.kkt = kkt_residual(motion, *stages, scale);
-  if (options.replay)
-    proof.replay = replay(motion, *stages, {options.replay_tolerance, options.stopped});
+  if (options.replay) proof.replay = replay(motion, *stages, {options.replay_tolerance, options.stopped});
 }
 
 }  // namespace
@@ -194,14 +193,24 @@ bool add_second_order(const model::System& system, const maneuver::Problem& prob
   return true;
 }
 
-void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
-                      Certificate& certificate, const Options& options) {
-  if (!certificate.replay) return;
+std::optional<Replay> certify_replay(const model::System& system, const maneuver::Problem& problem,
+                                     const maneuver::Solution& solution, const Options& options) {
+  if (solution.time.size() < 2) return std::nullopt;
   const StoredMotion motion(system, problem, solution);
+  const ReplayOptions within{options.replay_tolerance, options.stopped};
+  if (motion.steps_known) return replay(motion, within);
+  const std::optional<StageMotion> stages = march_again(motion);
+  return stages ? std::optional(replay(motion, *stages, within)) : std::nullopt;
+}
+
+void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
+                      Replay& result, const Options& options) {
+  const StoredMotion motion(system, problem, solution);
+  const ReplayOptions within{options.replay_tolerance, options.stopped};
   if (motion.steps_known)
-    replay_with_feedback(motion, {options.replay_tolerance, options.stopped}, *certificate.replay);
+    replay_with_feedback(motion, within, result);
   else if (const std::optional<StageMotion> stages = march_again(motion))
-    replay_with_feedback(motion, *stages, {options.replay_tolerance, options.stopped}, *certificate.replay);
+    replay_with_feedback(motion, *stages, within, result);
 }
 
 }  // namespace lamprey::certificate

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "certificate/certificate.hpp"
 #include "maneuver/problem.hpp"
@@ -26,6 +27,10 @@ struct Options {
 Certificate certify(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                     const Options& options = {});
 
+/// The replay of a certificate alone: with Options::replay off, certify does the rest beside it. Nothing where there is no motion.
+std::optional<Replay> certify_replay(const model::System& system, const maneuver::Problem& problem,
+                                     const maneuver::Solution& solution, const Options& options = {});
+
 /// Whether kkt and the signs of multipliers keep their marks: the cost is stationary where the goal and limits are kept.
 bool stationary(const maneuver::Problem& problem, const Certificate& certificate);
 
@@ -37,8 +42,8 @@ Verdict verdict(const maneuver::Problem& problem, const Certificate& certificate
 bool add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                       Certificate& certificate, const std::function<bool()>& stopped = {});
 
-/// Adds the replay with feedback to the certificate of a solution that was given its gains since.
+/// Adds the replay with feedback to that of a solution which was given its gains since.
 void certify_feedback(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
-                      Certificate& certificate, const Options& options = {});
+                      Replay& replay, const Options& options = {});
 
 }  // namespace lamprey::certificate

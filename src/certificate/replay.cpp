@@ -54,8 +54,8 @@ struct Course {
 integrator::ControlFunction control_function(const StoredMotion& motion) {
   return [path = control_path(motion), joints = motion.system.joint_count()](double t) {
     const VectorXd u = path.value(t);
-    mechanics::Moments moments;
-    for (int j = 0; j < joints; ++j) moments.push_back(u.segment<3>(3 * j));
+    mechanics::Moments moments(at(joints));
+    for (int j = 0; j < joints; ++j) moments[at(j)] = u.segment<3>(3 * j);
     return moments;
   };
 }

@@ -175,10 +175,11 @@ void begin_with_duration(double cost, Eigen::Index duration, Chain& chain) {
 std::optional<SecondOrder> eigenvalues_of(const Chain& chain, double cost) {
   ChainSolver solver(chain, penalty_per_cost * cost);
   SecondOrder result;
-  result.smallest_eigenvalue = smallest_eigenvalue(chain, solver).value;
+  const SmallestEigenvalue smallest = smallest_eigenvalue(chain, solver);
+  result.smallest_eigenvalue = smallest.value;
   if (std::isnan(result.smallest_eigenvalue)) return std::nullopt;
-  result.positive = solver.factor(curvature_mark) == 0;
-  result.negative_eigenvalues = solver.factor(-curvature_mark);  // a flat direction is no descent
+  result.positive = smallest.bound >= curvature_mark || solver.factor(curvature_mark) == 0;
+  result.negative_eigenvalues = result.positive ? 0 : solver.factor(-curvature_mark);  // a flat direction is no descent
   return result;
 }
 

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
@@ -22,17 +24,20 @@ std::string json(std::string_view text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 // 17 digits; the sign of a negative zero survives only with a decimal point, since readers take "-0" for a whole number.
-template <class Output>
-void append_number(double value, Output out) {
-  if (value == 0.0)
-    fmt::format_to(out, "{}", std::signbit(value) ? "-0.0" : "0");
-  else
-    fmt::format_to(out, "{:.17g}", value);
+template <class Text>
+void append_number(double value, Text& out) {
+  constexpr int digits = 17;
+  char text[32];  // a sign, 17 digits, a point and an exponent
+  const char* end = value == 0.0
+                        ? std::copy_n("-0.0", 4, text)
+                        : std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits).ptr;
+  const bool plain_zero = value == 0.0 && !std::signbit(value);
+  out.append(plain_zero ? std::string_view("0") : std::string_view(text, static_cast<std::size_t>(end - text)));
 }
 
 std::string number(double value) {
   std::string text;
-  append_number(value, std::back_inserter(text));
+  append_number(value, text);
   return text;
 }
 
@@ -75,7 +80,7 @@ void require_finite(bool finite, const std::string& field) {
 // Entries of one node in nested brackets, the node on one line.
 void append_entries(const ShapedArray& array, std::size_t axis, std::size_t& at, fmt::memory_buffer& out) {
   if (axis == array.shape.size()) {
-    append_number(array.values[at++], std::back_inserter(out));
+    append_number(array.values[at++], out);
     return;
   }
   out.push_back('[');

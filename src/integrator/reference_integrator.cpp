@@ -17,20 +17,16 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using lie::Vector4;
 using model::System;
-using Flat = std::vector<double>;  // quaternions [4 bodies], position [3], velocity [velocity_count]
+using Flat = ReferenceIntegrator::Flat;
 
 constexpr long max_trials = 20'000;
 constexpr double first_step = 1e-3;  // s
 
 Eigen::Map<const VectorXd> part(const Flat& y, int from, int size) { return {y.data() + from, size}; }
 
-void put(Flat& y, int from, const VectorXd& v) { Eigen::Map<VectorXd>(y.data() + from, v.size()) = v; }
-
-mechanics::Rotations rotations(const Flat& y, int bodies) {
-  mechanics::Rotations R;
-  R.reserve(static_cast<std::size_t>(bodies));
-  for (int i = 0; i < bodies; ++i) R.push_back(lie::rotation_of_quaternion(part(y, 4 * i, 4)));
-  return R;
+template <typename Vector>
+void put(Flat& y, int from, const Vector& v) {
+  Eigen::Map<VectorXd>(y.data() + from, v.size()) = v;
 }
 
 Flat flatten(const ReferenceState& state) {
@@ -43,25 +39,12 @@ Flat flatten(const ReferenceState& state) {
   return y;
 }
 
-ReferenceState state_of(const System& system, const Flat& y) {
-  const int bodies = system.body_count();
-  return {rotations(y, bodies), part(y, 4 * bodies, 3), part(y, 4 * bodies + 3, system.velocity_count())};
-}
-
-// q̇_i = ½ q_i ∘ (0, Ω_i), ẋ, ξ̇. Bodies that their joints lead turn by their own quaternions too: how far they leave
-// their joints is part of the error that the tolerance bounds.
-void rate(const System& system, const StateControl& control, const Flat& y, Flat& dydt, double t) {
-  const int bodies = system.body_count();
-  const ReferenceState state = state_of(system, y);
-  const auto& [R, position, velocity] = state;
-  const mechanics::Vectors Omega = mechanics::angular_velocities(system, R, velocity);
-  for (int i = 0; i < bodies; ++i) {
-    Vector4 spin = Vector4::Zero();
-    spin.tail<3>() = Omega[model::at(i)];
-    put(dydt, 4 * i, 0.5 * lie::quaternion_product(part(y, 4 * i, 4), spin));
-  }
-  put(dydt, 4 * bodies, velocity.tail<3>());
-  put(dydt, 4 * bodies + 3, mechanics::acceleration(system, R, velocity, control(t, state)));
+void read(const Flat& y, ReferenceState& state) {
+  const auto bodies = static_cast<int>(state.rotation.size());
+  for (int i = 0; i < bodies; ++i)
+    state.rotation[static_cast<std::size_t>(i)] = lie::rotation_of_quaternion(part(y, 4 * i, 4));
+  state.position = part(y, 4 * bodies, 3);
+  state.velocity = part(y, 4 * bodies + 3, static_cast<int>(state.velocity.size()));
 }
 
 }  // namespace
@@ -73,17 +56,36 @@ std::string reference_scheme(double tolerance) {
 }
 
 ReferenceIntegrator::ReferenceIntegrator(const System& system, StateControl control, double tolerance)
-    : system_(system), control_(std::move(control)), tolerance_(tolerance) {}
+    : control_(std::move(control)),
+      tolerance_(tolerance),
+      equations_(system),
+      stage_{mechanics::Rotations(static_cast<std::size_t>(system.body_count())), Vector3d::Zero(),
+             VectorXd(system.velocity_count())} {}
 
 ReferenceIntegrator::ReferenceIntegrator(const System& system, ControlFunction control, double tolerance)
     : ReferenceIntegrator(
           system, [control = std::move(control)](double t, const ReferenceState&) { return control(t); }, tolerance) {}
 
+// q̇_i = ½ q_i ∘ (0, Ω_i), ẋ, ξ̇. Bodies that their joints lead turn by their own quaternions too: how far they leave
+// their joints is part of the error that the tolerance bounds.
+void ReferenceIntegrator::rate(const Flat& y, Flat& dydt, double t) {
+  read(y, stage_);
+  const auto bodies = static_cast<int>(stage_.rotation.size());
+  equations_.evaluate(stage_.rotation, stage_.velocity, control_(t, stage_));
+  for (int i = 0; i < bodies; ++i) {
+    Vector4 spin = Vector4::Zero();
+    spin.tail<3>() = equations_.motion().turn[model::at(i)];
+    put(dydt, 4 * i, Vector4(0.5 * lie::quaternion_product(part(y, 4 * i, 4), spin)));
+  }
+  put(dydt, 4 * bodies, Vector3d(stage_.velocity.tail<3>()));
+  put(dydt, 4 * bodies + 3, equations_.acceleration());
+}
+
 bool ReferenceIntegrator::advance(double begin, double end, ReferenceState& state) {
   using Stepper = odeint::runge_kutta_fehlberg78<Flat>;
   using Checker = odeint::default_error_checker<double, odeint::range_algebra, odeint::default_operations>;
   odeint::controlled_runge_kutta<Stepper> stepper(Checker(tolerance_, tolerance_));
-  const auto system_rate = [this](const Flat& y, Flat& dydt, double t) { rate(system_, control_, y, dydt, t); };
+  const auto system_rate = [this](const Flat& y, Flat& dydt, double t) { rate(y, dydt, t); };
   Flat y = flatten(state);
   double time = begin;
   double step = step_ > 0.0 ? step_ : first_step;
@@ -98,7 +100,7 @@ bool ReferenceIntegrator::advance(double begin, double end, ReferenceState& stat
     const bool finite = std::isfinite(part(y, 0, static_cast<int>(y.size())).sum());
     if (!finite || trial >= max_trials || !(step > 1e-14 * std::max(1.0, std::abs(end)))) return false;
   }
-  state = state_of(system_, y);
+  read(y, state);
   return true;
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "mechanics/continuous.hpp"
+#include "mechanics/equations_of_motion.hpp"
 
 namespace lamprey::integrator {
 
@@ -28,6 +28,8 @@ std::string reference_scheme(double tolerance);
 
 class ReferenceIntegrator {
  public:
+  using Flat = std::vector<double>;  // quaternions [4 bodies], position [3], velocity [velocity_count]
+
   /// `tolerance`: error of a step, relative and absolute, in each component (quaternions, m, rad/s, m/s).
   ReferenceIntegrator(const model::System& system, ControlFunction control, double tolerance);
   /// The same under a controller.
@@ -38,10 +40,13 @@ class ReferenceIntegrator {
   bool advance(double begin, double end, ReferenceState& state);
 
  private:
-  const model::System& system_;
+  void rate(const Flat& y, Flat& dydt, double t);
+
   StateControl control_;
   double tolerance_;
-  double step_ = 0.0;  // s, the last one that held its tolerance
+  mechanics::EquationsOfMotion equations_;
+  ReferenceState stage_;  // a buffer
+  double step_ = 0.0;     // s, the last one that held its tolerance
 };
 
 }  // namespace lamprey::integrator

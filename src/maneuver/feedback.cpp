@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "integrator/march.hpp"
@@ -37,21 +39,46 @@ struct StageTangent {
   MatrixXd B_next;
 };
 
-// (η, δx, δμ) by (η, δx, δξ) at a node.
-MatrixXd momentum_by_velocity(const System& system, const ReferenceState& state) {
-  const int half = system.velocity_count();
-  MatrixXd T = MatrixXd::Identity(2 * half, 2 * half);
-  mechanics::Freedoms unit(at(system.body_count()), Vector3d::Zero());
-  for (int i = 0; i < system.body_count(); ++i)
-    for (int f = 0; f < system.body(i).freedoms; ++f) {
-      unit[at(i)][f] = 1.0;
-      T.block(half, system.body(i).velocity_offset + f, half, 1) =
-          mechanics::generalized_momentum_rate(system, state.rotation, state.velocity, unit);
-      unit[at(i)][f] = 0.0;
-    }
-  T.bottomRightCorner(half, half) = mechanics::generalized_inertia(system, state.rotation);
-  return T;
-}
+// (η, δx, δμ) by (η, δx, δξ) at a node: T = (1 0; by_turn 𝕀), η without the root's shift.
+class MomentumByVelocity {
+ public:
+  MomentumByVelocity(const System& system, const ReferenceState& state)
+      : turns_(system.velocity_count() - 3), by_turn_(MatrixXd::Zero(system.velocity_count(), turns_)) {
+    mechanics::Freedoms unit(at(system.body_count()), Vector3d::Zero());
+    for (int i = 0; i < system.body_count(); ++i)
+      for (int f = 0; f < system.body(i).freedoms; ++f) {
+        unit[at(i)][f] = 1.0;
+        by_turn_.col(system.body(i).velocity_offset + f) =
+            mechanics::generalized_momentum_rate(system, state.rotation, state.velocity, unit);
+        unit[at(i)][f] = 0.0;
+      }
+    inertia_ = mechanics::generalized_inertia(system, state.rotation);
+    factors_.compute(inertia_);
+  }
+
+  // m T
+  MatrixXd times(const MatrixXd& m) const {
+    MatrixXd result = m;
+    const auto by_momentum = m.rightCols(inertia_.cols());
+    result.leftCols(turns_) += by_momentum * by_turn_;
+    result.rightCols(inertia_.cols()) = by_momentum * inertia_;
+    return result;
+  }
+
+  // T⁻¹ m
+  MatrixXd solved(MatrixXd m) const {
+    auto momentum = m.bottomRows(inertia_.rows());
+    momentum -= by_turn_ * m.topRows(turns_);
+    momentum = factors_.solve(MatrixXd(momentum)).eval();
+    return m;
+  }
+
+ private:
+  Eigen::Index turns_;
+  MatrixXd by_turn_;  // [velocity_count][turns]
+  MatrixXd inertia_;
+  Eigen::LLT<MatrixXd> factors_;
+};
 
 // The steps of a motion, one after another, linearised.
 class LinearMotion {
@@ -82,9 +109,12 @@ class LinearMotion {
       all.B_next = (tangent_.A * all.B_next + a * tangent_.B + b * tangent_.B_next).eval();
     };
     for (int k = first; k < last; ++k) composition_.stages() == 1 ? append_step(k, append) : append_stages(k, append);
-    const auto by_velocity = momentum_by_velocity(system_, state(last)).partialPivLu();
-    return {by_velocity.solve(all.A * momentum_by_velocity(system_, state(first))), by_velocity.solve(all.B),
-            by_velocity.solve(all.B_next)};
+    const MomentumByVelocity here(system_, state(last));
+    if (first != last_ || !there_) there_.emplace(system_, state(first));
+    const MatrixXd A = there_->times(all.A);
+    there_ = here;
+    last_ = last;
+    return {here.solved(A), here.solved(all.B), here.solved(all.B_next)};
   }
 
  private:
@@ -141,6 +171,8 @@ class LinearMotion {
   integrator::TangentWorkspace work_;
   StepTangent tangent_;
   mechanics::Interval interval_;
+  std::optional<MomentumByVelocity> there_;  // at the node where the latest stage ended
+  int last_ = 0;
 };
 
 // Sizes of a deviation's entries that count alike, [2 velocity_count]: 1 rad, a length, and both in a time.
@@ -251,8 +283,9 @@ MatrixXd reachable_deviations(const LinearStages& stages) {
     for (int m = begin; m < std::min(begin + window, stages.count()); ++m) {
       const StageTangent& tangent = stages.tangent[at(m)];
       reached = (reached * tangent.A.transpose()).eval();
-      add_rows(reached, tangent.B.transpose().rowwise().normalized());
-      add_rows(reached, tangent.B_next.transpose().rowwise().normalized());
+      MatrixXd by_moments(tangent.B.cols() + tangent.B_next.cols(), size);
+      by_moments << tangent.B.transpose(), tangent.B_next.transpose();
+      add_rows(reached, by_moments.rowwise().normalized());
     }
     add_rows(all, reached);
   }

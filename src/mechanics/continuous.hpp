@@ -1,4 +1,4 @@
-// The continuous laws: energy, generalised momentum, forces and the equations of motion 𝕀(R) ξ̇ + bias = U (chapter 2).
+// The continuous laws: energy, generalised momentum and forces (chapter 2).
 // Generalised vectors have one layout: each body's freedoms (three for a body that turns on its own, body frame; else its
 // joint's axes), body after body, then three for the root's position (world).
 #pragma once
@@ -54,19 +54,9 @@ VectorXd generalized_momentum(const model::System& system, const Rotations& rota
 VectorXd generalized_momentum_rate(const model::System& system, const Rotations& rotation, const VectorXd& velocity,
                                    const Freedoms& turn);
 
-/// Velocity-dependent part of the equations of motion: 𝕀 ξ̇ + bias = U.
-VectorXd bias(const model::System& system, const Rotations& rotation, const VectorXd& velocity);
-
 /// Generalised force U of the controls and of the joints' springs: u on the parent, −R_cᵀR_p u on the child, none on
 /// the position.
 VectorXd generalized_force(const model::System& system, const Rotations& rotation, const Moments& control);
-
-/// Generalised force of the joints' dampers.
-VectorXd damping_force(const model::System& system, const Rotations& rotation, const VectorXd& velocity);
-
-/// ξ̇ = 𝕀⁻¹ (U + damping − bias).
-VectorXd acceleration(const model::System& system, const Rotations& rotation, const VectorXd& velocity,
-                      const Moments& control);
 
 /// Momentum map of a generalised momentum μ: p_x and x × p_x + Σ R_i μ_i over the bodies that turn on their own.
 SpatialMomentum spatial_momentum(const model::System& system, const Rotations& rotation, const Vector3d& position,

@@ -76,6 +76,14 @@ void along_actuation(const System& system, const Moments& moments, Eigen::Ref<Ei
   }
 }
 
+VectorXd gathered(const System& system, const Rotations& R, JointMoments& moments) {
+  Vectors none(at(system.body_count()), Vector3d::Zero());
+  VectorXd force = gathered(system, R, none, moments.body), along;
+  pack(system, moments.along, Vector3d::Zero(), along);
+  force += along;
+  return force;
+}
+
 void add_node_moments(const System& system, const Rotations& R, const Moments& control, double weight,
                       JointMoments& result) {
   for (int j = 0; j < system.joint_count(); ++j) {

@@ -14,6 +14,9 @@ struct JointMoments {
   void set_zero();
 };
 
+/// As one generalised force; used up.
+VectorXd gathered(const model::System& system, const Rotations& R, JointMoments& moments);
+
 /// How the bodies turn at a node along one direction.
 struct NodeTurns {
   const Freedoms& freedoms;

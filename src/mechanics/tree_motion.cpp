@@ -179,6 +179,15 @@ void gather(const System& system, const Rotations& R, const Vectors& force, Vect
   }
 }
 
+VectorXd gathered(const System& system, const Rotations& R, Vectors& force, Vectors& moment) {
+  Freedoms freedoms(moment.size());
+  sum_subtrees(system, force);
+  gather(system, R, force, moment, freedoms);
+  VectorXd result;
+  pack(system, freedoms, force[0], result);
+  return result;
+}
+
 void gather_rate(const System& system, const Rotations& R, const Vectors& force, const Vectors& moment,
                  const GatherRate& along, Vectors& moment_rate, Freedoms& result) {
   const std::vector<int>& order = system.root_to_leaves();

@@ -77,6 +77,9 @@ void sum_subtrees(const model::System& system, Vectors& force);
 /// on entry, the moment through its joint on return; `force` [bodies], world: sums over subtrees.
 void gather(const model::System& system, const Rotations& R, const Vectors& force, Vectors& moment, Freedoms& result);
 
+/// Forces (world) and moments (body frames) on the bodies as one generalised force; both are used up.
+VectorXd gathered(const model::System& system, const Rotations& R, Vectors& force, Vectors& moment);
+
 /// What gather returned, and how turns, moments and forces change along one direction.
 struct GatherRate {
   const Freedoms& freedoms;  // along which the bodies turn

@@ -9,11 +9,9 @@
 #include "certificate/certify.hpp"
 #include "certificate/limit_words.hpp"
 #include "integrator/scheme.hpp"
-#include "maneuver/feedback.hpp"
+#include "study/answer_parts.hpp"
 #include "study/found.hpp"
-#include "study/method.hpp"
 #include "study/plain_words.hpp"
-#include "study/refinement.hpp"
 
 namespace lamprey::study {
 
@@ -29,7 +27,6 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
-constexpr double late_replay = 1.0;         // s, that a replay may take where time is up
 constexpr double half_turn_mark = 1e-4;     // rad
 constexpr double loosest_tolerance = 1e-4;  // of stationarity, that is worth proposing
 constexpr double cheaper_share = 1e-6;      // of the cost, by which a motion is cheaper
@@ -266,50 +263,6 @@ std::tuple<bool, bool, bool, bool, double> rank(const Problem& problem, const An
           answer.solution.cost};
 }
 
-// What an answer consists of beside a motion and its certificate: once the search shall stop no part of it begins any more.
-class Parts {
- public:
-  Parts(const Problem& problem, const SolveOptions& options) : options_(options), budget_(problem, options) {}
-  bool stopped() const { return budget_.closing(); }
-  double seconds() const { return budget_.seconds(); }
-  bool begins(const std::string& part) {
-    if (left_out_.empty() && !stopped()) return true;
-    leave_out(part);
-    return false;
-  }
-  void leave_out(const std::string& part) { left_out_ += (left_out_.empty() ? "" : ", ") + part; }
-
-  // Says what was left out; an answer that was interrupted before it was complete has that status.
-  void tell(const std::string& unsearched, Solution& solution) const {
-    if (left_out_.empty() && unsearched.empty()) return;
-    const bool interrupted = budget_.interrupted();
-    if (interrupted) solution.status = Status::interrupted;
-    solution.message += std::string(" Since ") + (interrupted ? "it was interrupted" : "the time limit was reached");
-    if (!unsearched.empty()) solution.message += ", these were not tried: " + unsearched;
-    if (!left_out_.empty())
-      solution.message += (unsearched.empty() ? ", these were not computed: " : "; nor were computed: ") + left_out_;
-    solution.message += ".";
-  }
-  void progress(const std::string& line) const {
-    if (options_.progress) options_.progress(line);
-  }
-
- private:
-  const SolveOptions& options_;  // for progress
-  Budget budget_;
-  std::string left_out_;
-};
-
-// Without what takes long. Its replay, which stiff springs can make long too, goes on for a while where time is up.
-certificate::Options first_look(const Parts& parts) {
-  certificate::Options options;
-  options.second_order = false;
-  options.stopped = [&parts, begin = parts.seconds()] {
-    return parts.stopped() && parts.seconds() > begin + late_replay;
-  };
-  return options;
-}
-
 // A candidate of the search, by its number.
 struct Certified {
   std::size_t candidate;
@@ -332,38 +285,19 @@ std::string cheaper_ones(const Problem& problem, const std::vector<Certified>& f
   return words;
 }
 
-// What second derivatives say of the answer.
-void add_curvature(const model::System& system, const Problem& problem, Parts& parts, Answer& best) {
-  if (!parts.begins("whether it is a minimum")) return;
-  parts.progress("proving");
-  const auto stopped = [&] { return parts.stopped(); };
-  if (!certificate::add_second_order(system, problem, best.solution, best.certificate, stopped))
-    parts.leave_out("whether it is one with control_axes set aside");
-  best.solution.message += curvature_words(problem, best.certificate);
-}
-
-// Its cost on other grids, all of them or none.
-void add_refinement(const Problem& problem, const CostOnGrid& cost_on_grid, Parts& parts, Answer& best) {
-  const std::string part = "its cost on other grids";
-  if (!parts.begins(part)) return;
-  parts.progress("on other grids");
-  const certificate::Refinement refinement = refine_cost(problem, best.solution.cost, cost_on_grid);
-  if (refinement.grids.size() < 3 && !parts.begins(part)) return;
-  best.certificate.refinement = refinement;
-  best.solution.message += refinement_words(refinement);
-}
-
-// Gains about the answer, and its replay with them.
-void add_feedback(const model::System& system, const Problem& problem, Parts& parts, Answer& best) {
-  if (!parts.begins("feedback")) return;
-  try {
-    best.solution.feedback = maneuver::design_feedback(system, problem, best.solution);
-  } catch (const std::domain_error& error) {
-    best.solution.message += std::string(" It comes without feedback: ") + error.what() + ".";
-    return;
+// Adds what was found out to the answer and its message.
+void add_to(Answer& best, const Problem& problem, const Completion& found_out) {
+  std::string& message = best.solution.message;
+  if (found_out.curved) {
+    best.certificate = *found_out.curved;
+    message += curvature_words(problem, best.certificate);
   }
-  if (parts.begins("its replay with feedback"))
-    certificate::certify_feedback(system, problem, best.solution, best.certificate, first_look(parts));
+  const Followed& followed = found_out.followed;
+  best.solution.feedback = followed.feedback;
+  best.certificate.replay = followed.replay;
+  if (!followed.refused.empty()) message += " It comes without feedback: " + followed.refused + ".";
+  best.certificate.refinement = found_out.refinement;
+  if (found_out.refinement) message += refinement_words(*found_out.refinement);
 }
 
 }  // namespace
@@ -439,9 +373,9 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     // may be proven where none is yet
     const bool needed = proofs.empty() || (!proven && solution.status == Status::optimal);
     proofs.emplace_back();
-    if (!needed && !parts.begins("the certificate of another candidate")) return false;
+    if (!needed && !parts.begins(Part::other_candidate)) return false;
     parts.progress("certifying");
-    Certificate& proof = proofs.back().emplace(certificate::certify(system, problem, solution, first_look(parts)));
+    Certificate& proof = proofs.back().emplace(first_certificate(system, problem, solution, options.workers, parts));
     judge(problem, proof, solution);
     if (solution.status != Status::optimal)
       parts.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
@@ -451,7 +385,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   const Candidates candidates = find_candidates(system, problem, certified);
   if (!candidates.out_of_reach.empty()) {
     Answer none{candidates.solution.front(), {}};
-    none.certificate = certificate::certify(system, problem, none.solution, first_look(parts));
+    none.certificate = first_certificate(system, problem, none.solution, options.workers, parts);
     none.solution.message = "Out of reach: " + candidates.out_of_reach + ".";
     none.solution.solver.total_wall_seconds = parts.seconds();
     return none;
@@ -464,14 +398,14 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   });
   Answer best = chosen->answer;
   const bool optimal = best.solution.status == Status::optimal;
-  if (optimal) add_curvature(system, problem, parts, best);
-  if (optimal) add_feedback(system, problem, parts, best);  // before what may take long
-  if (optimal && candidates.cost_on_grid) {
-    const auto cost_on_grid = [&](int steps) {
-      parts.progress("on a grid of " + std::to_string(steps) + " steps");
-      return candidates.cost_on_grid(chosen->candidate, steps);
-    };
-    add_refinement(problem, cost_on_grid, parts, best);
+  if (optimal) {
+    CostOnGrid cost_on_grid;
+    if (candidates.cost_on_grid)
+      cost_on_grid = [&](int steps) {
+        parts.progress("on a grid of " + std::to_string(steps) + " steps");
+        return candidates.cost_on_grid(chosen->candidate, steps);
+      };
+    add_to(best, problem, complete(system, problem, best, cost_on_grid, options.workers, parts));
   }
   best.solution.message += cheaper_ones(problem, found, best.solution);
   if (optimal) best.solution.message += coarseness(problem, best) + unseen_work(best);

@@ -9,7 +9,7 @@
 #include "file/solution_file.hpp"
 #include "file/tasks.hpp"
 #include "maneuver/maneuver.hpp"
-#include "mechanics/continuous.hpp"
+#include "mechanics/equations_of_motion.hpp"
 #include "model/input_error.hpp"
 #include "refusals.hpp"
 #include "tolerance.hpp"

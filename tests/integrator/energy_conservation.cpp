@@ -5,6 +5,7 @@
 #include "chains.hpp"
 #include "integrator/scheme.hpp"
 #include "integrator/step.hpp"
+#include "mechanics/equations_of_motion.hpp"
 #include "mechanics/golden_reference.hpp"
 #include "tolerance.hpp"
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "integrator/marching.hpp"
+#include "mechanics/equations_of_motion.hpp"
 #include "printed.hpp"
 #include "tolerance.hpp"
 

@@ -2,7 +2,7 @@
 
 #include "golden_reference.hpp"
 #include "lie/so3.hpp"
-#include "mechanics/continuous.hpp"
+#include "mechanics/equations_of_motion.hpp"
 #include "mechanics/discrete_lagrangian.hpp"
 #include "printed.hpp"
 #include "tolerance.hpp"
