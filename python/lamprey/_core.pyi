@@ -373,7 +373,8 @@ class Solver:
 
         rotation: (bodies, 3, 3), body → world. position: (3,) m, mass centre of the root, world frame.
         angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. Only the joints' rates count: the whole then moves as
-        total momentum zero demands, which moments cannot change. Not for periodic goals.
+        total momentum zero demands, which moments cannot change. Rotations off their joints by less than 0.1 rad are
+        led back onto them, InputError beyond. Not for periodic goals.
         """
 
     def set_duration(self, duration: float) -> None:

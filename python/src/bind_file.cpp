@@ -1,4 +1,5 @@
 // file: problems.
+#include <fmt/format.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/pair.h>
@@ -76,7 +77,12 @@ Problem load(const std::filesystem::path& path) {
 
 Problem problem_or_loaded(nb::handle object) {
   if (nb::isinstance<Problem>(object)) return nb::cast<const Problem&>(object);
-  return load(nb::cast<std::filesystem::path>(object));
+  std::filesystem::path path;
+  if (!nb::try_cast(object, path))
+    throw nb::type_error(fmt::format("problem: found {}; allowed: a Problem or the path of a problem file; give one",
+                                     nb::cast<std::string>(nb::type_name(object.type())))
+                             .c_str());
+  return load(path);
 }
 
 void bind_file(nb::module_& module) {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <string_view>
 
 #include "arrays.hpp"
 #include "bound.hpp"
@@ -38,15 +39,22 @@ struct Outcome {
   double wall_seconds;
 };
 
-std::array<std::optional<double>, 3> moves(const nb::sequence& move) {
+std::array<std::optional<double>, 3> moves(const nb::object& move) {
+  constexpr std::string_view allowed = "three entries, each a number (m) or \"free\"";
+  if (!nb::isinstance<nb::sequence>(move))
+    throw InputError("move",
+                     fmt::format("found {}; allowed: {}; give three", nb::cast<std::string>(nb::repr(move)), allowed));
   if (nb::len(move) != 3)
-    throw InputError("move", fmt::format("found {} entries; allowed: three, each a number (m) or \"free\"; give three",
-                                         nb::len(move)));
+    throw InputError("move", fmt::format("found {} entries; allowed: {}; give three", nb::len(move), allowed));
   std::array<std::optional<double>, 3> entries;
   for (std::size_t c = 0; c < 3; ++c) {
     const nb::object entry = move[c];
     if (nb::isinstance<nb::str>(entry) && nb::cast<std::string>(entry) == "free") continue;
-    entries[c] = nb::cast<double>(nb::float_(entry));
+    double number = 0.0;
+    if (!nb::try_cast(entry, number))
+      throw InputError("move", fmt::format("found {} as entry {}; allowed: {}; mend it",
+                                           nb::cast<std::string>(nb::repr(entry)), c, allowed));
+    entries[c] = number;
     if (!std::isfinite(*entries[c]))
       throw InputError("move",
                        fmt::format("found {}; allowed: finite numbers (m) or \"free\"; mend entry {}", *entries[c], c));
@@ -70,7 +78,7 @@ class Solver {
   void set_goal(const nb::object& move, const nb::object& turn, const std::map<std::string, nb::object>& rotation) {
     const std::unique_lock lock = taken();
     maneuver::Goal goal = goal_;
-    if (!move.is_none()) goal.move = moves(nb::cast<nb::sequence>(move));
+    if (!move.is_none()) goal.move = moves(move);
     if (!turn.is_none()) goal.turn = three(turn, "turn", "a rotation vector (rad)");
     for (const auto& [body, vector] : rotation) {
       require_body(body);
@@ -249,7 +257,9 @@ void bind_study(nb::module_& module) {
            "rotation: (bodies, 3, 3), body → world. position: (3,) m, mass centre of the root, world frame.\n"
            "angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. Only the joints' rates count: "
            "the whole "
-           "then moves as\ntotal momentum zero demands, which moments cannot change. Not for periodic goals.")
+           "then moves as\ntotal momentum zero demands, which moments cannot change. Rotations off their joints by "
+           "less than "
+           "0.1 rad are\nled back onto them, InputError beyond. Not for periodic goals.")
       .def("set_duration", &Solver::set_duration, "duration"_a,
            "Another duration in as many steps, s: the time that is left. Moments stretch with it.\n\nInputError where "
            "it "

@@ -35,6 +35,14 @@ def test_a_goal_that_moves_by_a_hundredth_is_found_as_from_scratch(translation, 
     assert abs(certified.position[-1, 0] - 2.02) < 1e-10
 
 
+def test_wrong_goals_and_problems_are_named(solver):
+    for wrong, named in ((0.05, r"move: found 0\.05; "), (["a", 1, 2], r"move: found 'a' as entry 0; ")):
+        with pytest.raises(lp.InputError, match=named):
+            solver.set_goal(move=wrong)
+    with pytest.raises(TypeError, match="problem: found int; allowed: a Problem or the path"):
+        lp.solve(42)
+
+
 def test_limits_and_free_durations_go_on_too(root):
     problem = lp.load(root / "examples" / "free_time.toml").changed(time={"steps": 40}, search={"starts": 1})
     solution = lp.solve(problem)

@@ -96,12 +96,16 @@ void require_plane_obstacles(const maneuver::Limits& limits, double height) {
 
 void require_plane(const Problem& problem) {
   const auto& bodies = problem.swimmer.bodies;
-  if (std::none_of(bodies.begin(), bodies.end(), [](const auto& body) { return body.ellipse; })) return;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (!bodies[i].ellipse)
-      refuse(body_key(i, "semi_axes"), "three numbers beside bodies of two",
-             "two for every body (ellipses in the plane) or three for every body (ellipsoids)",
-             "leave the third number out here, or add one to the others");
+  const auto ellipses = static_cast<std::size_t>(
+      std::count_if(bodies.begin(), bodies.end(), [](const auto& body) { return body.ellipse; }));
+  if (ellipses == 0) return;
+  const bool few = 2 * ellipses < bodies.size();  // the odd ones are what to mend
+  for (std::size_t i = 0; i < bodies.size() && ellipses < bodies.size(); ++i) {
+    if (bodies[i].ellipse != few) continue;
+    refuse(body_key(i, "semi_axes"), few ? "two numbers beside bodies of three" : "three numbers beside bodies of two",
+           "two for every body (ellipses in the plane) or three for every body (ellipsoids)",
+           few ? "add the third number here, or leave it out of the others"
+               : "leave the third number out here, or add one to the others");
   }
   for (std::size_t j = 0; j < problem.swimmer.joints.size(); ++j) require_plane_joint(problem.swimmer.joints[j], j);
   for (std::size_t i = 0; i < bodies.size(); ++i) {

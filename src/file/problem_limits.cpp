@@ -190,6 +190,8 @@ void check_limits(const Problem& problem) {
     }
     if (joint.kind == JointKind::fixed || !joint.actuated) refuse_moments_of(joint, problem.limits);
     const bool axes = joint.kind == JointKind::hinge || joint.kind == JointKind::universal;
+    if (problem.limits.angle.contains(joint.name) && joint.kind == JointKind::fixed)
+      refuse(key_path("limits.angle", joint.name), "a limit on a fixed joint", "on joints that move", "remove it");
     if (problem.limits.angle.contains(joint.name) && !axes)
       refuse(key_path("limits.angle", joint.name), fmt::format("a {} joint", word(joint.kind)),
              "on hinges and universal joints", "use limits.swing and limits.twist instead");

@@ -154,6 +154,13 @@ std::string work_between_nodes(const std::optional<Certificate>& proof, double a
   return fmt::format(" by the nodes, {} J by the replay, which sees between them", number(work, 5));
 }
 
+// By the work that a replay sees, where that is other than the nodes'.
+std::string cost_of_transport(const std::optional<Certificate>& proof, const Transport& moved) {
+  const std::string at_nodes = number(moved.work / moved.distance, 5) + " J/m";
+  if (work_between_nodes(proof, moved.work).empty()) return at_nodes;
+  return number(proof->replay->work / moved.distance, 5) + " J/m by the replay's work, " + at_nodes + " by the nodes'";
+}
+
 // J, of a node.
 double energy_at(const model::System& system, const maneuver::Solution& solution, std::size_t node) {
   const mechanics::Rotations& R = solution.rotation[node];
@@ -288,7 +295,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
     if (problem.goal && (problem.goal->periodic || !problem.goal->distance()))
       rows.emplace_back("Displacement", vector(way) + " m");
     if (problem.goal && problem.goal->periodic && moved->distance > 0.0)
-      rows.emplace_back("Cost of transport", number(moved->work / moved->distance, 5) + " J/m");
+      rows.emplace_back("Cost of transport", cost_of_transport(results.certificate, *moved));
   }
   if (!sought) append_march(results, rows);
   if (!problem.bodies.empty() && problem.bodies.front().ellipse)

@@ -131,15 +131,15 @@ std::string far_turn(const Problem& problem, const Solution& solution) {
          " may be too few; a limits.angular_velocity keeps motions from such turns.";
 }
 
-// Small gaits move by the square of their size and work by it too: where the smallest cost least for each metre, a search fades
-// towards rest. Empty where that is not so.
+// Small gaits move by the square of their size and work by it too, so that a search for the least work per distance may fade
+// towards rest, whether the smallest gaits are the cheapest or not. Empty where it did not.
 std::string fading(const Problem& problem, const Solution& solution) {
   if (problem.cost_weights.transport == 0.0 || !problem.goal || problem.goal->distance()) return "";
   if (solution.position.empty()) return "";
   const double moved = (solution.position.back() - solution.position.front()).norm();
   if (moved > small_motion * model::System(problem.swimmer).size()) return "";
   return " The motion shrank to a displacement of " + number(moved, 3) +
-         " m: where small ones cost least for each metre there is no cheapest one.";
+         " m, and next to rest work per distance is the ratio of two numbers that vanish.";
 }
 
 // A power of ten, or twice or five times one, that is not below the value.

@@ -38,6 +38,8 @@ TEST(Plane, of_ellipses_holds_all_that_a_swimmer_is_asked) {
   EXPECT_EQ(refusal([](auto&) {}), "");
   expect_begins(refusal([](auto& p) { p.swimmer.bodies[1].ellipse = false; }),
                 "body[1].semi_axes: found three numbers");
+  expect_begins(refusal([](auto& p) { p.swimmer.bodies[1].ellipse = p.swimmer.bodies[2].ellipse = false; }),
+                "body[0].semi_axes: found two numbers beside bodies of three");
   expect_begins(refusal([](auto& p) { p.swimmer.joints[0].kind = model::JointKind::universal; }),
                 "joint[0].kind: found a universal joint; allowed: hinge or fixed");
   expect_begins(refusal([](auto& p) { p.swimmer.joints[1].axis = Vector3d(0.1, 0, 1); }),

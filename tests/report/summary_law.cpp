@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -161,6 +163,25 @@ TEST(Verdict, says_that_there_is_no_motion_and_nothing_of_its_cost) {
             "follow from each other (by 0.064 of the momentum’s scale)");
   EXPECT_FALSE(says("Cost") || says("Clearance") || says("Work of the joints"));
   EXPECT_TRUE(report::momentum_lines(results).empty());
+}
+
+TEST(Facts, give_the_cost_of_transport_by_the_work_that_the_replay_sees_between_the_nodes) {
+  file::Results results = tests::sample_results(5);
+  results.problem.goal->periodic = true;
+  const auto said = [&](const std::string& name) -> std::string {
+    for (const auto& [key, value] : report::facts(results))
+      if (key == name) return value;
+    return "";
+  };
+  results.certificate->replay->work = std::nan("");
+  const std::string at_nodes = said("Cost of transport");
+  ASSERT_NE(at_nodes, "");
+  results.certificate->replay->work = std::stod(said("Work of the joints"));
+  EXPECT_EQ(said("Cost of transport"), at_nodes);
+  results.certificate->replay->work *= 10.0;
+  const std::string both = said("Cost of transport");
+  EXPECT_NEAR(std::stod(both) / std::stod(at_nodes), 10.0, 1e-3) << both;
+  EXPECT_NE(both.find("by the replay's work, " + at_nodes + " by the nodes'"), std::string::npos) << both;
 }
 
 TEST(MomentumLines, tell_signs_of_motions_that_arrive_alone) {

@@ -101,13 +101,13 @@ TEST_F(Advice, is_more_steps_where_stages_do_not_follow_from_the_moments) {
   EXPECT_TRUE(tells("What may help: try [time] steps = 80, more starts")) << message();
 }
 
-// Where small motions cost least for each metre, a search for the least work per distance fades towards rest.
+// A search for the least work per distance may fade towards rest.
 TEST_F(Advice, is_a_distance_where_a_motion_of_least_work_per_distance_shrank) {
   problem_.cost_weights.transport = 1.0;
   problem_.goal->move = {std::nullopt, std::nullopt, std::nullopt};
   solution_.position.assign(solution_.time.size(), Eigen::Vector3d::Zero());
   solution_.position.back().x() = 1e-4;
-  EXPECT_TRUE(tells("The motion shrank to a displacement of 0.0001 m: where small ones cost least for each metre"))
+  EXPECT_TRUE(tells("The motion shrank to a displacement of 0.0001 m, and next to rest work per distance"))
       << message();
   EXPECT_TRUE(tells("To mend it: try a distance (goal.move), more starts")) << message();
   solution_.position.back().x() = 5.0;
