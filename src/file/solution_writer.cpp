@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <iterator>
@@ -26,13 +25,13 @@ std::string json(std::string_view text) {
 // 17 digits; the sign of a negative zero survives only with a decimal point, since readers take "-0" for a whole number.
 template <class Text>
 void append_number(double value, Text& out) {
-  constexpr int digits = 17;
+  if (value == 0.0) {
+    out.append(std::string_view(std::signbit(value) ? "-0.0" : "0"));
+    return;
+  }
   char text[32];  // a sign, 17 digits, a point and an exponent
-  const char* end = value == 0.0
-                        ? std::copy_n("-0.0", 4, text)
-                        : std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits).ptr;
-  const bool plain_zero = value == 0.0 && !std::signbit(value);
-  out.append(plain_zero ? std::string_view("0") : std::string_view(text, static_cast<std::size_t>(end - text)));
+  const char* end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 17).ptr;
+  out.append(std::string_view(text, static_cast<std::size_t>(end - text)));
 }
 
 std::string number(double value) {

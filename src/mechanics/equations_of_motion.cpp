@@ -1,6 +1,5 @@
 #include "mechanics/equations_of_motion.hpp"
 
-#include <algorithm>
 #include <limits>
 
 namespace lamprey::mechanics {
@@ -12,9 +11,9 @@ using model::Body;
 using model::Joint;
 using model::System;
 
-// Rates of the bodies' momenta where ξ̇ = 0, added to forces (world) and moments (body frames); turn_rate and acceleration: buffers.
-void add_momentum_rates(const System& system, const Rotations& R, const BodyMotion& motion, Vectors& turn_rate,
-                        Vectors& acceleration, Vectors& force, Vectors& moment) {
+// Rates of the bodies' momenta where ξ̇ = 0 as forces (world) and moments (body frames); turn_rate and acceleration: buffers.
+void find_momentum_rates(const System& system, const Rotations& R, const BodyMotion& motion, Vectors& turn_rate,
+                         Vectors& acceleration, Vectors& force, Vectors& moment) {
   body_turn_changes(system, R, motion.freedoms, motion.turn, motion.freedoms, turn_rate);
   spread(
       system, R, Vector3d::Zero(),
@@ -30,8 +29,8 @@ void add_momentum_rates(const System& system, const Rotations& R, const BodyMoti
     const Vector3d V_rate = R[at(i)].transpose() * acceleration[at(i)] - Omega.cross(V);
     const BodyMomentum p = body_momentum(body, V, Omega);
     const BodyMomentum p_rate = body_momentum(body, V_rate, turn_rate[at(i)]);
-    force[at(i)] += R[at(i)] * (p_rate.linear + Omega.cross(p.linear));
-    moment[at(i)] += p_rate.angular + Omega.cross(p.angular) + V.cross(p.linear);
+    force[at(i)] = R[at(i)] * (p_rate.linear + Omega.cross(p.linear));
+    moment[at(i)] = p_rate.angular + Omega.cross(p.angular) + V.cross(p.linear);
   }
 }
 
@@ -54,8 +53,8 @@ void add_damping(const System& system, const Rotations& R, const BodyMotion& mot
 
 VectorXd bias(const System& system, const Rotations& R, const VectorXd& velocity) {
   const std::size_t bodies = at(system.body_count());
-  Vectors turn_rate(bodies), acceleration(bodies), force(bodies, Vector3d::Zero()), moment(bodies, Vector3d::Zero());
-  add_momentum_rates(system, R, body_motion(system, R, velocity), turn_rate, acceleration, force, moment);
+  Vectors turn_rate(bodies), acceleration(bodies), force(bodies), moment(bodies);
+  find_momentum_rates(system, R, body_motion(system, R, velocity), turn_rate, acceleration, force, moment);
   return gathered(system, R, force, moment);
 }
 
@@ -86,8 +85,7 @@ EquationsOfMotion::EquationsOfMotion(const System& system)
 
 void EquationsOfMotion::evaluate(const Rotations& R, const VectorXd& velocity, const Moments& control) {
   find_motion(system_, R, velocity, motion_);
-  for (Vectors* sum : {&force_, &moment_}) std::fill(sum->begin(), sum->end(), Vector3d::Zero());
-  add_momentum_rates(system_, R, motion_, turn_rate_, centre_rate_, force_, moment_);
+  find_momentum_rates(system_, R, motion_, turn_rate_, centre_rate_, force_, moment_);
   moments_.set_zero();
   add_node_moments(system_, R, control, 1.0, moments_);
   add_damping(system_, R, motion_, moments_);

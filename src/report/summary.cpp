@@ -144,21 +144,24 @@ constexpr double unworked_mark = 0.1;  // of the largest energy, by which it may
 constexpr double same_place = 1e-9;    // of the swimmer's size: a displacement that is none
 
 constexpr std::size_t most_bodies_placed = 100'000;  // at all nodes, between which a summary looks for overlaps
-constexpr double unseen_mark = 0.1;                  // of the work by a replay, that nodes do not show
 
-// What the nodes do not show of the work: moments that come and go within a step.
-std::string work_between_nodes(const std::optional<Certificate>& proof, double at_nodes) {
-  if (!proof || !proof->replay || std::isnan(proof->replay->work)) return "";
-  const double work = proof->replay->work;
-  if (std::abs(work - at_nodes) <= unseen_mark * work) return "";
-  return fmt::format(" by the nodes, {} J by the replay, which sees between them", number(work, 5));
+// J, of the joints by the replay where the nodes show other: moments that come and go within a step.
+std::optional<double> work_by_replay(const std::optional<Certificate>& proof, double at_nodes) {
+  if (!proof || !proof->replay || !proof->replay->works_otherwise(at_nodes)) return std::nullopt;
+  return proof->replay->work;
 }
 
-// By the work that a replay sees, where that is other than the nodes'.
-std::string cost_of_transport(const std::optional<Certificate>& proof, const Transport& moved) {
+std::string work_words(double at_nodes, std::optional<double> by_replay) {
+  const std::string words = number(at_nodes, 5) + " J";
+  if (!by_replay) return words + ", nothing won back";
+  return fmt::format("{} by the nodes, {} J by the replay, which sees between them, nothing won back", words,
+                     number(*by_replay, 5));
+}
+
+std::string transport_words(const Transport& moved, std::optional<double> by_replay) {
   const std::string at_nodes = number(moved.work / moved.distance, 5) + " J/m";
-  if (work_between_nodes(proof, moved.work).empty()) return at_nodes;
-  return number(proof->replay->work / moved.distance, 5) + " J/m by the replay's work, " + at_nodes + " by the nodes'";
+  if (!by_replay) return at_nodes;
+  return fmt::format("{} J/m by the replay's work, {} by the nodes'", number(*by_replay / moved.distance, 5), at_nodes);
 }
 
 // J, of a node.
@@ -209,9 +212,9 @@ void append_march(const file::Results& results, std::vector<std::pair<std::strin
   rows.emplace_back("Energy", fmt::format("{} J at the start, {} J at the end, between {} and {} J", number(first),
                                           number(energy_at(system, solution, nodes - 1)), number(least), number(most)));
   if (const std::optional<Transport> moved = transport(results); moved && moved->work > 0.0) {
-    rows.emplace_back("Work of the joints", number(moved->work, 5) + " J, nothing won back");
+    rows.emplace_back("Work of the joints", work_words(moved->work, std::nullopt));
     if (moved->distance > same_place * system.size() && !maneuver::has_momentum(system, problem.start))
-      rows.emplace_back("Cost of transport", number(moved->work / moved->distance, 5) + " J/m");
+      rows.emplace_back("Cost of transport", transport_words(*moved, std::nullopt));
   }
   const auto& joints = results.problem.joints;
   const bool moments_alone = std::all_of(joints.begin(), joints.end(), [](const file::ResolvedJoint& joint) {
@@ -288,14 +291,13 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (moves && results.certificate && results.certificate->clearance)
     rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
   if (const std::optional<Transport> moved = transport(results); sought && moves && moved) {
-    rows.emplace_back(
-        "Work of the joints",
-        number(moved->work, 5) + " J" + work_between_nodes(results.certificate, moved->work) + ", nothing won back");
+    const std::optional<double> by_replay = work_by_replay(results.certificate, moved->work);
+    rows.emplace_back("Work of the joints", work_words(moved->work, by_replay));
     const Eigen::Vector3d way = solution.position.back() - solution.position.front();
     if (problem.goal && (problem.goal->periodic || !problem.goal->distance()))
       rows.emplace_back("Displacement", vector(way) + " m");
     if (problem.goal && problem.goal->periodic && moved->distance > 0.0)
-      rows.emplace_back("Cost of transport", cost_of_transport(results.certificate, *moved));
+      rows.emplace_back("Cost of transport", transport_words(*moved, by_replay));
   }
   if (!sought) append_march(results, rows);
   if (!problem.bodies.empty() && problem.bodies.front().ellipse)

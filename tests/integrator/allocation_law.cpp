@@ -5,7 +5,9 @@
 #include "counted_allocations.hpp"
 #include "integrator/scheme.hpp"
 #include "integrator/step.hpp"
+#include "mechanics/equations_of_motion.hpp"
 #include "printed.hpp"
+#include "tolerance.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -49,6 +51,32 @@ TEST_P(Allocation, none_happens_inside_a_step) {
       now.swap(next);
     }
     EXPECT_GT(iterations, 20) << "Newton had nothing to do";
+  }
+}
+
+// 𝕀 ξ̇ + bias = U + damping, each evaluation knowing nothing of the one before.
+TEST(EquationsOfMotion, balance_inertia_and_forces_time_after_time_and_ask_for_no_memory) {
+  Random random(29);
+  for (int bodies : {1, 2, 6, 20}) {
+    const model::System system(random_tree(random, bodies));
+    mechanics::EquationsOfMotion equations(system);
+    for (int time = 0; time < 3; ++time) {
+      Eigen::VectorXd velocity(system.velocity_count());
+      for (double& v : velocity) v = random.normal();
+      mechanics::Rotations rotation;
+      for (int i = 0; i < bodies; ++i) rotation.push_back(random.rotation());
+      mechanics::Moments control;
+      for (int j = 0; j < system.joint_count(); ++j) control.push_back(random.vector());
+      const long before = allocations;
+      equations.evaluate(rotation, velocity, control);
+      EXPECT_EQ(allocations - before, 0) << bodies << " bodies";
+      const Eigen::VectorXd bias = mechanics::bias(system, rotation, velocity);
+      const Eigen::VectorXd force = mechanics::generalized_force(system, rotation, control) +
+                                    mechanics::damping_force(system, rotation, velocity);
+      const Eigen::VectorXd left =
+          mechanics::generalized_inertia(system, rotation) * equations.acceleration() + bias - force;
+      EXPECT_LE(left.norm(), tolerance(1e-10) * (bias.norm() + force.norm())) << bodies << " bodies";
+    }
   }
 }
 

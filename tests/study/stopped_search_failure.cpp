@@ -34,9 +34,10 @@ struct StoppedAt {
   std::vector<std::string> told;
   study::Answer answer;
 
-  StoppedAt(const Problem& problem, const std::string& line) {
+  StoppedAt(const Problem& problem, const std::string& line, int workers = 1) {
     bool stop = false;
     study::SolveOptions options;
+    options.workers = workers;
     options.refinement = true;
     options.interrupted = [&] { return stop; };
     options.progress = [&](const std::string& said) {
@@ -63,6 +64,17 @@ TEST(StoppedSearch, that_may_go_on_to_its_end_has_every_part) {
   EXPECT_TRUE(never.answer.certificate.refinement);
   EXPECT_TRUE(has_feedback(never.answer));
   EXPECT_FALSE(never.says("not computed"));
+}
+
+TEST(StoppedSearch, that_goes_on_to_its_end_has_the_same_parts_side_by_side) {
+  const study::Answer alone = StoppedAt(translation(40), "never").answer;
+  const study::Answer beside = StoppedAt(translation(40), "never", 3).answer;
+  EXPECT_EQ(beside.solution.message, alone.solution.message);
+  EXPECT_EQ(beside.certificate.second_order->smallest_eigenvalue, alone.certificate.second_order->smallest_eigenvalue);
+  EXPECT_EQ(beside.certificate.replay->rotation_error, alone.certificate.replay->rotation_error);
+  EXPECT_EQ(beside.certificate.replay->feedback_rotation_error, alone.certificate.replay->feedback_rotation_error);
+  EXPECT_EQ(beside.certificate.refinement->cost_half_step, alone.certificate.refinement->cost_half_step);
+  EXPECT_EQ(beside.solution.feedback.gain, alone.solution.feedback.gain);
 }
 
 TEST(StoppedSearch, certifies_what_it_has_and_begins_nothing_more_once_it_is_interrupted) {
