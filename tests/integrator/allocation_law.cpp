@@ -58,15 +58,13 @@ TEST_P(Allocation, none_happens_inside_a_step) {
 TEST(EquationsOfMotion, balance_inertia_and_forces_time_after_time_and_ask_for_no_memory) {
   Random random(29);
   for (int bodies : {1, 2, 6, 20}) {
-    const model::System system(random_tree(random, bodies));
+    const model::System system(random_swimmer(random, bodies));
     mechanics::EquationsOfMotion equations(system);
     for (int time = 0; time < 3; ++time) {
       Eigen::VectorXd velocity(system.velocity_count());
       for (double& v : velocity) v = random.normal();
-      mechanics::Rotations rotation;
-      for (int i = 0; i < bodies; ++i) rotation.push_back(random.rotation());
-      mechanics::Moments control;
-      for (int j = 0; j < system.joint_count(); ++j) control.push_back(random.vector());
+      const mechanics::Rotations rotation = random_rotations(random, system);
+      const mechanics::Moments control = random_moments(random, system, 1.0);
       const long before = allocations;
       equations.evaluate(rotation, velocity, control);
       EXPECT_EQ(allocations - before, 0) << bodies << " bodies";
