@@ -142,7 +142,7 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
     by_idle.middleRows(n, n) = by_moments.rightCols(idle());
     algebra::set_product(pose_step_.rightCols(n), by_idle.middleRows(n, n), by_idle.middleRows(2 * n, pose_));
     stage.gap.setZero();
-    algebra::add_product(-1.0, by_idle, now_.moment[at(k)].tail(idle()), stage.gap);
+    add_gap(k, now_.moment[at(k)].tail(idle()), stage);
   }
 
   stage.weight = node_weight(now_, k);

@@ -58,6 +58,8 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       start_impulse_(VectorXd::Zero(shape_)),
       end_multiplier_(VectorXd::Zero(static_cast<Eigen::Index>(end_rows_.size()))),
       idle_multiplier_(at(steps_), VectorXd::Zero(shape_ - controls_)),
+      idle_bend_(idle_multiplier_),
+      missed_idle_(shape_ - controls_),
       next_by_idle_(at(steps_), MatrixXd::Zero(states(), shape_ - controls_)),
       buffer_(system.body_count()),
       along_(shape_size(system)),
@@ -276,6 +278,17 @@ void ShapeProgram::measure(Motion& motion) {
   if (!maneuver_.free_duration) motion.cost += cost_of_time(motion);  // which no step changes
   if (!terms_.empty()) add_terms(motion);
   add_limits(motion);
+  weigh_idle(motion);
+}
+
+// With what idle moments are worth the cost changes along a step as the Lagrangian does, whose second derivatives are the model's.
+void ShapeProgram::weigh_idle(Motion& motion) const {
+  if (idle() == 0) return;
+  double worth = 0.0;
+  for (int k = first_idle_node(); k < steps_; ++k)
+    worth += idle_multiplier_[at(k)].dot(motion.moment[at(k)].tail(idle()));
+  motion.merit.cost += worth - motion.merit.gaps;
+  motion.merit.gaps = worth;
 }
 
 double ShapeProgram::won(const Motion& motion) const {
@@ -403,6 +416,7 @@ void ShapeProgram::take_multipliers(const StageStep& step, double length) {
     optimizer::add_transposed_image(-length, next_by_idle_[at(k)], step.costate[at(leads_ + k + 1)],
                                     idle_multiplier_[at(k)]);
   }
+  weigh_idle(now_);
 }
 
 double ShapeProgram::longest(const StageStep& step) {

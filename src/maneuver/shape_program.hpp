@@ -56,6 +56,8 @@ class ShapeProgram : public optimizer::StageProgram {
   const std::vector<LimitRow>& limit_rows() const { return limits_.rows(); }
   /// Values of the limits' rows at the trial point, [rows][N + 1].
   const MatrixXd& trial_limit_values() const { return trial_.limit_value; }
+  /// Moments at the trial point's nodes, actuated ones, then idle ones, [N + 1][f] N m.
+  const std::vector<VectorXd>& trial_moments() const { return trial_.moment; }
   /// What they change by along a step, to first order; 0 of rows that do not pull.
   const MatrixXd& limit_changes(const optimizer::StageStep& step) {
     foresee_limits(step);
@@ -94,6 +96,8 @@ class ShapeProgram : public optimizer::StageProgram {
   bool ease_limits(double times) override;
   bool bend_limits(const optimizer::StageStep& step, double length, optimizer::StageModel& model) override;
   void unbend_limits(optimizer::StageModel& model) override { add_limit_bends(-1.0, model); }
+  bool bend_gaps(double length, optimizer::StageModel& model) override;
+  void unbend_gaps(optimizer::StageModel& model) override;
   bool land() override;
   bool landed() const override { return limits_.landed(); }
   void take_off() override;
@@ -130,6 +134,7 @@ class ShapeProgram : public optimizer::StageProgram {
   bool roll_out(Motion& motion);
   bool solve_step(int k, Motion& motion);
   void measure(Motion& motion);
+  void weigh_idle(Motion& motion) const;
   void impulse_by_moments(const Motion& motion, int node, MatrixXd& impulse);
   void model_node(int k, NodeModel& node);
   void model_controls(int k, NodeModel& node);
@@ -169,6 +174,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void model_limits();
   void foresee_limits(const optimizer::StageStep& step);
   void foresee_moments(int k, const optimizer::StageStep& step);
+  void add_gap(int k, const Eigen::Ref<const VectorXd>& idle_moment, optimizer::Stage& stage) const;
   void add_limit_bends(double factor, optimizer::StageModel& model);
   void lay_pose_multipliers(const optimizer::StageModel& model);
   LimitedNode limited_node(const Motion& motion, int k) const;
@@ -194,6 +200,7 @@ class ShapeProgram : public optimizer::StageProgram {
   // Whether a node's moments follow from the last state: a periodic motion begins with those of its end.
   bool of_the_end(int k) const { return k == steps_ || (k == 0 && maneuver_.periodic); }
   int idle() const { return shape_ - controls_; }
+  int first_idle_node() const { return maneuver_.periodic ? 1 : 0; }  // the first of a periodic motion is the last
   // Whether more than the root's motion is asked of a step.
   bool wants_intervals() const { return !terms_.empty() || compliant_time_; }
   bool keeps_roots_alone() const { return four_steps_ && use_ == Steps::faithful && !wants_intervals(); }
@@ -237,6 +244,8 @@ class ShapeProgram : public optimizer::StageProgram {
   VectorXd end_multiplier_;
   VectorXd end_start_;                     // for the next go_to
   std::vector<VectorXd> idle_multiplier_;  // [N][idle]
+  std::vector<VectorXd> idle_bend_;        // [N][idle] N m, idle moments of trial points beyond first order
+  VectorXd missed_idle_;                   // [idle] N m
   std::vector<MatrixXd> next_by_idle_;     // [N][n][idle] next state by idle moments
   double metric_scale_ = 1.0;              // N m, what moments are like
   mechanics::Interval buffer_;

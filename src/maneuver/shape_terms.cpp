@@ -77,6 +77,32 @@ void ShapeProgram::foresee_moments(int k, const StageStep& step) {
   }
 }
 
+bool ShapeProgram::bend_gaps(double length, StageModel& model) {
+  if (idle() == 0) return false;
+  for (int k = first_idle_node(); k < steps_; ++k) {
+    missed_idle_ = trial_.moment[at(k)].tail(idle());
+    missed_idle_ -= (1.0 - length) * now_.moment[at(k)].tail(idle());
+    missed_idle_ /= length;
+    add_gap(k, missed_idle_, model.stage[at(leads_ + k)]);
+    idle_bend_[at(k)] += missed_idle_;
+  }
+  return true;
+}
+
+void ShapeProgram::unbend_gaps(StageModel& model) {
+  if (idle() == 0) return;
+  for (int k = first_idle_node(); k < steps_; ++k) {
+    idle_bend_[at(k)] *= -1.0;
+    add_gap(k, idle_bend_[at(k)], model.stage[at(leads_ + k)]);
+    idle_bend_[at(k)].setZero();
+  }
+}
+
+// What makes the next shape the one that leaves no idle moments at node k.
+void ShapeProgram::add_gap(int k, const Eigen::Ref<const VectorXd>& idle_moment, Stage& stage) const {
+  optimizer::add_image(-1.0, next_by_idle_[at(k)], idle_moment, stage.gap);
+}
+
 bool ShapeProgram::bend_limits(const StageStep& step, double length, StageModel& model) {
   if (limits_.empty()) return false;
   foresee_limits(step);

@@ -18,6 +18,7 @@ constexpr double most_end_change = 0.5;  // that one step takes off an end row
 constexpr double first_shift = 0.03;     // in units of the states' metric
 constexpr double least_shift = 1e-7;
 constexpr double largest_shift = 1e8;
+constexpr double leapt_over = 1e-3;         // shift up to which it grows by the square
 constexpr double shift_growth = 3.0;        // where a step fails; where one succeeds the shift falls by its square
 constexpr double most_multiplier = 1.0;     // that the end rows' removal may add, relative to what they have
 constexpr double penalty_per_cost = 100.0;  // of the end rows in the Hessian
@@ -51,6 +52,12 @@ constexpr double little_shift = 1.0;
 constexpr double worth_going_on = 1e-4;  // what the cost falls by in max_iterations, relative
 constexpr double nearer_by = 0.1;        // and violations, while there are any
 
+// States and inputs.
+void add_motion(double factor, const StageStep& from, StageStep& to) {
+  for (std::size_t k = 0; k < from.state.size(); ++k) algebra::add_multiple(factor, from.state[k], to.state[k]);
+  for (std::size_t k = 0; k < from.input.size(); ++k) algebra::add_multiple(factor, from.input[k], to.input[k]);
+}
+
 double round_off(const Merit& merit) { return 1e-13 * std::abs(merit.cost) + merit.round_off; }
 
 }  // namespace
@@ -61,13 +68,17 @@ StageNewton::StageNewton(const StageSizes& sizes)
       riccati_(sizes),
       step_(sizes),
       corrected_(sizes),
+      response_(sizes),
       slopes_(sizes),
       state_(sizes.states),
       input_(sizes.inputs),
       missed_(sizes.end_rows),
       corrected_rows_(sizes.end_rows) {}
 
-double StageNewton::smallest_shift() const { return change_ < nearly_stationary ? least_shift : first_shift; }
+// Where the latest step began next to a solution, one that is too long for its model does not say that this is far.
+bool StageNewton::near() const { return near_ || change_ < nearly_stationary; }
+
+double StageNewton::smallest_shift() const { return near() ? least_shift : first_shift; }
 
 // Of the end rows in the Hessian. Where a point that does nothing misses them by little, little is much.
 double StageNewton::end_penalty() const {
@@ -80,7 +91,7 @@ double StageNewton::end_penalty() const {
 bool StageNewton::factor_unshifted() {
   const double penalty = end_penalty();
   if (riccati_.factor(model_, 0.0, penalty)) return true;
-  firm_ = change_ < nearly_stationary && riccati_.factor(model_, 0.0, firmer * penalty);
+  firm_ = near() && riccati_.factor(model_, 0.0, firmer * penalty);
   return firm_;
 }
 
@@ -93,11 +104,13 @@ bool StageNewton::factor_shifted() {
 // The least shift that makes the Hessian positive definite, found by trial. Next to a solution small shifts come first:
 // along a flat valley of solutions the Hessian is singular. After a good step there, none comes first.
 bool StageNewton::factor(double least) {
+  bypassed_ = 0.0;
   if (least > 0.0 && std::exchange(unshifted_first_, false) && factor_unshifted()) {
+    bypassed_ = least;
     shift_ = 0.0;
     return true;
   }
-  const double growth = change_ < nearly_stationary ? shift_growth * shift_growth : shift_growth;
+  const double growth = near() ? shift_growth * shift_growth : shift_growth;
   for (shift_ = least; shift_ < largest_shift; shift_ = std::max(smallest_shift(), growth * shift_))
     if (shift_ == 0.0 ? factor_unshifted() : factor_shifted()) return true;
   return false;
@@ -153,11 +166,19 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
   ++outcome.evaluations;
   double found = judge(here, there, cheaper);
   if (!there || found > good_ratio) return found;
+  found = try_corrected(program, here, cheaper, found, outcome);
+  program.unbend_gaps(model_);
+  return found;
+}
+
+// Of corrections of the step, which come nearer to what its model says as long as they do.
+double StageNewton::try_corrected(StageProgram& program, const Merit& here, double cheaper, double found,
+                                  Outcome& outcome) {
   corrected_ = step_;
   corrected_rows_.setZero();
   for (int correction = 0; correction < most_corrections; ++correction) {
     correct(program);
-    there = program.try_step(corrected_, length_);
+    const Merit* there = program.try_step(corrected_, length_);
     ++outcome.evaluations;
     const double corrected = judge(here, there, cheaper);
     if (corrected > good_ratio) return corrected;
@@ -167,24 +188,46 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
   return found;
 }
 
-// The step again, against what the latest trial missed of the end rows and found of limits beyond first order.
+// The step again, against what the latest trial missed of end rows and gaps and found of limits beyond first order.
 void StageNewton::correct(StageProgram& program) {
   missed_ = program.trial_end_rows();
   algebra::add_multiple(length_ * share_ - 1.0, model_.c, missed_);
   missed_ /= length_;
-  if (!program.bend_limits(corrected_, length_, model_)) return riccati_.correct(model_, missed_, corrected_);
+  const bool gaps = program.bend_gaps(length_, model_), limits = program.bend_limits(corrected_, length_, model_);
+  if (!gaps && !limits) return riccati_.correct(model_, missed_, corrected_);
   corrected_rows_ += missed_;
   riccati_.solve(model_, share_, corrected_);
   riccati_.correct(model_, corrected_rows_, corrected_);
-  program.unbend_limits(model_);
+  if (limits) program.unbend_limits(model_);
+}
+
+double StageNewton::raised_shift() const {
+  if (bypassed_ > 0.0) return bypassed_;
+  const double growth = shift_ < leapt_over ? shift_growth * shift_growth : shift_growth;
+  return std::max(smallest_shift(), growth * shift_);
 }
 
 void StageNewton::ease_or_damp(double ratio) {
   damping_ = shift_;
   if (ratio > good_ratio) damping_ = shift_ / (shift_growth * shift_growth);
-  if (ratio < poor_ratio) damping_ = std::max(smallest_shift(), shift_growth * shift_);
+  if (ratio < poor_ratio) damping_ = raised_shift();
   if (damping_ < 0.1 * smallest_shift()) damping_ = 0.0;
   unshifted_first_ = ratio > good_ratio && change_ < nearly_stationary;
+}
+
+// A step of no gradient of its own, against what the latest trial missed of end rows and gaps. What gaps call for is the
+// difference of two steps.
+void StageNewton::correct_bend(StageProgram& program) {
+  missed_ = program.trial_end_rows();
+  missed_ -= program.end_rows();
+  missed_ /= length_;
+  riccati_.correct(model_, missed_, corrected_);
+  if (!program.bend_gaps(length_, model_)) return;
+  riccati_.solve(model_, 1.0, response_);
+  add_motion(1.0, response_, corrected_);
+  program.unbend_gaps(model_);
+  riccati_.solve(model_, 1.0, response_);
+  add_motion(-1.0, response_, corrected_);
 }
 
 // At a saddle: along the negative curvature that the sweep has met, as far as the cost falls, where that promises more than the
@@ -206,20 +249,22 @@ bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
     return there && there->violation <= funnel_ &&
            there->cost + worth * there->violation <= cheaper + worth * here.violation;
   };
+  const auto lagrangian = [&] {  // of the trial point
+    missed_ = program.trial_end_rows();
+    missed_ -= program.end_rows();
+    return there->cost + end_multiplier_.dot(missed_);
+  };
   bool corrects = false;  // whether the factors are those for it
   for (int halving = 0; halving < saddle_halvings && promised() > ordinary; ++halving, length *= 0.5)
     for (double sign : {1.0, -1.0}) {
       length_ = sign * length;
       bool down = leads_down(step_);
       corrected_ = step_;
-      // cheaper, but for what it misses of the end rows
-      for (int correction = 0; correction < most_corrections && !down && there && there->cost <= cheaper;
+      // cheaper, but for what it misses
+      for (int correction = 0; correction < most_corrections && !down && there && lagrangian() <= cheaper;
            ++correction) {
         if (!std::exchange(corrects, true) && !factor(damping_)) return false;
-        missed_ = program.trial_end_rows();
-        missed_ -= program.end_rows();
-        missed_ /= length_;
-        riccati_.correct(model_, missed_, corrected_);
+        correct_bend(program);
         down = leads_down(corrected_);
       }
       if (!down) continue;
@@ -327,6 +372,7 @@ StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& 
     return damping_ < largest_shift && !at_rest ? Verdict::rejected : Verdict::stuck;
   }
   program.accept();
+  near_ = change_ < nearly_stationary;
   if (!by_cost_)
     funnel_ = std::max({std::min(least_funnel, least_idle_share * idle_violation_), funnel_shrink * funnel_,
                         0.5 * (before + program.merit().violation)});
@@ -345,6 +391,7 @@ void StageNewton::begin(const StageProgram& program) {
   damping_ = 0.0;
   unshifted_first_ = firm_ = false;
   change_ = 1.0;
+  near_ = false;
   highest_cost_ = std::max(std::abs(program.merit().cost), 1e-300);
   const double idle = program.idle_violation();
   idle_violation_ = idle < small_violation ? idle : std::numeric_limits<double>::infinity();

@@ -29,6 +29,7 @@ class StageNewton {
   enum class Verdict { accepted, rejected, converged, stuck };
 
   void begin(const StageProgram& program);
+  bool near() const;
   double smallest_shift() const;
   double end_penalty() const;
   bool factor_unshifted();
@@ -38,13 +39,16 @@ class StageNewton {
   void find_step();
   Verdict improve(StageProgram& program, const Options& options, Outcome& outcome);
   double try_out(StageProgram& program, Outcome& outcome);
+  double try_corrected(StageProgram& program, const Merit& here, double cheaper, double found, Outcome& outcome);
   void correct(StageProgram& program);
+  void correct_bend(StageProgram& program);
   double judge(const Merit& here, const Merit* there, double cheaper);
   void take_gradient();
   bool follow(StageProgram& program, const Options& options, Outcome& outcome);
   void record(const StageProgram& program, Outcome& outcome) const;
   void take_last_step(StageProgram& program, Outcome& outcome);
   bool settle(StageProgram& program, Outcome& outcome);
+  double raised_shift() const;
   void ease_or_damp(double ratio);
   bool leave_saddle(StageProgram& program, Outcome& outcome);
   double stationarity();
@@ -55,7 +59,7 @@ class StageNewton {
   StageSizes sizes_;
   StageModel model_;
   Riccati riccati_;
-  StageStep step_, corrected_;
+  StageStep step_, corrected_, response_;
   StageSlopes slopes_;
   VectorXd state_, input_;        // buffers
   VectorXd missed_;               // what a trial left of the end rows; a buffer
@@ -64,6 +68,8 @@ class StageNewton {
   VectorXd end_multiplier_;       // at the point, the end rows left as they are
   double shift_ = 0.0;            // of the inputs' metric, added to the Hessian
   double damping_ = 0.0;          // least shift, raised where steps fail
+  bool near_ = false;             // whether the latest step began next to a solution
+  double bypassed_ = 0.0;         // shift that was next where none came first, else 0
   bool unshifted_first_ = false;  // whether the next factors may do without
   bool firm_ = false;             // whether the latest ones without a shift needed a firmer penalty
   double share_ = 1.0;            // of the end rows that the step takes away

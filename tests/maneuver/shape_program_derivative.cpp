@@ -4,6 +4,7 @@
 
 #include "chains.hpp"
 #include "difference_order.hpp"
+#include "maneuver/passive_joints.hpp"
 #include "maneuver/reach.hpp"
 #include "maneuver/shape_program.hpp"
 
@@ -19,7 +20,7 @@ using maneuver::ShapeProgram;
 using optimizer::StageModel;
 using optimizer::StageStep;
 
-enum class Swimmer { paper_chain, in_the_plane, any_joint };
+enum class Swimmer { paper_chain, in_the_plane, any_joint, idle_joints };
 
 struct ShapeSetting {
   std::string name;
@@ -54,7 +55,8 @@ maneuver::Problem limited_problem(const model::SwimmerDescription& swimmer, cons
   problem.start.rotation.assign(swimmer.bodies.size(), Vector3d(0.1, 0.2, 0.3));
   if (!setting.limited) return problem;
   maneuver::Limits& limits = problem.limits;
-  if (setting.swimmer != Swimmer::any_joint) {  // a hinge's moment has a kink where it changes its sign
+  if (setting.swimmer == Swimmer::paper_chain ||
+      setting.swimmer == Swimmer::in_the_plane) {  // a hinge's moment has a kink where it changes its sign
     limits.torque = 30.0;
     limits.torque_component = 20.0;
   }
@@ -74,9 +76,10 @@ maneuver::Problem limited_problem(const model::SwimmerDescription& swimmer, cons
 }
 
 model::SwimmerDescription swimmer_of(Random& random, Swimmer kind) {
-  model::SwimmerDescription swimmer = kind == Swimmer::any_joint ? random_swimmer(random, 5) : paper_chain();
+  const bool drawn = kind == Swimmer::any_joint || kind == Swimmer::idle_joints;
+  model::SwimmerDescription swimmer = drawn ? random_swimmer(random, 5) : paper_chain();
   for (model::JointDescription& joint : swimmer.joints) {
-    joint.actuated = true;
+    joint.actuated = kind != Swimmer::idle_joints || &joint != &swimmer.joints.back();
     if (kind == Swimmer::in_the_plane) joint.control_axes = {Vector3d::UnitZ()};
   }
   return swimmer;
@@ -120,6 +123,12 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
       EXPECT_EQ(coordinates.shape.cols(), 2);
       EXPECT_EQ(coordinates.pose.cols(), 3);
     }
+    if (GetParam().swimmer == Swimmer::idle_joints && GetParam().costs.any()) {
+      // costs beside effort see gaps in their model's slope: without gaps it is that of the Lagrangian
+      const auto followed = maneuver::with_passive_joints(system_, maneuver_, coordinates, path);
+      EXPECT_TRUE(followed);
+      path = followed.value_or(path);
+    }
     maneuver_.free_duration = GetParam().free_duration;
     maneuver_.periodic = maneuver_.free_shape = GetParam().periodic;
     maneuver_.time_weight = 20.0;
@@ -145,11 +154,15 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     for (std::size_t r = 0; r < stated.size(); ++r)  // so that the goal counts; closure bends where the step leaves it
       if (stated[r].kind != maneuver::EndRow::Kind::closure)
         step_->end_multiplier[static_cast<Eigen::Index>(r)] = 1e3 * random_.normal();
+    if (program_->takes_costates())
+      for (VectorXd& costate : step_->costate)
+        for (double& entry : costate) entry = 1e3 * random_.normal();
     program_->take_multipliers(*step_, 1.0);
     program_->linearize(*model_);
     double size = GetParam().periodic || GetParam().free_duration ? 0.01 : 0.3;
     if (GetParam().free_duration && GetParam().swimmer == Swimmer::any_joint) size = GetParam().limited ? 0.1 : 0.03;
     if (GetParam().periodic && GetParam().costs.any()) size = 0.002;
+    if (GetParam().swimmer == Swimmer::idle_joints && GetParam().limited) size = 0.002;
     const bool of_the_chain = GetParam().swimmer == Swimmer::paper_chain && GetParam().limited;
     if (of_the_chain && (GetParam().free_duration || GetParam().periodic)) size = 0.002;
     if (model_->stage.back().placed > 0) size = GetParam().limited ? 0.0005 : 0.003;  // rad, not N m
@@ -160,7 +173,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     }
   }
 
-  // Lagrangian and end rows at t along the direction; no moment is idle here.
+  // Lagrangian and end rows at t along the direction.
   double lagrangian_at(double t) {
     const optimizer::Merit* merit = program_->try_step(*step_, t);
     EXPECT_NE(merit, nullptr);
@@ -223,7 +236,7 @@ TEST_P(ShapeDerivatives, limits_change_as_foreseen_to_first_order) {
         kinds.insert(program_->limit_rows()[static_cast<std::size_t>(r)].kind);
       }
   EXPECT_GE(kinds.size(), GetParam().limited ? 4U : 1U);
-  if (GetParam().limited && GetParam().periodic && GetParam().swimmer != Swimmer::any_joint) {
+  if (GetParam().limited && GetParam().periodic && GetParam().swimmer == Swimmer::paper_chain) {
     EXPECT_FALSE(changes.col(0).isZero(0.0)) << "moments at the beginning";
   }
   const auto pulling_of = [&](const MatrixXd& all) {
@@ -243,7 +256,8 @@ TEST_P(ShapeDerivatives, limits_change_as_foreseen_to_first_order) {
 // First derivatives by themselves are those of the whole model; where the cost has more than effort there are none.
 TEST_P(ShapeDerivatives, first_derivatives_alone_are_those_of_the_model) {
   const ShapeSetting& setting = GetParam();
-  const bool plain = !setting.limited && !setting.free_duration && !setting.periodic && !setting.costs.any();
+  const bool plain = !setting.limited && !setting.free_duration && !setting.periodic && !setting.costs.any() &&
+                     setting.swimmer != Swimmer::idle_joints;
   optimizer::StageSlopes slopes(program_->sizes());
   ASSERT_EQ(program_->differentiate(slopes), plain);
   if (!plain) return;
@@ -269,6 +283,43 @@ TEST_P(ShapeDerivatives, the_curvature_of_the_lagrangian_matches_second_differen
     EXPECT_NEAR(std::log2(std::abs(coarse / fine)) / 2.0, 2.0, 0.2) << coarse << " and " << fine << " of " << expected;
   }
   EXPECT_LE(std::abs((16.0 * fine - coarse) / 15.0), tolerance(1e-4) * std::abs(expected));
+}
+
+// A step takes idle moments off to second order, one that is bent after its trial to third.
+TEST_P(ShapeDerivatives, bent_gaps_take_idle_moments_off_at_third_order) {
+  if (GetParam().swimmer != Swimmer::idle_joints || GetParam().costs.any()) return;
+  const auto follow = [&] {
+    for (std::size_t n = 0; n < model_->stage.size(); ++n)
+      step_->state[n + 1] =
+          model_->stage[n].A * step_->state[n] + model_->stage[n].B * step_->input[n] + model_->stage[n].gap;
+  };
+  const int controls = system_.control_count();
+  const auto idle_moments = [&](double t) {
+    EXPECT_NE(program_->try_step(*step_, t), nullptr);
+    std::vector<double> values;
+    const auto& moments = program_->trial_moments();
+    for (std::size_t k = GetParam().periodic ? 1 : 0; k + 1 < moments.size(); ++k)
+      for (Eigen::Index c = controls; c < moments[k].size(); ++c) values.push_back(moments[k][c]);
+    return VectorXd(VectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size())));
+  };
+  follow();
+  const VectorXd here = idle_moments(0.0);
+  ASSERT_GT(here.size(), 0);
+  ASSERT_GT(here.norm(), 0.0);
+  const auto left = [&](double t) { return (idle_moments(t) - (1.0 - t) * here).norm(); };
+  const auto left_when_bent = [&](double t) {
+    follow();
+    idle_moments(t);
+    EXPECT_TRUE(program_->bend_gaps(t, *model_));
+    follow();
+    program_->unbend_gaps(*model_);
+    return left(t);
+  };
+  const double coarse = 0.02, fine = 0.01;
+  const double plain_order = std::log2(left(coarse) / left(fine));
+  const double bent_order = std::log2(left_when_bent(coarse) / left_when_bent(fine));
+  EXPECT_NEAR(plain_order, 2.0, 0.2);
+  EXPECT_NEAR(bent_order, 3.0, 0.3);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -355,6 +406,25 @@ INSTANTIATE_TEST_SUITE_P(
                      mechanics::DiscreteLagrangian::midpoint, false, false, true, true, of_displacement},
         ShapeSetting{"displacement_in_the_plane_and_all_costs", Swimmer::in_the_plane,
                      mechanics::DiscreteLagrangian::trapezoid, true, true, false, false, of_displacement_too},
+        ShapeSetting{"idle_joints", Swimmer::idle_joints, mechanics::DiscreteLagrangian::trapezoid, true},
+        ShapeSetting{"idle_joints_with_a_free_end", Swimmer::idle_joints, mechanics::DiscreteLagrangian::midpoint,
+                     false},
+        ShapeSetting{"idle_joints_in_free_time", Swimmer::idle_joints, mechanics::DiscreteLagrangian::paper, true,
+                     false, true},
+        ShapeSetting{"periodic_of_idle_joints", Swimmer::idle_joints, mechanics::DiscreteLagrangian::trapezoid, false,
+                     false, false, true},
+        ShapeSetting{"periodic_of_idle_joints_in_free_time_within_limits",
+                     Swimmer::idle_joints,
+                     mechanics::DiscreteLagrangian::trapezoid,
+                     false,
+                     true,
+                     true,
+                     true,
+                     {},
+                     false,
+                     3},  // likewise
+        ShapeSetting{"all_costs_of_idle_joints", Swimmer::idle_joints, mechanics::DiscreteLagrangian::trapezoid, true,
+                     false, false, false, of_all},
         ShapeSetting{"all_costs_in_free_time", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true,
                      false, true, false, of_all},
         ShapeSetting{"all_costs_of_any_joint_within_limits", Swimmer::any_joint,
