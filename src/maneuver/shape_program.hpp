@@ -96,7 +96,8 @@ class ShapeProgram : public optimizer::StageProgram {
   bool ease_limits(double times) override;
   bool bend_limits(const optimizer::StageStep& step, double length, optimizer::StageModel& model) override;
   void unbend_limits(optimizer::StageModel& model) override { add_limit_bends(-1.0, model); }
-  bool bend_gaps(double length, optimizer::StageModel& model) override;
+  bool has_gaps() const override { return idle() > 0; }
+  void bend_gaps(double length, optimizer::StageModel& model) override;
   void unbend_gaps(optimizer::StageModel& model) override;
   bool land() override;
   bool landed() const override { return limits_.landed(); }

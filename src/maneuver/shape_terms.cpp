@@ -77,8 +77,7 @@ void ShapeProgram::foresee_moments(int k, const StageStep& step) {
   }
 }
 
-bool ShapeProgram::bend_gaps(double length, StageModel& model) {
-  if (idle() == 0) return false;
+void ShapeProgram::bend_gaps(double length, StageModel& model) {
   for (int k = first_idle_node(); k < steps_; ++k) {
     missed_idle_ = trial_.moment[at(k)].tail(idle());
     missed_idle_ -= (1.0 - length) * now_.moment[at(k)].tail(idle());
@@ -86,7 +85,6 @@ bool ShapeProgram::bend_gaps(double length, StageModel& model) {
     add_gap(k, missed_idle_, model.stage[at(leads_ + k)]);
     idle_bend_[at(k)] += missed_idle_;
   }
-  return true;
 }
 
 void ShapeProgram::unbend_gaps(StageModel& model) {

@@ -33,8 +33,9 @@ constexpr double funnel_shrink = 0.3;
 constexpr double widest_idle_share = 0.5,
                  least_idle_share = 0.2;  // of what a point misses that does nothing, as of funnels
 constexpr double violation_worth = 0.3;   // of the multipliers: promises beyond it must come true in the cost
-constexpr int most_corrections = 2;       // of second order, for one step
-constexpr double met = 1e-9;              // violation
+constexpr double correcting_shift = 10.0;
+constexpr int most_corrections = 2;  // of second order, for one step
+constexpr double met = 1e-9;         // violation
 constexpr double nearly_met = 1e-5;
 constexpr double nearly_stationary = 1e-2;
 constexpr double saddle = 2e-3;  // stationarity at which an indefinite Hessian means a saddle
@@ -91,14 +92,15 @@ double StageNewton::end_penalty() const {
 bool StageNewton::factor_unshifted() {
   const double penalty = end_penalty();
   if (riccati_.factor(model_, 0.0, penalty)) return true;
-  firm_ = near() && riccati_.factor(model_, 0.0, firmer * penalty);
+  firm_ = (near() || small_miss_) && riccati_.factor(model_, 0.0, firmer * penalty);
   return firm_;
 }
 
 // What needed a firmer penalty without a shift may need it with one, too.
 bool StageNewton::factor_shifted() {
   const double penalty = end_penalty();
-  return riccati_.factor(model_, shift_, penalty) || (firm_ && riccati_.factor(model_, shift_, firmer * penalty));
+  return riccati_.factor(model_, shift_, penalty) ||
+         ((firm_ || small_miss_) && riccati_.factor(model_, shift_, firmer * penalty));
 }
 
 // The least shift that makes the Hessian positive definite, found by trial. Next to a solution small shifts come first:
@@ -159,6 +161,7 @@ double StageNewton::judge(const Merit& here, const Merit* there, double cheaper)
 // trial point.
 double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
   const Merit here = program.merit();
+  own_factors_ = true;
   length_ = program.longest(step_);
   const double cheaper = length_ * (here.gaps - slope()) - 0.5 * length_ * length_ * curvature();
   gain_drowns_ = std::abs(cheaper) <= round_off(here);
@@ -174,8 +177,7 @@ double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
 // Of corrections of the step, which come nearer to what its model says as long as they do.
 double StageNewton::try_corrected(StageProgram& program, const Merit& here, double cheaper, double found,
                                   Outcome& outcome) {
-  corrected_ = step_;
-  corrected_rows_.setZero();
+  if (!begin_corrections(program)) return found;
   for (int correction = 0; correction < most_corrections; ++correction) {
     correct(program);
     const Merit* there = program.try_step(corrected_, length_);
@@ -188,17 +190,53 @@ double StageNewton::try_corrected(StageProgram& program, const Merit& here, doub
   return found;
 }
 
+bool StageNewton::begin_corrections(StageProgram& program) {
+  corrected_ = step_;
+  corrected_rows_.setZero();
+  return !program.has_gaps() || find_gap_response();
+}
+
+// What gaps call for is the difference of two steps, with factors that hold motions along which hardly anything changes: with
+// those at hand these would be moved most.
+bool StageNewton::find_gap_response() {
+  own_factors_ = false;
+  const double shift = std::max(shift_, correcting_shift), penalty = end_penalty();
+  if (!riccati_.factor(model_, shift, penalty) && !riccati_.factor(model_, shift, firmer * penalty)) return false;
+  riccati_.solve(model_, share_, response_);
+  return true;
+}
+
+// What the latest trial missed of the end rows beyond the share that its step takes away.
+void StageNewton::find_missed(StageProgram& program, double share) {
+  missed_ = program.trial_end_rows();
+  algebra::add_multiple(length_ * share - 1.0, model_.c, missed_);
+  missed_ /= length_;
+}
+
 // The step again, against what the latest trial missed of end rows and gaps and found of limits beyond first order.
 void StageNewton::correct(StageProgram& program) {
-  missed_ = program.trial_end_rows();
-  algebra::add_multiple(length_ * share_ - 1.0, model_.c, missed_);
-  missed_ /= length_;
-  const bool gaps = program.bend_gaps(length_, model_), limits = program.bend_limits(corrected_, length_, model_);
-  if (!gaps && !limits) return riccati_.correct(model_, missed_, corrected_);
+  find_missed(program, share_);
+  const bool limits = program.bend_limits(corrected_, length_, model_);
+  if (program.has_gaps())
+    correct_with_gaps(program);
+  else if (limits)
+    correct_anew();
+  else
+    riccati_.correct(model_, missed_, corrected_);
+  if (limits) program.unbend_limits(model_);
+}
+
+void StageNewton::correct_anew() {
   corrected_rows_ += missed_;
   riccati_.solve(model_, share_, corrected_);
   riccati_.correct(model_, corrected_rows_, corrected_);
-  if (limits) program.unbend_limits(model_);
+}
+
+void StageNewton::correct_with_gaps(StageProgram& program) {
+  program.bend_gaps(length_, model_);
+  correct_anew();
+  add_motion(1.0, step_, corrected_);
+  add_motion(-1.0, response_, corrected_);
 }
 
 double StageNewton::raised_shift() const {
@@ -215,19 +253,13 @@ void StageNewton::ease_or_damp(double ratio) {
   unshifted_first_ = ratio > good_ratio && change_ < nearly_stationary;
 }
 
-// A step of no gradient of its own, against what the latest trial missed of end rows and gaps. What gaps call for is the
-// difference of two steps.
+// A direction of negative curvature, which has no gradient and takes no share of the end rows away.
 void StageNewton::correct_bend(StageProgram& program) {
-  missed_ = program.trial_end_rows();
-  missed_ -= program.end_rows();
-  missed_ /= length_;
-  riccati_.correct(model_, missed_, corrected_);
-  if (!program.bend_gaps(length_, model_)) return;
-  riccati_.solve(model_, 1.0, response_);
-  add_motion(1.0, response_, corrected_);
-  program.unbend_gaps(model_);
-  riccati_.solve(model_, 1.0, response_);
-  add_motion(-1.0, response_, corrected_);
+  find_missed(program, 0.0);
+  if (program.has_gaps())
+    correct_with_gaps(program);
+  else
+    riccati_.correct(model_, missed_, corrected_);
 }
 
 // At a saddle: along the negative curvature that the sweep has met, as far as the cost falls, where that promises more than the
@@ -260,13 +292,16 @@ bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
       length_ = sign * length;
       bool down = leads_down(step_);
       corrected_ = step_;
+      corrected_rows_.setZero();
       // cheaper, but for what it misses
       for (int correction = 0; correction < most_corrections && !down && there && lagrangian() <= cheaper;
            ++correction) {
-        if (!std::exchange(corrects, true) && !factor(damping_)) return false;
+        if (!std::exchange(corrects, true) && !(program.has_gaps() ? find_gap_response() : factor(damping_)))
+          return false;
         correct_bend(program);
         down = leads_down(corrected_);
       }
+      program.unbend_gaps(model_);
       if (!down) continue;
       program.accept();
       return true;
@@ -320,7 +355,7 @@ void StageNewton::take_gradient() {
 // After a Newton step next to a solution: its factors are good for more steps, for which only first derivatives are taken
 // anew. Returns whether they arrive; where they do not, the search goes on from there.
 bool StageNewton::follow(StageProgram& program, const Options& options, Outcome& outcome) {
-  if (shift_ > 0.0 || share_ < 1.0 || length_ < 1.0 || change_ > close) return false;
+  if (!own_factors_ || shift_ > 0.0 || share_ < 1.0 || length_ < 1.0 || change_ > close) return false;
   while (program.differentiate(slopes_)) {
     multiplier_ = step_.end_multiplier;
     take_gradient();
@@ -439,6 +474,7 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
     program.linearize(model_);
     highest_cost_ = std::max(highest_cost_, std::abs(program.merit().cost));
     may_be_saddle_ = true;
+    small_miss_ = program.merit().violation <= nearly_met;
     Verdict verdict = improve(program, options, outcome);
     while (verdict == Verdict::rejected && !stopped()) verdict = improve(program, options, outcome);
     if (verdict == Verdict::accepted) {

@@ -40,7 +40,12 @@ class StageNewton {
   Verdict improve(StageProgram& program, const Options& options, Outcome& outcome);
   double try_out(StageProgram& program, Outcome& outcome);
   double try_corrected(StageProgram& program, const Merit& here, double cheaper, double found, Outcome& outcome);
+  bool begin_corrections(StageProgram& program);
   void correct(StageProgram& program);
+  bool find_gap_response();
+  void find_missed(StageProgram& program, double share);
+  void correct_anew();
+  void correct_with_gaps(StageProgram& program);
   void correct_bend(StageProgram& program);
   double judge(const Merit& here, const Merit* there, double cheaper);
   void take_gradient();
@@ -69,6 +74,8 @@ class StageNewton {
   double shift_ = 0.0;            // of the inputs' metric, added to the Hessian
   double damping_ = 0.0;          // least shift, raised where steps fail
   bool near_ = false;             // whether the latest step began next to a solution
+  bool small_miss_ = false;       // whether the point meets the end rows but for what small steps repair
+  bool own_factors_ = true;       // whether the latest factors are those of the step, not of its corrections
   double bypassed_ = 0.0;         // shift that was next where none came first, else 0
   bool unshifted_first_ = false;  // whether the next factors may do without
   bool firm_ = false;             // whether the latest ones without a shift needed a firmer penalty

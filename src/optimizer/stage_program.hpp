@@ -140,9 +140,10 @@ class StageProgram {
   virtual bool bend_limits(const StageStep& /*step*/, double /*length*/, StageModel& /*model*/) { return false; }
   /// Takes that off again.
   virtual void unbend_limits(StageModel& /*model*/) {}
-  /// Adds to the model's gaps what the latest trial point, a length of a step away, misses of them beyond first order. Returns
-  /// false where there are none.
-  virtual bool bend_gaps(double /*length*/, StageModel& /*model*/) { return false; }
+  /// Whether models have gaps that bend.
+  virtual bool has_gaps() const { return false; }
+  /// Adds to the model's gaps what the latest trial point, a length of a step away, misses of them beyond first order.
+  virtual void bend_gaps(double /*length*/, StageModel& /*model*/) {}
   /// Takes off again what calls since the last one have added.
   virtual void unbend_gaps(StageModel& /*model*/) {}
   /// Once limits are nearly met: those that hold become equalities and others have no part, until renew_limits finds that another
