@@ -94,8 +94,8 @@ void add_rows(GoalRows& goal, const MatrixXd& rows) {
 }
 
 // What is free at a gait's start, turns in rad and momenta that each alone would turn by 1 rad in the whole time, and the
-// rows that close it after those of the goal. False where moments reach too little of it to tell.
-bool set_free_start(const StoredMotion& motion, const std::vector<integrator::State>& states, EffortChain& effort) {
+// rows that close it after those of the goal. Where what moments do not reach of it cannot be set aside, the chain takes it in.
+void set_free_start(const StoredMotion& motion, const std::vector<integrator::State>& states, EffortChain& effort) {
   const VectorXd& scale = effort.tangents.scale;
   const MatrixXd inertia = mechanics::generalized_inertia(motion.system, states.front().rotation);
   const VectorXd unit = (motion.time_step * motion.steps *
@@ -105,9 +105,12 @@ bool set_free_start(const StoredMotion& motion, const std::vector<integrator::St
   const MatrixXd closure = closure_rows(motion, states.back(), unit);
   const MatrixXd directions = scale.cwiseInverse().asDiagonal() * periodic_start(motion, states.front(), unit);
   effort.basis.front() = basis_at_start(effort.tangents, effort.basis);
-  const std::optional<MatrixXd> kept =
+  std::optional<MatrixXd> kept =
       start_within_reach(effort.tangents, effort.basis, directions, closure * scale.asDiagonal());
-  if (!kept) return false;
+  if (!kept) {
+    take_in(effort.tangents, directions, effort.basis);
+    kept = MatrixXd::Identity(directions.cols(), directions.cols());
+  }
   effort.start = directions * *kept;
   GoalRows& goal = effort.goal;
   const Eigen::Index asked = goal.value.size(), all = asked + closure.rows();
@@ -115,7 +118,6 @@ bool set_free_start(const StoredMotion& motion, const std::vector<integrator::St
   effort.goal_by_carried = MatrixXd::Zero(all, kept->cols());
   effort.goal_by_carried.bottomRows(kept->rows()) = -*kept;
   effort.closure = asked;
-  return true;
 }
 
 // Costs beside effort tell the moments at a gait's two ends apart, which are one number: their difference rides along and
@@ -157,10 +159,10 @@ std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momen
   EffortChain effort;
   effort.input = actuated_moments(motion).transpose();
   if (!find_reach(step_tangents(motion), effort)) return std::nullopt;
-  if (!find_time(motion, effort)) return std::nullopt;
   const std::vector<integrator::State> states = node_states(motion);
   set_goal(motion, states.back(), momentum_scale, effort);
-  if (periodic(motion) && !set_free_start(motion, states, effort)) return std::nullopt;
+  if (periodic(motion)) set_free_start(motion, states, effort);
+  if (!find_time(motion, effort)) return std::nullopt;
   add_stages(node_weights(motion), effort);
   if (periodic(motion) && motion.problem.cost_weights.any()) tie_moments(motion, effort);
   if (periodic(motion)) begin_with_start(effort);

@@ -22,6 +22,7 @@ constexpr std::array beyond_reach = {1e-10, 1e-8, 1e-6};
 // Slow motions of many steps show little of what brackets of moments reach in a short while, where nothing grows fast.
 constexpr std::array parts_of_motion = {windows, 8, 4};
 constexpr double misfit = 1e-6;
+constexpr double beside_reach = 1e-7;  // of the longest direction of a start
 
 int window_steps(int steps, int parts = windows) {
   return std::min(steps, std::max(least_window, (steps + parts - 1) / parts));
@@ -183,6 +184,19 @@ std::vector<MatrixXd> reached_bases(const StepTangents& tangents) {
 
 MatrixXd basis_at_start(const StepTangents& tangents, const std::vector<MatrixXd>& basis) {
   return complement(orthonormal(tangents.A.front().transpose() * complement(basis[1])));
+}
+
+void take_in(const StepTangents& tangents, const MatrixXd& directions, std::vector<MatrixXd>& basis) {
+  const auto beside = [](const MatrixXd& space, const MatrixXd& columns) {
+    return MatrixXd(columns - space * (space.transpose() * columns));
+  };
+  MatrixXd added = maneuver::span_of_rows(beside(basis.front(), directions).transpose(), beside_reach);
+  for (std::size_t k = 0; k < basis.size(); ++k) {
+    if (k > 0) added = orthonormal(beside(basis[k], tangents.A[k - 1] * added));
+    MatrixXd both(added.rows(), basis[k].cols() + added.cols());
+    both << basis[k], added;
+    basis[k] = both;
+  }
 }
 
 }  // namespace lamprey::certificate

@@ -44,6 +44,9 @@ std::vector<MatrixXd> reached_bases(const StepTangents& tangents);
 /// The states at the start that the first step leads into what is reached after it, [n][reached] orthonormal.
 MatrixXd basis_at_start(const StepTangents& tangents, const std::vector<MatrixXd>& basis);
 
+/// Bases [N + 1][n][reached] become those of what moments and directions of the start reach together.
+void take_in(const StepTangents& tangents, const MatrixXd& directions, std::vector<MatrixXd>& basis);
+
 /// Orthonormal columns of what is beside orthonormal columns.
 MatrixXd complement(const MatrixXd& orthonormal_columns);
 

@@ -417,6 +417,15 @@ TEST(GaitOrder, of_a_free_duration_within_limits_that_pull_is_that_of_second_dif
   EXPECT_EQ(found.positive, values[0] > 1e-6);
 }
 
+// Spheres carry their weighted centre with the shape: what moments reach of the start mixes with what they do not.
+TEST(GaitOrder, of_spheres_that_turn_is_that_of_second_differences) {
+  maneuver::Problem problem = eel(14);
+  for (model::BodyDescription& body : problem.swimmer.bodies) body.semi_axes.setConstant(0.3);
+  problem.goal->move[0].reset();
+  problem.goal->turn = Vector3d(0, 0, 0.05);
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+}
+
 // Springs and dampers feel how long a step is.
 TEST(GaitOrder, of_a_free_duration_of_mixed_joints_with_springs_and_dampers_is_that_of_second_differences) {
   maneuver::Problem problem = mixed_joints(6);
