@@ -19,7 +19,8 @@ struct Displacement {
   }
 };
 
-Displacement of_one_cycle(const Solution& gait) {
+template <class Motion>
+Displacement of_one_cycle(const Motion& gait) {
   const Matrix3d turn = gait.rotation.back()[0] * gait.rotation.front()[0].transpose();
   return {turn, gait.position.back() - turn * gait.position.front()};
 }
@@ -62,6 +63,23 @@ Solution repeated(const Solution& gait, int cycles) {
     }
   }
   result.status = gait.status;
+  return result;
+}
+
+NodePath repeated(const NodePath& gait, int cycles) {
+  const Displacement one = of_one_cycle(gait);
+  const std::size_t last = gait.rotation.size() - 1;
+  NodePath result;
+  Displacement moved;
+  for (int cycle = 0; cycle < cycles; ++cycle, moved = one.after(moved))
+    for (std::size_t k = cycle == 0 ? 0 : 1; k <= last; ++k) {
+      result.position.push_back(moved.turn * gait.position[k] + moved.shift);
+      result.control.push_back(gait.control[k]);
+      mechanics::Rotations& rotation = result.rotation.emplace_back();
+      for (const Matrix3d& R : gait.rotation[k]) rotation.push_back(moved.turn * R);
+      if (result.rotation.size() > 1)
+        cayley_between(result.rotation[result.rotation.size() - 2], rotation, result.cayley.emplace_back());
+    }
   return result;
 }
 

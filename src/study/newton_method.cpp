@@ -7,6 +7,7 @@
 
 #include "integrator/scheme.hpp"
 #include "maneuver/composed_program.hpp"
+#include "maneuver/gait_cycles.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/passive_joints.hpp"
 #include "maneuver/reach.hpp"
@@ -44,6 +45,9 @@ constexpr double fine_tolerance = 1e-7;  // before a last Newton step
 constexpr double rough_limits = 1e-3;    // error of limits, in units of their rows
 constexpr double fine_limits = 1e-9;
 constexpr std::array stroke_counts = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
+constexpr std::array cycle_counts = {2, 3, 5, 8, 16};
+constexpr int guesses_of_cycle = 2;
+constexpr double time_of_cycle = 0.1;  // of what is left
 constexpr std::size_t solved_strokes = 4;
 constexpr int least_steps_of_stroke = 12, steps_of_stroke = 20;
 constexpr double goal_of_strokes = 1e-3;  // units of the end rows, what is missed
@@ -71,6 +75,16 @@ Problem coarse_problem(const Problem& problem) {
   return coarse;
 }
 
+// What limits are worth in so many cycles, alike in each.
+maneuver::LimitMultipliers repeated(const maneuver::LimitMultipliers& once, int cycles) {
+  maneuver::LimitMultipliers result = once;
+  const Eigen::Index last = once.value.cols() - 1;
+  if (last < 0) return result;
+  result.value.resize(once.value.rows(), cycles * last + 1);
+  for (int cycle = 0; cycle < cycles; ++cycle) result.value.middleCols(cycle * last, last + 1) = once.value;
+  return result;
+}
+
 class NewtonMethod : public Method {
  public:
   NewtonMethod(const System& system, const Problem& problem, const SolveOptions& options, const Budget& budget)
@@ -90,11 +104,16 @@ class NewtonMethod : public Method {
     return in_threads(count, "start", [&](int n) { return solve_start(first + n); });
   }
 
-  // Few strokes or many, more than once each; the most promising are solved.
   std::vector<Found> solve_strokes() override {
     const bool single = reached_.coordinates.shape.cols() == 1;  // which wins nothing by strokes
-    if (budget_.closing() || single || passive() || problem_.duration.free || !problem_.goal || problem_.goal->periodic)
-      return {};
+    if (budget_.closing() || single || problem_.duration.free || !problem_.goal) return {};
+    if (problem_.goal->periodic) return solve_cycles();
+    if (passive()) return {};
+    return solve_swum_strokes();
+  }
+
+  // Few strokes or many, more than once each; the most promising are solved.
+  std::vector<Found> solve_swum_strokes() {
     std::vector<StrokesOnGrid> tries;
     for (int strokes : stroke_counts)
       for (const bool within_limits : {false, true})
@@ -112,6 +131,46 @@ class NewtonMethod : public Method {
       solve(grid, path, fine_tolerance, found);
       return found;
     });
+  }
+
+  // From a smaller gait, done several times over.
+  std::vector<Found> solve_cycles() {
+    if (!problem_.start.free_shape || !problem_.waypoints.empty() || !problem_.goal->rotation.empty()) return {};
+    std::vector<int> counts;
+    for (int cycles : cycle_counts)
+      if (cycles * least_steps_of_stroke <= problem_.steps) counts.push_back(cycles);
+    return in_threads(static_cast<int>(counts.size()), "strokes", [&](int n) {
+      const int cycles = counts[static_cast<std::size_t>(n)];
+      const int steps = std::min(problem_.steps, std::max(coarse_of(problem_.steps), cycles * steps_of_stroke));
+      Found found;
+      fail_for_want_of_motion(found.outcome);
+      const std::optional<Found> cycle = smaller_gait(cycles);
+      if (!cycle) return found;
+      found.limit_multipliers = repeated(cycle->limit_multipliers, cycles);
+      Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
+      solve(grid, maneuver::refined(system_, maneuver::repeated(cycle->path, cycles), steps), fine_tolerance, found);
+      return found;
+    });
+  }
+
+  // One of so many equal cycles of the gait, solved by itself in what a few such tries may take of the time.
+  std::optional<Found> smaller_gait(int cycles) const {
+    Problem smaller = problem_;
+    smaller.steps = coarse_steps;  // fewer show turns that are none
+    smaller.duration.value /= cycles;
+    for (std::optional<double>& move : smaller.goal->move)
+      if (move) *move /= cycles;
+    if (smaller.goal->turn) *smaller.goal->turn /= cycles;
+    if (smaller.search.time_limit)
+      *smaller.search.time_limit = time_of_cycle * std::max(*smaller.search.time_limit - budget_.seconds(), 0.0);
+    SolveOptions options;
+    options.interrupted = options_.interrupted;
+    const Budget budget(smaller, options);
+    NewtonMethod method(system_, smaller, options, budget);
+    for (int guess = 0; guess < guesses_of_cycle && !budget_.closing(); ++guess)
+      if (const std::vector<Found> found = method.solve_starts(guess, 1); found.front().converged())
+        return found.front();
+    return std::nullopt;
   }
 
   std::vector<Found> hop(const Found& from, int first, int count) override {

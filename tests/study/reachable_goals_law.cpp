@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "chains.hpp"
+#include "file/problem_file.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/angle_march.hpp"
 #include "maneuver/guess.hpp"
@@ -200,6 +201,20 @@ TEST_P(ReachableGoals, of_gaits_are_found_at_less_than_a_loop_that_is_known) {
 INSTANTIATE_TEST_SUITE_P(Swimmers, ReachableGoals,
                          testing::Values(Kind{"links", links}, Kind{"paddles", paddles}, Kind{"star", star}),
                          [](const auto& the) { return the.param.name; });
+
+// What one stroke within limits does not reach is reached by several cycles of a smaller gait.
+TEST(GaitsOfManyStrokes, are_found_where_single_ones_break_limits) {
+  for (const auto& [bend, move] : {std::pair(0.3, 0.1), std::pair(0.5, 0.2)}) {
+    maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/ellipses.toml");
+    problem.search.starts = 2;
+    for (auto& [joint, bounds] : problem.limits.angle) bounds = {{-bend, bend}};
+    problem.goal->move[0] = move;
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
+    EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+    EXPECT_GT(answer.solution.search.strokes, 0) << "a start alone arrived: no test of strokes";
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+  }
+}
 
 }  // namespace
 }  // namespace lamprey::tests
