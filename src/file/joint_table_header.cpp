@@ -189,8 +189,12 @@ std::optional<HeaderFault> incomplete(TableKind kind, const Columns& known, cons
       return HeaderFault{n + 1, cell + " beside another column of that hinge", "its x, y and z, or its name alone",
                          "remove one of the two"};
   }
+  const auto idle = [&](std::size_t joint) {
+    const bool exerts = joints[joint].actuated && joints[joint].kind != JointKind::fixed;
+    return kind == TableKind::moments && !exerts && !holds(joint, false);
+  };
   for (const JointPart& needed : known.in_order())
-    if (!held[needed.joint][needed.part] && !holds(needed.joint, true))
+    if (!held[needed.joint][needed.part] && !holds(needed.joint, true) && !idle(needed.joint))
       return HeaderFault{0, "no column " + in_quotes(known.name(needed)), std::string(words.once),
                          std::string(words.zeros)};
   return std::nullopt;

@@ -251,6 +251,15 @@ std::string remarks_on(const MarchOptions& options, const model::System& system,
         " The feedback had lost the plan, {:.2g} rad beside it at most: its gains answer smaller differences "
         "of start, swimmer and scheme only, and more steps do not mend that.",
         results.solution.tracking->largest_rotation_error);
+  if (options.followed) {
+    constexpr double whole_share = 1.0 - 1e-9;
+    const double whole = options.followed->solution.time.back(), marched = problem.duration.value;
+    if (marched < whole_share * whole)
+      text += fmt::format(
+          " The maneuver that is followed takes {:.4g} s, of which this march has the first {:.4g} s; --duration {} "
+          "marches the whole.",
+          whole, marched, whole);
+  }
   if (!options.controls) return text;
   const std::string missing = left_out(*options.controls, results.problem.joints);
   text += (missing.empty() ? "" : " ") + missing;

@@ -29,16 +29,16 @@ void require_within(const std::string& key, const Vector3d& v) {
 }
 
 // A turn in the plane, such as a rotation vector or an axis.
-void require_about_normal(const std::string& key, const Vector3d& v) {
+void require_about_normal(const std::string& key, const Vector3d& v, const char* cure = "write [0.0, 0.0, angle]") {
   if (v.head<2>().norm() <= in_plane * v.norm()) return;
-  refuse(key, shown(v), fmt::format("a turn about e_3: {}", reason), "write [0.0, 0.0, angle]");
+  refuse(key, shown(v), fmt::format("a turn about e_3: {}", reason), cure);
 }
 
 void require_plane_joint(const model::JointDescription& joint, std::size_t j) {
   if (joint.kind == model::JointKind::ball || joint.kind == model::JointKind::universal)
     refuse(joint_key(j, "kind"), fmt::format("a {} joint", word(joint.kind)),
            fmt::format("hinge or fixed between ellipses: {}", reason), "write kind = \"hinge\", axis = [0, 0, 1]");
-  if (joint.axis) require_about_normal(joint_key(j, "axis"), *joint.axis);
+  if (joint.axis) require_about_normal(joint_key(j, "axis"), *joint.axis, "write [0.0, 0.0, 1.0]");
   require_about_normal(joint_key(j, "reference_rotation"), joint.reference_rotation);
   require_within(joint_key(j, "parent_offset"), joint.parent_offset);
   require_within(joint_key(j, "child_offset"), joint.child_offset);

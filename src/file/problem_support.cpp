@@ -6,6 +6,7 @@
 #include "file/problem_file.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
+#include "fluid/gap.hpp"
 #include "maneuver/limit_rows.hpp"
 #include "maneuver/maneuver.hpp"
 
@@ -20,6 +21,7 @@ namespace {
                        allowed, cure));
 }
 
+constexpr double small_ball = 1e-3;    // of a body's least semi-axis, that stands for a point
 constexpr double start_breaks = 1e-9;  // of a limit's unit: beyond round-off
 
 constexpr const char* only_by_newton =
@@ -144,6 +146,32 @@ void require_within_limits(const ProblemFile& file, const model::System& system,
   }
 }
 
+// m, how far a body is from a point that moves with it, seen from its mass centre; 0 inside.
+double distance_to(const model::Body& body, const Eigen::Vector3d& point) {
+  const double ball = small_ball * body.semi_axes.minCoeff();
+  const fluid::Gap gap = fluid::gap({body.semi_axes, Eigen::Vector3d::Constant(ball), Eigen::Matrix3d::Identity(),
+                                     Eigen::Matrix3d::Identity(), point});
+  return std::max(gap.value + ball, 0.0);
+}
+
+// However a joint bends, from body to body it is no farther than through the joint.
+void require_clearance_of_joined(const ProblemFile& file) {
+  const maneuver::Problem& problem = file.problem;
+  if (!problem.limits.clearance) return;
+  const model::System system(problem.swimmer);
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const model::Joint& joint = system.joint(j);
+    const model::Body &parent = system.body(joint.parent), &child = system.body(joint.child);
+    const double most = distance_to(parent, joint.parent_offset) + distance_to(child, joint.child_offset);
+    if (*problem.limits.clearance <= most * (1.0 + start_breaks)) continue;
+    throw model::InputError(
+        "limits.clearance",
+        fmt::format("found {} m; allowed: at most {:.4g} m, which joint {} leaves between {} and {} however it bends; "
+                    "lower the clearance or set the joint's offsets farther out",
+                    shown(*problem.limits.clearance), most, joint.name, parent.name, child.name));
+  }
+}
+
 }  // namespace
 
 void require_ends_within_limits(const ProblemFile& file) {
@@ -186,6 +214,7 @@ void require_supported(const ProblemFile& file, Purpose purpose) {
     if (problem.control == maneuver::ControlKind::spline) require_supported_spline(problem.swimmer);
     require_supported_scheme(problem.scheme, transcribed);
     require_supported_maneuver(file.problem, transcribed);
+    require_clearance_of_joined(file);
     require_ends_within_limits(file);
   } catch (const model::InputError& error) {
     throw located(error, file);

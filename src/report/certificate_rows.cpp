@@ -8,6 +8,8 @@
 namespace lamprey::report {
 namespace {
 
+constexpr double undercut = 1e-6;  // of a clearance, less than asked for
+
 using certificate::complementarity_mark;
 using certificate::control_mark;
 using certificate::cost_mark;
@@ -176,8 +178,13 @@ std::string clearance_words(const certificate::Clearance& clearance, const file:
   if (std::isnan(clearance.gap) || clearance.first < 0 || clearance.second < 0) return number(unset);
   const std::string pair = fmt::format("{} and {}", problem.bodies[static_cast<std::size_t>(clearance.first)].name,
                                        problem.bodies[static_cast<std::size_t>(clearance.second)].name);
-  const std::string time = number(clearance.time, 3) + " s";
-  if (clearance.gap >= 0.0) return fmt::format("{} m: {} at {}", number(clearance.gap, 3), pair, time);
+  const std::string time = number(clearance.time, 6) + " s";
+  if (clearance.gap >= 0.0) {
+    const std::optional<double> asked = problem.limits.clearance;
+    const bool between = asked && clearance.gap < (1.0 - undercut) * *asked;
+    return fmt::format("{} m: {} at {}{}", number(clearance.gap, 3), pair, time,
+                       between ? fmt::format(", where the limit of {} m holds at nodes alone", number(*asked, 3)) : "");
+  }
   return fmt::format("bodies pass through each other: {} by {} m at {}", pair, number(-clearance.gap, 3), time);
 }
 

@@ -88,6 +88,11 @@ TEST(ControlsTable, a_hinge_by_its_name_alone_is_its_moment_along_its_axis) {
   EXPECT_EQ(samples.control[0][1], Eigen::Vector3d(0.0, 2.0, 0.0));
   EXPECT_EQ(samples.control[1][2], Eigen::Vector3d(9.0, 10.0, 6.0));
   EXPECT_EQ(samples.remark, "");
+  joints[1].actuated = false;  // which a table needs no column for
+  const auto driven = parse_controls("t,elbow,tail x,tail y,tail z\n0,1,2,3,4\n1,5,6,7,8\n", "u.csv", joints);
+  EXPECT_EQ(driven.control[1][1], Eigen::Vector3d::Zero());
+  EXPECT_EQ(driven.control[1][2], Eigen::Vector3d(6.0, 7.0, 8.0));
+  joints[1].actuated = true;
   EXPECT_EQ(refusal("t,tail,tail y,tail z,elbow,elbow2" + rows, joints).rfind("u.csv:1:3: header: found \"tail\"", 0),
             0U)
       << "no hinge";

@@ -6,6 +6,7 @@
 
 #include "file/io_error.hpp"
 #include "file/problem_file.hpp"
+#include "fluid/gap.hpp"
 #include "samples.hpp"
 
 namespace lamprey {
@@ -194,6 +195,33 @@ TEST(StartBeyondALimit, is_told_at_the_limit_with_by_how_much_unless_shapes_are_
   }
   EXPECT_NO_THROW(
       file::require_ends_within_limits(parse_problem(bent_pair("", "angle.neck = [-0.5, 0.5]\n"), "pair.toml")));
+}
+
+TEST(ClearanceOfJoinedBodies, is_at_most_what_the_joint_leaves) {
+  const auto expect = [](double clearance, bool allowed) {
+    const auto file =
+        parse_problem(bent_pair("free_shape = true\n", "clearance = " + std::to_string(clearance) + "\n"), "pair.toml");
+    if (allowed) {
+      EXPECT_NO_THROW(file::require_supported(file, file::Purpose::solve)) << clearance;
+      return;
+    }
+    EXPECT_NO_THROW(file::require_supported(file, file::Purpose::simulate)) << clearance;
+    try {
+      file::require_supported(file, file::Purpose::solve);
+      ADD_FAILURE() << clearance << " was taken as possible";
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.key, "limits.clearance") << error.what();
+      EXPECT_NE(error.message.find("at most 0.04 m, which joint neck leaves between a and b"), std::string::npos)
+          << error.what();
+    }
+  };
+  expect(0.0399, true);
+  expect(0.0401, false);
+  // which straight bodies have and bent ones do not
+  const fluid::EllipsoidPair straight{Eigen::Vector3d(0.5, 0.1, 0.1), Eigen::Vector3d(0.5, 0.1, 0.1),
+                                      Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(),
+                                      Eigen::Vector3d(1.04, 0.0, 0.0)};
+  EXPECT_NEAR(fluid::gap(straight).value, 0.04, 1e-12);
 }
 
 TEST(GoalBeyondALimit, is_told_at_the_limit_where_the_goal_fixes_what_it_limits) {

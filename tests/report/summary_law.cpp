@@ -80,6 +80,11 @@ TEST(CertificateRows, give_no_mark_to_what_was_not_computed_or_not_asked_for) {
 TEST(Clearance, is_told_with_bodies_and_time_and_overlap_as_a_plain_fact) {
   file::Results results = tests::sample_results(5);
   EXPECT_EQ(row(results, "Clearance").value, "0.519 m: middle and front at 0.42 s");
+  results.problem.limits.clearance = 0.5;
+  EXPECT_EQ(row(results, "Clearance").value, "0.519 m: middle and front at 0.42 s");
+  results.problem.limits.clearance = 0.6;
+  EXPECT_EQ(row(results, "Clearance").value,
+            "0.519 m: middle and front at 0.42 s, where the limit of 0.6 m holds at nodes alone");
   results.certificate->clearance = certificate::Clearance{-0.31, 0.42, 1, 2};
   const std::string overlap = "bodies pass through each other: front and rear by 0.31 m at 0.42 s";
   EXPECT_EQ(row(results, "Clearance").value, overlap);
