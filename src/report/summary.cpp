@@ -164,6 +164,15 @@ std::string transport_words(const Transport& moved, std::optional<double> by_rep
   return fmt::format("{} J/m by the replay's work, {} by the nodes'", number(*by_replay / moved.distance, 5), at_nodes);
 }
 
+// With the work as the cost counts it, where it does.
+std::optional<Transport> transport_as_weighed(const file::Results& results) {
+  std::optional<Transport> moved = transport(results);
+  const maneuver::CostWeights& weights = results.problem.cost_weights;
+  const auto& parts = results.solution.cost_parts;
+  if (moved && parts && weights.work + weights.transport > 0.0) moved->work = parts->work;
+  return moved;
+}
+
 // J, of a node.
 double energy_at(const model::System& system, const maneuver::Solution& solution, std::size_t node) {
   const mechanics::Rotations& R = solution.rotation[node];
@@ -290,7 +299,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   }
   if (moves && results.certificate && results.certificate->clearance)
     rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
-  if (const std::optional<Transport> moved = transport(results); sought && moves && moved) {
+  if (const std::optional<Transport> moved = transport_as_weighed(results); sought && moves && moved) {
     const std::optional<double> by_replay = work_by_replay(results.certificate, moved->work);
     rows.emplace_back("Work of the joints", work_words(moved->work, by_replay));
     const Eigen::Vector3d way = solution.position.back() - solution.position.front();
