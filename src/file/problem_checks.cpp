@@ -406,6 +406,12 @@ void check_goal(const Problem& problem) {
   if (!moves && !rotates && !goal.turn && !goal.rest && !goal.periodic && !wins)
     refuse("goal", "nothing asked for", "at least one of move, turn, rotation.NAME, rest or periodic",
            "add one, or remove [goal] to simulate");
+  const bool asks = moves || rotates || goal.turn || !problem.waypoints.empty();
+  if (goal.periodic && problem.start.free_shape && !asks && !wins && problem.cost_weights.transport == 0.0)
+    refuse("goal", "a gait of any displacement, of which the cheapest is to stay at rest",
+           "move, turn or rotation.NAME with numbers, a [[waypoint]], or a cost.displacement or cost.transport that "
+           "pays for a way",
+           "say how far a cycle is to go, as in move = [0.05, \"free\", \"free\"]");
   if (goal.rest && goal.periodic)
     refuse("goal.rest", "true with goal.periodic = true", "one of the two",
            "remove rest: a periodic motion ends as it begins, and goes on");

@@ -18,28 +18,43 @@ using model::JointDescription;
 
 constexpr double half_turn = 3.14159265358979323846;
 
-std::map<std::string, double> read_by_joint(const TableReader& table, const std::vector<std::string>& names,
-                                            const Range& range) {
+using Joints = std::vector<JointDescription>;
+
+// A joint that has a name of its own goes by it, not by its child's.
+void allow_only_joints(const TableReader& table, const Joints& joints) {
+  std::vector<std::string> names;
+  for (const JointDescription& joint : joints) names.push_back(joint.name);
+  for (const TomlValue& member : table.members()) {
+    if (std::find(names.begin(), names.end(), member.key) != names.end()) continue;
+    const auto led = std::find_if(joints.begin(), joints.end(),
+                                  [&](const JointDescription& joint) { return joint.child == member.key; });
+    if (led != joints.end())
+      refuse(table.key(member.key), "a body", fmt::format("joints: {}", fmt::join(names, ", ")),
+             fmt::format("write {}, the joint that leads it", led->name));
+  }
   table.allow_only(names);
+}
+
+std::map<std::string, double> read_by_joint(const TableReader& table, const Joints& joints, const Range& range) {
+  allow_only_joints(table, joints);
   std::map<std::string, double> values;
   for (const TomlValue& member : table.members()) values[member.key] = *table.number(member.key, range);
   return values;
 }
 
 // One number for every joint, or a table by joint.
-void read_for_joints(const TableReader& table, const char* key, const std::vector<std::string>& names,
-                     const Range& range, std::optional<double>& all, std::map<std::string, double>& by_joint) {
+void read_for_joints(const TableReader& table, const char* key, const Joints& joints, const Range& range,
+                     std::optional<double>& all, std::map<std::string, double>& by_joint) {
   const TomlValue* value = table.find(key);
   if (value && value->kind == TomlValue::Kind::table)
-    by_joint = read_by_joint(table.table(key), names, range);
+    by_joint = read_by_joint(table.table(key), joints, range);
   else
     all = table.number(key, range);
 }
 
 // Of a hinge [min, max], of a universal joint one such pair for each of its axes.
-void read_angles(const TableReader& angle, const std::vector<std::string>& names,
-                 const std::vector<JointDescription>& joints, Limits& limits) {
-  angle.allow_only(names);
+void read_angles(const TableReader& angle, const Joints& joints, Limits& limits) {
+  allow_only_joints(angle, joints);
   const Range angles{.low = -half_turn, .high = half_turn, .low_included = true, .unit = "rad"};
   for (const TomlValue& member : angle.members()) {
     const auto joint = std::find_if(joints.begin(), joints.end(),
@@ -142,18 +157,17 @@ std::array<std::optional<double>, 3> read_move(const TableReader& table) {
 void read_limits(const TableReader& table, Problem& problem) {
   table.allow_only({"torque", "torque_component", "angular_velocity", "swing", "twist", "angle", "clearance", "sphere",
                     "half_space"});
-  std::vector<std::string> names;
-  for (const model::JointDescription& joint : problem.swimmer.joints) names.push_back(joint.name);
+  const Joints& joints = problem.swimmer.joints;
   Limits& limits = problem.limits;
-  read_for_joints(table, "torque", names, positive("N m"), limits.torque, limits.joint_torque);
-  read_for_joints(table, "torque_component", names, positive("N m"), limits.torque_component,
+  read_for_joints(table, "torque", joints, positive("N m"), limits.torque, limits.joint_torque);
+  read_for_joints(table, "torque_component", joints, positive("N m"), limits.torque_component,
                   limits.joint_torque_component);
-  read_for_joints(table, "angular_velocity", names, positive("rad/s"), limits.angular_velocity,
+  read_for_joints(table, "angular_velocity", joints, positive("rad/s"), limits.angular_velocity,
                   limits.joint_angular_velocity);
   const Range angles{.low = 0.0, .high = half_turn, .unit = "rad"};
-  limits.swing = read_by_joint(table.table("swing"), names, angles);
-  limits.twist = read_by_joint(table.table("twist"), names, angles);
-  read_angles(table.table("angle"), names, problem.swimmer.joints, limits);
+  limits.swing = read_by_joint(table.table("swing"), joints, angles);
+  limits.twist = read_by_joint(table.table("twist"), joints, angles);
+  read_angles(table.table("angle"), joints, limits);
   limits.clearance = table.number("clearance", not_negative("m"));
   read_keep_out(table, limits);
 }

@@ -154,8 +154,10 @@ std::string figure(const file::Results& results, const View& view, const char* t
 
 std::string snapshot_figures(const file::Results& results) {
   ensure_shapes(results);
-  return figure(results, top_view(), "From above", "e₁ to the right, e₂ up") +
-         figure(results, back_view(), "From behind", "looking along e₁: e₂ to the left, e₃ up");
+  const std::string above = figure(results, top_view(), "From above", "e₁ to the right, e₂ up");
+  const auto& bodies = results.problem.bodies;
+  if (!bodies.empty() && bodies.front().ellipse) return above;  // which have no height
+  return above + figure(results, back_view(), "From behind", "looking along e₁: e₂ to the left, e₃ up");
 }
 
 std::string snapshot_svg(const file::Results& results) {

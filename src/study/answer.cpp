@@ -244,6 +244,16 @@ std::string unseen_work(const Answer& answer) {
          "seem. More weight on cost.effort, or one on cost.smoothness, makes moments smoother.";
 }
 
+// How many times as many steps would resolve a motion, by the order at which what its replay misses falls.
+int more_steps(const Problem& problem, const Answer& answer) {
+  constexpr int least = 2, most = 16;  // beyond, errors say little of how they fall
+  const auto& replay = answer.certificate.replay;
+  if (!replay || !(replay->rotation_error > certificate::replay_mark)) return least;
+  const double times =
+      std::pow(replay->rotation_error / certificate::replay_mark, 1.0 / integrator::order(problem.scheme));
+  return std::clamp(static_cast<int>(std::ceil(std::min<double>(times, most))), least, most);
+}
+
 // What of an optimal answer more steps would mend, as a sentence. Empty where its replays keep to their marks.
 std::string coarseness(const Problem& problem, const Answer& answer) {
   std::string missed = unresolved(problem, answer);
@@ -252,7 +262,7 @@ std::string coarseness(const Problem& problem, const Answer& answer) {
     missed = "its replay with feedback ends " + number(replay->feedback_rotation_error) + " rad beside it";
   if (missed.empty()) return "";
   return " These steps do not resolve the motion: " + missed +
-         "; try [time] steps = " + std::to_string(2 * problem.steps) + " or more.";
+         "; try [time] steps = " + std::to_string(problem.steps * more_steps(problem, answer)) + " or more.";
 }
 
 // Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then resolved, then cheap.

@@ -197,6 +197,23 @@ TEST(StartBeyondALimit, is_told_at_the_limit_with_by_how_much_unless_shapes_are_
       file::require_ends_within_limits(parse_problem(bent_pair("", "angle.neck = [-0.5, 0.5]\n"), "pair.toml")));
 }
 
+TEST(GaitOfAnyDisplacement, is_refused_where_nothing_pays_for_a_way) {
+  const auto problem = [](const std::string& start, const std::string& cost) {
+    std::string text = bent_pair(start, "angle.neck = [-1.0, 1.0]\n") + cost;
+    const std::string asked = "move = [0.1, \"free\", \"free\"]\n";
+    return parse_problem(text.replace(text.find(asked), asked.size(), ""), "pair.toml");
+  };
+  try {
+    problem("free_shape = true\n", "");
+    ADD_FAILURE() << "rest was taken for a gait";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.key, "goal") << error.what();
+    EXPECT_NE(error.message.find("the cheapest is to stay at rest"), std::string::npos) << error.what();
+  }
+  EXPECT_NO_THROW(problem("free_shape = true\n", "[cost]\neffort = 1.0\ntransport = 1.0\n"));
+  EXPECT_NO_THROW(problem("", "")) << "held in a shape";
+}
+
 TEST(ClearanceOfJoinedBodies, is_at_most_what_the_joint_leaves) {
   const auto expect = [](double clearance, bool allowed) {
     const auto file =
