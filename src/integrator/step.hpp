@@ -19,9 +19,9 @@ using mechanics::Vectors;
 
 /// Configuration and momentum at a node: μ_k = p⁻_k − (h/2) U_k = p⁺_k + (h/2) U_k.
 struct State {
-  Rotations rotation;  // [bodies] body → world
-  Vector3d position;   // m, root's mass centre, world
-  VectorXd momentum;   // [velocity_count] μ: along the freedoms, then p_x in the world
+  Rotations rotation;                    // [bodies] body → world
+  Vector3d position = Vector3d::Zero();  // m, root's mass centre, world
+  VectorXd momentum;                     // [velocity_count] μ: along the freedoms, then p_x in the world
 };
 
 /// The state with velocity ξ = (rates along the freedoms, ẋ).
