@@ -83,6 +83,15 @@ NodePath repeated(const NodePath& gait, int cycles) {
   return result;
 }
 
+LimitMultipliers repeated(const LimitMultipliers& gait, int cycles) {
+  LimitMultipliers result = gait;
+  const Eigen::Index last = gait.value.cols() - 1;
+  if (last < 0) return result;
+  result.value.resize(gait.value.rows(), cycles * last + 1);
+  for (int cycle = 0; cycle < cycles; ++cycle) result.value.middleCols(cycle * last, last + 1) = gait.value;
+  return result;
+}
+
 Solution begun_at(const Solution& gait, const Vector3d& position, const Matrix3d& heading) {
   const Matrix3d turn = heading * gait.rotation.front()[0].transpose();
   Solution result = gait;

@@ -1,6 +1,7 @@
 // A gait repeated: each cycle begins where and as the one before it ends.
 #pragma once
 
+#include "maneuver/limit_terms.hpp"
 #include "maneuver/node_path.hpp"
 #include "maneuver/solution.hpp"
 
@@ -13,6 +14,9 @@ Solution repeated(const Solution& gait, int cycles);
 
 /// The same of a path up to order 2, as a first guess of a gait that takes several strokes.
 NodePath repeated(const NodePath& gait, int cycles);
+
+/// What limits are worth in it, alike in each cycle.
+LimitMultipliers repeated(const LimitMultipliers& gait, int cycles);
 
 /// The same motion begun elsewhere: its root at `position` (m, world), headed as `heading` (body → world); gains turn with it.
 Solution begun_at(const Solution& gait, const Eigen::Vector3d& position, const Eigen::Matrix3d& heading);

@@ -23,7 +23,6 @@ constexpr double shift_growth = 3.0;        // where a step fails; where one suc
 constexpr double most_multiplier = 1.0;     // that the end rows' removal may add, relative to what they have
 constexpr double penalty_per_cost = 100.0;  // of the end rows in the Hessian
 constexpr double small_violation = 0.1;     // by which rows are missed that count by more
-constexpr double firmer = 1e5;              // next to a solution, where rows in m or rad are small units
 constexpr double sufficient = 1e-2;         // share of what the model promises
 constexpr double poor_ratio = 0.3;
 constexpr double good_ratio = 0.75;
@@ -33,31 +32,20 @@ constexpr double funnel_shrink = 0.3;
 constexpr double widest_idle_share = 0.5,
                  least_idle_share = 0.2;  // of what a point misses that does nothing, as of funnels
 constexpr double violation_worth = 0.3;   // of the multipliers: promises beyond it must come true in the cost
-constexpr double correcting_shift = 10.0;
-constexpr int most_corrections = 2;  // of second order, for one step
-constexpr double met = 1e-9;         // violation
+constexpr double met = 1e-9;              // violation
 constexpr double nearly_met = 1e-5;
 constexpr double nearly_stationary = 1e-2;
-constexpr double saddle = 2e-3;  // stationarity at which an indefinite Hessian means a saddle
-constexpr int saddle_halvings = 12;
-constexpr double saddle_gain = 1e-9;        // least decrease, relative
+constexpr double saddle = 2e-3;             // stationarity at which an indefinite Hessian means a saddle
 constexpr double drowned = 1e-6;            // stationarity below which a step's gain is lost in round-off
 constexpr double last_rise = 1e-9;          // of the cost, relative
 constexpr double close = 3e-2;              // stationarity before a step after which its factors may be good for more
 constexpr double follow_to = 1e-6;          // of the tolerance, what such steps may leave
 constexpr double following = 0.1;           // what a step with old factors may leave of the one before
 constexpr double most_shift_at_rest = 1e3;  // beyond, steps are short for the shift's sake
-constexpr double bend_unit = 1e8;           // input, more than any step is allowed to take
 constexpr double short_steps = 3e-3;        // stationarity at which what a little shift adds to costates has faded
 constexpr double little_shift = 1.0;
 constexpr double worth_going_on = 1e-4;  // what the cost falls by in max_iterations, relative
 constexpr double nearer_by = 0.1;        // and violations, while there are any
-
-// States and inputs.
-void add_motion(double factor, const StageStep& from, StageStep& to) {
-  for (std::size_t k = 0; k < from.state.size(); ++k) algebra::add_multiple(factor, from.state[k], to.state[k]);
-  for (std::size_t k = 0; k < from.input.size(); ++k) algebra::add_multiple(factor, from.input[k], to.input[k]);
-}
 
 double round_off(const Merit& merit) { return 1e-13 * std::abs(merit.cost) + merit.round_off; }
 
@@ -190,55 +178,6 @@ double StageNewton::try_corrected(StageProgram& program, const Merit& here, doub
   return found;
 }
 
-bool StageNewton::begin_corrections(StageProgram& program) {
-  corrected_ = step_;
-  corrected_rows_.setZero();
-  return !program.has_gaps() || find_gap_response();
-}
-
-// What gaps call for is the difference of two steps, with factors that hold motions along which hardly anything changes: with
-// those at hand these would be moved most.
-bool StageNewton::find_gap_response() {
-  own_factors_ = false;
-  const double shift = std::max(shift_, correcting_shift), penalty = end_penalty();
-  if (!riccati_.factor(model_, shift, penalty) && !riccati_.factor(model_, shift, firmer * penalty)) return false;
-  riccati_.solve(model_, share_, response_);
-  return true;
-}
-
-// What the latest trial missed of the end rows beyond the share that its step takes away.
-void StageNewton::find_missed(StageProgram& program, double share) {
-  missed_ = program.trial_end_rows();
-  algebra::add_multiple(length_ * share - 1.0, model_.c, missed_);
-  missed_ /= length_;
-}
-
-// The step again, against what the latest trial missed of end rows and gaps and found of limits beyond first order.
-void StageNewton::correct(StageProgram& program) {
-  find_missed(program, share_);
-  const bool limits = program.bend_limits(corrected_, length_, model_);
-  if (program.has_gaps())
-    correct_with_gaps(program);
-  else if (limits)
-    correct_anew();
-  else
-    riccati_.correct(model_, missed_, corrected_);
-  if (limits) program.unbend_limits(model_);
-}
-
-void StageNewton::correct_anew() {
-  corrected_rows_ += missed_;
-  riccati_.solve(model_, share_, corrected_);
-  riccati_.correct(model_, corrected_rows_, corrected_);
-}
-
-void StageNewton::correct_with_gaps(StageProgram& program) {
-  program.bend_gaps(length_, model_);
-  correct_anew();
-  add_motion(1.0, step_, corrected_);
-  add_motion(-1.0, response_, corrected_);
-}
-
 double StageNewton::raised_shift() const {
   if (bypassed_ > 0.0) return bypassed_;
   const double growth = shift_ < leapt_over ? shift_growth * shift_growth : shift_growth;
@@ -251,62 +190,6 @@ void StageNewton::ease_or_damp(double ratio) {
   if (ratio < poor_ratio) damping_ = raised_shift();
   if (damping_ < 0.1 * smallest_shift()) damping_ = 0.0;
   unshifted_first_ = ratio > good_ratio && change_ < nearly_stationary;
-}
-
-// A direction of negative curvature, which has no gradient and takes no share of the end rows away.
-void StageNewton::correct_bend(StageProgram& program) {
-  find_missed(program, 0.0);
-  if (program.has_gaps())
-    correct_with_gaps(program);
-  else
-    riccati_.correct(model_, missed_, corrected_);
-}
-
-// At a saddle: along the negative curvature that the sweep has met, as far as the cost falls, where that promises more than the
-// step that was found.
-bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
-  const double ordinary = std::max(0.5 * std::abs(slope()), saddle_gain * std::abs(program.merit().cost));
-  if (factor_unshifted() || !riccati_.met_curvature()) return false;
-  riccati_.bend(model_, bend_unit, step_);
-  const Merit here = program.merit();
-  const double worth = 2.0 * end_multiplier_.lpNorm<1>();  // of violations, in cost
-  double length = program.longest(step_);
-  const double rate = std::abs(slope()), bend = std::max(-bare_curvature(), 0.0);
-  const auto promised = [&] { return length * (rate + 0.5 * length * bend); };  // at most
-  const double cheaper = here.cost - saddle_gain * std::abs(here.cost);
-  const Merit* there = nullptr;
-  const auto leads_down = [&](const StageStep& step) {
-    there = program.try_step(step, length_);
-    ++outcome.evaluations;
-    return there && there->violation <= funnel_ &&
-           there->cost + worth * there->violation <= cheaper + worth * here.violation;
-  };
-  const auto lagrangian = [&] {  // of the trial point
-    missed_ = program.trial_end_rows();
-    missed_ -= program.end_rows();
-    return there->cost + end_multiplier_.dot(missed_);
-  };
-  bool corrects = false;  // whether the factors are those for it
-  for (int halving = 0; halving < saddle_halvings && promised() > ordinary; ++halving, length *= 0.5)
-    for (double sign : {1.0, -1.0}) {
-      length_ = sign * length;
-      bool down = leads_down(step_);
-      corrected_ = step_;
-      corrected_rows_.setZero();
-      // cheaper, but for what it misses
-      for (int correction = 0; correction < most_corrections && !down && there && lagrangian() <= cheaper;
-           ++correction) {
-        if (!std::exchange(corrects, true) && !(program.has_gaps() ? find_gap_response() : factor(damping_)))
-          return false;
-        correct_bend(program);
-        down = leads_down(corrected_);
-      }
-      program.unbend_gaps(model_);
-      if (!down) continue;
-      program.accept();
-      return true;
-    }
-  return false;
 }
 
 // At a solution what a step gains drowns in round-off: it is taken wherever it keeps what is met, or meets it better by far.

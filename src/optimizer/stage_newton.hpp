@@ -26,6 +26,8 @@ class StageNewton {
   double first_length(StageProgram& program);
 
  private:
+  static constexpr int most_corrections = 2;  // of second order, for one step
+  static constexpr double firmer = 1e5;       // penalty next to a solution, where rows in m or rad are small units
   enum class Verdict { accepted, rejected, converged, stuck };
 
   void begin(const StageProgram& program);

@@ -75,16 +75,6 @@ Problem coarse_problem(const Problem& problem) {
   return coarse;
 }
 
-// What limits are worth in so many cycles, alike in each.
-maneuver::LimitMultipliers repeated(const maneuver::LimitMultipliers& once, int cycles) {
-  maneuver::LimitMultipliers result = once;
-  const Eigen::Index last = once.value.cols() - 1;
-  if (last < 0) return result;
-  result.value.resize(once.value.rows(), cycles * last + 1);
-  for (int cycle = 0; cycle < cycles; ++cycle) result.value.middleCols(cycle * last, last + 1) = once.value;
-  return result;
-}
-
 class NewtonMethod : public Method {
  public:
   NewtonMethod(const System& system, const Problem& problem, const SolveOptions& options, const Budget& budget)
@@ -142,19 +132,22 @@ class NewtonMethod : public Method {
     return in_threads(static_cast<int>(counts.size()), "strokes", [&](int n) {
       const int cycles = counts[static_cast<std::size_t>(n)];
       const int steps = std::min(problem_.steps, std::max(coarse_of(problem_.steps), cycles * steps_of_stroke));
+      const Found cycle = smaller_gait(cycles);
       Found found;
-      fail_for_want_of_motion(found.outcome);
-      const std::optional<Found> cycle = smaller_gait(cycles);
-      if (!cycle) return found;
-      found.limit_multipliers = repeated(cycle->limit_multipliers, cycles);
+      found.outcome = cycle.outcome;
+      if (!cycle.converged()) {
+        fail_for_want_of_motion(found.outcome);
+        return found;
+      }
+      found.limit_multipliers = maneuver::repeated(cycle.limit_multipliers, cycles);
       Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
-      solve(grid, maneuver::refined(system_, maneuver::repeated(cycle->path, cycles), steps), fine_tolerance, found);
+      solve(grid, maneuver::refined(system_, maneuver::repeated(cycle.path, cycles), steps), fine_tolerance, found);
       return found;
     });
   }
 
   // One of so many equal cycles of the gait, solved by itself in what a few such tries may take of the time.
-  std::optional<Found> smaller_gait(int cycles) const {
+  Found smaller_gait(int cycles) const {
     Problem smaller = problem_;
     smaller.steps = coarse_steps;  // fewer show turns that are none
     smaller.duration.value /= cycles;
@@ -167,10 +160,14 @@ class NewtonMethod : public Method {
     options.interrupted = options_.interrupted;
     const Budget budget(smaller, options);
     NewtonMethod method(system_, smaller, options, budget);
-    for (int guess = 0; guess < guesses_of_cycle && !budget_.closing(); ++guess)
-      if (const std::vector<Found> found = method.solve_starts(guess, 1); found.front().converged())
-        return found.front();
-    return std::nullopt;
+    Found found = method.solve_starts(0, 1).front();
+    for (int guess = 1; guess < guesses_of_cycle && !found.converged() && !budget_.closing(); ++guess) {
+      Found again = method.solve_starts(guess, 1).front();
+      again.outcome.iterations += found.outcome.iterations;
+      again.outcome.evaluations += found.outcome.evaluations;
+      found = std::move(again);
+    }
+    return found;
   }
 
   std::vector<Found> hop(const Found& from, int first, int count) override {
