@@ -260,6 +260,9 @@ void bind_results(nb::module_& module) {
       .def_prop_ro("work_multipliers", said("work_multipliers"),
                    nb::sig("def work_multipliers(self) -> list[list[float]] | None"),
                    "[joints][nodes] signs of the joints' powers, where work has a weight.")
+      .def_prop_ro("work_change_multipliers", said("work_change_multipliers"),
+                   nb::sig("def work_change_multipliers(self) -> list[list[float]] | None"),
+                   "[joints][nodes] slopes of the work by the powers' changes over the nodes, where work has a weight.")
       .def("__repr__", [](const Solution& self) { return shown("Solution", self); })
       .def("__getstate__", &state<Solution>)
       .def("__setstate__", &from_state<Solution>);

@@ -95,7 +95,7 @@ struct LimitsKept {
 /// Costs beside effort and time along the stored motion.
 struct CostsKept {
   double error = unset;  // relative difference of the stored cost from the one recomputed
-  double signs = unset;  // largest weight · (|p| − multiplier · p) of a joint / (cost / duration), or |multiplier| − 1
+  double signs = unset;  // how far powers are from what their multipliers belong to, of the largest power
 };
 
 /// Where two bodies come nearest to each other.

@@ -15,6 +15,7 @@ using model::Joint;
 using model::System;
 
 constexpr double turn_step = 2e-4;  // rad, of differences of order four
+constexpr int halvings = 60;        // of an interval of slopes
 
 // Work that moments do: they act on the parent, their opposites on the child.
 double work_of(const Vector3d& moment, const Vector3d& turn) { return -moment.dot(turn); }
@@ -44,10 +45,37 @@ mechanics::Vectors turns_between(const System& system, const Rotations& left, co
   return turns;
 }
 
-// Change of a joint's cost of power for each second by its power.
-double slope_by_power(const StoredMotion& motion, const Powers& powers, double weight, int joint, int node) {
-  const double power = powers.value(joint, node);
-  return weight * sign_multiplier(motion, joint, node, power) + 2.0 * motion.problem.cost_weights.power * power;
+// Change of a joint's costs of power for each second by its power.
+WorkSlopes slopes_by_power(const StoredMotion& motion, const Powers& powers, double weight, int joint, int node) {
+  const WorkSlopes work = work_slopes(motion, powers, joint, node);
+  const double squares = 2.0 * motion.problem.cost_weights.power;
+  return {weight * work.by_value + squares * powers.value(joint, node),
+          weight * work.by_change + squares / 3.0 * powers.change(joint, node)};
+}
+
+// Where on the edge by_change = (1 − by_value²)/2 the slopes are that are nearest to others beyond it, both of them positive.
+WorkSlopes nearest_on_edge(const WorkSlopes& beyond) {
+  double low = 0.0, high = 1.0;
+  for (int n = 0; n < halvings; ++n) {
+    const double middle = 0.5 * (low + high), edge = 0.5 * (1.0 - middle * middle);
+    const double farther = middle - beyond.by_value - middle * (edge - beyond.by_change);
+    (farther > 0.0 ? high : low) = middle;
+  }
+  return {low, 0.5 * (1.0 - low * low)};
+}
+
+// Of all slopes that mean_size can have those nearest to given ones.
+WorkSlopes nearest_slopes(const WorkSlopes& given) {
+  if (room_of(given) >= 0.0) return given;
+  const WorkSlopes edge = nearest_on_edge({std::abs(given.by_value), std::abs(given.by_change)});
+  return {std::copysign(edge.by_value, given.by_value), std::copysign(edge.by_change, given.by_change)};
+}
+
+// How far a power is from what slopes of the work belong to, of the largest power (equation 13.13).
+double misfit(const WorkSlopes& slopes, double value, double change, double largest) {
+  const WorkSlopes pulled{slopes.by_value + value / largest, slopes.by_change + change / largest};
+  const WorkSlopes fitting = nearest_slopes(pulled);
+  return std::hypot(fitting.by_value - slopes.by_value, fitting.by_change - slopes.by_change);
 }
 
 }  // namespace
@@ -72,29 +100,51 @@ Powers powers_of(const StoredMotion& motion) {
   for (int k = 0; k < N; ++k) powers.turn.push_back(turns_between(system, R[at(k)], R[at(k + 1)]));
   const mechanics::Vectors still(at(system.joint_count()), Vector3d::Zero());
   powers.rate.assign(at(N + 1), still);
+  powers.swing.assign(at(N + 1), still);
   const mechanics::Vectors start = periodic(motion) ? still : rates_of(system, start_of(system, motion.problem.start));
   for (int k = 0; k <= N; ++k)
     for (std::size_t j = 0; j < still.size(); ++j) {
-      Vector3d& rate = powers.rate[at(k)][j];
-      if (k > 0) rate += powers.turn[at(k - 1)][j] / (2.0 * h);
-      if (k < N) rate += powers.turn[at(k)][j] / (2.0 * h);
-      if (periodic(motion) && k == N) rate += powers.turn[0][j] / (2.0 * h);
-      if (k == 0) rate += 0.5 * start[j];
+      Vector3d before = Vector3d::Zero(), after = Vector3d::Zero();
+      if (k > 0) before = powers.turn[at(k - 1)][j] / h;
+      if (k == 0) before = start[j];
+      if (k < N) after = powers.turn[at(k)][j] / h;
+      if (periodic(motion) && k == N) after = powers.turn[0][j] / h;
+      powers.rate[at(k)][j] = 0.5 * (before + after);
+      powers.swing[at(k)][j] = 0.5 * (after - before);
     }
   powers.start.push_back(start);
   powers.value.resize(system.joint_count(), N + 1);
+  powers.change.resize(system.joint_count(), N + 1);
   for (int k = 0; k <= N; ++k)
-    for (int j = 0; j < system.joint_count(); ++j)
+    for (int j = 0; j < system.joint_count(); ++j) {
       powers.value(j, k) = work_of(motion.control[at(k)][at(j)], powers.rate[at(k)][at(j)]);
+      powers.change(j, k) = work_of(motion.control[at(k)][at(j)], powers.swing[at(k)][at(j)]);
+    }
   powers.distance = (motion.solution.position.back() - motion.solution.position.front()).norm();
   return powers;
 }
 
-double sign_multiplier(const StoredMotion& motion, int joint, int node, double power) {
-  const auto& stored = motion.solution.work_multipliers;
-  if (stored.size() == at(motion.system.joint_count()) && stored[at(joint)].size() == at(motion.steps + 1))
-    return stored[at(joint)][at(node)];
-  return power < 0.0 ? -1.0 : 1.0;
+double mean_size(double value, double change) {
+  const double before = value - change, after = value + change;
+  if (before * after >= 0.0) return std::abs(value);
+  return (before * before + after * after) / (2.0 * std::abs(after - before));
+}
+
+double room_of(const WorkSlopes& slopes) {
+  return 0.5 * (1.0 - slopes.by_value * slopes.by_value) - std::abs(slopes.by_change);
+}
+
+WorkSlopes work_slopes(const StoredMotion& motion, const Powers& powers, int joint, int node) {
+  const auto stored = [&](const std::vector<std::vector<double>>& all) -> std::optional<double> {
+    if (all.size() != at(motion.system.joint_count()) || all[at(joint)].size() != at(motion.steps + 1)) return {};
+    return all[at(joint)][at(node)];
+  };
+  if (const auto by_value = stored(motion.solution.work_multipliers))
+    return {*by_value, stored(motion.solution.work_change_multipliers).value_or(0.0)};
+  const double value = powers.value(joint, node), change = powers.change(joint, node);
+  if (std::abs(value) >= std::abs(change)) return {value < 0.0 ? -1.0 : 1.0, 0.0};
+  const double part = value / change;
+  return {std::copysign(part, value), 0.5 * std::copysign(1.0 - part * part, change)};
 }
 
 double weight_of_work(const StoredMotion& motion, const Powers& powers) {
@@ -113,11 +163,12 @@ std::vector<mechanics::Vectors> pulls_on_turns(const StoredMotion& motion, const
   std::vector<mechanics::Vectors> pulls(at(N), mechanics::Vectors(at(motion.system.joint_count()), Vector3d::Zero()));
   for (int k = 0; k <= N; ++k)
     for (int j = 0; j < motion.system.joint_count(); ++j) {
-      const double slope = slope_by_power(motion, powers, weight, j, k);
-      const Vector3d pull = -powers.time[k] * slope / (2.0 * h) * motion.control[at(k)][at(j)];
-      if (k > 0) pulls[at(k - 1)][at(j)] += pull;
-      if (k < N) pulls[at(k)][at(j)] += pull;
-      if (periodic(motion) && k == N) pulls[0][at(j)] += pull;
+      const WorkSlopes slopes = slopes_by_power(motion, powers, weight, j, k);
+      const Vector3d pull = -powers.time[k] / (2.0 * h) * motion.control[at(k)][at(j)];
+      const double before = slopes.by_value - slopes.by_change, after = slopes.by_value + slopes.by_change;
+      if (k > 0) pulls[at(k - 1)][at(j)] += before * pull;
+      if (k < N) pulls[at(k)][at(j)] += after * pull;
+      if (periodic(motion) && k == N) pulls[0][at(j)] += after * pull;
     }
   return pulls;
 }
@@ -136,9 +187,10 @@ CostCheck check_cost(const StoredMotion& motion) {
   for (int k = 0; k <= motion.steps; ++k) {
     const double end = halves && (k == 0 || k == motion.steps) ? 0.5 : 1.0;
     check.parts.effort += 0.5 * end * motion.time_step * moments_at(motion, k).squaredNorm();
-    for (double power : powers.value.col(k)) {
-      check.parts.work += powers.time[k] * std::abs(power);
-      check.parts.power += powers.time[k] * power * power;
+    for (int j = 0; j < motion.system.joint_count(); ++j) {
+      const double value = powers.value(j, k), change = powers.change(j, k);
+      check.parts.work += powers.time[k] * mean_size(value, change);
+      check.parts.power += powers.time[k] * (value * value + change * change / 3.0);
     }
     if (k < motion.steps)
       check.parts.smoothness +=
@@ -151,12 +203,12 @@ CostCheck check_cost(const StoredMotion& motion) {
                        weight * check.parts.work + weights.power * check.parts.power +
                        weights.smoothness * check.parts.smoothness;
   check.cost = spent - won(motion);
-  const double rate = std::max(spent, 1e-300) / check.parts.time;
+  if (weight == 0.0) return check;
+  const double largest = std::max(powers.value.cwiseAbs().maxCoeff(), 1e-300);
   for (int k = periodic(motion) ? 1 : 0; k <= motion.steps; ++k)
-    for (int j = 0; j < motion.system.joint_count(); ++j) {
-      const double power = powers.value(j, k), sign = sign_multiplier(motion, j, k, power);
-      check.signs = std::max({check.signs, weight * (std::abs(power) - sign * power) / rate, std::abs(sign) - 1.0});
-    }
+    for (int j = 0; j < motion.system.joint_count(); ++j)
+      check.signs = std::max(
+          check.signs, misfit(work_slopes(motion, powers, j, k), powers.value(j, k), powers.change(j, k), largest));
   return check;
 }
 
@@ -174,17 +226,20 @@ CostGradient cost_gradient_beside_effort(const StoredMotion& motion) {
   double work = 0.0;
   for (int k = 0; k <= N; ++k) {
     for (int j = 0; j < system.joint_count(); ++j) {
-      const double power = powers.value(j, k), time = powers.time[k];
-      const double slope = slope_by_power(motion, powers, weight, j, k);
+      const double value = powers.value(j, k), change = powers.change(j, k), time = powers.time[k];
+      const WorkSlopes own = work_slopes(motion, powers, j, k);
+      const WorkSlopes slopes = slopes_by_power(motion, powers, weight, j, k);
       const Vector3d& u = motion.control[at(k)][at(j)];
-      work += time * std::abs(power);
+      work += time * mean_size(value, change);
       const model::Joint& joint = system.joint(j);
       gradient.by_control[at(k)].segment(joint.first_control, joint.actuation.cols()) -=
-          time * slope * joint.actuation.transpose() * powers.rate[at(k)][at(j)];
+          time * joint.actuation.transpose() *
+          (slopes.by_value * powers.rate[at(k)][at(j)] + slopes.by_change * powers.swing[at(k)][at(j)]);
       // the node counts for longer, the shapes change more slowly
       const double given = k == 0 ? work_of(u, 0.5 * powers.start[0][at(j)]) : 0.0;
-      gradient.by_log_time_step += time * (weight * sign_multiplier(motion, j, k, power) * power +
-                                           weights.power * power * power - slope * (power - given));
+      gradient.by_log_time_step += time * (weight * (own.by_value * value + own.by_change * change) +
+                                           weights.power * (value * value + change * change / 3.0) -
+                                           slopes.by_value * (value - given) - slopes.by_change * (change + given));
     }
     if (k == N) break;
     const VectorXd change = weights.smoothness / h * (moments_at(motion, k + 1) - moments_at(motion, k));

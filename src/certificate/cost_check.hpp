@@ -10,9 +10,8 @@ namespace lamprey::certificate {
 /// What the costs are, and how well the stored multipliers fit the powers' signs.
 struct CostCheck {
   maneuver::CostParts parts;
-  double cost = 0.0;  // of all parts by the problem's weights
-  double signs =
-      0.0;  // largest weight · (|p| − multiplier · p) against the cost over the duration, or |multiplier| − 1
+  double cost = 0.0;   // of all parts by the problem's weights
+  double signs = 0.0;  // how far powers are from what the stored multipliers belong to, of the largest power
 };
 
 CostCheck check_cost(const StoredMotion& motion);
@@ -30,20 +29,32 @@ CostGradient cost_gradient_beside_effort(const StoredMotion& motion);
 /// frame, or angles about the axes (equation 13.1).
 Vector3d turn_between(const model::Joint& joint, const mechanics::Rotations& left, const mechanics::Rotations& right);
 
-/// The nodes' powers and what they are made of (equation 13.2).
+/// The nodes' powers and what they are made of (equation 13.2): each goes linearly from value − change to value + change.
 struct Powers {
   std::vector<mechanics::Vectors> turn;   // [N][joints] rad
   std::vector<mechanics::Vectors> rate;   // [N + 1][joints] rad/s, mean about the node
-  std::vector<mechanics::Vectors> start;  // [1][joints] rad/s, what of rate[0] no shape changes
-  MatrixXd value;                         // [joints][N + 1] W
+  std::vector<mechanics::Vectors> swing;  // [N + 1][joints] rad/s, half of what it changes by over the node
+  std::vector<mechanics::Vectors> start;  // [1][joints] rad/s, at the start: what of the first node no shape changes
+  MatrixXd value, change;                 // [joints][N + 1] W
   VectorXd time;                          // [N + 1] s for which a node counts
   double distance;                        // m
 };
 
 Powers powers_of(const StoredMotion& motion);
 
-/// The stored multiplier of a power's sign, or the sign.
-double sign_multiplier(const StoredMotion& motion, int joint, int node, double power);
+/// What a power's absolute value is on the average over a node, W.
+double mean_size(double value, double change);
+
+/// Slopes of mean_size by value and change.
+struct WorkSlopes {
+  double by_value, by_change;
+};
+
+/// As the stored multipliers have them, or of the powers themselves.
+WorkSlopes work_slopes(const StoredMotion& motion, const Powers& powers, int joint, int node);
+
+/// Room of slopes within those that mean_size can have: (1 − by_value²)/2 − |by_change|.
+double room_of(const WorkSlopes& slopes);
 
 /// What the displacement takes off the cost, (N m)² s.
 double won(const StoredMotion& motion);

@@ -12,7 +12,8 @@ using model::Joint;
 using model::System;
 
 constexpr double inside_interval = 1e-5;  // distance of a multiplier from ±1
-constexpr double vanishing_power = 1e-5;  // of the largest
+constexpr double vanishing_power = 1e-5;  // of the largest, where it has to
+constexpr double no_power = 1e-8;         // of the largest, where it need not
 constexpr double power_penalty = 1e6;     // of powers that are held, against the cost and the moments' weight
 constexpr double same_moments = 1e-9;     // of the moments at both ends of a gait
 constexpr double turn_difference = 5e-3;  // rad; differences of order four
@@ -116,7 +117,7 @@ void add_time_change(double rate, double value, const MatrixXd& slope, const Mat
   form += -rate * both_ways(time, slope) + rate * rate * value * time.transpose() * time;
 }
 
-// Work so far over the distance at the end (equation 13.14).
+// Work so far over the distance at the end (equation 13.16).
 void add_transport(const StoredMotion& motion, const EffortChain& effort, const Powers& powers, double work,
                    Eigen::Index work_column, Chain& chain) {
   const Eigen::Index states = chain.end_form.rows(), reached = effort.basis.back().cols();
@@ -206,28 +207,48 @@ class CostStages {
   // Work and squared power of each joint, and what the node works.
   void add_powers(int k, const MatrixXd& turned, MatrixXd& form, MatrixXd& worked) {
     const maneuver::CostWeights& weights = motion_.problem.cost_weights;
-    const double h = motion_.time_step, weight = weight_of_work(motion_, powers_), t = powers_.time[k];
-    MatrixXd rate = turned / (2.0 * h);
-    if (k > 0) rate += carried(columns_.turn) / (2.0 * h);
+    const double half = 0.5 / motion_.time_step, weight = weight_of_work(motion_, powers_), t = powers_.time[k];
+    MatrixXd rate = half * turned, swing = rate;
+    if (k > 0) {
+      rate += half * carried(columns_.turn);
+      swing -= half * carried(columns_.turn);
+    }
     const VectorXd moments = moments_at(motion_, k);
     for (int j = 0; j < motion_.system.joint_count(); ++j) {
       const auto& actuation = motion_.system.joint(j).actuation;
       const Eigen::Index own = actuation.cols(), first = motion_.system.joint(j).first_control;
-      const auto acting = inputs_.middleRows(first, own), turning = rate.middleRows(first, own);
-      const double power = powers_.value(j, k);
-      const double sign = sign_multiplier(motion_, j, k, power);
-      const MatrixXd change = -(actuation.transpose() * powers_.rate[at(k)][at(j)]).transpose() * acting -
-                              moments.segment(first, own).transpose() * turning;
       if (own == 0 || t == 0.0) continue;
-      form -= t * (weight * sign + 2.0 * weights.power * power) * both_ways(acting, turning);
-      form += 2.0 * t * weights.power * change.transpose() * change;
-      work_ += t * std::abs(power);
-      worked += t * sign * (change - 2.0 * power * time_);
+      const auto acting = inputs_.middleRows(first, own);
+      const auto worked_at = [&](const Vector3d& at_rate, const MatrixXd& turning) {
+        return MatrixXd(-(actuation.transpose() * at_rate).transpose() * acting -
+                        moments.segment(first, own).transpose() * turning.middleRows(first, own));
+      };
+      const double value = powers_.value(j, k), change = powers_.change(j, k);
+      const WorkSlopes slopes = work_slopes(motion_, powers_, j, k);
+      const MatrixXd by_value = worked_at(powers_.rate[at(k)][at(j)], rate);
+      const MatrixXd by_change = worked_at(powers_.swing[at(k)][at(j)], swing);
+      const MatrixXd size = slopes.by_value * by_value + slopes.by_change * by_change;
+      const MatrixXd square = 2.0 * (value * by_value + change / 3.0 * by_change);
+      form -=
+          t * both_ways(acting, (weight * slopes.by_value + 2.0 * weights.power * value) * rate.middleRows(first, own) +
+                                    (weight * slopes.by_change + 2.0 / 3.0 * weights.power * change) *
+                                        swing.middleRows(first, own));
+      form +=
+          2.0 * t * weights.power * (by_value.transpose() * by_value + 1.0 / 3.0 * by_change.transpose() * by_change);
+      work_ += t * mean_size(value, change);
+      worked += t * (size - 2.0 * mean_size(value, change) * time_);
       if (timed_) {
-        add_time_change(2.0, t * weight * sign * power, t * weight * sign * change, time_, form);
-        add_time_change(5.0, t * weights.power * power * power, 2.0 * t * weights.power * power * change, time_, form);
+        add_time_change(2.0, t * weight * mean_size(value, change), t * weight * size, time_, form);
+        add_time_change(5.0, t * weights.power * (value * value + change * change / 3.0), t * weights.power * square,
+                        time_, form);
       }
-      if (kinks_.held(j, k)) hold(k, change, form);
+      if (kinks_.held(j, k)) {
+        hold(k, by_value, form);
+        hold(k, by_change, form);
+      } else if (kinks_.turns(j, k)) {
+        const MatrixXd across = by_value - value / change * by_change;
+        form += t * weight / std::abs(change) * across.transpose() * across;
+      }
     }
   }
 
@@ -275,24 +296,45 @@ class CostStages {
   double work_ = 0.0;       // J so far
 };
 
+// Whether a power must not leave 0: slopes inside of what the work can have, or, where one moment vanishes, inside of what
+// they can be worth along it.
+bool inside(const StoredMotion& motion, const Powers& powers, int joint, int node) {
+  const WorkSlopes slopes = work_slopes(motion, powers, joint, node);
+  if (room_of(slopes) > inside_interval) return true;
+  const model::Joint& own = motion.system.joint(joint);
+  if (own.actuation.cols() != 1) return false;
+  const auto size = [&](const std::vector<mechanics::Vectors>& all) {
+    double largest = 0.0;
+    for (const mechanics::Vectors& at_node : all) largest = std::max(largest, at_node[at(joint)].norm());
+    return all[at(node)][at(joint)].norm() / std::max(largest, 1e-300);
+  };
+  const double rate = own.actuation.col(0).dot(powers.rate[at(node)][at(joint)]);
+  const double swing = own.actuation.col(0).dot(powers.swing[at(node)][at(joint)]);
+  if (size(motion.control) > vanishing_power || size(powers.rate) + size(powers.swing) < vanishing_power) return false;
+  return std::abs(slopes.by_value * rate + slopes.by_change * swing) < (1.0 - inside_interval) * mean_size(rate, swing);
+}
+
 }  // namespace
 
 Kinks kinks_of(const StoredMotion& motion, const Powers& powers) {
   const System& system = motion.system;
   Kinks kinks;
   kinks.held.setConstant(system.joint_count(), motion.steps + 1, false);
+  kinks.turns = kinks.held;
   if (weight_of_work(motion, powers) == 0.0) return kinks;
-  const double vanishing = vanishing_power * powers.value.cwiseAbs().maxCoeff();
+  const double largest = powers.value.cwiseAbs().maxCoeff();
   for (int k = periodic(motion) ? 1 : 0; k <= motion.steps; ++k)
     for (int j = 0; j < system.joint_count(); ++j) {
       if (system.joint(j).actuation.cols() == 0) continue;
-      const double power = powers.value(j, k);
-      const bool vanishes = std::abs(power) <= vanishing;
-      if (1.0 - std::abs(sign_multiplier(motion, j, k, power)) > inside_interval) {
+      const double value = powers.value(j, k), change = powers.change(j, k);
+      const double size = mean_size(value, change);
+      if (inside(motion, powers, j, k)) {
         kinks.held(j, k) = true;
-        kinks.known = kinks.known && vanishes;
-      } else if (vanishes) {
+        kinks.known = kinks.known && size <= vanishing_power * largest;
+      } else if (size <= no_power * largest) {
         kinks.weak = true;
+      } else {
+        kinks.turns(j, k) = std::abs(value) < std::abs(change);
       }
     }
   return kinks;

@@ -8,9 +8,10 @@ namespace lamprey::certificate {
 
 /// Where powers vanish under a weight of work.
 struct Kinks {
-  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> held;  // [joints][N + 1] the multiplier is inside its interval
-  bool weak = false;                                        // somewhere the multiplier is at its bound as well
-  bool known = true;                                        // powers vanish wherever multipliers are inside
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> held;   // [joints][N + 1] multipliers are inside of their bounds
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> turns;  // likewise, a power changes its sign over the node
+  bool weak = false;                                         // somewhere multipliers are at their bounds as well
+  bool known = true;                                         // powers vanish wherever multipliers are inside
 };
 
 Kinks kinks_of(const StoredMotion& motion, const Powers& powers);
@@ -19,7 +20,7 @@ Kinks kinks_of(const StoredMotion& motion, const Powers& powers);
 /// beside effort depend on it.
 bool ends_fit_costs(const StoredMotion& motion);
 
-/// Adds the costs' second derivatives (equations 13.12 to 13.14) to a chain whose stages from effort.first on are the nodes'.
+/// Adds the costs' second derivatives (equations 13.14 to 13.16) to a chain whose stages from effort.first on are the nodes'.
 /// More states come after those of the chain; `duration` is the one that holds the logarithm of a free time step. Powers
 /// that are held are kept by a penalty.
 void add_costs(const StoredMotion& motion, const EffortChain& effort, const Kinks& kinks,

@@ -416,13 +416,15 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
                                    parts.at("power").number(),  parts.at("smoothness").number(),
                                    parts.at("time").number(),   parts.at("transport").number_or_nan()};
   }
-  if (reader.has("work_multipliers")) {
-    const JsonReader signs = reader.at("work_multipliers");
-    signs.require_array(results.problem.joints.size());
-    results.solution.work_multipliers.resize(results.problem.joints.size());
-    for (std::size_t j = 0; j < results.problem.joints.size(); ++j)
-      read_nodes(signs.at(j), results.solution.time.size(), results.solution.work_multipliers[j]);
-  }
+  const auto read_multipliers = [&](const char* field, std::vector<std::vector<double>>& values) {
+    if (!reader.has(field)) return;
+    const JsonReader stored = reader.at(field);
+    stored.require_array(results.problem.joints.size());
+    values.resize(results.problem.joints.size());
+    for (std::size_t j = 0; j < values.size(); ++j) read_nodes(stored.at(j), results.solution.time.size(), values[j]);
+  };
+  read_multipliers("work_multipliers", results.solution.work_multipliers);
+  read_multipliers("work_change_multipliers", results.solution.work_change_multipliers);
   if (reader.has("limit_multipliers"))
     results.solution.limit_multipliers =
         read_limit_multipliers(reader.at("limit_multipliers"), results.solution.time.size());

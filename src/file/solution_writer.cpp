@@ -397,6 +397,14 @@ void require_nodes(const char* field, const std::vector<double>& values, const m
     throw std::domain_error(fmt::format("{}: found {} entries, needs {}", field, values.size(), solution.time.size()));
 }
 
+// [joints][N + 1], where there are any.
+void add_multipliers(const char* field, const std::vector<std::vector<double>>& values, ObjectText& text) {
+  if (values.empty()) return;
+  text.add(field, json_list(values, [](const std::vector<double>& joint) {
+             return json_list(joint, [](double value) { return json(value); });
+           }));
+}
+
 }  // namespace
 
 std::string solution_text(const Results& results) {
@@ -404,6 +412,8 @@ std::string solution_text(const Results& results) {
   for (const maneuver::LimitMultiplier& own : solution.limit_multipliers)
     require_nodes("limit_multipliers", own.multiplier, solution);
   for (const std::vector<double>& own : solution.work_multipliers) require_nodes("work_multipliers", own, solution);
+  for (const std::vector<double>& own : solution.work_change_multipliers)
+    require_nodes("work_change_multipliers", own, solution);
   ObjectText text(0);
   text.add("schema", "1");
   text.add("name", json(results.name));
@@ -423,10 +433,8 @@ std::string solution_text(const Results& results) {
   if (!solution.feedback.gain.empty()) text.add("feedback", feedback_text(results.problem, arrays));
   if (!solution.limit_multipliers.empty())
     text.add("limit_multipliers", limit_multipliers_text(solution.limit_multipliers));
-  if (!solution.work_multipliers.empty())
-    text.add("work_multipliers", json_list(solution.work_multipliers, [](const std::vector<double>& joint) {
-               return json_list(joint, [](double sign) { return json(sign); });
-             }));
+  add_multipliers("work_multipliers", solution.work_multipliers, text);
+  add_multipliers("work_change_multipliers", solution.work_change_multipliers, text);
   text.add("certificate", results.certificate ? certificate_text(*results.certificate) : "null");
   text.add("search", search_text(solution.search));
   text.add("solver", solver_text(solution.solver));

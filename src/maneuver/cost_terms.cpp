@@ -38,11 +38,11 @@ CostTerms::CostTerms(const System& system, const Maneuver& maneuver, const Shape
       shape_(static_cast<int>(coordinates.shape.cols())),
       controls_(system.control_count()),
       start_rate_(VectorXd::Zero(controls_)),
-      rate_(controls_),
-      changing_(controls_),
+      rate_(controls_, kinds),
+      changing_(controls_, kinds),
       difference_(controls_),
       pull_(controls_) {
-  multipliers_.value.setZero(system.joint_count(), steps_ + 1);
+  multipliers_.set_zero(system.joint_count(), steps_ + 1);
   heaviest_.setConstant(system.joint_count(), steps_ + 1, std::numeric_limits<double>::infinity());
   retarget(maneuver);
 }
@@ -69,22 +69,24 @@ double CostTerms::weight_of_power(int joint, int node) const {
   return std::min(multipliers_.weight, heaviest_(joint, node));
 }
 
-// Equation 13.5.
-CostTerms::Bend CostTerms::work_term(int joint, int node, double power) const {
-  const double c = weight_of_power(joint, node), mu = multipliers_.value(joint, node);
-  if (c <= 0.0) return {std::abs(power), power < 0.0 ? -1.0 : 1.0, 0.0};
-  const double sign = mu + c * power;
-  if (std::abs(sign) <= 1.0) return {power * (mu + 0.5 * c * power), sign, c};
-  const double side = sign < 0.0 ? -1.0 : 1.0, missing = side - mu;
-  return {side * power - 0.5 * missing * missing / c, side, 0.0};
+WorkTerm CostTerms::work_term(const CostValues& values, int joint, int node) const {
+  return maneuver::work_term({values.power(joint, node), values.change(joint, node)}, multipliers_.at(joint, node),
+                             weight_of_power(joint, node));
 }
 
-CostTerms::Bend CostTerms::term(int joint, int node, double power, double work_weight) const {
-  Bend bend{weights_.power * power * power, 2.0 * weights_.power * power, 2.0 * weights_.power};
-  if (work_weight == 0.0) return bend;
-  const Bend work = work_term(joint, node, power);
-  return {bend.value + work_weight * work.value, bend.slope + work_weight * work.slope,
-          bend.curvature + work_weight * work.curvature};
+// Of squared power the mean is m² + d²/3.
+WorkTerm CostTerms::term(const CostValues& values, int joint, int node, double work_weight) const {
+  const NodePower power(values.power(joint, node), values.change(joint, node));
+  const Eigen::Vector2d squares(weights_.power, weights_.power / 3.0);
+  const Eigen::Vector2d slope = squares.cwiseProduct(power);
+  WorkTerm term{slope.dot(power), 2.0 * slope, Eigen::Matrix2d::Zero()};
+  term.curvature.diagonal() = 2.0 * squares;
+  if (work_weight == 0.0) return term;
+  const WorkTerm work = work_term(values, joint, node);
+  term.value += work_weight * work.value;
+  term.slope += work_weight * work.slope;
+  term.curvature += work_weight * work.curvature;
+  return term;
 }
 
 bool CostTerms::moves(int node) const {
@@ -96,15 +98,22 @@ double CostTerms::node_time(int node, double time_step) const {
   return (!periodic_ && (node == 0 || node == steps_) ? 0.5 : 1.0) * time_step;
 }
 
-// Equation 13.2: mean rates of the joints about a node, and their part that changes with the shapes.
+// Equation 13.2: rates of the joints about a node, and their part that changes with the shapes.
 void CostTerms::find_rates(const CostValues& values, int node, double time_step) {
+  const double half = 0.5 / time_step;
   changing_.setZero();
-  if (node > 0) changing_ += values.turn.col(node - 1);
-  if (node < steps_) changing_ += values.turn.col(node);
-  if (periodic_ && node == steps_) changing_ += values.turn.col(0);
-  changing_ *= 0.5 / time_step;
+  auto mean = changing_.col(0), change = changing_.col(1);
+  const auto add = [&](int step, double side) {
+    algebra::add_multiple(half, values.turn.col(step), mean);
+    algebra::add_multiple(side * half, values.turn.col(step), change);
+  };
+  if (node > 0) add(node - 1, -1.0);
+  if (node < steps_) add(node, 1.0);
+  if (periodic_ && node == steps_) add(0, 1.0);
   rate_ = changing_;
-  if (node == 0) algebra::add_multiple(0.5, start_rate_, rate_);
+  if (node > 0) return;
+  algebra::add_multiple(0.5, start_rate_, rate_.col(0));
+  algebra::add_multiple(-0.5, start_rate_, rate_.col(1));
 }
 
 void CostTerms::find_difference(const CostedMotion& motion, int step) {
@@ -115,19 +124,23 @@ void CostTerms::find_difference(const CostedMotion& motion, int step) {
 void CostTerms::measure(const CostedMotion& motion, CostValues& values) {
   values.turn.resize(controls_, steps_);
   values.power.setZero(system_.joint_count(), steps_ + 1);
+  values.change.setZero(system_.joint_count(), steps_ + 1);
   values.parts = CostParts();
   values.reached = 0.0;
   for (int k = 0; k < steps_; ++k) turns_.evaluate(motion.step[at(k)].interval, values.turn.col(k));
   for (int k = 0; k <= steps_; ++k) {
     if (!moves(k)) continue;
     find_rates(values, k, motion.time_step);
-    for (int c = 0; c < controls_; ++c) values.power(turns_.joint_of(c), k) += motion.moment[at(k)][c] * rate_[c];
+    for (int c = 0; c < controls_; ++c) {
+      values.power(turns_.joint_of(c), k) += motion.moment[at(k)][c] * rate_(c, 0);
+      values.change(turns_.joint_of(c), k) += motion.moment[at(k)][c] * rate_(c, 1);
+    }
     const double time = node_time(k, motion.time_step);
     for (int j = 0; j < system_.joint_count(); ++j) {
-      const double power = values.power(j, k);
-      values.parts.work += time * std::abs(power);
-      values.parts.power += time * power * power;
-      values.reached += time * work_term(j, k, power).value;
+      const NodePower power(values.power(j, k), values.change(j, k));
+      values.parts.work += time * mean_work(power);
+      values.parts.power += time * (power[0] * power[0] + power[1] * power[1] / 3.0);
+      values.reached += time * work_term(values, j, k).value;
     }
   }
   for (int k = 0; k < steps_; ++k) {
@@ -151,8 +164,8 @@ void CostTerms::add_by_moments(const CostedMotion& motion, const CostValues& val
   find_rates(values, node, motion.time_step);
   const double time = node_time(node, motion.time_step), weight = work_weight(values);
   for (int c = 0; c < controls_; ++c) {
-    const int joint = turns_.joint_of(c);
-    gradient[c] += time * term(joint, node, values.power(joint, node), weight).slope * rate_[c];
+    const WorkTerm bend = term(values, turns_.joint_of(c), node, weight);
+    gradient[c] += time * (bend.slope[0] * rate_(c, 0) + bend.slope[1] * rate_(c, 1));
   }
   if (!smooth()) return;
   const double stiff = weights_.smoothness / motion.time_step;
@@ -167,53 +180,63 @@ Vector3d CostTerms::pull_at_end(const CostedMotion& motion, const CostValues& va
   return -weights_.transport * values.reached / (d * d * d) * (motion.position.back() - motion.position.front());
 }
 
-// Derivative of the merit by the joints' rates about a node.
-void CostTerms::add_by_rates(double factor, const CostedMotion& motion, const CostValues& values, int node,
-                             VectorXd& pull) {
+// Derivative of the merit by a turn with which the joints' rates about a node change so.
+void CostTerms::add_by_rates(const CostedMotion& motion, const CostValues& values, int node, const NodePower& by_turn) {
   if (periodic_ && node == 0) node = steps_;
   if (!moves(node)) return;
-  const double time = factor * node_time(node, motion.time_step), weight = work_weight(values);
+  const double time = node_time(node, motion.time_step), weight = work_weight(values);
   for (int c = 0; c < controls_; ++c) {
-    const int joint = turns_.joint_of(c);
-    pull[c] += time * term(joint, node, values.power(joint, node), weight).slope * motion.moment[at(node)][c];
+    const WorkTerm bend = term(values, turns_.joint_of(c), node, weight);
+    pull_[c] += time * bend.slope.dot(by_turn) * motion.moment[at(node)][c];
   }
 }
 
 // Second derivatives of a node's term along a row of variables, and the rate of its work, from the rates of the node's moments
-// and of the joints' turns about it (over twice the time step) in moments_ and turned_.
+// and of the joints' rates about it in moments_ and turned_.
 void CostTerms::add_node_form(const CostedMotion& motion, const CostValues& values, int node, int tau) {
   const double time = node_time(node, motion.time_step), weight = work_weight(values);
   find_rates(values, node, motion.time_step);
-  rate_by_ = turned_;
-  if (tau >= 0) rate_by_.col(tau) -= changing_;
+  for (int a = 0; a < kinds; ++a) {
+    rate_by_[at(a)] = turned_[at(a)];
+    if (tau >= 0) rate_by_[at(a)].col(tau) -= changing_.col(a);
+  }
   for (int j = 0; j < system_.joint_count(); ++j) {
-    const double power = values.power(j, node);
-    const Bend bend = term(j, node, power, weight);
-    power_by_.setZero();
+    const WorkTerm bend = term(values, j, node, weight);
     bool any = false;
+    for (VectorXd& by : power_by_) by.setZero();
     for (int c = 0; c < controls_; ++c) {
       if (turns_.joint_of(c) != j) continue;
       any = true;
-      const double u = motion.moment[at(node)][c], slope = time * bend.slope;
-      const auto moment_by = moments_.row(c), rate_by = rate_by_.row(c);
-      algebra::add_multiple(rate_[c], moment_by.transpose(), power_by_);
-      algebra::add_multiple(u, rate_by.transpose(), power_by_);
-      algebra::add_product(slope, moment_by.transpose(), rate_by, form_);
-      algebra::add_product(slope, rate_by.transpose(), moment_by, form_);
-      if (tau < 0) continue;
-      algebra::add_multiple(-slope * u, turned_.row(c).transpose(), form_.col(tau));
-      algebra::add_multiple(-slope * u, turned_.row(c), form_.row(tau));
-      form_(tau, tau) += slope * u * changing_[c];
+      const double u = motion.moment[at(node)][c];
+      const auto moment_by = moments_.row(c);
+      for (int a = 0; a < kinds; ++a) {
+        const double slope = time * bend.slope[a];
+        const auto rate_by = rate_by_[at(a)].row(c), turned = turned_[at(a)].row(c);
+        algebra::add_multiple(rate_(c, a), moment_by.transpose(), power_by_[at(a)]);
+        algebra::add_multiple(u, rate_by.transpose(), power_by_[at(a)]);
+        algebra::add_product(slope, moment_by.transpose(), rate_by, form_);
+        algebra::add_product(slope, rate_by.transpose(), moment_by, form_);
+        if (tau < 0) continue;
+        algebra::add_multiple(-slope * u, turned.transpose(), form_.col(tau));
+        algebra::add_multiple(-slope * u, turned, form_.row(tau));
+        form_(tau, tau) += slope * u * changing_(c, a);
+      }
     }
     if (!any) continue;
-    algebra::add_product(time * bend.curvature, power_by_, power_by_.transpose(), form_);
-    const Bend own = of_work() ? work_term(j, node, power) : Bend{0.0, 0.0, 0.0};
-    algebra::add_multiple(time * own.slope, power_by_, work_);
+    const bool counted = of_work();
+    const WorkTerm own = counted ? work_term(values, j, node) : WorkTerm{};
+    for (int a = 0; a < kinds; ++a) {
+      const VectorXd& by = power_by_[at(a)];
+      for (int b = 0; b < kinds; ++b)
+        algebra::add_product(time * bend.curvature(a, b), by, power_by_[at(b)].transpose(), form_);
+      if (counted) algebra::add_multiple(time * own.slope[a], by, work_);
+      if (tau < 0) continue;
+      algebra::add_multiple(time * bend.slope[a], by, form_.col(tau));
+      algebra::add_multiple(time * bend.slope[a], by.transpose(), form_.row(tau));
+    }
     if (tau < 0) continue;
-    algebra::add_multiple(time * bend.slope, power_by_, form_.col(tau));
-    algebra::add_multiple(time * bend.slope, power_by_.transpose(), form_.row(tau));
     form_(tau, tau) += time * bend.value;
-    work_[tau] += time * own.value;
+    if (counted) work_[tau] += time * own.value;
   }
 }
 
@@ -239,10 +262,11 @@ void CostTerms::add_duration(const CostedMotion& motion, const CostValues& value
   find_rates(values, node, motion.time_step);
   const double time = node_time(node, motion.time_step), weight = work_weight(values);
   for (int j = 0; j < system_.joint_count(); ++j) {
-    const Bend bend = term(j, node, values.power(j, node), weight);
+    const WorkTerm bend = term(values, j, node, weight);
     slope += time * bend.value;
     for (int c = 0; c < controls_; ++c)
-      if (turns_.joint_of(c) == j) slope -= time * bend.slope * motion.moment[at(node)][c] * changing_[c];
+      if (turns_.joint_of(c) == j)
+        slope -= time * motion.moment[at(node)][c] * changing_.row(c).dot(bend.slope.transpose());
   }
 }
 
@@ -251,8 +275,8 @@ void CostTerms::add_to_model(const CostedMotion& motion, const CostValues& value
   const Eigen::Index ends = Eigen::Index{2} * shape_, all = model.Q_end.rows() + controls_ + 1;
   turns_before_.setZero(controls_, ends);
   next_.resize(ends, all);
-  for (MatrixXd* by : {&moments_, &turned_}) by->resize(controls_, all);
-  for (VectorXd* row : {&work_, &power_by_, &slower_}) row->resize(all);
+  for (MatrixXd* by : {&moments_, &turned_next_, &turned_[0], &turned_[1]}) by->resize(controls_, all);
+  for (VectorXd* row : {&work_, &power_by_[0], &power_by_[1], &slower_}) row->resize(all);
   for (int k = 0; k <= steps_; ++k) {
     const bool last = k == steps_;
     MatrixXd& Q = last ? model.Q_end : model.stage[at(places.leads + k)].Q;
@@ -274,17 +298,26 @@ void CostTerms::add_step_form(const CostedMotion& motion, const CostValues& valu
   const double half = 0.5 / motion.time_step;
   const Eigen::Index ends = turns_before_.cols();
   pull_.setZero();
-  add_by_rates(half, motion, values, step, pull_);
-  add_by_rates(half, motion, values, step + 1, pull_);
+  add_by_rates(motion, values, step, {half, half});
+  add_by_rates(motion, values, step + 1, {half, -half});
   turns_.add_curvature(motion.step[at(step)].interval, pull_, Q.topLeftCorner(ends, ends));
   optimizer::add_transposed_image(1.0, turns_before_, pull_, q.head(ends));
+}
+
+// Of the turns over the steps before and after a node.
+void CostTerms::find_turned(const CostedMotion& motion) {
+  const double half = 0.5 / motion.time_step;
+  turned_next_ *= half;
+  for (int a = 0; a < kinds; ++a) {
+    turned_[at(a)] = turned_next_;
+    algebra::add_multiple(a == 0 ? half : -half, turns_before_, turned_[at(a)].leftCols(turns_before_.cols()));
+  }
 }
 
 void CostTerms::add_to_stage(const CostedMotion& motion, const CostValues& values, const Places& places, int k,
                              Stage& stage) {
   const Eigen::Index n = stage.Q.rows(), m = controls_, ends = turns_before_.cols();
   const int second = places.first, before = place_before(places), work_place = place_of_work(places);
-  const double half = 0.5 / motion.time_step;
   turns_.derivative(motion.step[at(k)].interval, turns_after_);
   if (k == 0) first_turns_ = turns_after_;
   if (smooth()) {
@@ -301,9 +334,8 @@ void CostTerms::add_to_stage(const CostedMotion& motion, const CostValues& value
     next_.col(n + m) = stage.gap.head(ends);
     moments_.setZero();
     moments_.middleCols(n, m).setIdentity();
-    algebra::set_product(turns_after_, next_, turned_);
-    turned_ *= half;
-    algebra::add_multiple(half, turns_before_, turned_.leftCols(ends));
+    algebra::set_product(turns_after_, next_, turned_next_);
+    find_turned(motion);
     add_node_form(motion, values, k, places.tau);
     if (smooth() && k > (periodic_ ? 1 : 0)) {
       moments_.middleCols(before, m).diagonal().array() -= 1.0;
@@ -328,13 +360,12 @@ void CostTerms::add_to_end(const CostedMotion& motion, const CostValues& values,
                            const Eigen::Ref<const MatrixXd>& end_moments, StageModel& model) {
   const Eigen::Index n = model.Q_end.rows(), m = controls_, ends = turns_before_.cols();
   const int before = place_before(places);
-  const double half = 0.5 / motion.time_step;
   if (moves(steps_)) {
     moments_.setZero();
     moments_.leftCols(n) = end_moments;
-    turned_.setZero();
-    algebra::add_multiple(half, turns_before_, turned_.leftCols(ends));
-    if (periodic_) algebra::add_multiple(half, first_turns_, turned_.middleCols(places.copies, ends));
+    turned_next_.setZero();
+    if (periodic_) turned_next_.middleCols(places.copies, ends) = first_turns_;
+    find_turned(motion);
     add_node_form(motion, values, steps_, places.tau);
     if (smooth() && periodic_ && steps_ > 1) {
       difference_by_ = moments_;
@@ -374,19 +405,18 @@ void CostTerms::add_transport(const CostedMotion& motion, const CostValues& valu
 
 double CostTerms::error(const CostValues& values) const {
   if (!of_work()) return 0.0;
-  const double largest = values.power.lpNorm<Eigen::Infinity>();
+  const double largest = std::max(values.power.lpNorm<Eigen::Infinity>(), 1e-300);
   double error = 0.0;
-  for (Eigen::Index k = 0; k <= steps_; ++k)
-    for (Eigen::Index j = 0; j < values.power.rows(); ++j) {
-      const double renewed = work_term(static_cast<int>(j), static_cast<int>(k), values.power(j, k)).slope;
-      error = std::max(error, std::abs(renewed - multipliers_.value(j, k)) /
-                                  weight_of_power(static_cast<int>(j), static_cast<int>(k)));
+  for (int k = 0; k <= steps_; ++k)
+    for (int j = 0; j < system_.joint_count(); ++j) {
+      const NodePower power(values.power(j, k), values.change(j, k));
+      error = std::max(error, work_misfit(power / largest, work_term(values, j, k).slope));
     }
-  return error / std::max(largest, 1e-300);
+  return error;
 }
 
 // Moments follow from second differences of the shapes, rates from first ones: relative to what they are like, round-off in
-// them is ε N² and ε N (equation 13.16). A weight turns what that makes of a power into an error of its multiplier.
+// them is ε N² and ε N (equation 13.18). A weight turns what that makes of a power into an error of its multiplier.
 void CostTerms::find_heaviest(const CostedMotion& motion, const CostValues& values) {
   const double epsilon = std::numeric_limits<double>::epsilon();
   double largest_moment = 0.0, largest_rate = 0.0;
@@ -399,7 +429,7 @@ void CostTerms::find_heaviest(const CostedMotion& motion, const CostValues& valu
   for (int k = 0; k <= steps_; ++k) {
     find_rates(values, k, motion.time_step);
     for (int c = 0; c < controls_; ++c) {
-      const double of_moment = std::abs(rate_[c]) * largest_moment * steps_;
+      const double of_moment = (std::abs(rate_(c, 0)) + std::abs(rate_(c, 1))) * largest_moment * steps_;
       const double of_rate = std::abs(motion.moment[at(k)][c]) * largest_rate;
       const double noise = epsilon * steps_ * (of_moment + of_rate);
       double& heaviest = heaviest_(turns_.joint_of(c), k);
@@ -413,8 +443,9 @@ void CostTerms::renew(const CostedMotion& motion, const CostValues& values, bool
   const double error = this->error(values);
   for (int k = 0; k <= steps_; ++k)
     for (int j = 0; j < system_.joint_count(); ++j)
-      multipliers_.value(j, k) = moves(k) ? work_term(j, k, values.power(j, k)).slope : 0.0;
-  if (periodic_) multipliers_.value.col(0) = multipliers_.value.col(steps_);
+      multipliers_.set(j, k, moves(k) ? work_term(values, j, k).slope : WorkSlopes(0.0, 0.0));
+  for (MatrixXd* value : {&multipliers_.mean, &multipliers_.change})
+    if (periodic_) value->col(0) = value->col(steps_);
   if (heavier && last_error_ > 0.0 && error > enough_work_progress * last_error_)
     multipliers_.weight = std::min(work_weight_growth * multipliers_.weight, multipliers_.largest_weight);
   last_error_ = error;
@@ -427,25 +458,24 @@ void CostTerms::choose_weight(const CostValues& values) {
   const double mean = std::sqrt(values.power.squaredNorm() / static_cast<double>(values.power.size()));
   const double first = first_work_weight / std::max(mean, 1e-300),
                before = multipliers_.largest_weight / largest_work_weight;
-  const double carried = before > 0.0 ? std::min(multipliers_.weight / before, carried_work_weight) : 1.0;
+  double carried = multipliers_.weight > 0.0 ? carried_work_weight : 1.0;  // of another method's answer
+  if (before > 0.0) carried = std::min(multipliers_.weight / before, carried_work_weight);
   multipliers_.weight = carried * first;
   multipliers_.largest_weight = largest_work_weight * first;
 }
 
 void CostTerms::take(const WorkMultipliers& from) {
   last_error_ = 0.0;
-  multipliers_.value.setZero();
+  multipliers_.set_zero(system_.joint_count(), steps_ + 1);
   heaviest_.setConstant(std::numeric_limits<double>::infinity());
   multipliers_.largest_weight = from.largest_weight;
   multipliers_.weight = from.weight;
-  const auto coarse = static_cast<int>(from.value.cols()) - 1;
+  const auto coarse = static_cast<int>(from.mean.cols()) - 1;
   if (coarse < 1) return;
   for (int k = 0; k <= steps_; ++k) {
     const auto [left, share] = place_on_grid(k, steps_, coarse);
-    auto at_node = multipliers_.value.col(k);
-    at_node = from.value.col(left);
-    at_node *= 1.0 - share;
-    algebra::add_multiple(share, from.value.col(left + 1), at_node);
+    for (int j = 0; j < system_.joint_count(); ++j)
+      multipliers_.set(j, k, (1.0 - share) * from.at(j, left) + share * from.at(j, left + 1));
   }
 }
 

@@ -1,20 +1,34 @@
 // Costs beside effort and time along a motion of shapes: mechanical work, squared power, smoothness, work per distance
-// (chapter 13). Work is Σ|p|, which has kinks: each |p| is reached exactly by a multiplier between −1 and 1 and a term that
-// pulls p towards where the multiplier belongs (equations 13.5 and 13.6).
+// (chapter 13). Work has a kink where a joint's power vanishes: it is reached exactly by multipliers and a term that pulls the
+// power towards where they belong (equations 13.6 to 13.8).
 #pragma once
+
+#include <array>
 
 #include "maneuver/joint_turns.hpp"
 #include "maneuver/maneuver.hpp"
+#include "maneuver/node_work.hpp"
 #include "maneuver/solution.hpp"
 #include "optimizer/stage_program.hpp"
 
 namespace lamprey::maneuver {
 
-/// Multipliers of the joints' powers between searches.
+/// Multipliers of the joints' powers between searches: slopes of the work by them.
 struct WorkMultipliers {
-  MatrixXd value;               // [joints][N + 1] between −1 and 1: what the sign of the power is where it has one
+  MatrixXd mean;                // [joints][N + 1] between −1 and 1: what the sign of the power is where it has one
+  MatrixXd change;              // [joints][N + 1] by the power's change over the node, within ±(1 − mean²)/2
   double weight = 0.0;          // 1/W, of ½ p² where the power has no sign; 0: not chosen yet
   double largest_weight = 0.0;  // 0: multipliers of another method, whose weight is none
+
+  void set_zero(Eigen::Index joints, Eigen::Index nodes) {
+    mean.setZero(joints, nodes);
+    change.setZero(joints, nodes);
+  }
+  WorkSlopes at(Eigen::Index joint, Eigen::Index node) const { return {mean(joint, node), change(joint, node)}; }
+  void set(Eigen::Index joint, Eigen::Index node, const WorkSlopes& slopes) {
+    mean(joint, node) = slopes[0];
+    change(joint, node) = slopes[1];
+  }
 };
 
 /// What the terms look at of a motion.
@@ -28,7 +42,8 @@ struct CostedMotion {
 /// Their values, and what derivatives start from.
 struct CostValues {
   MatrixXd turn;          // [controls][N] rad, of the joints over the steps
-  MatrixXd power;         // [joints][N + 1] W
+  MatrixXd power;         // [joints][N + 1] W, mean about a node
+  MatrixXd change;        // [joints][N + 1] W, half of what it changes by
   CostParts parts;        // before weighting; effort and time unset
   double reached = 0.0;   // J, work as the multipliers have it
   double distance = 0.0;  // m
@@ -65,7 +80,7 @@ class CostTerms {
   void add_to_model(const CostedMotion& motion, const CostValues& values, const Places& places,
                     const Eigen::Ref<const MatrixXd>& end_moments, optimizer::StageModel& model);
 
-  /// How far the multipliers are from the signs of the powers, of the largest power.
+  /// How far powers are from what renewed multipliers belong to, of the largest power.
   double error(const CostValues& values) const;
   /// Multipliers at the point with these values; where `heavier`, the weight rises if the error has not fallen.
   void renew(const CostedMotion& motion, const CostValues& values, bool heavier);
@@ -76,21 +91,20 @@ class CostTerms {
   void choose_weight(const CostValues& values);
 
  private:
-  // A power's term F(p) with its derivatives.
-  struct Bend {
-    double value, slope, curvature;
-  };
-  Bend work_term(int joint, int node, double power) const;
-  Bend term(int joint, int node, double power, double work_weight) const;
+  // Means about a node and half of what changes over it.
+  static constexpr int kinds = 2;
+  WorkTerm work_term(const CostValues& values, int joint, int node) const;
+  WorkTerm term(const CostValues& values, int joint, int node, double work_weight) const;
   double weight_of_power(int joint, int node) const;
   void find_heaviest(const CostedMotion& motion, const CostValues& values);
   double work_weight(const CostValues& values) const;
   double node_time(int node, double time_step) const;
   bool moves(int node) const;  // whether moments at a node count
   void find_rates(const CostValues& values, int node, double time_step);
+  void find_turned(const CostedMotion& motion);
   void find_difference(const CostedMotion& motion, int step);
   void add_difference(double factor, const CostedMotion& motion, int step, VectorXd& gradient);
-  void add_by_rates(double factor, const CostedMotion& motion, const CostValues& values, int node, VectorXd& pull);
+  void add_by_rates(const CostedMotion& motion, const CostValues& values, int node, const NodePower& by_rate);
   void add_node_form(const CostedMotion& motion, const CostValues& values, int node, int tau);
   void add_difference_form(const CostedMotion& motion, int step, const MatrixXd& difference_by, int tau);
   void add_duration(const CostedMotion& motion, const CostValues& values, int node, double& slope);
@@ -117,14 +131,18 @@ class CostTerms {
   MatrixXd heaviest_;  // [joints][N + 1] 1/W, weights beyond which multipliers would tell of round-off
   double last_error_ = 0.0;
   // workspace
-  VectorXd rate_, changing_;                             // [controls] rad/s, mean rates of the joints about a node
-  VectorXd difference_;                                  // [controls] N m, of moments over a step
-  VectorXd pull_;                                        // [controls] N m s, on the joints' turns over a step
-  MatrixXd turns_before_, turns_after_, first_turns_;    // [controls][2 f] of the joints' turns by the shapes
-  MatrixXd next_;                                        // [2 f][n + controls + 1] shapes at a step's ends
-  MatrixXd moments_, turned_, rate_by_, difference_by_;  // [controls][n + controls + 1]
-  MatrixXd form_;                                        // [n + controls + 1] squared, of (state, input, 1)
-  VectorXd work_, power_by_, slower_, away_;             // [n + controls + 1]
+  Eigen::MatrixX2d rate_,
+      changing_;         // [controls][kinds] rad/s, of the joints about a node, and what shapes change of it
+  VectorXd difference_;  // [controls] N m, of moments over a step
+  VectorXd pull_;        // [controls] N m s, on the joints' turns over a step
+  MatrixXd turns_before_, turns_after_, first_turns_;  // [controls][2 f] of the joints' turns by the shapes
+  MatrixXd next_;                                      // [2 f][n + controls + 1] shapes at a step's ends
+  MatrixXd moments_, difference_by_;                   // [controls][n + controls + 1]
+  std::array<MatrixXd, kinds> turned_, rate_by_;       // likewise, of rate_
+  MatrixXd turned_next_;                               // likewise, of the turns over the step after a node
+  MatrixXd form_;                                      // [n + controls + 1] squared, of (state, input, 1)
+  std::array<VectorXd, kinds> power_by_;               // [n + controls + 1]
+  VectorXd work_, slower_, away_;                      // [n + controls + 1]
 };
 
 }  // namespace lamprey::maneuver

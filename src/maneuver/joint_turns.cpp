@@ -36,7 +36,7 @@ Eigen::Matrix<double, 3, 12> BallTurn::derivative() const {
   return rate;
 }
 
-// Equations 13.8 and 13.9.
+// Equations 13.10 and 13.11.
 Eigen::Matrix<double, 12, 12> BallTurn::curvature(const Vector3d& pull) const {
   const Vector3d turned = tangent_.transpose() * pull;  // gradient of pull·ψ by a turn of Q'Qᵀ
   Matrix3d bend;

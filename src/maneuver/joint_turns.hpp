@@ -1,5 +1,5 @@
 // Turns of the joints over a step as the moments see them, with first and second derivatives by the shapes at its ends
-// (chapter 13, equations 13.1, 13.8 and 13.9).
+// (chapter 13, equations 13.1, 13.10 and 13.11).
 #pragma once
 
 #include "maneuver/shape_turns.hpp"

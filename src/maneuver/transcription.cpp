@@ -15,7 +15,8 @@ using model::System;
 
 using model::at;
 
-constexpr double unbounded = 2e19;  // as Ipopt has it
+constexpr double unbounded = 2e19;     // as Ipopt has it
+constexpr double farthest_sign = 2.0;  // of a power, whose work is at least at ±1
 
 bool is_ancestor(const System& system, int ancestor, int body) {
   for (int i = body; i >= 0; i = system.body(i).parent)
@@ -95,9 +96,13 @@ void Transcription::lay_out() {
   lower_ = upper_ = VectorXd::Zero(constraint_count_);
   for (std::size_t l = 0; l < limited_.size(); ++l)
     if (!limits_[limited_[l].row].equality()) upper_[limit_row() + static_cast<int>(l)] = unbounded;
-  if (worked_) {  // v ± p ≥ 0
+  if (worked_) {  // e ± d ≥ 0, and S, which e = 0 does not hold, not far from ±1
     const int joints = static_cast<int>(powered_.size()), first = cost_row_ + steps_ * controls_;
-    for (int n = 0; n < (steps_ + 1) * joints; ++n) upper_.segment<2>(first + 3 * n + 1).setConstant(unbounded);
+    for (int n = 0; n < (steps_ + 1) * joints; ++n) {
+      upper_.segment<2>(first + 6 * n + 3).setConstant(unbounded);
+      upper_[first + 6 * n + 5] = farthest_sign;
+      lower_[first + 6 * n + 5] = -farthest_sign;
+    }
   }
   related_.assign(at(bodies_), std::vector<char>(at(bodies_)));
   for (int i = 0; i < bodies_; ++i)

@@ -68,7 +68,7 @@ class Transcription : public optimizer::Program {
   /// What the constraints' multipliers say about limits, as LimitTerms has it.
   LimitMultipliers limit_multipliers(const VectorXd& x, const VectorXd& multiplier);
   /// And about the signs of powers, as CostTerms has it.
-  WorkMultipliers work_multipliers(const VectorXd& multiplier) const;
+  WorkMultipliers work_multipliers(const VectorXd& x, const VectorXd& multiplier) const;
 
   /// N m, of the control variables; (N m)² s, of the objective.
   double control_unit() const { return unit * scale_; }
@@ -98,6 +98,12 @@ class Transcription : public optimizer::Program {
     Seen& operator=(const Seen&) = delete;
   };
 
+  // A step that a node's power sees, and whether it is before the node, −1, or after it, 1.
+  struct StepAbout {
+    int step;
+    double side;
+  };
+
   // Costs beside effort and time, weighted, in units of control_unit.
   struct OtherCosts {
     double work = 0.0, power = 0.0, smoothness = 0.0, transport = 0.0;
@@ -118,7 +124,12 @@ class Transcription : public optimizer::Program {
   int control_variable(int node) const { return node * stage_size_; }
   int joint_turn_variable(int k, int moment) const { return joint_turn_variable_ + k * controls_ + moment; }
   int power_variable(int node, std::size_t powered) const { return place_of(power_variable_, node, powered); }
-  int work_variable(int node, std::size_t powered) const { return place_of(work_variable_, node, powered); }
+  int change_variable(int node, std::size_t powered) const { return place_of(change_variable_, node, powered); }
+  int size_variable(int node, std::size_t powered) const { return place_of(size_variable_, node, powered); }
+  int sign_variable(int node, std::size_t powered) const { return place_of(sign_variable_, node, powered); }
+  double work_at(const VectorXd& x, int node, std::size_t powered) const {
+    return 0.5 * x[size_variable(node, powered)] * (1.0 + std::pow(x[sign_variable(node, powered)], 2));
+  }
   // A joint's places among a node's controls: the first, and how many.
   std::pair<int, int> controls_of(int joint) const {
     return {system_.joint(joint).first_control, static_cast<int>(system_.joint(joint).actuation.cols())};
@@ -218,14 +229,15 @@ class Transcription : public optimizer::Program {
   void lay_costs();
   int cost_row_count() const;
   double power_time(int node) const;
-  std::vector<int> steps_about(int node) const;
-  double joint_rate(int node, int moment) const;
+  std::vector<StepAbout> steps_about(int node) const;
+  NodePower joint_rate(int node, int moment) const;
   BallTurn turn_over(int k, const model::Joint& joint) const;
   std::vector<Charted> charted(int k, const model::Joint& joint) const;
   OtherCosts other_costs(const VectorXd& x) const;
   double won(const VectorXd& x) const;  // by the displacement, in units of cost_unit
   void add_cost_gradient(const VectorXd& x, VectorXd& g) const;
   void emit_cost_hessian(double factor, BlockSink& sink) const;
+  void emit_work_hessian(double factor, int node, std::size_t powered, BlockSink& sink) const;
   void cost_values(VectorXd& c) const;
   void emit_cost_rows_jacobian(BlockSink& sink) const;
   void emit_cost_rows_hessian(const VectorXd& multiplier, BlockSink& sink) const;
@@ -251,7 +263,8 @@ class Transcription : public optimizer::Program {
   int stage_size_ = 0, stage_rows_ = 0, start_variable_ = 0, stretch_variable_ = -1, spline_variable_ = 0;
   std::vector<int> powered_;  // joints with moments, where powers cost
   bool worked_ = false;       // whether work does
-  int joint_turn_variable_ = -1, power_variable_ = 0, work_variable_ = 0, whole_variable_ = -1;
+  int joint_turn_variable_ = -1, power_variable_ = 0, change_variable_ = 0, size_variable_ = 0, sign_variable_ = 0;
+  int whole_variable_ = -1;
   VectorXd start_rate_;  // [controls] rad/s, of the joints at the start
   int start_row_ = 0, limit_row_ = 0, cost_row_ = 0, variable_count_ = 0, constraint_count_ = 0;
   std::vector<std::vector<char>> related_;  // [bodies][bodies] whether one is an ancestor of the other

@@ -39,9 +39,9 @@ std::vector<Transcription::Compliance> Transcription::compliance(int node, const
   const double spring = std::pow(s, spring_slows) * joint.stiffness / control_unit();
   const double weight = maneuver_.periodic ? h_ : force_weight(node);
   const double damper = std::pow(s, damper_slows) * 0.5 * joint.damping / weight / control_unit();
-  std::vector<int> steps;
+  std::vector<StepAbout> steps;
   if (joint.damping > 0.0) steps = steps_about(node);
-  if (joint.damping > 0.0 && maneuver_.periodic && node == 0) steps.push_back(steps_ - 1);
+  if (joint.damping > 0.0 && maneuver_.periodic && node == 0) steps.push_back({steps_ - 1, -1.0});
   if (joint.free()) {
     const Vector3d along = Vector3d::Unit(row);
     if (joint.stiffness > 0.0) {
@@ -49,10 +49,10 @@ std::vector<Transcription::Compliance> Transcription::compliance(int node, const
       terms.push_back({spring, 0.0, turn.psi()[row], turn.derivative().row(row).tail<6>(),
                        turn.curvature(along).bottomRightCorner<6, 6>(), charted_at(node, joint)});
     }
-    for (const int step : steps) {
-      const BallTurn turn = turn_over(step, joint);
-      terms.push_back(
-          {0.0, damper, turn.psi()[row], turn.derivative().row(row), turn.curvature(along), charted(step, joint)});
+    for (const StepAbout& about : steps) {
+      const BallTurn turn = turn_over(about.step, joint);
+      terms.push_back({0.0, damper, turn.psi()[row], turn.derivative().row(row), turn.curvature(along),
+                       charted(about.step, joint)});
     }
     return terms;
   }
@@ -63,10 +63,11 @@ std::vector<Transcription::Compliance> Transcription::compliance(int node, const
     terms.push_back({by_spring, by_damper, value, twist.gradient, twist.hessian, charted_at(at_node, joint)});
   };
   if (joint.stiffness > 0.0) add(spring, 0.0, node, angle(node));
-  for (const int step : steps) {  // of its two ends the difference is the shorter way round
-    const double before = angle(step), turn = std::remainder(angle(step + 1) - before, 2.0 * std::numbers::pi);
-    add(0.0, -damper, step, before);
-    add(0.0, damper, step + 1, before + turn);
+  for (const StepAbout& about : steps) {  // of its two ends the difference is the shorter way round
+    const double before = angle(about.step),
+                 turn = std::remainder(angle(about.step + 1) - before, 2.0 * std::numbers::pi);
+    add(0.0, -damper, about.step, before);
+    add(0.0, damper, about.step + 1, before + turn);
   }
   return terms;
 }

@@ -1,6 +1,6 @@
-// Costs beside effort and time in the transcription (chapter 13, equation 13.15). Turns of the joints over the steps, powers of
-// the joints at the nodes and, for work, numbers no smaller than the powers' absolute values are variables; for work per distance
-// also the whole work and the distance. All are as a motion of the first guess's duration would have them.
+// Costs beside effort and time in the transcription (chapter 13, equation 13.17). Turns of the joints over the steps, powers of
+// the joints at the nodes and their changes and, for work, its two slopes' bounds are variables; for work per distance also the
+// whole work and the distance. All are as a motion of the first guess's duration would have them.
 #include <cmath>
 
 #include "maneuver/joint_turns.hpp"
@@ -23,6 +23,7 @@ Vector3d counted_along(const Joint& joint, Eigen::Index moment) {
   return -joint.actuation(0, moment) * (joint.reference_rotation * joint.child_axis);
 }
 
+constexpr int settlings = 10;  // of slopes of the work by powers, each of which takes off up to a half of their error
 constexpr double work_slows = 2.0;   // powers of the stretch that costs fall with
 constexpr double other_slows = 5.0;  // squared power and smoothness
 
@@ -37,8 +38,11 @@ void Transcription::lay_costs() {
   worked_ = weights.work > 0.0 || weights.transport > 0.0;
   joint_turn_variable_ = variable_count_;
   power_variable_ = joint_turn_variable_ + steps_ * controls_;
-  work_variable_ = power_variable_ + (steps_ + 1) * joints;
-  variable_count_ = work_variable_ + (worked_ ? (steps_ + 1) * joints : 0);
+  const int nodes = (steps_ + 1) * joints;
+  change_variable_ = power_variable_ + nodes;
+  size_variable_ = change_variable_ + nodes;
+  sign_variable_ = size_variable_ + nodes;
+  variable_count_ = worked_ ? sign_variable_ + nodes : size_variable_;
   if (weights.transport > 0.0) {
     whole_variable_ = variable_count_;
     variable_count_ += 2;
@@ -53,7 +57,7 @@ void Transcription::lay_costs() {
 int Transcription::cost_row_count() const {
   if (joint_turn_variable_ < 0) return 0;
   const int nodes = (steps_ + 1) * static_cast<int>(powered_.size());
-  return steps_ * controls_ + nodes + (worked_ ? 2 * nodes : 0) + (whole_variable_ < 0 ? 0 : 2);
+  return steps_ * controls_ + 2 * nodes + (worked_ ? 4 * nodes : 0) + (whole_variable_ < 0 ? 0 : 2);
 }
 
 // s, that a node's power counts for; 0 where no moments are.
@@ -63,18 +67,20 @@ double Transcription::power_time(int node) const {
 }
 
 // Steps whose turns a node's power sees.
-std::vector<int> Transcription::steps_about(int node) const {
-  std::vector<int> steps;
-  if (node > 0) steps.push_back(node - 1);
-  if (node < steps_) steps.push_back(node);
-  if (maneuver_.periodic && node == steps_) steps.push_back(0);
+std::vector<Transcription::StepAbout> Transcription::steps_about(int node) const {
+  std::vector<StepAbout> steps;
+  if (node > 0) steps.push_back({node - 1, -1.0});
+  if (node < steps_) steps.push_back({node, 1.0});
+  if (maneuver_.periodic && node == steps_) steps.push_back({0, 1.0});
   return steps;
 }
 
-// Mean rate of a moment's joint about a node, rad/s.
-double Transcription::joint_rate(int node, int moment) const {
-  double rate = node == 0 ? 0.5 * stretch() * start_rate_[moment] : 0.0;
-  for (int k : steps_about(node)) rate += 0.5 / h_ * point_[joint_turn_variable(k, moment)];
+// Rate of a moment's joint about a node, rad/s: mean and half of what it changes by.
+NodePower Transcription::joint_rate(int node, int moment) const {
+  NodePower rate = NodePower::Zero();
+  if (node == 0) rate = 0.5 * stretch() * start_rate_[moment] * NodePower(1.0, -1.0);
+  for (const auto& [step, side] : steps_about(node))
+    rate += 0.5 / h_ * point_[joint_turn_variable(step, moment)] * NodePower(1.0, side);
   return rate;
 }
 
@@ -91,8 +97,9 @@ Transcription::OtherCosts Transcription::other_costs(const VectorXd& x) const {
   const double s = stretch(x);
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t j = 0; j < powered_.size(); ++j) {
-      costs.power += power_time(k) * std::pow(x[power_variable(k, j)], 2);
-      if (worked_) costs.work += power_time(k) * x[work_variable(k, j)];
+      costs.power +=
+          power_time(k) * (std::pow(x[power_variable(k, j)], 2) + std::pow(x[change_variable(k, j)], 2) / 3.0);
+      if (worked_) costs.work += power_time(k) * work_at(x, k, j);
     }
   for (int k = 0; k < steps_; ++k)
     costs.smoothness +=
@@ -114,8 +121,13 @@ void Transcription::add_cost_gradient(const VectorXd& x, VectorXd& g) const {
   const double s = stretch(x), slow = std::pow(s, -work_slows) / scale_, slower = unit * std::pow(s, -other_slows);
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t j = 0; j < powered_.size(); ++j) {
-      g[power_variable(k, j)] += 2.0 * slower * weights.power * power_time(k) * x[power_variable(k, j)];
-      if (worked_) g[work_variable(k, j)] += slow * weights.work * power_time(k);
+      const double squares = 2.0 * slower * weights.power * power_time(k);
+      g[power_variable(k, j)] += squares * x[power_variable(k, j)];
+      g[change_variable(k, j)] += squares / 3.0 * x[change_variable(k, j)];
+      if (!worked_) continue;
+      const double rate = slow * weights.work * power_time(k), sign = x[sign_variable(k, j)];
+      g[size_variable(k, j)] += 0.5 * rate * (1.0 + sign * sign);
+      g[sign_variable(k, j)] += rate * x[size_variable(k, j)] * sign;
     }
   for (int k = 0; k < steps_; ++k) {
     const VectorXd change = slower * weights.smoothness / h_ *
@@ -132,6 +144,13 @@ void Transcription::add_cost_gradient(const VectorXd& x, VectorXd& g) const {
         work_slows * (costs.work + costs.transport) + other_slows * (costs.power + costs.smoothness);
 }
 
+// Of the work at a node, ½e(1 + S²).
+void Transcription::emit_work_hessian(double factor, int node, std::size_t powered, BlockSink& sink) const {
+  const int size = size_variable(node, powered), sign = sign_variable(node, powered);
+  sink.add(sign, sign, scalar(factor * point_[size]));
+  sink.add(sign, size, scalar(factor * point_[sign]));
+}
+
 void Transcription::emit_cost_hessian(double factor, BlockSink& sink) const {
   if (joint_turn_variable_ < 0) return;
   const CostWeights& weights = maneuver_.cost_weights;
@@ -145,10 +164,17 @@ void Transcription::emit_cost_hessian(double factor, BlockSink& sink) const {
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t j = 0; j < powered_.size(); ++j) {
       const double bend = 2.0 * slower * weights.power * power_time(k);
-      const int power = power_variable(k, j);
-      sink.add(power, power, scalar(bend));
-      by_stretch(power, -other_slows * bend * point_[power]);
-      if (worked_) by_stretch(work_variable(k, j), -work_slows * slow * weights.work * power_time(k));
+      for (const auto& [power, share] :
+           {std::pair(power_variable(k, j), 1.0), std::pair(change_variable(k, j), 1.0 / 3.0)}) {
+        sink.add(power, power, scalar(share * bend));
+        by_stretch(power, -other_slows * share * bend * point_[power]);
+      }
+      if (!worked_) continue;
+      const double rate = slow * weights.work * power_time(k);
+      const int size = size_variable(k, j), sign = sign_variable(k, j);
+      emit_work_hessian(rate, k, j, sink);
+      by_stretch(size, -0.5 * work_slows * rate * (1.0 + std::pow(point_[sign], 2)));
+      by_stretch(sign, -work_slows * rate * point_[size] * point_[sign]);
     }
   const double stiff = slower * weights.smoothness / h_;
   for (int k = 0; k < steps_ && weights.smoothness > 0.0; ++k)
@@ -190,15 +216,18 @@ void Transcription::cost_values(VectorXd& c) const {
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t j = 0; j < powered_.size(); ++j) {
       const auto [first, count] = controls_of(powered_[j]);
-      const double power = point_[power_variable(k, j)];
-      c[row] = -power;
-      for (int m = first; m < first + count; ++m) c[row] += point_[control_variable(k) + m] * joint_rate(k, m);
-      ++row;
+      const double power = point_[power_variable(k, j)], change = point_[change_variable(k, j)];
+      NodePower gap(-power, -change);
+      for (int m = first; m < first + count; ++m) gap += point_[control_variable(k) + m] * joint_rate(k, m);
+      c.segment<2>(row) = gap;
+      row += 2;
       if (!worked_) continue;
-      const double work = point_[work_variable(k, j)];
-      c[row++] = work - power;
-      c[row++] = work + power;
-      whole += power_time(k) * work;
+      const double size = point_[size_variable(k, j)];
+      c[row++] = size * point_[sign_variable(k, j)] - power;
+      c[row++] = size - change;
+      c[row++] = size + change;
+      c[row++] = point_[sign_variable(k, j)];
+      whole += power_time(k) * work_at(point_, k, j);
     }
   if (whole_variable_ < 0) return;
   c[row++] = whole - point_[whole_variable_];
@@ -227,24 +256,36 @@ void Transcription::emit_cost_rows_jacobian(BlockSink& sink) const {
         sink.add(row, joint_turn_variable(k, system_.joint(j).first_control + static_cast<int>(m)), scalar(-1.0));
       }
     }
-  std::vector<std::pair<int, double>> whole;
+  std::vector<std::pair<int, double>> whole;  // variables and what the whole work changes by with them
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t j = 0; j < powered_.size(); ++j) {
       const auto [first, count] = controls_of(powered_[j]);
       for (int m = first; m < first + count; ++m) {
         const double control = point_[control_variable(k) + m];
-        sink.add(row, control_variable(k) + m, scalar(joint_rate(k, m)));
-        for (int step : steps_about(k)) sink.add(row, joint_turn_variable(step, m), scalar(0.5 / h_ * control));
-        if (k == 0 && stretch_variable_ >= 0)
-          sink.add(row, stretch_variable_, scalar(0.5 * stretch() * start_rate_[m] * control));
+        const NodePower rate = joint_rate(k, m);
+        for (int kind : {0, 1}) sink.add(row + kind, control_variable(k) + m, scalar(rate[kind]));
+        for (const auto& [step, side] : steps_about(k))
+          for (int kind : {0, 1})
+            sink.add(row + kind, joint_turn_variable(step, m), scalar((kind == 0 ? 0.5 : 0.5 * side) / h_ * control));
+        if (k > 0 || stretch_variable_ < 0) continue;
+        const double faster = 0.5 * stretch() * start_rate_[m] * control;
+        sink.add(row, stretch_variable_, scalar(faster));
+        sink.add(row + 1, stretch_variable_, scalar(-faster));
       }
       sink.add(row++, power_variable(k, j), scalar(-1.0));
+      sink.add(row++, change_variable(k, j), scalar(-1.0));
       if (!worked_) continue;
-      for (double sign : {-1.0, 1.0}) {
-        sink.add(row, work_variable(k, j), scalar(1.0));
-        sink.add(row++, power_variable(k, j), scalar(sign));
+      const int size = size_variable(k, j), sign = sign_variable(k, j);
+      sink.add(row, size, scalar(point_[sign]));
+      sink.add(row, sign, scalar(point_[size]));
+      sink.add(row++, power_variable(k, j), scalar(-1.0));
+      for (double side : {-1.0, 1.0}) {
+        sink.add(row, size, scalar(1.0));
+        sink.add(row++, change_variable(k, j), scalar(side));
       }
-      whole.emplace_back(work_variable(k, j), power_time(k));
+      sink.add(row++, sign, scalar(1.0));
+      whole.emplace_back(size, power_time(k) * 0.5 * (1.0 + std::pow(point_[sign], 2)));
+      whole.emplace_back(sign, power_time(k) * point_[size] * point_[sign]);
     }
   if (whole_variable_ < 0) return;
   for (const auto& [variable, time] : whole) sink.add(row, variable, scalar(time));
@@ -267,19 +308,25 @@ void Transcription::emit_cost_rows_hessian(const VectorXd& multiplier, BlockSink
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t j = 0; j < powered_.size(); ++j) {
       const auto [first, count] = controls_of(powered_[j]);
-      const double lambda = multiplier[row++];
+      const double lambda[2] = {multiplier[row], multiplier[row + 1]};
+      row += 2;
       for (int m = first; m < first + count; ++m) {
         const int control = control_variable(k) + m;
-        for (int step : steps_about(k)) sink.add(joint_turn_variable(step, m), control, scalar(0.5 / h_ * lambda));
+        for (const auto& [step, side] : steps_about(k))
+          sink.add(joint_turn_variable(step, m), control, scalar(0.5 / h_ * (lambda[0] + side * lambda[1])));
         if (k > 0 || stretch_variable_ < 0) continue;
-        const double faster = 0.5 * stretch() * start_rate_[m] * lambda;
+        const double faster = 0.5 * stretch() * start_rate_[m] * (lambda[0] - lambda[1]);
         sink.add(stretch_variable_, control, scalar(faster));
         sink.add(stretch_variable_, stretch_variable_, scalar(faster * point_[control]));
       }
-      if (worked_) row += 2;
+      if (!worked_) continue;
+      sink.add(sign_variable(k, j), size_variable(k, j), scalar(multiplier[row]));
+      row += 4;
     }
   if (whole_variable_ < 0) return;
-  const double lambda = multiplier[++row];
+  const double whole = multiplier[row++], lambda = multiplier[row];
+  for (int k = 0; k <= steps_; ++k)
+    for (std::size_t j = 0; j < powered_.size(); ++j) emit_work_hessian(whole * power_time(k), k, j, sink);
   sink.add_symmetric(position_variable(steps_), position_variable(steps_), lambda * Matrix3d::Identity());
   sink.add(whole_variable_ + 1, whole_variable_ + 1, scalar(-lambda));
 }
@@ -302,11 +349,15 @@ void Transcription::pack_costs(VectorXd& x) {
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t j = 0; j < powered_.size(); ++j) {
       const auto [first, count] = controls_of(powered_[j]);
-      double power = 0.0;
+      NodePower power = NodePower::Zero();
       for (int m = first; m < first + count; ++m) power += x[control_variable(k) + m] * joint_rate(k, m);
-      x[power_variable(k, j)] = power;
-      if (worked_) x[work_variable(k, j)] = std::abs(power);
-      whole += power_time(k) * std::abs(power);
+      x[power_variable(k, j)] = power[0];
+      x[change_variable(k, j)] = power[1];
+      whole += power_time(k) * mean_work(power);
+      if (!worked_) continue;
+      const double size = power.lpNorm<Eigen::Infinity>();
+      x[size_variable(k, j)] = size;
+      x[sign_variable(k, j)] = size > 0.0 ? power[0] / size : 0.0;
     }
   if (whole_variable_ >= 0) {
     x[whole_variable_] = whole;
@@ -325,9 +376,9 @@ std::optional<CostParts> Transcription::cost_parts(const VectorXd& x) {
     parts.effort += 0.5 * maneuver_.node_weight[k] / maneuver_.effort *
                     x.segment(control_variable(k), controls_).squaredNorm() * control_unit() * control_unit();
     for (std::size_t j = 0; j < powered_.size(); ++j) {
-      const double power = control_unit() * exact[power_variable(k, j)];
-      parts.work += power_time(k) * std::abs(power);
-      parts.power += power_time(k) * power * power;
+      const NodePower power = control_unit() * NodePower(exact[power_variable(k, j)], exact[change_variable(k, j)]);
+      parts.work += power_time(k) * mean_work(power);
+      parts.power += power_time(k) * (power[0] * power[0] + power[1] * power[1] / 3.0);
     }
   }
   for (int k = 0; k < steps_; ++k)
@@ -343,18 +394,27 @@ std::optional<CostParts> Transcription::cost_parts(const VectorXd& x) {
   return parts;
 }
 
-// Of |p| the slope by p that the two rows v ± p ≥ 0 share out.
-WorkMultipliers Transcription::work_multipliers(const VectorXd& multiplier) const {
+// Where e vanishes S is anything: the slopes are what the rows e S = p and e ± d ≥ 0 are worth, of what the work is. Where the
+// power is at the edge of a change of sign, as at an end at rest, an interior point's are rough but for what they sum to: those
+// that belong to the power are taken.
+WorkMultipliers Transcription::work_multipliers(const VectorXd& x, const VectorXd& multiplier) const {
   WorkMultipliers result;
   if (!worked_) return result;
-  result.value.setZero(system_.joint_count(), steps_ + 1);
+  result.set_zero(system_.joint_count(), steps_ + 1);
   result.weight = 1.0;
   int row = cost_row_ + steps_ * controls_;
+  double worth = maneuver_.cost_weights.work / scale_ * std::pow(stretch(x), -work_slows);
+  if (whole_variable_ >= 0) worth += multiplier[cost_row_ + cost_row_count() - 2];
+  const int nodes = (steps_ + 1) * static_cast<int>(powered_.size());
+  const double largest = std::max(x.segment(power_variable_, nodes).lpNorm<Eigen::Infinity>(), 1e-300);
   for (int k = 0; k <= steps_; ++k)
-    for (int j : powered_) {
-      const double above = -multiplier[row + 1], below = -multiplier[row + 2];
-      if (above + below > 0.0) result.value(j, k) = (above - below) / (above + below);
-      row += 3;
+    for (std::size_t j = 0; j < powered_.size(); ++j, row += 6) {
+      if (power_time(k) == 0.0) continue;
+      const double own = power_time(k) * worth;
+      WorkSlopes slopes(-multiplier[row + 2] / own, (multiplier[row + 4] - multiplier[row + 3]) / own);
+      const NodePower power(x[power_variable(k, j)], x[change_variable(k, j)]);
+      for (int n = 0; n < settlings; ++n) slopes = work_term(power / largest, slopes, 1.0).slope;
+      result.set(powered_[j], k, slopes);
     }
   return result;
 }

@@ -28,6 +28,9 @@ using Clock = std::chrono::steady_clock;
 using Ipopt::Index;
 using Ipopt::Number;
 
+constexpr double sharpness =
+    1e-2;  // of the tolerance, that the barrier has to reach: how near limits what they are worth holds
+
 class Adapter : public Ipopt::TNLP {
  public:
   Adapter(Program& program, const Options& options, const VectorXd& start, const VectorXd& multipliers,
@@ -108,7 +111,8 @@ class Adapter : public Ipopt::TNLP {
     outcome_.iterations = iteration;
     timed_out_ = std::chrono::duration<double>(Clock::now() - begin_).count() > options_.time_limit;
     interrupted_ = options_.interrupted && options_.interrupted();
-    const bool settled = mode == Ipopt::RegularMode && (!program_.has_inequalities() || barrier <= options_.tolerance);
+    const bool sharp = !program_.has_inequalities() || barrier <= sharpness * options_.tolerance;
+    const bool settled = mode == Ipopt::RegularMode && sharp;
     if (settled && infeasibility <= options_.tolerance && dual_infeasibility <= options_.tolerance) ++converged_points_;
     return !timed_out_ && !interrupted_ && !converged();
   }

@@ -92,7 +92,7 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
       eased = true;
     }
     const double error = program.limit_error();
-    if (n > 0 || error > limit_tolerance) {  // an old answer keeps limits that another goal makes hard to keep
+    if (n > 0) {  // multipliers of an old answer, or of another grid, fit a motion that the first round may leave
       idle = error < idle_share * best ? 0 : idle + 1;
       best = std::min(best, error);
     }

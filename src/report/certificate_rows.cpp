@@ -197,8 +197,8 @@ Rows certificate_rows(const certificate::Certificate& proof, const file::Resolve
     all.insert(all.end(), rows.begin(), rows.end());
   if (proof.costs)
     all.push_back(held("Signs of powers", proof.costs->signs, "", complementarity_mark,
-                       "Largest amount by which a joint’s |power| exceeds its multiplier times the power, against the "
-                       "mean cost rate: the multipliers are the signs of the powers."));
+                       "How far a joint’s power is from what its multipliers belong to, of the largest power: the "
+                       "multipliers are the powers’ signs, and less where a power vanishes or changes its sign."));
   return all;
 }
 

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "lie/so3.hpp"
+#include "maneuver/node_work.hpp"
 #include "model/system.hpp"
 
 namespace lamprey::report {
@@ -19,6 +21,27 @@ Vector3d joint_rate(const file::Results& results, std::size_t node, const file::
   const auto& R = results.solution.rotation[node];
   const auto& rate = results.solution.angular_velocity[node];
   return R[at(joint.parent)].transpose() * R[at(joint.child)] * rate[at(joint.child)] - rate[at(joint.parent)];
+}
+
+// The same over the step after a node.
+Vector3d step_rate(const file::Results& results, std::size_t node, const file::ResolvedJoint& joint) {
+  const auto relative = [&](std::size_t k) -> Eigen::Matrix3d {
+    const auto& R = results.solution.rotation[k];
+    return R[at(joint.parent)].transpose() * R[at(joint.child)];
+  };
+  return lie::log(relative(node + 1) * relative(node).transpose()) / results.problem.time_step;
+}
+
+// J, of a node's moment, constant about it, over the rates from step to step.
+double node_work(const file::Results& results, std::size_t node, std::size_t j) {
+  const file::ResolvedJoint& joint = results.problem.joints[j];
+  const std::size_t last = results.solution.time.size() - 1;
+  const Vector3d before = node > 0 ? step_rate(results, node - 1, joint) : joint_rate(results, node, joint);
+  const Vector3d after = node < last ? step_rate(results, node, joint) : joint_rate(results, node, joint);
+  const Vector3d& u = results.solution.control[node][j];
+  const double share = node == 0 || node == last ? 0.5 : 1.0;
+  return share * results.problem.time_step *
+         maneuver::mean_work({0.5 * u.dot(after + before), 0.5 * u.dot(after - before)});
 }
 
 double largest_moment(const maneuver::Solution& solution, std::size_t joint) {
@@ -69,11 +92,9 @@ std::optional<std::vector<JointDemand>> joint_demands(const file::Results& resul
   }
   for (std::size_t k = 0; k < nodes; ++k) {
     const Eigen::VectorXd power = joint_powers(results, k);
-    const double weight = (k == 0 || k + 1 == nodes ? 0.5 : 1.0) * results.problem.time_step;
     for (std::size_t j = 0; j < demands.size(); ++j) {
-      const double size = std::abs(power[static_cast<Eigen::Index>(j)]);
-      demands[j].largest_power = std::max(demands[j].largest_power, size);
-      demands[j].work += weight * size;
+      demands[j].largest_power = std::max(demands[j].largest_power, std::abs(power[static_cast<Eigen::Index>(j)]));
+      demands[j].work += node_work(results, k, j);
     }
   }
   return demands;

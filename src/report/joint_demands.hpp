@@ -21,7 +21,8 @@ struct JointDemand {
   std::vector<std::pair<double, double>> angles;
 };
 
-/// By joint; work by the trapezoid rule over the nodes, rates as the stored velocities have them. Nothing where there is no motion.
+/// By joint; work as the cost counts it (equation 13.3), other rates as the stored velocities have them. Nothing where there is no
+/// motion.
 std::optional<std::vector<JointDemand>> joint_demands(const file::Results& results);
 
 /// W, what each joint's moment works at a node, [joints].

@@ -15,7 +15,7 @@ struct Transport {
 /// W, what the moments at a node work: Σ u·ω over the joints.
 double power_at(const file::Results& results, std::size_t node);
 
-/// By the trapezoid rule over the nodes, moments against the stored velocities. Nothing where either is missing.
+/// By joint_demands' work. Nothing where there is no motion.
 std::optional<Transport> transport(const file::Results& results);
 
 }  // namespace lamprey::report

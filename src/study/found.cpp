@@ -67,6 +67,13 @@ bool belongs(const Maneuver& maneuver, const LimitRow& row, const LimitMultiplie
   return own.multiplier[static_cast<std::size_t>(std::lround(row.time / maneuver.duration * maneuver.steps))] != 0.0;
 }
 
+// Rows of as many entries as the matrix has columns.
+void read_rows(const std::vector<std::vector<double>>& stored, Eigen::MatrixXd& values) {
+  for (std::size_t j = 0; j < stored.size() && static_cast<Eigen::Index>(j) < values.rows(); ++j)
+    if (static_cast<Eigen::Index>(stored[j].size()) == values.cols())
+      values.row(static_cast<Eigen::Index>(j)) = Eigen::Map<const Eigen::RowVectorXd>(stored[j].data(), values.cols());
+}
+
 }  // namespace
 
 StepTurn largest_turn(const std::vector<mechanics::Rotations>& rotation) {
@@ -118,8 +125,10 @@ Solution describe(const model::System& system, const Maneuver& maneuver, maneuve
     solution.cost_parts = found.cost_parts;
   }
   const maneuver::WorkMultipliers& work = found.work_multipliers;
-  for (Eigen::Index j = 0; j < work.value.rows() && work.weight > 0.0; ++j)
-    solution.work_multipliers.emplace_back(work.value.row(j).begin(), work.value.row(j).end());
+  for (Eigen::Index j = 0; j < work.mean.rows() && work.weight > 0.0; ++j) {
+    solution.work_multipliers.emplace_back(work.mean.row(j).begin(), work.mean.row(j).end());
+    solution.work_change_multipliers.emplace_back(work.change.row(j).begin(), work.change.row(j).end());
+  }
   solution.solver.limit_weight = {found.limit_multipliers.weight, found.limit_multipliers.largest_weight};
   if (work.largest_weight > 0.0) solution.solver.work_weight = {work.weight, work.largest_weight};
   solution.status = status_of(found.outcome);
@@ -157,11 +166,9 @@ Found found_in(const model::System& system, const Maneuver& maneuver, const std:
   if (solution.work_multipliers.size() != static_cast<std::size_t>(system.joint_count())) return found;
   found.work_multipliers.weight = solution.solver.work_weight.value;
   found.work_multipliers.largest_weight = solution.solver.work_weight.largest;
-  found.work_multipliers.value.setZero(system.joint_count(), nodes);
-  for (std::size_t j = 0; j < solution.work_multipliers.size(); ++j)
-    if (solution.work_multipliers[j].size() == solution.rotation.size())
-      found.work_multipliers.value.row(static_cast<Eigen::Index>(j)) =
-          Eigen::Map<const Eigen::RowVectorXd>(solution.work_multipliers[j].data(), nodes);
+  found.work_multipliers.set_zero(system.joint_count(), nodes);
+  read_rows(solution.work_multipliers, found.work_multipliers.mean);
+  read_rows(solution.work_change_multipliers, found.work_multipliers.change);
   return found;
 }
 

@@ -143,7 +143,7 @@ class IpoptMethod : public Method {
       last.cost_parts = program.cost_parts(last.outcome.point);
       if (last.outcome.multipliers.size() != program.constraint_count()) continue;
       last.limit_multipliers = program.limit_multipliers(last.outcome.point, last.outcome.multipliers);
-      last.work_multipliers = program.work_multipliers(last.outcome.multipliers);
+      last.work_multipliers = program.work_multipliers(last.outcome.point, last.outcome.multipliers);
     }
     return found;
   }

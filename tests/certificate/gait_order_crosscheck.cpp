@@ -45,25 +45,18 @@ class DenseMotion {
     }
     metric_.head(first_moment()).setConstant(2e-3 * effort_);
     if (problem.duration.free) metric_[0] = 8.0 * effort_;
-    multipliers_of_work_ = solution.work_multipliers;
-    if (multipliers_of_work_.empty())
-      multipliers_of_work_.assign(at(system_.joint_count()), std::vector<double>(at(motion_.steps + 1), 0.0));
-    if (problem.cost_weights.work + problem.cost_weights.transport > 0.0)
-      for (int j = 0; j < system_.joint_count(); ++j)
-        for (int k = gait() ? 1 : 0; k <= motion_.steps; ++k)
-          if (std::abs(multipliers_of_work_[at(j)][at(k)]) < 1.0 - 1e-5)
-            held_.push_back({k, j, false, false, 0.0, true});
+    if (problem.cost_weights.work + problem.cost_weights.transport > 0.0) hold_powers();
     for (const maneuver::LimitMultiplier& own : solution.limit_multipliers)
       for (int k = 0; k <= motion_.steps; ++k) {
         const bool torque = own.key == "limits.torque", end = k == 0 || k == motion_.steps;
         const double pull = own.multiplier[at(k)] * motion_.time_step * (torque && end ? 0.5 : 1.0);
-        if (pull > 0.0 && (torque || k > 0)) held_.push_back({k, own.joint, torque, own.upper, pull, false});
+        if (pull > 0.0 && (torque || k > 0)) held_.push_back({k, own.joint, torque, own.upper, pull});
       }
   }
 
   std::size_t held(bool torque) const {
-    return static_cast<std::size_t>(
-        std::count_if(held_.begin(), held_.end(), [&](const Held& own) { return !own.power && own.torque == torque; }));
+    return static_cast<std::size_t>(std::count_if(
+        held_.begin(), held_.end(), [&](const Held& own) { return own.power == 0 && own.torque == torque; }));
   }
 
   SecondOrder certified() const {
@@ -102,20 +95,47 @@ class DenseMotion {
     int node, joint;
     bool torque, upper;
     double pull;
-    bool power = false;  // of the joint at the node, where it has to vanish
+    int power = 0;  // 1, 2: mean and change of the joint's at the node, which have to vanish
   };
+
+  // Powers of hinges that must not leave 0: what multipliers are worth along a moment, or along rates, is less than the work.
+  void hold_powers() {
+    const certificate::Powers powers = certificate::powers_of(motion_);
+    const double vanishing = 1e-5 * powers.value.cwiseAbs().maxCoeff();
+    turning_.setConstant(system_.joint_count(), motion_.steps + 1, false);
+    for (int j = 0; j < system_.joint_count(); ++j)
+      for (int k = gait() ? 1 : 0; k <= motion_.steps; ++k) {
+        if (system_.joint(j).actuation.cols() == 0) continue;
+        const double mean = powers.value(j, k), change = powers.change(j, k);
+        if (std::max(std::abs(mean), std::abs(change)) > vanishing) {
+          turning_(j, k) = std::abs(mean) < std::abs(change);
+          continue;
+        }
+        const double S = motion_.solution.work_multipliers[at(j)][at(k)];
+        const double D = motion_.solution.work_change_multipliers[at(j)][at(k)];
+        const Vector3d axis = system_.joint(j).actuation.col(0);
+        const double rate = axis.dot(powers.rate[at(k)][at(j)]), swing = axis.dot(powers.swing[at(k)][at(j)]);
+        const bool acts = motion_.control[at(k)][at(j)].norm() > 1e-5 * value_.lpNorm<Eigen::Infinity>();
+        const double most =
+            std::abs(rate) > std::abs(swing) ? std::abs(rate) : (rate * rate + swing * swing) / (2.0 * std::abs(swing));
+        if (acts ? S * S + 2.0 * std::abs(D) > 1.0 - 2e-5 : std::abs(S * rate + D * swing) > (1.0 - 1e-5) * most)
+          continue;
+        held_.push_back({k, j, false, false, 0.0, 1});
+        if (acts) held_.push_back({k, j, false, false, 0.0, 2});
+      }
+  }
 
   double power_unit() const {
     return problem_.cost_weights.any() ? effort_ / (motion_.time_step * motion_.steps) : 1.0;
   }
 
-  // Chapter 13 with the sign of each power as its multiplier has it: no more than the cost, and equal to it here. Returns
-  // the powers, [N + 1][joints].
+  // Chapter 13 with slopes by powers as their multipliers have them, but where a power changes its sign over its node: no
+  // more than the cost, and equal to it here. Returns the powers and what they change by, [N + 1][joints][2].
   VectorXd add_other_costs(const std::vector<mechanics::Rotations>& rotation, double distance,
                            const NodeMoments& control, const VectorXd& moments, double h, double& cost) const {
     const maneuver::CostWeights& weights = problem_.cost_weights;
     const int N = motion_.steps, joints = system_.joint_count();
-    VectorXd powers = VectorXd::Zero(joints * (N + 1));
+    VectorXd powers = VectorXd::Zero(2 * joints * (N + 1));
     if (!weights.any()) return powers;
     const auto turn = [&](int k, const model::Joint& joint) {
       const Matrix3d Q = mechanics::child_to_parent(rotation[at(k)], joint);
@@ -127,15 +147,18 @@ class DenseMotion {
     for (int k = gait() ? 1 : 0; k <= N; ++k)
       for (int j = 0; j < joints; ++j) {
         const model::Joint& joint = system_.joint(j);
-        Vector3d turns = Vector3d::Zero();
-        if (k > 0) turns += turn(k - 1, joint);
-        if (k < N) turns += turn(k, joint);
-        if (k == N && gait()) turns += turn(0, joint);
-        const double power = -control[at(k)][at(j)].dot(turns) / (2.0 * h);
+        const Vector3d before = k > 0 ? turn(k - 1, joint) : Vector3d::Zero();
+        const Vector3d after = k < N ? turn(k, joint) : gait() ? turn(0, joint) : Vector3d::Zero();
+        const double mean = -control[at(k)][at(j)].dot(after + before) / (2.0 * h);
+        const double change = -control[at(k)][at(j)].dot(after - before) / (2.0 * h);
         const double time = !gait() && (k == 0 || k == N) ? 0.5 * h : h;
-        work += time * power * multipliers_of_work_[at(j)][at(k)];
-        cost += time * weights.power * power * power;
-        powers[k * joints + j] = power;
+        if (turning_.size() > 0 && turning_(j, k))
+          work += time * 0.5 * (mean * mean + change * change) / std::abs(change);
+        else if (turning_.size() > 0)
+          work += time * (mean * motion_.solution.work_multipliers[at(j)][at(k)] +
+                          change * motion_.solution.work_change_multipliers[at(j)][at(k)]);
+        cost += time * weights.power * (mean * mean + change * change / 3.0);
+        powers.segment<2>(2 * (k * joints + j)) = Eigen::Vector2d(mean, change);
       }
     const Eigen::Index controls = system_.control_count(), later = moments.size() - controls;
     cost += (weights.work + weights.transport / distance) * work +
@@ -230,8 +253,8 @@ class DenseMotion {
       const auto angle = [&] {
         return mechanics::joint_angles(joint, mechanics::child_to_parent(rotation[at(own.node)], joint))[0];
       };
-      if (own.power)
-        rows.push_back(powers[own.node * system_.joint_count() + own.joint] / power_unit());
+      if (own.power > 0)
+        rows.push_back(powers[2 * (own.node * system_.joint_count() + own.joint) + own.power - 1] / power_unit());
       else if (own.torque)
         rows.push_back(*problem_.limits.torque - control[at(own.node)][at(own.joint)].norm());
       else
@@ -290,7 +313,8 @@ class DenseMotion {
   VectorXd unit_;     // momenta that alone turn by 1 rad in the whole time
   double effort_ = 0.0;
   std::vector<Held> held_;
-  std::vector<std::vector<double>> multipliers_of_work_;  // [joints][N + 1]
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>
+      turning_;  // [joints][N + 1] powers that change their sign over the node
   VectorXd moment_, metric_, multipliers_;
 };
 

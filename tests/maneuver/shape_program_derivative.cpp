@@ -33,6 +33,7 @@ struct ShapeSetting {
   maneuver::CostWeights costs = {};
   bool of_leaves = false;  // the goal asks for all bodies but the root and its children
   unsigned seed = 23;
+  bool turning = false;  // work's terms past where powers have any slope
 };
 
 const maneuver::CostWeights of_power{0.0, 3.0, 0.0, 0.0};
@@ -140,9 +141,14 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
                                            20.0, 3e17};  // a barrier that is felt
     for (double& multiplier : multipliers.value.reshaped()) multiplier = 1e3 * random_.uniform(0.5, 1.0);
     program_->take_limit_multipliers(multipliers);
-    // a weight so much lighter than the first keeps kinks of the work away from these powers
-    maneuver::WorkMultipliers signs{Eigen::MatrixXd::Zero(system_.joint_count(), steps + 1), 1e-10, 1.0};
-    for (double& sign : signs.value.reshaped()) sign = random_.uniform(-0.7, 0.7);
+    // a weight so much lighter than the first keeps kinks of the work away from these powers; one so heavy has passed them
+    maneuver::WorkMultipliers signs;
+    signs.set_zero(system_.joint_count(), steps + 1);
+    signs.weight = GetParam().turning ? 1.0 : 1e-10;
+    signs.largest_weight = 1.0;
+    for (double& sign : signs.mean.reshaped()) sign = random_.uniform(-0.7, 0.7);
+    Random slopes(GetParam().seed);
+    for (double& slope : signs.change.reshaped()) slope = slopes.uniform(-0.2, 0.2);
     program_->take_work_multipliers(signs);
     EXPECT_TRUE(program_->go_to(path));
     const optimizer::StageSizes sizes = program_->sizes();
@@ -433,8 +439,35 @@ INSTANTIATE_TEST_SUITE_P(
                      false, false, false, of_all},
         ShapeSetting{"all_costs_of_a_periodic_motion", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid,
                      false, false, false, true, of_all},
-        ShapeSetting{"all_costs_of_a_periodic_motion_of_free_duration", Swimmer::paper_chain,
-                     mechanics::DiscreteLagrangian::trapezoid, false, false, true, true, of_all}),
+        ShapeSetting{.name = "all_costs_of_a_periodic_motion_of_free_duration",
+                     .swimmer = Swimmer::paper_chain,
+                     .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                     .rest = false,
+                     .free_duration = true,
+                     .periodic = true,
+                     .costs = of_all,
+                     .seed = 28},
+        ShapeSetting{.name = "work_of_joints_that_turn_back",
+                     .swimmer = Swimmer::any_joint,
+                     .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                     .rest = true,
+                     .costs = of_work,
+                     .turning = true},
+        ShapeSetting{.name = "all_costs_of_joints_that_turn_back_in_free_time",
+                     .swimmer = Swimmer::paper_chain,
+                     .lagrangian = mechanics::DiscreteLagrangian::midpoint,
+                     .rest = true,
+                     .free_duration = true,
+                     .costs = of_all,
+                     .turning = true},
+        ShapeSetting{.name = "all_costs_of_joints_that_turn_back_again_and_again",
+                     .swimmer = Swimmer::any_joint,
+                     .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                     .rest = false,
+                     .free_duration = true,
+                     .periodic = true,
+                     .costs = of_all,
+                     .turning = true}),
     [](const auto& instance) { return instance.param.name; });
 
 // Trees of other shapes, joints, springs and dampers.

@@ -463,5 +463,29 @@ TEST(UnusualGoals, that_whole_turns_reach_are_not_called_out_of_reach) {
   EXPECT_NE(none.solution.message.find("cannot turn right round"), std::string::npos) << none.solution.message;
 }
 
+// A joint that turns at the start works from there on: the first half step counts from its own rate. By two solvers that share no
+// formula, and by the certificate's.
+TEST(UnusualGoals, work_of_joints_that_turn_at_the_start_counts_from_their_rates_there) {
+  maneuver::Problem problem = flapping_row(2, model::JointKind::hinge);
+  problem.steps = 4;
+  problem.start.angular_velocity[0] = Vector3d(0, 0, 0.5);
+  const model::System system(problem.swimmer);
+  const integrator::State start = maneuver::start_without_momentum(system, problem.start);
+  const Eigen::VectorXd velocity = integrator::velocity_of_state(system, start);
+  problem.start.angular_velocity = mechanics::angular_velocities(system, start.rotation, velocity);
+  problem.start.linear_velocity = velocity.tail<3>();
+  problem.goal->rotation["b0"] = Vector3d(0.0, 0.0, -0.4);
+  problem.goal->rotation["b1"] = std::nullopt;
+  problem.cost_weights.work = 0.01;
+  for (const study::Backend backend : {study::Backend::newton, study::Backend::ipopt}) {
+    study::SolveOptions options;
+    options.solver = backend;
+    const study::Answer answer = study::answer(system, problem, options);
+    ASSERT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved);
+    EXPECT_LE(answer.certificate.costs->error, tolerance(1e-10));
+  }
+}
+
 }  // namespace
 }  // namespace lamprey::tests
