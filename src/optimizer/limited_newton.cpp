@@ -92,10 +92,6 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
       eased = true;
     }
     const double error = program.limit_error();
-    if (n > 0) {  // multipliers of an old answer, or of another grid, fit a motion that the first round may leave
-      idle = error < idle_share * best ? 0 : idle + 1;
-      best = std::min(best, error);
-    }
     if (idle > 1) finest = std::max(least_tolerance, 0.1 * finest);
     round.tolerance = std::clamp(tolerance_share * error, finest, std::max(first_tolerance, finest));
     if (error <= limit_tolerance || program.landed()) round.tolerance = finest;
@@ -107,6 +103,8 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     const bool converged = outcome.termination == Termination::converged;
     rounds_astray = !converged && outcome.infeasibility > astray ? rounds_astray + 1 : 0;
     const double found = program.limit_error();
+    idle = found < idle_share * best ? 0 : idle + 1;
+    best = std::min(best, found);
     const bool kept = program.limit_violation() <= limit_tolerance, met = found <= limit_tolerance;
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
     const bool done = met && converged && round.tolerance == finest;
