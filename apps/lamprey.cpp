@@ -157,7 +157,7 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(std::int64_t{1}, lamprey::file::step_limit));
   simulate
       ->add_option("--cycles", arguments.simulate.cycles,
-                   "how often the gait of --controls or --feedback, or the period of --angles, is repeated (default "
+                   "how often the gait of --controls or --feedback, or the period of a table, is repeated (default "
                    "1); --steps and --duration are of all "
                    "cycles together")
       ->check(CLI::Range(1, 100'000));

@@ -95,7 +95,7 @@ struct LimitsKept {
 /// Costs beside effort and time along the stored motion.
 struct CostsKept {
   double error = unset;  // relative difference of the stored cost from the one recomputed
-  double signs = unset;  // how far powers are from what their multipliers belong to, of the largest power
+  double signs = unset;  // how far powers are from what their multipliers belong to, of their joint's largest
 };
 
 /// Where two bodies come nearest to each other.

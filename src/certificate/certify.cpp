@@ -58,6 +58,17 @@ double relative_difference(double stored, double recomputed) {
   return std::abs(stored - recomputed) / std::max(std::abs(recomputed), 1e-300);
 }
 
+// Largest relative difference of stored parts of the cost.
+double parts_difference(const maneuver::CostParts& stored, const maneuver::CostParts& recomputed) {
+  double largest = 0.0;
+  for (double maneuver::CostParts::*part :
+       {&maneuver::CostParts::effort, &maneuver::CostParts::work, &maneuver::CostParts::power,
+        &maneuver::CostParts::smoothness, &maneuver::CostParts::time})
+    if (stored.*part != recomputed.*part)
+      largest = std::max(largest, relative_difference(stored.*part, recomputed.*part));
+  return largest;
+}
+
 // Largest of the iterates; NaN where one was not measured, or there is none.
 double iterates_momentum(const maneuver::SolverRecord& solver) {
   if (solver.history.empty()) return unset;
@@ -159,6 +170,8 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.velocity_error = velocity_error(motion, node_states(motion), balance.scale);
   const double won = certificate::won(motion);  // beside which little may be left
   proof.cost_error = relative_difference(solution.cost + won, cost.cost + won);
+  if (solution.cost_parts && problem.cost_weights.any())
+    proof.cost_error = std::max(proof.cost_error, parts_difference(*solution.cost_parts, cost.parts));
   if (problem.cost_weights.any()) proof.costs = {proof.cost_error, cost.signs};
   if (options.optimality) proof.kkt = kkt_residual(motion, space, balance.scale);
   proof.verdict = verdict(problem, proof);

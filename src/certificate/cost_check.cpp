@@ -14,8 +14,9 @@ using model::at;
 using model::Joint;
 using model::System;
 
-constexpr double turn_step = 2e-4;  // rad, of differences of order four
-constexpr int halvings = 60;        // of an interval of slopes
+constexpr double turn_step = 2e-4;    // rad, of differences of order four
+constexpr int halvings = 60;          // of an interval of slopes
+constexpr double least_power = 1e-9;  // of the swimmer's largest, that a joint's is measured by
 
 // Work that moments do: they act on the parent, their opposites on the child.
 double work_of(const Vector3d& moment, const Vector3d& turn) { return -moment.dot(turn); }
@@ -71,7 +72,7 @@ WorkSlopes nearest_slopes(const WorkSlopes& given) {
   return {std::copysign(edge.by_value, given.by_value), std::copysign(edge.by_change, given.by_change)};
 }
 
-// How far a power is from what slopes of the work belong to, of the largest power (equation 13.13).
+// How far a power is from what slopes of the work belong to, of the joint's largest power (equation 13.13).
 double misfit(const WorkSlopes& slopes, double value, double change, double largest) {
   const WorkSlopes pulled{slopes.by_value + value / largest, slopes.by_change + change / largest};
   const WorkSlopes fitting = nearest_slopes(pulled);
@@ -112,7 +113,7 @@ Powers powers_of(const StoredMotion& motion) {
       powers.rate[at(k)][j] = 0.5 * (before + after);
       powers.swing[at(k)][j] = 0.5 * (after - before);
     }
-  powers.start.push_back(start);
+  powers.start = start;
   powers.value.resize(system.joint_count(), N + 1);
   powers.change.resize(system.joint_count(), N + 1);
   for (int k = 0; k <= N; ++k)
@@ -122,6 +123,12 @@ Powers powers_of(const StoredMotion& motion) {
     }
   powers.distance = (motion.solution.position.back() - motion.solution.position.front()).norm();
   return powers;
+}
+
+VectorXd largest_powers(const StoredMotion& motion, const Powers& powers) {
+  const int first = periodic(motion) ? 1 : 0;
+  const VectorXd largest = powers.value.rightCols(motion.steps + 1 - first).cwiseAbs().rowwise().maxCoeff();
+  return largest.cwiseMax(std::max(least_power * largest.maxCoeff(), 1e-300));
 }
 
 double mean_size(double value, double change) {
@@ -142,7 +149,7 @@ WorkSlopes work_slopes(const StoredMotion& motion, const Powers& powers, int joi
   if (const auto by_value = stored(motion.solution.work_multipliers))
     return {*by_value, stored(motion.solution.work_change_multipliers).value_or(0.0)};
   const double value = powers.value(joint, node), change = powers.change(joint, node);
-  if (std::abs(value) >= std::abs(change)) return {value < 0.0 ? -1.0 : 1.0, 0.0};
+  if (std::abs(value) >= std::abs(change)) return {value == 0.0 ? 0.0 : std::copysign(1.0, value), 0.0};
   const double part = value / change;
   return {std::copysign(part, value), 0.5 * std::copysign(1.0 - part * part, change)};
 }
@@ -204,11 +211,11 @@ CostCheck check_cost(const StoredMotion& motion) {
                        weights.smoothness * check.parts.smoothness;
   check.cost = spent - won(motion);
   if (weight == 0.0) return check;
-  const double largest = std::max(powers.value.cwiseAbs().maxCoeff(), 1e-300);
+  const VectorXd largest = largest_powers(motion, powers);
   for (int k = periodic(motion) ? 1 : 0; k <= motion.steps; ++k)
     for (int j = 0; j < motion.system.joint_count(); ++j)
       check.signs = std::max(
-          check.signs, misfit(work_slopes(motion, powers, j, k), powers.value(j, k), powers.change(j, k), largest));
+          check.signs, misfit(work_slopes(motion, powers, j, k), powers.value(j, k), powers.change(j, k), largest[j]));
   return check;
 }
 
@@ -236,7 +243,7 @@ CostGradient cost_gradient_beside_effort(const StoredMotion& motion) {
           time * joint.actuation.transpose() *
           (slopes.by_value * powers.rate[at(k)][at(j)] + slopes.by_change * powers.swing[at(k)][at(j)]);
       // the node counts for longer, the shapes change more slowly
-      const double given = k == 0 ? work_of(u, 0.5 * powers.start[0][at(j)]) : 0.0;
+      const double given = k == 0 ? work_of(u, 0.5 * powers.start[at(j)]) : 0.0;
       gradient.by_log_time_step += time * (weight * (own.by_value * value + own.by_change * change) +
                                            weights.power * (value * value + change * change / 3.0) -
                                            slopes.by_value * (value - given) - slopes.by_change * (change + given));

@@ -11,7 +11,7 @@ namespace lamprey::certificate {
 struct CostCheck {
   maneuver::CostParts parts;
   double cost = 0.0;   // of all parts by the problem's weights
-  double signs = 0.0;  // how far powers are from what the stored multipliers belong to, of the largest power
+  double signs = 0.0;  // how far powers are from what the stored multipliers belong to, of their joint's largest
 };
 
 CostCheck check_cost(const StoredMotion& motion);
@@ -34,13 +34,16 @@ struct Powers {
   std::vector<mechanics::Vectors> turn;   // [N][joints] rad
   std::vector<mechanics::Vectors> rate;   // [N + 1][joints] rad/s, mean about the node
   std::vector<mechanics::Vectors> swing;  // [N + 1][joints] rad/s, half of what it changes by over the node
-  std::vector<mechanics::Vectors> start;  // [1][joints] rad/s, at the start: what of the first node no shape changes
+  mechanics::Vectors start;               // [joints] rad/s, at the start: what of the first node no shape changes
   MatrixXd value, change;                 // [joints][N + 1] W
   VectorXd time;                          // [N + 1] s for which a node counts
   double distance;                        // m
 };
 
 Powers powers_of(const StoredMotion& motion);
+
+/// W, of each joint's powers the largest, none of them less than round-off leaves of the swimmer's, [joints].
+VectorXd largest_powers(const StoredMotion& motion, const Powers& powers);
 
 /// What a power's absolute value is on the average over a node, W.
 double mean_size(double value, double change);

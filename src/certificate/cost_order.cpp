@@ -11,9 +11,11 @@ using model::at;
 using model::Joint;
 using model::System;
 
-constexpr double inside_interval = 1e-5;  // distance of a multiplier from ±1
-constexpr double vanishing_power = 1e-5;  // of the largest, where it has to
-constexpr double no_power = 1e-8;         // of the largest, where it need not
+constexpr double inside_lens = 1e-5;      // of slopes of the work
+constexpr double vanishing_power = 1e-5;  // of the joint's largest, where it has to
+constexpr double no_power = 1e-8;         // likewise, where it need not
+constexpr double vanishing = 1e-5;        // of the joint's largest moment, or rate
+constexpr double least_scale = 1e-6;      // of the swimmer's largest moment or rate, that a joint's is measured by
 constexpr double power_penalty = 1e6;     // of powers that are held, against the cost and the moments' weight
 constexpr double same_moments = 1e-9;     // of the moments at both ends of a gait
 constexpr double turn_difference = 5e-3;  // rad; differences of order four
@@ -134,6 +136,11 @@ void add_transport(const StoredMotion& motion, const EffortChain& effort, const 
       weight / (D * D) * (-both_ways(by_work, farther) + 2.0 * work / D * farther.transpose() * farther - work * bent);
 }
 
+// What a power changes by, [1][all]: with the moments, and with the rates that they work at.
+struct WorkRows {
+  MatrixXd by_moment, by_rate;
+};
+
 // Takes the costs node by node into a chain that has been widened by their states.
 class CostStages {
  public:
@@ -219,14 +226,15 @@ class CostStages {
       const Eigen::Index own = actuation.cols(), first = motion_.system.joint(j).first_control;
       if (own == 0 || t == 0.0) continue;
       const auto acting = inputs_.middleRows(first, own);
-      const auto worked_at = [&](const Vector3d& at_rate, const MatrixXd& turning) {
-        return MatrixXd(-(actuation.transpose() * at_rate).transpose() * acting -
-                        moments.segment(first, own).transpose() * turning.middleRows(first, own));
+      const auto worked_at = [&](const Vector3d& at_rate, const MatrixXd& turning) -> WorkRows {
+        return {-(actuation.transpose() * at_rate).transpose() * acting,
+                -moments.segment(first, own).transpose() * turning.middleRows(first, own)};
       };
       const double value = powers_.value(j, k), change = powers_.change(j, k);
       const WorkSlopes slopes = work_slopes(motion_, powers_, j, k);
-      const MatrixXd by_value = worked_at(powers_.rate[at(k)][at(j)], rate);
-      const MatrixXd by_change = worked_at(powers_.swing[at(k)][at(j)], swing);
+      const WorkRows mean = worked_at(powers_.rate[at(k)][at(j)], rate);
+      const WorkRows half_change = worked_at(powers_.swing[at(k)][at(j)], swing);
+      const MatrixXd by_value = mean.by_moment + mean.by_rate, by_change = half_change.by_moment + half_change.by_rate;
       const MatrixXd size = slopes.by_value * by_value + slopes.by_change * by_change;
       const MatrixXd square = 2.0 * (value * by_value + change / 3.0 * by_change);
       form -=
@@ -242,9 +250,9 @@ class CostStages {
         add_time_change(5.0, t * weights.power * (value * value + change * change / 3.0), t * weights.power * square,
                         time_, form);
       }
-      if (kinks_.held(j, k)) {
-        hold(k, by_value, form);
-        hold(k, by_change, form);
+      if (kinks_.held(j, k) != Held::no) {
+        hold(k, kinks_.held(j, k), mean, form);
+        hold(k, kinks_.held(j, k), half_change, form);
       } else if (kinks_.turns(j, k)) {
         const MatrixXd across = by_value - value / change * by_change;
         form += t * weight / std::abs(change) * across.transpose() * across;
@@ -252,8 +260,11 @@ class CostStages {
     }
   }
 
-  // Keeps a power where it is.
-  void hold(int k, const MatrixXd& change, MatrixXd& form) {
+  // Keeps a power where it is. What it is by a moment or a rate that vanishes is round-off.
+  void hold(int k, Held held, const WorkRows& rows, MatrixXd& form) {
+    MatrixXd change = MatrixXd::Zero(1, all_);
+    if (held != Held::rate) change += rows.by_moment;
+    if (held != Held::moment) change += rows.by_rate;
     const double length =
         change.leftCols(states_).squaredNorm() / spent_ + change.rightCols(controls_).squaredNorm() / stage(k).weight;
     if (length > 0.0) form += power_penalty / length * change.transpose() * change;
@@ -296,42 +307,70 @@ class CostStages {
   double work_ = 0.0;       // J so far
 };
 
-// Whether a power must not leave 0: slopes inside of what the work can have, or, where one moment vanishes, inside of what
-// they can be worth along it.
-bool inside(const StoredMotion& motion, const Powers& powers, int joint, int node) {
-  const WorkSlopes slopes = work_slopes(motion, powers, joint, node);
-  if (room_of(slopes) > inside_interval) return true;
-  const model::Joint& own = motion.system.joint(joint);
-  if (own.actuation.cols() != 1) return false;
-  const auto size = [&](const std::vector<mechanics::Vectors>& all) {
-    double largest = 0.0;
-    for (const mechanics::Vectors& at_node : all) largest = std::max(largest, at_node[at(joint)].norm());
-    return all[at(node)][at(joint)].norm() / std::max(largest, 1e-300);
-  };
-  const double rate = own.actuation.col(0).dot(powers.rate[at(node)][at(joint)]);
-  const double swing = own.actuation.col(0).dot(powers.swing[at(node)][at(joint)]);
-  if (size(motion.control) > vanishing_power || size(powers.rate) + size(powers.swing) < vanishing_power) return false;
-  return std::abs(slopes.by_value * rate + slopes.by_change * swing) < (1.0 - inside_interval) * mean_size(rate, swing);
-}
+// Where powers must not leave 0, and why.
+class HeldPowers {
+ public:
+  HeldPowers(const StoredMotion& motion, const Powers& powers)
+      : motion_(motion),
+        powers_(powers),
+        moment_(largest([&](int j, int k) { return along(j, motion.control[at(k)][at(j)]).norm(); })),
+        rate_(largest([&](int j, int k) { return rates(j, k); })) {}
+
+  // Slopes are inside of what the work can have, or, where a joint's one moment vanishes, of what they can be worth along it.
+  // Where moment and rates vanish no row says what is held.
+  Held at_node(int joint, int node) const {
+    const WorkSlopes slopes = work_slopes(motion_, powers_, joint, node);
+    const bool still = rates(joint, node) <= vanishing * rate_[joint];
+    const bool idle = along(joint, motion_.control[at(node)][at(joint)]).norm() <= vanishing * moment_[joint];
+    if (still && idle) return Held::no;
+    if (room_of(slopes) > inside_lens) return idle ? Held::moment : still ? Held::rate : Held::both;
+    if (!idle || motion_.system.joint(joint).actuation.cols() != 1) return Held::no;
+    const double rate = along(joint, powers_.rate[at(node)][at(joint)])[0];
+    const double swing = along(joint, powers_.swing[at(node)][at(joint)])[0];
+    const double worth = slopes.by_value * rate + slopes.by_change * swing;
+    return std::abs(worth) < (1.0 - inside_lens) * mean_size(rate, swing) ? Held::moment : Held::no;
+  }
+
+ private:
+  VectorXd along(int joint, const Vector3d& vector) const {
+    return motion_.system.joint(joint).actuation.transpose() * vector;
+  }
+  double rates(int joint, int node) const {
+    return along(joint, powers_.rate[at(node)][at(joint)]).norm() +
+           along(joint, powers_.swing[at(node)][at(joint)]).norm();
+  }
+  // Of each joint over all nodes, none of them less than round-off leaves of the swimmer's.
+  template <typename Size>
+  VectorXd largest(Size size) const {
+    VectorXd all = VectorXd::Zero(motion_.system.joint_count());
+    for (int j = 0; j < all.size(); ++j)
+      for (int k = 0; k <= motion_.steps; ++k) all[j] = std::max(all[j], size(j, k));
+    return all.cwiseMax(least_scale * all.maxCoeff());
+  }
+
+  const StoredMotion& motion_;
+  const Powers& powers_;
+  VectorXd moment_, rate_;  // [joints] N m, rad/s
+};
 
 }  // namespace
 
 Kinks kinks_of(const StoredMotion& motion, const Powers& powers) {
   const System& system = motion.system;
   Kinks kinks;
-  kinks.held.setConstant(system.joint_count(), motion.steps + 1, false);
-  kinks.turns = kinks.held;
+  kinks.held.setConstant(system.joint_count(), motion.steps + 1, Held::no);
+  kinks.turns.setConstant(system.joint_count(), motion.steps + 1, false);
   if (weight_of_work(motion, powers) == 0.0) return kinks;
-  const double largest = powers.value.cwiseAbs().maxCoeff();
+  const HeldPowers held(motion, powers);
+  const VectorXd largest = largest_powers(motion, powers);
   for (int k = periodic(motion) ? 1 : 0; k <= motion.steps; ++k)
     for (int j = 0; j < system.joint_count(); ++j) {
       if (system.joint(j).actuation.cols() == 0) continue;
-      const double value = powers.value(j, k), change = powers.change(j, k);
-      const double size = mean_size(value, change);
-      if (inside(motion, powers, j, k)) {
-        kinks.held(j, k) = true;
-        kinks.known = kinks.known && size <= vanishing_power * largest;
-      } else if (size <= no_power * largest) {
+      const double value = powers.value(j, k), change = powers.change(j, k), size = mean_size(value, change);
+      kinks.held(j, k) = held.at_node(j, k);
+      if (kinks.held(j, k) != Held::no) {
+        kinks.known = kinks.known && size <= vanishing_power * largest[j];
+      } else if (size <= no_power * largest[j]) {
         kinks.weak = true;
       } else {
         kinks.turns(j, k) = std::abs(value) < std::abs(change);
@@ -346,8 +385,7 @@ bool ends_fit_costs(const StoredMotion& motion) {
   if (periodic(motion)) return (first - last).norm() <= same_moments * (first + last).norm();
   if (!motion.problem.duration.free) return true;
   const Powers powers = powers_of(motion);
-  return std::all_of(powers.start.front().begin(), powers.start.front().end(),
-                     [](const Vector3d& rate) { return rate.isZero(0.0); });
+  return std::all_of(powers.start.begin(), powers.start.end(), [](const Vector3d& rate) { return rate.isZero(0.0); });
 }
 
 void add_costs(const StoredMotion& motion, const EffortChain& effort, const Kinks& kinks,

@@ -107,6 +107,26 @@ ControlSamples parse_controls(const std::string& bytes, const std::string& path,
   return samples;
 }
 
+void require_period(const std::string& path, const Joints& joints, const ControlSamples& table) {
+  constexpr double same = 1e-6;  // of the largest moment, and of the period
+  if (std::abs(table.time.front()) > same * table.time.back())
+    throw InputError(
+        path, "t",
+        fmt::format("found a first time of {} s; allowed: 0 s, where cycles repeat; begin there", table.time.front()));
+  double largest = 0.0;
+  for (const auto& row : table.control)
+    for (const Vector3d& moment : row) largest = std::max(largest, moment.lpNorm<Eigen::Infinity>());
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const double off = (table.control.back()[j] - table.control.front()[j]).lpNorm<Eigen::Infinity>();
+    if (off > same * largest)
+      throw InputError(
+          path, joints[j].name,
+          fmt::format("found {:.3g} N m between its last and its first moment; allowed: none, where cycles "
+                      "repeat; end with the moments that it begins with, or leave cycles out",
+                      off));
+  }
+}
+
 void repeat(int cycles, ControlSamples& gait) {
   const std::vector<double> time = gait.time;
   const auto control = gait.control;

@@ -48,7 +48,10 @@ ControlSamples parse_controls(const std::string& bytes, const std::string& path,
 /// The moments of a motion that is already there.
 ControlSamples controls_of_results(const Results& results, const std::string& path, const Joints& joints);
 
-/// A gait's moments at its nodes, so many times one after the other; where cycles meet, the mean of both.
+/// Throws InputError where a table does not begin at 0 s or ends with other moments than it begins with.
+void require_period(const std::string& path, const Joints& joints, const ControlSamples& table);
+
+/// A gait's moments at its nodes, or a table's, so many times one after the other; where cycles meet, the mean of both.
 void repeat(int cycles, ControlSamples& gait);
 
 /// N m: how far a component of the rows' moments goes at most, and the curve between them.

@@ -72,7 +72,8 @@ void require_gait(const MarchOptions& options) {
     throw model::InputError("cycles",
                             "found " + found +
                                 "; allowed: more than one with the controls or the feedback of a stored gait "
-                                "(goal.periodic = true), or with angles that end where they begin; leave it out");
+                                "(goal.periodic = true), or with a table of moments or angles that ends where it "
+                                "begins; leave it out");
   };
   if (!options.controls && !options.followed) refuse("a march without a stored motion");
   const bool gait = options.controls ? options.controls->gait
@@ -82,16 +83,23 @@ void require_gait(const MarchOptions& options) {
   if (options.followed && options.followed->solution.time.size() < 2) refuse("no motion in " + options.followed_path);
 }
 
-// A stored gait again and again, and the march as long.
+// A stored gait, or the period of a table, again and again, and the march as long.
 void repeat_gait(MarchOptions& options, Problem& problem) {
   if (options.cycles == 1) return;
   if (options.angles) return repeat(options.cycles, options.angles_path, problem.swimmer.joints, *options.angles);
-  require_gait(options);
-  const std::int64_t steps = std::int64_t{problem.steps} * options.cycles;
-  if (options.steps == 0 && steps > step_limit)
+  const bool of_table = options.controls && (options.controls->source == ControlSource::table ||
+                                             options.controls->source == ControlSource::lines);
+  if (of_table)
+    require_period(options.controls_path, problem.swimmer.joints, *options.controls);
+  else
+    require_gait(options);
+  const double steps_of_cycle =
+      of_table ? std::max(1.0, std::round(options.controls->time.back() / problem.time_step())) : problem.steps;
+  const double steps = steps_of_cycle * options.cycles;
+  if (options.steps == 0 && !(steps <= static_cast<double>(step_limit)))
     throw model::InputError("cycles", fmt::format("found {} of {} steps each; allowed: at most {} steps in all; march "
                                                   "fewer, or --steps fewer",
-                                                  options.cycles, problem.steps, step_limit));
+                                                  options.cycles, steps_of_cycle, step_limit));
   if (options.controls) repeat(options.cycles, *options.controls);
   if (options.followed) options.followed->solution = maneuver::repeated(options.followed->solution, options.cycles);
   if (options.steps == 0) problem.steps = static_cast<int>(steps);

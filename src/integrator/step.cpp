@@ -21,6 +21,7 @@ using model::System;
 constexpr int max_iterations = 60;
 constexpr double accepted_residual = 1e-12;  // of a step that gets no better
 constexpr int bodies_to_round_off = 5;       // the tolerances hold for trees up to this
+constexpr double least_momentum = 1e-280;    // kg m²/s: less is rest, and has no digits left to balance
 constexpr double good_contraction = 1e-3;    // below it the factors serve another iteration
 
 // A body's turn is known to round-off and moves all bodies beyond it: what a step can balance grows with the tree.
@@ -76,7 +77,7 @@ double evaluate(const System& system, DiscreteLagrangian lagrangian, double h, c
         {scale, largest(work.target[i]), largest(work.momenta.minus[i]), largest(work.momenta.subtree_linear[i])});
   }
   if (!std::isfinite(sum)) return std::numeric_limits<double>::quiet_NaN();
-  return missing == 0.0 ? 0.0 : missing / scale;
+  return missing <= least_momentum ? 0.0 : missing / scale;
 }
 
 bool factor(const System& system, DiscreteLagrangian lagrangian, double h, StepWorkspace& work) {

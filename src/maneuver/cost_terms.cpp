@@ -23,6 +23,7 @@ constexpr double work_weight_growth = 4.0;    // where the error has not fallen
 constexpr double largest_work_weight = 1e7;   // of the first
 constexpr double enough_work_progress = 0.5;  // share of the error that may be left
 constexpr double multiplier_noise = 3e-8;     // that round-off in the powers may bring
+constexpr double least_power = 1e-9;          // of the swimmer's largest, that a joint's is measured by
 
 }  // namespace
 
@@ -405,13 +406,15 @@ void CostTerms::add_transport(const CostedMotion& motion, const CostValues& valu
 
 double CostTerms::error(const CostValues& values) const {
   if (!of_work()) return 0.0;
-  const double largest = std::max(values.power.lpNorm<Eigen::Infinity>(), 1e-300);
+  const double least = std::max(least_power * values.power.lpNorm<Eigen::Infinity>(), 1e-300);
   double error = 0.0;
-  for (int k = 0; k <= steps_; ++k)
-    for (int j = 0; j < system_.joint_count(); ++j) {
+  for (int j = 0; j < system_.joint_count(); ++j) {
+    const double largest = std::max(values.power.row(j).lpNorm<Eigen::Infinity>(), least);
+    for (int k = 0; k <= steps_; ++k) {
       const NodePower power(values.power(j, k), values.change(j, k));
       error = std::max(error, work_misfit(power / largest, work_term(values, j, k).slope));
     }
+  }
   return error;
 }
 

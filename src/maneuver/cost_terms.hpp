@@ -80,7 +80,7 @@ class CostTerms {
   void add_to_model(const CostedMotion& motion, const CostValues& values, const Places& places,
                     const Eigen::Ref<const MatrixXd>& end_moments, optimizer::StageModel& model);
 
-  /// How far powers are from what renewed multipliers belong to, of the largest power.
+  /// How far powers are from what renewed multipliers belong to, of their joint's largest.
   double error(const CostValues& values) const;
   /// Multipliers at the point with these values; where `heavier`, the weight rises if the error has not fallen.
   void renew(const CostedMotion& motion, const CostValues& values, bool heavier);
@@ -104,7 +104,7 @@ class CostTerms {
   void find_turned(const CostedMotion& motion);
   void find_difference(const CostedMotion& motion, int step);
   void add_difference(double factor, const CostedMotion& motion, int step, VectorXd& gradient);
-  void add_by_rates(const CostedMotion& motion, const CostValues& values, int node, const NodePower& by_rate);
+  void add_by_rates(const CostedMotion& motion, const CostValues& values, int node, const NodePower& by_turn);
   void add_node_form(const CostedMotion& motion, const CostValues& values, int node, int tau);
   void add_difference_form(const CostedMotion& motion, int step, const MatrixXd& difference_by, int tau);
   void add_duration(const CostedMotion& motion, const CostValues& values, int node, double& slope);

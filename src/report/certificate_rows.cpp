@@ -197,7 +197,7 @@ Rows certificate_rows(const certificate::Certificate& proof, const file::Resolve
     all.insert(all.end(), rows.begin(), rows.end());
   if (proof.costs)
     all.push_back(held("Signs of powers", proof.costs->signs, "", complementarity_mark,
-                       "How far a joint’s power is from what its multipliers belong to, of the largest power: the "
+                       "How far a joint’s power is from what its multipliers belong to, of its largest: the "
                        "multipliers are the powers’ signs, and less where a power vanishes or changes its sign."));
   return all;
 }

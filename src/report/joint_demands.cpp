@@ -32,16 +32,23 @@ Vector3d step_rate(const file::Results& results, std::size_t node, const file::R
   return lie::log(relative(node + 1) * relative(node).transpose()) / results.problem.time_step;
 }
 
-// J, of a node's moment, constant about it, over the rates from step to step.
-double node_work(const file::Results& results, std::size_t node, std::size_t j) {
-  const file::ResolvedJoint& joint = results.problem.joints[j];
+// Before and after a node a joint's rates over the steps, or what it has at either end, rad/s.
+std::pair<Vector3d, Vector3d> rates_about(const file::Results& results, std::size_t node,
+                                          const file::ResolvedJoint& joint) {
   const std::size_t last = results.solution.time.size() - 1;
-  const Vector3d before = node > 0 ? step_rate(results, node - 1, joint) : joint_rate(results, node, joint);
-  const Vector3d after = node < last ? step_rate(results, node, joint) : joint_rate(results, node, joint);
+  return {node > 0 ? step_rate(results, node - 1, joint) : joint_rate(results, node, joint),
+          node < last ? step_rate(results, node, joint) : joint_rate(results, node, joint)};
+}
+
+// A node's moment, constant about it, against the rates from step to step.
+void add_node(const file::Results& results, std::size_t node, std::size_t j, JointDemand& demand) {
+  const auto [before, after] = rates_about(results, node, results.problem.joints[j]);
   const Vector3d& u = results.solution.control[node][j];
-  const double share = node == 0 || node == last ? 0.5 : 1.0;
-  return share * results.problem.time_step *
-         maneuver::mean_work({0.5 * u.dot(after + before), 0.5 * u.dot(after - before)});
+  const double share = node == 0 || node + 1 == results.solution.time.size() ? 0.5 : 1.0;
+  demand.largest_rate = std::max({demand.largest_rate, before.norm(), after.norm()});
+  demand.largest_power = std::max({demand.largest_power, std::abs(u.dot(before)), std::abs(u.dot(after))});
+  demand.work += share * results.problem.time_step *
+                 maneuver::mean_work({0.5 * u.dot(after + before), 0.5 * u.dot(after - before)});
 }
 
 double largest_moment(const maneuver::Solution& solution, std::size_t joint) {
@@ -87,15 +94,7 @@ std::optional<std::vector<JointDemand>> joint_demands(const file::Results& resul
     const file::ResolvedJoint& joint = results.problem.joints[j];
     demands.push_back(
         {.joint = joint.name, .largest_moment = largest_moment(solution, j), .angles = swept(solution, j, joint.kind)});
-    for (std::size_t k = 0; k < nodes; ++k)
-      demands[j].largest_rate = std::max(demands[j].largest_rate, joint_rate(results, k, joint).norm());
-  }
-  for (std::size_t k = 0; k < nodes; ++k) {
-    const Eigen::VectorXd power = joint_powers(results, k);
-    for (std::size_t j = 0; j < demands.size(); ++j) {
-      demands[j].largest_power = std::max(demands[j].largest_power, std::abs(power[static_cast<Eigen::Index>(j)]));
-      demands[j].work += node_work(results, k, j);
-    }
+    for (std::size_t k = 0; k < nodes; ++k) add_node(results, k, j, demands[j]);
   }
   return demands;
 }

@@ -13,16 +13,15 @@ namespace lamprey::report {
 struct JointDemand {
   std::string joint;
   double largest_moment = 0.0;  // N m, |u| at any node, of schemes above order 2 at those of the stages
-  double largest_rate = 0.0;    // rad/s, of the child against the parent, at any node
-  double largest_power = 0.0;   // W, |u·ω| at any node
+  double largest_rate = 0.0;    // rad/s, of the child against the parent, mean over any step, or at either end
+  double largest_power = 0.0;   // W, |u·ω| of any node's moment, of both steps beside it
   double work = 0.0;            // J, ∫ |u·ω| dt: nothing is won back
   /// rad, least and largest at any node: of a hinge one, of a universal joint two, of a ball joint how far it is from its zero
   /// angle. Of files without joint angles none.
   std::vector<std::pair<double, double>> angles;
 };
 
-/// By joint; work as the cost counts it (equation 13.3), other rates as the stored velocities have them. Nothing where there is no
-/// motion.
+/// By joint; work as the cost counts it (equation 13.3). Nothing where there is no motion.
 std::optional<std::vector<JointDemand>> joint_demands(const file::Results& results);
 
 /// W, what each joint's moment works at a node, [joints].

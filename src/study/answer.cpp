@@ -88,7 +88,7 @@ std::string unsettled(const Problem& problem, const Certificate& proof) {
     return "limits push the wrong way: by " + number(proof.limits->negative) + " of the largest multiplier, allowed " +
            number(complementarity_mark);
   return "the work's multipliers do not fit the signs of the powers: by " + number(proof.costs->signs) +
-         " of the largest power, allowed " + number(complementarity_mark);
+         " of their joint's largest, allowed " + number(complementarity_mark);
 }
 
 // A spring's moment is along the joint's turn and jumps where that is half a turn: a search can end there, stationary on

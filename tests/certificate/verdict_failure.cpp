@@ -279,5 +279,39 @@ TEST(Verdict, of_a_gait_of_one_step_ends_in_words) {
   EXPECT_NE(answer.certificate.verdict, Verdict::proved);
 }
 
+// A tail that nothing drives has no work. Said to be driven about axes that the motion does not turn it about, its powers are
+// round-off times round-off, and must hold no direction still in the second-order test: the planar motion is a saddle there.
+TEST(Verdict, does_not_take_powers_of_a_joint_that_is_not_used_for_held) {
+  MarchedAnswer answer = translation();
+  maneuver::Problem& problem = answer.problem;
+  problem.steps = 24;
+  problem.cost_weights.work = 5.0;
+  model::BodyDescription tail = problem.swimmer.bodies.back();
+  model::JointDescription joint = problem.swimmer.joints.back();
+  joint.parent = tail.name;
+  joint.name = joint.child = tail.name = "tail";
+  joint.parent_offset = {-5.5, 0.0, 0.0};
+  joint.child_offset = {5.5, 0.0, 0.0};
+  joint.actuated = false;
+  joint.control_axes.reset();
+  problem.swimmer.bodies.push_back(tail);
+  problem.swimmer.joints.push_back(joint);
+  problem.start.rotation.emplace_back(Vector3d::Zero());
+  problem.start.angular_velocity.emplace_back(Vector3d::Zero());
+  problem.goal->rotation["tail"] = std::nullopt;
+  answer.solution = study::answer(model::System(problem.swimmer), problem, {}).solution;
+  ASSERT_EQ(judged(answer).verdict, Verdict::proved) << answer.solution.message;
+  problem.swimmer.joints.back().actuated = true;
+  problem.swimmer.joints.back().control_axes = {Vector3d(0, 1, 0), Vector3d(1, 0, 0)};
+  Random random(1);
+  for (const double noise : {0.0, 1e-13, 1e-11}) {
+    for (maneuver::Vectors& moments : answer.solution.control) moments.back() = random.vector(noise);
+    for (maneuver::Vectors& moments : answer.solution.control) moments.back().z() = 0.0;
+    const Certificate proof = judged(answer);
+    EXPECT_LE(proof.kkt, 1e-8) << noise;
+    EXPECT_NE(proof.verdict, Verdict::proved) << noise;
+  }
+}
+
 }  // namespace
 }  // namespace lamprey::tests

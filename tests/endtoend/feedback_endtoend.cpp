@@ -180,5 +180,37 @@ TEST(FollowedGait, goes_on_for_several_cycles) {
   EXPECT_NE(maneuver.err.find("cycles: found a motion that is not a gait"), std::string::npos) << maneuver.err;
 }
 
+// A table of moments of one period is that of as many periods written out; one that does not close has none.
+TEST(Simulate, repeats_a_table_that_ends_with_the_moments_it_begins_with) {
+  const Folder folder;
+  const auto write = [&](const std::string& name, int rows, double last) {
+    std::ofstream table(folder / name);
+    for (int k = 0; k < rows; ++k) {
+      const double t = 0.025 * k, moment = 900.0 * std::sin(2.0 * M_PI * t);
+      table << fmt::format("{},0,0,{},0,0,{}\n", t, moment, k + 1 == rows ? last : -0.5 * moment);
+    }
+  };
+  write("period.csv", 41, 0.0);
+  write("periods.csv", 121, 0.0);
+  const std::string march = "simulate " + example("translation") + " --interpolation linear --out " + (folder / "run");
+  const auto marched = [&](const std::string& how) {
+    const ProgramRun run = lamprey(folder, march + how);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return file::read_solution(folder / "run").solution;
+  };
+  const maneuver::Solution repeated = marched(" --cycles 3 --controls " + (folder / "period.csv"));
+  const int steps = static_cast<int>(repeated.time.size()) - 1;
+  const maneuver::Solution written =
+      marched(fmt::format(" --duration 3 --steps {} --controls {}", steps, folder / "periods.csv"));
+  EXPECT_NEAR(repeated.time.back(), 3.0, 1e-12);
+  EXPECT_EQ(steps % 3, 0) << "as many steps as the problem has, each time";
+  EXPECT_LE((repeated.position.back() - written.position.back()).norm(), tolerance(1e-9));
+  write("open.csv", 41, 2.0);
+  const ProgramRun open = lamprey(folder, march + " --cycles 3 --controls " + (folder / "open.csv"));
+  EXPECT_EQ(open.exit_code, 3);
+  EXPECT_NE(open.err.find("open.csv: back: found 2 N m between its last and its first moment"), std::string::npos)
+      << open.err;
+}
+
 }  // namespace
 }  // namespace lamprey::tests
