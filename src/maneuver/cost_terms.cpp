@@ -18,11 +18,12 @@ using optimizer::Stage;
 using optimizer::StageModel;
 
 constexpr double first_work_weight = 4.0;     // over the root mean square of the powers
+constexpr double fitting_multipliers = 1e-6;  // error of those of an answer to this very problem, whose weight stays
 constexpr double carried_work_weight = 8.0;   // most of the first, that another grid begins with
 constexpr double work_weight_growth = 4.0;    // where the error has not fallen
 constexpr double largest_work_weight = 1e7;   // of the first
 constexpr double enough_work_progress = 0.5;  // share of the error that may be left
-constexpr double multiplier_noise = 3e-8;     // that round-off in the powers may bring
+constexpr double multiplier_noise = 1e-8;     // that round-off in the powers may bring
 constexpr double least_power = 1e-9;          // of the swimmer's largest, that a joint's is measured by
 
 }  // namespace
@@ -462,7 +463,8 @@ void CostTerms::choose_weight(const CostValues& values) {
   const double first = first_work_weight / std::max(mean, 1e-300),
                before = multipliers_.largest_weight / largest_work_weight;
   double carried = multipliers_.weight > 0.0 ? carried_work_weight : 1.0;  // of another method's answer
-  if (before > 0.0) carried = std::min(multipliers_.weight / before, carried_work_weight);
+  if (before > 0.0) carried = multipliers_.weight / before;
+  if (!(error(values) <= fitting_multipliers)) carried = std::min(carried, carried_work_weight);
   multipliers_.weight = carried * first;
   multipliers_.largest_weight = largest_work_weight * first;
 }

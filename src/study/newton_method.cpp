@@ -184,7 +184,8 @@ class NewtonMethod : public Method {
     return in_threads(static_cast<int>(coarse.size()), "refined", [&](int n) {
       const Found& from = *coarse[static_cast<std::size_t>(n)];
       Found found = from;
-      if (coarse_of(problem_.steps) < asked_.steps && integrator::single_step(asked_.scheme)) add_coarser(found);
+      const bool to_refine = steps_of(from.path) < asked_.steps;
+      if (to_refine && integrator::single_step(asked_.scheme)) add_coarser(found);
       if (!integrator::single_step(asked_.scheme))
         found = refine_composed(found);
       else
@@ -268,7 +269,25 @@ class NewtonMethod : public Method {
     return begun;
   }
 
+  // The motion to begin with may be an answer on these very steps: then it is found again, and not another one from coarser ones.
+  std::optional<Found> answer_at_hand() const {
+    if (steps_of(options_.first->path) != asked_.steps || !integrator::single_step(asked_.scheme)) return {};
+    optimizer::Options within = options(fine_tolerance);
+    within.most_iterations = within.max_iterations = carried_iterations;
+    within.exact_limits = false;  // an answer has what its limits are worth
+    Grid grid(system_, problem_, asked_.steps, reached_.coordinates, reached_.rows, limits_);
+    Found found;
+    found.duration = options_.first->duration;
+    found.limit_multipliers = options_.first->limit_multipliers;
+    found.work_multipliers = options_.first->work_multipliers;
+    solve(grid, options_.first->path, within, found);
+    if (found.converged()) return found;
+    return {};
+  }
+
   Found solve_start(int start) const {
+    if (begins_as_asked(start))
+      if (std::optional<Found> answer = answer_at_hand()) return *answer;
     const int coarse = coarse_of(problem_.steps);
     const int first = begins_as_asked(start) ? coarse : std::min(coarse, first_steps);
     Found found = solve_guess(start, first, first < coarse ? rough_tolerance : fine_tolerance, Outcome());
