@@ -51,6 +51,8 @@ CostTerms::CostTerms(const System& system, const Maneuver& maneuver, const Shape
 
 void CostTerms::retarget(const Maneuver& maneuver) {
   weights_ = maneuver.cost_weights;
+  const double first = multipliers_.largest_weight / largest_work_weight;
+  multipliers_.weight = std::min(multipliers_.weight, carried_work_weight * first);  // signs may change again
   if (empty() || periodic_) return;
   start_rate_.setZero();
   if (maneuver.start.momentum.isZero(0.0)) return;
@@ -457,14 +459,14 @@ void CostTerms::renew(const CostedMotion& motion, const CostValues& values, bool
 }
 
 // Heavier ones make narrow bent valleys of the kinks, u = 0 or ω = 0, that a search creeps along.
-void CostTerms::choose_weight(const CostValues& values) {
+void CostTerms::choose_weight(const CostValues& values, bool at_goal) {
   if (!of_work()) return;
   const double mean = std::sqrt(values.power.squaredNorm() / static_cast<double>(values.power.size()));
   const double first = first_work_weight / std::max(mean, 1e-300),
                before = multipliers_.largest_weight / largest_work_weight;
   double carried = multipliers_.weight > 0.0 ? carried_work_weight : 1.0;  // of another method's answer
   if (before > 0.0) carried = multipliers_.weight / before;
-  if (!(error(values) <= fitting_multipliers)) carried = std::min(carried, carried_work_weight);
+  if (!at_goal || !(error(values) <= fitting_multipliers)) carried = std::min(carried, carried_work_weight);
   multipliers_.weight = carried * first;
   multipliers_.largest_weight = largest_work_weight * first;
 }

@@ -87,8 +87,9 @@ class CostTerms {
   const WorkMultipliers& multipliers() const { return multipliers_; }
   /// Takes over multipliers of another grid, whose weight choose_weight then makes fit for the motion there.
   void take(const WorkMultipliers& from);
-  /// Chooses the weight to begin with by a motion's powers; of a heavier one before no more stays than lets signs change.
-  void choose_weight(const CostValues& values);
+  /// Chooses the weight to begin with by a motion's powers; of a heavier one before no more stays than lets signs change, but
+  /// where the motion is at the goal and its multipliers fit: that is an answer.
+  void choose_weight(const CostValues& values, bool at_goal);
 
  private:
   // Means about a node and half of what changes over it.

@@ -73,7 +73,7 @@ std::string ShapeProgram::largest_miss() const {
   return "the end attitude of " + system_.body(row.index).name + " is missed by " + size + " rad";
 }
 
-std::string ShapeProgram::largest_violation() const {
+std::string ShapeProgram::largest_violation(bool cut_short) const {
   if (limits_.empty()) return "";
   const LimitError worst = limits_.violation(now_.limit_value);
   if (worst.value < worth_telling || worst.row < 0) return "";
@@ -82,8 +82,9 @@ std::string ShapeProgram::largest_violation() const {
   if (row.joint >= 0) who = " at joint " + system_.joint(row.joint).name;
   if (row.body >= 0) who = " of " + system_.body(row.body).name;
   if (row.other_body >= 0) who += " and " + system_.body(row.other_body).name;
-  return row.key + who + " cannot be kept: broken by " + in_words(row.excess(worst.value, h_ * now_.stretch)) + " " +
-         row.unit_name() + " at " + in_words(worst.node * h_ * now_.stretch) + " s";
+  return row.key + who + (cut_short ? " is not kept yet: broken by " : " cannot be kept: broken by ") +
+         in_words(row.excess(worst.value, h_ * now_.stretch)) + " " + row.unit_name() + " at " +
+         in_words(worst.node * h_ * now_.stretch) + " s";
 }
 
 }  // namespace lamprey::maneuver

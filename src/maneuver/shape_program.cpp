@@ -19,6 +19,7 @@ using optimizer::StageStep;
 
 constexpr double longest_turn = 0.6;     // rad, of one shape coordinate in one step of the search
 constexpr double longest_stretch = 0.3;  // of the logarithm of the duration
+constexpr double goal_met = 1e-6;        // end rows of a motion that is an answer
 
 }  // namespace
 
@@ -156,7 +157,7 @@ bool ShapeProgram::go_to(const NodePath& path) {
     if (!(before.weight > 0.0)) limits_.take(before, spent(now_));  // a weight fit for what the guess costs
     limits_.begin(now_.limit_value);
   }
-  terms_.choose_weight(now_.terms);
+  terms_.choose_weight(now_.terms, end_rows_.empty() || now_.end_rows.lpNorm<Eigen::Infinity>() <= goal_met);
   measure(now_);
   return true;
 }

@@ -67,8 +67,8 @@ class ShapeProgram : public optimizer::StageProgram {
   double stated_goal_error();
   /// The end row that is missed most, in words; empty where the goal is met.
   std::string largest_miss() const;
-  /// The limit that is broken most, in words; empty where all are kept.
-  std::string largest_violation() const;
+  /// The limit that is broken most, in words; empty where all are kept. `cut_short`: the search could not go on to keep it.
+  std::string largest_violation(bool cut_short) const;
 
   optimizer::StageSizes sizes() const override;
   const optimizer::Merit& merit() const override { return now_.merit; }

@@ -128,11 +128,11 @@ struct Solution {
   std::vector<LimitMultiplier> limit_multipliers;      // of limits that hold somewhere
   std::vector<std::vector<double>> work_multipliers;  // [joints][N+1] signs of the powers; −1 … 1 where a power is 0
   std::vector<std::vector<double>> work_change_multipliers;  // [joints][N+1] slopes of the work by the powers' changes
-  Feedback feedback;                                  // about the motion; of optimal ones
-  std::optional<Tracking> tracking;                   // of a march with feedback
-  std::string marched_by;                             // what marched in place of the scheme; empty: the scheme
-  DividedSteps divided;                               // of a march that divides its steps
-  SearchRecord search;                                // starts = 0: no search was made
+  Feedback feedback;                                         // about the motion; of optimal ones
+  std::optional<Tracking> tracking;                          // of a march with feedback
+  std::string marched_by;                                    // what marched in place of the scheme; empty: the scheme
+  DividedSteps divided;                                      // of a march that divides its steps
+  SearchRecord search;                                       // starts = 0: no search was made
   SolverRecord solver;
 };
 

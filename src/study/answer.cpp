@@ -27,6 +27,7 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
+constexpr int few_steps = 50;
 constexpr double half_turn_mark = 1e-4;     // rad
 constexpr double loosest_tolerance = 1e-4;  // of stationarity, that is worth proposing
 constexpr double cheaper_share = 1e-6;      // of the cost, by which a motion is cheaper
@@ -80,7 +81,7 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
 // What keeps a feasible answer from being optimal.
 std::string unsettled(const Problem& problem, const Certificate& proof) {
   if (!(proof.kkt <= problem.search.tolerance))
-    return "the cost is stationary to " + number(proof.kkt) + " only, not to " + number(problem.search.tolerance);
+    return "the cost is stationary to " + number(proof.kkt, 3) + " only, not to " + number(problem.search.tolerance);
   if (proof.limits && !(proof.limits->complementarity <= complementarity_mark))
     return "limits pull where they are not reached: by " + number(proof.limits->complementarity) +
            " of the cost over the duration, allowed " + number(complementarity_mark);
@@ -166,7 +167,12 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
   const bool resolved = unmet(problem, proof).empty() && fading(problem, solution).empty();
   if (resolved) return advice_where_met(problem, proof, solution);
   std::string words = "try ";
-  if (solution.status == Status::time_limit) words += "a longer search.time_limit, ";
+  if (solution.status == Status::time_limit) {  // tells nothing of what is asked
+    words += "a longer search.time_limit";
+    if (problem.steps > few_steps)
+      words += ", or fewer time.steps, whose answer lamprey solve --first begins with on as many as these";
+    return words;
+  }
   if (!fading(problem, solution).empty()) words += "a distance (goal.move), ";
   if (too_long_for_stages(problem, proof) && problem.swimmer.compliant())
     words += "[integrator] scheme = \"midpoint\" (springs and dampers of light bodies ask for short stages), ";

@@ -522,7 +522,9 @@ void solve_program(optimizer::StageNewton& newton, ShapeProgram& program, optimi
   if (!rough && program.limited()) options.tolerance *= limited_share;
   if (rough) options.exact_limits = false;
   optimizer::solve_within_limits(newton, program, options, rough ? rough_limits : fine_limits, outcome);
-  for (const std::string& detail : {program.largest_violation(), program.largest_miss()})
+  const bool cut_short = outcome.termination == optimizer::Termination::time_limit ||
+                         outcome.termination == optimizer::Termination::interrupted;
+  for (const std::string& detail : {program.largest_violation(cut_short), program.largest_miss()})
     if (!detail.empty()) outcome.reason += "; " + detail;
 }
 

@@ -61,6 +61,19 @@ TEST(FirstMotion, of_an_answer_within_limits_stays_there) {
   EXPECT_LT(again.solution.solver.iterations, within.solution.solver.iterations);
 }
 
+// On coarser steps, or with lighter weights at the kinks, a search would begin beside it and end elsewhere.
+TEST(FirstMotion, of_an_answer_for_work_stays_there) {
+  maneuver::Problem problem = turning(2.0);
+  problem.steps = 100;
+  problem.cost_weights.work = 100.0;
+  const study::Answer for_work = answered(problem, std::nullopt);
+  ASSERT_EQ(for_work.certificate.verdict, certificate::Verdict::proved) << for_work.solution.message;
+  const model::System system(problem.swimmer);
+  const study::Answer again = answered(problem, study::first_motion(system, problem, for_work.solution));
+  EXPECT_NEAR(again.solution.cost, for_work.solution.cost, tolerance(1e-7) * for_work.solution.cost);
+  EXPECT_LE(again.solution.solver.iterations, 20);
+}
+
 TEST(FirstMotion, follows_a_minimum_as_the_goal_moves) {
   maneuver::Solution last = turned().solution;
   for (double angle : {2.05, 2.1, 2.15}) {
