@@ -289,13 +289,7 @@ StepReport advance(const System& system, DiscreteLagrangian lagrangian, double h
   joint_forces(system, state.rotation, control, work, work.force);
   mechanics::unpack(system, state.momentum, work.target);
   for (std::size_t i = 0; i < work.target.size(); ++i) work.target[i] += 0.5 * h * work.force[i];
-  StepReport report = solve_step(system, lagrangian, h, linear, work);
-  if (!report.converged && work.predictor.knows()) {  // after an impulse steps before foretell nothing
-    const int tried = report.iterations;
-    stand_still(work.interval);
-    report = solve_step(system, lagrangian, h, linear, work);
-    report.iterations += tried;
-  }
+  const StepReport report = solve_step(system, lagrangian, h, linear, work);
   if (!report.converged) return report;
   work.predictor.remember(work.interval);
   work.latest_time_step = h;

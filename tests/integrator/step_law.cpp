@@ -36,28 +36,6 @@ State seen_from(const State& state, const Matrix3d& Q, const Vector3d& shift) {
   return moved;
 }
 
-// A blow that reverses a fast motion is what steps before do not foretell: the step is found where a march that begins there
-// finds one.
-TEST(Step, after_a_blow_is_found_as_by_a_march_that_begins_with_it) {
-  int harder = 0;
-  for (unsigned seed = 1; seed <= 60; ++seed) {
-    Random random(seed);
-    const Moving swimmer = moving(random, random_tree(random, 3));
-    const Moments none(2, Vector3d::Zero());
-    const auto lagrangian = mechanics::DiscreteLagrangian::trapezoid;
-    constexpr double h = 0.45;
-    State state = swimmer.start;
-    integrator::StepWorkspace marching(swimmer.system), beginning(swimmer.system);
-    for (int k = 0; k < 3; ++k) advance(swimmer.system, lagrangian, h, none, none, state, marching);
-    state.momentum *= -1.0;
-    State begun = state;
-    if (!advance(swimmer.system, lagrangian, h, none, none, begun, beginning).converged) continue;
-    ++harder;
-    EXPECT_TRUE(advance(swimmer.system, lagrangian, h, none, none, state, marching).converged) << seed;
-  }
-  EXPECT_GT(harder, 20);
-}
-
 TEST_P(StepLaw, a_turned_and_shifted_start_gives_the_turned_and_shifted_motion) {
   Random random(31);
   for (int bodies : {1, 3, 6, 9}) {
