@@ -251,8 +251,7 @@ class CostStages {
                         time_, form);
       }
       if (kinks_.held(j, k) != Held::no) {
-        hold(k, kinks_.held(j, k), mean, form);
-        hold(k, kinks_.held(j, k), half_change, form);
+        hold(k, moving(kinks_.held(j, k), mean), moving(kinks_.held(j, k), half_change), form);
       } else if (kinks_.turns(j, k)) {
         const MatrixXd across = by_value - value / change * by_change;
         form += t * weight / std::abs(change) * across.transpose() * across;
@@ -260,14 +259,27 @@ class CostStages {
     }
   }
 
-  // Keeps a power where it is. What it is by a moment or a rate that vanishes is round-off.
-  void hold(int k, Held held, const WorkRows& rows, MatrixXd& form) {
+  // What a power that is held changes by: what it does by a moment or a rate that vanishes is round-off.
+  MatrixXd moving(Held held, const WorkRows& rows) const {
     MatrixXd change = MatrixXd::Zero(1, all_);
     if (held != Held::rate) change += rows.by_moment;
     if (held != Held::moment) change += rows.by_rate;
-    const double length =
-        change.leftCols(states_).squaredNorm() / spent_ + change.rightCols(controls_).squaredNorm() / stage(k).weight;
-    if (length > 0.0) form += power_penalty / length * change.transpose() * change;
+    return change;
+  }
+
+  // Keeps both rows where they are; of the shorter one what is not along the other, unless that is round-off.
+  void hold(int k, MatrixXd longer, MatrixXd shorter, MatrixXd& form) {
+    const auto product = [&](const MatrixXd& a, const MatrixXd& b) {
+      return a.row(0).head(states_).dot(b.row(0).head(states_)) / spent_ +
+             a.row(0).tail(controls_).dot(b.row(0).tail(controls_)) / stage(k).weight;
+    };
+    if (product(shorter, shorter) > product(longer, longer)) std::swap(longer, shorter);
+    const double length = product(longer, longer);
+    if (!(length > 0.0)) return;
+    shorter -= product(longer, shorter) / length * longer;
+    const double left = product(shorter, shorter);
+    form += power_penalty / length * longer.transpose() * longer;
+    if (left > vanishing * vanishing * length) form += power_penalty / left * shorter.transpose() * shorter;
   }
 
   void add_smoothness(int k, MatrixXd& form) const {

@@ -132,10 +132,10 @@ class CostTerms {
   MatrixXd heaviest_;  // [joints][N + 1] 1/W, weights beyond which multipliers would tell of round-off
   double last_error_ = 0.0;
   // workspace
-  Eigen::MatrixX2d rate_,
-      changing_;         // [controls][kinds] rad/s, of the joints about a node, and what shapes change of it
-  VectorXd difference_;  // [controls] N m, of moments over a step
-  VectorXd pull_;        // [controls] N m s, on the joints' turns over a step
+  Eigen::MatrixX2d rate_;                              // [controls][kinds] rad/s, of the joints about a node
+  Eigen::MatrixX2d changing_;                          // likewise, what shapes change of it
+  VectorXd difference_;                                // [controls] N m, of moments over a step
+  VectorXd pull_;                                      // [controls] N m s, on the joints' turns over a step
   MatrixXd turns_before_, turns_after_, first_turns_;  // [controls][2 f] of the joints' turns by the shapes
   MatrixXd next_;                                      // [2 f][n + controls + 1] shapes at a step's ends
   MatrixXd moments_, difference_by_;                   // [controls][n + controls + 1]

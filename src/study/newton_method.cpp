@@ -269,28 +269,34 @@ class NewtonMethod : public Method {
     return begun;
   }
 
-  // The motion to begin with may be an answer on these very steps: then it is found again, and not another one from coarser ones.
-  std::optional<Found> answer_at_hand() const {
-    if (steps_of(options_.first->path) != asked_.steps || !integrator::single_step(asked_.scheme)) return {};
-    optimizer::Options within = options(fine_tolerance);
-    within.most_iterations = within.max_iterations = carried_iterations;
-    within.exact_limits = false;  // an answer has what its limits are worth
-    Grid grid(system_, problem_, asked_.steps, reached_.coordinates, reached_.rows, limits_);
+  // With what the motion to begin with comes with.
+  Found begun_as_asked() const {
     Found found;
     found.duration = options_.first->duration;
     found.limit_multipliers = options_.first->limit_multipliers;
     found.work_multipliers = options_.first->work_multipliers;
+    return found;
+  }
+
+  // The motion to begin with may be an answer on these very steps: then it is found again, and not another one from coarser ones.
+  Found answer_at_hand() const {
+    Found found;
+    if (steps_of(options_.first->path) != asked_.steps || !integrator::single_step(asked_.scheme)) return found;
+    found = begun_as_asked();
+    optimizer::Options within = options(fine_tolerance);
+    within.most_iterations = within.max_iterations = carried_iterations;
+    within.exact_limits = false;  // an answer has what its limits are worth
+    Grid grid(system_, problem_, asked_.steps, reached_.coordinates, reached_.rows, limits_);
     solve(grid, options_.first->path, within, found);
-    if (found.converged()) return found;
-    return {};
+    return found;
   }
 
   Found solve_start(int start) const {
-    if (begins_as_asked(start))
-      if (std::optional<Found> answer = answer_at_hand()) return *answer;
+    const Found at_hand = begins_as_asked(start) ? answer_at_hand() : Found();
+    if (at_hand.converged()) return at_hand;
     const int coarse = coarse_of(problem_.steps);
     const int first = begins_as_asked(start) ? coarse : std::min(coarse, first_steps);
-    Found found = solve_guess(start, first, first < coarse ? rough_tolerance : fine_tolerance, Outcome());
+    Found found = solve_guess(start, first, first < coarse ? rough_tolerance : fine_tolerance, at_hand.outcome);
     if (coarse <= first_steps) return found;
     if (found.outcome.termination == Termination::infeasible)
       found.limit_multipliers = {};  // those of limits never kept
@@ -351,13 +357,8 @@ class NewtonMethod : public Method {
 
   // From a first guess; effort and history of `before` go on.
   Found solve_guess(int start, int steps, double tolerance, const Outcome& before) const {
-    Found found;
+    Found found = begins_as_asked(start) ? begun_as_asked() : Found();
     found.outcome = before;
-    if (begins_as_asked(start)) {
-      found.duration = options_.first->duration;
-      found.limit_multipliers = options_.first->limit_multipliers;
-      found.work_multipliers = options_.first->work_multipliers;
-    }
     Grid grid(system_, problem_, steps, reached_.coordinates, reached_.rows, limits_);
     const NodePath guess = first_guess(grid, start);
     solve(grid, guess, tolerance, found);
