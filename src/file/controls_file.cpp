@@ -84,10 +84,13 @@ ControlSamples controls_of_results(const Results& results, const std::string& pa
   const bool spline = results.problem.control == maneuver::ControlKind::spline;
   const bool stages = !spline && !results.solution.control_stages.empty();
   samples.source = spline ? ControlSource::spline : stages ? ControlSource::stages : ControlSource::steps;
-  if (stages)
+  if (stages) {
     take_stages(results, samples);
-  else
+  } else {
     take_nodes(results, samples);
+    samples.motion.rotation = results.solution.rotation;
+    samples.motion.position = results.solution.position;
+  }
   samples.points = results.problem.points;
   samples.scheme = results.problem.scheme;
   samples.first = first_node(results.solution);

@@ -9,6 +9,7 @@
 
 #include "file/joint_table.hpp"
 #include "file/results.hpp"
+#include "maneuver/node_path.hpp"
 
 namespace lamprey::file {
 
@@ -32,8 +33,10 @@ struct ControlSamples {
   int points = 0;                                         // with spline
   maneuver::Scheme scheme = maneuver::Scheme::trapezoid;  // of the solution
   std::optional<maneuver::Start> first = {};              // of the solution: its first node
-  bool gait = false;                                      // of a solution whose shape closes
-  std::string remark = {};                                // of a table: what its reader should be told; may be empty
+  /// Of the solution, up to order 2: rotations and positions at its nodes, of one cycle.
+  maneuver::NodePath motion = {};
+  bool gait = false;        // of a solution whose shape closes
+  std::string remark = {};  // of a table: what its reader should be told; may be empty
 };
 
 /// Reads a solution.json (text that begins with '{') or a CSV table: t, then three columns for each joint, in the problem's order

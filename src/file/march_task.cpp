@@ -165,15 +165,27 @@ void perturb(const MarchOptions& options, const model::System& system, const Fol
                                       : Eigen::MatrixXd(Eigen::MatrixXd::Identity(turns, turns)));
 }
 
+// The stored motion that moments belong to, where the march takes the same steps.
+maneuver::NodePath motion_of(const ControlSamples& samples, const Problem& problem) {
+  constexpr double round_off = 1e-9;  // of a step
+  if (samples.motion.position.size() < 2 || samples.scheme != problem.scheme) return {};
+  const double step = samples.time[1] - samples.time[0];
+  return std::abs(step - problem.time_step()) <= round_off * step ? samples.motion : maneuver::NodePath();
+}
+
 // By the scheme or the reference integrator, under moments in time or under feedback.
 maneuver::Solution march(const MarchOptions& options, const model::System& system, const Problem& problem,
                          const Followed* followed) {
-  maneuver::SimulateOptions simulation{options.adaptive, options.interrupted};
+  maneuver::SimulateOptions simulation{.adaptive = options.adaptive, .interrupted = options.interrupted};
   maneuver::ControlFunction control = maneuver::no_control(system);
   if (options.control)
     control = [&](double time) { return maneuver::moments_at_zero_angle(system, options.control(time)); };
-  if (options.controls) control = control_function(*options.controls, system);
+  if (options.controls) {
+    control = control_function(*options.controls, system);
+    simulation.motion = motion_of(*options.controls, problem);
+  }
   if (followed) {
+    simulation.motion = motion_of(followed->plan, problem);
     control = [followed](double time) { return followed->law.planned(time); };
     simulation.feedback = [followed](double time, const integrator::ReferenceState& state) {
       return followed->law.moments(time, state);

@@ -37,6 +37,11 @@ StepReport March::advance(double time_step, const StageControl& control, State& 
   return total;
 }
 
+void March::begin_at(const mechanics::Interval& motion) {
+  work_.front().interval = motion;
+  work_.front().begun = true;
+}
+
 void March::restart() {
   for (StepWorkspace& work : work_) work.predictor.forget();
 }

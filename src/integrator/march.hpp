@@ -23,6 +23,10 @@ class March {
   /// that did not converge.
   StepReport advance(double time_step, const StageControl& control, State& state, const StageWitness& witness = {});
 
+  /// The next step seeks its motion from this one on, in place of a guess: turns and displacement count, in m and world
+  /// directions. Of schemes with one stage.
+  void begin_at(const mechanics::Interval& motion);
+
   /// Forgets the steps seen: the next guess begins anew.
   void restart();
 

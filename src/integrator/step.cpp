@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "mechanics/step_balance.hpp"
 
@@ -280,7 +281,9 @@ StepReport advance(const System& system, DiscreteLagrangian lagrangian, double h
                    const Moments& control_next, State& state, StepWorkspace& work) {
   const Vector3d linear = state.momentum.tail<3>();
   work.interval.rotation = state.rotation;
-  if (work.predictor.knows()) {
+  if (std::exchange(work.begun, false)) {
+    // where the caller has set it
+  } else if (work.predictor.knows()) {
     work.predictor.predict(work.interval, h / work.latest_time_step);
   } else {
     stand_still(work.interval);

@@ -64,6 +64,7 @@ struct StepWorkspace {
   mechanics::DiscreteMomenta momenta;
   Predictor predictor;
   double latest_time_step = 0.0;             // s, of the step that the predictor saw last
+  bool begun = false;                        // the next step begins at the interval as it stands, not at a guess
   double sought_residual = 2e-14;            // where Newton stops; 0: only where another iteration no longer helps
   Freedoms target;                           // [bodies] p⁻ to reach
   Freedoms missing;                          // [bodies] target − p⁻, and Newton's correction

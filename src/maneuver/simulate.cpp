@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "integrator/march.hpp"
+#include "lie/so3.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/motion.hpp"
 
@@ -89,6 +90,7 @@ class ControlledMarch {
   /// Moments at a stage's node of the latest step.
   const mechanics::Moments& sample(std::size_t node) const { return sample_[node]; }
 
+  void begin_at(const mechanics::Interval& motion) { march_.begin_at(motion); }
   void restart() { march_.restart(); }
   const std::vector<double>& nodes() const { return march_.nodes(); }
 
@@ -143,13 +145,15 @@ class StageNodes {
 class Simulation {
  public:
   Simulation(const System& system, const Problem& problem, const ControlFunction& control,
-             const integrator::StateControl& feedback)
+             const SimulateOptions& options)
       : system_(system),
         scheme_(problem.scheme),
         control_(control),
-        feedback_(feedback),
+        feedback_(options.feedback),
+        known_(options.motion),
+        adaptive_(options.adaptive),
         h_(problem.time_step()),
-        march_(system, problem.scheme, control, feedback),
+        march_(system, problem.scheme, control, feedback_),
         stages_(march_.nodes()) {}
 
   /// Node k as files have it: of moments that jump there the mean, which with equal steps is what both sides exert, and the state
@@ -170,16 +174,16 @@ class Simulation {
   }
 
   /// Step k, whole or, if allowed, in pieces; on failure the state is where it last was.
-  bool advance(int k, bool adaptive, State& state, Solution& solution) {
+  bool advance(int k, State& state, Solution& solution) {
     const Span span{k * h_, (k + 1) * h_};
     if (keeps_stages()) stages_.begin({state.rotation, march_.moments(span.begin, state)});
-    const bool done = advance_part(span, 0, 1, state) || (adaptive && advance_in_pieces(span, state, solution.divided));
+    const bool done = advance_whole(k, span, state) || (adaptive_ && advance_in_pieces(span, state, solution.divided));
     if (done && keeps_stages()) append_stages(span, solution);
     return done;
   }
 
   /// Why step k failed, and what would have worked.
-  std::string failure(int k, double duration, bool adaptive, const State& state) const {
+  std::string failure(int k, double duration, const State& state) const {
     std::ostringstream text;
     text << "step " << k << " at t = " << failed_.begin << " s did not converge (";
     if (std::isfinite(report_.residual) && report_.residual > 0.0) {
@@ -192,7 +196,7 @@ class Simulation {
     const double works = largest_working_step(state);
     if (works > 0.0) {
       text << "; the largest step that still works from there is " << works << " s: try " << std::ceil(duration / works)
-           << " steps" << (adaptive ? "" : ", or --adaptive, which divides such steps");
+           << " steps" << (adaptive_ ? "" : ", or --adaptive, which divides such steps");
     } else {
       text << "; no step down to " << std::ldexp(failed_step_, -probed_halvings)
            << " s works from there: look at the moments and the joints' angles at that time";
@@ -206,6 +210,41 @@ class Simulation {
     for (std::size_t j = 0; j < moments.size(); ++j) moments[j] = 0.5 * (moments[j] + after[j]);
     const double acting = 0.5 * h_ * integrator::composition(scheme_).fractions.back();
     state.momentum += acting * (mechanics::generalized_force(system_, state.rotation, moments) - before);
+  }
+
+  // The known motion has a step k.
+  bool knows_steps() const { return known_.position.size() > 1 && !keeps_stages(); }
+  std::size_t known_step(int k) const { return at(k) % (known_.position.size() - 1); }
+
+  // The bodies stand to each other as they do in the known motion.
+  bool stands_as_known(int k, const State& state) const {
+    constexpr double near = 1e-2;  // rad, where the motion's own step is a guess as good as any
+    if (!knows_steps()) return false;
+    const mechanics::Rotations& known = known_.rotation[known_step(k)];
+    const Matrix3d heading = state.rotation[0] * known[0].transpose();
+    for (std::size_t i = 0; i < known.size(); ++i)
+      if (lie::rotation_angle(state.rotation[i].transpose() * (heading * known[i])) > near) return false;
+    return true;
+  }
+
+  // The next step is sought from step k of the known motion on, as it is seen from the state.
+  void begin_as_known(int k, const State& state) {
+    const std::size_t n = known_step(k);
+    const Matrix3d heading = state.rotation[0] * known_.rotation[n][0].transpose();
+    mechanics::Interval motion(system_.body_count());
+    mechanics::interval_between(system_, known_.rotation[n], known_.rotation[n + 1],
+                                heading * (known_.position[n + 1] - known_.position[n]), motion);
+    march_.begin_at(motion);
+  }
+
+  // A step in one piece, sought from the known motion first where the march is at it, and last where it is not.
+  bool advance_whole(int k, const Span& span, State& state) {
+    const bool there = stands_as_known(k, state);
+    if (there) begin_as_known(k, state);
+    if (advance_part(span, 0, 1, state)) return true;
+    if (!knows_steps()) return false;
+    if (!there) begin_as_known(k, state);
+    return advance_part(span, 0, 1, state);
   }
 
   bool keeps_stages() const { return !integrator::single_step(scheme_); }
@@ -285,6 +324,8 @@ class Simulation {
   Scheme scheme_;
   const ControlFunction& control_;
   const integrator::StateControl& feedback_;
+  const NodePath& known_;
+  bool adaptive_;
   double h_;  // s, of whole steps
   ControlledMarch march_;
   StageNodes stages_;
@@ -350,7 +391,7 @@ Solution simulate(const System& system, const Problem& problem, const ControlFun
   solution.cost = std::numeric_limits<double>::quiet_NaN();
   const double h = problem.time_step();
   State state = start_state(system, problem.start);
-  Simulation simulation(system, problem, control, options.feedback);
+  Simulation simulation(system, problem, control, options);
   const auto append = [&](int k) {
     simulation.append(k, problem.steps, state, solution);
     return std::isfinite(solution.linear_velocity.back().sum());
@@ -367,8 +408,8 @@ Solution simulate(const System& system, const Problem& problem, const ControlFun
   for (int k = 0; k < problem.steps; ++k) {
     if (options.interrupted && options.interrupted())
       return stop(Status::interrupted, "Interrupted at t = " + std::to_string(k * h) + " s.");
-    if (!simulation.advance(k, options.adaptive, state, solution))
-      return stop(Status::stalled, simulation.failure(k, problem.duration.value, options.adaptive, state));
+    if (!simulation.advance(k, state, solution))
+      return stop(Status::stalled, simulation.failure(k, problem.duration.value, state));
     if (!append(k + 1)) {
       std::ostringstream text;
       text << "step " << k << " ends at t = " << (k + 1) * h << " s where " << no_velocity;

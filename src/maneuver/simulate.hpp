@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "integrator/feedback_law.hpp"
+#include "maneuver/node_path.hpp"
 #include "maneuver/problem.hpp"
 #include "maneuver/solution.hpp"
 #include "mechanics/continuous.hpp"
@@ -31,6 +32,11 @@ struct SimulateOptions {
   std::function<bool()> interrupted;  // asked at every step; may be empty
   /// A controller that answers the state, affine in the velocity, in place of the moments in time; may be empty.
   integrator::StateControl feedback = {};
+  /// A motion under the same moments in steps of the same length and scheme, one after the other, again and again where the
+  /// march is longer. While the bodies stand to each other as they do in it, steps are sought from its own on, where impulses
+  /// leave the last ones no guide; elsewhere only those that do not converge from these. Wherever it lies and however it is
+  /// headed; rotations and positions count. Of schemes with one stage; may be empty.
+  NodePath motion = {};
 };
 
 /// Marches from the problem's start by its scheme, duration and steps, the controls sampled at the nodes of all stages.

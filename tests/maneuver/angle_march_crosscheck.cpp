@@ -163,6 +163,55 @@ TEST_P(AngleMarch, finds_the_moments_that_march_so) {
   }
 }
 
+// Joints that jump from node to node as impulses make them: no step resembles the last one.
+JointAngles jumping(Random& random, const System& system, const Problem& problem) {
+  std::vector<maneuver::Vectors> table;
+  for (int k = 0; k <= problem.steps; ++k) {
+    table.emplace_back();
+    for (const model::Joint& joint : system.joints()) {
+      table.back().push_back(random.vector(0.5));
+      for (int c = system.body(joint.child).freedoms; c < 3; ++c) table.back().back()[c] = 0.0;
+    }
+  }
+  const double h = problem.time_step();
+  return {[table, h](double t) { return table[static_cast<std::size_t>(std::lround(t / h))]; },
+          [&system](double) { return maneuver::Vectors(model::at(system.joint_count()), Vector3d::Zero()); }};
+}
+
+TEST_P(AngleMarch, is_marched_again_by_its_moments_where_steps_may_begin_at_its_own) {
+  int lost = 0;  // without it
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    Problem problem = random_problem(seed, 2 + static_cast<int>(seed % 4), 12);
+    const System system(problem.swimmer);
+    Random random(90 + seed);
+    const JointAngles angles = jumping(random, system, problem);
+    const Solution along = maneuver::march_along(system, problem, angles);
+    if (along.status != maneuver::Status::simulated) continue;
+    problem.start = maneuver::start_along(system, problem, angles);
+    std::vector<mechanics::Moments> found;
+    for (std::size_t k = 0; k < along.time.size(); ++k)
+      found.push_back(mechanics::moments_of_applied(system, along.rotation[k], along.control[k]));
+    const double h = problem.time_step();
+    const auto moments = [&](double t) { return found[static_cast<std::size_t>(std::lround(t / h))]; };
+    maneuver::SimulateOptions options;
+    const auto off_by = [&](const Solution& marched) {
+      return marched.status == maneuver::Status::simulated ? largest_difference(along, marched) : 1.0;
+    };
+    constexpr double same = 1e-9;
+    lost += off_by(maneuver::simulate(system, problem, moments, options)) > same ? 1 : 0;
+    options.motion.rotation = along.rotation;
+    options.motion.position = along.position;
+    EXPECT_LE(off_by(maneuver::simulate(system, problem, moments, options)), same) << seed;
+    // the motion may lie and be headed otherwise
+    const Matrix3d heading = lie::exp(random.vector());
+    for (mechanics::Rotations& R : options.motion.rotation)
+      for (Matrix3d& body : R) body = (heading * body).eval();
+    for (Vector3d& x : options.motion.position) x = heading * x + Vector3d(1, 2, 3);
+    EXPECT_LE(off_by(maneuver::simulate(system, problem, moments, options)), same) << seed;
+  }
+  EXPECT_GE(lost, 2) << "the moments ask for no more than any march finds";
+}
+
 TEST_P(AngleMarch, keeps_to_its_angles_and_to_total_momentum) {
   const Problem problem = random_problem(5, 5, 40);
   const System system(problem.swimmer);
