@@ -1,0 +1,17 @@
+// Searches that begin with many strokes: the more limits the fewer single strokes serve.
+#pragma once
+
+#include <vector>
+
+#include "study/grids.hpp"
+
+namespace lamprey::study {
+
+/// From rest to rest: few strokes towards the goal or many, within the limits and without, more than once each; the most
+/// promising are solved.
+std::vector<Found> solve_swum_strokes(const Grids& grids);
+
+/// Of a gait with a free shape: from a smaller one, done several times over.
+std::vector<Found> solve_cycles(const Grids& grids);
+
+}  // namespace lamprey::study
