@@ -13,7 +13,6 @@
 #include "file/tasks.hpp"
 #include "file/text_file.hpp"
 #include "file/words.hpp"
-#include "mechanics/connection.hpp"
 #include "module.hpp"
 
 namespace lamprey::python {
@@ -35,32 +34,6 @@ std::string shown(const Problem& problem) {
   const maneuver::Problem& p = problem.file.problem;
   return "<lamprey.Problem '" + p.name + "': " + std::to_string(p.swimmer.bodies.size()) + " bodies, " +
          std::to_string(p.steps) + " steps, scheme " + std::string(file::word(p.scheme)) + ">";
-}
-
-// The joints' rates that the columns are by, as [joint, axis].
-nb::list rates_of(const model::System& system) {
-  nb::list rates;
-  for (const model::Joint& joint : system.joints())
-    for (int axis = 0; axis < system.body(joint.child).freedoms; ++axis) rates.append(nb::make_tuple(joint.name, axis));
-  return rates;
-}
-
-nb::object matrix(const Eigen::MatrixXd& numbers) {
-  const Eigen::MatrixXd rows = numbers.transpose();
-  return array({rows.data(), rows.data() + rows.size()},
-               {static_cast<std::size_t>(numbers.rows()), static_cast<std::size_t>(numbers.cols())});
-}
-
-nb::dict connection(const Problem& problem, nb::handle rotation) {
-  const model::System system = file::system_of(problem.file);
-  const auto bodies = static_cast<std::size_t>(system.body_count());
-  const mechanics::LocalConnection found = mechanics::local_connection(system, rotations(rotation, bodies, "rotation"));
-  nb::dict result;
-  result["rates"] = rates_of(system);
-  result["angular"] = matrix(found.turn);
-  result["linear"] = matrix(found.shift);
-  result["inertia"] = matrix(found.inertia);
-  return result;
 }
 
 }  // namespace
@@ -138,18 +111,6 @@ void bind_file(nb::module_& module) {
       .def(
           "check", [](const Problem& self) { return file::model_table(self.file.problem, file::system_of(self.file)); },
           "The resolved model as a table for people: what `lamprey check` prints.")
-      .def("connection", &connection, "rotation"_a,
-           nb::sig("def connection(self, rotation: numpy.typing.ArrayLike) -> dict[str, typing.Any]"),
-           "The local connection at a shape: how the root moves as the joints turn, where total momentum is zero.\n\n"
-           "rotation: (bodies, 3, 3), body to world, of which the shape alone counts. Returns \"angular\" (3, f) and "
-           "\"linear\" "
-           "(3, f, in m): the root's angular velocity and its mass centre's velocity, both along its own axes, by the "
-           "f rates "
-           "of the joints, and \"inertia\" (f, f): M of the kinetic energy ½ rate·M rate, kg m².\n\"rates\": the joint "
-           "and the "
-           "axis of each, of a hinge or universal joint the angle about it, of a ball joint a component of the child's "
-           "angular "
-           "velocity against the parent's, in the parent's frame. Equation 9.28.")
       .def("__repr__", &shown)
       .def("__getstate__", [](const Problem& self) { return std::pair(self.text, self.file.path); })
       .def("__setstate__", [](Problem& self, const std::pair<std::string, std::string>& state) {

@@ -7,6 +7,7 @@ NB_MODULE(_core, module) {
   bind_model(module);
   bind_fluid(module);
   bind_file(module);
+  bind_mechanics(module);
   bind_results(module);
   bind_tasks(module);
   bind_study(module);

@@ -115,3 +115,39 @@ def test_the_local_connection_moves_the_root_as_marches_do(root):
     assert abs((found["angular"] @ rates)[2] - turning) < 1e-3 * abs(turning)
     with pytest.raises(lp.InputError, match="rotation"):
         problem.connection(np.zeros((2, 3, 3)))
+
+
+def test_the_curvature_is_that_of_height_functions(root):
+    problem = lp.load(root / "examples/three_links.toml")
+    heights = problem.height_functions("head", "tail", (-1.0, 1.0), (-0.8, 1.2), points=21)
+    assert heights["normal"] == 2 and heights["linear"].shape == (2, 21, 21) and heights["angular"].shape == (21, 21)
+
+    def about_z(angle):
+        c, s = np.cos(angle), np.sin(angle)
+        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+    i, j = 4, 17
+    shape = [np.eye(3), about_z(heights["first"][i]), about_z(heights["second"][j])]
+    curvature = problem.connection_curvature(shape)
+    assert curvature["rates"] == [("head", 0), ("tail", 0)]
+    assert np.allclose(curvature["linear"], -curvature["linear"].transpose(0, 2, 1))
+    turn, shift = curvature["angular"][2, 0, 1], curvature["linear"][:2, 0, 1]
+    assert abs(heights["angular"][i, j] - turn) < 1e-12
+    x, y = heights["frame_position"][:, i, j]
+    seen = about_z(-heights["frame_angle"][i, j])[:2, :2] @ (shift + turn * np.array([-y, x]))
+    assert np.abs(heights["linear"][:, i, j] - seen).max() < 1e-12
+
+
+def test_height_functions_name_what_they_cannot_tell(root):
+    problem = lp.load(root / "examples/three_links.toml")
+    with pytest.raises(lp.InputError, match="allowed: head, tail"):
+        problem.height_functions("nose", "tail", (-1, 1), (-1, 1))
+    with pytest.raises(lp.InputError, match="first_range"):
+        problem.height_functions("head", "tail", (1, -1), (-1, 1))
+    with pytest.raises(lp.InputError, match="another one"):
+        problem.height_functions("head", "head", (-1, 1), (-1, 1))
+    balls = lp.load(root / "examples/translation.toml")
+    with pytest.raises(lp.InputError, match="no axis"):
+        balls.height_functions("front", "back", (-1, 1), (-1, 1))
+    with pytest.raises(lp.InputError, match="otherwise than in one plane"):
+        balls.height_functions(("front", 1), ("back", 2), (-1, 1), (-1, 1))

@@ -10,6 +10,7 @@
 #include "lie/so3.hpp"
 #include "report/joint_demands.hpp"
 #include "report/poses.hpp"
+#include "report/shape_loop.hpp"
 #include "report/summary.hpp"
 #include "report/wording.hpp"
 
@@ -74,6 +75,33 @@ std::string quaternion_column(const std::vector<std::vector<Eigen::Matrix3d>>& r
     }
   }
   return column.array();
+}
+
+/// Of a motion by two angles in a plane: its height functions, [first][second] row by row, and what its loop moved; else null.
+std::string heights_text(const file::Results& results) {
+  const std::optional<ShapeLoop> loop = shape_loop(results);
+  if (!loop) return "null";
+  const auto all = [](const auto& numbers) {
+    Column column;
+    for (const double number : numbers) column.add(number);
+    return column.array();
+  };
+  const auto by_rows = [&](const Eigen::MatrixXd& values) {
+    const Eigen::MatrixXd rows = values.transpose();
+    return all(rows.reshaped());
+  };
+  const auto& [first, second] = loop->heights.angle;
+  const auto& height = loop->heights.height;
+  const auto index = [&](std::size_t n) {
+    return 3 * loop->angle[n].joint + static_cast<std::size_t>(loop->angle[n].axis);
+  };
+  std::string text = fmt::format(R"({{"column":[{},{}],"normal":{},"angle":[{},{}],"height":[{},{},{}])", index(0),
+                                 index(1), loop->heights.normal, all(first), all(second), by_rows(height[0]),
+                                 by_rows(height[1]), by_rows(height[2]));
+  if (loop->displacement)
+    text += fmt::format(R"(,"by_volume":{},"moved":{})", all(loop->displacement->by_volume),
+                        all(loop->displacement->moved));
+  return text + "}";
 }
 
 std::string momentum_columns(const maneuver::MomentumHistory& momentum, const Nodes& nodes) {
@@ -235,7 +263,7 @@ std::string page_data(const std::vector<const file::Results*>& runs) {
     escape_less_than(words);
     if (run != runs.front()) text += ',';
     words.back() = ',';
-    text += words + "\"frames\":" + frames_text(*run) + "}";
+    text += words + "\"heights\":" + heights_text(*run) + ",\"frames\":" + frames_text(*run) + "}";
   }
   return text + "]}";
 }

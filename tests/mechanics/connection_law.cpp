@@ -2,6 +2,8 @@
 // left is the least.
 #include "mechanics/connection.hpp"
 
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include "chains.hpp"
@@ -108,6 +110,96 @@ TEST_P(Connection, does_not_depend_on_the_heading) {
   EXPECT_LE((same.turn - connection.turn).norm(), tolerance(1e-11 * connection.turn.norm()));
   EXPECT_LE((same.shift - connection.shift).norm(), tolerance(1e-11 * connection.shift.norm()));
   EXPECT_LE((same.inertia - connection.inertia).norm(), tolerance(1e-11 * connection.inertia.norm()));
+}
+
+// Shapes by how far the joints have turned, [joints][3] as mechanics::rotation_at_turn has them, and rates of these.
+using Turns = mechanics::Vectors;
+
+Turns combined(const Turns& a, double scale, const Turns& b) {
+  Turns sum = a;
+  for (std::size_t j = 0; j < a.size(); ++j) sum[j] += scale * b[j];
+  return sum;
+}
+
+Rotations shape_at(const model::System& system, const Turns& turn) {
+  Rotations R(static_cast<std::size_t>(system.body_count()), Matrix3d::Identity());
+  for (int i : system.root_to_leaves()) {
+    const model::Body& body = system.body(i);
+    if (body.parent < 0) continue;
+    R[model::at(i)] =
+        R[model::at(body.parent)] * mechanics::rotation_at_turn(system.joint(body.joint), turn[model::at(body.joint)]);
+  }
+  return R;
+}
+
+VectorXd rates_of(const model::System& system, const Turns& turn, const Turns& change) {
+  std::vector<double> rates;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    Vector3d rate = change[model::at(j)];
+    if (system.joint(j).free()) {  // by differences: no formula of the connection's
+      constexpr double e = 1e-5;
+      const Matrix3d by = (lie::exp(turn[model::at(j)] + e * rate) - lie::exp(turn[model::at(j)] - e * rate)) / (2 * e);
+      rate = lie::vee(by * lie::exp(turn[model::at(j)]).transpose());
+    }
+    for (int c = 0; c < system.body(system.joint(j).child).freedoms; ++c) rates.push_back(rate[c]);
+  }
+  return Eigen::Map<VectorXd>(rates.data(), static_cast<Eigen::Index>(rates.size()));
+}
+
+// How the root has moved, (turn, shift) along its first axes, when the shape has gone once round an ellipse about `middle` with
+// the half axes `size` a and `size` b, from where it is at phase `first` on.
+VectorXd moved_by_ellipse(const model::System& system, const Turns& middle, const Turns& a, const Turns& b, double size,
+                          double first) {
+  constexpr int steps = 100;
+  const auto velocity = [&](double s) {
+    const Turns turn = combined(combined(middle, size * std::cos(s), a), size * std::sin(s), b);
+    const Turns none(middle.size(), Vector3d::Zero());
+    const Turns change = combined(combined(none, -size * std::sin(s), a), size * std::cos(s), b);
+    const LocalConnection connection = mechanics::local_connection(system, shape_at(system, turn));
+    const VectorXd rates = rates_of(system, turn, change);
+    Eigen::Matrix4d twist = Eigen::Matrix4d::Zero();
+    twist.topLeftCorner<3, 3>() = lie::hat(Vector3d(connection.turn * rates));
+    twist.topRightCorner<3, 1>() = connection.shift * rates;
+    return twist;
+  };
+  Eigen::Matrix4d place = Eigen::Matrix4d::Identity();
+  const double step = 2.0 * std::numbers::pi / steps;
+  for (int k = 0; k < steps; ++k) {  // Runge and Kutta's of order 4
+    const double s = first + k * step;
+    const Eigen::Matrix4d early = velocity(s), middle_twist = velocity(s + 0.5 * step), late = velocity(s + step);
+    const Eigen::Matrix4d k_1 = place * early, k_2 = (place + 0.5 * step * k_1) * middle_twist,
+                          k_3 = (place + 0.5 * step * k_2) * middle_twist, k_4 = (place + step * k_3) * late;
+    place += step * (k_1 + 2.0 * k_2 + 2.0 * k_3 + k_4) / 6.0;
+  }
+  VectorXd moved(6);
+  moved << lie::log(Matrix3d(place.topLeftCorner<3, 3>())), place.topRightCorner<3, 1>();
+  return moved;
+}
+
+TEST_P(Connection, curves_by_what_small_loops_of_shapes_move_the_root) {
+  const auto joints = model::at(system_.joint_count());
+  Turns middle(joints), a(joints), b(joints);
+  for (Turns* each : {&middle, &a, &b})
+    for (std::size_t j = 0; j < joints; ++j) {
+      (*each)[j] = random_.vector(0.4);
+      for (int c = system_.body(system_.joint(static_cast<int>(j)).child).freedoms; c < 3; ++c) (*each)[j][c] = 0.0;
+    }
+  const mechanics::ConnectionCurvature curvature = mechanics::connection_curvature(system_, shape_at(system_, middle));
+  const VectorXd along = rates_of(system_, middle, a), across = rates_of(system_, middle, b);
+  VectorXd expected(6);
+  for (std::size_t k = 0; k < 3; ++k) {
+    expected[static_cast<Eigen::Index>(k)] = along.dot(curvature.turn[k] * across);
+    expected[static_cast<Eigen::Index>(3 + k)] = along.dot(curvature.shift[k] * across);
+  }
+  std::vector<double> error;
+  for (const double size : {0.2, 0.1, 0.05}) {
+    // from opposite ends: what the beginning matters cancels to first order
+    const VectorXd moved = 0.5 * (moved_by_ellipse(system_, middle, a, b, size, 0.0) +
+                                  moved_by_ellipse(system_, middle, a, b, size, std::numbers::pi));
+    error.push_back((moved / (std::numbers::pi * size * size) - expected).norm() / expected.norm());
+  }
+  EXPECT_LE(error[2], 0.02);
+  for (std::size_t n = 0; n < 2; ++n) EXPECT_NEAR(std::log2(error[n] / error[n + 1]), 2.0, 0.2) << error[n];
 }
 
 }  // namespace

@@ -2,6 +2,7 @@ import { follow_clock } from "./charts.js";
 import { Clock } from "./clock.js";
 import { show_curves } from "./curves.js";
 import { section } from "./dom.js";
+import { show_shapes } from "./shapes.js";
 import { show_motion } from "./player.js";
 import { show_certificate, show_problem, show_provenance, show_search, show_verdict } from "./tables.js";
 
@@ -14,6 +15,7 @@ show_search(runs);
 show_problem(runs);
 show_provenance(runs);
 show_motion(runs, clock);
+show_shapes(runs, clock);
 show_curves(runs, clock);
 follow_clock(clock);
 clock.set(0.4 * clock.duration);

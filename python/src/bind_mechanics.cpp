@@ -1,0 +1,188 @@
+// mechanics: how shapes move the whole, as methods of Problem.
+#include <fmt/format.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/variant.h>
+
+#include <array>
+#include <cmath>
+#include <variant>
+
+#include "arrays.hpp"
+#include "bound.hpp"
+#include "file/tasks.hpp"
+#include "mechanics/connection.hpp"
+#include "mechanics/height_functions.hpp"
+#include "model/input_error.hpp"
+#include "module.hpp"
+
+namespace lamprey::python {
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace {
+
+using model::InputError;
+using model::System;
+
+// The joints' rates that the columns are by, as [joint, axis].
+nb::list rates_of(const System& system) {
+  nb::list rates;
+  for (const model::Joint& joint : system.joints())
+    for (int axis = 0; axis < system.body(joint.child).freedoms; ++axis) rates.append(nb::make_tuple(joint.name, axis));
+  return rates;
+}
+
+nb::object matrix(const Eigen::MatrixXd& numbers) {
+  const Eigen::MatrixXd rows = numbers.transpose();
+  return array({rows.data(), rows.data() + rows.size()},
+               {static_cast<std::size_t>(numbers.rows()), static_cast<std::size_t>(numbers.cols())});
+}
+
+// `count` matrices of one size, one after the other.
+nb::object matrices(const Eigen::MatrixXd* first, std::size_t count) {
+  std::vector<double> values;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Eigen::MatrixXd rows = first[k].transpose();
+    values.insert(values.end(), rows.data(), rows.data() + rows.size());
+  }
+  return array(std::move(values),
+               {count, static_cast<std::size_t>(first->rows()), static_cast<std::size_t>(first->cols())});
+}
+
+mechanics::Rotations shape_of(const System& system, nb::handle rotation) {
+  return rotations(rotation, static_cast<std::size_t>(system.body_count()), "rotation");
+}
+
+nb::dict connection(const Problem& problem, nb::handle rotation) {
+  const System system = file::system_of(problem.file);
+  const mechanics::LocalConnection found = mechanics::local_connection(system, shape_of(system, rotation));
+  nb::dict result;
+  result["rates"] = rates_of(system);
+  result["angular"] = matrix(found.turn);
+  result["linear"] = matrix(found.shift);
+  result["inertia"] = matrix(found.inertia);
+  return result;
+}
+
+nb::dict connection_curvature(const Problem& problem, nb::handle rotation) {
+  const System system = file::system_of(problem.file);
+  const mechanics::ConnectionCurvature found = mechanics::connection_curvature(system, shape_of(system, rotation));
+  nb::dict result;
+  result["rates"] = rates_of(system);
+  result["angular"] = matrices(found.turn.data(), 3);
+  result["linear"] = matrices(found.shift.data(), 3);
+  return result;
+}
+
+// An angle by its joint's name, or by that and the axis.
+using AngleName = std::variant<std::string, std::pair<std::string, int>>;
+
+mechanics::ShapePlane::Angle angle_named(const System& system, const AngleName& name, const std::string& key) {
+  const bool with_axis = std::holds_alternative<std::pair<std::string, int>>(name);
+  const std::string& joint_name = with_axis ? std::get<1>(name).first : std::get<0>(name);
+  for (int j = 0; j < system.joint_count(); ++j) {
+    if (system.joint(j).name != joint_name) continue;
+    const int count = system.body(system.joint(j).child).freedoms;
+    if (!with_axis && count == 1) return {.joint = j, .axis = 0};
+    const int axis = with_axis ? std::get<1>(name).second : -1;
+    if (axis >= 0 && axis < count) return {.joint = j, .axis = axis};
+    throw InputError(key, fmt::format("found {} of joint \"{}\"; allowed: an axis from 0 to {}; give (\"{}\", axis)",
+                                      with_axis ? "axis " + std::to_string(axis) : std::string("no axis"), joint_name,
+                                      count - 1, joint_name));
+  }
+  std::string names;
+  for (const model::Joint& joint : system.joints()) names += (names.empty() ? "" : ", ") + joint.name;
+  throw InputError(key, fmt::format("found joint \"{}\"; allowed: {}; name one of these", joint_name, names));
+}
+
+nb::dict height_functions(const Problem& problem, const AngleName& first, const AngleName& second,
+                          const std::pair<double, double>& first_range, const std::pair<double, double>& second_range,
+                          int points) {
+  const System system = file::system_of(problem.file);
+  mechanics::ShapePlane plane;
+  plane.angle = {angle_named(system, first, "first"), angle_named(system, second, "second")};
+  if (plane.angle[0].joint == plane.angle[1].joint && plane.angle[0].axis == plane.angle[1].axis)
+    throw InputError("second", "found the first angle again; allowed: another one; name it");
+  for (const auto& [range, key, n] : {std::tuple(first_range, "first_range", std::size_t{0}),
+                                      std::tuple(second_range, "second_range", std::size_t{1})}) {
+    if (!(range.first < range.second) || !std::isfinite(range.second - range.first))
+      throw InputError(key, fmt::format("found ({}, {}); allowed: a lower and a higher angle in rad; set them",
+                                        range.first, range.second));
+    plane.angle[n].low = range.first;
+    plane.angle[n].high = range.second;
+  }
+  if (points < 3 || points > 1000)
+    throw InputError("points", fmt::format("found {}; allowed: 3 to 1000 along each angle; choose some", points));
+  plane.points = points;
+  std::optional<mechanics::HeightFunctions> found;
+  {
+    const nb::gil_scoped_release others_run;
+    found = mechanics::height_functions(system, plane);
+  }
+  if (!found)
+    throw InputError(
+        "first, second",
+        "found angles that move the swimmer otherwise than in one plane of its root's axes; allowed: angles "
+        "about one of them, of bodies that are symmetric about the plane; use connection_curvature at single "
+        "shapes");
+  nb::dict result;
+  const auto along = [](const std::vector<double>& angles) { return array(angles, {angles.size()}); };
+  result["first"] = along(found->angle[0]);
+  result["second"] = along(found->angle[1]);
+  result["normal"] = found->normal;
+  result["linear"] = matrices(found->height.data(), 2);
+  result["angular"] = matrix(found->height[2]);
+  result["frame_position"] = matrices(found->frame.data(), 2);
+  result["frame_angle"] = matrix(found->frame[2]);
+  return result;
+}
+
+}  // namespace
+
+void bind_mechanics(nb::module_& module) {
+  auto problem = nb::borrow<nb::class_<Problem>>(module.attr("Problem"));
+  problem
+      .def("connection", &connection, "rotation"_a,
+           nb::sig("def connection(self, rotation: numpy.typing.ArrayLike) -> dict[str, typing.Any]"),
+           "The local connection at a shape: how the root moves as the joints turn, where total momentum is zero.\n\n"
+           "rotation: (bodies, 3, 3), body to world, of which the shape alone counts. Returns \"angular\" (3, f) and "
+           "\"linear\" "
+           "(3, f, in m): the root's angular velocity and its mass centre's velocity, both along its own axes, by the "
+           "f rates "
+           "of the joints, and \"inertia\" (f, f): M of the kinetic energy ½ rate·M rate, kg m².\n\"rates\": the joint "
+           "and the "
+           "axis of each, of a hinge or universal joint the angle about it, of a ball joint a component of the child's "
+           "angular "
+           "velocity against the parent's, in the parent's frame. Equation 9.28.")
+      .def(
+          "connection_curvature", &connection_curvature, "rotation"_a,
+          nb::sig("def connection_curvature(self, rotation: numpy.typing.ArrayLike) -> dict[str, typing.Any]"),
+          "The curvature of the local connection at a shape: what small loops of shapes move the root by.\n\n"
+          "rotation: (bodies, 3, 3), body to world, of which the shape alone counts. Returns \"angular\" (3, f, f) and "
+          "\"linear\" (3, f, f, in m), by the f \"rates\" of connection: the parallelogram of two small motions a, b "
+          "of "
+          "the joints (rad) turns the root by angular[k] @ b · a about its axis k and moves it by linear[k] likewise, "
+          "to "
+          "second order in its size. Antisymmetric, exact. Equations 9.29, 9.30.")
+      .def(
+          "height_functions", &height_functions, "first"_a, "second"_a, "first_range"_a, "second_range"_a,
+          "points"_a = 31,
+          nb::sig(
+              "def height_functions(self, first: str | tuple[str, int], second: str | tuple[str, int], first_range: "
+              "tuple[float, float], second_range: tuple[float, float], points: int = 31) -> dict[str, typing.Any]"),
+          "Height functions of a swimmer that two angles move in a plane: volumes over loops are what it moves.\n\n"
+          "first, second: a joint's name, of a ball or universal joint with its axis, (\"front\", 2); all other joints "
+          "stay at their zero angle. Ranges in rad. Returns \"first\", \"second\" (points): the angles; \"linear\" "
+          "(2, points, points, m/rad²) and \"angular\" (points, points, rad/rad²), rows by the first angle: along the "
+          "two axes that follow \"normal\", the root's axis about which it turns (0, 1 or 2), and about it; told in "
+          "the "
+          "frame that the angles disturb least, which stands at \"frame_position\" (2, points, points, m) and is "
+          "turned "
+          "by \"frame_angle\" (points, points, rad) in the root's.\nRaises InputError where the swimmer leaves the "
+          "plane. Equation 9.31.");
+}
+
+}  // namespace lamprey::python

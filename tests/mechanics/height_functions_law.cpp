@@ -1,0 +1,239 @@
+// Height functions: volumes over loops of shapes are what the swimmer moves, in the frame that shapes disturb least.
+#include "mechanics/height_functions.hpp"
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "chains.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using mechanics::HeightFunctions;
+using mechanics::Planar;
+using mechanics::Rotations;
+using mechanics::ShapePlane;
+using model::System;
+
+// A row of three unlike bodies, bent about one of the axes 0, 1, 2 by hinges or, about the parent's axis, by ball joints.
+model::SwimmerDescription row_of_three(int normal, bool hinges) {
+  model::SwimmerDescription swimmer;
+  swimmer.density = 1000.0;
+  const std::array<Vector3d, 3> sizes{Vector3d(0.12, 0.03, 0.05), Vector3d(0.15, 0.02, 0.03),
+                                      Vector3d(0.09, 0.04, 0.02)};
+  const auto turned = [&](const Vector3d& v) {  // e₃ becomes the normal
+    Vector3d result;
+    for (int k = 0; k < 3; ++k) result[(k + normal + 1) % 3] = v[k];
+    return result;
+  };
+  for (int i = 0; i < 3; ++i) {
+    model::BodyDescription body;
+    body.name = std::to_string(i);
+    body.semi_axes = turned(sizes[static_cast<std::size_t>(i)]);
+    swimmer.bodies.push_back(body);
+  }
+  for (int side : {1, -1}) {
+    model::JointDescription joint;
+    joint.kind = hinges ? model::JointKind::hinge : model::JointKind::ball;
+    joint.parent = "0";
+    joint.child = joint.name = side > 0 ? "1" : "2";
+    joint.parent_offset = turned(Vector3d(0.13 * side, 0.01, 0));
+    joint.child_offset = turned(Vector3d((side > 0 ? -0.16 : 0.1), 0, 0));
+    if (hinges) joint.axis = turned(Vector3d::UnitZ());
+    swimmer.joints.push_back(joint);
+  }
+  return swimmer;
+}
+
+ShapePlane plane_of(int normal, bool hinges, double reach, int points) {
+  ShapePlane plane;
+  const int axis = hinges ? 0 : normal;
+  plane.angle[0] = {0, axis, -reach, reach};
+  plane.angle[1] = {1, axis, -reach, reach};
+  plane.points = points;
+  return plane;
+}
+
+struct Planarity {
+  int normal;
+  bool hinges;
+};
+
+class Heights : public testing::TestWithParam<Planarity> {
+ protected:
+  System system_{row_of_three(GetParam().normal, GetParam().hinges)};
+
+  ShapePlane plane(double reach, int points) const {
+    return plane_of(GetParam().normal, GetParam().hinges, reach, points);
+  }
+
+  // Rates of the root by the two angles, in its plane.
+  Eigen::Matrix<double, 3, 2> rates(double first, double second) const {
+    const int n = GetParam().normal;
+    Rotations R(3, Matrix3d::Identity());
+    R[1] = lie::exp(Vector3d(first * Vector3d::Unit(n)));
+    R[2] = lie::exp(Vector3d(second * Vector3d::Unit(n)));
+    const mechanics::LocalConnection connection = mechanics::local_connection(system_, R);
+    const Eigen::Index second_column = GetParam().hinges ? 1 : 3 + n, first_column = GetParam().hinges ? 0 : n;
+    Eigen::Matrix<double, 3, 2> result;
+    for (const auto& [to, from] : {std::pair(Eigen::Index{0}, first_column), std::pair(Eigen::Index{1}, second_column)})
+      result.col(to) << connection.shift((n + 1) % 3, from), connection.shift((n + 2) % 3, from),
+          connection.turn(n, from);
+    return result;
+  }
+
+  // The root's displacement round a circle of shapes, seen from where it began; and the circle.
+  std::pair<Planar, std::vector<std::array<double, 2>>> round_circle(double size) const {
+    constexpr int steps = 400;
+    constexpr double whole = 2.0 * std::numbers::pi, first = 0.2, second = -0.1;
+    const auto velocity = [&](double s) {
+      return Planar(rates(first + size * std::cos(s), second + size * std::sin(s)) *
+                    Eigen::Vector2d(-size * std::sin(s), size * std::cos(s)));
+    };
+    std::vector<std::array<double, 2>> loop;
+    Planar place = Planar::Zero();
+    const double step = whole / steps;
+    for (int k = 0; k < steps; ++k) {
+      loop.push_back({first + size * std::cos(k * step), second + size * std::sin(k * step)});
+      const auto moved = [&](double s, double heading) {
+        const Planar v = velocity(s);
+        Planar rate;
+        rate << Eigen::Rotation2Dd(heading) * v.head<2>(), v[2];
+        return rate;
+      };
+      const Planar a = moved(k * step, place[2]), b = moved((k + 0.5) * step, place[2] + 0.5 * step * a[2]),
+                   c = moved((k + 0.5) * step, place[2] + 0.5 * step * b[2]),
+                   d = moved((k + 1) * step, place[2] + step * c[2]);
+      place += step * (a + 2.0 * b + 2.0 * c + d) / 6.0;
+    }
+    return {place, loop};
+  }
+};
+INSTANTIATE_TEST_SUITE_P(
+    Planes, Heights, testing::Values(Planarity{2, true}, Planarity{2, false}, Planarity{1, true}, Planarity{0, false}),
+    [](const auto& the) {
+      return std::string(the.param.hinges ? "hinges" : "balls") + "_about_axis_" + std::to_string(the.param.normal);
+    });
+
+// The same heights told in the root's own frame.
+HeightFunctions told_by_root(const HeightFunctions& heights) {
+  HeightFunctions plain = heights;
+  for (Eigen::Index i = 0; i < heights.height[0].rows(); ++i)
+    for (Eigen::Index j = 0; j < heights.height[0].cols(); ++j) {
+      const double turn = heights.height[2](i, j), x = heights.frame[0](i, j), y = heights.frame[1](i, j);
+      const Eigen::Vector2d shift = Eigen::Rotation2Dd(heights.frame[2](i, j)) *
+                                    Eigen::Vector2d(heights.height[0](i, j), heights.height[1](i, j));
+      plain.height[0](i, j) = shift.x() + turn * y;
+      plain.height[1](i, j) = shift.y() - turn * x;
+      for (std::size_t k = 0; k < 3; ++k) plain.frame[k](i, j) = 0.0;
+    }
+  return plain;
+}
+
+TEST_P(Heights, are_the_displacement_of_loops) {
+  const std::optional<HeightFunctions> heights = mechanics::height_functions(system_, plane(0.8, 81));
+  ASSERT_TRUE(heights);
+  EXPECT_EQ(heights->normal, GetParam().normal);
+  for (const double size : {0.2, 0.4, 0.6}) {
+    const auto [root, loop] = round_circle(size);
+    const auto miss = [&](const HeightFunctions& told) {
+      const Planar frame = mechanics::frame_at(told, loop[0][0], loop[0][1]);
+      const Planar moved = mechanics::displacement_of_frame(frame, root);
+      return (moved - mechanics::volume_over(told, loop)).norm() / moved.norm();
+    };
+    EXPECT_LE(miss(*heights), 1e-3) << size;
+    EXPECT_GE(miss(told_by_root(*heights)), 10.0 * miss(*heights)) << size;
+  }
+}
+
+// Volumes are counted by how often and in which sense the loop goes round.
+TEST_P(Heights, are_summed_over_what_a_loop_goes_round) {
+  const std::optional<HeightFunctions> heights = mechanics::height_functions(system_, plane(1.0, 9));
+  ASSERT_TRUE(heights);
+  HeightFunctions flat = *heights;
+  for (std::size_t k = 0; k < 3; ++k) {  // 1 + 2 r₁ + 3 r₂, which is linear
+    for (Eigen::Index i = 0; i < 9; ++i)
+      for (Eigen::Index j = 0; j < 9; ++j)
+        flat.height[k](i, j) =
+            1.0 + 2.0 * flat.angle[0][static_cast<std::size_t>(i)] + 3.0 * flat.angle[1][static_cast<std::size_t>(j)];
+  }
+  std::vector<std::array<double, 2>> once, twice, back;
+  constexpr int corners = 2000;
+  for (int k = 0; k < 2 * corners; ++k) {
+    const double s = 2.0 * std::numbers::pi * k / corners;
+    const std::array<double, 2> corner{0.3 + 0.5 * std::cos(s), -0.2 + 0.4 * std::sin(s)};
+    twice.push_back(corner);
+    if (k < corners) once.push_back(corner);
+  }
+  back.assign(once.rbegin(), once.rend());
+  const double expected = std::numbers::pi * 0.5 * 0.4 * (1.0 + 2.0 * 0.3 - 3.0 * 0.2);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    EXPECT_NEAR(mechanics::volume_over(flat, once)[k], expected, 1e-5);
+    EXPECT_NEAR(mechanics::volume_over(flat, twice)[k], 2.0 * expected, 2e-5);
+    EXPECT_NEAR(mechanics::volume_over(flat, back)[k], -expected, 1e-5);
+  }
+}
+
+// The squares of the rates that are left, halfway between the nodes.
+double disturbance(const HeightFunctions& heights,
+                   const std::function<Eigen::Matrix<double, 3, 2>(double, double)>& rates, bool turn) {
+  double sum = 0.0;
+  const auto n = heights.height[0].rows();
+  const auto at_node = [&](Eigen::Index i, Eigen::Index j) {
+    return Planar(heights.frame[0](i, j), heights.frame[1](i, j), heights.frame[2](i, j));
+  };
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j)
+      for (Eigen::Index angle : {0, 1}) {
+        const Eigen::Index to_i = i + (angle == 0 ? 1 : 0), to_j = j + (angle == 1 ? 1 : 0);
+        if (to_i >= n || to_j >= n) continue;
+        const auto middle = [](const std::vector<double>& angles, Eigen::Index a, Eigen::Index b) {
+          return 0.5 * (angles[static_cast<std::size_t>(a)] + angles[static_cast<std::size_t>(b)]);
+        };
+        const Planar rate = rates(middle(heights.angle[0], i, to_i), middle(heights.angle[1], j, to_j)).col(angle);
+        const std::vector<double>& changed = heights.angle[static_cast<std::size_t>(angle)];
+        const Planar change = (at_node(to_i, to_j) - at_node(i, j)) / (changed[1] - changed[0]);
+        const Planar mean = 0.5 * (at_node(i, j) + at_node(to_i, to_j));
+        const Eigen::Vector2d shift = rate.head<2>() + rate[2] * Eigen::Vector2d(-mean[1], mean[0]) + change.head<2>();
+        sum += turn ? std::pow(rate[2] + change[2], 2) : shift.squaredNorm();
+      }
+  return sum;
+}
+
+TEST_P(Heights, are_told_in_the_frame_that_shapes_disturb_least) {
+  const std::optional<HeightFunctions> heights = mechanics::height_functions(system_, plane(0.8, 7));
+  ASSERT_TRUE(heights);
+  const auto by = [&](double first, double second) { return rates(first, second); };
+  Random random(7);
+  for (const bool turn : {true, false}) {
+    HeightFunctions root = *heights;
+    for (Eigen::MatrixXd& part : root.frame) part.setZero();
+    const double least = disturbance(*heights, by, turn);
+    EXPECT_LT(least, 0.5 * disturbance(root, by, turn));
+    for (int n = 0; n < 20; ++n) {
+      HeightFunctions other = *heights, opposite = *heights;
+      for (std::size_t k : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
+        if (turn != (k == 2)) continue;
+        const Eigen::MatrixXd change = Eigen::MatrixXd::NullaryExpr(7, 7, [&] { return 1e-3 * random.normal(); });
+        other.frame[k] += change;
+        opposite.frame[k] -= change;
+      }
+      const double up = disturbance(other, by, turn) - least, down = disturbance(opposite, by, turn) - least;
+      EXPECT_GT(up, 0.0);
+      EXPECT_LE(std::abs(up - down), 1e-6 * up);  // stationary, not merely lower
+    }
+  }
+}
+
+TEST(HeightsOf, swimmers_that_leave_the_plane_are_none) {
+  Random random(3);
+  const System system(random_swimmer(random, 3));
+  EXPECT_FALSE(mechanics::height_functions(system, {{{{0, 0, -0.5, 0.5}, {1, 0, -0.5, 0.5}}}, 5}));
+}
+
+}  // namespace
+}  // namespace lamprey::tests
