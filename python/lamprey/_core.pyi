@@ -77,6 +77,12 @@ class Problem:
     def check(self) -> str:
         """The resolved model as a table for people: what `lamprey check` prints."""
 
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[str, str]: ...
+
+    def __setstate__(self, arg: tuple[str, str], /) -> None: ...
+
     def connection(self, rotation: numpy.typing.ArrayLike) -> dict[str, Any]:
         """
         The local connection at a shape: how the root moves as the joints turn, where total momentum is zero.
@@ -85,11 +91,20 @@ class Problem:
         "rates": the joint and the axis of each, of a hinge or universal joint the angle about it, of a ball joint a component of the child's angular velocity against the parent's, in the parent's frame. Equation 9.28.
         """
 
-    def __repr__(self) -> str: ...
+    def connection_curvature(self, rotation: numpy.typing.ArrayLike) -> dict[str, Any]:
+        """
+        The curvature of the local connection at a shape: what small loops of shapes move the root by.
 
-    def __getstate__(self) -> tuple[str, str]: ...
+        rotation: (bodies, 3, 3), body to world, of which the shape alone counts. Returns "angular" (3, f, f) and "linear" (3, f, f, in m), by the f "rates" of connection: the parallelogram of two small motions a, b of the joints (rad) turns the root by angular[k] @ b · a about its axis k and moves it by linear[k] likewise, to second order in its size. Antisymmetric, exact. Equations 9.29, 9.30.
+        """
 
-    def __setstate__(self, arg: tuple[str, str], /) -> None: ...
+    def height_functions(self, first: str | tuple[str, int], second: str | tuple[str, int], first_range: tuple[float, float], second_range: tuple[float, float], points: int = 31) -> dict[str, Any]:
+        """
+        Height functions of a swimmer that two angles move in a plane: volumes over loops are what it moves.
+
+        first, second: a joint's name, of a ball or universal joint with its axis, ("front", 2); all other joints stay at their zero angle. Ranges in rad. Returns "first", "second" (points): the angles; "linear" (2, points, points, m/rad²) and "angular" (points, points, rad/rad²), rows by the first angle: along the two axes that follow "normal", the root's axis about which it turns (0, 1 or 2), and about it; told in the frame that the angles disturb least, which stands at "frame_position" (2, points, points, m) and is turned by "frame_angle" (points, points, rad) in the root's.
+        Raises InputError where the swimmer leaves the plane. Equation 9.31.
+        """
 
 def load(path: str | os.PathLike) -> Problem:
     """
