@@ -98,11 +98,11 @@ class Problem:
         rotation: (bodies, 3, 3), body to world, of which the shape alone counts. Returns "angular" (3, f, f) and "linear" (3, f, f, in m), by the f "rates" of connection: the parallelogram of two small motions a, b of the joints (rad) turns the root by angular[k] @ b · a about its axis k and moves it by linear[k] likewise, to second order in its size. Antisymmetric, exact. Equations 9.29, 9.30.
         """
 
-    def height_functions(self, first: str | tuple[str, int], second: str | tuple[str, int], first_range: tuple[float, float], second_range: tuple[float, float], points: int = 31) -> dict[str, Any]:
+    def height_functions(self, first: str | tuple[str, int] | dict, second: str | tuple[str, int] | dict, first_range: tuple[float, float], second_range: tuple[float, float], points: int = 31, middle: dict | None = None) -> dict[str, Any]:
         """
-        Height functions of a swimmer that two angles move in a plane: volumes over loops are what it moves.
+        Height functions of a swimmer that two shape variables move in a plane: volumes over loops are what it moves.
 
-        first, second: a joint's name, of a ball or universal joint with its axis, ("front", 2); all other joints stay at their zero angle. Ranges in rad. Returns "first", "second" (points): the angles; "linear" (2, points, points, m/rad²) and "angular" (points, points, rad/rad²), rows by the first angle: along the two axes that follow "normal", the root's axis about which it turns (0, 1 or 2), and about it; told in the frame that the angles disturb least, which stands at "frame_position" (2, points, points, m) and is turned by "frame_angle" (points, points, rad) in the root's.
+        first, second: the angle that a variable is, a joint's name, of a ball or universal joint with its axis, ("front", 2); or a mode, a dict of angles and how far each turns by the variable, {"front": 1.0, "back": -0.5}. middle: angles where both variables are zero, rad; those that are not named are zero. Ranges in rad. Returns "first", "second" (points): the variables; "linear" (2, points, points, m) and "angular" (points, points, rad), each for 1 of both variables, rows by the first: along the two axes that follow "normal", the root's axis about which it turns (0, 1 or 2), and about it; told in the frame that shapes disturb least, which stands at "frame_position" (2, points, points, m) and is turned by "frame_angle" (points, points, rad) in the root's.
         Raises InputError where the swimmer leaves the plane. Equation 9.31.
         """
 

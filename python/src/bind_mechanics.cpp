@@ -3,11 +3,11 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
-#include <nanobind/stl/variant.h>
 
 #include <array>
 #include <cmath>
-#include <variant>
+#include <optional>
+#include <tuple>
 
 #include "arrays.hpp"
 #include "bound.hpp"
@@ -78,44 +78,94 @@ nb::dict connection_curvature(const Problem& problem, nb::handle rotation) {
 }
 
 // An angle by its joint's name, or by that and the axis.
-using AngleName = std::variant<std::string, std::pair<std::string, int>>;
+struct Angle {
+  std::size_t joint;
+  Eigen::Index axis;
+};
 
-mechanics::ShapePlane::Angle angle_named(const System& system, const AngleName& name, const std::string& key) {
-  const bool with_axis = std::holds_alternative<std::pair<std::string, int>>(name);
-  const std::string& joint_name = with_axis ? std::get<1>(name).first : std::get<0>(name);
+Angle angle_named(const System& system, nb::handle name, const std::string& key) {
+  std::string joint_name;
+  std::pair<std::string, int> with_axis;
+  const bool has_axis = nb::try_cast(name, with_axis);
+  if (has_axis)
+    joint_name = with_axis.first;
+  else if (!nb::try_cast(name, joint_name))
+    throw InputError(key, fmt::format("found {}; allowed: a joint's name, (name, axis), or a dict of these; give one",
+                                      nb::cast<std::string>(nb::type_name(name.type()))));
   for (int j = 0; j < system.joint_count(); ++j) {
     if (system.joint(j).name != joint_name) continue;
     const int count = system.body(system.joint(j).child).freedoms;
-    if (!with_axis && count == 1) return {.joint = j, .axis = 0};
-    const int axis = with_axis ? std::get<1>(name).second : -1;
-    if (axis >= 0 && axis < count) return {.joint = j, .axis = axis};
+    if (count == 0)
+      throw InputError(
+          key, fmt::format("found joint \"{}\", which is fixed; allowed: one that turns; name another", joint_name));
+    if (!has_axis && count == 1) return {static_cast<std::size_t>(j), 0};
+    if (has_axis && with_axis.second >= 0 && with_axis.second < count)
+      return {static_cast<std::size_t>(j), with_axis.second};
     throw InputError(key, fmt::format("found {} of joint \"{}\"; allowed: an axis from 0 to {}; give (\"{}\", axis)",
-                                      with_axis ? "axis " + std::to_string(axis) : std::string("no axis"), joint_name,
-                                      count - 1, joint_name));
+                                      has_axis ? "axis " + std::to_string(with_axis.second) : std::string("no axis"),
+                                      joint_name, count - 1, joint_name));
   }
   std::string names;
   for (const model::Joint& joint : system.joints()) names += (names.empty() ? "" : ", ") + joint.name;
   throw InputError(key, fmt::format("found joint \"{}\"; allowed: {}; name one of these", joint_name, names));
 }
 
-nb::dict height_functions(const Problem& problem, const AngleName& first, const AngleName& second,
+// [joints][3] of one angle, or of a dict of angles and numbers.
+mechanics::Vectors turns_of(const System& system, nb::handle given, const std::string& key) {
+  mechanics::Vectors turns(static_cast<std::size_t>(system.joint_count()), Eigen::Vector3d::Zero());
+  if (given.is_none()) return turns;
+  const auto entry = [&](nb::handle name) -> double& {
+    const Angle angle = angle_named(system, name, key);
+    return turns[angle.joint][angle.axis];
+  };
+  if (!nb::isinstance<nb::dict>(given)) {
+    entry(given) = 1.0;
+    return turns;
+  }
+  for (const auto& [name, number] : nb::borrow<nb::dict>(given)) {
+    double value = 0.0;
+    if (!nb::try_cast(number, value) || !std::isfinite(value))
+      throw InputError(key, fmt::format("found {}; allowed: a finite number for each angle; give one",
+                                        nb::cast<std::string>(nb::str(number))));
+    entry(name) = value;
+  }
+  return turns;
+}
+
+void require_apart(const mechanics::Vectors& first, const mechanics::Vectors& second) {
+  constexpr double parallel = 1e-9;
+  double square = 0.0, other = 0.0, product = 0.0;
+  for (std::size_t j = 0; j < first.size(); ++j) {
+    square += first[j].squaredNorm();
+    other += second[j].squaredNorm();
+    product += first[j].dot(second[j]);
+  }
+  for (const auto& [key, size] : {std::pair("first", square), std::pair("second", other)})
+    if (size == 0.0) throw InputError(key, "found no angle that changes; allowed: one at least; name it");
+  if (square * other - product * product <= parallel * square * other)
+    throw InputError("second", "found the first variable again; allowed: another one; name another angle");
+}
+
+nb::dict height_functions(const Problem& problem, nb::handle first, nb::handle second,
                           const std::pair<double, double>& first_range, const std::pair<double, double>& second_range,
-                          int points) {
+                          int points, nb::handle middle) {
   const System system = file::system_of(problem.file);
   mechanics::ShapePlane plane;
-  plane.angle = {angle_named(system, first, "first"), angle_named(system, second, "second")};
-  if (plane.angle[0].joint == plane.angle[1].joint && plane.angle[0].axis == plane.angle[1].axis)
-    throw InputError("second", "found the first angle again; allowed: another one; name it");
+  plane.middle = turns_of(system, middle, "middle");
+  plane.direction = {turns_of(system, first, "first"), turns_of(system, second, "second")};
+  require_apart(plane.direction[0], plane.direction[1]);
   for (const auto& [range, key, n] : {std::tuple(first_range, "first_range", std::size_t{0}),
                                       std::tuple(second_range, "second_range", std::size_t{1})}) {
     if (!(range.first < range.second) || !std::isfinite(range.second - range.first))
-      throw InputError(key, fmt::format("found ({}, {}); allowed: a lower and a higher angle in rad; set them",
+      throw InputError(key, fmt::format("found ({}, {}); allowed: a lower and a higher value in rad; set them",
                                         range.first, range.second));
-    plane.angle[n].low = range.first;
-    plane.angle[n].high = range.second;
+    plane.low[n] = range.first;
+    plane.high[n] = range.second;
   }
-  if (points < 3 || points > 1000)
-    throw InputError("points", fmt::format("found {}; allowed: 3 to 1000 along each angle; choose some", points));
+  constexpr int least_points = 3, most_points = 400;
+  if (points < least_points || points > most_points)
+    throw InputError("points", fmt::format("found {}; allowed: {} to {} along each variable; choose some", points,
+                                           least_points, most_points));
   plane.points = points;
   std::optional<mechanics::HeightFunctions> found;
   {
@@ -123,15 +173,14 @@ nb::dict height_functions(const Problem& problem, const AngleName& first, const 
     found = mechanics::height_functions(system, plane);
   }
   if (!found)
-    throw InputError(
-        "first, second",
-        "found angles that move the swimmer otherwise than in one plane of its root's axes; allowed: angles "
-        "about one of them, of bodies that are symmetric about the plane; use connection_curvature at single "
-        "shapes");
+    throw InputError("first, second",
+                     "found a swimmer that moves otherwise than in one plane of its root's axes, or a ball joint that "
+                     "turns about several; allowed: angles about one of the root's axes, of bodies that are symmetric "
+                     "about the plane; use connection_curvature at single shapes");
   nb::dict result;
-  const auto along = [](const std::vector<double>& angles) { return array(angles, {angles.size()}); };
-  result["first"] = along(found->angle[0]);
-  result["second"] = along(found->angle[1]);
+  const auto along = [](const std::vector<double>& values) { return array(values, {values.size()}); };
+  result["first"] = along(found->at[0]);
+  result["second"] = along(found->at[1]);
   result["normal"] = found->normal;
   result["linear"] = matrices(found->height.data(), 2);
   result["angular"] = matrix(found->height[2]);
@@ -169,20 +218,22 @@ void bind_mechanics(nb::module_& module) {
           "second order in its size. Antisymmetric, exact. Equations 9.29, 9.30.")
       .def(
           "height_functions", &height_functions, "first"_a, "second"_a, "first_range"_a, "second_range"_a,
-          "points"_a = 31,
+          "points"_a = 31, "middle"_a = nb::none(),
           nb::sig(
-              "def height_functions(self, first: str | tuple[str, int], second: str | tuple[str, int], first_range: "
-              "tuple[float, float], second_range: tuple[float, float], points: int = 31) -> dict[str, typing.Any]"),
-          "Height functions of a swimmer that two angles move in a plane: volumes over loops are what it moves.\n\n"
-          "first, second: a joint's name, of a ball or universal joint with its axis, (\"front\", 2); all other joints "
-          "stay at their zero angle. Ranges in rad. Returns \"first\", \"second\" (points): the angles; \"linear\" "
-          "(2, points, points, m/rad²) and \"angular\" (points, points, rad/rad²), rows by the first angle: along the "
-          "two axes that follow \"normal\", the root's axis about which it turns (0, 1 or 2), and about it; told in "
-          "the "
-          "frame that the angles disturb least, which stands at \"frame_position\" (2, points, points, m) and is "
-          "turned "
-          "by \"frame_angle\" (points, points, rad) in the root's.\nRaises InputError where the swimmer leaves the "
-          "plane. Equation 9.31.");
+              "def height_functions(self, first: str | tuple[str, int] | dict, second: str | tuple[str, int] | dict, "
+              "first_range: tuple[float, float], second_range: tuple[float, float], points: int = 31, middle: dict | "
+              "None = None) -> dict[str, typing.Any]"),
+          "Height functions of a swimmer that two shape variables move in a plane: volumes over loops are what it "
+          "moves.\n\n"
+          "first, second: the angle that a variable is, a joint's name, of a ball or universal joint with its axis, "
+          "(\"front\", 2); or a mode, a dict of angles and how far each turns by the variable, {\"front\": 1.0, "
+          "\"back\": "
+          "-0.5}. middle: angles where both variables are zero, rad; those that are not named are zero. Ranges in rad. "
+          "Returns \"first\", \"second\" (points): the variables; \"linear\" (2, points, points, m) and \"angular\" "
+          "(points, points, rad), each for 1 of both variables, rows by the first: along the two axes that follow "
+          "\"normal\", the root's axis about which it turns (0, 1 or 2), and about it; told in the frame that shapes "
+          "disturb least, which stands at \"frame_position\" (2, points, points, m) and is turned by \"frame_angle\" "
+          "(points, points, rad) in the root's.\nRaises InputError where the swimmer leaves the plane. Equation 9.31.");
 }
 
 }  // namespace lamprey::python

@@ -138,6 +138,14 @@ def test_the_curvature_is_that_of_height_functions(root):
     assert np.abs(heights["linear"][:, i, j] - seen).max() < 1e-12
 
 
+def test_height_functions_of_modes_are_those_of_angles_by_the_area_that_the_modes_span(root):
+    problem = lp.load(root / "examples/three_links.toml")
+    plain = problem.height_functions("head", "tail", (-0.5, 0.5), (-0.5, 0.5), points=5, middle={"head": 0.2})
+    modes = problem.height_functions({"head": 1.0, "tail": 0.5}, {"head": -1.0, "tail": 1.0}, (-0.1, 0.1), (-0.2, 0.2),
+                                     points=5, middle={"head": 0.2})
+    assert abs(modes["angular"][2, 2] - 1.5 * plain["angular"][2, 2]) < 1e-12 and abs(plain["angular"][2, 2]) > 1e-5
+
+
 def test_height_functions_name_what_they_cannot_tell(root):
     problem = lp.load(root / "examples/three_links.toml")
     with pytest.raises(lp.InputError, match="allowed: head, tail"):
@@ -146,6 +154,10 @@ def test_height_functions_name_what_they_cannot_tell(root):
         problem.height_functions("head", "tail", (1, -1), (-1, 1))
     with pytest.raises(lp.InputError, match="another one"):
         problem.height_functions("head", "head", (-1, 1), (-1, 1))
+    with pytest.raises(lp.InputError, match="first: found int"):
+        problem.height_functions(3, "tail", (-1, 1), (-1, 1))
+    with pytest.raises(lp.InputError, match="finite number"):
+        problem.height_functions({"head": "much"}, "tail", (-1, 1), (-1, 1))
     balls = lp.load(root / "examples/translation.toml")
     with pytest.raises(lp.InputError, match="no axis"):
         balls.height_functions("front", "back", (-1, 1), (-1, 1))

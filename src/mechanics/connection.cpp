@@ -40,123 +40,142 @@ MatrixXd moved_as_one(const System& system, const Rotations& R) {
   return velocity;
 }
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// The twist (ω, v) that one rate of a joint gives all bodies beyond it, as the root sees it.
-struct JointScrew {
-  int joint;
-  int axis;
-  Vector6d twist;
-};
-
 // [S, T] of twists: how T changes that is carried along S.
-Vector6d bracket(const Vector6d& S, const Vector6d& T) {
+Twist bracket(const Twist& S, const Twist& T) {
   const Vector3d turn = S.head<3>(), shift = S.tail<3>(), other = T.head<3>();
-  Vector6d result;
+  Twist result;
   result << turn.cross(other), turn.cross(T.tail<3>()) + shift.cross(other);
   return result;
 }
 
-Matrix6d bracket_matrix(const Vector6d& S) {
-  Matrix6d ad = Matrix6d::Zero();
-  ad.topLeftCorner<3, 3>() = ad.bottomRightCorner<3, 3>() = lie::hat(S.head<3>());
-  ad.bottomLeftCorner<3, 3>() = lie::hat(S.tail<3>());
-  return ad;
+// ad_Sᵀ of a momentum (angular, linear), which has the same power with T as the momentum has with [S, T].
+Twist transposed_bracket(const Twist& S, const Twist& momentum) {
+  const Vector3d turn = S.head<3>(), shift = S.tail<3>(), angular = momentum.head<3>(), linear = momentum.tail<3>();
+  Twist result;
+  result << -turn.cross(angular) - shift.cross(linear), -turn.cross(linear);
+  return result;
 }
+
+// A motion of the joints as the root sees it while it stands.
+struct Motion {
+  Vectors rate;              // [joints][3] rad/s, as turned_by_joints has them
+  std::vector<Twist> twist;  // [bodies]
+  Twist root;                // what it moves the root by
+};
 
 // Where the bodies are and what moves them, all as the root sees it.
 class SeenFromRoot {
  public:
   SeenFromRoot(const System& system, const Rotations& R)
-      : system_(system), rotation_(R.size()), centre_(R.size(), Vector3d::Zero()), beyond_(R.size(), Matrix6d::Zero()) {
-    for (std::size_t i = 0; i < R.size(); ++i) rotation_[i] = R[0].transpose() * R[i];
-    const std::vector<int>& outwards = system.root_to_leaves();
-    for (int i : outwards) place(i);
-    for (auto i = outwards.rbegin(); i != outwards.rend(); ++i) gather_inertia(*i);
-    for (int j = 0; j < system.joint_count(); ++j) add_screws(j);
+      : system_(system), rotation_(R.size()), centre_(R.size(), Vector3d::Zero()), inertia_(R.size()) {
+    Matrix6d locked = Matrix6d::Zero();
+    for (int i : system.root_to_leaves()) {
+      rotation_[at(i)] = R[0].transpose() * R[at(i)];
+      place(i);
+      locked += inertia_[at(i)];
+    }
+    locked_.compute(locked);
+    for (int j = 0; j < system.joint_count(); ++j) axes_.push_back(axes_of(system.joint(j)));
   }
 
-  const std::vector<JointScrew>& screws() const { return screws_; }
-  const Matrix6d& inertia() const { return beyond_[0]; }
-  const Matrix6d& inertia_beyond(const JointScrew& screw) const { return beyond_[at(child(screw))]; }
-
-  /// How the inertia beyond one joint changes as another moves.
-  Matrix6d inertia_rate(const JointScrew& of, const JointScrew& moved) const {
-    if (is_beyond(child(moved), child(of))) return carried(beyond_[at(child(of))], moved);
-    if (is_beyond(child(of), child(moved))) return carried(beyond_[at(child(moved))], moved);
-    return Matrix6d::Zero();
-  }
-  /// And that of the whole.
-  Matrix6d inertia_rate(const JointScrew& moved) const { return carried(inertia_beyond(moved), moved); }
-
-  /// How a screw changes as another moves: by those before it, or by the first of a universal joint's axes.
-  Vector6d twist_rate(const JointScrew& of, const JointScrew& moved) const {
-    const bool before = is_beyond(child(moved), system_.joint(of.joint).parent);
-    const bool second = of.joint == moved.joint && !system_.joint(of.joint).free() && moved.axis < of.axis;
-    return before || second ? bracket(moved.twist, of.twist) : Vector6d(Vector6d::Zero());
+  Motion motion(const VectorXd& rates) const {
+    Motion motion{
+        Vectors(at(system_.joint_count()), Vector3d::Zero()), {inertia_.size(), Twist::Zero()}, Twist::Zero()};
+    Eigen::Index next = 0;
+    for (int j = 0; j < system_.joint_count(); ++j)
+      for (int c = 0; c < system_.body(system_.joint(j).child).freedoms; ++c) motion.rate[at(j)][c] = rates[next++];
+    Twist momentum = Twist::Zero();
+    for (int i : system_.root_to_leaves()) {
+      const model::Body& body = system_.body(i);
+      if (body.parent < 0) continue;
+      motion.twist[at(i)] = motion.twist[at(body.parent)] + by_joint(body.joint, motion.rate[at(body.joint)]);
+      momentum += inertia_[at(i)] * motion.twist[at(i)];
+    }
+    motion.root = -locked_.solve(momentum);
+    return motion;
   }
 
-  /// X_a X_b − X_b X_a of the rates' directions, which vanishes but between those of one ball joint: [f].
-  VectorXd commutator(std::size_t a, std::size_t b) const {
-    VectorXd result = VectorXd::Zero(static_cast<Eigen::Index>(screws_.size()));
-    const JointScrew &first = screws_[a], &second = screws_[b];
-    if (first.joint != second.joint || first.axis == second.axis || !system_.joint(first.joint).free()) return result;
-    const Vector3d turn = Vector3d::Unit(first.axis).cross(Vector3d::Unit(second.axis));
-    result.segment<3>(static_cast<Eigen::Index>(a) - first.axis) = -turn;
-    return result;
+  /// Equation 9.29.
+  Twist loop(const Motion& a, const Motion& b) const {
+    return rate(b, a) - rate(a, b) + bracket(a.root, b.root) - motion_of_commutator(a, b);
   }
 
  private:
-  int child(const JointScrew& screw) const { return system_.joint(screw.joint).child; }
-
-  // Whether body i is `first` or beyond it.
-  bool is_beyond(int first, int i) const {
-    while (i >= 0 && i != first) i = system_.body(i).parent;
-    return i == first;
-  }
-
-  static Matrix6d carried(const Matrix6d& inertia, const JointScrew& moved) {
-    const Matrix6d along = inertia * bracket_matrix(moved.twist);
-    return -along - along.transpose();
-  }
-
   void place(int i) {
     const model::Body& body = system_.body(i);
     if (body.parent >= 0)
       centre_[at(i)] = hub(system_.joint(body.joint)) - rotation_[at(i)] * system_.joint(body.joint).child_offset;
+    Matrix6d own, seen = Matrix6d::Zero();
+    own << body.inertia_matrix, body.coupling_matrix.transpose(), body.coupling_matrix, body.mass_matrix;
+    seen.topLeftCorner<3, 3>() = seen.bottomRightCorner<3, 3>() = rotation_[at(i)].transpose();
+    seen.bottomLeftCorner<3, 3>() = -rotation_[at(i)].transpose() * lie::hat(centre_[at(i)]);
+    inertia_[at(i)] = seen.transpose() * own * seen;
   }
 
   Vector3d hub(const model::Joint& joint) const {
     return centre_[at(joint.parent)] + rotation_[at(joint.parent)] * joint.parent_offset;
   }
 
-  void gather_inertia(int i) {
-    const model::Body& body = system_.body(i);
-    Matrix6d own, seen = Matrix6d::Zero();
-    own << body.inertia_matrix, body.coupling_matrix.transpose(), body.coupling_matrix, body.mass_matrix;
-    seen.topLeftCorner<3, 3>() = seen.bottomRightCorner<3, 3>() = rotation_[at(i)].transpose();
-    seen.bottomLeftCorner<3, 3>() = -rotation_[at(i)].transpose() * lie::hat(centre_[at(i)]);
-    beyond_[at(i)] += seen.transpose() * own * seen;
-    if (body.parent >= 0) beyond_[at(body.parent)] += beyond_[at(i)];
+  Matrix3d axes_of(const model::Joint& joint) const {
+    const Matrix3d &parent = rotation_[at(joint.parent)], &turned = rotation_[at(joint.child)];
+    return joint.free() ? parent : Matrix3d(turned * joint_frame(joint, parent, turned).axes);
   }
 
-  void add_screws(int j) {
-    const model::Joint& joint = system_.joint(j);
-    const Matrix3d &parent = rotation_[at(joint.parent)], &turned = rotation_[at(joint.child)];
-    const Matrix3d axes = joint.free() ? parent : Matrix3d(turned * joint_frame(joint, parent, turned).axes);
-    for (int c = 0; c < system_.body(joint.child).freedoms; ++c) {
-      JointScrew screw{j, c, Vector6d::Zero()};
-      screw.twist << axes.col(c), hub(joint).cross(axes.col(c));
-      screws_.push_back(screw);
+  // The twist that a joint at this rate gives all bodies beyond it.
+  Twist by_joint(int joint, const Vector3d& joint_rate) const {
+    const Vector3d turn = axes_[at(joint)] * joint_rate;
+    Twist twist;
+    twist << turn, hub(system_.joint(joint)).cross(turn);
+    return twist;
+  }
+
+  // How that of b changes along a: with the parent, and a universal joint's second axis with its first.
+  Twist by_joint_rate(int joint, const Motion& b, const Motion& a) const {
+    const Vector3d &of = b.rate[at(joint)], &moved = a.rate[at(joint)];
+    Twist change = bracket(a.twist[at(system_.joint(joint).parent)], by_joint(joint, of));
+    if (system_.joint(joint).kind == model::JointKind::universal)
+      change += bracket(by_joint(joint, Vector3d(moved[0], 0.0, 0.0)), by_joint(joint, Vector3d(0.0, of[1], 0.0)));
+    return change;
+  }
+
+  // How what b moves the root by changes along a: momentum stays zero while inertias are carried along (9.30).
+  Twist rate(const Motion& b, const Motion& a) const {
+    std::vector<Twist> twist_rate(inertia_.size(), Twist::Zero());
+    Twist momentum = Twist::Zero();
+    for (int i : system_.root_to_leaves()) {
+      const model::Body& body = system_.body(i);
+      if (body.parent < 0) continue;
+      twist_rate[at(i)] = twist_rate[at(body.parent)] + by_joint_rate(body.joint, b, a);
+      const Matrix6d& own = inertia_[at(i)];
+      const Twist whole = b.twist[at(i)] + b.root;
+      momentum +=
+          own * (twist_rate[at(i)] - bracket(a.twist[at(i)], whole)) - transposed_bracket(a.twist[at(i)], own * whole);
     }
+    return -locked_.solve(momentum);
+  }
+
+  // What X_a X_b − X_b X_a moves the root by, which vanishes but between rates of one ball joint.
+  Twist motion_of_commutator(const Motion& a, const Motion& b) const {
+    std::vector<double> rates;
+    bool any = false;
+    for (int j = 0; j < system_.joint_count(); ++j) {
+      const Vector3d turn = a.rate[at(j)].cross(b.rate[at(j)]);
+      any = any || (system_.joint(j).free() && turn != Vector3d::Zero());
+      for (int c = 0; c < system_.body(system_.joint(j).child).freedoms; ++c)
+        rates.push_back(system_.joint(j).free() ? -turn[c] : 0.0);
+    }
+    if (!any) return Twist::Zero();
+    return motion(Eigen::Map<VectorXd>(rates.data(), static_cast<Eigen::Index>(rates.size()))).root;
   }
 
   const System& system_;
-  Rotations rotation_;              // [bodies] body → root
-  Vectors centre_;                  // [bodies] m, mass centres from the root's
-  std::vector<Matrix6d> beyond_;    // [bodies] inertia of a body and of all beyond it, by twists
-  std::vector<JointScrew> screws_;  // [f]
+  Rotations rotation_;             // [bodies] body → root
+  Vectors centre_;                 // [bodies] m, mass centres from the root's
+  std::vector<Matrix6d> inertia_;  // [bodies] by twists
+  Rotations axes_;                 // [joints] by rates
+  Eigen::LDLT<Matrix6d> locked_;   // inertia of all
 };
 
 }  // namespace
@@ -181,35 +200,28 @@ LocalConnection local_connection(const System& system, const Rotations& rotation
   return {root.topRows(3), root.bottomRows(3), whole.transpose() * inertia * whole};
 }
 
+MovedRoot moved_root(const System& system, const Rotations& rotation, const VectorXd& first, const VectorXd& second) {
+  const SeenFromRoot seen(system, rotation);
+  const Motion a = seen.motion(first), b = seen.motion(second);
+  return {{a.root, b.root}, seen.loop(a, b)};
+}
+
 ConnectionCurvature connection_curvature(const System& system, const Rotations& rotation) {
   const SeenFromRoot seen(system, rotation);
-  const std::vector<JointScrew>& screws = seen.screws();
-  const auto f = static_cast<Eigen::Index>(screws.size());
-  const Eigen::LDLT<Matrix6d> locked(seen.inertia());
-  MatrixXd A(6, f);
-  for (Eigen::Index c = 0; c < f; ++c) {
-    const JointScrew& screw = screws[at(static_cast<int>(c))];
-    A.col(c) = -locked.solve(Vector6d(seen.inertia_beyond(screw) * screw.twist));
-  }
+  const Eigen::Index f = system.velocity_count() - 6;
+  std::vector<Motion> motions;
+  for (Eigen::Index c = 0; c < f; ++c) motions.push_back(seen.motion(VectorXd::Unit(f, c)));
   ConnectionCurvature curvature;
   curvature.turn.fill(MatrixXd::Zero(f, f));
   curvature.shift.fill(MatrixXd::Zero(f, f));
-  const auto rate = [&](Eigen::Index of, Eigen::Index moved) {  // of A's column as a joint moves
-    const JointScrew &own = screws[at(static_cast<int>(of))], &other = screws[at(static_cast<int>(moved))];
-    const Vector6d momentum = seen.inertia_rate(other) * A.col(of) + seen.inertia_rate(own, other) * own.twist +
-                              seen.inertia_beyond(own) * seen.twist_rate(own, other);
-    return Vector6d(-locked.solve(momentum));
-  };
   for (Eigen::Index a = 0; a < f; ++a)
     for (Eigen::Index b = 0; b < a; ++b) {
-      const Vector6d loop = rate(b, a) - rate(a, b) + bracket(A.col(a), A.col(b)) -
-                            A * seen.commutator(at(static_cast<int>(a)), at(static_cast<int>(b)));
-      for (Eigen::Index k = 0; k < 3; ++k) {
-        const auto component = static_cast<std::size_t>(k);
-        curvature.turn[component](a, b) = loop[k];
-        curvature.turn[component](b, a) = -loop[k];
-        curvature.shift[component](a, b) = loop[3 + k];
-        curvature.shift[component](b, a) = -loop[3 + k];
+      const Twist loop = seen.loop(motions[static_cast<std::size_t>(a)], motions[static_cast<std::size_t>(b)]);
+      for (std::size_t k = 0; k < 3; ++k) {
+        curvature.turn[k](a, b) = loop[static_cast<Eigen::Index>(k)];
+        curvature.turn[k](b, a) = -curvature.turn[k](a, b);
+        curvature.shift[k](a, b) = loop[static_cast<Eigen::Index>(3 + k)];
+        curvature.shift[k](b, a) = -curvature.shift[k](a, b);
       }
     }
   return curvature;

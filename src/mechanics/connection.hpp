@@ -18,14 +18,23 @@ struct LocalConnection {
 /// At a shape, whatever its attitude in the world (equation 9.28).
 LocalConnection local_connection(const model::System& system, const Rotations& rotation);
 
-/// What a small loop of shapes moves the root by: by the parallelogram of two motions of the joints (rates as above, times rad)
-/// the components a·F_k b along the root's axes, to second order in its size. Antisymmetric.
+/// A turn and a shift of the root along its own axes: (rad, m), or what a unit of something else makes of them.
+using Twist = Eigen::Matrix<double, 6, 1>;
+
+/// What two motions of the joints, [f] rates as above, move the root by, each for itself and by a small loop of both: to second order
+/// in its size the parallelogram's (equations 9.29, 9.30). Exact, in time linear in the bodies.
+struct MovedRoot {
+  std::array<Twist, 2> by;
+  Twist by_loop;
+};
+MovedRoot moved_root(const model::System& system, const Rotations& rotation, const VectorXd& first,
+                     const VectorXd& second);
+
+/// The same of all pairs of rates: by a and b the components a·F_k b. Antisymmetric.
 struct ConnectionCurvature {
   std::array<MatrixXd, 3> turn;   // [3][f][f] 1
   std::array<MatrixXd, 3> shift;  // [3][f][f] m
 };
-
-/// At a shape, exact (equations 9.29, 9.30).
 ConnectionCurvature connection_curvature(const model::System& system, const Rotations& rotation);
 
 /// ξ of the same motion of the joints, the whole moving as its total momentum demands; root's mass centre at `position`.

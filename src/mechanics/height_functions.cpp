@@ -23,57 +23,82 @@ Vector2d quarter_turned(const Vector2d& v) { return {-v.y(), v.x()}; }
 class Shapes {
  public:
   Shapes(const System& system, const ShapePlane& plane) : system_(system), plane_(plane) {
-    for (int j = 0, column = 0; j < system.joint_count(); ++j) {
-      for (std::size_t n = 0; n < 2; ++n)
-        if (plane.angle[n].joint == j) column_[n] = column + plane.angle[n].axis;
-      column += system.body(system.joint(j).child).freedoms;
+    for (std::size_t n = 0; n < 2; ++n) {
+      std::vector<double> along;
+      for (int j = 0; j < system.joint_count(); ++j)
+        for (int c = 0; c < system.body(system.joint(j).child).freedoms; ++c)
+          along.push_back(plane.direction[n][at(j)][c]);
+      rates_[n] = Eigen::Map<VectorXd>(along.data(), static_cast<Eigen::Index>(along.size()));
     }
   }
 
-  Rotations at_angles(double first, double second) const {
-    Vectors turn(at(system_.joint_count()), Vector3d::Zero());
-    turn[at(plane_.angle[0].joint)][plane_.angle[0].axis] += first;
-    turn[at(plane_.angle[1].joint)][plane_.angle[1].axis] += second;
+  /// Whether the directions are rates of the joints everywhere.
+  bool straight() const {
+    for (int j = 0; j < system_.joint_count(); ++j) {
+      Vector3d turned = plane_.middle[at(j)].cwiseAbs();
+      for (const Vectors& direction : plane_.direction) turned += direction[at(j)].cwiseAbs();
+      if (system_.joint(j).free() && (turned.array() > 0.0).count() > 1) return false;
+    }
+    return true;
+  }
+
+  Rotations shape(double first, double second) const {
     Rotations R(at(system_.body_count()), Matrix3d::Identity());
     for (int i : system_.root_to_leaves()) {
       const model::Body& body = system_.body(i);
-      if (body.parent >= 0)
-        R[at(i)] = R[at(body.parent)] * rotation_at_turn(system_.joint(body.joint), turn[at(body.joint)]);
+      if (body.parent < 0) continue;
+      const Vector3d turn = plane_.middle[at(body.joint)] + first * plane_.direction[0][at(body.joint)] +
+                            second * plane_.direction[1][at(body.joint)];
+      R[at(i)] = R[at(body.parent)] * rotation_at_turn(system_.joint(body.joint), turn);
     }
     return R;
   }
 
-  /// Rates by the two angles, as turn and shift of the root.
-  Eigen::Matrix<double, 6, 2> rates(double first, double second) const {
-    const LocalConnection connection = local_connection(system_, at_angles(first, second));
-    Eigen::Matrix<double, 6, 2> rates;
-    for (Eigen::Index n = 0; n < 2; ++n) {
-      rates.col(n).head<3>() = connection.turn.col(column_[at(static_cast<int>(n))]);
-      rates.col(n).tail<3>() = connection.shift.col(column_[at(static_cast<int>(n))]);
-    }
-    return rates;
-  }
-
-  Planar curvature(double first, double second, int normal) const {
-    const ConnectionCurvature curvature = connection_curvature(system_, at_angles(first, second));
-    const auto of = [&](const std::array<MatrixXd, 3>& parts, int k) { return parts[at(k)](column_[0], column_[1]); };
-    return {of(curvature.shift, (normal + 1) % 3), of(curvature.shift, (normal + 2) % 3), of(curvature.turn, normal)};
+  /// What the two variables move the root by.
+  MovedRoot moved(double first, double second) const {
+    return moved_root(system_, shape(first, second), rates_[0], rates_[1]);
   }
 
  private:
   const System& system_;
   const ShapePlane& plane_;
-  std::array<Eigen::Index, 2> column_{};
+  std::array<VectorXd, 2> rates_;  // [f] of the joints, by each variable
 };
 
-Planar in_the_plane(const Eigen::Matrix<double, 6, 2>& rates, Eigen::Index angle, int normal) {
-  return {rates(3 + (normal + 1) % 3, angle), rates(3 + (normal + 2) % 3, angle), rates(normal, angle)};
+Planar in_the_plane(const Twist& moved, int normal) {
+  return {moved[3 + (normal + 1) % 3], moved[3 + (normal + 2) % 3], moved[normal]};
+}
+
+// Two neighbouring nodes of the rectangle and the rates between them, half way, by the variable that changes.
+struct Edge {
+  Eigen::Index from, to;
+  double length;  // of the variable
+  Twist moved;
+  Planar rate;  // the same in the plane
+};
+
+std::vector<Edge> edges_of(const Shapes& shapes, const std::array<std::vector<double>, 2>& nodes) {
+  const auto n = static_cast<Eigen::Index>(nodes[0].size());
+  std::vector<Edge> edges;
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j)
+      for (std::size_t variable : {std::size_t{0}, std::size_t{1}}) {
+        const Eigen::Index next_i = variable == 0 ? i + 1 : i, next_j = variable == 1 ? j + 1 : j;
+        if (next_i == n || next_j == n) continue;
+        const auto half_way = [](const std::vector<double>& values, Eigen::Index from, Eigen::Index to) {
+          return 0.5 * (values[static_cast<std::size_t>(from)] + values[static_cast<std::size_t>(to)]);
+        };
+        const MovedRoot moved = shapes.moved(half_way(nodes[0], i, next_i), half_way(nodes[1], j, next_j));
+        edges.push_back({i * n + j, next_i * n + next_j, nodes[variable][1] - nodes[variable][0], moved.by[variable],
+                         Planar::Zero()});
+      }
+  return edges;
 }
 
 // The axis about which alone the root turns and along which it does not move, at all of these rates; −1 if none.
-int normal_of(const std::vector<Eigen::Matrix<double, 6, 2>>& all) {
-  Eigen::Matrix<double, 6, 1> largest = Eigen::Matrix<double, 6, 1>::Zero();
-  for (const auto& rates : all) largest = largest.cwiseMax(rates.cwiseAbs().rowwise().maxCoeff());
+int normal_of(const std::vector<Edge>& edges) {
+  Twist largest = Twist::Zero();
+  for (const Edge& edge : edges) largest = largest.cwiseMax(edge.moved.cwiseAbs());
   const double turn = largest.head<3>().maxCoeff(), shift = largest.tail<3>().maxCoeff();
   for (int n : {2, 1, 0})
     if (largest[(n + 1) % 3] <= in_plane * turn && largest[(n + 2) % 3] <= in_plane * turn &&
@@ -81,13 +106,6 @@ int normal_of(const std::vector<Eigen::Matrix<double, 6, 2>>& all) {
       return n;
   return -1;
 }
-
-// Two neighbouring nodes and the rates by the angle between them, half way.
-struct Edge {
-  Eigen::Index from, to;
-  double length;  // rad
-  Planar rate;
-};
 
 // The frame's heading: least squares of (β_to − β_from)/length + ω over all edges.
 VectorXd least_turn(Eigen::Index nodes, const std::vector<Edge>& edges) {
@@ -138,59 +156,44 @@ Planar seen_from(const Planar& frame, const Planar& of_root) {
   return seen;
 }
 
-// Where an angle lies among the nodes: a node and the share of the way to the next, none beyond the ends.
+// Where a variable lies among the nodes: a node and the share of the way to the next, none beyond the ends.
 struct Place {
   Eigen::Index node;
   double share;
 };
 
-Place place_of(const std::vector<double>& angles, double angle) {
-  const double step = angles[1] - angles[0];
-  const auto last = static_cast<double>(angles.size() - 2);
-  const double node = std::clamp(std::floor((angle - angles[0]) / step), 0.0, last);
-  return {static_cast<Eigen::Index>(node), std::clamp((angle - angles[0]) / step - node, 0.0, 1.0)};
+Place place_of(const std::vector<double>& nodes, double value) {
+  const double step = nodes[1] - nodes[0];
+  const auto last = static_cast<double>(nodes.size() - 2);
+  const double node = std::clamp(std::floor((value - nodes[0]) / step), 0.0, last);
+  return {static_cast<Eigen::Index>(node), std::clamp((value - nodes[0]) / step - node, 0.0, 1.0)};
 }
 
 }  // namespace
 
 std::optional<HeightFunctions> height_functions(const System& system, const ShapePlane& plane) {
   const Shapes shapes(system, plane);
+  if (!shapes.straight()) return std::nullopt;
   HeightFunctions heights;
-  const Eigen::Index n = plane.points;
   for (std::size_t a = 0; a < 2; ++a)
     for (int k = 0; k < plane.points; ++k)
-      heights.angle[a].push_back(plane.angle[a].low +
-                                 k * (plane.angle[a].high - plane.angle[a].low) / (plane.points - 1));
-  const auto &first = heights.angle[0], &second = heights.angle[1];
-  std::vector<Edge> edges;
-  std::vector<Eigen::Index> along;  // the angle that changes over each edge
-  std::vector<Eigen::Matrix<double, 6, 2>> rates;
-  const auto add_edge = [&](Eigen::Index i, Eigen::Index j, Eigen::Index angle) {
-    const auto next_i = i + (angle == 0 ? 1 : 0), next_j = j + (angle == 1 ? 1 : 0);
-    if (next_i >= n || next_j >= n) return;
-    const auto middle = [](const std::vector<double>& angles, Eigen::Index from, Eigen::Index to) {
-      return 0.5 * (angles[static_cast<std::size_t>(from)] + angles[static_cast<std::size_t>(to)]);
-    };
-    rates.push_back(shapes.rates(middle(first, i, next_i), middle(second, j, next_j)));
-    along.push_back(angle);
-    const std::vector<double>& changed = heights.angle[static_cast<std::size_t>(angle)];
-    edges.push_back({i * n + j, next_i * n + next_j, changed[1] - changed[0], Planar::Zero()});
-  };
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j)
-      for (Eigen::Index angle : {0, 1}) add_edge(i, j, angle);
-  heights.normal = normal_of(rates);
+      heights.at[a].push_back(plane.low[a] + k * (plane.high[a] - plane.low[a]) / (plane.points - 1));
+  std::vector<Edge> edges = edges_of(shapes, heights.at);
+  heights.normal = normal_of(edges);
   if (heights.normal < 0) return std::nullopt;
-  for (std::size_t e = 0; e < edges.size(); ++e) edges[e].rate = in_the_plane(rates[e], along[e], heights.normal);
+  for (Edge& edge : edges) edge.rate = in_the_plane(edge.moved, heights.normal);
 
+  const Eigen::Index n = plane.points;
   const VectorXd turn = least_turn(n * n, edges), shift = least_shift(n * n, edges);
   heights.height.fill(MatrixXd(n, n));
   heights.frame.fill(MatrixXd(n, n));
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j) {
-      const Planar frame(shift[2 * (i * n + j)], shift[2 * (i * n + j) + 1], turn[i * n + j]);
-      const Planar height = seen_from(frame, shapes.curvature(first[static_cast<std::size_t>(i)],
-                                                              second[static_cast<std::size_t>(j)], heights.normal));
+      const Eigen::Index node = i * n + j;
+      const Planar frame(shift[2 * node], shift[2 * node + 1], turn[node]);
+      const MovedRoot moved =
+          shapes.moved(heights.at[0][static_cast<std::size_t>(i)], heights.at[1][static_cast<std::size_t>(j)]);
+      const Planar height = seen_from(frame, in_the_plane(moved.by_loop, heights.normal));
       for (Eigen::Index k = 0; k < 3; ++k) {
         heights.height[static_cast<std::size_t>(k)](i, j) = height[k];
         heights.frame[static_cast<std::size_t>(k)](i, j) = frame[k];
@@ -200,7 +203,7 @@ std::optional<HeightFunctions> height_functions(const System& system, const Shap
 }
 
 Planar frame_at(const HeightFunctions& heights, double first, double second) {
-  const Place i = place_of(heights.angle[0], first), j = place_of(heights.angle[1], second);
+  const Place i = place_of(heights.at[0], first), j = place_of(heights.at[1], second);
   Planar frame;
   for (Eigen::Index k = 0; k < 3; ++k) {
     const MatrixXd& values = heights.frame[static_cast<std::size_t>(k)];
@@ -211,8 +214,8 @@ Planar frame_at(const HeightFunctions& heights, double first, double second) {
 }
 
 Planar volume_over(const HeightFunctions& heights, const std::vector<std::array<double, 2>>& loop) {
-  const double step = heights.angle[0][1] - heights.angle[0][0];
-  // ∫ of height k from the first angle's lowest value to a place, the heights linear between nodes
+  const double step = heights.at[0][1] - heights.at[0][0];
+  // ∫ of height k from the first variable's lowest value to a place, the heights linear between nodes
   const auto up_to = [&](const MatrixXd& height, const Place& i, const Place& j) {
     const VectorXd row = (1.0 - j.share) * height.col(j.node) + j.share * height.col(j.node + 1);
     double sum = 0.0;
@@ -223,8 +226,8 @@ Planar volume_over(const HeightFunctions& heights, const std::vector<std::array<
   Planar volume = Planar::Zero();
   for (std::size_t n = 0; n < loop.size(); ++n) {  // Green: ∬ F dr₁dr₂ = ∮ (∫ F dr₁) dr₂
     const auto &from = loop[n], &to = loop[(n + 1) % loop.size()];
-    const Place i = place_of(heights.angle[0], 0.5 * (from[0] + to[0]));
-    const Place j = place_of(heights.angle[1], 0.5 * (from[1] + to[1]));
+    const Place i = place_of(heights.at[0], 0.5 * (from[0] + to[0]));
+    const Place j = place_of(heights.at[1], 0.5 * (from[1] + to[1]));
     for (std::size_t k = 0; k < 3; ++k)
       volume[static_cast<Eigen::Index>(k)] += (to[1] - from[1]) * up_to(heights.height[k], i, j);
   }

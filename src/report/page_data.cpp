@@ -77,8 +77,9 @@ std::string quaternion_column(const std::vector<std::vector<Eigen::Matrix3d>>& r
   return column.array();
 }
 
-/// Of a motion by two angles in a plane: its height functions, [first][second] row by row, and what its loop moved; else null.
-std::string heights_text(const file::Results& results) {
+/// Of a planar motion by two angles or more: its height functions, [first][second] row by row, its loop and what that moved; else
+/// null.
+std::string heights_text(const file::Results& results, const Nodes& nodes) {
   const std::optional<ShapeLoop> loop = shape_loop(results);
   if (!loop) return "null";
   const auto all = [](const auto& numbers) {
@@ -90,14 +91,19 @@ std::string heights_text(const file::Results& results) {
     const Eigen::MatrixXd rows = values.transpose();
     return all(rows.reshaped());
   };
-  const auto& [first, second] = loop->heights.angle;
+  const auto& [first, second] = loop->heights.at;
   const auto& height = loop->heights.height;
-  const auto index = [&](std::size_t n) {
-    return 3 * loop->angle[n].joint + static_cast<std::size_t>(loop->angle[n].axis);
-  };
-  std::string text = fmt::format(R"({{"column":[{},{}],"normal":{},"angle":[{},{}],"height":[{},{},{}])", index(0),
-                                 index(1), loop->heights.normal, all(first), all(second), by_rows(height[0]),
-                                 by_rows(height[1]), by_rows(height[2]));
+  std::string text = fmt::format(R"({{"variable":{},"run":[{},{}],"normal":{},"at":[{},{}],"height":[{},{},{}])",
+                                 json(loop->variable).dump(), column(loop->run[0], nodes), column(loop->run[1], nodes),
+                                 loop->heights.normal, all(first), all(second), by_rows(height[0]), by_rows(height[1]),
+                                 by_rows(height[2]));
+  if (loop->modes) {
+    json rows = json::array();
+    for (Eigen::Index a = 0; a < loop->modes->direction.rows(); ++a)
+      rows.push_back({loop->modes->angle[static_cast<std::size_t>(a)], number(loop->modes->direction(a, 0), 3),
+                      number(loop->modes->direction(a, 1), 3)});
+    text += fmt::format(R"(,"modes":{},"beside":{:.3g})", rows.dump(), loop->modes->beside);
+  }
   if (loop->displacement)
     text += fmt::format(R"(,"by_volume":{},"moved":{})", all(loop->displacement->by_volume),
                         all(loop->displacement->moved));
@@ -109,10 +115,8 @@ std::string momentum_columns(const maneuver::MomentumHistory& momentum, const No
                      column(momentum.fluid, nodes), column(momentum.total, nodes));
 }
 
-std::string frames_text(const file::Results& results) {
+std::string frames_text(const file::Results& results, const Nodes& nodes) {
   const maneuver::Solution& s = results.solution;
-  const std::size_t numbers = 25 + 7 * results.problem.bodies.size() + 6 * results.problem.joints.size();
-  const Nodes nodes = drawn_nodes(s.time.size(), numbers);
   return fmt::format(
       R"({{"time":{},"position":{},"rotation":{},"control":{},"joint_angle":{},"linear_velocity":{},"angular_velocity":{},)"
       R"("linear_momentum":{},"angular_momentum":{}}})",
@@ -263,7 +267,11 @@ std::string page_data(const std::vector<const file::Results*>& runs) {
     escape_less_than(words);
     if (run != runs.front()) text += ',';
     words.back() = ',';
-    text += words + "\"heights\":" + heights_text(*run) + ",\"frames\":" + frames_text(*run) + "}";
+    const std::size_t numbers = 25 + 7 * run->problem.bodies.size() + 6 * run->problem.joints.size();
+    const Nodes nodes = drawn_nodes(run->solution.time.size(), numbers);
+    std::string heights = heights_text(*run, nodes);
+    escape_less_than(heights);
+    text += words + "\"heights\":" + heights + ",\"frames\":" + frames_text(*run, nodes) + "}";
   }
   return text + "]}";
 }

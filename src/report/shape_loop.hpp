@@ -1,8 +1,10 @@
-// The loop of shapes that a motion by two angles goes along, over the height functions of its swimmer.
+// The loop of shapes that a planar motion goes along, over the height functions of its swimmer.
 #pragma once
 
 #include <array>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "file/results.hpp"
 #include "mechanics/height_functions.hpp"
@@ -10,11 +12,17 @@
 namespace lamprey::report {
 
 struct ShapeLoop {
-  struct Angle {
-    std::size_t joint = 0;
-    int axis = 0;
+  /// Of two angles these are the variables; of more, s₁ and s₂ in the plane that lies nearest to all shapes of the motion.
+  std::array<std::string, 2> variable;
+  std::array<std::vector<double>, 2> run;  // [N + 1] rad, the variables along the motion
+  /// Of more than two angles: what they are called, what each turns by for a unit of s₁ and s₂, and how far the shapes are from
+  /// the plane at most.
+  struct Modes {
+    std::vector<std::string> angle;  // [angles]
+    Eigen::MatrixX2d direction;      // [angles][2] orthonormal
+    double beside = 0.0;             // rad
   };
-  std::array<Angle, 2> angle;
+  std::optional<Modes> modes;
   mechanics::HeightFunctions heights;
   /// Where the shape ends as it began and nothing moves the swimmer but its shape: m, m, rad in the frame of the heights.
   struct Displacement {
@@ -23,7 +31,7 @@ struct ShapeLoop {
   std::optional<Displacement> displacement;
 };
 
-/// Nothing where the motion turns more or fewer angles than two, or leaves a plane.
+/// Nothing where the motion turns fewer angles than two or leaves a plane of the root's axes, and of more than 100 bodies.
 std::optional<ShapeLoop> shape_loop(const file::Results& results);
 
 }  // namespace lamprey::report

@@ -51,9 +51,13 @@ model::SwimmerDescription row_of_three(int normal, bool hinges) {
 
 ShapePlane plane_of(int normal, bool hinges, double reach, int points) {
   ShapePlane plane;
-  const int axis = hinges ? 0 : normal;
-  plane.angle[0] = {0, axis, -reach, reach};
-  plane.angle[1] = {1, axis, -reach, reach};
+  plane.middle.assign(2, Vector3d::Zero());
+  for (std::size_t n = 0; n < 2; ++n) {
+    plane.direction[n].assign(2, Vector3d::Zero());
+    plane.direction[n][n][hinges ? 0 : normal] = 1.0;
+    plane.low[n] = -reach;
+    plane.high[n] = reach;
+  }
   plane.points = points;
   return plane;
 }
@@ -150,6 +154,25 @@ TEST_P(Heights, are_the_displacement_of_loops) {
   }
 }
 
+// Other variables for the same shapes have other heights over the same loops: by the parallelogram of their directions.
+TEST_P(Heights, change_with_their_variables_by_the_area_that_these_span) {
+  const int axis = GetParam().hinges ? 0 : GetParam().normal;
+  ShapePlane plain = plane(0.6, 5);
+  plain.middle[0][axis] = 0.3;
+  plain.middle[1][axis] = -0.15;
+  ShapePlane skew = plain;
+  skew.direction[0][1][axis] = 0.5;   // (1, ½)
+  skew.direction[1][0][axis] = -1.0;  // (−1, 1)
+  for (std::size_t n = 0; n < 2; ++n) {
+    skew.low[n] = n == 0 ? -0.2 : -0.4;
+    skew.high[n] = -skew.low[n];
+  }
+  const auto heights = mechanics::height_functions(system_, plain), seen = mechanics::height_functions(system_, skew);
+  ASSERT_TRUE(heights && seen);
+  EXPECT_GT(std::abs(heights->height[2](2, 2)), 1e-4);
+  EXPECT_NEAR(seen->height[2](2, 2), 1.5 * heights->height[2](2, 2), 1e-12);  // of the same shape, amid both
+}
+
 // Volumes are counted by how often and in which sense the loop goes round.
 TEST_P(Heights, are_summed_over_what_a_loop_goes_round) {
   const std::optional<HeightFunctions> heights = mechanics::height_functions(system_, plane(1.0, 9));
@@ -159,7 +182,7 @@ TEST_P(Heights, are_summed_over_what_a_loop_goes_round) {
     for (Eigen::Index i = 0; i < 9; ++i)
       for (Eigen::Index j = 0; j < 9; ++j)
         flat.height[k](i, j) =
-            1.0 + 2.0 * flat.angle[0][static_cast<std::size_t>(i)] + 3.0 * flat.angle[1][static_cast<std::size_t>(j)];
+            1.0 + 2.0 * flat.at[0][static_cast<std::size_t>(i)] + 3.0 * flat.at[1][static_cast<std::size_t>(j)];
   }
   std::vector<std::array<double, 2>> once, twice, back;
   constexpr int corners = 2000;
@@ -194,8 +217,8 @@ double disturbance(const HeightFunctions& heights,
         const auto middle = [](const std::vector<double>& angles, Eigen::Index a, Eigen::Index b) {
           return 0.5 * (angles[static_cast<std::size_t>(a)] + angles[static_cast<std::size_t>(b)]);
         };
-        const Planar rate = rates(middle(heights.angle[0], i, to_i), middle(heights.angle[1], j, to_j)).col(angle);
-        const std::vector<double>& changed = heights.angle[static_cast<std::size_t>(angle)];
+        const Planar rate = rates(middle(heights.at[0], i, to_i), middle(heights.at[1], j, to_j)).col(angle);
+        const std::vector<double>& changed = heights.at[static_cast<std::size_t>(angle)];
         const Planar change = (at_node(to_i, to_j) - at_node(i, j)) / (changed[1] - changed[0]);
         const Planar mean = 0.5 * (at_node(i, j) + at_node(to_i, to_j));
         const Eigen::Vector2d shift = rate.head<2>() + rate[2] * Eigen::Vector2d(-mean[1], mean[0]) + change.head<2>();
@@ -232,7 +255,13 @@ TEST_P(Heights, are_told_in_the_frame_that_shapes_disturb_least) {
 TEST(HeightsOf, swimmers_that_leave_the_plane_are_none) {
   Random random(3);
   const System system(random_swimmer(random, 3));
-  EXPECT_FALSE(mechanics::height_functions(system, {{{{0, 0, -0.5, 0.5}, {1, 0, -0.5, 0.5}}}, 5}));
+  ShapePlane plane = plane_of(2, true, 0.5, 5);
+  EXPECT_FALSE(mechanics::height_functions(system, plane));
+  const System balls(row_of_three(2, false));
+  plane = plane_of(2, false, 0.5, 5);
+  EXPECT_TRUE(mechanics::height_functions(balls, plane));
+  plane.direction[1][1] = Vector3d(0, 0.1, 1);  // about an axis that turns
+  EXPECT_FALSE(mechanics::height_functions(balls, plane));
 }
 
 }  // namespace

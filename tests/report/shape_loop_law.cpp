@@ -34,8 +34,9 @@ TEST(ShapeLoop, foretells_what_the_swimmer_moved) {
   ASSERT_EQ(results.solution.status, maneuver::Status::simulated) << results.solution.message;
   const std::optional<report::ShapeLoop> loop = report::shape_loop(results);
   ASSERT_TRUE(loop && loop->displacement);
-  EXPECT_EQ(loop->angle[0].joint, 0U);
-  EXPECT_EQ(loop->angle[1].joint, 1U);
+  EXPECT_EQ(loop->variable[0], "head");
+  EXPECT_EQ(loop->variable[1], "tail");
+  EXPECT_FALSE(loop->modes);
   EXPECT_EQ(loop->heights.normal, 2);
   const auto& [by_volume, moved] = *loop->displacement;
   EXPECT_GT(moved.head<2>().norm(), 0.01);
@@ -51,7 +52,7 @@ TEST(ShapeLoop, counts_no_displacement_where_the_shape_stays_open_or_momentum_ca
   EXPECT_FALSE(spinning->displacement);
 }
 
-TEST(ShapeLoop, is_of_two_angles_alone) {
+TEST(ShapeLoop, is_of_two_angles_at_least) {
   EXPECT_FALSE(report::shape_loop(swum([](double t) {
     Angles angles = round(t);
     angles[1].setZero();

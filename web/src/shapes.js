@@ -1,10 +1,10 @@
-// The loop of shapes over the height functions of a swimmer that moves in a plane by two angles.
+// The loop of shapes over the height functions of a swimmer that moves in a plane.
 import { number_text } from "./charts.js";
-import { element, show } from "./dom.js";
+import { element, show, table } from "./dom.js";
 import { color, on_theme_change } from "./theme.js";
 
 const MARGIN = { left: 56, right: 10, top: 8, bottom: 42 };
-const PIXELS = 160; // of the picture of heights, along each angle
+const PIXELS = 160; // of the picture of heights, along each variable
 const LEVELS = [-0.75, -0.5, -0.25, 0.25, 0.5, 0.75]; // of the largest height, beside zero
 const AXES = ["e₁", "e₂", "e₃"];
 
@@ -13,7 +13,7 @@ const rgb = (name) => {
   return [0, 2, 4].map((k) => parseInt(digits.slice(k, k + 2), 16));
 };
 
-// Heights at node i of the first angle and j of the second, linear between them.
+// Heights at node i of the first variable and j of the second, linear between them.
 class Field {
   constructor(values, count) {
     this.values = values;
@@ -68,20 +68,9 @@ function ticks(low, high) {
   return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (unused, k) => (first + k) * step);
 }
 
-// An angle along the frames, without the jumps of whole turns.
-function run_of(frames, column, stride) {
-  const run = [];
-  for (let k = column; k < frames.joint_angle.length; k += stride) {
-    let value = frames.joint_angle[k];
-    if (run.length) value += 2 * Math.PI * Math.round((run[run.length - 1] - value) / (2 * Math.PI));
-    run.push(value);
-  }
-  return run;
-}
-
 class LoopChart {
-  constructor(field, angles, runs, time, names) {
-    Object.assign(this, { field, angles, runs, time, names });
+  constructor(field, at, runs, time, names) {
+    Object.assign(this, { field, at, runs, time, names });
     this.canvas = element("canvas", { role: "img", "aria-label": `Height function over ${names.join(" and ")}, with the motion's loop` });
     this.still = document.createElement("canvas");
     new ResizeObserver(() => this.lay_out()).observe(this.canvas);
@@ -102,7 +91,7 @@ class LoopChart {
   }
 
   place([first, second]) {
-    const share = (n, value) => (value - this.angles[n][0]) / (this.angles[n][this.angles[n].length - 1] - this.angles[n][0]);
+    const share = (n, value) => (value - this.at[n][0]) / (this.at[n][this.at[n].length - 1] - this.at[n][0]);
     return [MARGIN.left + this.side * share(0, first), MARGIN.top + this.side * (1 - share(1, second))];
   }
 
@@ -136,7 +125,7 @@ class LoopChart {
     pen.strokeRect(MARGIN.left, MARGIN.top, this.side, this.side);
     pen.fillStyle = color("muted");
     pen.font = "11px system-ui, sans-serif";
-    const [low, high] = [0, 1].map((n) => [this.angles[n][0], this.angles[n][this.angles[n].length - 1]]);
+    const [low, high] = [0, 1].map((n) => [this.at[n][0], this.at[n][this.at[n].length - 1]]);
     pen.textAlign = "center";
     pen.textBaseline = "top";
     for (const tick of ticks(...low)) pen.fillText(number_text(tick, 3), this.place([tick, 0])[0], MARGIN.top + this.side + 5);
@@ -217,21 +206,12 @@ function sum_text(value, scale, unit) {
   return `${number_text(Number(value.toFixed(digits)))} ${unit}`;
 }
 
-// What an angle is called: by its joint, and by its axis where the joint has more.
-function name_of(run, column) {
-  const joint = run.joints[Math.floor(column / 3)];
-  if (joint.kind === "hinge") return joint.name;
-  return `${joint.name} ${joint.kind === "ball" ? `about ${AXES[column % 3]}` : `θ${"₁₂"[column % 3]}`}`;
-}
-
 function figures(run, clock) {
-  const { heights, frames } = run, stride = 3 * run.joints.length, count = heights.angle[0].length;
-  const names = heights.column.map((column) => name_of(run, column));
-  const runs = heights.column.map((column) => run_of(frames, column, stride));
+  const { heights, frames } = run, count = heights.at[0].length;
   const along = [AXES[(heights.normal + 1) % 3], AXES[(heights.normal + 2) % 3]];
   const kinds = [[`Along ${along[0]}`, "m"], [`Along ${along[1]}`, "m"], [`Turn about ${AXES[heights.normal]}`, "rad"]];
   return element("div", { class: "heights" }, ...kinds.map(([title, unit], k) => {
-    const field = new Field(heights.height[k], count), chart = new LoopChart(field, heights.angle, runs, frames.time, names);
+    const field = new Field(heights.height[k], count), chart = new LoopChart(field, heights.at, heights.run, frames.time, heights.variable);
     clock.listen(() => chart.follow(clock));
     const size = element("span", {}, ` ±${number_text(field.largest, 3)} ${unit}/rad²`);
     const sums = heights.moved ? element("p", { class: "sums" }, `Volume over the loop ${sum_text(heights.by_volume[k], field.largest, unit)}, moved ${sum_text(heights.moved[k], field.largest, unit)}`) : null;
@@ -239,14 +219,21 @@ function figures(run, clock) {
   }));
 }
 
+function modes(run) {
+  const { heights } = run;
+  if (!heights.modes) return "";
+  return element("details", {}, element("summary", {}, `s₁ and s₂ span the plane nearest to the motion’s shapes, which are beside it by up to ${number_text(heights.beside, 3)} rad`),
+    table(["Angle [rad]", "by s₁", "by s₂"], heights.modes, "numbers"));
+}
+
 export function show_shapes(runs, clock) {
   const known = runs.filter((run) => run.heights);
   if (!known.length) return;
-  show("shapes", element("p", {}, "Height functions: the curvature of the local connection over the two angles, told in the frame that the shapes disturb least " +
+  show("shapes", element("p", {}, "Height functions: the curvature of the local connection over two shape variables, told in the frame that the shapes disturb least " +
     "(orange positive, blue negative, the heavy line zero). A loop of shapes moves the swimmer by nearly the volume over what it goes round counter-clockwise, " +
     "whatever its speed; both numbers are of that frame. The loop shown is this motion’s, the dot its shape at the time of the animation."));
   for (const run of known) {
     if (runs.length > 1) show("shapes", element("h3", {}, `${"AB"[runs.indexOf(run)]}: ${run.name}`));
-    show("shapes", figures(run, clock));
+    show("shapes", figures(run, clock), modes(run));
   }
 }
