@@ -15,7 +15,6 @@ using model::System;
 using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr double in_plane = 1e-9;  // of what moves, beside which the rest is round-off
-constexpr double held = 1e-10;     // of the diagonal: holds what no rate depends on, the frame's mean
 
 Vector2d quarter_turned(const Vector2d& v) { return {-v.y(), v.x()}; }
 
@@ -107,7 +106,7 @@ int normal_of(const std::vector<Edge>& edges) {
   return -1;
 }
 
-// The frame's heading: least squares of (β_to − β_from)/length + ω over all edges.
+// The frame's heading: least squares of (β_to − β_from)/length + ω over all edges, zero on the average, which no rate depends on.
 VectorXd least_turn(Eigen::Index nodes, const std::vector<Edge>& edges) {
   std::vector<Eigen::Triplet<double>> entries;
   VectorXd right = VectorXd::Zero(nodes);
@@ -119,17 +118,23 @@ VectorXd least_turn(Eigen::Index nodes, const std::vector<Edge>& edges) {
       right[row] -= sign * w * edge.rate[2];
     }
   }
+  entries.emplace_back(nodes / 2, nodes / 2, std::pow(1.0 / edges.front().length, 2));  // held there, then shifted
   Sparse normal(nodes, nodes);
   normal.setFromTriplets(entries.begin(), entries.end());
-  normal.diagonal() *= 1.0 + held;
-  return Eigen::SimplicialLDLT<Sparse>(normal).solve(right);
+  VectorXd turn = Eigen::SimplicialLDLT<Sparse>(normal).solve(right);
+  turn.array() -= turn.mean();
+  return turn;
 }
 
-// Its place: least squares of (β_to − β_from)/length + v + ω ẑ × (β_from + β_to)/2, [2 nodes].
-VectorXd least_shift(Eigen::Index nodes, const std::vector<Edge>& edges) {
+// Its place: least squares of (β_to − β_from)/length + v + ω ẑ × (β_from + β_to)/2, [2 nodes]. What fixes the whole of it is the
+// turn that the heading leaves; where that is none it lies anywhere, and is held at the middle.
+VectorXd least_shift(Eigen::Index nodes, const std::vector<Edge>& edges, const VectorXd& turn) {
+  constexpr double held = 1e-9, least_held = 1e-14;  // of what fixes it, of what makes it smooth
   std::vector<Eigen::Triplet<double>> entries;
   VectorXd right = VectorXd::Zero(2 * nodes);
+  double left = 0.0;
   for (const Edge& edge : edges) {
+    left += std::pow(edge.rate[2] + (turn[edge.to] - turn[edge.from]) / edge.length, 2);
     Eigen::Matrix<double, 2, 4> by;
     by.leftCols<2>() << -1.0 / edge.length, -0.5 * edge.rate[2], 0.5 * edge.rate[2], -1.0 / edge.length;
     by.rightCols<2>() << 1.0 / edge.length, -0.5 * edge.rate[2], 0.5 * edge.rate[2], 1.0 / edge.length;
@@ -142,9 +147,10 @@ VectorXd least_shift(Eigen::Index nodes, const std::vector<Edge>& edges) {
         entries.emplace_back(place[static_cast<std::size_t>(r)], place[static_cast<std::size_t>(c)], square(r, c));
     }
   }
+  const double hold = std::max(held * left, least_held * std::pow(1.0 / edges.front().length, 2));
+  for (const Eigen::Index c : {0, 1}) entries.emplace_back(2 * (nodes / 2) + c, 2 * (nodes / 2) + c, hold);
   Sparse normal(2 * nodes, 2 * nodes);
   normal.setFromTriplets(entries.begin(), entries.end());
-  normal.diagonal() *= 1.0 + held;
   return Eigen::SimplicialLDLT<Sparse>(normal).solve(right);
 }
 
@@ -156,18 +162,56 @@ Planar seen_from(const Planar& frame, const Planar& of_root) {
   return seen;
 }
 
-// Where a variable lies among the nodes: a node and the share of the way to the next, none beyond the ends.
-struct Place {
-  Eigen::Index node;
-  double share;
+// The four nodes next to a value, and their weights in the cubic through them.
+struct Cubic {
+  Eigen::Index first;
+  Eigen::Vector4d weight;
 };
 
-Place place_of(const std::vector<double>& nodes, double value) {
-  const double step = nodes[1] - nodes[0];
-  const auto last = static_cast<double>(nodes.size() - 2);
-  const double node = std::clamp(std::floor((value - nodes[0]) / step), 0.0, last);
-  return {static_cast<Eigen::Index>(node), std::clamp((value - nodes[0]) / step - node, 0.0, 1.0)};
+Eigen::Vector4d cubic_weights(double place) {  // among the nodes 0, 1, 2, 3
+  const double a = place, b = place - 1.0, c = place - 2.0, d = place - 3.0;
+  return {-b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0};
 }
+
+Cubic cubic_at(const std::vector<double>& nodes, double value) {
+  const double place = (value - nodes.front()) / (nodes[1] - nodes[0]);
+  const double first = std::clamp(std::floor(place) - 1.0, 0.0, static_cast<double>(nodes.size() - 4));
+  return {static_cast<Eigen::Index>(first), cubic_weights(place - first)};
+}
+
+// ∫ along each column from the first node to a place, of cubics between the nodes.
+class RunningSum {
+ public:
+  RunningSum(const std::vector<double>& nodes, const MatrixXd& height)
+      : nodes_(nodes), height_(height), sum_(MatrixXd::Zero(height.rows(), height.cols())) {
+    for (Eigen::Index i = 0; i + 1 < height.rows(); ++i)
+      sum_.row(i + 1) = sum_.row(i) + part(i, nodes[static_cast<std::size_t>(i + 1)]);
+  }
+
+  Eigen::RowVectorXd up_to(double value) const {
+    const double place = (value - nodes_.front()) / (nodes_[1] - nodes_[0]);
+    const auto i =
+        static_cast<Eigen::Index>(std::clamp(std::floor(place), 0.0, static_cast<double>(nodes_.size() - 2)));
+    return sum_.row(i) + part(i, value);
+  }
+
+ private:
+  // From a node on, by Gauss' two points: exact for cubics.
+  Eigen::RowVectorXd part(Eigen::Index node, double value) const {
+    const double from = nodes_[static_cast<std::size_t>(node)], half = 0.5 * (value - from),
+                 off = half / std::sqrt(3.0);
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(height_.cols());
+    for (const double at_point : {from + half - off, from + half + off}) {
+      const Cubic cubic = cubic_at(nodes_, at_point);
+      sum += half * cubic.weight.transpose() * height_.middleRows<4>(cubic.first);
+    }
+    return sum;
+  }
+
+  const std::vector<double>& nodes_;
+  const MatrixXd& height_;
+  MatrixXd sum_;  // up to each node
+};
 
 }  // namespace
 
@@ -184,7 +228,7 @@ std::optional<HeightFunctions> height_functions(const System& system, const Shap
   for (Edge& edge : edges) edge.rate = in_the_plane(edge.moved, heights.normal);
 
   const Eigen::Index n = plane.points;
-  const VectorXd turn = least_turn(n * n, edges), shift = least_shift(n * n, edges);
+  const VectorXd turn = least_turn(n * n, edges), shift = least_shift(n * n, edges, turn);
   heights.height.fill(MatrixXd(n, n));
   heights.frame.fill(MatrixXd(n, n));
   for (Eigen::Index i = 0; i < n; ++i)
@@ -203,47 +247,50 @@ std::optional<HeightFunctions> height_functions(const System& system, const Shap
 }
 
 Planar frame_at(const HeightFunctions& heights, double first, double second) {
-  const Place i = place_of(heights.at[0], first), j = place_of(heights.at[1], second);
+  const Cubic i = cubic_at(heights.at[0], first), j = cubic_at(heights.at[1], second);
   Planar frame;
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    const MatrixXd& values = heights.frame[static_cast<std::size_t>(k)];
-    frame[k] = (1.0 - i.share) * ((1.0 - j.share) * values(i.node, j.node) + j.share * values(i.node, j.node + 1)) +
-               i.share * ((1.0 - j.share) * values(i.node + 1, j.node) + j.share * values(i.node + 1, j.node + 1));
-  }
+  for (std::size_t k = 0; k < 3; ++k)
+    frame[static_cast<Eigen::Index>(k)] =
+        i.weight.dot(Eigen::Vector4d(heights.frame[k].block<4, 4>(i.first, j.first) * j.weight));
   return frame;
 }
 
 Planar volume_over(const HeightFunctions& heights, const std::vector<std::array<double, 2>>& loop) {
-  const double step = heights.at[0][1] - heights.at[0][0];
-  // ∫ of height k from the first variable's lowest value to a place, the heights linear between nodes
-  const auto up_to = [&](const MatrixXd& height, const Place& i, const Place& j) {
-    const VectorXd row = (1.0 - j.share) * height.col(j.node) + j.share * height.col(j.node + 1);
-    double sum = 0.0;
-    for (Eigen::Index m = 0; m < i.node; ++m) sum += 0.5 * step * (row[m] + row[m + 1]);
-    const double here = (1.0 - i.share) * row[i.node] + i.share * row[i.node + 1];
-    return sum + 0.5 * i.share * step * (row[i.node] + here);
-  };
   Planar volume = Planar::Zero();
-  for (std::size_t n = 0; n < loop.size(); ++n) {  // Green: ∬ F dr₁dr₂ = ∮ (∫ F dr₁) dr₂
-    const auto &from = loop[n], &to = loop[(n + 1) % loop.size()];
-    const Place i = place_of(heights.at[0], 0.5 * (from[0] + to[0]));
-    const Place j = place_of(heights.at[1], 0.5 * (from[1] + to[1]));
-    for (std::size_t k = 0; k < 3; ++k)
-      volume[static_cast<Eigen::Index>(k)] += (to[1] - from[1]) * up_to(heights.height[k], i, j);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const RunningSum sum(heights.at[0], heights.height[k]);
+    for (std::size_t n = 0; n < loop.size(); ++n) {  // Green: ∬ F ds₁ds₂ = ∮ (∫ F ds₁) ds₂
+      const auto &from = loop[n], &to = loop[(n + 1) % loop.size()];
+      const Cubic j = cubic_at(heights.at[1], 0.5 * (from[1] + to[1]));
+      volume[static_cast<Eigen::Index>(k)] +=
+          (to[1] - from[1]) * sum.up_to(0.5 * (from[0] + to[0])).segment<4>(j.first).transpose().dot(j.weight);
+    }
   }
   return volume;
 }
 
-Planar displacement_of_frame(const Planar& frame, const Planar& root) {
-  // (R, x) of the root, (B, b) of the frame in it: B⁻¹ (R b + x − b)
+Planar twist_of_frame(const Planar& frame, const Planar& root) {
   const double turn = root[2];
-  const Vector2d b = frame.head<2>();
-  const Vector2d moved = Eigen::Rotation2Dd(-frame[2]) * (Eigen::Rotation2Dd(turn) * b + root.head<2>() - b);
+  const Vector2d moved = frame_moved(frame, root, frame).head<2>();
   // the twist v with moved = (sin φ/φ + (1 − cos φ)/φ ẑ×) v
   const double even = std::abs(turn) < 1e-8 ? 1.0 : std::sin(turn) / turn;
   const double odd = std::abs(turn) < 1e-8 ? 0.5 * turn : (1.0 - std::cos(turn)) / turn;
   const Vector2d twist = (even * moved - odd * quarter_turned(moved)) / (even * even + odd * odd);
   return {twist.x(), twist.y(), turn};
+}
+
+Planar seen_along(const Planar& twist, const Planar& moved) {
+  Planar seen;
+  seen << Eigen::Rotation2Dd(-moved[2]) * (twist.head<2>() + twist[2] * quarter_turned(moved.head<2>())), twist[2];
+  return seen;
+}
+
+Planar frame_moved(const Planar& from, const Planar& root, const Planar& to) {
+  Planar moved;
+  moved << Eigen::Rotation2Dd(-from[2]) *
+               (Eigen::Rotation2Dd(root[2]) * to.head<2>() + root.head<2>() - from.head<2>()),
+      root[2] + to[2] - from[2];
+  return moved;
 }
 
 }  // namespace lamprey::mechanics

@@ -16,14 +16,14 @@ struct ShapePlane {
   Vectors middle;                    // [joints][3] rad
   std::array<Vectors, 2> direction;  // [joints][3] rad for each of the variable's unit
   std::array<double, 2> low{}, high{};
-  int points = 25;  // along each
+  int points = 25;  // along each, at least 4
 };
 
 /// A place and a heading in the plane, or rates of these by angles.
 using Planar = Vector3d;  // (along, across, turn): m, m, rad
 
 /// Told in the frame that shapes disturb least: of all frames that the shape fixes to the root, the one whose rates by the two
-/// variables have the least squares over the rectangle, the turn first (Hatton and Choset 2011: minimum perturbation coordinates).
+/// variables have the least squares over the rectangle, the turn first, whose mean is zero (Hatton and Choset 2011: minimum perturbation coordinates).
 /// There the displacement of a loop is the volume over it to higher order than in the root's own frame.
 struct HeightFunctions {
   int normal = 2;  // of the root's axes, the one about which it turns; along, across: the next two
@@ -36,15 +36,22 @@ struct HeightFunctions {
 /// Nothing where the swimmer moves otherwise than in one plane of its root's axes, or a ball joint turns about several axes.
 std::optional<HeightFunctions> height_functions(const model::System& system, const ShapePlane& plane);
 
-/// The frame at a shape, as the root sees it, linear between nodes.
+/// The frame at a shape, as the root sees it, cubic between nodes.
 Planar frame_at(const HeightFunctions& heights, double first, double second);
 
-/// ∬ of the heights over what a closed polygon of shapes goes round, each part as often as it does, counted from the first to the
-/// second variable.
+/// ∬ of the heights, cubic between nodes, over what a closed polygon of shapes goes round, each part as often as it does, counted
+/// from the first to the second variable.
 Planar volume_over(const HeightFunctions& heights, const std::vector<std::array<double, 2>>& loop);
 
-/// What the root's displacement (seen from where it began) is to the frame at the shape where the loop begins and ends: the twist
-/// that takes the frame from one to the other in unit time, to which volume_over comes near.
-Planar displacement_of_frame(const Planar& frame, const Planar& root);
+/// How a frame has moved, seen from where it was: it stood at `from` in the root's, then stands at `to`, and the root has moved by
+/// `root`, seen from where that was.
+Planar frame_moved(const Planar& from, const Planar& root, const Planar& to);
+
+/// Of a closed loop: the twist that takes the frame at its first shape from where it was to where it is in unit time. volume_over
+/// comes near to it.
+Planar twist_of_frame(const Planar& frame, const Planar& root);
+
+/// A twist seen from a frame that has moved: that of the same loop begun at a later shape.
+Planar seen_along(const Planar& twist, const Planar& moved);
 
 }  // namespace lamprey::mechanics

@@ -104,6 +104,7 @@ std::string heights_text(const file::Results& results, const Nodes& nodes) {
                       number(loop->modes->direction(a, 1), 3)});
     text += fmt::format(R"(,"modes":{},"beside":{:.3g})", rows.dump(), loop->modes->beside);
   }
+  if (!loop->lacking.empty()) text += fmt::format(R"(,"lacking":{})", json(loop->lacking).dump());
   if (loop->displacement)
     text += fmt::format(R"(,"by_volume":{},"moved":{})", all(loop->displacement->by_volume),
                         all(loop->displacement->moved));

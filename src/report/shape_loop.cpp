@@ -31,16 +31,45 @@ struct Angle {
   int axis;
 };
 
-// The angles that turn at all.
-std::vector<Angle> turning_angles(const file::Results& results) {
-  std::vector<Angle> turning;
-  const auto& angles = results.solution.joint_angle;
-  for (std::size_t j = 0; j < results.problem.joints.size() && !angles.empty(); ++j)
-    for (int axis = 0; axis < 3; ++axis)
-      if (std::any_of(angles.begin(), angles.end(),
-                      [&](const auto& node) { return std::abs(node[j][axis]) > held_still; }))
-        turning.push_back({j, axis});
-  return turning;
+// An angle along the nodes, without the jumps of whole turns.
+VectorXd run_of(const file::Results& results, const Angle& angle) {
+  const auto& nodes = results.solution.joint_angle;
+  VectorXd run(static_cast<Eigen::Index>(nodes.size()));
+  for (Eigen::Index k = 0; k < run.size(); ++k) {
+    const double value = nodes[static_cast<std::size_t>(k)][angle.joint][angle.axis];
+    const double turns = k == 0 ? 0.0 : std::round((run[k - 1] - value) / (2.0 * std::numbers::pi));
+    run[k] = value + 2.0 * std::numbers::pi * turns;
+  }
+  return run;
+}
+
+// The angles that change, along the nodes, and where all the others stand.
+struct Shapes {
+  std::vector<Angle> angle;
+  MatrixXd run;            // [N + 1][angles] rad
+  maneuver::Vectors held;  // [joints][3] rad, zero of those that change
+};
+
+Shapes shapes_of(const file::Results& results) {
+  Shapes shapes;
+  const std::size_t joints = results.problem.joints.size();
+  shapes.held.assign(joints, Eigen::Vector3d::Zero());
+  if (results.solution.joint_angle.empty()) return shapes;
+  std::vector<VectorXd> runs;
+  for (std::size_t j = 0; j < joints; ++j)
+    for (int axis = 0; axis < 3; ++axis) {
+      const VectorXd run = run_of(results, {j, axis});
+      if (!(run.maxCoeff() - run.minCoeff() > held_still)) {
+        shapes.held[j][axis] = std::abs(run.mean()) > held_still ? run.mean() : 0.0;
+        continue;
+      }
+      shapes.angle.push_back({j, axis});
+      runs.push_back(run);
+    }
+  shapes.run.resize(static_cast<Eigen::Index>(results.solution.joint_angle.size()),
+                    static_cast<Eigen::Index>(runs.size()));
+  for (std::size_t a = 0; a < runs.size(); ++a) shapes.run.col(static_cast<Eigen::Index>(a)) = runs[a];
+  return shapes;
 }
 
 std::string name_of(const file::Results& results, const Angle& angle) {
@@ -50,20 +79,6 @@ std::string name_of(const file::Results& results, const Angle& angle) {
   if (joint.kind == model::JointKind::universal)
     return joint.name + " " + std::array{"θ₁", "θ₂", ""}[static_cast<std::size_t>(angle.axis)];
   return joint.name;
-}
-
-// Angles along the nodes, without the jumps of whole turns: [N + 1][angles] rad.
-MatrixXd runs_of(const file::Results& results, const std::vector<Angle>& angles) {
-  const auto& nodes = results.solution.joint_angle;
-  MatrixXd runs(static_cast<Eigen::Index>(nodes.size()), static_cast<Eigen::Index>(angles.size()));
-  for (Eigen::Index a = 0; a < runs.cols(); ++a)
-    for (Eigen::Index k = 0; k < runs.rows(); ++k) {
-      const Angle& angle = angles[static_cast<std::size_t>(a)];
-      const double value = nodes[static_cast<std::size_t>(k)][angle.joint][angle.axis];
-      const double turns = k == 0 ? 0.0 : std::round((runs(k - 1, a) - value) / (2.0 * std::numbers::pi));
-      runs(k, a) = value + 2.0 * std::numbers::pi * turns;
-    }
-  return runs;
 }
 
 // A plane of shapes, angles = middle + directions · variables, and where the motion is beside it.
@@ -93,22 +108,22 @@ NearestPlane nearest_plane(const MatrixXd& runs) {
   return plane;
 }
 
-mechanics::Vectors turns_of(std::size_t joints, const std::vector<Angle>& angles, const VectorXd& value) {
-  mechanics::Vectors turns(joints, Eigen::Vector3d::Zero());
+void add_turns(const std::vector<Angle>& angles, const VectorXd& value, mechanics::Vectors& turns) {
   for (std::size_t a = 0; a < angles.size(); ++a)
-    turns[angles[a].joint][angles[a].axis] = value[static_cast<Eigen::Index>(a)];
-  return turns;
+    turns[angles[a].joint][angles[a].axis] += value[static_cast<Eigen::Index>(a)];
 }
 
 // One rectangle with the same scale along its sides.
-mechanics::ShapePlane rectangle_around(std::size_t joints, const std::vector<Angle>& angles,
-                                       const NearestPlane& nearest, const std::array<std::vector<double>, 2>& run) {
+mechanics::ShapePlane rectangle_around(const Shapes& shapes, const NearestPlane& nearest,
+                                       const std::array<std::vector<double>, 2>& run) {
   mechanics::ShapePlane plane;
-  plane.middle = turns_of(joints, angles, nearest.middle);
+  plane.middle = shapes.held;
+  add_turns(shapes.angle, nearest.middle, plane.middle);
   double reach = least_reach;
   std::array<double, 2> middle{};
   for (std::size_t n = 0; n < 2; ++n) {
-    plane.direction[n] = turns_of(joints, angles, nearest.direction.col(static_cast<Eigen::Index>(n)));
+    plane.direction[n].assign(shapes.held.size(), Eigen::Vector3d::Zero());
+    add_turns(shapes.angle, nearest.direction.col(static_cast<Eigen::Index>(n)), plane.direction[n]);
     const auto [low, high] = std::minmax_element(run[n].begin(), run[n].end());
     middle[n] = 0.5 * (*low + *high);
     reach = std::max(reach, 0.5 * plane_margin * (*high - *low));
@@ -127,55 +142,98 @@ double largest_norm(const maneuver::Vectors& vectors) {
   return most;
 }
 
-// Nothing is carried along but by shapes.
-bool without_momentum(const maneuver::Solution& solution) {
-  return largest_norm(solution.linear_momentum.total) <= at_rest * largest_norm(solution.linear_momentum.bodies) &&
-         largest_norm(solution.angular_momentum.total) <= at_rest * largest_norm(solution.angular_momentum.bodies);
+// Nothing is carried along but by shapes: total momentum is none beside what all bodies would have at the largest velocities.
+bool without_momentum(const file::Results& results) {
+  const maneuver::Solution& solution = results.solution;
+  double mass = 0.0, reach = largest_norm(solution.position), turning = 0.0;
+  for (const file::ResolvedBody& body : results.problem.bodies) {
+    mass += body.mass_matrix.trace();
+    reach += 2.0 * body.semi_axes.maxCoeff();
+  }
+  for (const auto& node : solution.angular_velocity) turning = std::max(turning, largest_norm(node));
+  const double momentum = mass * (largest_norm(solution.linear_velocity) + reach * turning);
+  return largest_norm(solution.linear_momentum.total) <= at_rest * momentum &&
+         largest_norm(solution.angular_momentum.total) <= at_rest * momentum * reach;
 }
 
-// The root's, seen from where it began; its heading without the jumps of whole turns.
-Planar displacement_of_root(const maneuver::Solution& solution, int normal) {
+// The root's at each node, seen from where it began; its heading without the jumps of whole turns.
+std::vector<Planar> displacement_of_root(const maneuver::Solution& solution, int normal) {
   const Eigen::Matrix3d first = solution.rotation.front()[0];
+  std::vector<Planar> moved;
   double heading = 0.0;
-  for (std::size_t k = 1; k < solution.rotation.size(); ++k)
-    heading += lie::log(Eigen::Matrix3d(solution.rotation[k - 1][0].transpose() * solution.rotation[k][0]))[normal];
-  const Eigen::Vector3d shift = first.transpose() * (solution.position.back() - solution.position.front());
-  return {shift[(normal + 1) % 3], shift[(normal + 2) % 3], heading};
+  for (std::size_t k = 0; k < solution.rotation.size(); ++k) {
+    if (k > 0)
+      heading += lie::log(Eigen::Matrix3d(solution.rotation[k - 1][0].transpose() * solution.rotation[k][0]))[normal];
+    const Eigen::Vector3d shift = first.transpose() * (solution.position[k] - solution.position.front());
+    moved.emplace_back(shift[(normal + 1) % 3], shift[(normal + 2) % 3], heading);
+  }
+  return moved;
 }
 
 ShapeLoop::Displacement displacement_of(const maneuver::Solution& solution, const ShapeLoop& loop) {
   std::vector<std::array<double, 2>> polygon;
   for (std::size_t k = 0; k < loop.run[0].size(); ++k) polygon.push_back({loop.run[0][k], loop.run[1][k]});
-  return {mechanics::volume_over(loop.heights, polygon),
-          mechanics::displacement_of_frame(mechanics::frame_at(loop.heights, polygon.front()[0], polygon.front()[1]),
-                                           displacement_of_root(solution, loop.heights.normal))};
+  const std::vector<Planar> root = displacement_of_root(solution, loop.heights.normal);
+  const auto frame = [&](std::size_t k) { return mechanics::frame_at(loop.heights, polygon[k][0], polygon[k][1]); };
+  const Planar first = frame(0), twist = mechanics::twist_of_frame(first, root.back());
+  Planar sum = Planar::Zero();  // begun at each node but the last, which is the first again
+  for (std::size_t k = 0; k + 1 < root.size(); ++k)
+    sum += mechanics::seen_along(twist, mechanics::frame_moved(first, root[k], frame(k)));
+  return {mechanics::volume_over(loop.heights, polygon), sum / static_cast<double>(root.size() - 1)};
+}
+
+// What would be there in some frame or other: heights far below it are round-off.
+Planar scale_of(const mechanics::HeightFunctions& heights) {
+  double shift = 0.0, turn = 0.0;
+  for (Eigen::Index i = 0; i < heights.height[0].rows(); ++i)
+    for (Eigen::Index j = 0; j < heights.height[0].cols(); ++j) {
+      const double own = std::hypot(heights.height[0](i, j), heights.height[1](i, j));
+      const double lever = std::hypot(heights.frame[0](i, j), heights.frame[1](i, j));
+      turn = std::max(turn, std::abs(heights.height[2](i, j)));
+      shift = std::max(shift, own + std::abs(heights.height[2](i, j)) * lever);
+    }
+  return {shift, shift, std::max(turn, 1.0)};
+}
+
+// Heights that are round-off beside those are none.
+void clear_round_off(mechanics::HeightFunctions& heights) {
+  constexpr double round_off = 1e-4;  // with what the grid leaves of the frame
+  const Planar scale = scale_of(heights);
+  for (std::size_t k = 0; k < 3; ++k)
+    if (heights.height[k].cwiseAbs().maxCoeff() <= round_off * scale[static_cast<Eigen::Index>(k)])
+      heights.height[k].setZero();
 }
 
 }  // namespace
 
 std::optional<ShapeLoop> shape_loop(const file::Results& results) {
-  const std::vector<Angle> angles = turning_angles(results);
-  if (angles.size() < 2 || results.problem.bodies.size() > most_bodies) return std::nullopt;
-  const MatrixXd runs = runs_of(results, angles);
-  const NearestPlane plane = nearest_plane(runs);
+  if (results.problem.bodies.size() > most_bodies) return std::nullopt;
+  const Shapes shapes = shapes_of(results);
+  if (shapes.angle.size() < 2) return std::nullopt;
+  const NearestPlane plane = nearest_plane(shapes.run);
   ShapeLoop loop;
-  const Eigen::MatrixX2d variables = (runs.rowwise() - plane.middle.transpose()) * plane.direction;
+  const Eigen::MatrixX2d variables = (shapes.run.rowwise() - plane.middle.transpose()) * plane.direction;
   for (std::size_t n = 0; n < 2; ++n) {
     const auto column = variables.col(static_cast<Eigen::Index>(n));
     loop.run[n].assign(column.begin(), column.end());
-    loop.variable[n] = angles.size() == 2 ? name_of(results, angles[n]) : std::array{"s₁", "s₂"}[n];
+    loop.variable[n] = shapes.angle.size() == 2 ? name_of(results, shapes.angle[n]) : std::array{"s₁", "s₂"}[n];
   }
   const model::System system(file::problem_of(results).swimmer);
   std::optional<mechanics::HeightFunctions> heights =
-      mechanics::height_functions(system, rectangle_around(results.problem.joints.size(), angles, plane, loop.run));
+      mechanics::height_functions(system, rectangle_around(shapes, plane, loop.run));
   if (!heights) return std::nullopt;
+  clear_round_off(*heights);
   loop.heights = std::move(*heights);
-  if (angles.size() > 2) {
+  if (shapes.angle.size() > 2) {
     loop.modes = ShapeLoop::Modes{{}, plane.direction, plane.beside};
-    for (const Angle& angle : angles) loop.modes->angle.push_back(name_of(results, angle));
+    for (const Angle& angle : shapes.angle) loop.modes->angle.push_back(name_of(results, angle));
   }
-  const bool closes = (runs.bottomRows<1>() - runs.topRows<1>()).cwiseAbs().maxCoeff() <= closed;
-  if (closes && without_momentum(results.solution)) loop.displacement = displacement_of(results.solution, loop);
+  if ((shapes.run.bottomRows<1>() - shapes.run.topRows<1>()).cwiseAbs().maxCoeff() > closed)
+    loop.lacking = "the shape does not end as it began";
+  else if (!without_momentum(results))
+    loop.lacking = "total momentum carries the swimmer on";
+  else
+    loop.displacement = displacement_of(results.solution, loop);
   return loop;
 }
 

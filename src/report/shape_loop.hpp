@@ -24,11 +24,13 @@ struct ShapeLoop {
   };
   std::optional<Modes> modes;
   mechanics::HeightFunctions heights;
-  /// Where the shape ends as it began and nothing moves the swimmer but its shape: m, m, rad in the frame of the heights.
+  /// Of a loop that closes while nothing moves the swimmer but its shape: m, m, rad by the frame of the heights; what it moved as
+  /// a twist, the mean of those of all shapes at which the loop may begin.
   struct Displacement {
     mechanics::Planar by_volume, moved;
   };
   std::optional<Displacement> displacement;
+  std::string lacking;  // why there is none
 };
 
 /// Nothing where the motion turns fewer angles than two or leaves a plane of the root's axes, and of more than 100 bodies.

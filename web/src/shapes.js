@@ -18,7 +18,7 @@ class Field {
   constructor(values, count) {
     this.values = values;
     this.count = count;
-    this.largest = Math.max(...values.map(Math.abs)) || 1;
+    this.largest = Math.max(...values.map(Math.abs));
   }
 
   at_node(i, j) { return this.values[i * this.count + j]; }
@@ -51,7 +51,7 @@ function picture(field) {
   const canvas = element("canvas", { width: PIXELS, height: PIXELS }), pen = canvas.getContext("2d");
   const image = pen.createImageData(PIXELS, PIXELS), ground = rgb("panel"), low = rgb("first"), high = rgb("second");
   for (let row = 0; row < PIXELS; ++row) for (let column = 0; column < PIXELS; ++column) {
-    const height = field.at((column + 0.5) / PIXELS, 1 - (row + 0.5) / PIXELS) / field.largest;
+    const height = field.at((column + 0.5) / PIXELS, 1 - (row + 0.5) / PIXELS) / (field.largest || 1);
     const tint = height < 0 ? low : high, share = 0.8 * Math.min(Math.abs(height), 1);
     for (let k = 0; k < 3; ++k) image.data[4 * (row * PIXELS + column) + k] = ground[k] + share * (tint[k] - ground[k]);
     image.data[4 * (row * PIXELS + column) + 3] = 255;
@@ -112,9 +112,11 @@ class LoopChart {
     };
     pen.strokeStyle = color("muted");
     pen.lineWidth = 0.5;
-    LEVELS.forEach((level) => stroke(level * this.field.largest));
-    pen.lineWidth = 1.5;
-    stroke(0);
+    if (this.field.largest > 0) {
+      LEVELS.forEach((level) => stroke(level * this.field.largest));
+      pen.lineWidth = 1.5;
+      stroke(0);
+    }
     this.draw_axes(pen);
     this.draw_loop(pen);
   }
@@ -202,6 +204,7 @@ class LoopChart {
 
 // To four digits of what is as large as the heights: less of it is nothing.
 function sum_text(value, scale, unit) {
+  if (!(scale > 0)) return `0 ${unit}`;
   const digits = Math.min(Math.max(3 - Math.floor(Math.log10(scale)), 0), 20);
   return `${number_text(Number(value.toFixed(digits)))} ${unit}`;
 }
@@ -213,7 +216,7 @@ function figures(run, clock) {
   return element("div", { class: "heights" }, ...kinds.map(([title, unit], k) => {
     const field = new Field(heights.height[k], count), chart = new LoopChart(field, heights.at, heights.run, frames.time, heights.variable);
     clock.listen(() => chart.follow(clock));
-    const size = element("span", {}, ` ±${number_text(field.largest, 3)} ${unit}/rad²`);
+    const size = element("span", {}, field.largest > 0 ? ` ±${number_text(field.largest, 3)} ${unit}/rad²` : " none");
     const sums = heights.moved ? element("p", { class: "sums" }, `Volume over the loop ${sum_text(heights.by_volume[k], field.largest, unit)}, moved ${sum_text(heights.moved[k], field.largest, unit)}`) : null;
     return element("figure", {}, element("figcaption", {}, title, size), chart.canvas, sums);
   }));
@@ -230,10 +233,12 @@ export function show_shapes(runs, clock) {
   const known = runs.filter((run) => run.heights);
   if (!known.length) return;
   show("shapes", element("p", {}, "Height functions: the curvature of the local connection over two shape variables, told in the frame that the shapes disturb least " +
-    "(orange positive, blue negative, the heavy line zero). A loop of shapes moves the swimmer by nearly the volume over what it goes round counter-clockwise, " +
-    "whatever its speed; both numbers are of that frame. The loop shown is this motion’s, the dot its shape at the time of the animation."));
+    "(orange positive, blue negative, lines at zero, heavy, and at quarters of the largest). A loop of shapes moves the swimmer by nearly the volume over what it goes round counter-clockwise, " +
+    "whatever its speed. Moved: the twist that takes that frame once round, on the average over where in the loop one begins; the root’s displacement, from where this motion began, stands above. " +
+    "The loop shown is this motion’s, the dot its shape at the time of the animation."));
   for (const run of known) {
     if (runs.length > 1) show("shapes", element("h3", {}, `${"AB"[runs.indexOf(run)]}: ${run.name}`));
-    show("shapes", figures(run, clock), modes(run));
+    const lacking = run.heights.lacking ? element("p", { class: "sums" }, `No volume is compared with a displacement: ${run.heights.lacking}.`) : "";
+    show("shapes", figures(run, clock), lacking, modes(run));
   }
 }
