@@ -102,7 +102,7 @@ class Problem:
         """
         Height functions of a swimmer that two shape variables move in a plane: volumes over loops are what it moves.
 
-        first, second: the angle that a variable is, a joint's name, of a ball or universal joint with its axis, ("front", 2); or a mode, a dict of angles and how far each turns by the variable, {"front": 1.0, "back": -0.5}. middle: angles where both variables are zero, rad; those that are not named are zero. Ranges in rad. Returns "first", "second" (points): the variables; "linear" (2, points, points, m) and "angular" (points, points, rad), each for 1 of both variables, rows by the first: along the two axes that follow "normal", the root's axis about which it turns (0, 1 or 2), and about it; told in the frame that shapes disturb least, which stands at "frame_position" (2, points, points, m) and is turned by "frame_angle" (points, points, rad) in the root's.
+        first, second: what the variables change, a joint's name, of a ball or universal joint with its axis, ("front", 2); or a mode, a dict of angles and how far each turns for 1 of the variable, {"front": 1.0, "back": -0.5}. middle: angles where both variables are zero, rad, from which they count; those that are not named are zero. Ranges in rad. Returns "first", "second" (points): the variables; "linear" (2, points, points, m) and "angular" (points, points, rad), each for 1 of both variables, rows by the first: along the two axes that follow "normal", the root's axis about which it turns (0, 1 or 2), and about it; told in the frame that shapes disturb least, which stands at "frame_position" (2, points, points, m) and is turned by "frame_angle" (points, points, rad) in the root's.
         Raises InputError where the swimmer leaves the plane. Equation 9.31.
         """
 
@@ -215,6 +215,13 @@ class Trajectory:
     @property
     def provenance(self) -> dict[str, Any]:
         """version, build_type, compiler, machine, command, problem_sha256, seed."""
+
+    def shape_loop(self) -> dict[str, Any] | None:
+        """
+        The loop of shapes of a motion in a plane over its height functions, as the report shows it; else None.
+
+        "variables": the two angles that change, or "s₁", "s₂" of more: coordinates in the plane nearest to all shapes, "modes" how far each angle turns by them, "beside" how far shapes are from it, rad. "first", "second" (nodes): the variables along the motion. "heights": as of Problem.height_functions. Of a loop that closes without total momentum "by_volume" and "moved" (along, across, turn; m, m, rad): the volumes over it, and the twist that takes the frame of the heights once round, on the average over where the loop begins; else None.
+        """
 
     def joint_demands(self) -> list[dict[str, Any]]:
         """

@@ -113,7 +113,6 @@ Angle angle_named(const System& system, nb::handle name, const std::string& key)
 // [joints][3] of one angle, or of a dict of angles and numbers.
 mechanics::Vectors turns_of(const System& system, nb::handle given, const std::string& key) {
   mechanics::Vectors turns(static_cast<std::size_t>(system.joint_count()), Eigen::Vector3d::Zero());
-  if (given.is_none()) return turns;
   const auto entry = [&](nb::handle name) -> double& {
     const Angle angle = angle_named(system, name, key);
     return turns[angle.joint][angle.axis];
@@ -151,7 +150,10 @@ nb::dict height_functions(const Problem& problem, nb::handle first, nb::handle s
                           int points, nb::handle middle) {
   const System system = file::system_of(problem.file);
   mechanics::ShapePlane plane;
-  plane.middle = turns_of(system, middle, "middle");
+  if (!middle.is_none() && !nb::isinstance<nb::dict>(middle))
+    throw InputError("middle", fmt::format("found {}; allowed: a dict of angles in rad; give {{\"joint\": angle}}",
+                                           nb::cast<std::string>(nb::type_name(middle.type()))));
+  plane.middle = turns_of(system, middle.is_none() ? nb::dict() : nb::borrow<nb::dict>(middle), "middle");
   plane.direction = {turns_of(system, first, "first"), turns_of(system, second, "second")};
   require_apart(plane.direction[0], plane.direction[1]);
   for (const auto& [range, key, n] : {std::tuple(first_range, "first_range", std::size_t{0}),
@@ -162,7 +164,7 @@ nb::dict height_functions(const Problem& problem, nb::handle first, nb::handle s
     plane.low[n] = range.first;
     plane.high[n] = range.second;
   }
-  constexpr int least_points = 3, most_points = 400;
+  constexpr int least_points = 4, most_points = 200;
   if (points < least_points || points > most_points)
     throw InputError("points", fmt::format("found {}; allowed: {} to {} along each variable; choose some", points,
                                            least_points, most_points));
@@ -177,19 +179,23 @@ nb::dict height_functions(const Problem& problem, nb::handle first, nb::handle s
                      "found a swimmer that moves otherwise than in one plane of its root's axes, or a ball joint that "
                      "turns about several; allowed: angles about one of the root's axes, of bodies that are symmetric "
                      "about the plane; use connection_curvature at single shapes");
-  nb::dict result;
-  const auto along = [](const std::vector<double>& values) { return array(values, {values.size()}); };
-  result["first"] = along(found->at[0]);
-  result["second"] = along(found->at[1]);
-  result["normal"] = found->normal;
-  result["linear"] = matrices(found->height.data(), 2);
-  result["angular"] = matrix(found->height[2]);
-  result["frame_position"] = matrices(found->frame.data(), 2);
-  result["frame_angle"] = matrix(found->frame[2]);
-  return result;
+  return dict_of(*found);
 }
 
 }  // namespace
+
+nb::dict dict_of(const mechanics::HeightFunctions& heights) {
+  nb::dict result;
+  const auto along = [](const std::vector<double>& values) { return array(values, {values.size()}); };
+  result["first"] = along(heights.at[0]);
+  result["second"] = along(heights.at[1]);
+  result["normal"] = heights.normal;
+  result["linear"] = matrices(heights.height.data(), 2);
+  result["angular"] = matrix(heights.height[2]);
+  result["frame_position"] = matrices(heights.frame.data(), 2);
+  result["frame_angle"] = matrix(heights.frame[2]);
+  return result;
+}
 
 void bind_mechanics(nb::module_& module) {
   auto problem = nb::borrow<nb::class_<Problem>>(module.attr("Problem"));
@@ -225,10 +231,11 @@ void bind_mechanics(nb::module_& module) {
               "None = None) -> dict[str, typing.Any]"),
           "Height functions of a swimmer that two shape variables move in a plane: volumes over loops are what it "
           "moves.\n\n"
-          "first, second: the angle that a variable is, a joint's name, of a ball or universal joint with its axis, "
-          "(\"front\", 2); or a mode, a dict of angles and how far each turns by the variable, {\"front\": 1.0, "
+          "first, second: what the variables change, a joint's name, of a ball or universal joint with its axis, "
+          "(\"front\", 2); or a mode, a dict of angles and how far each turns for 1 of the variable, {\"front\": 1.0, "
           "\"back\": "
-          "-0.5}. middle: angles where both variables are zero, rad; those that are not named are zero. Ranges in rad. "
+          "-0.5}. middle: angles where both variables are zero, rad, from which they count; those that are not named "
+          "are zero. Ranges in rad. "
           "Returns \"first\", \"second\" (points): the variables; \"linear\" (2, points, points, m) and \"angular\" "
           "(points, points, rad), each for 1 of both variables, rows by the first: along the two axes that follow "
           "\"normal\", the root's axis about which it turns (0, 1 or 2), and about it; told in the frame that shapes "

@@ -14,6 +14,7 @@
 #include "module.hpp"
 #include "report/joint_demands.hpp"
 #include "report/report.hpp"
+#include "report/shape_loop.hpp"
 
 namespace lamprey::python {
 
@@ -94,6 +95,28 @@ void write_report(const Trajectory& self, const std::filesystem::path& path) {
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   file::write_files(folder.string(),
                     {file::finished_file(path.filename().string(), report::report_html(self.results()))});
+}
+
+nb::object shape_loop(const Trajectory& self) {
+  const std::optional<report::ShapeLoop> loop = report::shape_loop(self.results());
+  if (!loop) return nb::none();
+  nb::dict result;
+  result["variables"] = nb::make_tuple(loop->variable[0], loop->variable[1]);
+  for (const auto& [key, n] : {std::pair("first", std::size_t{0}), std::pair("second", std::size_t{1})})
+    result[key] = array(loop->run[n], {loop->run[n].size()});
+  result["heights"] = dict_of(loop->heights);
+  const auto planar = [](const mechanics::Planar& of) { return array(Eigen::Vector3d(of)); };
+  result["by_volume"] = loop->displacement ? planar(loop->displacement->by_volume) : nb::none();
+  result["moved"] = loop->displacement ? planar(loop->displacement->moved) : nb::none();
+  nb::dict modes;
+  if (loop->modes)
+    for (std::size_t a = 0; a < loop->modes->angle.size(); ++a) {
+      const auto row = loop->modes->direction.row(static_cast<Eigen::Index>(a));
+      modes[loop->modes->angle[a].c_str()] = nb::make_tuple(row[0], row[1]);
+    }
+  result["modes"] = loop->modes ? nb::object(modes) : nb::none();
+  result["beside"] = loop->modes ? loop->modes->beside : 0.0;
+  return result;
 }
 
 nb::list joint_demands(const Trajectory& self) {
@@ -223,6 +246,18 @@ void bind_results(nb::module_& module) {
                    "Where a march divided its steps; None where it did not.")
       .def_prop_ro("provenance", said("provenance"), nb::sig("def provenance(self) -> dict[str, typing.Any]"),
                    "version, build_type, compiler, machine, command, problem_sha256, seed.")
+      .def("shape_loop", &shape_loop, nb::sig("def shape_loop(self) -> dict[str, typing.Any] | None"),
+           "The loop of shapes of a motion in a plane over its height functions, as the report shows it; else None.\n\n"
+           "\"variables\": the two angles that change, or \"s₁\", \"s₂\" of more: coordinates in the plane nearest to "
+           "all "
+           "shapes, \"modes\" how far each angle turns by them, \"beside\" how far shapes are from it, rad. \"first\", "
+           "\"second\" (nodes): the variables along the motion. \"heights\": as of Problem.height_functions. Of a loop "
+           "that "
+           "closes without total momentum \"by_volume\" and \"moved\" (along, across, turn; m, m, rad): the volumes "
+           "over it, "
+           "and the twist that takes the frame of the heights once round, on the average over where the loop begins; "
+           "else "
+           "None.")
       .def("joint_demands", &joint_demands, nb::sig("def joint_demands(self) -> list[dict[str, typing.Any]]"),
            "What the motion asks of each joint: joint (its name), largest_moment N m, largest_rate rad/s, "
            "largest_power W, "

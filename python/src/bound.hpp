@@ -10,6 +10,7 @@
 
 #include "file/problem_file.hpp"
 #include "file/results.hpp"
+#include "mechanics/height_functions.hpp"
 
 namespace lamprey::python {
 
@@ -27,6 +28,9 @@ Problem load(const std::filesystem::path& path);
 
 /// A Problem as it is, anything else as the path of a problem file.
 Problem problem_or_loaded(nanobind::handle object);
+
+/// What Problem.height_functions returns.
+nanobind::dict dict_of(const mechanics::HeightFunctions& heights);
 
 /// A motion. What Python asks for is made at the first question and kept.
 class Trajectory {

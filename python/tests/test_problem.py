@@ -146,6 +146,17 @@ def test_height_functions_of_modes_are_those_of_angles_by_the_area_that_the_mode
     assert abs(modes["angular"][2, 2] - 1.5 * plain["angular"][2, 2]) < 1e-12 and abs(plain["angular"][2, 2]) > 1e-5
 
 
+def test_volumes_over_a_gaits_loop_are_what_it_moved(root):
+    problem = lp.load(root / "examples/ellipses.toml").changed(search={"starts": 1})
+    loop = lp.solve(problem).shape_loop()
+    assert loop["variables"] == ("head", "tail") and loop["modes"] is None
+    assert len(loop["first"]) == len(loop["second"]) == problem.steps + 1
+    assert np.abs(loop["by_volume"] - loop["moved"]).max() < 0.01 * np.abs(loop["moved"]).max()
+    assert loop["heights"]["linear"].shape == (2, 31, 31)
+    still = lp.simulate(lp.load(root / "examples/translation.toml"), steps=4)
+    assert still.shape_loop() is None
+
+
 def test_height_functions_name_what_they_cannot_tell(root):
     problem = lp.load(root / "examples/three_links.toml")
     with pytest.raises(lp.InputError, match="allowed: head, tail"):
@@ -156,6 +167,8 @@ def test_height_functions_name_what_they_cannot_tell(root):
         problem.height_functions("head", "head", (-1, 1), (-1, 1))
     with pytest.raises(lp.InputError, match="first: found int"):
         problem.height_functions(3, "tail", (-1, 1), (-1, 1))
+    with pytest.raises(lp.InputError, match="middle: found str"):
+        problem.height_functions("head", "tail", (-1, 1), (-1, 1), middle="head")
     with pytest.raises(lp.InputError, match="finite number"):
         problem.height_functions({"head": "much"}, "tail", (-1, 1), (-1, 1))
     balls = lp.load(root / "examples/translation.toml")
