@@ -158,9 +158,13 @@ nb::dict height_functions(const Problem& problem, nb::handle first, nb::handle s
   require_apart(plane.direction[0], plane.direction[1]);
   for (const auto& [range, key, n] : {std::tuple(first_range, "first_range", std::size_t{0}),
                                       std::tuple(second_range, "second_range", std::size_t{1})}) {
-    if (!(range.first < range.second) || !std::isfinite(range.second - range.first))
-      throw InputError(key, fmt::format("found ({}, {}); allowed: a lower and a higher value in rad; set them",
-                                        range.first, range.second));
+    constexpr double least_width = 1e-3, farthest = 1e3;
+    if (!(range.second - range.first >= least_width) || !(std::abs(range.first) <= farthest) ||
+        !(std::abs(range.second) <= farthest))
+      throw InputError(key,
+                       fmt::format("found ({}, {}); allowed: a lower and a higher value in rad, {} apart at least and "
+                                   "{} at most; set them",
+                                   range.first, range.second, least_width, farthest));
     plane.low[n] = range.first;
     plane.high[n] = range.second;
   }

@@ -88,8 +88,11 @@ ControlSamples controls_of_results(const Results& results, const std::string& pa
     take_stages(results, samples);
   } else {
     take_nodes(results, samples);
-    samples.motion.rotation = results.solution.rotation;
-    samples.motion.position = results.solution.position;
+    for (const ResolvedJoint& joint : results.problem.joints) samples.links.emplace_back(joint.parent, joint.child);
+    if (results.solution.divided.steps == 0 && results.solution.marched_by.empty()) {
+      samples.motion.rotation = results.solution.rotation;
+      samples.motion.position = results.solution.position;
+    }
   }
   samples.points = results.problem.points;
   samples.scheme = results.problem.scheme;

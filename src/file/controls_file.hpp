@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -33,10 +34,11 @@ struct ControlSamples {
   int points = 0;                                         // with spline
   maneuver::Scheme scheme = maneuver::Scheme::trapezoid;  // of the solution
   std::optional<maneuver::Start> first = {};              // of the solution: its first node
-  /// Of the solution, up to order 2: rotations and positions at its nodes, of one cycle.
+  /// Rotations and positions at the nodes of one cycle, of a solution with a value at each node whose scheme took every step whole.
   maneuver::NodePath motion = {};
-  bool gait = false;        // of a solution whose shape closes
-  std::string remark = {};  // of a table: what its reader should be told; may be empty
+  std::vector<std::pair<int, int>> links = {};  // [joints] parent and child of the solution's swimmer, body indices
+  bool gait = false;                            // of a solution whose shape closes
+  std::string remark = {};                      // of a table: what its reader should be told; may be empty
 };
 
 /// Reads a solution.json (text that begins with '{') or a CSV table: t, then three columns for each joint, in the problem's order

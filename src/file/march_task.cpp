@@ -165,12 +165,16 @@ void perturb(const MarchOptions& options, const model::System& system, const Fol
                                       : Eigen::MatrixXd(Eigen::MatrixXd::Identity(turns, turns)));
 }
 
-// The stored motion that moments belong to, where the march takes the same steps.
-maneuver::NodePath motion_of(const ControlSamples& samples, const Problem& problem) {
+// The stored motion that moments belong to, where the march takes the same steps with as many bodies joined alike.
+maneuver::NodePath motion_of(const ControlSamples& samples, const model::System& system, const Problem& problem) {
   constexpr double round_off = 1e-9;  // of a step
   if (samples.motion.position.size() < 2 || samples.scheme != problem.scheme) return {};
+  bool same_tree = samples.motion.rotation.front().size() == static_cast<std::size_t>(system.body_count()) &&
+                   samples.links.size() == static_cast<std::size_t>(system.joint_count());
+  for (int j = 0; j < system.joint_count() && same_tree; ++j)
+    same_tree = samples.links[static_cast<std::size_t>(j)] == std::pair(system.joint(j).parent, system.joint(j).child);
   const double step = samples.time[1] - samples.time[0];
-  return std::abs(step - problem.time_step()) <= round_off * step ? samples.motion : maneuver::NodePath();
+  return same_tree && std::abs(step - problem.time_step()) <= round_off * step ? samples.motion : maneuver::NodePath();
 }
 
 // By the scheme or the reference integrator, under moments in time or under feedback.
@@ -182,10 +186,10 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
     control = [&](double time) { return maneuver::moments_at_zero_angle(system, options.control(time)); };
   if (options.controls) {
     control = control_function(*options.controls, system);
-    simulation.motion = motion_of(*options.controls, problem);
+    simulation.motion = motion_of(*options.controls, system, problem);
   }
   if (followed) {
-    simulation.motion = motion_of(followed->plan, problem);
+    simulation.motion = motion_of(followed->plan, system, problem);
     control = [followed](double time) { return followed->law.planned(time); };
     simulation.feedback = [followed](double time, const integrator::ReferenceState& state) {
       return followed->law.moments(time, state);

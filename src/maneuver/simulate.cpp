@@ -177,7 +177,9 @@ class Simulation {
   bool advance(int k, State& state, Solution& solution) {
     const Span span{k * h_, (k + 1) * h_};
     if (keeps_stages()) stages_.begin({state.rotation, march_.moments(span.begin, state)});
-    const bool done = advance_whole(k, span, state) || (adaptive_ && advance_in_pieces(span, state, solution.divided));
+    if (stands_as_known(k, state)) begin_as_known(k, state);
+    const bool done =
+        advance_part(span, 0, 1, state) || (adaptive_ && advance_in_pieces(span, state, solution.divided));
     if (done && keeps_stages()) append_stages(span, solution);
     return done;
   }
@@ -212,14 +214,13 @@ class Simulation {
     state.momentum += acting * (mechanics::generalized_force(system_, state.rotation, moments) - before);
   }
 
-  // The known motion has a step k.
-  bool knows_steps() const { return known_.position.size() > 1 && !keeps_stages(); }
+  // The step of the known motion, which is gone through again and again.
   std::size_t known_step(int k) const { return at(k) % (known_.position.size() - 1); }
 
   // The bodies stand to each other as they do in the known motion.
   bool stands_as_known(int k, const State& state) const {
     constexpr double near = 1e-2;  // rad, where the motion's own step is a guess as good as any
-    if (!knows_steps()) return false;
+    if (known_.position.size() < 2 || keeps_stages()) return false;
     const mechanics::Rotations& known = known_.rotation[known_step(k)];
     const Matrix3d heading = state.rotation[0] * known[0].transpose();
     for (std::size_t i = 0; i < known.size(); ++i)
@@ -235,16 +236,6 @@ class Simulation {
     mechanics::interval_between(system_, known_.rotation[n], known_.rotation[n + 1],
                                 heading * (known_.position[n + 1] - known_.position[n]), motion);
     march_.begin_at(motion);
-  }
-
-  // A step in one piece, sought from the known motion first where the march is at it, and last where it is not.
-  bool advance_whole(int k, const Span& span, State& state) {
-    const bool there = stands_as_known(k, state);
-    if (there) begin_as_known(k, state);
-    if (advance_part(span, 0, 1, state)) return true;
-    if (!knows_steps()) return false;
-    if (!there) begin_as_known(k, state);
-    return advance_part(span, 0, 1, state);
   }
 
   bool keeps_stages() const { return !integrator::single_step(scheme_); }

@@ -33,9 +33,9 @@ struct SimulateOptions {
   /// A controller that answers the state, affine in the velocity, in place of the moments in time; may be empty.
   integrator::StateControl feedback = {};
   /// A motion under the same moments in steps of the same length and scheme, one after the other, again and again where the
-  /// march is longer. While the bodies stand to each other as they do in it, steps are sought from its own on, where impulses
-  /// leave the last ones no guide; elsewhere only those that do not converge from these. Wherever it lies and however it is
-  /// headed; rotations and positions count. Of schemes with one stage; may be empty.
+  /// march is longer. While the bodies stand to each other as they do in it, steps are sought from its own on: after impulses
+  /// the last ones are no guide. Wherever it lies and however it is headed; rotations, of as many bodies, and positions count.
+  /// Of schemes with one stage; may be empty.
   NodePath motion = {};
 };
 

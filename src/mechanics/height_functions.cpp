@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/SparseCholesky>
 
@@ -106,6 +107,25 @@ int normal_of(const std::vector<Edge>& edges) {
   return -1;
 }
 
+// Whether the nodes are apart by more than round-off.
+bool wide_enough(const ShapePlane& plane) {
+  constexpr double least_width = 1e-6;  // beside where the rectangle lies
+  for (std::size_t n = 0; n < 2; ++n) {
+    const double width = plane.high[n] - plane.low[n],
+                 place = std::max(std::abs(plane.low[n]), std::abs(plane.high[n]));
+    if (!(width > least_width * std::max(place, 1.0)) || !std::isfinite(width)) return false;
+  }
+  return plane.points >= 4;
+}
+
+// Solves what is positive definite, or leaves no number.
+VectorXd solved(const Sparse& matrix, const VectorXd& right) {
+  const Eigen::SimplicialLDLT<Sparse> factors(matrix);
+  if (factors.info() != Eigen::Success)
+    return VectorXd::Constant(right.size(), std::numeric_limits<double>::quiet_NaN());
+  return factors.solve(right);
+}
+
 // The frame's heading: least squares of (β_to − β_from)/length + ω over all edges, zero on the average, which no rate depends on.
 VectorXd least_turn(Eigen::Index nodes, const std::vector<Edge>& edges) {
   std::vector<Eigen::Triplet<double>> entries;
@@ -121,7 +141,7 @@ VectorXd least_turn(Eigen::Index nodes, const std::vector<Edge>& edges) {
   entries.emplace_back(nodes / 2, nodes / 2, std::pow(1.0 / edges.front().length, 2));  // held there, then shifted
   Sparse normal(nodes, nodes);
   normal.setFromTriplets(entries.begin(), entries.end());
-  VectorXd turn = Eigen::SimplicialLDLT<Sparse>(normal).solve(right);
+  VectorXd turn = solved(normal, right);
   turn.array() -= turn.mean();
   return turn;
 }
@@ -151,7 +171,7 @@ VectorXd least_shift(Eigen::Index nodes, const std::vector<Edge>& edges, const V
   for (const Eigen::Index c : {0, 1}) entries.emplace_back(2 * (nodes / 2) + c, 2 * (nodes / 2) + c, hold);
   Sparse normal(2 * nodes, 2 * nodes);
   normal.setFromTriplets(entries.begin(), entries.end());
-  return Eigen::SimplicialLDLT<Sparse>(normal).solve(right);
+  return solved(normal, right);
 }
 
 // A curvature as a frame sees it that stands at `frame` in the root's.
@@ -217,7 +237,7 @@ class RunningSum {
 
 std::optional<HeightFunctions> height_functions(const System& system, const ShapePlane& plane) {
   const Shapes shapes(system, plane);
-  if (!shapes.straight()) return std::nullopt;
+  if (!shapes.straight() || !wide_enough(plane)) return std::nullopt;
   HeightFunctions heights;
   for (std::size_t a = 0; a < 2; ++a)
     for (int k = 0; k < plane.points; ++k)
@@ -243,6 +263,9 @@ std::optional<HeightFunctions> height_functions(const System& system, const Shap
         heights.frame[static_cast<std::size_t>(k)](i, j) = frame[k];
       }
     }
+  for (const auto* parts : {&heights.height, &heights.frame})
+    for (const MatrixXd& part : *parts)
+      if (!part.allFinite()) return std::nullopt;
   return heights;
 }
 

@@ -33,7 +33,8 @@ struct HeightFunctions {
   std::array<MatrixXd, 3> frame;  // [3][points][points] the frame's place and heading seen from the root: m, m, rad
 };
 
-/// Nothing where the swimmer moves otherwise than in one plane of its root's axes, or a ball joint turns about several axes.
+/// Nothing where the swimmer moves otherwise than in one plane of its root's axes, a ball joint turns about several axes, or the
+/// rectangle is no wider than 1e-6 of where it lies.
 std::optional<HeightFunctions> height_functions(const model::System& system, const ShapePlane& plane);
 
 /// The frame at a shape, as the root sees it, cubic between nodes.
@@ -47,8 +48,8 @@ Planar volume_over(const HeightFunctions& heights, const std::vector<std::array<
 /// `root`, seen from where that was.
 Planar frame_moved(const Planar& from, const Planar& root, const Planar& to);
 
-/// Of a closed loop: the twist that takes the frame at its first shape from where it was to where it is in unit time. volume_over
-/// comes near to it.
+/// Of a closed loop: the twist that takes the frame at its first shape from where it was to where it is in unit time, which volume_over
+/// comes near to. The root has turned by less than half a turn: more turns have no one twist.
 Planar twist_of_frame(const Planar& frame, const Planar& root);
 
 /// A twist seen from a frame that has moved: that of the same loop begun at a later shape.

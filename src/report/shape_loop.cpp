@@ -18,12 +18,14 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using mechanics::Planar;
 
-constexpr double held_still = 1e-7;    // rad: less is round-off of an angle that is held
-constexpr double closed = 1e-6;        // rad, between the first shape and the last
-constexpr double at_rest = 1e-8;       // total momentum beside what the bodies carry
-constexpr double plane_margin = 1.25;  // of the motion's reach, how far the rectangle goes
-constexpr double least_reach = 0.05;   // rad
-constexpr int plane_points = 31;
+constexpr double held_still = 1e-7;                   // rad: less is round-off of an angle that is held
+constexpr double most_turn = 0.9 * std::numbers::pi;  // rad, of the root in a loop
+constexpr double closed = 1e-6;                       // rad, between the first shape and the last
+constexpr double at_rest = 1e-8;                      // total momentum beside what the bodies carry
+constexpr double plane_margin = 1.25;                 // of the motion's reach, how far the rectangle goes
+constexpr double least_reach = 0.05;                  // rad
+constexpr double apart = 0.2;                         // rad, the most between two nodes
+constexpr int least_points = 31, most_points = 91;
 constexpr std::size_t most_bodies = 100;  // of more the picture would take longer than the rest of the page
 
 struct Angle {
@@ -57,8 +59,9 @@ Shapes shapes_of(const file::Results& results) {
   if (results.solution.joint_angle.empty()) return shapes;
   std::vector<VectorXd> runs;
   for (std::size_t j = 0; j < joints; ++j)
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < model::freedoms_of(results.problem.joints[j].kind); ++axis) {
       const VectorXd run = run_of(results, {j, axis});
+      if (!run.allFinite()) return {};
       if (!(run.maxCoeff() - run.minCoeff() > held_still)) {
         shapes.held[j][axis] = std::abs(run.mean()) > held_still ? run.mean() : 0.0;
         continue;
@@ -132,7 +135,7 @@ mechanics::ShapePlane rectangle_around(const Shapes& shapes, const NearestPlane&
     plane.low[n] = middle[n] - reach;
     plane.high[n] = middle[n] + reach;
   }
-  plane.points = plane_points;
+  plane.points = std::max(least_points, static_cast<int>(std::min(2.0 * reach / apart, 1e6)) + 2);
   return plane;
 }
 
@@ -219,8 +222,9 @@ std::optional<ShapeLoop> shape_loop(const file::Results& results) {
     loop.variable[n] = shapes.angle.size() == 2 ? name_of(results, shapes.angle[n]) : std::array{"s₁", "s₂"}[n];
   }
   const model::System system(file::problem_of(results).swimmer);
-  std::optional<mechanics::HeightFunctions> heights =
-      mechanics::height_functions(system, rectangle_around(shapes, plane, loop.run));
+  const mechanics::ShapePlane rectangle = rectangle_around(shapes, plane, loop.run);
+  if (rectangle.points > most_points) return std::nullopt;
+  std::optional<mechanics::HeightFunctions> heights = mechanics::height_functions(system, rectangle);
   if (!heights) return std::nullopt;
   clear_round_off(*heights);
   loop.heights = std::move(*heights);
@@ -232,6 +236,8 @@ std::optional<ShapeLoop> shape_loop(const file::Results& results) {
     loop.lacking = "the shape does not end as it began";
   else if (!without_momentum(results))
     loop.lacking = "total momentum carries the swimmer on";
+  else if (std::abs(displacement_of_root(results.solution, loop.heights.normal).back()[2]) > most_turn)
+    loop.lacking = "the swimmer turns too far for one twist";
   else
     loop.displacement = displacement_of(results.solution, loop);
   return loop;

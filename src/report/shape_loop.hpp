@@ -33,7 +33,8 @@ struct ShapeLoop {
   std::string lacking;  // why there is none
 };
 
-/// Nothing where the motion turns fewer angles than two or leaves a plane of the root's axes, and of more than 100 bodies.
+/// Nothing where the motion turns fewer angles than two, by more than nine radians, or leaves a plane of the root's axes, and of
+/// more than 100 bodies.
 std::optional<ShapeLoop> shape_loop(const file::Results& results);
 
 }  // namespace lamprey::report

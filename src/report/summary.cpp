@@ -197,15 +197,35 @@ void append_obstacles(const model::System& system, const maneuver::Problem& prob
                                   : "kept");
 }
 
+// How the root has turned: with all turns where it does about one axis, else from its first attitude to its last.
+std::string turn_words(const maneuver::Solution& solution) {
+  constexpr double off_axis = 1e-6;  // of the turns
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero(), largest = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> turns;
+  for (std::size_t k = 1; k < solution.rotation.size(); ++k)
+    turns.push_back(lie::log(solution.rotation[k][0] * solution.rotation[k - 1][0].transpose()));
+  double all = 0.0;
+  for (const Eigen::Vector3d& turn : turns) {
+    all += turn.norm();
+    if (turn.norm() > largest.norm()) largest = turn;
+    sum += turn;
+  }
+  const Eigen::Vector3d axis = largest.stableNormalized();
+  const bool one_axis = std::all_of(turns.begin(), turns.end(), [&](const Eigen::Vector3d& turn) {
+    return (turn - axis * axis.dot(turn)).norm() <= off_axis * largest.norm();
+  });
+  if (one_axis) return vector(sum.norm() <= off_axis * all ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : sum) + " rad";
+  return vector(lie::log(solution.rotation.back()[0] * solution.rotation.front()[0].transpose())) +
+         " rad, less than half a turn";
+}
+
 // Where a march went, and what became of its energy.
 void append_march(const file::Results& results, std::vector<std::pair<std::string, std::string>>& rows) {
   const maneuver::Solution& solution = results.solution;
   const std::size_t nodes = solution.time.size();
   if (nodes < 2 || solution.angular_velocity.size() != nodes || solution.linear_velocity.size() != nodes) return;
   rows.emplace_back("Displacement", vector(solution.position.back() - solution.position.front()) + " m");
-  rows.emplace_back("Turn of " + results.problem.bodies.front().name,
-                    vector(lie::log(solution.rotation.back()[0] * solution.rotation.front()[0].transpose())) +
-                        " rad, less than half a turn");
+  rows.emplace_back("Turn of " + results.problem.bodies.front().name, turn_words(solution));
   const maneuver::Problem problem = file::problem_of(results);
   const model::System system(problem.swimmer);
   append_obstacles(system, problem, results, rows);
@@ -305,6 +325,8 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
     const Eigen::Vector3d way = solution.position.back() - solution.position.front();
     if (problem.goal && (problem.goal->periodic || !problem.goal->distance()))
       rows.emplace_back("Displacement", vector(way) + " m");
+    if (problem.goal && problem.goal->periodic && !problem.goal->turn && solution.rotation.size() > 1)
+      rows.emplace_back("Turn of " + problem.bodies.front().name, turn_words(solution));
     if (problem.goal && problem.goal->periodic && moved->distance > 0.0)
       rows.emplace_back("Cost of transport", transport_words(*moved, by_replay));
   }

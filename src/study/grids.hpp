@@ -10,6 +10,18 @@
 
 namespace lamprey::study {
 
+/// Grids of fewer than `coarse_steps` only prepare finer ones; where one is asked for, its answer's message names far turns.
+maneuver::Steps steps_for(int steps);
+
+/// In which coordinates a problem's maneuvers move, and which of the goal's conditions these can meet independently, at the
+/// first of a few first guesses that is a motion; all coordinates and conditions where none is.
+struct Reached {
+  maneuver::ShapeCoordinates coordinates;
+  std::vector<maneuver::EndRow> rows;
+  std::string out_of_reach;  // why no motion meets the goal; empty where none shows
+  Reached(const model::System& system, const maneuver::Problem& problem);
+};
+
 /// A program and its solver at one resolution.
 struct Grid {
   maneuver::Maneuver maneuver;
@@ -22,12 +34,18 @@ struct Grid {
 /// Of a solve on a grid, before a last Newton step.
 inline constexpr double fine_tolerance = 1e-7;
 
+/// Newton's method from the program's point on, to the tolerance of a last Newton step; where limits count as met a hundredth of
+/// it, for such a step is no good where limits begin to hold. The reason of an outcome that did not converge says what is
+/// missed most.
+void solve_program(optimizer::StageNewton& newton, maneuver::ShapeProgram& program, optimizer::Options options,
+                   optimizer::Outcome& outcome);
+
 /// Steps of a path.
 int steps_of(const maneuver::NodePath& path);
 
 class Grids {
  public:
-  /// The problem, options and budget must outlive it.
+  /// All of these must outlive it.
   Grids(const model::System& system, const maneuver::Problem& problem, const SolveOptions& options,
         const Budget& budget);
 

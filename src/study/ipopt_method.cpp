@@ -5,7 +5,7 @@
 #include "maneuver/transcription.hpp"
 #include "optimizer/feasibility.hpp"
 #include "optimizer/ipopt.hpp"
-#include "study/method.hpp"
+#include "study/grids.hpp"
 #include "study/outcome_numbers.hpp"
 #include "study/workers.hpp"
 

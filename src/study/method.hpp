@@ -72,31 +72,13 @@ class Method {
 /// Steps of the grid on which starts are told apart: enough to tell minima apart, few enough to be quick.
 inline constexpr int coarse_steps = 100;
 
-/// Grids of fewer than `coarse_steps` only prepare finer ones; where one is asked for, its answer's message names far turns.
-maneuver::Steps steps_for(int steps);
-
 /// Seeds of a start's first guess and of a hop.
 std::uint64_t seed_of_start(const maneuver::Problem& problem, int start);
 std::uint64_t seed_of_hop(const maneuver::Problem& problem, int hop);
 
-/// In which coordinates a problem's maneuvers move, and which of the goal's conditions these can meet independently, at the
-/// first of a few first guesses that is a motion; all coordinates and conditions where none is.
-struct Reached {
-  maneuver::ShapeCoordinates coordinates;
-  std::vector<maneuver::EndRow> rows;
-  std::string out_of_reach;  // why no motion meets the goal; empty where none shows
-  Reached(const model::System& system, const maneuver::Problem& problem);
-};
-
 /// Whether the Newton method can take the problem: moments free at each node, no total momentum; above order 2 neither limits,
 /// waypoints, a periodic goal, a free duration nor costs beside effort and time.
 bool newton_takes(const model::System& system, const maneuver::Problem& problem);
-
-/// Newton's method from the program's point on, to the tolerance of a last Newton step; where limits count as met a hundredth of
-/// it, for such a step is no good where limits begin to hold. The reason of an outcome that did not converge says what is
-/// missed most.
-void solve_program(optimizer::StageNewton& newton, maneuver::ShapeProgram& program, optimizer::Options options,
-                   optimizer::Outcome& outcome);
 
 std::unique_ptr<Method> newton_method(const model::System& system, const maneuver::Problem& problem,
                                       const SolveOptions& options, const Budget& budget);

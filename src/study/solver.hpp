@@ -2,7 +2,7 @@
 // (chapter 9). What a vehicle runs that plans while it swims.
 #pragma once
 
-#include "study/method.hpp"
+#include "study/grids.hpp"
 
 namespace lamprey::study {
 

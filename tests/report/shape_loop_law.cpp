@@ -4,9 +4,11 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "file/problem_file.hpp"
 #include "file/tasks.hpp"
+#include "report/page_data.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey {
@@ -67,6 +69,58 @@ TEST(ShapeLoop, is_of_two_angles_at_least) {
   EXPECT_FALSE(report::shape_loop(results));
 }
 
+// Wherever the swimmer lies and however it is headed at first.
+TEST(ShapeLoop, is_seen_from_the_swimmer) {
+  const std::optional<report::ShapeLoop> plain = report::shape_loop(swum(&round));
+  file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/three_links.toml");
+  problem.problem.start.position = Vector3d(3.0, -2.0, 1.0);
+  problem.problem.start.rotation.assign(3, Vector3d(0.4, -1.1, 2.0));
+  file::MarchOptions options;
+  options.angle = &round;
+  const std::optional<report::ShapeLoop> turned = report::shape_loop(file::march_task(problem, options, "test"));
+  ASSERT_TRUE(plain && turned && plain->displacement && turned->displacement);
+  EXPECT_LE((plain->displacement->moved - turned->displacement->moved).norm(), 1e-9);
+}
+
+// Of many loops there is a sum of volumes, and no twist once the root has turned by half a turn or more, also by more than one.
+TEST(ShapeLoop, has_no_twist_of_far_turns) {
+  file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/three_links.toml");
+  problem.problem.steps = 60;
+  const auto cycles = [&](int count) {
+    file::MarchOptions options;
+    file::AngleSamples samples;
+    for (int k = 0; k <= 60; ++k) {
+      samples.time.push_back(k / 60.0);
+      samples.angle.push_back({Vector3d(1.5 + 0.9 * std::cos(rate * k / 60.0), 0, 0),
+                               Vector3d(-1.5 + 0.9 * std::sin(rate * k / 60.0), 0, 0)});
+    }
+    options.angles = samples;
+    options.cycles = count;
+    return report::shape_loop(file::march_task(problem, options, "test"));
+  };
+  const auto once = cycles(1), thrice = cycles(3);
+  ASSERT_TRUE(once && thrice && once->displacement && thrice->displacement);
+  EXPECT_LE((3.0 * once->displacement->by_volume - thrice->displacement->by_volume).norm(), 1e-9);
+  const double turn = std::abs(once->displacement->moved[2]);
+  EXPECT_GT(turn, 0.1);
+  EXPECT_NEAR(std::abs(thrice->displacement->moved[2]), 3.0 * turn, 1e-9);
+  const auto far = cycles(static_cast<int>(std::ceil(1.4 * M_PI / turn)));
+  ASSERT_TRUE(far);
+  EXPECT_EQ(far->lacking, "the swimmer turns too far for one twist");
+}
+
+// Angles beyond all sense, or none, are no picture.
+TEST(ShapeLoop, is_none_of_numbers_without_sense) {
+  file::Results results = swum(&round);
+  for (const double number : {1e16, 1e300, std::nan("")}) {
+    file::Results broken = results;
+    for (auto& node : broken.solution.joint_angle) node[0][0] += number;
+    EXPECT_FALSE(report::shape_loop(broken)) << number;
+  }
+  for (auto& node : results.solution.joint_angle) node[0] = Vector3d(0, 0, node[0][0]);  // where a hinge has no angle
+  EXPECT_FALSE(report::shape_loop(results));
+}
+
 // What it moved is said alike wherever in the loop it began.
 TEST(ShapeLoop, does_not_depend_on_where_it_begins) {
   const std::optional<report::ShapeLoop> loop = report::shape_loop(swum(&round));
@@ -88,6 +142,25 @@ TEST(ShapeLoop, goes_on_over_whole_turns) {
   EXPECT_LE((loop->displacement->by_volume - same->displacement->by_volume).norm(), 1e-12);
   EXPECT_LE((loop->displacement->by_volume - loop->displacement->moved).norm(),
             2e-3 * loop->displacement->moved.norm());
+}
+
+TEST(ShapeLoop, stands_in_the_page_row_by_row_of_the_first_variable) {
+  const file::Results results = swum(&round);
+  const std::optional<report::ShapeLoop> loop = report::shape_loop(results);
+  const auto heights = nlohmann::json::parse(report::page_data({&results}))["runs"][0]["heights"];
+  ASSERT_TRUE(loop);
+  const auto n = static_cast<Eigen::Index>(loop->heights.at[0].size());
+  for (std::size_t k = 0; k < 3; ++k) {
+    ASSERT_EQ(heights["height"][k].size(), static_cast<std::size_t>(n * n));
+    for (const auto& [i, j] :
+         {std::pair(Eigen::Index{2}, Eigen::Index{11}), std::pair(Eigen::Index{20}, Eigen::Index{5})})
+      EXPECT_NEAR(heights["height"][k][static_cast<std::size_t>(i * n + j)].get<double>(),
+                  loop->heights.height[k](i, j), 1e-6 * loop->heights.height[k].cwiseAbs().maxCoeff());
+  }
+  EXPECT_NEAR(heights["at"][0][3].get<double>(), loop->heights.at[0][3], 1e-6);
+  EXPECT_NEAR(heights["run"][1][7].get<double>(), loop->run[1][7], 1e-6);
+  EXPECT_NEAR(heights["by_volume"][0].get<double>(), loop->displacement->by_volume[0], 1e-6);
+  EXPECT_EQ(heights["variable"][1], "tail");
 }
 
 }  // namespace

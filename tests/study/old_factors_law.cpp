@@ -6,7 +6,7 @@
 #include "maneuver/shape_program.hpp"
 #include "optimizer/stage_newton.hpp"
 #include "printed.hpp"
-#include "study/method.hpp"
+#include "study/grids.hpp"
 #include "study/solve.hpp"
 
 namespace lamprey::tests {

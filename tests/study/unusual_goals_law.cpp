@@ -9,7 +9,7 @@
 #include "lie/so3.hpp"
 #include "maneuver/guess.hpp"
 #include "study/answer.hpp"
-#include "study/method.hpp"
+#include "study/grids.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {

@@ -204,6 +204,7 @@ class LoopChart {
 
 // To four digits of what is as large as the heights: less of it is nothing.
 function sum_text(value, scale, unit) {
+  if (!Number.isFinite(value)) return "–";
   if (!(scale > 0)) return `0 ${unit}`;
   const digits = Math.min(Math.max(3 - Math.floor(Math.log10(scale)), 0), 20);
   return `${number_text(Number(value.toFixed(digits)))} ${unit}`;

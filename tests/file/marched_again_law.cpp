@@ -1,0 +1,123 @@
+// A motion marched again under its own moments is that motion, also where impulses leave no step a guide to the next.
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "file/controls_file.hpp"
+#include "file/problem_file.hpp"
+#include "file/tasks.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+file::ProblemFile three_links() {
+  file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/three_links.toml");
+  problem.problem.steps = 12;
+  return problem;
+}
+
+// From rest, straight, the hinges jump from node to node.
+file::Results jumping(const file::ProblemFile& problem, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> jump(0.0, 0.5);
+  std::vector<std::vector<Vector3d>> table{{Vector3d::Zero(), Vector3d::Zero()}};
+  for (int k = 0; k < problem.problem.steps; ++k)
+    table.push_back({Vector3d(jump(random), 0, 0), Vector3d(jump(random), 0, 0)});
+  file::MarchOptions options;
+  file::AngleSamples samples;
+  for (std::size_t k = 0; k < table.size(); ++k)
+    samples.time.push_back(static_cast<double>(k) * problem.problem.time_step());
+  samples.angle = table;
+  options.angles = samples;
+  return file::march_task(problem, options, "");
+}
+
+file::MarchOptions under(const file::Results& results, const file::ProblemFile& problem) {
+  file::MarchOptions options;
+  options.controls = file::controls_of_results(results, "x", problem.problem.swimmer.joints);
+  return options;
+}
+
+double off(const file::Results& a, const file::Results& b) {
+  if (b.solution.status != maneuver::Status::simulated || a.solution.time.size() != b.solution.time.size()) return 1.0;
+  double largest = 0.0;
+  for (std::size_t k = 0; k < a.solution.time.size(); ++k) {
+    largest = std::max(largest, (a.solution.position[k] - b.solution.position[k]).norm());
+    for (std::size_t i = 0; i < 3; ++i)
+      largest = std::max(largest, (a.solution.rotation[k][i] - b.solution.rotation[k][i]).norm());
+  }
+  return largest;
+}
+
+TEST(MarchedAgain, by_its_own_moments_is_the_same_motion) {
+  file::ProblemFile problem = three_links();
+  int marched = 0, lost = 0;  // without the motion
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const file::Results first = jumping(problem, seed);
+    if (first.solution.status != maneuver::Status::simulated) continue;
+    // the march along angles begins with their rates
+    problem.problem.start.angular_velocity = first.solution.angular_velocity.front();
+    problem.problem.start.linear_velocity = first.solution.rotation.front()[0] * first.solution.linear_velocity.front();
+    file::MarchOptions options = under(first, problem);
+    EXPECT_LE(off(first, file::march_task(problem, options, "")), 1e-9) << seed;
+    options.controls->motion = {};
+    lost += off(first, file::march_task(problem, options, "")) > 1e-9 ? 1 : 0;
+    ++marched;
+  }
+  EXPECT_GE(marched, 4);
+  EXPECT_GE(lost, 1) << "the moments ask for no more than any march finds";
+}
+
+TEST(MarchedAgain, takes_no_steps_from_motions_of_others) {
+  const file::ProblemFile problem = three_links();
+  unsigned seed = 1;
+  file::Results first = jumping(problem, seed);
+  while (first.solution.status != maneuver::Status::simulated && seed < 20) first = jumping(problem, ++seed);
+  const auto has_motion = [&](const file::Results& results) {
+    return !under(results, problem).controls->motion.position.empty();
+  };
+  ASSERT_TRUE(has_motion(first));
+  file::Results divided = first;  // whose nodes are not a step apart
+  divided.solution.divided.steps = 1;
+  EXPECT_FALSE(has_motion(divided));
+  file::Results reference = first;
+  reference.solution.marched_by = "another integrator";
+  EXPECT_FALSE(has_motion(reference));
+  // one body more than the swimmer has, and other links: as without the motion
+  file::MarchOptions plain = under(first, problem), larger = plain, other = plain, shorter = plain;
+  plain.controls->motion = {};
+  for (auto& node : larger.controls->motion.rotation) node.emplace_back(Eigen::Matrix3d::Identity());
+  std::swap(other.controls->links[0], other.controls->links[1]);
+  shorter.steps = 24;
+  file::MarchOptions shorter_plain = shorter;
+  shorter_plain.controls->motion = {};
+  const auto message = [&](const file::MarchOptions& options) {
+    return file::march_task(problem, options, "").solution.message;
+  };
+  EXPECT_EQ(message(larger), message(plain));
+  EXPECT_EQ(message(other), message(plain));
+  EXPECT_EQ(message(shorter), message(shorter_plain));
+}
+
+// Cycle after cycle of a gait the stored steps serve again.
+TEST(MarchedAgain, goes_through_a_gait_again_and_again) {
+  file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/ellipses.toml");
+  problem.problem.search.starts = 1;
+  study::SolveOptions options;
+  options.refinement = false;
+  const file::Results gait = file::solve_task(problem, options, "");
+  ASSERT_EQ(gait.solution.status, maneuver::Status::optimal) << gait.solution.message;
+  file::MarchOptions known = under(gait, problem);
+  known.cycles = 3;
+  file::MarchOptions guessed = known;
+  guessed.controls->motion = {};
+  const file::Results marched = file::march_task(problem, known, "");
+  ASSERT_EQ(marched.solution.status, maneuver::Status::simulated) << marched.solution.message;
+  EXPECT_LE(off(marched, file::march_task(problem, guessed, "")), 1e-8);
+}
+
+}  // namespace
+}  // namespace lamprey::tests
