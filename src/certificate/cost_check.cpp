@@ -219,66 +219,88 @@ CostCheck check_cost(const StoredMotion& motion) {
   return check;
 }
 
-CostGradient cost_gradient_beside_effort(const StoredMotion& motion) {
+namespace {
+
+// Work and power by the moments at a node and, turns held, by the time a node counts for.
+void add_powers_at_node(const StoredMotion& motion, const Powers& powers, double weight, int k,
+                        CostGradient& gradient) {
+  const double time = powers.time[k];
+  for (int j = 0; j < motion.system.joint_count(); ++j) {
+    const model::Joint& joint = motion.system.joint(j);
+    const double value = powers.value(j, k), change = powers.change(j, k);
+    const WorkSlopes own = work_slopes(motion, powers, j, k), slopes = slopes_by_power(motion, powers, weight, j, k);
+    gradient.by_control[at(k)].segment(joint.first_control, joint.actuation.cols()) -=
+        time * joint.actuation.transpose() *
+        (slopes.by_value * powers.rate[at(k)][at(j)] + slopes.by_change * powers.swing[at(k)][at(j)]);
+    // the node counts for longer, the shapes change more slowly
+    const double given = k == 0 ? work_of(motion.control[at(k)][at(j)], 0.5 * powers.start[at(j)]) : 0.0;
+    gradient.by_log_time_step += time * (weight * (own.by_value * value + own.by_change * change) +
+                                         motion.problem.cost_weights.power * (value * value + change * change / 3.0) -
+                                         slopes.by_value * (value - given) - slopes.by_change * (change + given));
+  }
+}
+
+void add_smoothness(const StoredMotion& motion, int step, CostGradient& gradient) {
+  const double h = motion.time_step, weight = motion.problem.cost_weights.smoothness;
+  if (weight == 0.0) return;
+  const VectorXd change = weight / h * (moments_at(motion, step + 1) - moments_at(motion, step));
+  gradient.by_control[at(step)] -= change;
+  gradient.by_control[at(step + 1)] += change;
+  gradient.by_log_time_step -= 0.5 * h / weight * change.squaredNorm();
+}
+
+// What pulls on the joints' turns over a step by the freedoms at its two nodes: by differences of order 4.
+void add_pulls_by_shapes(const StoredMotion& motion, const Powers& powers, const mechanics::Vectors& pull, int step,
+                         CostGradient& gradient) {
   const System& system = motion.system;
-  const maneuver::CostWeights& weights = motion.problem.cost_weights;
   const integrator::StateLayout layout{system};
-  const Powers powers = powers_of(motion);
-  const double h = motion.time_step, weight = weight_of_work(motion, powers);
-  const int N = motion.steps;
-  CostGradient gradient;
-  gradient.by_state.assign(at(N + 1), VectorXd::Zero(layout.size()));
-  gradient.by_control.assign(at(N + 1), VectorXd::Zero(system.control_count()));
-  const std::vector<mechanics::Vectors> by_turn = pulls_on_turns(motion, powers);
+  const Rotations &left = motion.solution.rotation[at(step)], &right = motion.solution.rotation[at(step + 1)];
+  const auto work_at = [&](bool at_right, int body, int freedom, double by) {
+    const mechanics::Vectors turns = at_right
+                                         ? turns_between(system, left, with_turn(system, right, body, freedom, by))
+                                         : turns_between(system, with_turn(system, left, body, freedom, by), right);
+    double sum = 0.0;
+    for (std::size_t j = 0; j < turns.size(); ++j) sum += pull[j].dot(turns[j] - powers.turn[at(step)][j]);
+    return sum;
+  };
+  for (const bool at_right : {false, true})
+    for (int i = 0; i < system.body_count(); ++i)
+      for (int f = 0; f < system.body(i).freedoms; ++f) {
+        const auto value = [&](double by) { return work_at(at_right, i, f, by); };
+        gradient.by_state[at(step + (at_right ? 1 : 0))][layout.freedom(i) + f] +=
+            (8.0 * (value(turn_step) - value(-turn_step)) - (value(2.0 * turn_step) - value(-2.0 * turn_step))) /
+            (12.0 * turn_step);
+      }
+}
+
+// What is won by displacement, and work per a free distance.
+void add_displacement(const StoredMotion& motion, const Powers& powers, CostGradient& gradient) {
+  const maneuver::CostWeights& weights = motion.problem.cost_weights;
+  auto by_position = gradient.by_state.back().segment<3>(integrator::StateLayout{motion.system}.position());
+  by_position -= weights.displacement;
+  if (weights.transport == 0.0 || motion.problem.goal->distance()) return;
   double work = 0.0;
-  for (int k = 0; k <= N; ++k) {
-    for (int j = 0; j < system.joint_count(); ++j) {
-      const double value = powers.value(j, k), change = powers.change(j, k), time = powers.time[k];
-      const WorkSlopes own = work_slopes(motion, powers, j, k);
-      const WorkSlopes slopes = slopes_by_power(motion, powers, weight, j, k);
-      const Vector3d& u = motion.control[at(k)][at(j)];
-      work += time * mean_size(value, change);
-      const model::Joint& joint = system.joint(j);
-      gradient.by_control[at(k)].segment(joint.first_control, joint.actuation.cols()) -=
-          time * joint.actuation.transpose() *
-          (slopes.by_value * powers.rate[at(k)][at(j)] + slopes.by_change * powers.swing[at(k)][at(j)]);
-      // the node counts for longer, the shapes change more slowly
-      const double given = k == 0 ? work_of(u, 0.5 * powers.start[at(j)]) : 0.0;
-      gradient.by_log_time_step += time * (weight * (own.by_value * value + own.by_change * change) +
-                                           weights.power * (value * value + change * change / 3.0) -
-                                           slopes.by_value * (value - given) - slopes.by_change * (change + given));
-    }
-    if (k == N) break;
-    const VectorXd change = weights.smoothness / h * (moments_at(motion, k + 1) - moments_at(motion, k));
-    gradient.by_control[at(k)] -= change;
-    gradient.by_control[at(k + 1)] += change;
-    if (weights.smoothness > 0.0) gradient.by_log_time_step -= 0.5 * h / weights.smoothness * change.squaredNorm();
-  }
-  for (int k = 0; k < N; ++k)
-    for (const bool right : {false, true})
-      for (int i = 0; i < system.body_count(); ++i)
-        for (int f = 0; f < system.body(i).freedoms; ++f) {
-          const auto value = [&](double by) {
-            const Rotations& left_rotation = motion.solution.rotation[at(k)];
-            const Rotations& right_rotation = motion.solution.rotation[at(k + 1)];
-            const mechanics::Vectors turns =
-                right ? turns_between(system, left_rotation, with_turn(system, right_rotation, i, f, by))
-                      : turns_between(system, with_turn(system, left_rotation, i, f, by), right_rotation);
-            double sum = 0.0;
-            for (std::size_t j = 0; j < turns.size(); ++j)
-              sum += by_turn[at(k)][j].dot(turns[j] - powers.turn[at(k)][j]);
-            return sum;
-          };
-          gradient.by_state[at(k + (right ? 1 : 0))][layout.freedom(i) + f] +=
-              (8.0 * (value(turn_step) - value(-turn_step)) - (value(2.0 * turn_step) - value(-2.0 * turn_step))) /
-              (12.0 * turn_step);
-        }
-  gradient.by_state.back().segment<3>(layout.position()) -= weights.displacement;
-  if (weights.transport > 0.0 && !motion.problem.goal->distance()) {
-    const double d = powers.distance;
-    gradient.by_state.back().segment<3>(layout.position()) -=
-        weights.transport * work / (d * d * d) * (motion.solution.position.back() - motion.solution.position.front());
-  }
+  for (int k = 0; k <= motion.steps; ++k)
+    for (int j = 0; j < motion.system.joint_count(); ++j)
+      work += powers.time[k] * mean_size(powers.value(j, k), powers.change(j, k));
+  by_position -= weights.transport * work / std::pow(powers.distance, 3) *
+                 (motion.solution.position.back() - motion.solution.position.front());
+}
+
+}  // namespace
+
+CostGradient cost_gradient_beside_effort(const StoredMotion& motion) {
+  const int N = motion.steps;
+  const Powers powers = powers_of(motion);
+  CostGradient gradient;
+  gradient.by_state.assign(at(N + 1), VectorXd::Zero(integrator::StateLayout{motion.system}.size()));
+  gradient.by_control.assign(at(N + 1), VectorXd::Zero(motion.system.control_count()));
+  const double weight = weight_of_work(motion, powers);
+  for (int k = 0; k <= N; ++k) add_powers_at_node(motion, powers, weight, k, gradient);
+  for (int k = 0; k < N; ++k) add_smoothness(motion, k, gradient);
+  const std::vector<mechanics::Vectors> pulls = pulls_on_turns(motion, powers);
+  for (int k = 0; k < N; ++k) add_pulls_by_shapes(motion, powers, pulls[at(k)], k, gradient);
+  add_displacement(motion, powers, gradient);
   return gradient;
 }
 
