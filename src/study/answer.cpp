@@ -260,6 +260,15 @@ int more_steps(const Problem& problem, const Answer& answer) {
   return std::clamp(static_cast<int>(std::ceil(std::min<double>(times, most))), least, most);
 }
 
+// Whether what is paid is mostly work: it is least in impulses, which finer steps only make shorter.
+bool mostly_work(const Problem& problem, const Solution& solution) {
+  constexpr double mostly = 0.5;
+  if (!solution.cost_parts || !(problem.cost_weights.work > 0.0 || problem.cost_weights.transport > 0.0)) return false;
+  const double smoothed =
+      problem.effort * solution.cost_parts->effort + problem.cost_weights.smoothness * solution.cost_parts->smoothness;
+  return smoothed < mostly * solution.cost;
+}
+
 // What of an optimal answer more steps would mend, as a sentence. Empty where its replays keep to their marks.
 std::string coarseness(const Problem& problem, const Answer& answer) {
   std::string missed = unresolved(problem, answer);
@@ -267,8 +276,15 @@ std::string coarseness(const Problem& problem, const Answer& answer) {
   if (missed.empty() && replay && replay->feedback_rotation_error > certificate::feedback_mark)
     missed = "its replay with feedback ends " + number(replay->feedback_rotation_error) + " rad beside it";
   if (missed.empty()) return "";
-  return " These steps do not resolve the motion: " + missed +
-         "; try [time] steps = " + std::to_string(problem.steps * more_steps(problem, answer)) + " or more.";
+  const std::string mend =
+      "try [time] steps = " + std::to_string(problem.steps * more_steps(problem, answer)) + " or more";
+  return " These steps do not resolve the motion: " + missed + "; " +
+         (mostly_work(problem, answer.solution) && unseen_work(answer).empty()
+              ? "work is least in impulses, which finer steps only make shorter: more weight on cost.effort, or one on "
+                "cost.smoothness, makes moments smoother; or " +
+                    mend
+              : mend) +
+         ".";
 }
 
 // Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then resolved, then cheap.

@@ -487,5 +487,23 @@ TEST(UnusualGoals, work_of_joints_that_turn_at_the_start_counts_from_their_rates
   }
 }
 
+// Where work is what costs, moments come in impulses at any steps: the answer says what makes them smooth.
+TEST(UnusualGoals, answers_of_work_alone_on_coarse_steps_ask_for_smoother_moments) {
+  maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/ellipses.toml");
+  problem.steps = 50;
+  problem.search.starts = 1;
+  const auto message_with = [&](double work) {
+    problem.cost_weights.work = work;
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, study::SolveOptions());
+    EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+    return answer.solution.message;
+  };
+  const std::string steps = "try [time] steps = ", smoother = "makes moments smoother";
+  const std::string effort = message_with(0.0), impulses = message_with(10.0);
+  EXPECT_NE(effort.find(steps), std::string::npos) << effort;
+  EXPECT_EQ(effort.find(smoother), std::string::npos) << effort;
+  EXPECT_NE(impulses.find(smoother), std::string::npos) << impulses;
+}
+
 }  // namespace
 }  // namespace lamprey::tests
