@@ -284,6 +284,10 @@ std::string remarks_on(const MarchOptions& options, const model::System& system,
           "marches the whole.",
           whole, marched, whole);
   }
+  if (problem.duration.free)
+    text += fmt::format(
+        " The duration is free, from {:.4g} s to {:.4g} s: this march takes {:.4g} s; --duration sets another.",
+        problem.duration.min, problem.duration.max, problem.duration.value);
   if (!options.controls) return text;
   const std::string missing = left_out(*options.controls, results.problem.joints);
   text += (missing.empty() ? "" : " ") + missing;

@@ -38,5 +38,18 @@ TEST(MarchedResults, of_an_interrupted_march_are_read_back) {
   }
 }
 
+TEST(MarchedResults, of_a_free_duration_say_which_was_taken) {
+  const file::ProblemFile problem =
+      file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/examples/free_time.toml");
+  file::MarchOptions options;
+  options.steps = 5;
+  const auto tells = [&] {
+    return file::march_task(problem, options, "").solution.message.find("The duration is free") != std::string::npos;
+  };
+  EXPECT_TRUE(tells());
+  options.duration = 1.0;
+  EXPECT_FALSE(tells());
+}
+
 }  // namespace
 }  // namespace lamprey::tests
