@@ -126,7 +126,8 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
       "solution.json, or CSV: t, then the angle of each hinge (rad), two of a universal joint, of a ball joint x, y, z "
       "of its "
       "rotation vector: the march follows them, a cubic from row to row, and finds the moments. A header names "
-      "joints in any order: \"tail\", \"fin 1\", \"spine x (deg)\"");
+      "joints in any order: \"tail\", \"fin 1\", \"spine x (deg)\"; joints with actuated = false that it leaves out "
+      "move as they do");
   angles->excludes(controls);
   CLI::Option* scheme = simulate->add_option("--scheme", arguments.simulate.scheme,
                                              "paper | trapezoid | midpoint | order4 | order6 instead of the file's");

@@ -135,6 +135,7 @@ Solution solve(nb::handle asked, const std::optional<int>& workers, const std::o
 struct Rows {
   std::vector<double> time;
   std::vector<std::vector<Eigen::Vector3d>> value;
+  std::vector<bool> missing;  // [joints] whose values are NaN in all rows, where they may be; zero in `value`
 };
 
 // Of one row, [joints][3]; where `single`, one number for each joint will do.
@@ -146,8 +147,16 @@ std::vector<Eigen::Vector3d> row_of(const double* from, std::size_t count, bool 
   return row;
 }
 
+// Where a joint may be left out, and is so in every row.
+std::vector<bool> missing_of(const Rows& table, const std::vector<bool>& may_miss) {
+  std::vector<bool> missing = may_miss;
+  for (const auto& row : table.value)
+    for (std::size_t j = 0; j < missing.size(); ++j) missing[j] = missing[j] && row[j].hasNaN();
+  return missing;
+}
+
 Rows rows_of(const nb::object& pair, std::size_t count, bool may_be_single, const std::string& key,
-             const std::string& name) {
+             const std::string& name, const std::vector<bool>& may_miss) {
   const Numbers time = numbers(pair[0], key + "[0]"), values = numbers(pair[1], key + "[1]");
   const std::size_t rows = time.ndim() == 1 ? time.shape(0) : 0;
   const bool single = may_be_single && values.ndim() == 2;
@@ -163,10 +172,14 @@ Rows rows_of(const nb::object& pair, std::size_t count, bool may_be_single, cons
       throw InputError(
           key, fmt::format("found time[{}] = {}; allowed: times that rise (s); sort the rows", r, table.time[r]));
     table.value.push_back(row_of(values.data() + r * count * (single ? 1 : 3), count, single));
-    for (const Eigen::Vector3d& value : table.value.back())
-      if (!value.allFinite())
-        throw InputError(key, fmt::format("found {} that is not finite in row {}; mend it", name, r));
   }
+  table.missing = missing_of(table, may_miss);
+  for (std::size_t r = 0; r < rows; ++r)
+    for (std::size_t j = 0; j < count; ++j) {
+      if (table.missing[j]) table.value[r][j].setZero();
+      if (!table.value[r][j].allFinite())
+        throw InputError(key, fmt::format("found {} that is not finite in row {}; mend it", name, r));
+    }
   return table;
 }
 
@@ -194,7 +207,7 @@ void take_controls(const nb::object& controls, const file::Joints& joints, file:
       return vectors(controls(time), count, fmt::format("controls({})", time));
     };
   } else if (nb::isinstance<nb::tuple>(controls) && nb::len(controls) == 2) {
-    Rows rows = rows_of(controls, count, false, "controls", "moments");
+    Rows rows = rows_of(controls, count, false, "controls", "moments", std::vector<bool>(count, false));
     file::ControlSamples samples;
     samples.time = std::move(rows.time);
     samples.control = std::move(rows.value);
@@ -227,8 +240,11 @@ void take_angles(const nb::object& angles, const file::Joints& joints, file::Mar
       return row_of(each.data(), count, true);
     };
   } else if (nb::isinstance<nb::tuple>(angles) && nb::len(angles) == 2) {
-    Rows rows = rows_of(angles, count, hinges, "angles", "angles");
-    options.angles = file::AngleSamples{std::move(rows.time), std::move(rows.value)};
+    std::vector<bool> idle;
+    for (const auto& joint : joints) idle.push_back(!joint.actuated && joint.kind != model::JointKind::fixed);
+    Rows rows = rows_of(angles, count, hinges, "angles", "angles", idle);
+    options.angles = file::AngleSamples{
+        .time = std::move(rows.time), .angle = std::move(rows.value), .passive = std::move(rows.missing)};
   } else if (is_path(angles)) {
     options.angles_path = nb::cast<std::filesystem::path>(angles).string();
     options.angles = file::read_angles(options.angles_path, joints);
@@ -391,7 +407,8 @@ void bind_tasks(nb::module_& module) {
       "`seed`.\nangles: joint angles to march along, in the place of moments, which are then found: a Solution or "
       "Trajectory, a path (solution.json or CSV),\na pair (time (rows,) s, angles (rows, joints, 3) rad as "
       "Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone\n(rows, "
-      "joints) and (joints,) will do. Root and total momentum begin as the problem says, steps are as long as the "
+      "joints) and (joints,) will do. Joints with actuated = false whose angles are NaN in all rows, or left out of a "
+      "CSV's header, move as they do. Root and total momentum begin as the problem says, steps are as long as the "
       "problem's up to the last row; cycles repeats angles that "
       "close.\n\n"
       "A march that does not get on ends with status \"stalled\" and the nodes before. Ctrl-C raises "

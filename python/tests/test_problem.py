@@ -176,3 +176,15 @@ def test_height_functions_name_what_they_cannot_tell(root):
         balls.height_functions("front", "back", (-1, 1), (-1, 1))
     with pytest.raises(lp.InputError, match="otherwise than in one plane"):
         balls.height_functions(("front", 1), ("back", 2), (-1, 1), (-1, 1))
+
+
+def test_passive_joints_move_as_they_do_where_their_angles_are_left_out(root):
+    problem = lp.load(root / "examples/compliant_tail.toml")
+    time = np.linspace(0.0, 0.8, 81)
+    trunk = 0.4 * np.sin(7.0 * time) ** 2
+    marched = lp.simulate(problem, angles=(time, np.stack([trunk, np.full_like(time, np.nan)], axis=1)), steps=80)
+    assert marched.status == "simulated", marched.message
+    assert np.abs(marched.joint_angle[:, 1, 0]).max() > 0.05 and np.abs(marched.control[:, 1]).max() == 0.0
+    assert np.abs(marched.joint_angle[:, 0, 0] - trunk).max() < 1e-9
+    with pytest.raises(lp.InputError, match="not finite"):
+        lp.simulate(problem, angles=(time, np.stack([np.full_like(time, np.nan), trunk], axis=1)))

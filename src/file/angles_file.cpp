@@ -31,7 +31,7 @@ AngleSamples angles_of_results(const Results& results, const std::string& path, 
     throw InputError(
         path, "/joint_angle",
         "found none; allowed: the angles at each node; write the file anew (lamprey simulate, lamprey solve)");
-  return {results.solution.time, results.solution.joint_angle};
+  return {.time = results.solution.time, .angle = results.solution.joint_angle};
 }
 
 AngleSamples parse_angles(const std::string& bytes, const std::string& path, const Joints& joints) {
@@ -39,7 +39,12 @@ AngleSamples parse_angles(const std::string& bytes, const std::string& path, con
   if (first != std::string::npos && bytes[first] == '{')
     return angles_of_results(parse_solution(bytes, path), path, joints);
   JointTable table = parse_joint_table(TableKind::angles, bytes, path, joints);
-  return {std::move(table.time), std::move(table.value), std::move(table.remark)};
+  AngleSamples samples{
+      .time = std::move(table.time), .angle = std::move(table.value), .remark = std::move(table.remark)};
+  samples.passive.resize(joints.size());
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    samples.passive[j] = table.left_out[j] && joints[j].kind != model::JointKind::fixed;
+  return samples;
 }
 
 AngleSamples read_angles(const std::string& path, const Joints& joints) {

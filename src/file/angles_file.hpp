@@ -15,11 +15,12 @@ namespace lamprey::file {
 struct AngleSamples {
   std::vector<double> time;                         // s, rising strictly, at least two
   std::vector<std::vector<Eigen::Vector3d>> angle;  // [time][joints] rad, as `joint_angle` of a solution
-  std::string remark = {};                          // of a table: what its reader should be told; may be empty
+  std::vector<bool> passive = {};  // [joints] which say nothing of a joint that no moment drives; empty: none
+  std::string remark = {};         // of a table: what its reader should be told; may be empty
 };
 
 /// Reads a solution.json (text that begins with '{') or a CSV table: t, then the angles of each joint, in the problem's order or as
-/// its header names them. IoError when the file cannot be read, model::InputError when it is wrong or is of other joints.
+/// its header names them; of joints that nothing drives the header may name none, and a march lets them move as they do. IoError when the file cannot be read, model::InputError when it is wrong or is of other joints.
 AngleSamples read_angles(const std::string& path, const Joints& joints);
 
 /// The same from the file's bytes; `path` only names them.

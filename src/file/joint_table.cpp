@@ -49,7 +49,9 @@ std::vector<Cell> cells_of(std::string_view line) {
 class TableParser {
  public:
   TableParser(TableKind kind, const std::string& path, const Joints& joints)
-      : kind_(kind), path_(path), joints_(joints), columns_(columns_in_order(kind, joints)) {}
+      : kind_(kind), path_(path), joints_(joints), columns_(columns_in_order(kind, joints)) {
+    table_.left_out.assign(joints.size(), false);
+  }
 
   JointTable parse(std::string_view text) {
     if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
@@ -110,6 +112,8 @@ class TableParser {
       refuse(cells[fault->cell].column, "header", fault->found, fault->allowed, fault->cure);
     columns_ = header.columns;
     named_ = header.named;
+    table_.left_out.assign(joints_.size(), named_);
+    for (const TableColumn& column : columns_) table_.left_out[column.joint] = false;
     require_columns(cells, "header");
     if (!named_)
       table_.remark = fmt::format("the header of {} names no joints of this problem: its columns are taken as {}",

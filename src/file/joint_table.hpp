@@ -21,6 +21,7 @@ using Joints = std::vector<model::JointDescription>;
 struct JointTable {
   std::vector<double> time;                         // s, rising strictly, at least two
   std::vector<std::vector<Eigen::Vector3d>> value;  // [time][joints] N m or rad, as TableColumn says
+  std::vector<bool> left_out;                       // [joints] whether the header names nothing of a joint
   std::string remark;                               // what its reader should be told; may be empty
 };
 

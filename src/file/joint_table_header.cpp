@@ -191,7 +191,7 @@ std::optional<HeaderFault> incomplete(TableKind kind, const Columns& known, cons
   }
   const auto idle = [&](std::size_t joint) {
     const bool exerts = joints[joint].actuated && joints[joint].kind != JointKind::fixed;
-    return kind == TableKind::moments && !exerts && !holds(joint, false);
+    return !exerts && !holds(joint, false) && !holds(joint, true);
   };
   for (const JointPart& needed : known.in_order())
     if (!held[needed.joint][needed.part] && !holds(needed.joint, true) && !idle(needed.joint))

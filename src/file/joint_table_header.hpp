@@ -41,7 +41,7 @@ std::vector<TableColumn> columns_in_order(TableKind kind, const std::vector<mode
 
 /// Columns by name where the header has names: "front x", "front.x" or "front_x", with the unit "(N m)" behind it or none, in
 /// any order; a hinge's name alone is its moment along its axis, in the place of its x, y and z, or its angle; angles of a universal
-/// joint are "fin 1" and "fin 2"; of a single joint "x" is enough. Moments of joints that exert none may be left out. A header in which no cell names a joint leaves columns in the joints' order.
+/// joint are "fin 1" and "fin 2"; of a single joint "x" is enough. Joints that exert no moments may be left out. A header in which no cell names a joint leaves columns in the joints' order.
 TableHeader read_table_header(TableKind kind, const std::vector<std::string_view>& cells,
                               const std::vector<model::JointDescription>& joints);
 

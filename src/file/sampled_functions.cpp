@@ -48,7 +48,7 @@ maneuver::JointAngles angle_function(const AngleSamples& samples) {
     return each;
   };
   return {[path, by_joint](double t) { return by_joint(path->value(t)); },
-          [path, by_joint](double t) { return by_joint(path->slope(t)); }};
+          [path, by_joint](double t) { return by_joint(path->slope(t)); }, samples.passive};
 }
 
 }  // namespace lamprey::file

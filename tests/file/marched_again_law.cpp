@@ -2,11 +2,13 @@
 #include <cmath>
 #include <random>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "file/controls_file.hpp"
 #include "file/problem_file.hpp"
 #include "file/tasks.hpp"
+#include "model/input_error.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -117,6 +119,46 @@ TEST(MarchedAgain, goes_through_a_gait_again_and_again) {
   const file::Results marched = file::march_task(problem, known, "");
   ASSERT_EQ(marched.solution.status, maneuver::Status::simulated) << marched.solution.message;
   EXPECT_LE(off(marched, file::march_task(problem, guessed, "")), 1e-8);
+}
+
+// A servo turns the trunk, the tail on its spring and damper goes as it goes: as under the moments that come out.
+TEST(MarchedAgain, along_the_angles_of_motors_alone) {
+  const file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/compliant_tail.toml");
+  std::string table = "t,trunk (rad)\n";
+  for (int k = 0; k <= 40; ++k) {
+    const double t = 0.02 * k;
+    table += fmt::format("{},{:.12f}\n", t, 0.4 * std::sin(7.0 * t) * std::sin(7.0 * t));
+  }
+  file::MarchOptions options;
+  options.angles = file::parse_angles(table, "servo.csv", problem.problem.swimmer.joints);
+  EXPECT_EQ(options.angles->passive, (std::vector<bool>{false, true}));
+  options.steps = 80;
+  const file::Results along = file::march_task(problem, options, "");
+  ASSERT_EQ(along.solution.status, maneuver::Status::simulated) << along.solution.message;
+  double bent = 0.0, tail = 0.0, trunk = 0.0;
+  for (std::size_t k = 0; k < along.solution.time.size(); ++k) {
+    const double t = along.solution.time[k];
+    EXPECT_NEAR(along.solution.joint_angle[k][0][0], 0.4 * std::sin(7.0 * t) * std::sin(7.0 * t), 1e-4);
+    bent = std::max(bent, std::abs(along.solution.joint_angle[k][1][0]));
+    trunk = std::max(trunk, along.solution.control[k][0].norm());
+    tail = std::max(tail, along.solution.control[k][1].norm());
+  }
+  EXPECT_GT(bent, 0.05);
+  EXPECT_EQ(tail, 0.0);
+  EXPECT_GT(trunk, 0.01);
+  file::MarchOptions again = under(along, problem);
+  again.controls->motion = {};
+  again.steps = 80;
+  again.duration = along.solution.time.back();
+  EXPECT_LE(off(along, file::march_task(problem, again, "")), 1e-9);
+}
+
+TEST(MarchedAgain, asks_for_the_angles_of_motors) {
+  const file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/compliant_tail.toml");
+  EXPECT_THROW(file::parse_angles("t,tail\n0,0\n1,0.1\n", "x", problem.problem.swimmer.joints), model::InputError);
+  const file::AngleSamples both =
+      file::parse_angles("t,trunk,tail\n0,0,0\n1,0,0\n", "x", problem.problem.swimmer.joints);
+  EXPECT_EQ(both.passive, (std::vector<bool>{false, false}));
 }
 
 }  // namespace

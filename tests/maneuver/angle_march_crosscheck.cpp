@@ -143,6 +143,72 @@ TEST_P(AngleMarch, along_the_angles_of_a_march_under_moments_is_that_march) {
   }
 }
 
+// How joint angles change at the start, as JointAngles have it.
+maneuver::Vectors first_rates(const System& system, const maneuver::Start& start, const maneuver::Vectors& turn) {
+  const integrator::State state = maneuver::start_state(system, start);
+  const VectorXd velocity = integrator::velocity_of_state(system, state);
+  const maneuver::Vectors angular = mechanics::angular_velocities(system, state.rotation, velocity);
+  maneuver::Vectors rates(turn.size(), Vector3d::Zero());
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const model::Joint& joint = system.joint(j);
+    const model::Body& child = system.body(joint.child);
+    if (!joint.free()) {
+      rates[model::at(j)].head(child.freedoms) = velocity.segment(child.velocity_offset, child.freedoms);
+      continue;
+    }
+    const Matrix3d Q = mechanics::child_to_parent(state.rotation, joint);
+    const Vector3d against = Q * angular[model::at(joint.child)] - angular[model::at(joint.parent)];
+    const Matrix3d by_turn = lie::exp(turn[model::at(j)]) * lie::exp_tangent(turn[model::at(j)]);
+    rates[model::at(j)] = by_turn.inverse() * against;
+  }
+  return rates;
+}
+
+// Joints that nothing drives go as they go under the moments: nothing need be known of them but how they begin.
+TEST_P(AngleMarch, of_some_joints_lets_the_passive_ones_move_as_they_do) {
+  int moved = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    Problem problem = random_problem(seed, 3 + static_cast<int>(seed % 3), 60);
+    const std::size_t joints = problem.swimmer.joints.size(), first = seed % joints, second = (seed + 1) % joints;
+    problem.swimmer.joints[first].actuated = false;
+    if (joints > 3) problem.swimmer.joints[second].actuated = false;
+    const System system(problem.swimmer);
+    Random random(170 + seed);
+    const mechanics::Moments once = random_moments(random, system, 1.0), twice = random_moments(random, system, 1.0);
+    const auto moments = [&](double t) {
+      mechanics::Moments u = once;
+      for (std::size_t j = 0; j < u.size(); ++j) u[j] = std::cos(5.0 * t) * once[j] + std::sin(7.0 * t) * twice[j];
+      return u;
+    };
+    const Solution marched = maneuver::simulate(system, problem, moments, maneuver::SimulateOptions{});
+    ASSERT_EQ(marched.status, maneuver::Status::simulated);
+    std::vector<maneuver::Vectors> angles = marched.joint_angle;
+    JointAngles known;
+    std::vector<bool> passive(joints, false);
+    for (std::size_t j = 0; j < joints; ++j) {
+      passive[j] =
+          !problem.swimmer.joints[j].actuated && system.body(system.joint(static_cast<int>(j)).child).freedoms > 0;
+      if (!passive[j]) continue;
+      moved += (angles.back()[j] - angles.front()[j]).norm() > 1e-3 ? 1 : 0;
+      for (maneuver::Vectors& node : angles) node[j].setZero();
+    }
+    known = through(marched.time, angles);
+    known.passive = passive;
+    // a cubic through the angles knows their first rates less well than the start does
+    known.rate = [later = known.rate, first = first_rates(system, problem.start, marched.joint_angle.front())](
+                     double t) { return t == 0.0 ? first : later(t); };
+    const Solution along = maneuver::march_along(system, problem, known);
+    ASSERT_EQ(along.status, maneuver::Status::simulated) << along.message;
+    EXPECT_LE(largest_difference(along, marched), tolerance(1e-9)) << seed;
+    for (std::size_t k = 1; k + 1 < along.time.size(); ++k)
+      for (std::size_t j = 0; j < joints; ++j)
+        EXPECT_LE((along.control[k][j] - marched.control[k][j]).norm(), tolerance(1e-6)) << seed << " at " << k;
+    const double momentum = (along.linear_momentum.total.back() - along.linear_momentum.total.front()).norm();
+    EXPECT_LE(momentum, tolerance(1e-11) * (1.0 + along.linear_momentum.total.front().norm()));
+  }
+  EXPECT_GE(moved, 6);
+}
+
 TEST_P(AngleMarch, finds_the_moments_that_march_so) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     Problem problem = random_problem(seed, 2 + static_cast<int>(seed % 4), 50);
