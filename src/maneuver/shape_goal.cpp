@@ -63,7 +63,7 @@ std::string ShapeProgram::largest_miss() const {
     case EndRow::Kind::position:
       return "goal.move along" + axis + " is missed by " + size + " m";
     case EndRow::Kind::moment:
-      return "an unactuated joint would need a moment of " + size + " N m to end as asked";
+      return "joints that nothing drives do not end as asked by themselves: it would take a moment of " + size + " N m";
     case EndRow::Kind::closure:
       return "the shape of " + system_.body(row.index).name + " does not close by " + size + " rad";
     case EndRow::Kind::orientation:
@@ -82,7 +82,8 @@ std::string ShapeProgram::largest_violation(bool cut_short) const {
   if (row.joint >= 0) who = " at joint " + system_.joint(row.joint).name;
   if (row.body >= 0) who = " of " + system_.body(row.body).name;
   if (row.other_body >= 0) who += " and " + system_.body(row.other_body).name;
-  return row.key + who + (cut_short ? " is not kept yet: broken by " : " cannot be kept: broken by ") +
+  return row.key + who +
+         (cut_short ? " is not kept yet: broken by " : " was kept by no motion that was tried: broken by ") +
          in_words(row.excess(worst.value, h_ * now_.stretch)) + " " + row.unit_name() + " at " +
          in_words(worst.node * h_ * now_.stretch) + " s";
 }

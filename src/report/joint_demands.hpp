@@ -15,7 +15,7 @@ struct JointDemand {
   double largest_moment = 0.0;  // N m, |u| at any node, of schemes above order 2 at those of the stages
   double largest_rate = 0.0;    // rad/s, of the child against the parent, mean over any step, or at either end
   double largest_power = 0.0;   // W, |u·ω| of any node's moment, of both steps beside it
-  double work = 0.0;            // J, ∫ |u·ω| dt: nothing is won back
+  double work = 0.0;            // J, ∫ |u·ω| dt: nothing is won back from joint to joint
   /// rad, least and largest at any node: of a hinge one, of a universal joint two, of a ball joint how far it is from its zero
   /// angle. Of files without joint angles none.
   std::vector<std::pair<double, double>> angles;

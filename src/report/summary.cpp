@@ -151,6 +151,9 @@ std::optional<double> work_by_replay(const std::optional<Certificate>& proof, do
   return proof->replay->work;
 }
 
+// m, of the swimmer: below a small part of it nothing has moved.
+double size_of(const file::Results& results) { return model::System(file::problem_of(results).swimmer).size(); }
+
 std::string work_words(double at_nodes, std::optional<double> by_replay) {
   const std::string words = number(at_nodes, 5) + " J";
   if (!by_replay) return words + ", nothing won back";
@@ -327,7 +330,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
       rows.emplace_back("Displacement", vector(way) + " m");
     if (problem.goal && problem.goal->periodic && !problem.goal->turn && solution.rotation.size() > 1)
       rows.emplace_back("Turn of " + problem.bodies.front().name, turn_words(solution));
-    if (problem.goal && problem.goal->periodic && moved->distance > 0.0)
+    if (problem.goal && problem.goal->periodic && moved->distance > same_place * size_of(results))
       rows.emplace_back("Cost of transport", transport_words(*moved, by_replay));
   }
   if (!sought) append_march(results, rows);

@@ -173,7 +173,11 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
       words += ", or fewer time.steps, whose answer lamprey solve --first begins with on as many as these";
     return words;
   }
-  if (!fading(problem, solution).empty()) words += "a distance (goal.move), ";
+  if (!fading(problem, solution).empty()) {
+    const auto& move = problem.goal->move;
+    const bool partly = std::any_of(move.begin(), move.end(), [](const auto& along) { return along.has_value(); });
+    words += partly ? "a goal.move along all axes, which gives the distance, " : "a distance (goal.move), ";
+  }
   if (too_long_for_stages(problem, proof) && problem.swimmer.compliant())
     words += "[integrator] scheme = \"midpoint\" (springs and dampers of light bodies ask for short stages), ";
   if (!far_turn(problem, solution).empty() || too_long_for_stages(problem, proof))

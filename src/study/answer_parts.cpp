@@ -88,6 +88,9 @@ void Parts::tell(const std::string& unsearched, maneuver::Solution& solution) co
   if (left_out_.empty() && unsearched.empty()) return;
   const bool interrupted = budget_.interrupted();
   if (interrupted) solution.status = Status::interrupted;
+  // what was not tried might have met what was tried did not
+  if (!interrupted && !unsearched.empty() && solution.status == Status::infeasible)
+    solution.status = Status::time_limit;
   std::string& message = solution.message;
   message += std::string(" Since ") + (interrupted ? "it was interrupted" : "the time limit was reached");
   if (!unsearched.empty()) message += ", these were not tried: " + unsearched;
