@@ -98,7 +98,10 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(1, 1'000'000));
   solve->add_option("--seed", arguments.solve.seed, "of the first guesses, instead of the file's search.seed")
       ->check(without_sign());
-  solve->add_option("--time-limit", arguments.solve.time_limit, "s, instead of the file's search.time_limit")
+  solve
+      ->add_option("--time-limit", arguments.solve.time_limit,
+                   "s, instead of the file's search.time_limit; the best motion is refined and proved for half as long "
+                   "again at most")
       ->check(CLI::PositiveNumber)
       ->check(finite());
   solve->add_flag("--json", arguments.solve.json, "print solution.json on standard output");

@@ -51,7 +51,7 @@ std::optional<Certificate> with_curvature(const model::System& system, const Pro
                                           Parts& parts) {
   if (!parts.begins(Part::minimum)) return std::nullopt;
   parts.progress("proving");
-  const auto stopped = [&] { return parts.stopped(); };
+  const auto stopped = [&] { return parts.stopped(Part::minimum); };
   Certificate proof = best.certificate;
   if (!certificate::add_second_order(system, problem, best.solution, proof, stopped)) parts.leave_out(Part::all_axes);
   return proof;

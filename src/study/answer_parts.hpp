@@ -15,14 +15,19 @@ namespace lamprey::study {
 /// What an answer consists of beside a motion and its certificate, in the order in which it is told.
 enum class Part { other_candidate, minimum, all_axes, feedback, followed_replay, other_grids };
 
-/// Once the search shall stop no part begins any more. They may run side by side.
+/// Once the search shall stop no part begins any more, but where only the time is over those that take little and that the answer
+/// is worth most by: whether it is a minimum, and its feedback. They may run side by side.
 class Parts {
  public:
   Parts(const maneuver::Problem& problem, const SolveOptions& options) : options_(options), budget_(problem, options) {}
   bool stopped() const { return budget_.closing(); }
   double seconds() const { return budget_.seconds(); }
+  bool stopped(Part part) const {
+    const bool late = part == Part::minimum || part == Part::feedback || part == Part::followed_replay;
+    return late ? budget_.past(late_share) : stopped();
+  }
   bool begins(Part part) {
-    if (!stopped()) return true;
+    if (!stopped(part)) return true;
     leave_out(part);
     return false;
   }

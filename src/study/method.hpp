@@ -13,6 +13,9 @@
 
 namespace lamprey::study {
 
+/// Of the time limit: how long the best motion is refined and proved at most.
+inline constexpr double late_share = 1.5;
+
 /// When to stop, whoever asks. First guesses and hops end while there is time left to refine the best of them; that one refinement goes
 /// on for a while where it is late or the search is interrupted, since a coarse motion is no answer.
 class Budget {
@@ -26,6 +29,8 @@ class Budget {
   bool closing() const;
   /// Whether what runs ends.
   bool stopped() const;
+  /// Whether someone ends it, or so many times the time limit is over.
+  bool past(double share) const;
   /// Whether someone, rather than the time, ends it.
   bool interrupted() const;
   /// Options of a solve within what is left of the time.

@@ -37,7 +37,6 @@ constexpr int retries = 4;  // further guesses where a single start fails
 constexpr int shooting_iterations = 200;
 constexpr double searched_share =
     2.0 / 3.0;                       // of the time limit, once a first guess has arrived; hops have half of that
-constexpr double late_share = 1.5;   // of the time limit, for refining the best motion
 constexpr double grace = 20.0;       // s, for the same after an interruption
 constexpr int hop_round = 8;         // hops from one minimum; fixed, so that the answer does not depend on the machine
 constexpr int confirming_steps = 4;  // times the coarse grid's
@@ -435,6 +434,10 @@ double Budget::end_of_time() const {
   if ((guessing || stage_ == Stage::hopping) && any_arrived_)
     return (guessing && problem_.search.hops > 0 ? 0.5 : 1.0) * searched_share * *problem_.search.time_limit;
   return *problem_.search.time_limit;
+}
+
+bool Budget::past(double share) const {
+  return interrupted() || (problem_.search.time_limit && seconds() > share * *problem_.search.time_limit);
 }
 
 bool Budget::goes_on_late() const { return stage_ == Stage::refining_the_best && any_arrived_; }

@@ -34,7 +34,7 @@ struct StoppedAt {
   std::vector<std::string> told;
   study::Answer answer;
 
-  StoppedAt(const Problem& problem, const std::string& line, int workers = 1) {
+  StoppedAt(const Problem& problem, const std::string& line, int workers = 1, double times_limit = 1.0) {
     bool stop = false;
     study::SolveOptions options;
     options.workers = workers;
@@ -44,7 +44,7 @@ struct StoppedAt {
       told.push_back(said);
       if (said != line) return;
       if (problem.search.time_limit)
-        std::this_thread::sleep_for(std::chrono::duration<double>(*problem.search.time_limit));
+        std::this_thread::sleep_for(std::chrono::duration<double>(times_limit * *problem.search.time_limit));
       else
         stop = true;
     };
@@ -177,10 +177,22 @@ TEST(StoppedSearch, leaves_out_what_follows_the_part_at_which_it_is_interrupted)
   EXPECT_TRUE(refining.says("these were not computed: its cost on other grids.")) << refining.answer.solution.message;
 }
 
+TEST(StoppedSearch, proves_the_best_and_finds_its_feedback_for_a_while_after_its_time) {
+  Problem problem = translation(40);
+  problem.search.time_limit = 2.0;
+  const StoppedAt late(problem, "certifying");
+  EXPECT_EQ(late.answer.solution.status, maneuver::Status::optimal);
+  EXPECT_EQ(late.times("certifying"), 1);
+  EXPECT_EQ(late.answer.certificate.verdict, certificate::Verdict::proved);
+  EXPECT_TRUE(has_feedback(late.answer));
+  EXPECT_FALSE(late.answer.certificate.refinement);
+  EXPECT_TRUE(late.says("Since the time limit was reached")) << late.answer.solution.message;
+}
+
 TEST(StoppedSearch, stays_optimal_without_the_parts_that_its_time_does_not_reach) {
   Problem problem = translation(40);
   problem.search.time_limit = 0.7;
-  const StoppedAt late(problem, "certifying");
+  const StoppedAt late(problem, "certifying", 1, 2.0);
   EXPECT_EQ(late.answer.solution.status, maneuver::Status::optimal);
   EXPECT_EQ(late.times("certifying"), 1);
   EXPECT_FALSE(late.answer.certificate.second_order || late.answer.certificate.refinement);
