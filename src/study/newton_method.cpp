@@ -120,6 +120,11 @@ class NewtonMethod : public Method {
       add_effort(again, found);
       if (steps == finest) break;
     }
+    if (may_begin_by_effort(found)) {
+      const Found again = solve_by_effort_first(start, coarse, found.outcome);
+      if (again.converged()) return again;
+      add_effort(again, found);
+    }
     if (!grids_.problem().duration.free) return found;
     const maneuver::Duration& asked = grids_.problem().duration;  // which may lead astray
     for (const double duration : {std::sqrt(asked.min * asked.max), asked.value}) {
@@ -128,6 +133,32 @@ class NewtonMethod : public Method {
       if (again.converged()) return again;
       add_effort(again, found);
     }
+    return found;
+  }
+
+  // Costs of work have kinks at which a search from afar may stall. Where the goal asks for a motion, the one of least effort, which
+  // has none, is a place to begin with.
+  bool may_begin_by_effort(const Found& found) const {
+    const Problem& problem = grids_.problem();
+    const maneuver::CostWeights& weights = problem.cost_weights;
+    if (found.converged() || grids_.budget().closing() || !problem.goal) return false;
+    if (!(weights.work > 0.0 || weights.power > 0.0 || weights.transport > 0.0)) return false;
+    const auto& move = problem.goal->move;
+    const bool moves = std::any_of(move.begin(), move.end(), [](const auto& along) { return along.has_value(); });
+    return moves || problem.goal->turn || !problem.goal->rotation.empty();
+  }
+
+  Found solve_by_effort_first(int start, int steps, const Outcome& before) const {
+    Problem eased = grids_.problem();
+    eased.cost_weights.work = eased.cost_weights.power = eased.cost_weights.transport = 0.0;
+    Found found;
+    found.outcome = before;
+    Grid grid = grids_.grid(eased, steps);
+    grids_.solve(grid, first_guess(grid, start), fine_tolerance, found);
+    if (!found.converged()) return found;
+    const NodePath path = std::move(found.path);
+    Grid whole = grids_.grid(steps);
+    grids_.solve(whole, path, fine_tolerance, found);
     return found;
   }
 

@@ -487,6 +487,20 @@ TEST(UnusualGoals, work_of_joints_that_turn_at_the_start_counts_from_their_rates
   }
 }
 
+// Searches for little work that stall from afar arrive from the motion of least effort.
+TEST(UnusualGoals, gaits_of_little_transport_with_a_passive_fin_are_found_by_way_of_effort) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/transport_of_a_tail.toml");
+  problem.search.starts = 2;
+  study::SolveOptions options;
+  options.refinement = false;
+  options.workers = 2;
+  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+  ASSERT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved);
+  EXPECT_LT(answer.solution.cost, 250.0);
+}
+
 // Where work is what costs, moments come in impulses at any steps: the answer says what makes them smooth.
 TEST(UnusualGoals, answers_of_work_alone_on_coarse_steps_ask_for_smoother_moments) {
   maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/ellipses.toml");
