@@ -21,7 +21,7 @@ inline model::SwimmerDescription paper_chain(bool physical = true) {
   const double side = physical ? -5.5 : 5.5;
   model::SwimmerDescription chain;
   chain.density = paper_density;
-  const auto body = [](const std::string& name, Vector3d axes, Vector3d M, Vector3d J) {
+  const auto body = [](const std::string& name, const Vector3d& axes, const Vector3d& M, const Vector3d& J) {
     model::BodyDescription described;
     described.name = name;
     described.semi_axes = axes;
