@@ -166,15 +166,16 @@ void perturb(const MarchOptions& options, const model::System& system, const Fol
 }
 
 // The stored motion that moments belong to, where the march takes the same steps with as many bodies joined alike.
-maneuver::NodePath motion_of(const ControlSamples& samples, const model::System& system, const Problem& problem) {
+const maneuver::NodePath* motion_of(const ControlSamples& samples, const model::System& system,
+                                    const Problem& problem) {
   constexpr double round_off = 1e-9;  // of a step
-  if (samples.motion.position.size() < 2 || samples.scheme != problem.scheme) return {};
+  if (samples.motion.position.size() < 2 || samples.scheme != problem.scheme) return nullptr;
   bool same_tree = samples.motion.rotation.front().size() == static_cast<std::size_t>(system.body_count()) &&
                    samples.links.size() == static_cast<std::size_t>(system.joint_count());
   for (int j = 0; j < system.joint_count() && same_tree; ++j)
     same_tree = samples.links[static_cast<std::size_t>(j)] == std::pair(system.joint(j).parent, system.joint(j).child);
   const double step = samples.time[1] - samples.time[0];
-  return same_tree && std::abs(step - problem.time_step()) <= round_off * step ? samples.motion : maneuver::NodePath();
+  return same_tree && std::abs(step - problem.time_step()) <= round_off * step ? &samples.motion : nullptr;
 }
 
 // By the scheme or the reference integrator, under moments in time or under feedback.

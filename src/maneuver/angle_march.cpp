@@ -109,8 +109,9 @@ class AngleMarch {
       VectorXd impulse = k < steps() ? minus_[at(k)] : shape_momentum(k);
       impulse -= k > 0 ? plus_[at(k - 1)] : shape_momentum(k);
       const double time = k > 0 && k < steps() ? h_ : 0.5 * h_;
-      const VectorXd moments = moments_for(path_.rotation[at(k)], VectorXd(impulse / time));
-      note_idle(k, moments);
+      MomentBasis basis(system_, coordinates_.shape, path_.rotation[at(k)]);
+      const VectorXd moments = moments_for(k, VectorXd(impulse / time), basis);
+      note_idle(k, moments, basis);
       path_.control.push_back(moments.head(system_.control_count()));
     }
     return path_;
@@ -173,14 +174,7 @@ class AngleMarch {
   Rotations shape_at(double time, const VectorXd& passive_turn) const {
     Vectors turn = angles_.turn(time);
     put_passive(passive_turn, turn);
-    Rotations shape(at(system_.body_count()), Matrix3d::Identity());
-    for (int i : system_.root_to_leaves()) {
-      const model::Body& body = system_.body(i);
-      if (body.parent < 0) continue;
-      shape[at(i)] =
-          shape[at(body.parent)] * mechanics::rotation_at_turn(system_.joint(body.joint), turn[at(body.joint)]);
-    }
-    return shape;
+    return mechanics::shape_at_turns(system_, turn);
   }
 
   // Going on as they went.
@@ -248,8 +242,8 @@ class AngleMarch {
   }
 
   // Moments that do what is asked along the shape's coordinates: along the joints' actuation, then those that nothing exerts.
-  VectorXd moments_for(const Rotations& R, VectorXd asked) const {
-    MomentBasis basis(system_, coordinates_.shape, R);
+  VectorXd moments_for(int k, VectorXd asked, MomentBasis& basis) const {
+    const Rotations& R = path_.rotation[at(k)];
     if (basis.joint_by_joint()) {
       basis.solve(R, asked);
       return asked;
@@ -261,9 +255,8 @@ class AngleMarch {
 
   // Of them those about the passive joints' freedoms.
   VectorXd idle_of_passive(int k, const VectorXd& impulse) const {
-    const Rotations& R = path_.rotation[at(k)];
-    const MomentBasis basis(system_, coordinates_.shape, R);
-    const VectorXd moments = moments_for(R, impulse);
+    MomentBasis basis(system_, coordinates_.shape, path_.rotation[at(k)]);
+    const VectorXd moments = moments_for(k, impulse, basis);
     VectorXd idle(passive_turn_.front().size());
     Eigen::Index next = 0;
     for (int place = system_.control_count(); place < basis.size(); ++place)
@@ -271,9 +264,8 @@ class AngleMarch {
     return idle;
   }
 
-  void note_idle(int k, const VectorXd& moments) {
+  void note_idle(int k, const VectorXd& moments, const MomentBasis& basis) {
     largest_moment_ = std::max(largest_moment_, moments.lpNorm<Eigen::Infinity>());
-    const MomentBasis basis(system_, coordinates_.shape, path_.rotation[at(k)]);
     for (int place = system_.control_count(); place < basis.size(); ++place)
       if (const double moment = std::abs(moments[place]); moment > idle_.moment)
         idle_ = {moment, basis.joint(place), k};

@@ -151,6 +151,7 @@ class Simulation {
         control_(control),
         feedback_(options.feedback),
         known_(options.motion),
+        known_interval_(system.body_count()),
         adaptive_(options.adaptive),
         h_(problem.time_step()),
         march_(system, problem.scheme, control, feedback_),
@@ -215,13 +216,13 @@ class Simulation {
   }
 
   // The step of the known motion, which is gone through again and again.
-  std::size_t known_step(int k) const { return at(k) % (known_.position.size() - 1); }
+  std::size_t known_step(int k) const { return at(k) % (known_->position.size() - 1); }
 
   // The bodies stand to each other as they do in the known motion.
   bool stands_as_known(int k, const State& state) const {
     constexpr double near = 1e-2;  // rad, where the motion's own step is a guess as good as any
-    if (known_.position.size() < 2 || keeps_stages()) return false;
-    const mechanics::Rotations& known = known_.rotation[known_step(k)];
+    if (!known_ || known_->position.size() < 2 || keeps_stages()) return false;
+    const mechanics::Rotations& known = known_->rotation[known_step(k)];
     const Matrix3d heading = state.rotation[0] * known[0].transpose();
     for (std::size_t i = 0; i < known.size(); ++i)
       if (lie::rotation_angle(state.rotation[i].transpose() * (heading * known[i])) > near) return false;
@@ -231,11 +232,10 @@ class Simulation {
   // The next step is sought from step k of the known motion on, as it is seen from the state.
   void begin_as_known(int k, const State& state) {
     const std::size_t n = known_step(k);
-    const Matrix3d heading = state.rotation[0] * known_.rotation[n][0].transpose();
-    mechanics::Interval motion(system_.body_count());
-    mechanics::interval_between(system_, known_.rotation[n], known_.rotation[n + 1],
-                                heading * (known_.position[n + 1] - known_.position[n]), motion);
-    march_.begin_at(motion);
+    const Matrix3d heading = state.rotation[0] * known_->rotation[n][0].transpose();
+    mechanics::interval_between(system_, known_->rotation[n], known_->rotation[n + 1],
+                                heading * (known_->position[n + 1] - known_->position[n]), known_interval_);
+    march_.begin_at(known_interval_);
   }
 
   bool keeps_stages() const { return !integrator::single_step(scheme_); }
@@ -315,7 +315,8 @@ class Simulation {
   Scheme scheme_;
   const ControlFunction& control_;
   const integrator::StateControl& feedback_;
-  const NodePath& known_;
+  const NodePath* known_;
+  mechanics::Interval known_interval_;
   bool adaptive_;
   double h_;  // s, of whole steps
   ControlledMarch march_;

@@ -35,8 +35,8 @@ struct SimulateOptions {
   /// A motion under the same moments in steps of the same length and scheme, one after the other, again and again where the
   /// march is longer. While the bodies stand to each other as they do in it, steps are sought from its own on: after impulses
   /// the last ones are no guide. Wherever it lies and however it is headed; rotations, of as many bodies, and positions count.
-  /// Of schemes with one stage; may be empty.
-  NodePath motion = {};
+  /// Of schemes with one stage; may be null.
+  const NodePath* motion = nullptr;
 };
 
 /// Marches from the problem's start by its scheme, duration and steps, the controls sampled at the nodes of all stages.

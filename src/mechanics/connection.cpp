@@ -27,6 +27,17 @@ Vectors turned_by_joints(const System& system, const Rotations& R, const Vectors
   return angular;
 }
 
+// Each of the joints' rates by itself, joint after joint: [f][joints][3].
+std::vector<Vectors> unit_rates(const System& system) {
+  std::vector<Vectors> rates;
+  for (int j = 0; j < system.joint_count(); ++j)
+    for (int c = 0; c < system.body(system.joint(j).child).freedoms; ++c) {
+      rates.emplace_back(at(system.joint_count()), Vector3d::Zero());
+      rates.back()[at(j)] = Vector3d::Unit(c);
+    }
+  return rates;
+}
+
 // The whole, stiff, turned and shifted: a column for each of the root's velocities, Ω then ẋ, both along its frame.
 MatrixXd moved_as_one(const System& system, const Rotations& R) {
   MatrixXd velocity(system.velocity_count(), 6);
@@ -80,12 +91,8 @@ class SeenFromRoot {
     for (int j = 0; j < system.joint_count(); ++j) axes_.push_back(axes_of(system.joint(j)));
   }
 
-  Motion motion(const VectorXd& rates) const {
-    Motion motion{
-        Vectors(at(system_.joint_count()), Vector3d::Zero()), {inertia_.size(), Twist::Zero()}, Twist::Zero()};
-    Eigen::Index next = 0;
-    for (int j = 0; j < system_.joint_count(); ++j)
-      for (int c = 0; c < system_.body(system_.joint(j).child).freedoms; ++c) motion.rate[at(j)][c] = rates[next++];
+  Motion motion(const Vectors& rate) const {
+    Motion motion{rate, {inertia_.size(), Twist::Zero()}, Twist::Zero()};
     Twist momentum = Twist::Zero();
     for (int i : system_.root_to_leaves()) {
       const model::Body& body = system_.body(i);
@@ -158,16 +165,14 @@ class SeenFromRoot {
 
   // What X_a X_b − X_b X_a moves the root by, which vanishes but between rates of one ball joint.
   Twist motion_of_commutator(const Motion& a, const Motion& b) const {
-    std::vector<double> rates;
+    Vectors rate(a.rate.size(), Vector3d::Zero());
     bool any = false;
     for (int j = 0; j < system_.joint_count(); ++j) {
-      const Vector3d turn = a.rate[at(j)].cross(b.rate[at(j)]);
-      any = any || (system_.joint(j).free() && turn != Vector3d::Zero());
-      for (int c = 0; c < system_.body(system_.joint(j).child).freedoms; ++c)
-        rates.push_back(system_.joint(j).free() ? -turn[c] : 0.0);
+      if (!system_.joint(j).free()) continue;
+      rate[at(j)] = -a.rate[at(j)].cross(b.rate[at(j)]);
+      any = any || !rate[at(j)].isZero(0.0);
     }
-    if (!any) return Twist::Zero();
-    return motion(Eigen::Map<VectorXd>(rates.data(), static_cast<Eigen::Index>(rates.size()))).root;
+    return any ? motion(rate).root : Twist(Twist::Zero());
   }
 
   const System& system_;
@@ -182,13 +187,8 @@ class SeenFromRoot {
 
 LocalConnection local_connection(const System& system, const Rotations& rotation) {
   std::vector<VectorXd> columns;
-  for (int j = 0; j < system.joint_count(); ++j)
-    for (int c = 0; c < system.body(system.joint(j).child).freedoms; ++c) {
-      Vectors rate(at(system.joint_count()), Vector3d::Zero());
-      rate[at(j)] = Vector3d::Unit(c);
-      columns.push_back(
-          velocity_of_bodies(system, rotation, turned_by_joints(system, rotation, rate), Vector3d::Zero()));
-    }
+  for (const Vectors& rate : unit_rates(system))
+    columns.push_back(velocity_of_bodies(system, rotation, turned_by_joints(system, rotation, rate), Vector3d::Zero()));
   MatrixXd shape(system.velocity_count(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t c = 0; c < columns.size(); ++c) shape.col(static_cast<Eigen::Index>(c)) = columns[c];
   const MatrixXd rigid = moved_as_one(system, rotation), inertia = generalized_inertia(system, rotation);
@@ -200,17 +200,20 @@ LocalConnection local_connection(const System& system, const Rotations& rotation
   return {root.topRows(3), root.bottomRows(3), whole.transpose() * inertia * whole};
 }
 
-MovedRoot moved_root(const System& system, const Rotations& rotation, const VectorXd& first, const VectorXd& second) {
+Twist moved_root(const System& system, const Rotations& rotation, const Vectors& rate) {
+  return SeenFromRoot(system, rotation).motion(rate).root;
+}
+
+Twist moved_by_loop(const System& system, const Rotations& rotation, const Vectors& first, const Vectors& second) {
   const SeenFromRoot seen(system, rotation);
-  const Motion a = seen.motion(first), b = seen.motion(second);
-  return {{a.root, b.root}, seen.loop(a, b)};
+  return seen.loop(seen.motion(first), seen.motion(second));
 }
 
 ConnectionCurvature connection_curvature(const System& system, const Rotations& rotation) {
   const SeenFromRoot seen(system, rotation);
-  const Eigen::Index f = system.velocity_count() - 6;
   std::vector<Motion> motions;
-  for (Eigen::Index c = 0; c < f; ++c) motions.push_back(seen.motion(VectorXd::Unit(f, c)));
+  for (const Vectors& rate : unit_rates(system)) motions.push_back(seen.motion(rate));
+  const auto f = static_cast<Eigen::Index>(motions.size());
   ConnectionCurvature curvature;
   curvature.turn.fill(MatrixXd::Zero(f, f));
   curvature.shift.fill(MatrixXd::Zero(f, f));

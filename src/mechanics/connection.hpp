@@ -21,14 +21,13 @@ LocalConnection local_connection(const model::System& system, const Rotations& r
 /// A turn and a shift of the root along its own axes: (rad, m), or what a unit of something else makes of them.
 using Twist = Eigen::Matrix<double, 6, 1>;
 
-/// What two motions of the joints, [f] rates as above, move the root by, each for itself and by a small loop of both: to second order
-/// in its size the parallelogram's (equations 9.29, 9.30). Exact, in time linear in the bodies.
-struct MovedRoot {
-  std::array<Twist, 2> by;
-  Twist by_loop;
-};
-MovedRoot moved_root(const model::System& system, const Rotations& rotation, const VectorXd& first,
-                     const VectorXd& second);
+/// What the joints move the root by at `rate`, [joints][3] as above: A ṙ, in time linear in the bodies.
+Twist moved_root(const model::System& system, const Rotations& rotation, const Vectors& rate);
+
+/// What a small loop of two motions of the joints moves it by: to second order in its size the parallelogram's (equations 9.29,
+/// 9.30). Exact, in time linear in the bodies.
+Twist moved_by_loop(const model::System& system, const Rotations& rotation, const Vectors& first,
+                    const Vectors& second);
 
 /// The same of all pairs of rates: by a and b the components a·F_k b. Antisymmetric.
 struct ConnectionCurvature {

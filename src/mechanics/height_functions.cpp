@@ -22,15 +22,7 @@ Vector2d quarter_turned(const Vector2d& v) { return {-v.y(), v.x()}; }
 // Shapes of the rectangle, and the connection there in the plane.
 class Shapes {
  public:
-  Shapes(const System& system, const ShapePlane& plane) : system_(system), plane_(plane) {
-    for (std::size_t n = 0; n < 2; ++n) {
-      std::vector<double> along;
-      for (int j = 0; j < system.joint_count(); ++j)
-        for (int c = 0; c < system.body(system.joint(j).child).freedoms; ++c)
-          along.push_back(plane.direction[n][at(j)][c]);
-      rates_[n] = Eigen::Map<VectorXd>(along.data(), static_cast<Eigen::Index>(along.size()));
-    }
-  }
+  Shapes(const System& system, const ShapePlane& plane) : system_(system), plane_(plane) {}
 
   /// Whether the directions are rates of the joints everywhere.
   bool straight() const {
@@ -43,26 +35,23 @@ class Shapes {
   }
 
   Rotations shape(double first, double second) const {
-    Rotations R(at(system_.body_count()), Matrix3d::Identity());
-    for (int i : system_.root_to_leaves()) {
-      const model::Body& body = system_.body(i);
-      if (body.parent < 0) continue;
-      const Vector3d turn = plane_.middle[at(body.joint)] + first * plane_.direction[0][at(body.joint)] +
-                            second * plane_.direction[1][at(body.joint)];
-      R[at(i)] = R[at(body.parent)] * rotation_at_turn(system_.joint(body.joint), turn);
-    }
-    return R;
+    Vectors turn = plane_.middle;
+    for (std::size_t j = 0; j < turn.size(); ++j)
+      turn[j] += first * plane_.direction[0][j] + second * plane_.direction[1][j];
+    return shape_at_turns(system_, turn);
   }
 
-  /// What the two variables move the root by.
-  MovedRoot moved(double first, double second) const {
-    return moved_root(system_, shape(first, second), rates_[0], rates_[1]);
+  /// What a variable moves the root by, and what a small loop of both does.
+  Twist moved(double first, double second, std::size_t variable) const {
+    return moved_root(system_, shape(first, second), plane_.direction[variable]);
+  }
+  Twist moved_by_both(double first, double second) const {
+    return moved_by_loop(system_, shape(first, second), plane_.direction[0], plane_.direction[1]);
   }
 
  private:
   const System& system_;
   const ShapePlane& plane_;
-  std::array<VectorXd, 2> rates_;  // [f] of the joints, by each variable
 };
 
 Planar in_the_plane(const Twist& moved, int normal) {
@@ -88,8 +77,8 @@ std::vector<Edge> edges_of(const Shapes& shapes, const std::array<std::vector<do
         const auto half_way = [](const std::vector<double>& values, Eigen::Index from, Eigen::Index to) {
           return 0.5 * (values[static_cast<std::size_t>(from)] + values[static_cast<std::size_t>(to)]);
         };
-        const MovedRoot moved = shapes.moved(half_way(nodes[0], i, next_i), half_way(nodes[1], j, next_j));
-        edges.push_back({i * n + j, next_i * n + next_j, nodes[variable][1] - nodes[variable][0], moved.by[variable],
+        edges.push_back({i * n + j, next_i * n + next_j, nodes[variable][1] - nodes[variable][0],
+                         shapes.moved(half_way(nodes[0], i, next_i), half_way(nodes[1], j, next_j), variable),
                          Planar::Zero()});
       }
   return edges;
@@ -255,9 +244,9 @@ std::optional<HeightFunctions> height_functions(const System& system, const Shap
     for (Eigen::Index j = 0; j < n; ++j) {
       const Eigen::Index node = i * n + j;
       const Planar frame(shift[2 * node], shift[2 * node + 1], turn[node]);
-      const MovedRoot moved =
-          shapes.moved(heights.at[0][static_cast<std::size_t>(i)], heights.at[1][static_cast<std::size_t>(j)]);
-      const Planar height = seen_from(frame, in_the_plane(moved.by_loop, heights.normal));
+      const Twist moved =
+          shapes.moved_by_both(heights.at[0][static_cast<std::size_t>(i)], heights.at[1][static_cast<std::size_t>(j)]);
+      const Planar height = seen_from(frame, in_the_plane(moved, heights.normal));
       for (Eigen::Index k = 0; k < 3; ++k) {
         heights.height[static_cast<std::size_t>(k)](i, j) = height[k];
         heights.frame[static_cast<std::size_t>(k)](i, j) = frame[k];

@@ -89,6 +89,16 @@ Matrix3d rotation_at_turn(const Joint& joint, const Vector3d& turn) {
   return joint.free() ? Matrix3d(lie::exp(turn) * joint.reference_rotation) : joint_rotation(joint, turn);
 }
 
+Rotations shape_at_turns(const System& system, const Vectors& turn) {
+  Rotations shape(at(system.body_count()), Matrix3d::Identity());
+  for (int i : system.root_to_leaves()) {
+    const Body& body = system.body(i);
+    if (body.parent >= 0)
+      shape[at(i)] = shape[at(body.parent)] * rotation_at_turn(system.joint(body.joint), turn[at(body.joint)]);
+  }
+  return shape;
+}
+
 Matrix3d joint_rotation(const Joint& joint, const Vector3d& angles) {
   if (joint.kind == JointKind::hinge) return joint.reference_rotation * lie::exp(angles[0] * joint.child_axis);
   if (joint.kind == JointKind::universal)

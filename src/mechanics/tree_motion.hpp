@@ -55,6 +55,9 @@ Vector3d turn_from_zero(const model::Joint& joint, const Matrix3d& child_to_pare
 /// Q of a joint of any kind at such a turn.
 Matrix3d rotation_at_turn(const model::Joint& joint, const Vector3d& turn);
 
+/// Rotations of all bodies as the root sees them, with the joints at such turns, [joints].
+Rotations shape_at_turns(const model::System& system, const Vectors& turn);
+
 /// Q = R_pᵀ R_c of a joint that leads its child, at angles about its axes (equation 8.1).
 Matrix3d joint_rotation(const model::Joint& joint, const Vector3d& angles);
 

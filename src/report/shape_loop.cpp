@@ -173,10 +173,9 @@ std::vector<Planar> displacement_of_root(const maneuver::Solution& solution, int
   return moved;
 }
 
-ShapeLoop::Displacement displacement_of(const maneuver::Solution& solution, const ShapeLoop& loop) {
+ShapeLoop::Displacement displacement_of(const std::vector<Planar>& root, const ShapeLoop& loop) {
   std::vector<std::array<double, 2>> polygon;
   for (std::size_t k = 0; k < loop.run[0].size(); ++k) polygon.push_back({loop.run[0][k], loop.run[1][k]});
-  const std::vector<Planar> root = displacement_of_root(solution, loop.heights.normal);
   const auto frame = [&](std::size_t k) { return mechanics::frame_at(loop.heights, polygon[k][0], polygon[k][1]); };
   const Planar first = frame(0), twist = mechanics::twist_of_frame(first, root.back());
   Planar sum = Planar::Zero();  // begun at each node but the last, which is the first again
@@ -232,14 +231,15 @@ std::optional<ShapeLoop> shape_loop(const file::Results& results) {
     loop.modes = ShapeLoop::Modes{{}, plane.direction, plane.beside};
     for (const Angle& angle : shapes.angle) loop.modes->angle.push_back(name_of(results, angle));
   }
+  const std::vector<Planar> root = displacement_of_root(results.solution, loop.heights.normal);
   if ((shapes.run.bottomRows<1>() - shapes.run.topRows<1>()).cwiseAbs().maxCoeff() > closed)
     loop.lacking = "the shape does not end as it began";
   else if (!without_momentum(results))
     loop.lacking = "total momentum carries the swimmer on";
-  else if (std::abs(displacement_of_root(results.solution, loop.heights.normal).back()[2]) > most_turn)
+  else if (std::abs(root.back()[2]) > most_turn)
     loop.lacking = "the swimmer turns too far for one twist";
   else
-    loop.displacement = displacement_of(results.solution, loop);
+    loop.displacement = displacement_of(root, loop);
   return loop;
 }
 

@@ -121,7 +121,7 @@ class NewtonMethod : public Method {
       if (steps == finest) break;
     }
     if (may_begin_by_effort(found)) {
-      const Found again = solve_by_effort_first(start, coarse, found.outcome);
+      const Found again = solve_by_way_of(by_effort(), start, coarse, found.outcome);
       if (again.converged()) return again;
       add_effort(again, found);
     }
@@ -129,7 +129,7 @@ class NewtonMethod : public Method {
     const maneuver::Duration& asked = grids_.problem().duration;  // which may lead astray
     for (const double duration : {std::sqrt(asked.min * asked.max), asked.value}) {
       if (found.converged() || grids_.budget().closing()) break;
-      const Found again = solve_held(start, coarse, duration, found.outcome);
+      const Found again = solve_by_way_of(held_at(duration), start, coarse, found.outcome);
       if (again.converged()) return again;
       add_effort(again, found);
     }
@@ -148,35 +148,31 @@ class NewtonMethod : public Method {
     return moves || problem.goal->turn || !problem.goal->rotation.empty();
   }
 
-  Found solve_by_effort_first(int start, int steps, const Outcome& before) const {
+  // The problem without what searches from afar may stall at, and in a given duration.
+  Problem by_effort() const {
     Problem eased = grids_.problem();
     eased.cost_weights.work = eased.cost_weights.power = eased.cost_weights.transport = 0.0;
-    Found found;
-    found.outcome = before;
-    Grid grid = grids_.grid(eased, steps);
-    grids_.solve(grid, first_guess(grid, start), fine_tolerance, found);
-    if (!found.converged()) return found;
-    const NodePath path = std::move(found.path);
-    Grid whole = grids_.grid(steps);
-    grids_.solve(whole, path, fine_tolerance, found);
-    return found;
+    return eased;
   }
-
-  // From a first guess in a given duration, which then is set free.
-  Found solve_held(int start, int steps, double duration, const Outcome& before) const {
+  Problem held_at(double duration) const {
     Problem held = grids_.problem();
     held.duration.free = false;
     held.duration.value = duration;
+    return held;
+  }
+
+  // From a first guess of an easier problem, from whose solution the whole is solved.
+  Found solve_by_way_of(const Problem& easier, int start, int steps, const Outcome& before) const {
     Found found;
     found.outcome = before;
-    found.duration = duration;
-    Grid grid = grids_.grid(held, steps);
+    found.duration = easier.duration.value;
+    Grid grid = grids_.grid(easier, steps);
     grids_.solve(grid, first_guess(grid, start), fine_tolerance, found);
     if (!found.converged()) return found;
     const NodePath path = std::move(found.path);
-    found.limit_multipliers = {};  // of fewer rows
-    Grid freed = grids_.grid(steps);
-    grids_.solve(freed, path, fine_tolerance, found);
+    if (easier.duration.free != grids_.problem().duration.free) found.limit_multipliers = {};  // of fewer rows
+    Grid whole = grids_.grid(steps);
+    grids_.solve(whole, path, fine_tolerance, found);
     return found;
   }
 

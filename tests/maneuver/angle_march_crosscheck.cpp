@@ -93,6 +93,15 @@ JointAngles swinging(Random& random, const System& system) {
       [each](double t) { return each([t](double, double a, double p) { return rate * a * std::cos(rate * t + p); }); }};
 }
 
+maneuver::ControlFunction swinging_moments(Random& random, const System& system) {
+  const mechanics::Moments once = random_moments(random, system, 1.0), twice = random_moments(random, system, 1.0);
+  return [once, twice](double t) {
+    mechanics::Moments u = once;
+    for (std::size_t j = 0; j < u.size(); ++j) u[j] = std::cos(5.0 * t) * once[j] + std::sin(7.0 * t) * twice[j];
+    return u;
+  };
+}
+
 double off(const Solution& a, std::size_t k, const Solution& b, std::size_t m) {
   double largest = (a.position[k] - b.position[m]).norm();
   for (std::size_t i = 0; i < a.rotation[k].size(); ++i)
@@ -126,12 +135,7 @@ TEST_P(AngleMarch, along_the_angles_of_a_march_under_moments_is_that_march) {
     const Problem problem = random_problem(seed, 2 + static_cast<int>(seed % 4), 60);
     const System system(problem.swimmer);
     Random random(70 + seed);
-    const mechanics::Moments first = random_moments(random, system, 1.0), second = random_moments(random, system, 1.0);
-    const auto moments = [&](double t) {
-      mechanics::Moments u = first;
-      for (std::size_t j = 0; j < u.size(); ++j) u[j] = std::cos(5.0 * t) * first[j] + std::sin(7.0 * t) * second[j];
-      return u;
-    };
+    const maneuver::ControlFunction moments = swinging_moments(random, system);
     const Solution marched = maneuver::simulate(system, problem, moments, maneuver::SimulateOptions{});
     ASSERT_EQ(marched.status, maneuver::Status::simulated);
     const Solution along = maneuver::march_along(system, problem, through(marched.time, marched.joint_angle));
@@ -174,12 +178,7 @@ TEST_P(AngleMarch, of_some_joints_lets_the_passive_ones_move_as_they_do) {
     if (joints > 3) problem.swimmer.joints[second].actuated = false;
     const System system(problem.swimmer);
     Random random(170 + seed);
-    const mechanics::Moments once = random_moments(random, system, 1.0), twice = random_moments(random, system, 1.0);
-    const auto moments = [&](double t) {
-      mechanics::Moments u = once;
-      for (std::size_t j = 0; j < u.size(); ++j) u[j] = std::cos(5.0 * t) * once[j] + std::sin(7.0 * t) * twice[j];
-      return u;
-    };
+    const maneuver::ControlFunction moments = swinging_moments(random, system);
     const Solution marched = maneuver::simulate(system, problem, moments, maneuver::SimulateOptions{});
     ASSERT_EQ(marched.status, maneuver::Status::simulated);
     std::vector<maneuver::Vectors> angles = marched.joint_angle;
@@ -265,14 +264,16 @@ TEST_P(AngleMarch, is_marched_again_by_its_moments_where_steps_may_begin_at_its_
     };
     constexpr double same = 1e-9;
     lost += off_by(maneuver::simulate(system, problem, moments, options)) > same ? 1 : 0;
-    options.motion.rotation = along.rotation;
-    options.motion.position = along.position;
+    maneuver::NodePath motion;
+    motion.rotation = along.rotation;
+    motion.position = along.position;
+    options.motion = &motion;
     EXPECT_LE(off_by(maneuver::simulate(system, problem, moments, options)), same) << seed;
     // the motion may lie and be headed otherwise
     const Matrix3d heading = lie::exp(random.vector());
-    for (mechanics::Rotations& R : options.motion.rotation)
+    for (mechanics::Rotations& R : motion.rotation)
       for (Matrix3d& body : R) body = (heading * body).eval();
-    for (Vector3d& x : options.motion.position) x = heading * x + Vector3d(1, 2, 3);
+    for (Vector3d& x : motion.position) x = heading * x + Vector3d(1, 2, 3);
     EXPECT_LE(off_by(maneuver::simulate(system, problem, moments, options)), same) << seed;
   }
   EXPECT_GE(lost, 2) << "the moments ask for no more than any march finds";

@@ -121,17 +121,6 @@ Turns combined(const Turns& a, double scale, const Turns& b) {
   return sum;
 }
 
-Rotations shape_at(const model::System& system, const Turns& turn) {
-  Rotations R(static_cast<std::size_t>(system.body_count()), Matrix3d::Identity());
-  for (int i : system.root_to_leaves()) {
-    const model::Body& body = system.body(i);
-    if (body.parent < 0) continue;
-    R[model::at(i)] =
-        R[model::at(body.parent)] * mechanics::rotation_at_turn(system.joint(body.joint), turn[model::at(body.joint)]);
-  }
-  return R;
-}
-
 VectorXd rates_of(const model::System& system, const Turns& turn, const Turns& change) {
   std::vector<double> rates;
   for (int j = 0; j < system.joint_count(); ++j) {
@@ -155,7 +144,7 @@ VectorXd moved_by_ellipse(const model::System& system, const Turns& middle, cons
     const Turns turn = combined(combined(middle, size * std::cos(s), a), size * std::sin(s), b);
     const Turns none(middle.size(), Vector3d::Zero());
     const Turns change = combined(combined(none, -size * std::sin(s), a), size * std::cos(s), b);
-    const LocalConnection connection = mechanics::local_connection(system, shape_at(system, turn));
+    const LocalConnection connection = mechanics::local_connection(system, mechanics::shape_at_turns(system, turn));
     const VectorXd rates = rates_of(system, turn, change);
     Eigen::Matrix4d twist = Eigen::Matrix4d::Zero();
     twist.topLeftCorner<3, 3>() = lie::hat(Vector3d(connection.turn * rates));
@@ -184,7 +173,8 @@ TEST_P(Connection, curves_by_what_small_loops_of_shapes_move_the_root) {
       (*each)[j] = random_.vector(0.4);
       for (int c = system_.body(system_.joint(static_cast<int>(j)).child).freedoms; c < 3; ++c) (*each)[j][c] = 0.0;
     }
-  const mechanics::ConnectionCurvature curvature = mechanics::connection_curvature(system_, shape_at(system_, middle));
+  const mechanics::ConnectionCurvature curvature =
+      mechanics::connection_curvature(system_, mechanics::shape_at_turns(system_, middle));
   const VectorXd along = rates_of(system_, middle, a), across = rates_of(system_, middle, b);
   VectorXd expected(6);
   for (std::size_t k = 0; k < 3; ++k) {

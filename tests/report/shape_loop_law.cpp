@@ -45,6 +45,16 @@ TEST(ShapeLoop, foretells_what_the_swimmer_moved) {
   EXPECT_LE((by_volume - moved).norm(), 2e-3 * moved.norm()) << by_volume.transpose() << " | " << moved.transpose();
 }
 
+TEST(ShapeLoop, of_the_forward_gait_foretells_its_two_metres) {
+  const file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/gait.toml");
+  study::SolveOptions options;
+  options.refinement = false;
+  const std::optional<report::ShapeLoop> loop = report::shape_loop(file::solve_task(problem, options, "test"));
+  ASSERT_TRUE(loop && loop->displacement);
+  EXPECT_NEAR(loop->displacement->by_volume[0], 1.999, 1e-3);
+  EXPECT_NEAR(loop->displacement->moved[0], 2.0, 1e-3);
+}
+
 TEST(ShapeLoop, counts_no_displacement_where_the_shape_stays_open_or_momentum_carries_on) {
   const std::optional<report::ShapeLoop> open = report::shape_loop(swum([](double t) { return round(0.7 * t); }));
   ASSERT_TRUE(open);
