@@ -259,11 +259,12 @@ void bind_results(nb::module_& module) {
            "else "
            "None.")
       .def("joint_demands", &joint_demands, nb::sig("def joint_demands(self) -> list[dict[str, typing.Any]]"),
-           "What the motion asks of each joint: joint (its name), largest_moment N m, largest_rate rad/s, "
+           "What the motion asks of each joint, of a universal joint with two moments of each axis: joint (its name, "
+           "\"fin 1\" and \"fin 2\" of axes), largest_moment N m, largest_rate rad/s, "
            "largest_power W, "
-           "work J\n(∫ |u·ω| dt, nothing won back), angles (list of (least, largest) rad: of a hinge one, of a "
-           "universal "
-           "joint two, of a\nball joint how far it is from its zero angle). Over the nodes; an empty list: no motion.")
+           "work J\n(∫ |u·ω| dt, nothing won back), angles (list of (least, largest) rad: of a hinge or an axis one, "
+           "of a universal joint with fewer moments two, of a\nball joint how far it is from its zero angle). Over the "
+           "nodes; an empty list: no motion.")
       .def("report", &write_report, "path"_a,
            "Writes the report, one HTML file that opens without a server or a network.")
       .def("save", &save, "directory"_a,
@@ -294,10 +295,12 @@ void bind_results(nb::module_& module) {
                    "What the limits that hold somewhere cost at each node.")
       .def_prop_ro("work_multipliers", said("work_multipliers"),
                    nb::sig("def work_multipliers(self) -> list[list[float]] | None"),
-                   "[joints][nodes] signs of the joints' powers, where work has a weight.")
+                   "[drives][nodes] signs of the powers, where work has a weight: a row for each joint, of a universal "
+                   "joint with "
+                   "two moments one for each axis.")
       .def_prop_ro("work_change_multipliers", said("work_change_multipliers"),
                    nb::sig("def work_change_multipliers(self) -> list[list[float]] | None"),
-                   "[joints][nodes] slopes of the work by the powers' changes over the nodes, where work has a weight.")
+                   "[drives][nodes] slopes of the work by the powers' changes over the nodes, where work has a weight.")
       .def("__repr__", [](const Solution& self) { return shown("Solution", self); })
       .def("__getstate__", &state<Solution>)
       .def("__setstate__", &from_state<Solution>);

@@ -16,7 +16,7 @@ using model::System;
 
 constexpr double turn_step = 2e-4;    // rad, of differences of order four
 constexpr int halvings = 60;          // of an interval of slopes
-constexpr double least_power = 1e-9;  // of the swimmer's largest, that a joint's is measured by
+constexpr double least_power = 1e-9;  // of the swimmer's largest, that a drive's is measured by
 
 // Work that moments do: they act on the parent, their opposites on the child.
 double work_of(const Vector3d& moment, const Vector3d& turn) { return -moment.dot(turn); }
@@ -46,12 +46,18 @@ mechanics::Vectors turns_between(const System& system, const Rotations& left, co
   return turns;
 }
 
-// Change of a joint's costs of power for each second by its power.
-WorkSlopes slopes_by_power(const StoredMotion& motion, const Powers& powers, double weight, int joint, int node) {
-  const WorkSlopes work = work_slopes(motion, powers, joint, node);
+// Moment of a drive at a node, as its joint's is stored.
+Vector3d moment_of(const StoredMotion& motion, const model::Drive& drive, int node) {
+  const model::Axes axes = axes_of(motion.system, drive);
+  return axes * (axes.transpose() * motion.control[at(node)][at(drive.joint)]);
+}
+
+// Change of a drive's costs of power for each second by its power.
+WorkSlopes slopes_by_power(const StoredMotion& motion, const Powers& powers, double weight, int drive, int node) {
+  const WorkSlopes work = work_slopes(motion, powers, drive, node);
   const double squares = 2.0 * motion.problem.cost_weights.power;
-  return {weight * work.by_value + squares * powers.value(joint, node),
-          weight * work.by_change + squares / 3.0 * powers.change(joint, node)};
+  return {weight * work.by_value + squares * powers.value(drive, node),
+          weight * work.by_change + squares / 3.0 * powers.change(drive, node)};
 }
 
 // Where on the edge by_change = (1 − by_value²)/2 the slopes are that are nearest to others beyond it, both of them positive.
@@ -80,6 +86,11 @@ double misfit(const WorkSlopes& slopes, double value, double change, double larg
 }
 
 }  // namespace
+
+model::Axes axes_of(const System& system, const model::Drive& drive) {
+  const Joint& joint = system.joint(drive.joint);
+  return joint.actuation.middleCols(drive.first_control - joint.first_control, drive.controls);
+}
 
 Vector3d turn_between(const Joint& joint, const Rotations& left, const Rotations& right) {
   const Matrix3d Q = mechanics::child_to_parent(left, joint), Q_next = mechanics::child_to_parent(right, joint);
@@ -114,12 +125,14 @@ Powers powers_of(const StoredMotion& motion) {
       powers.swing[at(k)][j] = 0.5 * (after - before);
     }
   powers.start = start;
-  powers.value.resize(system.joint_count(), N + 1);
-  powers.change.resize(system.joint_count(), N + 1);
+  powers.value.resize(system.drive_count(), N + 1);
+  powers.change.resize(system.drive_count(), N + 1);
   for (int k = 0; k <= N; ++k)
-    for (int j = 0; j < system.joint_count(); ++j) {
-      powers.value(j, k) = work_of(motion.control[at(k)][at(j)], powers.rate[at(k)][at(j)]);
-      powers.change(j, k) = work_of(motion.control[at(k)][at(j)], powers.swing[at(k)][at(j)]);
+    for (int d = 0; d < system.drive_count(); ++d) {
+      const model::Drive& drive = system.drive(d);
+      const Vector3d moment = moment_of(motion, drive, k);
+      powers.value(d, k) = work_of(moment, powers.rate[at(k)][at(drive.joint)]);
+      powers.change(d, k) = work_of(moment, powers.swing[at(k)][at(drive.joint)]);
     }
   powers.distance = (motion.solution.position.back() - motion.solution.position.front()).norm();
   return powers;
@@ -141,14 +154,14 @@ double room_of(const WorkSlopes& slopes) {
   return 0.5 * (1.0 - slopes.by_value * slopes.by_value) - std::abs(slopes.by_change);
 }
 
-WorkSlopes work_slopes(const StoredMotion& motion, const Powers& powers, int joint, int node) {
+WorkSlopes work_slopes(const StoredMotion& motion, const Powers& powers, int drive, int node) {
   const auto stored = [&](const std::vector<std::vector<double>>& all) -> std::optional<double> {
-    if (all.size() != at(motion.system.joint_count()) || all[at(joint)].size() != at(motion.steps + 1)) return {};
-    return all[at(joint)][at(node)];
+    if (all.size() != at(motion.system.drive_count()) || all[at(drive)].size() != at(motion.steps + 1)) return {};
+    return all[at(drive)][at(node)];
   };
   if (const auto by_value = stored(motion.solution.work_multipliers))
     return {*by_value, stored(motion.solution.work_change_multipliers).value_or(0.0)};
-  const double value = powers.value(joint, node), change = powers.change(joint, node);
+  const double value = powers.value(drive, node), change = powers.change(drive, node);
   if (std::abs(value) >= std::abs(change)) return {value == 0.0 ? 0.0 : std::copysign(1.0, value), 0.0};
   const double part = value / change;
   return {std::copysign(part, value), 0.5 * std::copysign(1.0 - part * part, change)};
@@ -169,13 +182,15 @@ std::vector<mechanics::Vectors> pulls_on_turns(const StoredMotion& motion, const
   const int N = motion.steps;
   std::vector<mechanics::Vectors> pulls(at(N), mechanics::Vectors(at(motion.system.joint_count()), Vector3d::Zero()));
   for (int k = 0; k <= N; ++k)
-    for (int j = 0; j < motion.system.joint_count(); ++j) {
-      const WorkSlopes slopes = slopes_by_power(motion, powers, weight, j, k);
-      const Vector3d pull = -powers.time[k] / (2.0 * h) * motion.control[at(k)][at(j)];
+    for (int d = 0; d < motion.system.drive_count(); ++d) {
+      const model::Drive& drive = motion.system.drive(d);
+      const std::size_t j = at(drive.joint);
+      const WorkSlopes slopes = slopes_by_power(motion, powers, weight, d, k);
+      const Vector3d pull = -powers.time[k] / (2.0 * h) * moment_of(motion, drive, k);
       const double before = slopes.by_value - slopes.by_change, after = slopes.by_value + slopes.by_change;
-      if (k > 0) pulls[at(k - 1)][at(j)] += before * pull;
-      if (k < N) pulls[at(k)][at(j)] += after * pull;
-      if (periodic(motion) && k == N) pulls[0][at(j)] += after * pull;
+      if (k > 0) pulls[at(k - 1)][j] += before * pull;
+      if (k < N) pulls[at(k)][j] += after * pull;
+      if (periodic(motion) && k == N) pulls[0][j] += after * pull;
     }
   return pulls;
 }
@@ -194,8 +209,8 @@ CostCheck check_cost(const StoredMotion& motion) {
   for (int k = 0; k <= motion.steps; ++k) {
     const double end = halves && (k == 0 || k == motion.steps) ? 0.5 : 1.0;
     check.parts.effort += 0.5 * end * motion.time_step * moments_at(motion, k).squaredNorm();
-    for (int j = 0; j < motion.system.joint_count(); ++j) {
-      const double value = powers.value(j, k), change = powers.change(j, k);
+    for (int d = 0; d < motion.system.drive_count(); ++d) {
+      const double value = powers.value(d, k), change = powers.change(d, k);
       check.parts.work += powers.time[k] * mean_size(value, change);
       check.parts.power += powers.time[k] * (value * value + change * change / 3.0);
     }
@@ -213,9 +228,9 @@ CostCheck check_cost(const StoredMotion& motion) {
   if (weight == 0.0) return check;
   const VectorXd largest = largest_powers(motion, powers);
   for (int k = periodic(motion) ? 1 : 0; k <= motion.steps; ++k)
-    for (int j = 0; j < motion.system.joint_count(); ++j)
+    for (int d = 0; d < motion.system.drive_count(); ++d)
       check.signs = std::max(
-          check.signs, misfit(work_slopes(motion, powers, j, k), powers.value(j, k), powers.change(j, k), largest[j]));
+          check.signs, misfit(work_slopes(motion, powers, d, k), powers.value(d, k), powers.change(d, k), largest[d]));
   return check;
 }
 
@@ -225,15 +240,16 @@ namespace {
 void add_powers_at_node(const StoredMotion& motion, const Powers& powers, double weight, int k,
                         CostGradient& gradient) {
   const double time = powers.time[k];
-  for (int j = 0; j < motion.system.joint_count(); ++j) {
-    const model::Joint& joint = motion.system.joint(j);
-    const double value = powers.value(j, k), change = powers.change(j, k);
-    const WorkSlopes own = work_slopes(motion, powers, j, k), slopes = slopes_by_power(motion, powers, weight, j, k);
-    gradient.by_control[at(k)].segment(joint.first_control, joint.actuation.cols()) -=
-        time * joint.actuation.transpose() *
-        (slopes.by_value * powers.rate[at(k)][at(j)] + slopes.by_change * powers.swing[at(k)][at(j)]);
+  for (int d = 0; d < motion.system.drive_count(); ++d) {
+    const model::Drive& drive = motion.system.drive(d);
+    const std::size_t j = at(drive.joint);
+    const double value = powers.value(d, k), change = powers.change(d, k);
+    const WorkSlopes own = work_slopes(motion, powers, d, k), slopes = slopes_by_power(motion, powers, weight, d, k);
+    const Vector3d worked = slopes.by_value * powers.rate[at(k)][j] + slopes.by_change * powers.swing[at(k)][j];
+    gradient.by_control[at(k)].segment(drive.first_control, drive.controls) -=
+        time * axes_of(motion.system, drive).transpose() * worked;
     // the node counts for longer, the shapes change more slowly
-    const double given = k == 0 ? work_of(motion.control[at(k)][at(j)], 0.5 * powers.start[at(j)]) : 0.0;
+    const double given = k == 0 ? work_of(moment_of(motion, drive, k), 0.5 * powers.start[j]) : 0.0;
     gradient.by_log_time_step += time * (weight * (own.by_value * value + own.by_change * change) +
                                          motion.problem.cost_weights.power * (value * value + change * change / 3.0) -
                                          slopes.by_value * (value - given) - slopes.by_change * (change + given));
@@ -281,8 +297,8 @@ void add_displacement(const StoredMotion& motion, const Powers& powers, CostGrad
   if (weights.transport == 0.0 || motion.problem.goal->distance()) return;
   double work = 0.0;
   for (int k = 0; k <= motion.steps; ++k)
-    for (int j = 0; j < motion.system.joint_count(); ++j)
-      work += powers.time[k] * mean_size(powers.value(j, k), powers.change(j, k));
+    for (int d = 0; d < motion.system.drive_count(); ++d)
+      work += powers.time[k] * mean_size(powers.value(d, k), powers.change(d, k));
   by_position -= weights.transport * work / std::pow(powers.distance, 3) *
                  (motion.solution.position.back() - motion.solution.position.front());
 }

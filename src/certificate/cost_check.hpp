@@ -11,7 +11,7 @@ namespace lamprey::certificate {
 struct CostCheck {
   maneuver::CostParts parts;
   double cost = 0.0;   // of all parts by the problem's weights
-  double signs = 0.0;  // how far powers are from what the stored multipliers belong to, of their joint's largest
+  double signs = 0.0;  // how far powers are from what the stored multipliers belong to, of their drive's largest
 };
 
 CostCheck check_cost(const StoredMotion& motion);
@@ -35,14 +35,14 @@ struct Powers {
   std::vector<mechanics::Vectors> rate;   // [N + 1][joints] rad/s, mean about the node
   std::vector<mechanics::Vectors> swing;  // [N + 1][joints] rad/s, half of what it changes by over the node
   mechanics::Vectors start;               // [joints] rad/s, at the start: what of the first node no shape changes
-  MatrixXd value, change;                 // [joints][N + 1] W
+  MatrixXd value, change;                 // [drives][N + 1] W
   VectorXd time;                          // [N + 1] s for which a node counts
   double distance;                        // m
 };
 
 Powers powers_of(const StoredMotion& motion);
 
-/// W, of each joint's powers the largest, none of them less than round-off leaves of the swimmer's, [joints].
+/// W, of each drive's powers the largest, none of them less than round-off leaves of the swimmer's, [drives].
 VectorXd largest_powers(const StoredMotion& motion, const Powers& powers);
 
 /// What a power's absolute value is on the average over a node, W.
@@ -54,7 +54,7 @@ struct WorkSlopes {
 };
 
 /// As the stored multipliers have them, or of the powers themselves.
-WorkSlopes work_slopes(const StoredMotion& motion, const Powers& powers, int joint, int node);
+WorkSlopes work_slopes(const StoredMotion& motion, const Powers& powers, int drive, int node);
 
 /// Room of slopes within those that mean_size can have: (1 − by_value²)/2 − |by_change|.
 double room_of(const WorkSlopes& slopes);
@@ -67,6 +67,9 @@ double weight_of_work(const StoredMotion& motion, const Powers& powers);
 
 /// Gradient of the costs of power and work by the turns over the steps, [N][joints].
 std::vector<mechanics::Vectors> pulls_on_turns(const StoredMotion& motion, const Powers& powers);
+
+/// Columns of its joint's actuation that are a drive's.
+model::Axes axes_of(const model::System& system, const model::Drive& drive);
 
 /// Moments along the actuation of all joints at a node, [controls] N m.
 VectorXd moments_at(const StoredMotion& motion, int node);

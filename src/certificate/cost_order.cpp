@@ -12,10 +12,10 @@ using model::Joint;
 using model::System;
 
 constexpr double inside_lens = 1e-5;      // of slopes of the work
-constexpr double vanishing_power = 1e-5;  // of the joint's largest, where it has to
+constexpr double vanishing_power = 1e-5;  // of the drive's largest, where it has to
 constexpr double no_power = 1e-8;         // likewise, where it need not
-constexpr double vanishing = 1e-5;        // of the joint's largest moment, or rate
-constexpr double least_scale = 1e-6;      // of the swimmer's largest moment or rate, that a joint's is measured by
+constexpr double vanishing = 1e-5;        // of the drive's largest moment, or rate
+constexpr double least_scale = 1e-6;      // of the swimmer's largest moment or rate, that a drive's is measured by
 constexpr double power_penalty = 1e6;     // of powers that are held, against the cost and the moments' weight
 constexpr double same_moments = 1e-9;     // of the moments at both ends of a gait
 constexpr double turn_difference = 5e-3;  // rad; differences of order four
@@ -211,7 +211,7 @@ class CostStages {
     return rows;
   }
 
-  // Work and squared power of each joint, and what the node works.
+  // Work and squared power of each drive, and what the node works.
   void add_powers(int k, const MatrixXd& turned, MatrixXd& form, MatrixXd& worked) {
     const maneuver::CostWeights& weights = motion_.problem.cost_weights;
     const double half = 0.5 / motion_.time_step, weight = weight_of_work(motion_, powers_), t = powers_.time[k];
@@ -221,17 +221,17 @@ class CostStages {
       swing -= half * carried(columns_.turn);
     }
     const VectorXd moments = moments_at(motion_, k);
-    for (int j = 0; j < motion_.system.joint_count(); ++j) {
-      const auto& actuation = motion_.system.joint(j).actuation;
-      const Eigen::Index own = actuation.cols(), first = motion_.system.joint(j).first_control;
+    for (int d = 0; d < motion_.system.drive_count(); ++d) {
+      const auto& [j, first, own] = motion_.system.drive(d);
       if (own == 0 || t == 0.0) continue;
+      const auto actuation = axes_of(motion_.system, motion_.system.drive(d));
       const auto acting = inputs_.middleRows(first, own);
       const auto worked_at = [&](const Vector3d& at_rate, const MatrixXd& turning) -> WorkRows {
         return {-(actuation.transpose() * at_rate).transpose() * acting,
                 -moments.segment(first, own).transpose() * turning.middleRows(first, own)};
       };
-      const double value = powers_.value(j, k), change = powers_.change(j, k);
-      const WorkSlopes slopes = work_slopes(motion_, powers_, j, k);
+      const double value = powers_.value(d, k), change = powers_.change(d, k);
+      const WorkSlopes slopes = work_slopes(motion_, powers_, d, k);
       const WorkRows mean = worked_at(powers_.rate[at(k)][at(j)], rate);
       const WorkRows half_change = worked_at(powers_.swing[at(k)][at(j)], swing);
       const MatrixXd by_value = mean.by_moment + mean.by_rate, by_change = half_change.by_moment + half_change.by_rate;
@@ -250,9 +250,9 @@ class CostStages {
         add_time_change(5.0, t * weights.power * (value * value + change * change / 3.0), t * weights.power * square,
                         time_, form);
       }
-      if (kinks_.held(j, k) != Held::no) {
-        hold(k, moving(kinks_.held(j, k), mean), moving(kinks_.held(j, k), half_change), form);
-      } else if (kinks_.turns(j, k)) {
+      if (kinks_.held(d, k) != Held::no) {
+        hold(k, moving(kinks_.held(d, k), mean), moving(kinks_.held(d, k), half_change), form);
+      } else if (kinks_.turns(d, k)) {
         const MatrixXd across = by_value - value / change * by_change;
         form += t * weight / std::abs(change) * across.transpose() * across;
       }
@@ -325,44 +325,44 @@ class HeldPowers {
   HeldPowers(const StoredMotion& motion, const Powers& powers)
       : motion_(motion),
         powers_(powers),
-        moment_(largest([&](int j, int k) { return along(j, motion.control[at(k)][at(j)]).norm(); })),
-        rate_(largest([&](int j, int k) { return rates(j, k); })) {}
+        moment_(largest([&](int d, int k) { return moment(d, k).norm(); })),
+        rate_(largest([&](int d, int k) { return rates(d, k); })) {}
 
-  // Slopes are inside of what the work can have, or, where a joint's one moment vanishes, of what they can be worth along it.
+  // Slopes are inside of what the work can have, or, where a drive's one moment vanishes, of what they can be worth along it.
   // Where moment and rates vanish no row says what is held.
-  Held at_node(int joint, int node) const {
-    const WorkSlopes slopes = work_slopes(motion_, powers_, joint, node);
-    const bool still = rates(joint, node) <= vanishing * rate_[joint];
-    const bool idle = along(joint, motion_.control[at(node)][at(joint)]).norm() <= vanishing * moment_[joint];
+  Held at_node(int drive, int node) const {
+    const WorkSlopes slopes = work_slopes(motion_, powers_, drive, node);
+    const bool still = rates(drive, node) <= vanishing * rate_[drive];
+    const bool idle = moment(drive, node).norm() <= vanishing * moment_[drive];
     if (still && idle) return Held::no;
     if (room_of(slopes) > inside_lens) return idle ? Held::moment : still ? Held::rate : Held::both;
-    if (!idle || motion_.system.joint(joint).actuation.cols() != 1) return Held::no;
-    const double rate = along(joint, powers_.rate[at(node)][at(joint)])[0];
-    const double swing = along(joint, powers_.swing[at(node)][at(joint)])[0];
+    if (!idle || motion_.system.drive(drive).controls != 1) return Held::no;
+    const double rate = along(drive, powers_.rate[at(node)])[0], swing = along(drive, powers_.swing[at(node)])[0];
     const double worth = slopes.by_value * rate + slopes.by_change * swing;
     return std::abs(worth) < (1.0 - inside_lens) * mean_size(rate, swing) ? Held::moment : Held::no;
   }
 
  private:
-  VectorXd along(int joint, const Vector3d& vector) const {
-    return motion_.system.joint(joint).actuation.transpose() * vector;
+  VectorXd along(int drive, const mechanics::Vectors& by_joint) const {
+    const model::Drive& own = motion_.system.drive(drive);
+    return axes_of(motion_.system, own).transpose() * by_joint[at(own.joint)];
   }
-  double rates(int joint, int node) const {
-    return along(joint, powers_.rate[at(node)][at(joint)]).norm() +
-           along(joint, powers_.swing[at(node)][at(joint)]).norm();
+  VectorXd moment(int drive, int node) const { return along(drive, motion_.control[at(node)]); }
+  double rates(int drive, int node) const {
+    return along(drive, powers_.rate[at(node)]).norm() + along(drive, powers_.swing[at(node)]).norm();
   }
-  // Of each joint over all nodes, none of them less than round-off leaves of the swimmer's.
+  // Of each drive over all nodes, none of them less than round-off leaves of the swimmer's.
   template <typename Size>
   VectorXd largest(Size size) const {
-    VectorXd all = VectorXd::Zero(motion_.system.joint_count());
-    for (int j = 0; j < all.size(); ++j)
-      for (int k = 0; k <= motion_.steps; ++k) all[j] = std::max(all[j], size(j, k));
+    VectorXd all = VectorXd::Zero(motion_.system.drive_count());
+    for (int d = 0; d < all.size(); ++d)
+      for (int k = 0; k <= motion_.steps; ++k) all[d] = std::max(all[d], size(d, k));
     return all.cwiseMax(least_scale * all.maxCoeff());
   }
 
   const StoredMotion& motion_;
   const Powers& powers_;
-  VectorXd moment_, rate_;  // [joints] N m, rad/s
+  VectorXd moment_, rate_;  // [drives] N m, rad/s
 };
 
 }  // namespace
@@ -370,22 +370,22 @@ class HeldPowers {
 Kinks kinks_of(const StoredMotion& motion, const Powers& powers) {
   const System& system = motion.system;
   Kinks kinks;
-  kinks.held.setConstant(system.joint_count(), motion.steps + 1, Held::no);
-  kinks.turns.setConstant(system.joint_count(), motion.steps + 1, false);
+  kinks.held.setConstant(system.drive_count(), motion.steps + 1, Held::no);
+  kinks.turns.setConstant(system.drive_count(), motion.steps + 1, false);
   if (weight_of_work(motion, powers) == 0.0) return kinks;
   const HeldPowers held(motion, powers);
   const VectorXd largest = largest_powers(motion, powers);
   for (int k = periodic(motion) ? 1 : 0; k <= motion.steps; ++k)
-    for (int j = 0; j < system.joint_count(); ++j) {
-      if (system.joint(j).actuation.cols() == 0) continue;
-      const double value = powers.value(j, k), change = powers.change(j, k), size = mean_size(value, change);
-      kinks.held(j, k) = held.at_node(j, k);
-      if (kinks.held(j, k) != Held::no) {
-        kinks.known = kinks.known && size <= vanishing_power * largest[j];
-      } else if (size <= no_power * largest[j]) {
+    for (int d = 0; d < system.drive_count(); ++d) {
+      if (system.drive(d).controls == 0) continue;
+      const double value = powers.value(d, k), change = powers.change(d, k), size = mean_size(value, change);
+      kinks.held(d, k) = held.at_node(d, k);
+      if (kinks.held(d, k) != Held::no) {
+        kinks.known = kinks.known && size <= vanishing_power * largest[d];
+      } else if (size <= no_power * largest[d]) {
         kinks.weak = true;
       } else {
-        kinks.turns(j, k) = std::abs(value) < std::abs(change);
+        kinks.turns(d, k) = std::abs(value) < std::abs(change);
       }
     }
   return kinks;

@@ -11,7 +11,7 @@ enum class Held { no, moment, rate, both };
 
 /// Where powers vanish under a weight of work.
 struct Kinks {
-  Eigen::Array<Held, Eigen::Dynamic, Eigen::Dynamic> held;   // [joints][N + 1] multipliers are inside of their bounds
+  Eigen::Array<Held, Eigen::Dynamic, Eigen::Dynamic> held;   // [drives][N + 1] multipliers are inside of their bounds
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> turns;  // likewise, a power changes its sign over the node
   bool weak = false;                                         // somewhere multipliers are at their bounds as well
   bool known = true;                                         // powers vanish wherever multipliers are inside

@@ -53,6 +53,11 @@ struct ResolvedJoint {
   double damping = 0.0;                                          // N m s/rad
 };
 
+/// Drives that it has (see model::Drive): two where moments act about both axes of a universal joint.
+inline int drive_count(const ResolvedJoint& joint) {
+  return joint.kind == model::JointKind::universal && joint.control_axes.size() == 2 ? 2 : 1;
+}
+
 /// Where the motion was asked to begin; of a free first shape the root alone counts.
 struct ResolvedStart {
   std::vector<Eigen::Matrix3d> rotation;          // [bodies] body → world

@@ -419,9 +419,11 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
   const auto read_multipliers = [&](const char* field, std::vector<std::vector<double>>& values) {
     if (!reader.has(field)) return;
     const JsonReader stored = reader.at(field);
-    stored.require_array(results.problem.joints.size());
-    values.resize(results.problem.joints.size());
-    for (std::size_t j = 0; j < values.size(); ++j) read_nodes(stored.at(j), results.solution.time.size(), values[j]);
+    std::size_t drives = 0;
+    for (const ResolvedJoint& joint : results.problem.joints) drives += static_cast<std::size_t>(drive_count(joint));
+    stored.require_array(drives);
+    values.resize(drives);
+    for (std::size_t d = 0; d < drives; ++d) read_nodes(stored.at(d), results.solution.time.size(), values[d]);
   };
   read_multipliers("work_multipliers", results.solution.work_multipliers);
   read_multipliers("work_change_multipliers", results.solution.work_change_multipliers);

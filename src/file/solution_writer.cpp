@@ -397,11 +397,11 @@ void require_nodes(const char* field, const std::vector<double>& values, const m
     throw std::domain_error(fmt::format("{}: found {} entries, needs {}", field, values.size(), solution.time.size()));
 }
 
-// [joints][N + 1], where there are any.
+// [drives][N + 1], where there are any.
 void add_multipliers(const char* field, const std::vector<std::vector<double>>& values, ObjectText& text) {
   if (values.empty()) return;
-  text.add(field, json_list(values, [](const std::vector<double>& joint) {
-             return json_list(joint, [](double value) { return json(value); });
+  text.add(field, json_list(values, [](const std::vector<double>& drive) {
+             return json_list(drive, [](double value) { return json(value); });
            }));
 }
 

@@ -24,7 +24,9 @@ constexpr double work_weight_growth = 4.0;    // where the error has not fallen
 constexpr double largest_work_weight = 1e7;   // of the first
 constexpr double enough_work_progress = 0.5;  // share of the error that may be left
 constexpr double multiplier_noise = 1e-8;     // that round-off in the powers may bring
-constexpr double least_power = 1e-9;          // of the swimmer's largest, that a joint's is measured by
+constexpr double far_from_kink = 10.0;        // powers, in what a weight moves multipliers by one with
+constexpr double fitting_slopes = 0.3;        // of such powers, between their own and the multipliers
+constexpr double least_power = 1e-9;          // of the swimmer's largest, that a drive's is measured by
 
 }  // namespace
 
@@ -44,8 +46,10 @@ CostTerms::CostTerms(const System& system, const Maneuver& maneuver, const Shape
       changing_(controls_, kinds),
       difference_(controls_),
       pull_(controls_) {
-  multipliers_.set_zero(system.joint_count(), steps_ + 1);
-  heaviest_.setConstant(system.joint_count(), steps_ + 1, std::numeric_limits<double>::infinity());
+  for (int d = 0; d < system.drive_count(); ++d) drive_.insert(drive_.end(), at(system.drive(d).controls), d);
+  multipliers_.set_zero(system.drive_count(), steps_ + 1);
+  heaviest_.setConstant(system.drive_count(), steps_ + 1, std::numeric_limits<double>::infinity());
+  settled_.setConstant(system.drive_count(), steps_ + 1, false);
   retarget(maneuver);
 }
 
@@ -53,6 +57,7 @@ void CostTerms::retarget(const Maneuver& maneuver) {
   weights_ = maneuver.cost_weights;
   const double first = multipliers_.largest_weight / largest_work_weight;
   multipliers_.weight = std::min(multipliers_.weight, carried_work_weight * first);  // signs may change again
+  settled_.setConstant(false);
   if (empty() || periodic_) return;
   start_rate_.setZero();
   if (maneuver.start.momentum.isZero(0.0)) return;
@@ -69,24 +74,24 @@ double CostTerms::work_weight(const CostValues& values) const {
   return weights_.work + (weights_.transport > 0.0 ? weights_.transport / values.distance : 0.0);
 }
 
-double CostTerms::weight_of_power(int joint, int node) const {
-  return std::min(multipliers_.weight, heaviest_(joint, node));
+double CostTerms::weight_of_power(int drive, int node) const {
+  return settled_(drive, node) ? 0.0 : std::min(multipliers_.weight, heaviest_(drive, node));
 }
 
-WorkTerm CostTerms::work_term(const CostValues& values, int joint, int node) const {
-  return maneuver::work_term({values.power(joint, node), values.change(joint, node)}, multipliers_.at(joint, node),
-                             weight_of_power(joint, node));
+WorkTerm CostTerms::work_term(const CostValues& values, int drive, int node) const {
+  return maneuver::work_term({values.power(drive, node), values.change(drive, node)}, multipliers_.at(drive, node),
+                             weight_of_power(drive, node));
 }
 
 // Of squared power the mean is m² + d²/3.
-WorkTerm CostTerms::term(const CostValues& values, int joint, int node, double work_weight) const {
-  const NodePower power(values.power(joint, node), values.change(joint, node));
+WorkTerm CostTerms::term(const CostValues& values, int drive, int node, double work_weight) const {
+  const NodePower power(values.power(drive, node), values.change(drive, node));
   const Eigen::Vector2d squares(weights_.power, weights_.power / 3.0);
   const Eigen::Vector2d slope = squares.cwiseProduct(power);
   WorkTerm term{slope.dot(power), 2.0 * slope, Eigen::Matrix2d::Zero()};
   term.curvature.diagonal() = 2.0 * squares;
   if (work_weight == 0.0) return term;
-  const WorkTerm work = work_term(values, joint, node);
+  const WorkTerm work = work_term(values, drive, node);
   term.value += work_weight * work.value;
   term.slope += work_weight * work.slope;
   term.curvature += work_weight * work.curvature;
@@ -127,8 +132,8 @@ void CostTerms::find_difference(const CostedMotion& motion, int step) {
 
 void CostTerms::measure(const CostedMotion& motion, CostValues& values) {
   values.turn.resize(controls_, steps_);
-  values.power.setZero(system_.joint_count(), steps_ + 1);
-  values.change.setZero(system_.joint_count(), steps_ + 1);
+  values.power.setZero(system_.drive_count(), steps_ + 1);
+  values.change.setZero(system_.drive_count(), steps_ + 1);
   values.parts = CostParts();
   values.reached = 0.0;
   for (int k = 0; k < steps_; ++k) turns_.evaluate(motion.step[at(k)].interval, values.turn.col(k));
@@ -136,15 +141,15 @@ void CostTerms::measure(const CostedMotion& motion, CostValues& values) {
     if (!moves(k)) continue;
     find_rates(values, k, motion.time_step);
     for (int c = 0; c < controls_; ++c) {
-      values.power(turns_.joint_of(c), k) += motion.moment[at(k)][c] * rate_(c, 0);
-      values.change(turns_.joint_of(c), k) += motion.moment[at(k)][c] * rate_(c, 1);
+      values.power(drive_[at(c)], k) += motion.moment[at(k)][c] * rate_(c, 0);
+      values.change(drive_[at(c)], k) += motion.moment[at(k)][c] * rate_(c, 1);
     }
     const double time = node_time(k, motion.time_step);
-    for (int j = 0; j < system_.joint_count(); ++j) {
-      const NodePower power(values.power(j, k), values.change(j, k));
+    for (int d = 0; d < system_.drive_count(); ++d) {
+      const NodePower power(values.power(d, k), values.change(d, k));
       values.parts.work += time * mean_work(power);
       values.parts.power += time * (power[0] * power[0] + power[1] * power[1] / 3.0);
-      values.reached += time * work_term(values, j, k).value;
+      values.reached += time * work_term(values, d, k).value;
     }
   }
   for (int k = 0; k < steps_; ++k) {
@@ -168,7 +173,7 @@ void CostTerms::add_by_moments(const CostedMotion& motion, const CostValues& val
   find_rates(values, node, motion.time_step);
   const double time = node_time(node, motion.time_step), weight = work_weight(values);
   for (int c = 0; c < controls_; ++c) {
-    const WorkTerm bend = term(values, turns_.joint_of(c), node, weight);
+    const WorkTerm bend = term(values, drive_[at(c)], node, weight);
     gradient[c] += time * (bend.slope[0] * rate_(c, 0) + bend.slope[1] * rate_(c, 1));
   }
   if (!smooth()) return;
@@ -190,7 +195,7 @@ void CostTerms::add_by_rates(const CostedMotion& motion, const CostValues& value
   if (!moves(node)) return;
   const double time = node_time(node, motion.time_step), weight = work_weight(values);
   for (int c = 0; c < controls_; ++c) {
-    const WorkTerm bend = term(values, turns_.joint_of(c), node, weight);
+    const WorkTerm bend = term(values, drive_[at(c)], node, weight);
     pull_[c] += time * bend.slope.dot(by_turn) * motion.moment[at(node)][c];
   }
 }
@@ -204,13 +209,12 @@ void CostTerms::add_node_form(const CostedMotion& motion, const CostValues& valu
     rate_by_[at(a)] = turned_[at(a)];
     if (tau >= 0) rate_by_[at(a)].col(tau) -= changing_.col(a);
   }
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    const WorkTerm bend = term(values, j, node, weight);
-    bool any = false;
+  for (int d = 0; d < system_.drive_count(); ++d) {
+    const auto& [joint, first, controls] = system_.drive(d);
+    if (controls == 0) continue;
+    const WorkTerm bend = term(values, d, node, weight);
     for (VectorXd& by : power_by_) by.setZero();
-    for (int c = 0; c < controls_; ++c) {
-      if (turns_.joint_of(c) != j) continue;
-      any = true;
+    for (int c = first; c < first + controls; ++c) {
       const double u = motion.moment[at(node)][c];
       const auto moment_by = moments_.row(c);
       for (int a = 0; a < kinds; ++a) {
@@ -226,9 +230,8 @@ void CostTerms::add_node_form(const CostedMotion& motion, const CostValues& valu
         form_(tau, tau) += slope * u * changing_(c, a);
       }
     }
-    if (!any) continue;
     const bool counted = of_work();
-    const WorkTerm own = counted ? work_term(values, j, node) : WorkTerm{};
+    const WorkTerm own = counted ? work_term(values, d, node) : WorkTerm{};
     for (int a = 0; a < kinds; ++a) {
       const VectorXd& by = power_by_[at(a)];
       for (int b = 0; b < kinds; ++b)
@@ -265,12 +268,12 @@ void CostTerms::add_duration(const CostedMotion& motion, const CostValues& value
   if (!moves(node)) return;
   find_rates(values, node, motion.time_step);
   const double time = node_time(node, motion.time_step), weight = work_weight(values);
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    const WorkTerm bend = term(values, j, node, weight);
+  for (int d = 0; d < system_.drive_count(); ++d) {
+    const auto& [joint, first, controls] = system_.drive(d);
+    const WorkTerm bend = term(values, d, node, weight);
     slope += time * bend.value;
-    for (int c = 0; c < controls_; ++c)
-      if (turns_.joint_of(c) == j)
-        slope -= time * motion.moment[at(node)][c] * changing_.row(c).dot(bend.slope.transpose());
+    for (int c = first; c < first + controls; ++c)
+      slope -= time * motion.moment[at(node)][c] * changing_.row(c).dot(bend.slope.transpose());
   }
 }
 
@@ -411,11 +414,11 @@ double CostTerms::error(const CostValues& values) const {
   if (!of_work()) return 0.0;
   const double least = std::max(least_power * values.power.lpNorm<Eigen::Infinity>(), 1e-300);
   double error = 0.0;
-  for (int j = 0; j < system_.joint_count(); ++j) {
-    const double largest = std::max(values.power.row(j).lpNorm<Eigen::Infinity>(), least);
+  for (int d = 0; d < system_.drive_count(); ++d) {
+    const double largest = std::max(values.power.row(d).lpNorm<Eigen::Infinity>(), least);
     for (int k = 0; k <= steps_; ++k) {
-      const NodePower power(values.power(j, k), values.change(j, k));
-      error = std::max(error, work_misfit(power / largest, work_term(values, j, k).slope));
+      const NodePower power(values.power(d, k), values.change(d, k));
+      error = std::max(error, work_misfit(power / largest, work_term(values, d, k).slope));
     }
   }
   return error;
@@ -438,24 +441,38 @@ void CostTerms::find_heaviest(const CostedMotion& motion, const CostValues& valu
       const double of_moment = (std::abs(rate_(c, 0)) + std::abs(rate_(c, 1))) * largest_moment * steps_;
       const double of_rate = std::abs(motion.moment[at(k)][c]) * largest_rate;
       const double noise = epsilon * steps_ * (of_moment + of_rate);
-      double& heaviest = heaviest_(turns_.joint_of(c), k);
+      double& heaviest = heaviest_(drive_[at(c)], k);
       if (noise > 0.0) heaviest = std::min(heaviest, multiplier_noise / noise);
     }
   }
+}
+
+// A term whose multipliers are of one sign is cheaper by 2/c where the power has the other: where a joint turns back that
+// drives the turn from node to node, round after round. Work itself does not feel where on the grid it is.
+void CostTerms::settle(const CostValues& values) {
+  settled_.setConstant(false);
+  for (int k = 0; k <= steps_; ++k)
+    for (int d = 0; d < system_.drive_count() && moves(k); ++d) {
+      const NodePower power(values.power(d, k), values.change(d, k));
+      const WorkSlopes own = maneuver::work_term(power, WorkSlopes::Zero(), 0.0).slope;
+      settled_(d, k) = weight_of_power(d, k) * power.lpNorm<Eigen::Infinity>() > far_from_kink &&
+                       (own - multipliers_.at(d, k)).norm() < fitting_slopes;
+    }
 }
 
 void CostTerms::renew(const CostedMotion& motion, const CostValues& values, bool heavier) {
   if (!of_work()) return;
   const double error = this->error(values);
   for (int k = 0; k <= steps_; ++k)
-    for (int j = 0; j < system_.joint_count(); ++j)
-      multipliers_.set(j, k, moves(k) ? work_term(values, j, k).slope : WorkSlopes(0.0, 0.0));
+    for (int d = 0; d < system_.drive_count(); ++d)
+      multipliers_.set(d, k, moves(k) ? work_term(values, d, k).slope : WorkSlopes(0.0, 0.0));
   for (MatrixXd* value : {&multipliers_.mean, &multipliers_.change})
     if (periodic_) value->col(0) = value->col(steps_);
   if (heavier && last_error_ > 0.0 && error > enough_work_progress * last_error_)
     multipliers_.weight = std::min(work_weight_growth * multipliers_.weight, multipliers_.largest_weight);
   last_error_ = error;
   find_heaviest(motion, values);
+  if (heavier) settle(values);
 }
 
 // Heavier ones make narrow bent valleys of the kinks, u = 0 or ω = 0, that a search creeps along.
@@ -473,16 +490,17 @@ void CostTerms::choose_weight(const CostValues& values, bool at_goal) {
 
 void CostTerms::take(const WorkMultipliers& from) {
   last_error_ = 0.0;
-  multipliers_.set_zero(system_.joint_count(), steps_ + 1);
+  multipliers_.set_zero(system_.drive_count(), steps_ + 1);
   heaviest_.setConstant(std::numeric_limits<double>::infinity());
+  settled_.setConstant(false);
   multipliers_.largest_weight = from.largest_weight;
   multipliers_.weight = from.weight;
   const auto coarse = static_cast<int>(from.mean.cols()) - 1;
   if (coarse < 1) return;
   for (int k = 0; k <= steps_; ++k) {
     const auto [left, share] = place_on_grid(k, steps_, coarse);
-    for (int j = 0; j < system_.joint_count(); ++j)
-      multipliers_.set(j, k, (1.0 - share) * from.at(j, left) + share * from.at(j, left + 1));
+    for (int d = 0; d < system_.drive_count(); ++d)
+      multipliers_.set(d, k, (1.0 - share) * from.at(d, left) + share * from.at(d, left + 1));
   }
 }
 

@@ -1,5 +1,5 @@
 // Costs beside effort and time along a motion of shapes: mechanical work, squared power, smoothness, work per distance
-// (chapter 13). Work has a kink where a joint's power vanishes: it is reached exactly by multipliers and a term that pulls the
+// (chapter 13). Work has a kink where a drive's power vanishes: it is reached exactly by multipliers and a term that pulls the
 // power towards where they belong (equations 13.6 to 13.8).
 #pragma once
 
@@ -13,21 +13,21 @@
 
 namespace lamprey::maneuver {
 
-/// Multipliers of the joints' powers between searches: slopes of the work by them.
+/// Multipliers of the drives' powers between searches: slopes of the work by them.
 struct WorkMultipliers {
-  MatrixXd mean;                // [joints][N + 1] between −1 and 1: what the sign of the power is where it has one
-  MatrixXd change;              // [joints][N + 1] by the power's change over the node, within ±(1 − mean²)/2
+  MatrixXd mean;                // [drives][N + 1] between −1 and 1: what the sign of the power is where it has one
+  MatrixXd change;              // [drives][N + 1] by the power's change over the node, within ±(1 − mean²)/2
   double weight = 0.0;          // 1/W, of ½ p² where the power has no sign; 0: not chosen yet
   double largest_weight = 0.0;  // 0: multipliers of another method, whose weight is none
 
-  void set_zero(Eigen::Index joints, Eigen::Index nodes) {
-    mean.setZero(joints, nodes);
-    change.setZero(joints, nodes);
+  void set_zero(Eigen::Index drives, Eigen::Index nodes) {
+    mean.setZero(drives, nodes);
+    change.setZero(drives, nodes);
   }
-  WorkSlopes at(Eigen::Index joint, Eigen::Index node) const { return {mean(joint, node), change(joint, node)}; }
-  void set(Eigen::Index joint, Eigen::Index node, const WorkSlopes& slopes) {
-    mean(joint, node) = slopes[0];
-    change(joint, node) = slopes[1];
+  WorkSlopes at(Eigen::Index drive, Eigen::Index node) const { return {mean(drive, node), change(drive, node)}; }
+  void set(Eigen::Index drive, Eigen::Index node, const WorkSlopes& slopes) {
+    mean(drive, node) = slopes[0];
+    change(drive, node) = slopes[1];
   }
 };
 
@@ -42,8 +42,8 @@ struct CostedMotion {
 /// Their values, and what derivatives start from.
 struct CostValues {
   MatrixXd turn;          // [controls][N] rad, of the joints over the steps
-  MatrixXd power;         // [joints][N + 1] W, mean about a node
-  MatrixXd change;        // [joints][N + 1] W, half of what it changes by
+  MatrixXd power;         // [drives][N + 1] W, mean about a node
+  MatrixXd change;        // [drives][N + 1] W, half of what it changes by
   CostParts parts;        // before weighting; effort and time unset
   double reached = 0.0;   // J, work as the multipliers have it
   double distance = 0.0;  // m
@@ -80,7 +80,7 @@ class CostTerms {
   void add_to_model(const CostedMotion& motion, const CostValues& values, const Places& places,
                     const Eigen::Ref<const MatrixXd>& end_moments, optimizer::StageModel& model);
 
-  /// How far powers are from what renewed multipliers belong to, of their joint's largest.
+  /// How far powers are from what renewed multipliers belong to, of their drive's largest.
   double error(const CostValues& values) const;
   /// Multipliers at the point with these values; where `heavier`, the weight rises if the error has not fallen.
   void renew(const CostedMotion& motion, const CostValues& values, bool heavier);
@@ -94,9 +94,10 @@ class CostTerms {
  private:
   // Means about a node and half of what changes over it.
   static constexpr int kinds = 2;
-  WorkTerm work_term(const CostValues& values, int joint, int node) const;
-  WorkTerm term(const CostValues& values, int joint, int node, double work_weight) const;
-  double weight_of_power(int joint, int node) const;
+  WorkTerm work_term(const CostValues& values, int drive, int node) const;
+  WorkTerm term(const CostValues& values, int drive, int node, double work_weight) const;
+  double weight_of_power(int drive, int node) const;
+  void settle(const CostValues& values);
   void find_heaviest(const CostedMotion& motion, const CostValues& values);
   double work_weight(const CostValues& values) const;
   double node_time(int node, double time_step) const;
@@ -127,9 +128,12 @@ class CostTerms {
   CostWeights weights_;
   bool periodic_, rest_, free_duration_;
   int steps_, shape_, controls_;
-  VectorXd start_rate_;  // [controls] rad/s, of the joints at the start
+  std::vector<int> drive_;  // [controls] whose moment it is
+  VectorXd start_rate_;     // [controls] rad/s, of the joints at the start
   WorkMultipliers multipliers_;
-  MatrixXd heaviest_;  // [joints][N + 1] 1/W, weights beyond which multipliers would tell of round-off
+  MatrixXd heaviest_;  // [drives][N + 1] 1/W, weights beyond which multipliers would tell of round-off
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>
+      settled_;  // likewise, powers far from 0, whose work is taken as it is
   double last_error_ = 0.0;
   // workspace
   Eigen::MatrixX2d rate_;                              // [controls][kinds] rad/s, of the joints about a node

@@ -126,8 +126,8 @@ struct Solution {
   std::vector<std::vector<double>> stage_time;         // [N][s] s, nodes of a scheme's stages; above order 2 only
   std::vector<std::vector<Vectors>> control_stages;    // [N][s][joints] N m, on the parent, parent's frame at that time
   std::vector<LimitMultiplier> limit_multipliers;      // of limits that hold somewhere
-  std::vector<std::vector<double>> work_multipliers;  // [joints][N+1] signs of the powers; −1 … 1 where a power is 0
-  std::vector<std::vector<double>> work_change_multipliers;  // [joints][N+1] slopes of the work by the powers' changes
+  std::vector<std::vector<double>> work_multipliers;  // [drives][N+1] signs of the powers; −1 … 1 where a power is 0
+  std::vector<std::vector<double>> work_change_multipliers;  // [drives][N+1] slopes of the work by the powers' changes
   Feedback feedback;                                         // about the motion; of optimal ones
   std::optional<Tracking> tracking;                          // of a march with feedback
   std::string marched_by;                                    // what marched in place of the scheme; empty: the scheme

@@ -179,6 +179,7 @@ System::System(const SwimmerDescription& description) : density_(description.den
   order_tree();
   lay_paths();
   lay_freedoms();
+  lay_drives();
 }
 
 void System::resolve_bodies(const SwimmerDescription& description) {
@@ -252,6 +253,15 @@ void System::lay_freedoms() {
   velocity_count_ += 3;
 }
 
+void System::lay_drives() {
+  drives_.clear();
+  for (int j = 0; j < joint_count(); ++j) {
+    const auto controls = static_cast<int>(joint(j).actuation.cols());
+    const int own = joint(j).kind == JointKind::universal ? std::max(controls, 1) : 1;
+    for (int d = 0; d < own; ++d) drives_.push_back({j, joint(j).first_control + d, controls / own});
+  }
+}
+
 System System::with_ball_joints(double heavier) const {
   System free = *this;
   free.control_count_ = free.velocity_count_ = 0;
@@ -272,6 +282,7 @@ System System::with_ball_joints(double heavier) const {
       *matrix *= heavier;
   }
   free.lay_freedoms();
+  free.lay_drives();
   return free;
 }
 

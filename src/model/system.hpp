@@ -73,6 +73,13 @@ struct Joint {
   bool free() const { return kind == JointKind::ball; }
 };
 
+/// Moments whose powers add up before their size is taken, as of one motor: all of a joint's, but each of a universal joint's by
+/// itself.
+struct Drive {
+  int joint;
+  int first_control, controls;  // among all; none where the joint has no moments
+};
+
 class System {
  public:
   /// Resolves defaults and checks the tree.
@@ -87,6 +94,10 @@ class System {
   int joint_count() const { return static_cast<int>(joints_.size()); }
   /// Number of scalar controls: Σ columns of Joint::actuation.
   int control_count() const { return control_count_; }
+  /// Joint after joint, at least one of each.
+  const std::vector<Drive>& drives() const { return drives_; }
+  int drive_count() const { return static_cast<int>(drives_.size()); }
+  const Drive& drive(int d) const { return drives_[static_cast<std::size_t>(d)]; }
   /// Dimension of generalised vectors: each body's freedoms, body after body, then 3 for the root's position.
   int velocity_count() const { return velocity_count_; }
   /// Whether every joint is a ball joint without spring or damper: each body turns on its own.
@@ -120,6 +131,7 @@ class System {
   void order_tree();
   void lay_paths();
   void lay_freedoms();
+  void lay_drives();
 
   double density_ = 0.0;
   int control_count_ = 0;
@@ -130,6 +142,7 @@ class System {
   bool compliant_ = false;
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;
+  std::vector<Drive> drives_;
   std::vector<int> order_;
 };
 

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include <fmt/format.h>
+
 #include "lie/so3.hpp"
 #include "maneuver/node_work.hpp"
 #include "model/system.hpp"
@@ -13,6 +15,7 @@ namespace lamprey::report {
 
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using model::at;
 
@@ -21,6 +24,18 @@ Vector3d joint_rate(const file::Results& results, std::size_t node, const file::
   const auto& R = results.solution.rotation[node];
   const auto& rate = results.solution.angular_velocity[node];
   return R[at(joint.parent)].transpose() * R[at(joint.child)] * rate[at(joint.child)] - rate[at(joint.parent)];
+}
+
+// The axes of a universal joint as they lie at a node, orthogonal, and the normal to both, parent's frame; of others anything.
+Matrix3d axes_at(const file::Results& results, std::size_t node, const file::ResolvedJoint& joint) {
+  if (!joint.axes) return Matrix3d::Identity();
+  const auto& R = results.solution.rotation[node];
+  const Vector3d first = (*joint.axes)[0].normalized();
+  Vector3d second = R[at(joint.parent)].transpose() * R[at(joint.child)] * (*joint.axes)[1];
+  second = (second - first.dot(second) * first).normalized();
+  Matrix3d axes;
+  axes << first, second, first.cross(second);
+  return axes;
 }
 
 // The same over the step after a node.
@@ -33,17 +48,46 @@ Vector3d step_rate(const file::Results& results, std::size_t node, const file::R
 }
 
 // Before and after a node a joint's rates over the steps, or what it has at either end, rad/s.
-std::pair<Vector3d, Vector3d> rates_about(const file::Results& results, std::size_t node,
-                                          const file::ResolvedJoint& joint) {
+std::pair<Vector3d, Vector3d> rates_about(const file::Results& results, std::size_t node, std::size_t j) {
+  const file::ResolvedJoint& joint = results.problem.joints[j];
+  const auto& angles = results.solution.joint_angle;
+  const bool by_angles = joint.kind == model::JointKind::universal && !angles.empty();
+  const Vector3d own = joint_rate(results, node, joint);
+  const Matrix3d axes = axes_at(results, node, joint);
+  const auto over = [&](std::size_t step) -> Vector3d {
+    if (by_angles) return axes * (angles[step + 1][j] - angles[step][j]) / results.problem.time_step;
+    return step_rate(results, step, joint);
+  };
   const std::size_t last = results.solution.time.size() - 1;
-  return {node > 0 ? step_rate(results, node - 1, joint) : joint_rate(results, node, joint),
-          node < last ? step_rate(results, node, joint) : joint_rate(results, node, joint)};
+  return {node > 0 ? over(node - 1) : own, node < last ? over(node) : own};
+}
+
+// What of a joint one drive moves: everything, or what lies along one of its axes.
+struct Driven {
+  std::size_t joint;
+  std::optional<int> axis;  // of a universal joint
+
+  Vector3d part(const Matrix3d& axes, const Vector3d& vector) const {
+    return axis ? Vector3d(axes.col(*axis).dot(vector) * axes.col(*axis)) : vector;
+  }
+};
+
+std::vector<Driven> drives_of(const file::ResolvedProblem& problem) {
+  std::vector<Driven> drives;
+  for (std::size_t j = 0; j < problem.joints.size(); ++j)
+    if (file::drive_count(problem.joints[j]) == 1)
+      drives.push_back({j, std::nullopt});
+    else
+      drives.insert(drives.end(), {{j, 0}, {j, 1}});
+  return drives;
 }
 
 // A node's moment, constant about it, against the rates from step to step.
-void add_node(const file::Results& results, std::size_t node, std::size_t j, JointDemand& demand) {
-  const auto [before, after] = rates_about(results, node, results.problem.joints[j]);
-  const Vector3d& u = results.solution.control[node][j];
+void add_node(const file::Results& results, std::size_t node, const Driven& drive, JointDemand& demand) {
+  const Matrix3d axes = axes_at(results, node, results.problem.joints[drive.joint]);
+  const auto rates = rates_about(results, node, drive.joint);
+  const Vector3d before = drive.part(axes, rates.first), after = drive.part(axes, rates.second),
+                 u = drive.part(axes, results.solution.control[node][drive.joint]);
   const double share = node == 0 || node + 1 == results.solution.time.size() ? 0.5 : 1.0;
   demand.largest_rate = std::max({demand.largest_rate, before.norm(), after.norm()});
   demand.largest_power = std::max({demand.largest_power, std::abs(u.dot(before)), std::abs(u.dot(after))});
@@ -51,16 +95,26 @@ void add_node(const file::Results& results, std::size_t node, std::size_t j, Joi
                  maneuver::mean_work({0.5 * u.dot(after + before), 0.5 * u.dot(after - before)});
 }
 
-double largest_moment(const maneuver::Solution& solution, std::size_t joint) {
+// Of a universal joint's axes the first does not move in the parent's frame, the second stays orthogonal to it.
+double largest_moment(const file::Results& results, const Driven& drive) {
+  const std::optional<std::array<Vector3d, 2>>& axes = results.problem.joints[drive.joint].axes;
+  const auto size = [&](const Vector3d& moment) {
+    if (!drive.axis) return moment.norm();
+    const Vector3d along = (*axes)[0].normalized().dot(moment) * (*axes)[0].normalized();
+    return (*drive.axis == 0 ? along : Vector3d(moment - along)).norm();
+  };
   double largest = 0.0;
-  for (const maneuver::Vectors& moments : solution.control) largest = std::max(largest, moments[joint].norm());
-  for (const auto& step : solution.control_stages)
-    for (const maneuver::Vectors& moments : step) largest = std::max(largest, moments[joint].norm());
+  for (const maneuver::Vectors& moments : results.solution.control)
+    largest = std::max(largest, size(moments[drive.joint]));
+  for (const auto& step : results.solution.control_stages)
+    for (const maneuver::Vectors& moments : step) largest = std::max(largest, size(moments[drive.joint]));
   return largest;
 }
 
-std::vector<std::pair<double, double>> swept(const maneuver::Solution& solution, std::size_t joint,
-                                             model::JointKind kind) {
+std::vector<std::pair<double, double>> swept(const file::Results& results, const Driven& drive) {
+  const maneuver::Solution& solution = results.solution;
+  const std::size_t joint = drive.joint;
+  const model::JointKind kind = results.problem.joints[joint].kind;
   if (solution.joint_angle.empty() || kind == model::JointKind::fixed) return {};
   const bool ball = kind == model::JointKind::ball;
   constexpr double most = std::numeric_limits<double>::infinity();
@@ -72,6 +126,7 @@ std::vector<std::pair<double, double>> swept(const maneuver::Solution& solution,
       angles[axis] = {std::min(angles[axis].first, angle), std::max(angles[axis].second, angle)};
     }
   }
+  if (drive.axis) return {angles[at(*drive.axis)]};
   return angles;
 }
 
@@ -90,11 +145,14 @@ std::optional<std::vector<JointDemand>> joint_demands(const file::Results& resul
   const std::size_t nodes = solution.time.size();
   if (nodes < 2 || solution.control.size() != nodes || solution.angular_velocity.size() != nodes) return std::nullopt;
   std::vector<JointDemand> demands;
-  for (std::size_t j = 0; j < results.problem.joints.size(); ++j) {
-    const file::ResolvedJoint& joint = results.problem.joints[j];
-    demands.push_back(
-        {.joint = joint.name, .largest_moment = largest_moment(solution, j), .angles = swept(solution, j, joint.kind)});
-    for (std::size_t k = 0; k < nodes; ++k) add_node(results, k, j, demands[j]);
+  for (const Driven& drive : drives_of(results.problem)) {
+    const std::string& name = results.problem.joints[drive.joint].name;
+    JointDemand demand{.joint = drive.axis ? fmt::format("{} {}", name, *drive.axis + 1) : name,
+                       .largest_moment = largest_moment(results, drive),
+                       .ball = results.problem.joints[drive.joint].kind == model::JointKind::ball,
+                       .angles = swept(results, drive)};
+    for (std::size_t k = 0; k < nodes; ++k) add_node(results, k, drive, demand);
+    demands.push_back(std::move(demand));
   }
   return demands;
 }

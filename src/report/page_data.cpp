@@ -183,13 +183,10 @@ json demands_of(const file::Results& results) {
   const std::optional<std::vector<JointDemand>> demands = joint_demands(results);
   json rows = json::array();
   if (!demands) return rows;
-  for (std::size_t j = 0; j < demands->size(); ++j) {
-    const JointDemand& demand = (*demands)[j];
+  for (const JointDemand& demand : *demands) {
     std::vector<std::string> angles;
     for (const auto& [least, largest] : demand.angles)
-      angles.push_back(results.problem.joints[j].kind == model::JointKind::ball
-                           ? "up to " + number(largest, 4)
-                           : number(least, 4) + " … " + number(largest, 4));
+      angles.push_back(demand.ball ? "up to " + number(largest, 4) : number(least, 4) + " … " + number(largest, 4));
     rows.push_back({demand.joint, number(demand.largest_moment, 5), number(demand.largest_rate, 4),
                     number(demand.largest_power, 5), number(demand.work, 5),
                     angles.empty() ? std::string("–") : fmt::format("{}", fmt::join(angles, "; "))});

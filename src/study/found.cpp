@@ -125,9 +125,9 @@ Solution describe(const model::System& system, const Maneuver& maneuver, maneuve
     solution.cost_parts = found.cost_parts;
   }
   const maneuver::WorkMultipliers& work = found.work_multipliers;
-  for (Eigen::Index j = 0; j < work.mean.rows() && work.weight > 0.0; ++j) {
-    solution.work_multipliers.emplace_back(work.mean.row(j).begin(), work.mean.row(j).end());
-    solution.work_change_multipliers.emplace_back(work.change.row(j).begin(), work.change.row(j).end());
+  for (Eigen::Index d = 0; d < work.mean.rows() && work.weight > 0.0; ++d) {
+    solution.work_multipliers.emplace_back(work.mean.row(d).begin(), work.mean.row(d).end());
+    solution.work_change_multipliers.emplace_back(work.change.row(d).begin(), work.change.row(d).end());
   }
   solution.solver.limit_weight = {found.limit_multipliers.weight, found.limit_multipliers.largest_weight};
   if (work.largest_weight > 0.0) solution.solver.work_weight = {work.weight, work.largest_weight};
@@ -163,10 +163,10 @@ Found found_in(const model::System& system, const Maneuver& maneuver, const std:
     }
   found.limit_multipliers.weight = solution.solver.limit_weight.value;
   found.limit_multipliers.largest_weight = solution.solver.limit_weight.largest;
-  if (solution.work_multipliers.size() != static_cast<std::size_t>(system.joint_count())) return found;
+  if (solution.work_multipliers.size() != static_cast<std::size_t>(system.drive_count())) return found;
   found.work_multipliers.weight = solution.solver.work_weight.value;
   found.work_multipliers.largest_weight = solution.solver.work_weight.largest;
-  found.work_multipliers.set_zero(system.joint_count(), nodes);
+  found.work_multipliers.set_zero(system.drive_count(), nodes);
   read_rows(solution.work_multipliers, found.work_multipliers.mean);
   read_rows(solution.work_change_multipliers, found.work_multipliers.change);
   return found;

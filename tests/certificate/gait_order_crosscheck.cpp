@@ -95,33 +95,41 @@ class DenseMotion {
     int node, joint;
     bool torque, upper;
     double pull;
-    int power = 0;  // 1, 2: mean and change of the joint's at the node, which have to vanish
+    int power = 0;  // 1, 2: mean and change of that drive's (in the place of a joint) at the node, which have to vanish
   };
 
-  // Powers of hinges that must not leave 0: what multipliers are worth along a moment, or along rates, is less than the work.
+  // The only moment of a hinge's or universal joint's drive, as the joint's moments are counted.
+  Vector3d axis_of(const model::Drive& drive) const {
+    const model::Joint& joint = system_.joint(drive.joint);
+    return joint.actuation.col(drive.first_control - joint.first_control);
+  }
+
+  // Powers of hinges and universal joints that must not leave 0: what multipliers are worth along a moment, or along rates, is less than the work.
   void hold_powers() {
     const certificate::Powers powers = certificate::powers_of(motion_);
     const double vanishing = 1e-5 * powers.value.cwiseAbs().maxCoeff();
-    turning_.setConstant(system_.joint_count(), motion_.steps + 1, false);
-    for (int j = 0; j < system_.joint_count(); ++j)
+    turning_.setConstant(system_.drive_count(), motion_.steps + 1, false);
+    for (int d = 0; d < system_.drive_count(); ++d)
       for (int k = gait() ? 1 : 0; k <= motion_.steps; ++k) {
-        if (system_.joint(j).actuation.cols() == 0) continue;
-        const double mean = powers.value(j, k), change = powers.change(j, k);
+        const model::Drive& drive = system_.drive(d);
+        if (drive.controls == 0) continue;
+        const double mean = powers.value(d, k), change = powers.change(d, k);
         if (std::max(std::abs(mean), std::abs(change)) > vanishing) {
-          turning_(j, k) = std::abs(mean) < std::abs(change);
+          turning_(d, k) = std::abs(mean) < std::abs(change);
           continue;
         }
-        const double S = motion_.solution.work_multipliers[at(j)][at(k)];
-        const double D = motion_.solution.work_change_multipliers[at(j)][at(k)];
-        const Vector3d axis = system_.joint(j).actuation.col(0);
-        const double rate = axis.dot(powers.rate[at(k)][at(j)]), swing = axis.dot(powers.swing[at(k)][at(j)]);
-        const bool acts = motion_.control[at(k)][at(j)].norm() > 1e-5 * value_.lpNorm<Eigen::Infinity>();
+        const double S = motion_.solution.work_multipliers[at(d)][at(k)];
+        const double D = motion_.solution.work_change_multipliers[at(d)][at(k)];
+        const Vector3d axis = axis_of(drive);
+        const std::size_t j = at(drive.joint);
+        const double rate = axis.dot(powers.rate[at(k)][j]), swing = axis.dot(powers.swing[at(k)][j]);
+        const bool acts = std::abs(axis.dot(motion_.control[at(k)][j])) > 1e-5 * value_.lpNorm<Eigen::Infinity>();
         const double most =
             std::abs(rate) > std::abs(swing) ? std::abs(rate) : (rate * rate + swing * swing) / (2.0 * std::abs(swing));
         if (acts ? S * S + 2.0 * std::abs(D) > 1.0 - 2e-5 : std::abs(S * rate + D * swing) > (1.0 - 1e-5) * most)
           continue;
-        held_.push_back({k, j, false, false, 0.0, 1});
-        if (acts) held_.push_back({k, j, false, false, 0.0, 2});
+        held_.push_back({k, d, false, false, 0.0, 1});
+        if (acts) held_.push_back({k, d, false, false, 0.0, 2});
       }
   }
 
@@ -130,12 +138,12 @@ class DenseMotion {
   }
 
   // Chapter 13 with slopes by powers as their multipliers have them, but where a power changes its sign over its node: no
-  // more than the cost, and equal to it here. Returns the powers and what they change by, [N + 1][joints][2].
+  // more than the cost, and equal to it here. Returns the powers and what they change by, [N + 1][drives][2].
   VectorXd add_other_costs(const std::vector<mechanics::Rotations>& rotation, double distance,
                            const NodeMoments& control, const VectorXd& moments, double h, double& cost) const {
     const maneuver::CostWeights& weights = problem_.cost_weights;
-    const int N = motion_.steps, joints = system_.joint_count();
-    VectorXd powers = VectorXd::Zero(2 * joints * (N + 1));
+    const int N = motion_.steps, drives = system_.drive_count();
+    VectorXd powers = VectorXd::Zero(2 * drives * (N + 1));
     if (!weights.any()) return powers;
     const auto turn = [&](int k, const model::Joint& joint) {
       const Matrix3d Q = mechanics::child_to_parent(rotation[at(k)], joint);
@@ -145,20 +153,23 @@ class DenseMotion {
     };
     double work = 0.0;
     for (int k = gait() ? 1 : 0; k <= N; ++k)
-      for (int j = 0; j < joints; ++j) {
-        const model::Joint& joint = system_.joint(j);
+      for (int d = 0; d < drives; ++d) {
+        const model::Drive& drive = system_.drive(d);
+        const model::Joint& joint = system_.joint(drive.joint);
+        Vector3d u = control[at(k)][at(drive.joint)];
+        if (joint.kind == model::JointKind::universal) u = axis_of(drive).dot(u) * axis_of(drive);
         const Vector3d before = k > 0 ? turn(k - 1, joint) : Vector3d::Zero();
         const Vector3d after = k < N ? turn(k, joint) : gait() ? turn(0, joint) : Vector3d::Zero();
-        const double mean = -control[at(k)][at(j)].dot(after + before) / (2.0 * h);
-        const double change = -control[at(k)][at(j)].dot(after - before) / (2.0 * h);
+        const double mean = -u.dot(after + before) / (2.0 * h);
+        const double change = -u.dot(after - before) / (2.0 * h);
         const double time = !gait() && (k == 0 || k == N) ? 0.5 * h : h;
-        if (turning_.size() > 0 && turning_(j, k))
+        if (turning_.size() > 0 && turning_(d, k))
           work += time * 0.5 * (mean * mean + change * change) / std::abs(change);
         else if (turning_.size() > 0)
-          work += time * (mean * motion_.solution.work_multipliers[at(j)][at(k)] +
-                          change * motion_.solution.work_change_multipliers[at(j)][at(k)]);
+          work += time * (mean * motion_.solution.work_multipliers[at(d)][at(k)] +
+                          change * motion_.solution.work_change_multipliers[at(d)][at(k)]);
         cost += time * weights.power * (mean * mean + change * change / 3.0);
-        powers.segment<2>(2 * (k * joints + j)) = Eigen::Vector2d(mean, change);
+        powers.segment<2>(2 * (k * drives + d)) = Eigen::Vector2d(mean, change);
       }
     const Eigen::Index controls = system_.control_count(), later = moments.size() - controls;
     cost += (weights.work + weights.transport / distance) * work +
@@ -249,12 +260,12 @@ class DenseMotion {
     const VectorXd powers =
         add_other_costs(rotation, (state.position - start.position).norm(), control, moments, h, cost);
     for (const Held& own : held_) {
-      const model::Joint& joint = system_.joint(own.joint);
+      const model::Joint& joint = system_.joint(own.power > 0 ? 0 : own.joint);
       const auto angle = [&] {
         return mechanics::joint_angles(joint, mechanics::child_to_parent(rotation[at(own.node)], joint))[0];
       };
       if (own.power > 0)
-        rows.push_back(powers[2 * (own.node * system_.joint_count() + own.joint) + own.power - 1] / power_unit());
+        rows.push_back(powers[2 * (own.node * system_.drive_count() + own.joint) + own.power - 1] / power_unit());
       else if (own.torque)
         rows.push_back(*problem_.limits.torque - control[at(own.node)][at(own.joint)].norm());
       else
@@ -314,7 +325,7 @@ class DenseMotion {
   double effort_ = 0.0;
   std::vector<Held> held_;
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>
-      turning_;  // [joints][N + 1] powers that change their sign over the node
+      turning_;  // [drives][N + 1] powers that change their sign over the node
   VectorXd moment_, metric_, multipliers_;
 };
 
@@ -554,6 +565,14 @@ TEST(CostOrder, of_gaits_with_work_is_that_of_second_differences_of_its_smooth_b
 TEST(CostOrder, of_an_eel_with_work_per_distance_is_that_of_second_differences_of_its_smooth_branch) {
   maneuver::Problem problem = eel(12);
   problem.cost_weights.transport = 0.1 * solved_gait(problem).cost;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
+}
+
+// The two axes of a universal joint are driven by motors of their own.
+TEST(CostOrder, of_gaits_of_mixed_joints_in_space_with_work_is_that_of_second_differences_of_its_smooth_branch) {
+  maneuver::Problem problem = mixed_joints(8);
+  problem.goal->move = {0.1, std::nullopt, -0.05};
+  problem.cost_weights.work = 0.3 * std::sqrt(solved_gait(problem).cost);
   expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
 }
 

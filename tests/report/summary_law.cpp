@@ -3,6 +3,7 @@
 #include <string>
 
 #include <gtest/gtest.h>
+#include <tuple>
 
 #include "report/cost_shares.hpp"
 #include "report/joint_demands.hpp"
@@ -266,6 +267,48 @@ TEST(JointDemands, are_what_motors_must_give) {
   EXPECT_NEAR(demands[1].angles[0].second, 0.2, 1e-14);
   results.solution.control_stages = {{{{0.0, 0.0, 7.0}, {0.0, 0.0, 0.0}}}};
   EXPECT_DOUBLE_EQ(report::joint_demands(results)->front().largest_moment, 7.0);
+}
+
+// Turned about its first axis under −1 N m, about its second, which that carries along, under 2 N m.
+TEST(JointDemands, of_a_universal_joint_are_those_of_each_axis) {
+  constexpr int steps = 40;
+  file::Results results;
+  results.problem = tests::sample_problem(steps);
+  results.problem.time_step = 2.0 / steps;
+  file::ResolvedJoint& joint = results.problem.joints[0];
+  joint.kind = model::JointKind::universal;
+  joint.axes = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};
+  joint.control_axes = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};
+  maneuver::Solution& solution = results.solution;
+  const double first_rate = 0.3, second_rate = 0.7;
+  for (int k = 0; k <= steps; ++k) {
+    const double t = 2.0 * k / steps, first = first_rate * t, second = second_rate * t - 0.2;
+    const Eigen::Matrix3d carried = lie::exp({first, 0.0, 0.0}), turned = lie::exp({0.0, second, 0.0});
+    const Eigen::Vector3d axis = carried * Eigen::Vector3d::UnitY();
+    solution.time.push_back(t);
+    solution.position.emplace_back(0.0, 0.0, 0.0);
+    solution.rotation.push_back({Eigen::Matrix3d::Identity(), carried * turned, Eigen::Matrix3d::Identity()});
+    solution.angular_velocity.push_back({Eigen::Vector3d::Zero(),
+                                         turned.transpose() * Eigen::Vector3d(first_rate, second_rate, 0.0),
+                                         Eigen::Vector3d::Zero()});
+    solution.control.push_back({-Eigen::Vector3d::UnitX() + 2.0 * axis, {0.0, 4.0, 0.0}});
+    solution.joint_angle.push_back({{first, second, 0.0}, Eigen::Vector3d::Zero()});
+  }
+  for (const bool with_angles : {true, false}) {
+    if (!with_angles) solution.joint_angle.clear();
+    const auto demands = report::joint_demands(results).value();
+    ASSERT_EQ(demands.size(), 3U);
+    const double accuracy = with_angles ? 1e-13 : 1e-3;  // rates over steps from the rotations alone
+    for (const auto& [n, moment, rate] : {std::tuple(0U, 1.0, first_rate), std::tuple(1U, 2.0, second_rate)}) {
+      EXPECT_EQ(demands[n].joint, n == 0 ? "front 1" : "front 2");
+      EXPECT_NEAR(demands[n].largest_moment, moment, 1e-13);
+      EXPECT_NEAR(demands[n].largest_rate, rate, accuracy);
+      EXPECT_NEAR(demands[n].largest_power, moment * rate, 2.0 * accuracy);
+      EXPECT_NEAR(demands[n].work, 2.0 * moment * rate, 4.0 * accuracy);
+      ASSERT_EQ(demands[n].angles.size(), with_angles ? 1U : 0U);
+    }
+    EXPECT_EQ(demands[2].joint, results.problem.joints[1].name);
+  }
 }
 
 }  // namespace

@@ -501,6 +501,53 @@ TEST(UnusualGoals, gaits_of_little_transport_with_a_passive_fin_are_found_by_way
   EXPECT_LT(answer.solution.cost, 250.0);
 }
 
+// Each axis of a universal joint has a motor of its own, as two hinges with a small body between have: nothing is won back from
+// one to the other.
+TEST(UnusualGoals, little_work_of_a_universal_joint_is_that_of_two_hinges) {
+  maneuver::Problem universal =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/work_of_a_universal_joint.toml");
+  universal.steps = 50;
+  universal.search.starts = 1;
+  maneuver::Problem hinges = universal;
+  model::BodyDescription between;
+  between.name = "between";
+  between.semi_axes.setConstant(0.005);
+  hinges.swimmer.bodies.insert(hinges.swimmer.bodies.begin() + 1, between);
+  hinges.start.rotation.assign(3, Vector3d::Zero());
+  hinges.start.angular_velocity.assign(3, Vector3d::Zero());
+  model::JointDescription& first = hinges.swimmer.joints[0];
+  first.kind = model::JointKind::hinge;
+  first.axes.reset();
+  model::JointDescription second = first;
+  first.name = first.child = between.name;
+  first.child_offset.setZero();
+  first.axis = Vector3d::UnitZ();
+  second.parent = between.name;
+  second.parent_offset.setZero();
+  second.axis = Vector3d::UnitY();
+  hinges.limits.angle = {{first.name, {{-1.2, 1.2}}}, {second.name, {{-1.2, 1.2}}}};
+  hinges.swimmer.joints.push_back(second);
+  std::vector<double> costs;
+  for (const maneuver::Problem& problem : {universal, hinges}) {
+    const study::Answer answer = answered(problem);
+    ASSERT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved);
+    costs.push_back(answer.solution.cost);
+  }
+  EXPECT_NEAR(costs[0], costs[1], tolerance(1e-4) * costs[1]);
+}
+
+// Work does not feel at which node a joint turns back: terms that do would drive the turn from node to node.
+TEST(UnusualGoals, little_work_on_fine_steps_is_proved_where_joints_turn_back) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/work_of_a_universal_joint.toml");
+  problem.search.starts = 1;
+  const study::Answer answer = answered(problem);
+  ASSERT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved);
+  EXPECT_LE(answer.certificate.costs->signs, tolerance(1e-8));
+}
+
 // Where work is what costs, moments come in impulses at any steps: the answer says what makes them smooth.
 TEST(UnusualGoals, answers_of_work_alone_on_coarse_steps_ask_for_smoother_moments) {
   maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/ellipses.toml");
