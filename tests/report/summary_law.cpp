@@ -299,12 +299,12 @@ TEST(JointDemands, of_a_universal_joint_are_those_of_each_axis) {
     const auto demands = report::joint_demands(results).value();
     ASSERT_EQ(demands.size(), 3U);
     const double accuracy = with_angles ? 1e-13 : 1e-3;  // rates over steps from the rotations alone
-    for (const auto& [n, moment, rate] : {std::tuple(0U, 1.0, first_rate), std::tuple(1U, 2.0, second_rate)}) {
+    for (const auto& [n, moment, speed] : {std::tuple(0U, 1.0, first_rate), std::tuple(1U, 2.0, second_rate)}) {
       EXPECT_EQ(demands[n].joint, n == 0 ? "front 1" : "front 2");
       EXPECT_NEAR(demands[n].largest_moment, moment, 1e-13);
-      EXPECT_NEAR(demands[n].largest_rate, rate, accuracy);
-      EXPECT_NEAR(demands[n].largest_power, moment * rate, 2.0 * accuracy);
-      EXPECT_NEAR(demands[n].work, 2.0 * moment * rate, 4.0 * accuracy);
+      EXPECT_NEAR(demands[n].largest_rate, speed, accuracy);
+      EXPECT_NEAR(demands[n].largest_power, moment * speed, 2.0 * accuracy);
+      EXPECT_NEAR(demands[n].work, 2.0 * moment * speed, 4.0 * accuracy);
       ASSERT_EQ(demands[n].angles.size(), with_angles ? 1U : 0U);
     }
     EXPECT_EQ(demands[2].joint, results.problem.joints[1].name);
