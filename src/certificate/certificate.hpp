@@ -62,6 +62,8 @@ struct Replay {
   double growth_rate = unset;              // 1/s of small perturbations
   double feedback_rotation_error = unset;  // rad, never restarted, with the stored gains; at the end
   double feedback_position_error = unset;  // m, likewise
+  double servo_rotation_error = unset;     // rad, of the root at the end, the joints led along the stored angles
+  double servo_position_error = unset;     // m, likewise
   double work =
       unset;  // J, ∫ Σ_j |u_j·ω_j| dt, each step from its stored state; where costs beside effort are asked for
 

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "certificate/optimality.hpp"
+#include "certificate/servo_replay.hpp"
 #include "integrator/feedback_law.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/control_path.hpp"
@@ -264,6 +265,7 @@ void replay_with_feedback(const StoredMotion& motion, const StageMotion& stages,
 Replay replay(const StoredMotion& motion, const ReplayOptions& options) {
   Replay result = replayed(course_of(motion), growth_rate(motion), options);
   replay_with_feedback(motion, options, result);
+  replay_with_servos(motion, result);
   return result;
 }
 

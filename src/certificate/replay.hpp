@@ -16,7 +16,7 @@ struct ReplayOptions {
 
 /// Replays in windows, restarted from the stored state, and once without restart. A window is a twentieth of the duration or, if
 /// that is shorter, what small perturbations take to grow by e² (a whole number of steps, at least one). Moments run linearly
-/// between nodes, or as the spline through its points. What fails stays NaN.
+/// between nodes, or as the spline through its points. What fails stays NaN. Last its joints are led along its angles.
 Replay replay(const StoredMotion& motion, const ReplayOptions& options);
 
 /// The whole of it once more with the stored gains: moments answer how far the replay is off the stored motion. Fills the

@@ -318,6 +318,10 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
       result.replay->feedback_rotation_error = replay.at("feedback_rotation_error").number_or_nan();
       result.replay->feedback_position_error = replay.at("feedback_position_error").number_or_nan();
     }
+    if (replay.has("servo_rotation_error")) {
+      result.replay->servo_rotation_error = replay.at("servo_rotation_error").number_or_nan();
+      result.replay->servo_position_error = replay.at("servo_position_error").number_or_nan();
+    }
   }
   if (reader.has("costs"))
     result.costs = {reader.at("costs").at("error").number_or_nan(), reader.at("costs").at("signs").number_or_nan()};

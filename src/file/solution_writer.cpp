@@ -242,6 +242,8 @@ std::string replay_text(const certificate::Replay& replay) {
   if (!std::isnan(replay.work)) text.add("work", json(replay.work));
   text.add("feedback_rotation_error", json(replay.feedback_rotation_error));
   text.add("feedback_position_error", json(replay.feedback_position_error));
+  text.add("servo_rotation_error", json(replay.servo_rotation_error));
+  text.add("servo_position_error", json(replay.servo_position_error));
   return text.finished();
 }
 

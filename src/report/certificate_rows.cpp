@@ -152,6 +152,11 @@ Rows rows_of_replay(const certificate::Replay& replay) {
            "The same replay, never restarted, with the stored gains: moments answer how far it is off the answer, as a "
            "vehicle’s would."),
       shown("Replay with feedback, position", replay.feedback_position_error, "m", "The same for the root’s position."),
+      shown("Led by servos, rotation", replay.servo_rotation_error, "rad",
+            "Where the root ends if servos lead the joints along the answer’s angles, whatever moments that takes, "
+            "beside "
+            "where it should. Not where freedoms of the joints move that nothing drives."),
+      shown("Led by servos, position", replay.servo_position_error, "m", "The same for the root’s position."),
       shown(
           "Work by the replay", replay.work, "J",
           "What the joints do between the nodes, too, where costs beside effort are asked for: next to the work of the "

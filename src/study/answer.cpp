@@ -288,7 +288,10 @@ std::string coarseness(const Problem& problem, const Answer& answer) {
                 "cost.smoothness, makes moments smoother; or " +
                     mend
               : mend) +
-         ".";
+         (!replay || std::isnan(replay->servo_rotation_error)
+              ? "."
+              : ". Servos that lead the joints along its angles end " + number(replay->servo_rotation_error) +
+                    " rad and " + number(replay->servo_position_error) + " m beside the goal.");
 }
 
 // Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then resolved, then cheap.

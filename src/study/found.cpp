@@ -1,6 +1,8 @@
 #include "study/found.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "lie/so3.hpp"
 #include "maneuver/motion.hpp"
@@ -75,6 +77,14 @@ void read_rows(const std::vector<std::vector<double>>& stored, Eigen::MatrixXd& 
 }
 
 }  // namespace
+
+bool any_converged(const std::vector<Found>& all) {
+  return std::any_of(all.begin(), all.end(), [](const Found& found) { return found.converged(); });
+}
+
+void append(std::vector<Found> more, std::vector<Found>& all) {
+  std::move(more.begin(), more.end(), std::back_inserter(all));
+}
 
 StepTurn largest_turn(const std::vector<mechanics::Rotations>& rotation) {
   StepTurn largest;

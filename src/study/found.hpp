@@ -23,6 +23,12 @@ struct Found {
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
 };
 
+/// Whether any of them has arrived.
+bool any_converged(const std::vector<Found>& all);
+
+/// Moves motions to the end of others.
+void append(std::vector<Found> more, std::vector<Found>& all);
+
 /// The largest turn of a body in one step.
 struct StepTurn {
   double angle = 0.0;  // rad

@@ -20,7 +20,7 @@ inline constexpr double late_share = 1.5;
 /// on for a while where it is late or the search is interrupted, since a coarse motion is no answer.
 class Budget {
  public:
-  enum class Stage { guessing, hopping, refining_the_best, finishing };
+  enum class Stage { guessing_before_strokes, guessing, hopping, refining_the_best, finishing };
   Budget(const maneuver::Problem& problem, const SolveOptions& options);
   void enter(Stage stage) { stage_ = stage; }
   /// A first guess became a maneuver.
@@ -60,8 +60,9 @@ class Method {
   virtual std::string out_of_reach() const = 0;
   /// Solves starts first … first + count − 1 on a coarse grid.
   virtual std::vector<Found> solve_starts(int first, int count) = 0;
-  /// Solves from first guesses of many strokes, where there are such for the problem: the more limits the fewer single strokes
-  /// serve. Nothing of methods without them.
+  /// Whether there are first guesses of many strokes for the problem: the more limits the fewer single strokes serve.
+  virtual bool has_strokes() const { return false; }
+  /// Solves from them; nothing where there are none.
   virtual std::vector<Found> solve_strokes() { return {}; }
   /// Solves again from perturbed copies of a motion on the coarse grid, hops first … first + count − 1.
   /// Nothing of methods without hops.

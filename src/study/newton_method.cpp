@@ -34,13 +34,18 @@ class NewtonMethod : public Method {
     return grids_.in_threads(count, "start", [&](int n) { return solve_start(first + n); });
   }
 
-  std::vector<Found> solve_strokes() override {
+  bool has_strokes() const override {
     const bool single = grids_.reached().coordinates.shape.cols() == 1;  // which wins nothing by strokes
     const Problem& problem = grids_.problem();
-    if (grids_.budget().closing() || single || problem.duration.free || !problem.goal) return {};
-    if (problem.goal->periodic) return solve_cycles(grids_);
-    if (grids_.passive()) return {};
-    return solve_swum_strokes(grids_);
+    return !single && !problem.duration.free && problem.goal && (problem.goal->periodic || !grids_.passive());
+  }
+
+  std::vector<Found> solve_strokes() override {
+    if (!has_strokes() || grids_.budget().closing()) return {};
+    if (grids_.problem().goal->periodic) return solve_cycles(grids_);
+    std::vector<Found> found = solve_swum_strokes(grids_);
+    if (!any_converged(found) && !grids_.budget().closing()) append(solve_gaits_from_rest(grids_), found);
+    return found;
   }
 
   std::vector<Found> hop(const Found& from, int first, int count) override {

@@ -36,10 +36,12 @@ constexpr std::size_t refined_candidates =
 constexpr int retries = 4;  // further guesses where a single start fails
 constexpr int shooting_iterations = 200;
 constexpr double searched_share =
-    2.0 / 3.0;                       // of the time limit, once a first guess has arrived; hops have half of that
-constexpr double grace = 20.0;       // s, for the same after an interruption
-constexpr int hop_round = 8;         // hops from one minimum; fixed, so that the answer does not depend on the machine
-constexpr int confirming_steps = 4;  // times the coarse grid's
+    2.0 / 3.0;  // of the time limit, once a first guess has arrived; hops have half of that
+constexpr double before_strokes =
+    0.5;                        // of the time limit, after which no guess begins before strokes, unless one has arrived
+constexpr double grace = 20.0;  // s, for the same after an interruption
+constexpr int hop_round = 8;    // hops from one minimum; fixed, so that the answer does not depend on the machine
+constexpr int confirming_steps = 4;    // times the coarse grid's
 constexpr double settled_cost = 0.05;  // relative difference of cost between the two
 constexpr double faded = 1e-6;         // displacement over the swimmer's size: as good as none
 constexpr double same_minimum = 1e-6;  // relative difference of cost
@@ -195,8 +197,10 @@ class Search {
     solutions_.push_back(solution);
   }
 
-  // Every start on the coarse grid, by one solver or by both; a single start that fails is followed by others.
+  // Every start on the coarse grid, by one solver or by both; a single start that fails is followed by others. Where none has
+  // arrived, strokes are tried, when half of the time is over before the starts that are left.
   void search_starts() {
+    if (method_->has_strokes()) budget_.enter(Budget::Stage::guessing_before_strokes);
     starts_ = method_->solve_starts(0, problem_.search.starts);
     if (second_ && !budget_.stopped()) {
       for (Found& found : second_->solve_starts(0, problem_.search.starts)) {
@@ -207,12 +211,15 @@ class Search {
     for (int more = 0;
          more < retries && problem_.search.starts == 1 && !second_ && !starts_.back().converged() && !budget_.stopped();
          ++more)
-      starts_.push_back(method_->solve_starts(static_cast<int>(starts_.size()), 1).front());
+      append(method_->solve_starts(static_cast<int>(starts_.size()), 1), starts_);
+    budget_.enter(Budget::Stage::guessing);
+    std::vector<Found> strokes;
+    if (!any_converged(starts_) && method_->has_strokes()) strokes = method_->solve_strokes();
+    const int begun = static_cast<int>(starts_.size()), left = problem_.search.starts - begun;
+    if (left > 0 && !any_converged(starts_) && !any_converged(strokes) && !budget_.closing())
+      append(method_->solve_starts(begun, left), starts_);
     guesses_ = static_cast<int>(starts_.size());
-    if (std::none_of(starts_.begin(), starts_.end(), [](const Found& found) { return found.converged(); })) {
-      std::vector<Found> strokes = method_->solve_strokes();
-      std::move(strokes.begin(), strokes.end(), std::back_inserter(starts_));
-    }
+    append(std::move(strokes), starts_);
     for (const Found& start : starts_) count_effort(start.outcome);
     first_hop_ = static_cast<int>(starts_.size());
   }
@@ -430,7 +437,7 @@ bool Budget::interrupted() const {
 
 double Budget::end_of_time() const {
   if (!problem_.search.time_limit) return std::numeric_limits<double>::infinity();
-  const bool guessing = stage_ == Stage::guessing;
+  const bool guessing = stage_ == Stage::guessing || stage_ == Stage::guessing_before_strokes;
   if ((guessing || stage_ == Stage::hopping) && any_arrived_)
     return (guessing && problem_.search.hops > 0 ? 0.5 : 1.0) * searched_share * *problem_.search.time_limit;
   return *problem_.search.time_limit;
@@ -442,10 +449,13 @@ bool Budget::past(double share) const {
 
 bool Budget::goes_on_late() const { return stage_ == Stage::refining_the_best && any_arrived_; }
 
-bool Budget::closing() const { return interrupted() || seconds() > end_of_time(); }
+bool Budget::closing() const {
+  const bool strokes_wait = stage_ == Stage::guessing_before_strokes && !any_arrived_;
+  return interrupted() || seconds() > (strokes_wait ? before_strokes : 1.0) * end_of_time();
+}
 
 bool Budget::stopped() const {
-  if (!closing()) return false;
+  if (!interrupted() && seconds() <= end_of_time()) return false;
   if (!goes_on_late()) return true;
   return seconds() > late_share * end_of_time() || (interrupted() && seconds() > interrupted_at_ + grace);
 }

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <tuple>
 
+#include "lie/so3.hpp"
 #include "maneuver/gait_cycles.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/strokes.hpp"
@@ -17,6 +19,8 @@ using maneuver::Problem;
 
 constexpr std::array stroke_counts = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
 constexpr std::array cycle_counts = {2, 3, 5, 8, 16};
+constexpr std::array gait_counts = {3, 5, 8, 11, 14, 18, 24};
+constexpr double lost_strokes = 1.2;  // to those that grow and shrink
 constexpr int guesses_of_cycle = 2;
 constexpr double time_of_cycle = 0.1;  // of what is left
 constexpr std::size_t solved_strokes = 4;
@@ -51,14 +55,21 @@ StrokesOnGrid swum(const Grids& grids, StrokesOnGrid tried) {
   return tried;
 }
 
-// One of so many equal cycles of the gait, solved by itself in what a few such tries may take of the time.
-Found smaller_gait(const Grids& grids, int cycles) {
-  Problem smaller = grids.problem();
-  smaller.steps = coarse_steps;  // fewer show turns that are none
-  smaller.duration.value /= cycles;
-  for (std::optional<double>& move : smaller.goal->move)
-    if (move) *move /= cycles;
-  if (smaller.goal->turn) *smaller.goal->turn /= cycles;
+// One of so many equal cycles, which go as far as `strokes` of them would: a gait whose shape is free.
+Problem cycle_of(const Problem& whole, int cycles, double strokes) {
+  Problem cycle = whole;
+  cycle.steps = coarse_steps;  // fewer show turns that are none
+  cycle.duration.value /= cycles;
+  for (std::optional<double>& move : cycle.goal->move)
+    if (move) *move /= strokes;
+  if (cycle.goal->turn) *cycle.goal->turn /= strokes;
+  cycle.goal->periodic = cycle.start.free_shape = true;
+  cycle.goal->rest = false;
+  return cycle;
+}
+
+// Solved by itself in what a few such tries may take of the time.
+Found solve_cycle(const Grids& grids, Problem smaller) {
   if (smaller.search.time_limit)
     *smaller.search.time_limit = time_of_cycle * std::max(*smaller.search.time_limit - grids.budget().seconds(), 0.0);
   SolveOptions options;
@@ -75,7 +86,43 @@ Found smaller_gait(const Grids& grids, int cycles) {
   return found;
 }
 
+// From rest through so many cycles of a gait to rest: its shapes grow out of the first one over the first cycle, and go back over
+// the last.
+NodePath begun_and_ended_at_rest(const Grids& grids, const maneuver::Maneuver& maneuver, const NodePath& cycle,
+                                 int cycles) {
+  const model::System& system = grids.system();
+  const NodePath gait = maneuver::refined(system, maneuver::repeated(cycle, cycles), maneuver.steps);
+  return maneuver::swung(system, maneuver, [&](int j, double fraction) -> Eigen::Vector3d {
+    const model::Joint& joint = system.joint(j);
+    const auto node = static_cast<std::size_t>(std::lround(fraction * maneuver.steps));
+    const double grown = maneuver::blend(std::min({1.0, cycles * fraction, cycles * (1.0 - fraction)}));
+    const Eigen::Matrix3d first = mechanics::child_to_parent(maneuver.start.rotation, joint);
+    const Eigen::Matrix3d now = mechanics::child_to_parent(gait.rotation[node], joint);
+    if (joint.free()) return grown * lie::log(now * first.transpose());
+    return grown * (mechanics::joint_angles(joint, now) - mechanics::joint_angles(joint, first));
+  });
+}
+
 }  // namespace
+
+std::vector<Found> solve_gaits_from_rest(const Grids& grids) {
+  const maneuver::Goal& goal = *grids.problem().goal;
+  if (!goal.rest || !goal.rotation.empty() || !grids.problem().waypoints.empty()) return {};
+  std::vector<int> counts;
+  for (int cycles : gait_counts)
+    if (cycles * least_steps_of_stroke <= grids.problem().steps) counts.push_back(cycles);
+  return grids.in_threads(static_cast<int>(counts.size()), "gaits from rest", [&](int n) {
+    const int cycles = counts[static_cast<std::size_t>(n)];
+    const Found cycle = solve_cycle(grids, cycle_of(grids.problem(), cycles, cycles - lost_strokes));
+    Found found;
+    found.outcome = cycle.outcome;
+    fail_for_want_of_motion(found.outcome);
+    if (!cycle.converged()) return found;
+    Grid grid = grids.grid(std::min(grids.problem().steps, std::max(grids.coarse(), cycles * steps_of_stroke)));
+    grids.solve(grid, begun_and_ended_at_rest(grids, grid.maneuver, cycle.path, cycles), fine_tolerance, found);
+    return found;
+  });
+}
 
 std::vector<Found> solve_swum_strokes(const Grids& grids) {
   std::vector<StrokesOnGrid> tries;
@@ -107,7 +154,7 @@ std::vector<Found> solve_cycles(const Grids& grids) {
   return grids.in_threads(static_cast<int>(counts.size()), "strokes", [&](int n) {
     const int cycles = counts[static_cast<std::size_t>(n)];
     const int steps = std::min(grids.problem().steps, std::max(grids.coarse(), cycles * steps_of_stroke));
-    const Found cycle = smaller_gait(grids, cycles);
+    const Found cycle = solve_cycle(grids, cycle_of(grids.problem(), cycles, cycles));
     Found found;
     found.outcome = cycle.outcome;
     if (!cycle.converged()) {

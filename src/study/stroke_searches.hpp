@@ -11,6 +11,9 @@ namespace lamprey::study {
 /// promising are solved.
 std::vector<Found> solve_swum_strokes(const Grids& grids);
 
+/// From rest to rest: cycles of a gait, which grow out of rest and go back to it.
+std::vector<Found> solve_gaits_from_rest(const Grids& grids);
+
 /// Of a gait with a free shape: from a smaller one, done several times over.
 std::vector<Found> solve_cycles(const Grids& grids);
 

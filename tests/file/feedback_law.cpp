@@ -32,6 +32,8 @@ file::Results followed_results() {
                                sample.number(), sample.number(), sample.number()};
   results.certificate->replay->feedback_rotation_error = sample.number();
   results.certificate->replay->feedback_position_error = sample.number();
+  results.certificate->replay->servo_rotation_error = sample.number();
+  results.certificate->replay->servo_position_error = sample.number();
   return results;
 }
 
@@ -45,6 +47,8 @@ TEST(FeedbackInFiles, every_number_comes_back_bit_for_bit_and_is_written_again_a
   EXPECT_EQ(back.solution.tracking->maneuver, "a maneuver");
   EXPECT_EQ(back.solution.tracking->largest_correction, results.solution.tracking->largest_correction);
   EXPECT_EQ(back.certificate->replay->feedback_position_error, results.certificate->replay->feedback_position_error);
+  EXPECT_EQ(back.certificate->replay->servo_rotation_error, results.certificate->replay->servo_rotation_error);
+  EXPECT_EQ(back.certificate->replay->servo_position_error, results.certificate->replay->servo_position_error);
   EXPECT_EQ(file::solution_text(back), text);
   const json document = json::parse(text);
   EXPECT_EQ(document["feedback"]["gain"][2][1][23].get<double>(), results.solution.feedback.gain[2](1, 23));

@@ -14,6 +14,7 @@
 #include "maneuver/guess.hpp"
 #include "maneuver/motion.hpp"
 #include "study/answer.hpp"
+#include "study/stroke_searches.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -201,6 +202,25 @@ TEST_P(ReachableGoals, of_gaits_are_found_at_less_than_a_loop_that_is_known) {
 INSTANTIATE_TEST_SUITE_P(Swimmers, ReachableGoals,
                          testing::Values(Kind{"links", links}, Kind{"paddles", paddles}, Kind{"star", star}),
                          [](const auto& the) { return the.param.name; });
+
+// Three strokes of a gait, the first growing out of rest and the last going back to it, are near a motion that meets the goal within
+// the limits.
+TEST(GaitsOfManyStrokes, grow_out_of_rest_and_go_back_to_it) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/sideways_by_two_fins.toml");
+  problem.steps = 59;  // enough for three strokes, too few for five
+  problem.duration.value *= 3.0 / 16.0;
+  problem.goal->move[1] = 0.036;
+  const model::System system(problem.swimmer);
+  const study::SolveOptions options;
+  const study::Budget budget(problem, options);
+  const study::Grids grids(system, problem, options, budget);
+  const std::vector<study::Found> found = study::solve_gaits_from_rest(grids);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_TRUE(found.front().converged()) << found.front().outcome.reason;
+  problem.goal->rotation["bow"] = Vector3d::Zero();  // a gait does not know it
+  EXPECT_TRUE(study::solve_gaits_from_rest(study::Grids(system, problem, options, budget)).empty());
+}
 
 // What one stroke within limits does not reach is reached by several cycles of a smaller gait.
 TEST(GaitsOfManyStrokes, are_found_where_single_ones_break_limits) {
