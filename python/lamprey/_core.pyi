@@ -225,8 +225,8 @@ class Trajectory:
 
     def joint_demands(self) -> list[dict[str, Any]]:
         """
-        What the motion asks of each joint: joint (its name), largest_moment N m, largest_rate rad/s, largest_power W, work J
-        (∫ |u·ω| dt, nothing won back), angles (list of (least, largest) rad: of a hinge one, of a universal joint two, of a
+        What the motion asks of each joint, of a universal joint with two moments of each axis: joint (its name, "fin 1" and "fin 2" of axes), largest_moment N m, largest_rate rad/s, largest_power W, work J
+        (∫ |u·ω| dt, nothing won back), angles (list of (least, largest) rad: of a hinge or an axis one, of a universal joint with fewer moments two, of a
         ball joint how far it is from its zero angle). Over the nodes; an empty list: no motion.
         """
 
@@ -285,12 +285,14 @@ class Solution(Trajectory):
 
     @property
     def work_multipliers(self) -> list[list[float]] | None:
-        """[joints][nodes] signs of the joints' powers, where work has a weight."""
+        """
+        [drives][nodes] signs of the powers, where work has a weight: a row for each joint, of a universal joint with two moments one for each axis.
+        """
 
     @property
     def work_change_multipliers(self) -> list[list[float]] | None:
         """
-        [joints][nodes] slopes of the work by the powers' changes over the nodes, where work has a weight.
+        [drives][nodes] slopes of the work by the powers' changes over the nodes, where work has a weight.
         """
 
     def __repr__(self) -> str: ...
