@@ -20,6 +20,8 @@ TEST(FollowingLong, rotation_from_perturbed_starts_ends_at_its_goal_and_without_
   ASSERT_EQ(lamprey(folder, "solve " + example("rotation") + " --out " + solved).exit_code, 0);
   const file::Results plan = file::read_solution(solved);
   EXPECT_LE(plan.certificate->replay->feedback_rotation_error, tolerance(1e-4));
+  EXPECT_LE(plan.certificate->replay->servo_rotation_error, tolerance(1e-4));
+  EXPECT_LE(plan.certificate->replay->servo_position_error, tolerance(1e-4));
   EXPECT_GE(plan.certificate->replay->growth_rate, 20.0);
   const auto marched = [&](const std::string& how, const std::string& seed) {
     const ProgramRun run = lamprey(folder, "simulate " + example("rotation") + " --reference --perturb 1e-3 --seed " +
