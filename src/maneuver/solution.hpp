@@ -56,7 +56,7 @@ struct Minimum {
 
 struct SearchRecord {
   int starts = 0;
-  int strokes = 0;  // of the starts, those that go many equal strokes
+  int strokes = 0;  // of the starts, those that begin with many strokes
   int hops = 0;     // solves from perturbed copies of the best minimum
   int solved = 0;
   std::vector<Minimum> minima;  // by rising cost

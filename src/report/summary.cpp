@@ -345,7 +345,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
     rows.emplace_back(
         "First guesses",
         fmt::format("{}{}{}, {} arrived, at {}{}", search.starts,
-                    search.strokes > 0 ? fmt::format(", {} of them of equal strokes", search.strokes) : "",
+                    search.strokes > 0 ? fmt::format(", {} of them of many strokes", search.strokes) : "",
                     search.hops > 0 ? fmt::format(" and {} hops", search.hops) : "", search.solved,
                     minima_in_words(search.minima.size()), by_solvers(search)));
   if (sought && solution.solver.iterations > 0) {

@@ -202,6 +202,7 @@ class Search {
   void search_starts() {
     if (method_->has_strokes()) budget_.enter(Budget::Stage::guessing_before_strokes);
     starts_ = method_->solve_starts(0, problem_.search.starts);
+    const int begun = static_cast<int>(starts_.size()), left = problem_.search.starts - begun;
     if (second_ && !budget_.stopped()) {
       for (Found& found : second_->solve_starts(0, problem_.search.starts)) {
         found.by_second = true;
@@ -209,13 +210,12 @@ class Search {
       }
     }
     for (int more = 0;
-         more < retries && problem_.search.starts == 1 && !second_ && !starts_.back().converged() && !budget_.stopped();
+         more < retries && problem_.search.starts == 1 && !second_ && !starts_.back().converged() && !budget_.closing();
          ++more)
       append(method_->solve_starts(static_cast<int>(starts_.size()), 1), starts_);
     budget_.enter(Budget::Stage::guessing);
     std::vector<Found> strokes;
     if (!any_converged(starts_) && method_->has_strokes()) strokes = method_->solve_strokes();
-    const int begun = static_cast<int>(starts_.size()), left = problem_.search.starts - begun;
     if (left > 0 && !any_converged(starts_) && !any_converged(strokes) && !budget_.closing())
       append(method_->solve_starts(begun, left), starts_);
     guesses_ = static_cast<int>(starts_.size());
