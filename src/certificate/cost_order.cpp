@@ -222,9 +222,10 @@ class CostStages {
     }
     const VectorXd moments = moments_at(motion_, k);
     for (int d = 0; d < motion_.system.drive_count(); ++d) {
-      const auto& [j, first, own] = motion_.system.drive(d);
+      const model::Drive& drive = motion_.system.drive(d);
+      const int j = drive.joint, first = drive.first_control, own = drive.controls;
       if (own == 0 || t == 0.0) continue;
-      const auto actuation = axes_of(motion_.system, motion_.system.drive(d));
+      const model::Axes actuation = axes_of(motion_.system, drive);
       const auto acting = inputs_.middleRows(first, own);
       const auto worked_at = [&](const Vector3d& at_rate, const MatrixXd& turning) -> WorkRows {
         return {-(actuation.transpose() * at_rate).transpose() * acting,
