@@ -97,6 +97,7 @@ class CostTerms {
   WorkTerm work_term(const CostValues& values, int drive, int node) const;
   WorkTerm term(const CostValues& values, int drive, int node, double work_weight) const;
   double weight_of_power(int drive, int node) const;
+  void let_signs_change();
   void settle(const CostValues& values);
   void find_heaviest(const CostedMotion& motion, const CostValues& values);
   double work_weight(const CostValues& values) const;
