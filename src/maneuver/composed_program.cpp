@@ -447,7 +447,7 @@ void ComposedProgram::take_multipliers(const StageStep& step, double length) {
   take(steps_ * stages_, step.costate.back().segment(shape_, shape_));
 }
 
-double ComposedProgram::longest(const StageStep& step) {
+double ComposedProgram::longest(const StageStep& step, const optimizer::Promise& /*promise*/) {
   double turn = 0.0;
   for (std::size_t k = 1; k < step.state.size(); ++k)
     turn = std::max(turn, step.state[k].head(shape_).lpNorm<Eigen::Infinity>());

@@ -41,7 +41,7 @@ class ComposedProgram : public optimizer::StageProgram {
   const VectorXd& trial_end_rows() const override { return trial_.end_rows; }
   void accept() override { std::swap(now_, trial_); }
   void take_multipliers(const optimizer::StageStep& step, double length) override;
-  double longest(const optimizer::StageStep& step) override;
+  double longest(const optimizer::StageStep& step, const optimizer::Promise& promise) override;
   double goal_error() const override;
   double drift() const override { return momentum_left(now_.stage, now_.rotation, now_.position); }
 

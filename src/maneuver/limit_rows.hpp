@@ -55,6 +55,7 @@ struct LimitRow {
   bool of_duration() const { return kind == Kind::not_shorter || kind == Kind::not_longer; }
   /// Whether the value is no multiple of what is left to the bound. Joints' rotations alone tell the value then.
   bool bends() const { return kind == Kind::swing || kind == Kind::speed; }
+  bool of_gap() const { return kind == Kind::clearance || kind == Kind::sphere || kind == Kind::half_space; }
   bool of_moments() const { return kind == Kind::torque || kind == Kind::torque_component; }
 };
 

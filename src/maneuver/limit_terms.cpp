@@ -19,7 +19,9 @@ constexpr double barrier_reach = 0.3;  // units of the rows, up to which the bar
 constexpr int most_slack_rounds = 40;  // of Newton's method for a slack
 constexpr double slack_left = 4e-16;   // of it, what they leave
 constexpr double farthest = 30.0;      // times a pull that its multiplier may be in the model, and as small a share
-constexpr double most_change = 0.95;   // of a slack, in one step
+constexpr double most_change = 0.95;   // of a slack, that one step may take without a promise
+constexpr double most_broken = 0.1;    // units of the rows, by a step with one
+constexpr int share_bisections = 7;    // on a logarithmic scale
 constexpr double least_left = 0.05;    // of a multiplier after a step
 constexpr double value_noise = 3e-15;  // units of the rows, round-off of their values
 
@@ -282,17 +284,47 @@ void LimitTerms::add_bend_by_moments(int node, double factor, VectorXd& by_momen
   }
 }
 
-double LimitTerms::share_within(const MatrixXd& value) const {
+// That leaves every slack some of its length, or breaks rows by so much; gaps and durations, which a step foresees for a short way
+// alone, by nothing.
+double LimitTerms::share_within(const MatrixXd& value, double broken) const {
   double share = 1.0;
   for (Eigen::Index k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const auto row = static_cast<Eigen::Index>(r);
       if (tied(r, static_cast<int>(k)) || !(change_(row, k) < 0.0)) continue;
       const double w = multipliers_.weight * time_unit(rows_[r]);
-      const double room = most_change * (std::max(value(row, k), 0.0) + pull_(row, k) / w);
+      double room = most_change * (std::max(value(row, k), 0.0) + pull_(row, k) / w);
+      if (!rows_[r].of_gap() && !rows_[r].of_duration()) room += broken;
       if (-share * change_(row, k) > room) share = -room / change_(row, k);
     }
   return share;
+}
+
+// A share of the step away, rows as foreseen.
+double LimitTerms::gain_rate(const MatrixXd& value, const optimizer::Promise& promise, double share) const {
+  double rate = promise.rate - promise.bend * share;
+  for (Eigen::Index k = 0; k <= steps_; ++k)
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      const auto row = static_cast<Eigen::Index>(r);
+      const int node = static_cast<int>(k);
+      if (change_(row, k) == 0.0 || tied(r, node)) continue;
+      const double changed = share * change_(row, k), modelled = pull_(row, k) - stiffness_(row, k) * changed;
+      const double pull = hold(r, node, value(row, k) + changed).pull;
+      rate += node_time(rows_[r], node) * (pull - modelled) * change_(row, k);
+    }
+  return rate;
+}
+
+double LimitTerms::share_worth(const MatrixXd& value, const optimizer::Promise& promise) const {
+  double worth = share_within(value, 0.0);
+  if (worth >= 1.0 || !(promise.rate > 0.0)) return worth;
+  double beyond = share_within(value, most_broken);
+  if (gain_rate(value, promise, beyond) >= 0.0) return beyond;
+  for (int n = 0; n < share_bisections; ++n) {
+    const double middle = std::sqrt(worth * beyond);
+    (gain_rate(value, promise, middle) >= 0.0 ? worth : beyond) = middle;
+  }
+  return worth;
 }
 
 void LimitTerms::follow(double share) {

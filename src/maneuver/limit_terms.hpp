@@ -9,6 +9,7 @@
 
 #include "maneuver/limit_rows.hpp"
 #include "maneuver/shape_turns.hpp"
+#include "optimizer/stage_program.hpp"
 
 namespace lamprey::maneuver {
 
@@ -65,8 +66,9 @@ class LimitTerms {
   /// by its moments, [controls].
   void foresee(int node, const Eigen::Ref<const VectorXd>& state, const Eigen::Ref<const VectorXd>& moments);
   const MatrixXd& changes() const { return change_; }
-  /// Share of the step foreseen that leaves every slack some of its length.
-  double share_within(const MatrixXd& value) const;
+  /// Share of the step foreseen that leaves every slack some of its length, or, but for gaps, a larger one, up to where slacks that are
+  /// held as they are there, and not as the model has it, leave nothing more of what the model promises.
+  double share_worth(const MatrixXd& value, const optimizer::Promise& promise) const;
   /// After foresee: what the rows changed by beyond first order on the way to a trial point, a share of the step away.
   void compare(const MatrixXd& value, const MatrixXd& trial, double share);
   /// What that, times a factor, adds to the gradient of a node's model: to its first `size` entries, in the order of `foresee`.
@@ -108,6 +110,8 @@ class LimitTerms {
   };
   Hold hold(std::size_t row, int node, double value) const;
   Hold hold_in_model(std::size_t row, int node, double value);
+  double share_within(const MatrixXd& value, double broken) const;
+  double gain_rate(const MatrixXd& value, const optimizer::Promise& promise, double share) const;
   double largest() const;  // (N m)², multiplier
   double bearable(double weight) const;
   void set_level(double level, double barrier);

@@ -420,7 +420,7 @@ void ShapeProgram::take_multipliers(const StageStep& step, double length) {
   weigh_idle(now_);
 }
 
-double ShapeProgram::longest(const StageStep& step) {
+double ShapeProgram::longest(const StageStep& step, const optimizer::Promise& promise) {
   double turn = 0.0;
   for (std::size_t k = 1; k < step.state.size(); ++k)
     turn = std::max(turn, step.state[k].segment(shape_, shape_).lpNorm<Eigen::Infinity>());
@@ -431,7 +431,7 @@ double ShapeProgram::longest(const StageStep& step) {
   }
   if (limits_.empty()) return length;
   foresee_limits(step);
-  return std::min(length, limits_.share_within(now_.limit_value));
+  return std::min(length, limits_.share_worth(now_.limit_value, promise));
 }
 
 }  // namespace lamprey::maneuver

@@ -82,7 +82,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void accept() override { std::swap(now_, trial_); }
   bool takes_costates() const override { return idle() > 0; }
   void take_multipliers(const optimizer::StageStep& step, double length) override;
-  double longest(const optimizer::StageStep& step) override;
+  double longest(const optimizer::StageStep& step, const optimizer::Promise& promise) override;
   double idle_violation() const override { return idle_violation_; }
   double goal_error() const override;
   double drift() const override { return momentum_left(now_.step, now_.rotation, now_.position); }

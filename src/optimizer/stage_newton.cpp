@@ -150,8 +150,10 @@ double StageNewton::judge(const Merit& here, const Merit* there, double cheaper)
 double StageNewton::try_out(StageProgram& program, Outcome& outcome) {
   const Merit here = program.merit();
   own_factors_ = true;
-  length_ = program.longest(step_);
-  const double cheaper = length_ * (here.gaps - slope()) - 0.5 * length_ * length_ * curvature();
+  const double rate = here.gaps - slope(), bend = curvature();
+  length_ =
+      program.longest(step_, {std::max(rate, bend), bend});  // for end rows that are met a step may cost something
+  const double cheaper = length_ * rate - 0.5 * length_ * length_ * bend;
   gain_drowns_ = std::abs(cheaper) <= round_off(here);
   const Merit* there = program.try_step(step_, length_);
   ++outcome.evaluations;
@@ -195,7 +197,7 @@ void StageNewton::ease_or_damp(double ratio) {
 // At a solution what a step gains drowns in round-off: it is taken wherever it keeps what is met, or meets it better by far.
 void StageNewton::take_last_step(StageProgram& program, Outcome& outcome) {
   const Merit here = program.merit();
-  const double length = program.longest(step_);
+  const double length = program.longest(step_, {});
   const Merit* there = program.try_step(step_, length);
   ++outcome.evaluations;
   if (!there || there->violation > met) return;
@@ -321,7 +323,7 @@ double StageNewton::first_length(StageProgram& program) {
   program.linearize(model_);
   if (!factor(0.0)) return 0.0;
   find_step();
-  return program.longest(step_);
+  return program.longest(step_, {});
 }
 
 Outcome StageNewton::solve(StageProgram& program, const Options& options) {
@@ -407,7 +409,7 @@ bool StageNewton::foresee(StageProgram& program) {
   model_.c = program.end_rows();
   solve_model(1.0);
   step_.end_multiplier += multiplier_;
-  length_ = program.longest(step_);
+  length_ = program.longest(step_, {});
   if (!program.try_step(step_, length_)) return false;
   program.accept();
   program.take_multipliers(step_, length_);

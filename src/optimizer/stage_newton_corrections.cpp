@@ -89,7 +89,7 @@ bool StageNewton::leave_saddle(StageProgram& program, Outcome& outcome) {
   riccati_.bend(model_, bend_unit, step_);
   const Merit here = program.merit();
   const double worth = 2.0 * end_multiplier_.lpNorm<1>();  // of violations, in cost
-  double length = program.longest(step_);
+  double length = program.longest(step_, {});
   const double rate = std::abs(slope()), bend = std::max(-bare_curvature(), 0.0);
   const auto promised = [&] { return length * (rate + 0.5 * length * bend); };  // at most
   const double cheaper = here.cost - saddle_gain * std::abs(here.cost);

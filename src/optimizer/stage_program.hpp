@@ -89,6 +89,12 @@ struct Merit {
   double round_off = 0.0;  // of the cost, beside a few digits of its own: of terms that weigh a great deal
 };
 
+/// What a model says of a step: after a share of it a merit is better by rate·share − ½ bend·share².
+struct Promise {
+  double rate = 0.0;
+  double bend = 0.0;
+};
+
 class StageProgram {
  public:
   virtual ~StageProgram() = default;
@@ -114,8 +120,9 @@ class StageProgram {
   virtual bool takes_costates() const { return true; }
   /// Takes over a share of a step's multipliers.
   virtual void take_multipliers(const StageStep& step, double length) = 0;
-  /// Largest sensible length of a step, at most 1.
-  virtual double longest(const StageStep& step) = 0;
+  /// Largest sensible length of a step, at most 1: where limits bend more than the model has it, as far as they leave something of what
+  /// it promises. Without a promise no limit may come to an end.
+  virtual double longest(const StageStep& step, const Promise& promise) = 0;
   /// Violation of a point that does nothing at all, which a search must not take for a small one; infinite: there is none such.
   virtual double idle_violation() const { return std::numeric_limits<double>::infinity(); }
   /// A number a person understands: how far the point is from the goal.

@@ -55,7 +55,7 @@ class SlowLimit : public optimizer::StageProgram {
     merit_ = trial_merit_;
   }
   void take_multipliers(const StageStep&, double) override {}
-  double longest(const StageStep&) override { return 1.0; }
+  double longest(const StageStep&, const optimizer::Promise&) override { return 1.0; }
   double goal_error() const override { return 0.0; }
   bool limited() const override { return true; }
   double limit_error() const override { return error_ = std::max(0.8 * error_, 1e-6); }
@@ -101,7 +101,7 @@ TEST(LimitedNewton, ends_between_rounds_when_it_is_interrupted) {
 class LongValley : public SlowLimit {
  public:
   LongValley() : SlowLimit(0) {}
-  double longest(const StageStep& step) override { return std::min(1.0, 0.01 / std::abs(step.input.front()[0])); }
+  double longest(const StageStep& step, const optimizer::Promise&) override { return std::min(1.0, 0.01 / std::abs(step.input.front()[0])); }
   bool limited() const override { return false; }
   double limit_error() const override { return 0.0; }
 };

@@ -224,7 +224,7 @@ TEST(GaitsOfManyStrokes, grow_out_of_rest_and_go_back_to_it) {
 
 // What one stroke within limits does not reach is reached by several cycles of a smaller gait.
 TEST(GaitsOfManyStrokes, are_found_where_single_ones_break_limits) {
-  for (const auto& [bend, move] : {std::pair(0.3, 0.1), std::pair(0.5, 0.2)}) {
+  for (const auto& [bend, move] : {std::pair(0.2, 0.1), std::pair(0.5, 0.2)}) {
     maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/ellipses.toml");
     problem.search.starts = 2;
     for (auto& [joint, bounds] : problem.limits.angle) bounds = {{-bend, bend}};
