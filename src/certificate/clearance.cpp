@@ -55,7 +55,7 @@ class NearestPair {
     const double distance = offset.norm();
     if (distance - radius_[at(i)] - radius_[at(j)] >= least_.gap) return;
     const Matrix3d& R = placed.rotation[at(i)];
-    const fluid::EllipsoidPair pair{system_.body(i).semi_axes, system_.body(j).semi_axes, R, placed.rotation[at(j)],
+    const fluid::EllipsoidPair pair{system_.body(i).gap_axes(), system_.body(j).gap_axes(), R, placed.rotation[at(j)],
                                     offset};
     if (distance > 0.0 && fluid::separation_along(pair, offset.stableNormalized()) >= least_.gap) return;
     const auto number = static_cast<std::uint64_t>(i) * at(system_.body_count()) + at(j);

@@ -71,7 +71,7 @@ double component_of(const System& system, const Place& place, const Bound& bound
 
 double gap_of(const System& system, const Place& place, int body, const Vector3d& other_axes,
               const Matrix3d& other_rotation, const Vector3d& other_centre) {
-  return fluid::gap({system.body(body).semi_axes, other_axes, place.rotation[at(body)], other_rotation,
+  return fluid::gap({system.body(body).gap_axes(), other_axes, place.rotation[at(body)], other_rotation,
                      other_centre - centre_of(system, place, body)})
       .value;
 }
@@ -122,7 +122,7 @@ double margin(const StoredMotion& motion, const Bound& bound, const Place& place
     case Kind::angular_velocity:
       return bound.value - turn_of(system, place, bound.joint) / place.time_step;
     case Kind::clearance:
-      return gap_of(system, place, bound.body, system.body(bound.other_body).semi_axes,
+      return gap_of(system, place, bound.body, system.body(bound.other_body).gap_axes(),
                     place.rotation[at(bound.other_body)], centre_of(system, place, bound.other_body)) -
              bound.value;
     case Kind::sphere: {

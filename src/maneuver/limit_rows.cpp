@@ -78,12 +78,12 @@ fluid::EllipsoidPair pair_of_bodies(const System& system, const LimitRow& row, c
   Vector3d offset = Vector3d::Zero();
   for (int i = 0; i < system.body_count(); ++i)
     offset += node.rotation[at(i)] * offset_along(system, row.body, row.other_body, i);
-  return {system.body(row.body).semi_axes, system.body(row.other_body).semi_axes, node.rotation[at(row.body)],
+  return {system.body(row.body).gap_axes(), system.body(row.other_body).gap_axes(), node.rotation[at(row.body)],
           node.rotation[at(row.other_body)], offset};
 }
 
 fluid::EllipsoidPair pair_with_sphere(const System& system, const LimitRow& row, const LimitedNode& node) {
-  return {Vector3d::Constant(row.bound), system.body(row.body).semi_axes, Matrix3d::Identity(),
+  return {Vector3d::Constant(row.bound), system.body(row.body).gap_axes(), Matrix3d::Identity(),
           node.rotation[at(row.body)], mass_centre(system, node, row.body) - row.centre};
 }
 

@@ -173,6 +173,10 @@ bool positive_definite(const Matrix3d& m) {
   return positive_definite(padded);
 }
 
+Vector3d Body::gap_axes() const {
+  return ellipse ? Vector3d(semi_axes[0], semi_axes[1], semi_axes.maxCoeff()) : semi_axes;
+}
+
 System::System(const SwimmerDescription& description) : density_(description.density) {
   resolve_bodies(description);
   resolve_joints(description);

@@ -40,6 +40,9 @@ struct Body {
   int velocity_offset;  // where its freedoms begin in generalised vectors
   std::vector<int> children;    // body indices
   std::vector<PathPoint> path;  // root first, the body itself last
+
+  /// Half lengths that gaps are measured by, m: an ellipse counts as so high that no way out leads over it.
+  Vector3d gap_axes() const;
 };
 
 /// At most three columns.

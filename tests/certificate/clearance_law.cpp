@@ -54,6 +54,50 @@ struct Arms {
   }
 };
 
+// Ellipses that cross leave each other in their plane, however flat they are drawn: their gap is the largest of all separations along
+// directions of the plane.
+TEST(Clearance, of_ellipses_that_cross_is_the_way_out_in_their_plane) {
+  for (const double apart : {0.0014, 0.05, 0.12}) {
+    maneuver::Problem problem;
+    problem.swimmer.density = 1000.0;
+    problem.swimmer.bodies.resize(2);
+    for (std::size_t i = 0; i < 2; ++i) {
+      problem.swimmer.bodies[i].name = std::string(i == 0 ? "one" : "other");
+      problem.swimmer.bodies[i].semi_axes = Vector3d(0.1, 0.01, 0.01);
+      problem.swimmer.bodies[i].ellipse = true;
+    }
+    model::JointDescription joint;
+    joint.name = joint.child = "other";
+    joint.parent = "one";
+    joint.kind = model::JointKind::hinge;
+    joint.axis = Vector3d::UnitZ();
+    joint.parent_offset = Vector3d(apart, 0.5 * apart, 0.0);
+    joint.child_offset.setZero();
+    problem.swimmer.joints.push_back(joint);
+    problem.start.rotation.assign(2, Vector3d::Zero());
+    problem.start.angular_velocity.assign(2, Vector3d::Zero());
+    problem.steps = 1;
+    maneuver::Solution still;
+    const double quarter = 0.5 * std::acos(-1.0);
+    for (int k = 0; k < 2; ++k) {
+      still.time.push_back(k);
+      still.position.emplace_back(Vector3d::Zero());
+      still.rotation.push_back({Matrix3d::Identity(), lie::exp(quarter * Vector3d::UnitZ())});
+      still.control.emplace_back(1, Vector3d::Zero());
+    }
+    double widest = -1.0;
+    for (int n = 0; n < 100'000; ++n) {
+      const double c = std::cos(4e-5 * quarter * n), s = std::sin(4e-5 * quarter * n);
+      widest =
+          std::max(widest, c * apart + 0.5 * s * apart - std::hypot(0.1 * c, 0.01 * s) - std::hypot(0.01 * c, 0.1 * s));
+    }
+    const model::System system(problem.swimmer);
+    const auto found = certificate::clearance(certificate::StoredMotion(system, problem, still));
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->gap, widest, 1e-9) << apart;
+  }
+}
+
 TEST(Clearance, of_arms_that_open_and_close_is_their_chord_less_both_radii) {
   Arms arms(4);
   for (int k = 0; k <= 4; ++k) arms.add(0.25 * k, 0.9, k == 3 ? -0.5 : -1.2);
