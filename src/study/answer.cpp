@@ -405,12 +405,13 @@ void judge_march(const Certificate& proof, Solution& solution) {
 Answer answer(const model::System& system, const Problem& problem, const SolveOptions& options) {
   Parts parts(problem, options);
   std::vector<std::optional<Certificate>> proofs;
-  bool proven = false;  // whether a candidate is
+  bool proven = false, met = false;  // whether a candidate is
   SolveOptions certified = options;
   certified.accept = [&](Solution& solution) {
     // without a certificate an answer is worth little: time or not, the first candidate has one, and so have others that
     // may be proven where none is yet
-    const bool needed = proofs.empty() || (!proven && solution.status == Status::optimal);
+    const bool needed = proofs.empty() || (!proven && solution.status == Status::optimal) ||
+                        (!met && solution.status == Status::feasible);
     proofs.emplace_back();
     if (!needed && !parts.begins(Part::other_candidate)) return false;
     parts.progress("certifying");
@@ -419,6 +420,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     if (solution.status != Status::optimal)
       parts.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
     proven = proven || solution.status == Status::optimal;
+    met = met || proven || solution.status == Status::feasible;
     return solution.status == Status::optimal && unresolved(problem, {solution, proof}).empty();
   };
   const Candidates candidates = find_candidates(system, problem, certified);

@@ -91,21 +91,36 @@ void Grids::solve(Grid& grid, const NodePath& from, double tolerance, Found& fou
 
 void Grids::solve(Grid& grid, const NodePath& from, const optimizer::Options& within, Found& found) const {
   fail_for_want_of_motion(found.outcome);
+  if (!begin(grid, from, found)) return;
+  solve_program(grid.newton, grid.program, within, found.outcome);
+  read(grid, found);
+}
+
+bool Grids::hold(Grid& grid, const NodePath& motion, Found& found) const {
+  if (!begin(grid, motion, found)) return false;
+  read(grid, found);
+  return true;
+}
+
+// At a motion, with what a search has found before. Returns false where there is none.
+bool Grids::begin(Grid& grid, const NodePath& from, Found& found) const {
   if (found.duration == 0.0) found.duration = problem_.duration.value;
   grid.program.take_duration(found.duration);
   grid.program.take_end_multipliers(found.end_multipliers);
   grid.program.take_limit_multipliers(found.limit_multipliers);
   grid.program.take_work_multipliers(found.work_multipliers);
-  if (grid.program.go_to(from)) {
-    solve_program(grid.newton, grid.program, within, found.outcome);
-    found.path = grid.program.path();
-    found.cost = grid.program.cost();
-    found.end_multipliers = grid.program.end_multipliers();
-    found.duration = grid.program.duration();
-    found.limit_multipliers = grid.program.limit_multipliers();
-    found.work_multipliers = grid.program.work_multipliers();
-    if (problem_.cost_weights.any()) found.cost_parts = grid.program.cost_parts();
-  }
+  return grid.program.go_to(from);
+}
+
+// Where the program is.
+void Grids::read(const Grid& grid, Found& found) const {
+  found.path = grid.program.path();
+  found.cost = grid.program.cost();
+  found.end_multipliers = grid.program.end_multipliers();
+  found.duration = grid.program.duration();
+  found.limit_multipliers = grid.program.limit_multipliers();
+  found.work_multipliers = grid.program.work_multipliers();
+  if (problem_.cost_weights.any()) found.cost_parts = grid.program.cost_parts();
 }
 
 Found Grids::carry_on(const Found& from, int steps, double tolerance) const {

@@ -77,6 +77,9 @@ class Grids {
   void solve(Grid& grid, const maneuver::NodePath& from, double tolerance, Found& found) const;
   void solve(Grid& grid, const maneuver::NodePath& from, const optimizer::Options& within, Found& found) const;
 
+  /// A motion as it is, with what `found` has of multipliers. Returns false where it is none.
+  bool hold(Grid& grid, const maneuver::NodePath& motion, Found& found) const;
+
   /// A solution carried to a grid of so many steps and solved there.
   Found carry_on(const Found& from, int steps, double tolerance) const;
   Found carry_on(const Found& from, int steps, const optimizer::Options& within) const;
@@ -89,6 +92,8 @@ class Grids {
   std::vector<Found> in_threads(int count, const char* what, const std::function<Found(int)>& task) const;
 
  private:
+  bool begin(Grid& grid, const maneuver::NodePath& from, Found& found) const;
+  void read(const Grid& grid, Found& found) const;
   maneuver::NodePath on_grid(const Found& from, int steps) const;
   void add_coarser(Found& found) const;
   Found refine_composed(const Found& coarse) const;

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "maneuver/shape_program.hpp"
@@ -67,6 +68,8 @@ class Method {
   /// Solves again from perturbed copies of a motion on the coarse grid, hops first … first + count − 1.
   /// Nothing of methods without hops.
   virtual std::vector<Found> hop(const Found& /*from*/, int /*first*/, int /*count*/) { return {}; }
+  /// The motion that the search was given to begin with, as it is, where it has all steps; nothing where it has not.
+  virtual std::optional<Found> as_begun() const { return std::nullopt; }
   /// Carries motions on to full resolution.
   virtual std::vector<Found> refine(const std::vector<const Found*>& coarse) = 0;
   /// Carries a motion on to another number of steps.

@@ -69,6 +69,17 @@ class NewtonMethod : public Method {
     });
   }
 
+  std::optional<Found> as_begun() const override {
+    if (!first_fits()) return std::nullopt;
+    Found found = begun_as_asked();
+    Grid grid = grids_.grid(grids_.asked().steps);
+    if (!grids_.hold(grid, first().path, found)) return std::nullopt;
+    found.outcome.termination = Termination::feasible;
+    found.outcome.reason =
+        "no motion that the search came to is better than the one that it began with, which is shown";
+    return found;
+  }
+
   Found carry(const Found& from, int steps) override {
     if (!from.path.polynomial.empty()) return grids_.carry_on_composed(from, steps);
     optimizer::Options within = grids_.within(fine_tolerance);
@@ -93,14 +104,17 @@ class NewtonMethod : public Method {
     return found;
   }
 
+  // Whether the motion to begin with is one on these very steps.
+  bool first_fits() const {
+    return grids_.options().first && steps_of(first().path) == grids_.asked().steps && !grids_.composed();
+  }
+
   // The motion to begin with may be an answer on these very steps: then it is found again, and not another one from coarser ones.
   Found answer_at_hand() const {
-    Found found;
-    if (steps_of(first().path) != grids_.asked().steps || grids_.composed()) return found;
-    found = begun_as_asked();
+    if (!first_fits()) return {};
+    Found found = begun_as_asked();
     optimizer::Options within = grids_.within(fine_tolerance);
     within.most_iterations = within.max_iterations = carried_iterations;
-    within.exact_limits = false;  // an answer has what its limits are worth
     Grid grid = grids_.grid(grids_.asked().steps);
     grids_.solve(grid, first().path, within, found);
     return found;

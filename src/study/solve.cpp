@@ -105,6 +105,7 @@ class Search {
     budget_.enter(Budget::Stage::refining_the_best);
     tell_of_interruption();
     refine_candidates();
+    add_first_motion();
     for (Solution& solution : solutions_) {
       solution.search = record_;
       solution.solver.iterations = iterations_;
@@ -345,6 +346,17 @@ class Search {
     if (!integrator::single_step(problem_.scheme))
       guess.path = maneuver::refined(system_, guess.path, full_.steps, problem_.scheme);
     solutions_.push_back(describe(guess));
+    if (options_.accept) options_.accept(solutions_.back());
+  }
+
+  // What the search was given to begin with may keep more of what is asked than what it came to.
+  void add_first_motion() {
+    for (const Solution& solution : solutions_)
+      if (solution.status == maneuver::Status::optimal) return;
+    const std::optional<Found> begun = method_->as_begun();
+    if (!begun) return;
+    solutions_.push_back(describe(*begun));
+    found_.push_back(*begun);
     if (options_.accept) options_.accept(solutions_.back());
   }
 

@@ -5,6 +5,7 @@
 #include "chains.hpp"
 #include "mechanics/tree_motion.hpp"
 #include "study/answer.hpp"
+#include "study/method.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -72,6 +73,34 @@ TEST(FirstMotion, of_an_answer_for_work_stays_there) {
   const study::Answer again = answered(problem, study::first_motion(system, problem, for_work.solution));
   EXPECT_NEAR(again.solution.cost, for_work.solution.cost, tolerance(1e-7) * for_work.solution.cost);
   EXPECT_LE(again.solution.solver.iterations, 20);
+}
+
+// What a search falls back on that does not arrive.
+TEST(FirstMotion, is_held_as_it_is_where_it_has_all_steps) {
+  maneuver::Problem problem = turning(2.0);
+  problem.cost_weights.work = 100.0;
+  study::SolveOptions options;
+  options.first = first(problem);
+  const model::System system(problem.swimmer);
+  const maneuver::Solution& stored = turned().solution;
+  const auto held = [&] {
+    const study::Budget budget(problem, options);
+    return study::newton_method(system, problem, options, budget)->as_begun();
+  };
+  const std::optional<study::Found> begun = held();
+  ASSERT_TRUE(begun);
+  EXPECT_EQ(begun->outcome.termination, optimizer::Termination::feasible);
+  ASSERT_TRUE(begun->cost_parts);
+  EXPECT_NEAR(begun->cost_parts->effort, stored.cost, tolerance(1e-9) * stored.cost);
+  ASSERT_EQ(begun->path.rotation.size(), stored.rotation.size());
+  for (std::size_t k = 0; k < stored.rotation.size(); ++k)
+    for (std::size_t i = 0; i < stored.rotation[k].size(); ++i)
+      EXPECT_LE((begun->path.rotation[k][i] - stored.rotation[k][i]).norm(), tolerance(1e-10));
+  problem.steps *= 2;
+  EXPECT_FALSE(held());
+  problem.steps /= 2;
+  options.first.reset();
+  EXPECT_FALSE(held());
 }
 
 TEST(FirstMotion, follows_a_minimum_as_the_goal_moves) {
