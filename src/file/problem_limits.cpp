@@ -181,7 +181,8 @@ void read_waypoints(const TableReader& document, Problem& problem) {
     maneuver::Waypoint waypoint;
     waypoint.time = *table.number("time", positive("s"));
     waypoint.move = read_move(table);
-    waypoint.turn = table.vector("turn", turn());
+    if (const TomlValue* asked = table.find("turn"); !asked || !says_free(*asked))
+      waypoint.turn = table.vector("turn", turn());
     const TableReader rotation = table.table("rotation");
     rotation.allow_only(names);
     for (const TomlValue& member : rotation.members())

@@ -225,7 +225,9 @@ std::optional<std::int64_t> TableReader::integer(std::string_view name, std::int
 
 double TableReader::number_in(const TomlValue& value, std::string_view name, const Range& range, const TomlValue& whole,
                               const std::string& allowed) const {
-  if (!is_number(value)) refuse(key(name), shown(whole), allowed, std::string(kind_cure(Kind::number)));
+  if (!is_number(value))
+    refuse(key(name), shown(whole), allowed,
+           std::string(value.kind == Kind::array ? "write one number, without brackets" : kind_cure(Kind::number)));
   if (!range.contains(as_double(value))) {
     const bool degrees = range.unit == "rad" && std::abs(as_double(value)) > range.high;
     refuse(key(name), shown(whole), allowed,

@@ -95,8 +95,8 @@ struct Tracking {
   double largest_rotation_error = 0.0;  // rad, at any node
   double largest_position_error = 0.0;  // m, at any node
   double largest_correction = 0.0;      // N m, of a joint's moment against the planned one, at any node
-  /// Whether the swimmer was farther off than gains about the plan can mean.
-  bool lost() const { return largest_rotation_error > 0.5; }
+  /// Whether the swimmer was farther off than gains about the plan can mean, and did not come back.
+  bool lost() const { return largest_rotation_error > 0.5 && rotation_error > 0.1; }
 };
 
 /// What a motion costs by each measure, before weighting.

@@ -184,13 +184,13 @@ std::string clearance_words(const certificate::Clearance& clearance, const file:
   const std::string pair = fmt::format("{} and {}", problem.bodies[static_cast<std::size_t>(clearance.first)].name,
                                        problem.bodies[static_cast<std::size_t>(clearance.second)].name);
   const std::string time = number(clearance.time, 6) + " s";
-  if (clearance.gap >= 0.0) {
-    const std::optional<double> asked = problem.limits.clearance;
-    const bool between = asked && clearance.gap < (1.0 - undercut) * *asked;
+  const std::optional<double> asked = problem.limits.clearance;
+  const bool between = asked && clearance.gap < (1.0 - undercut) * *asked;
+  if (clearance.gap >= 0.0)
     return fmt::format("{} m: {} at {}{}", number(clearance.gap, 3), pair, time,
                        between ? fmt::format(", where the limit of {} m holds at nodes alone", number(*asked, 3)) : "");
-  }
-  return fmt::format("bodies pass through each other: {} by {} m at {}", pair, number(-clearance.gap, 3), time);
+  return fmt::format("bodies pass through each other: {} by {} m at {}{}", pair, number(-clearance.gap, 3), time,
+                     asked ? fmt::format(" (limits.clearance asks for {} m, at nodes)", number(*asked, 3)) : "");
 }
 
 Rows certificate_rows(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {

@@ -179,6 +179,11 @@ TEST(ProblemFile, a_free_turn_may_be_written_or_left_out) {
   const std::string turn = "turn = [0.0, 0.0, 0.5]";
   text.replace(text.find(turn), turn.size(), "turn = \"free\"");
   EXPECT_FALSE(file::parse_problem(text, "x").problem.goal->turn);
+  const std::string own = tests::bytes_of(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml");
+  const std::string waypoint = "[[waypoint]]\ntime = 0.5\nmove = [0.1, \"free\", \"free\"]\nturn = \"free\"\n";
+  const Problem passing = file::parse_problem(own + waypoint, "x").problem;
+  ASSERT_EQ(passing.waypoints.size(), 1U);
+  EXPECT_FALSE(passing.waypoints.front().turn);
 }
 
 TEST(ProblemFile, a_chain_of_a_thousand_bodies_is_read_whatever_the_order_of_its_joints) {

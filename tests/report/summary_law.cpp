@@ -88,6 +88,8 @@ TEST(Clearance, is_told_with_bodies_and_time_and_overlap_as_a_plain_fact) {
             "0.519 m: middle and front at 0.42 s, where the limit of 0.6 m holds at nodes alone");
   results.certificate->clearance = certificate::Clearance{-0.31, 0.42, 1, 2};
   const std::string overlap = "bodies pass through each other: front and rear by 0.31 m at 0.42 s";
+  EXPECT_EQ(row(results, "Clearance").value, overlap + " (limits.clearance asks for 0.6 m, at nodes)");
+  results.problem.limits.clearance.reset();
   EXPECT_EQ(row(results, "Clearance").value, overlap);
   EXPECT_FALSE(row(results, "Clearance").holds.has_value());
   const auto told = report::facts(results);
