@@ -1,6 +1,8 @@
 // How far a search's steps go within limits that only angles have, where rows are as a step foresees them.
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "chains.hpp"
 #include "maneuver/reach.hpp"
 #include "maneuver/shape_program.hpp"
@@ -8,6 +10,8 @@
 namespace lamprey::tests {
 namespace {
 
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 using maneuver::NodePath;
 using maneuver::ShapeCoordinates;
 using maneuver::ShapeProgram;
