@@ -98,13 +98,6 @@ bool carry(const Course& course, int from, int to, ReferenceIntegrator& integrat
   return true;
 }
 
-// rad/s, of a universal joint, whose child turns at this rate as its parent sees it.
-Eigen::Vector2d rates_of_axes(const mechanics::Rotations& R, const model::Joint& joint, const Vector3d& rate) {
-  Eigen::Matrix<double, 3, 2> axes;
-  axes << joint.parent_axis, mechanics::child_to_parent(R, joint) * joint.child_axis;
-  return (axes.transpose() * axes).inverse() * (axes.transpose() * rate);
-}
-
 // W: Σ |u·ω| over the drives.
 double power(const Course& course, double time, const ReferenceState& state) {
   const model::System& system = course.motion.system;
@@ -114,12 +107,14 @@ double power(const Course& course, double time, const ReferenceState& state) {
   double sum = 0.0;
   for (int j = 0; j < system.joint_count(); ++j) {
     const model::Joint& joint = system.joint(j);
+    if (joint.kind == model::JointKind::universal) {  // a drive for each axis
+      const auto rates = state.velocity.segment<2>(system.body(joint.child).velocity_offset);
+      sum += control[at(j)].head<2>().cwiseProduct(rates).lpNorm<1>();
+      continue;
+    }
     const Vector3d rate =
         mechanics::child_to_parent(state.rotation, joint) * velocities[at(joint.child)] - velocities[at(joint.parent)];
-    if (joint.kind == model::JointKind::universal)
-      sum += control[at(j)].head<2>().cwiseProduct(rates_of_axes(state.rotation, joint, rate)).lpNorm<1>();
-    else
-      sum += std::abs(moments[at(j)].dot(rate));
+    sum += std::abs(moments[at(j)].dot(rate));
   }
   return sum;
 }
