@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "certificate/cost_check.hpp"
 #include "certificate/marched_answers.hpp"
 #include "maneuver/feedback.hpp"
 #include "tolerance.hpp"
@@ -101,6 +102,26 @@ TEST(Replay, with_the_stored_gains_stays_with_an_unstable_motion) {
   EXPECT_LT(held.feedback_rotation_error, 5e-3);
   for (MatrixXd& gain : answer.solution.feedback.gain) gain.setZero();
   EXPECT_NEAR(replayed(answer).feedback_rotation_error, held.whole_rotation_error, 1e-6);
+}
+
+// Each axis of a universal joint works by itself, as its nodes' powers have it.
+TEST(Replay, works_by_drives) {
+  int seen = 0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    MarchedAnswer answer = any_tree(seed, integrator::Scheme::trapezoid, 400);
+    for (model::JointDescription& joint : answer.problem.swimmer.joints) {
+      joint.actuated = true;  // which the march was not asked for
+      joint.control_axes.reset();
+    }
+    answer.problem.cost_weights.work = 1.0;
+    const model::System system(answer.problem.swimmer);
+    if (system.drive_count() == system.joint_count()) continue;  // no universal joint
+    const certificate::Powers powers = certificate::powers_of(StoredMotion(system, answer.problem, answer.solution));
+    const double by_nodes = (powers.value.cwiseAbs() * powers.time).sum();
+    EXPECT_NEAR(replayed(answer).work, by_nodes, tolerance(2e-3) * by_nodes) << seed;
+    ++seen;
+  }
+  EXPECT_GE(seen, 4);
 }
 
 TEST(Replay, leaves_unset_what_leaves_all_bounds) {
