@@ -195,8 +195,7 @@ void read_goal(const TableReader& table, Problem& problem) {
   table.allow_only({"move", "turn", "rotation", "rest", "periodic"});
   maneuver::Goal goal;
   goal.move = read_move(table);
-  if (const TomlValue* asked = table.find("turn"); !asked || !says_free(*asked))
-    goal.turn = table.vector("turn", turn());
+  goal.turn = read_turn(table);
   const TableReader rotation = table.table("rotation");
   rotation.allow_only(body_names(problem));
   for (const TomlValue& member : rotation.members()) {

@@ -154,6 +154,11 @@ std::array<std::optional<double>, 3> read_move(const TableReader& table) {
   return move;
 }
 
+std::optional<Eigen::Vector3d> read_turn(const TableReader& table) {
+  const TomlValue* asked = table.find("turn");
+  return asked && says_free(*asked) ? std::nullopt : table.vector("turn", turn());
+}
+
 void read_limits(const TableReader& table, Problem& problem) {
   table.allow_only({"torque", "torque_component", "angular_velocity", "swing", "twist", "angle", "clearance", "sphere",
                     "half_space"});
@@ -181,8 +186,7 @@ void read_waypoints(const TableReader& document, Problem& problem) {
     maneuver::Waypoint waypoint;
     waypoint.time = *table.number("time", positive("s"));
     waypoint.move = read_move(table);
-    if (const TomlValue* asked = table.find("turn"); !asked || !says_free(*asked))
-      waypoint.turn = table.vector("turn", turn());
+    waypoint.turn = read_turn(table);
     const TableReader rotation = table.table("rotation");
     rotation.allow_only(names);
     for (const TomlValue& member : rotation.members())

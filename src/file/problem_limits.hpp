@@ -12,6 +12,9 @@ bool says_free(const TomlValue& value);
 /// `move` of a goal or a waypoint: three entries, each a number (m) or "free"; all free where the key is absent.
 std::array<std::optional<double>, 3> read_move(const TableReader& table);
 
+/// `turn` of a goal or a waypoint, rad; nothing where it is "free" or absent.
+std::optional<Eigen::Vector3d> read_turn(const TableReader& table);
+
 /// After the swimmer.
 void read_limits(const TableReader& table, maneuver::Problem& problem);
 void read_waypoints(const TableReader& document, maneuver::Problem& problem);

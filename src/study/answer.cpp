@@ -409,7 +409,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   SolveOptions certified = options;
   certified.accept = [&](Solution& solution) {
     // without a certificate an answer is worth little: time or not, the first candidate has one, and so have others that
-    // may be proven where none is yet
+    // may be proven where none is yet, or keep what is asked where none does
     const bool needed = proofs.empty() || (!proven && solution.status == Status::optimal) ||
                         (!met && solution.status == Status::feasible);
     proofs.emplace_back();

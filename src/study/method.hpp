@@ -1,57 +1,17 @@
 // Ways to find a maneuver: Lamprey's own Newton method along the stages, or Ipopt on the full transcription.
 #pragma once
 
-#include <atomic>
-#include <chrono>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "maneuver/shape_program.hpp"
 #include "optimizer/stage_newton.hpp"
+#include "study/budget.hpp"
 #include "study/found.hpp"
 #include "study/solve.hpp"
 
 namespace lamprey::study {
-
-/// Of the time limit: how long the best motion is refined and proved at most.
-inline constexpr double late_share = 1.5;
-
-/// When to stop, whoever asks. First guesses and hops end while there is time left to refine the best of them; that one refinement goes
-/// on for a while where it is late or the search is interrupted, since a coarse motion is no answer.
-class Budget {
- public:
-  enum class Stage { guessing_before_strokes, guessing, hopping, refining_the_best, finishing };
-  Budget(const maneuver::Problem& problem, const SolveOptions& options);
-  void enter(Stage stage) { stage_ = stage; }
-  /// A first guess became a maneuver.
-  void arrived() const { any_arrived_ = true; }
-  /// Whether nothing begins any more.
-  bool closing() const;
-  /// Whether what runs ends.
-  bool stopped() const;
-  /// Whether someone ends it, or so many times the time limit is over.
-  bool past(double share) const;
-  /// Whether someone, rather than the time, ends it.
-  bool interrupted() const;
-  /// Options of a solve within what is left of the time.
-  optimizer::Options optimizer_options(int max_iterations, double tolerance) const;
-  double seconds() const;
-  /// Of all threads and of worker processes that have ended.
-  double processor_seconds() const;
-
- private:
-  double end_of_time() const;  // s, of the stage
-  bool goes_on_late() const;
-
-  const maneuver::Problem& problem_;
-  const SolveOptions& options_;
-  Stage stage_ = Stage::finishing;
-  mutable std::atomic<bool> any_arrived_ = false;
-  mutable std::atomic<double> interrupted_at_ = -1.0;  // s, when that was first seen; negative: not yet
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  double processor_begin_;
-};
 
 class Method {
  public:

@@ -1,0 +1,85 @@
+#include "study/budget.hpp"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace lamprey::study {
+
+namespace {
+
+using maneuver::Problem;
+
+constexpr double searched_share =
+    2.0 / 3.0;  // of the time limit, once a first guess has arrived; hops have half of that
+constexpr double before_strokes =
+    0.5;                        // of the time limit, after which no guess begins before strokes, unless one has arrived
+constexpr double grace = 20.0;  // s, for the same after an interruption
+
+// Of this process and of its children that have ended, s.
+double processor_time() {
+  double seconds = 0.0;
+  for (const int whose : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    rusage usage{};
+    getrusage(whose, &usage);
+    for (const timeval& part : {usage.ru_utime, usage.ru_stime})
+      seconds += static_cast<double>(part.tv_sec) + 1e-6 * static_cast<double>(part.tv_usec);
+  }
+  return seconds;
+}
+
+}  // namespace
+
+Budget::Budget(const Problem& problem, const SolveOptions& options)
+    : problem_(problem), options_(options), processor_begin_(processor_time()) {}
+
+double Budget::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+}
+
+double Budget::processor_seconds() const { return processor_time() - processor_begin_; }
+
+bool Budget::interrupted() const {
+  if (!options_.interrupted || !options_.interrupted()) return false;
+  double not_yet = -1.0;
+  interrupted_at_.compare_exchange_strong(not_yet, seconds());
+  return true;
+}
+
+double Budget::end_of_time() const {
+  if (!problem_.search.time_limit) return std::numeric_limits<double>::infinity();
+  const bool guessing = stage_ == Stage::guessing || stage_ == Stage::guessing_before_strokes;
+  if ((guessing || stage_ == Stage::hopping) && any_arrived_)
+    return (guessing && problem_.search.hops > 0 ? 0.5 : 1.0) * searched_share * *problem_.search.time_limit;
+  return *problem_.search.time_limit;
+}
+
+bool Budget::past(double share) const {
+  return interrupted() || (problem_.search.time_limit && seconds() > share * *problem_.search.time_limit);
+}
+
+bool Budget::goes_on_late() const { return stage_ == Stage::refining_the_best && any_arrived_; }
+
+bool Budget::closing() const {
+  const bool strokes_wait = stage_ == Stage::guessing_before_strokes && !any_arrived_;
+  return interrupted() || seconds() > (strokes_wait ? before_strokes : 1.0) * end_of_time();
+}
+
+bool Budget::stopped() const {
+  if (!interrupted() && seconds() <= end_of_time()) return false;
+  if (!goes_on_late()) return true;
+  return seconds() > late_share * end_of_time() || (interrupted() && seconds() > interrupted_at_ + grace);
+}
+
+optimizer::Options Budget::optimizer_options(int max_iterations, double tolerance) const {
+  const double share = goes_on_late() ? late_share : 1.0;
+  optimizer::Options options;
+  options.tolerance = tolerance;
+  options.max_iterations = max_iterations;
+  options.time_limit = std::max(0.0, share * end_of_time() - seconds());
+  options.interrupted = [this] { return interrupted() && stopped(); };
+  return options;
+}
+
+}  // namespace lamprey::study
