@@ -33,7 +33,25 @@ constexpr double wrong = 1.0;             // error of such a limit
 constexpr double product_share = 1e-2;    // of λ g over the cost, that counts as a row's error before a landing
 constexpr double least_cost = 0.01;  // of the cost before, that barriers are reckoned by from one search to the next
 
+// Whether they limit the same, to whatever bound.
+bool same_limit(const LimitRow& a, const LimitRow& b) {
+  return a.kind == b.kind && a.joint == b.joint && a.body == b.body && a.other_body == b.other_body &&
+         a.component == b.component && a.time == b.time;
+}
+
 }  // namespace
+
+LimitMultipliers of_rows(const LimitMultipliers& from, const std::vector<LimitRow>& held,
+                         const std::vector<LimitRow>& rows) {
+  LimitMultipliers of = from;
+  if (from.value.size() == 0) return of;
+  of.value.setZero(static_cast<Eigen::Index>(rows.size()), from.value.cols());
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    for (std::size_t h = 0; h < held.size(); ++h)
+      if (same_limit(rows[r], held[h]))
+        of.value.row(static_cast<Eigen::Index>(r)) = from.value.row(static_cast<Eigen::Index>(h));
+  return of;
+}
 
 double LimitTerms::largest() const {
   double largest = 0.0;

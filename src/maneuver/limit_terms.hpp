@@ -27,6 +27,10 @@ struct LimitMultipliers {
   double largest_weight = 0.0;
 };
 
+/// Those of a problem's rows for the rows of another, which has limits more or fewer: 0 where it had none.
+LimitMultipliers of_rows(const LimitMultipliers& from, const std::vector<LimitRow>& held,
+                         const std::vector<LimitRow>& rows);
+
 /// What limits add to the model of a node.
 struct LimitModel {
   bool any = false;

@@ -1,6 +1,8 @@
 // What a method has found, and the solution that it makes.
 #pragma once
 
+#include <optional>
+
 #include "maneuver/cost_terms.hpp"
 #include "maneuver/limit_terms.hpp"
 #include "maneuver/node_path.hpp"
@@ -19,6 +21,7 @@ struct Found {
   maneuver::LimitMultipliers limit_multipliers;
   std::optional<maneuver::CostParts> cost_parts;  // where more than effort and time is asked for
   maneuver::WorkMultipliers work_multipliers;
+  std::optional<double> joint_rate;  // rad/s that joints were held to beyond what is asked, where they were
   bool by_second = false;  // whether the second solver found it, where two searched
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
 };

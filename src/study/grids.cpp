@@ -66,6 +66,13 @@ Grids::Grids(const System& system, const Problem& problem, const SolveOptions& o
 
 bool Grids::composed() const { return !integrator::single_step(asked_.scheme); }
 
+Grids Grids::with(const Problem& problem) const {
+  Grids of = *this;
+  of.problem_ = problem;
+  of.limits_ = maneuver::limit_rows(system_, problem);
+  return of;
+}
+
 Grid Grids::grid(int steps) const { return {system_, problem_, steps, reached_, limits_}; }
 
 Grid Grids::grid(const Problem& problem, int steps) const {

@@ -62,6 +62,9 @@ class Grids {
   /// Whether the scheme asked for is above order 2, each of its steps a row of steps.
   bool composed() const;
 
+  /// The same of a problem that differs in what is held.
+  Grids with(const maneuver::Problem& problem) const;
+
   Grid grid(int steps) const;
   /// Of a problem that differs in what is held.
   Grid grid(const maneuver::Problem& problem, int steps) const;

@@ -247,7 +247,8 @@ class Search {
     // solved ones by cost, then others by how near they came, last those without a motion
     const auto rank = [this](std::size_t s) {
       const Found& found = starts_[s];
-      const double missed = found.converged() ? 0.0 : found.outcome.infeasibility;
+      const bool keeps = found.converged() || found.outcome.termination == optimizer::Termination::feasible;
+      const double missed = keeps ? 0.0 : found.outcome.infeasibility;
       return std::tuple(found.path.rotation.empty(), !found.converged(), std::isnan(missed), missed,
                         std::isnan(found.cost), found.cost);
     };

@@ -1,13 +1,17 @@
 // On grids that answer no body turns by more than a quarter in one step, however far the search would like it to.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <memory>
 #include <numbers>
+#include <string>
 
 #include "file/problem_file.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/shape_program.hpp"
 #include "study/answer.hpp"
+#include "study/method.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -48,6 +52,57 @@ TEST(LongTurns, are_named_where_coarser_grids_are_asked_for) {
       answer.solution.message.find("a quarter turn is the most that a step can show: time.steps = 30 may be too few"),
       std::string::npos)
       << answer.solution.message;
+}
+
+maneuver::Problem whipping_tail(int steps) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/whipping_tail.toml");
+  problem.steps = steps;
+  return problem;
+}
+
+struct Whipping {
+  maneuver::Problem problem;
+  model::System system;
+  study::SolveOptions options;
+  study::Budget budget;
+  std::unique_ptr<study::Method> method;
+  explicit Whipping(int steps)
+      : problem(whipping_tail(steps)),
+        system(problem.swimmer),
+        budget(problem, options),
+        method(study::newton_method(system, problem, options, budget)) {}
+};
+
+// Where no answer is found but such turns, one is found that keeps joints from them, and its reason says by what limit.
+TEST(LongTurns, give_way_to_an_answer_of_slower_joints) {
+  const Whipping whipping(100);
+  const study::Found found = whipping.method->solve_starts(3, 1).front();
+  ASSERT_TRUE(found.joint_rate);
+  EXPECT_EQ(found.outcome.termination, optimizer::Termination::feasible);
+  EXPECT_LE(largest_turn(found.path.rotation), 1.2 * *found.joint_rate * found.duration / 100);
+  EXPECT_NE(found.outcome.reason.find("limits.angular_velocity = " + std::to_string(std::lround(*found.joint_rate))),
+            std::string::npos)
+      << found.outcome.reason;
+  maneuver::Problem slow = whipping.problem;
+  slow.limits.angular_velocity = found.joint_rate;
+  slow.search.starts = 1;
+  study::SolveOptions options;
+  options.refinement = false;
+  options.first = study::FirstMotion{found.path, found.duration, found.limit_multipliers, {}};
+  const study::Answer answer = study::answer(whipping.system, slow, options);
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+  EXPECT_NEAR(answer.solution.cost, found.cost, 1e-6 * found.cost);
+}
+
+// More steps show what these keep from: their answer is one without that limit.
+TEST(LongTurns, of_slower_joints_lead_to_an_answer_on_more_steps) {
+  const study::Found slow = Whipping(100).method->solve_starts(0, 1).front();
+  ASSERT_TRUE(slow.joint_rate);
+  const study::Found found = Whipping(300).method->refine({&slow}).front();
+  EXPECT_TRUE(found.converged()) << found.outcome.reason;
+  EXPECT_FALSE(found.joint_rate);
+  EXPECT_LT(largest_turn(found.path.rotation), 1.5);
 }
 
 // The front body's joint bends back and forth by a given angle.
