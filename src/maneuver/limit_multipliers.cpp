@@ -151,8 +151,12 @@ void LimitTerms::come_nearer(double broken, double cost) {
 // Where a limit holds its slack falls with the barrier, elsewhere its multiplier.
 void LimitTerms::land(const MatrixXd& value) {
   before_landing_ = multipliers_.value;
-  if (landed_) return;  // with the limits that held
+  if (!landed_) hold_those_that_pull(value);  // else those that held
   landed_ = true;
+  equality_weight_ = bearable(landing_weight) * std::max(largest(), first_weight * first_level * base_);
+}
+
+void LimitTerms::hold_those_that_pull(const MatrixXd& value) {
   const double outlasts = std::sqrt(fallen_);
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r) {
@@ -163,7 +167,6 @@ void LimitTerms::land(const MatrixXd& value) {
                        multiplier > least_pull * base_ * time_unit(rows_[r]) * value(row, k);
       if (!holds_(row, k)) multiplier = estimate_(row, k) = 0.0;
     }
-  equality_weight_ = bearable(landing_weight) * std::max(largest(), first_weight * first_level * base_);
 }
 
 void LimitTerms::take_off(const MatrixXd& value) {

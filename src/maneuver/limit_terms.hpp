@@ -91,6 +91,8 @@ class LimitTerms {
   /// `renew` then changes which are, where they pull the wrong way or are broken.
   void land(const MatrixXd& value);
   bool landed() const { return landed_; }
+  /// Makes the weight of limits that are equalities so many times larger.
+  void weigh(double times) { equality_weight_ *= times; }
   /// Back to a barrier, at the values and with the multipliers that were left by `land`.
   void take_off(const MatrixXd& value);
   const LimitMultipliers& multipliers() const { return multipliers_; }
@@ -105,6 +107,8 @@ class LimitTerms {
 
  private:
   bool applies(const LimitRow& row, int node) const { return maneuver::applies(row, node, steps_, duration_); }
+  /// Of `land`: which limits are equalities.
+  void hold_those_that_pull(const MatrixXd& value);
   double node_time(const LimitRow& row, int node) const { return counted_time(row, node, steps_, duration_); }
   /// Time that a row's multipliers, barrier and weight are for: 1 of those with a density in time.
   double time_unit(const LimitRow& row) const { return row.time >= 0.0 || row.of_duration() ? duration_ : 1.0; }

@@ -102,6 +102,7 @@ class ShapeProgram : public optimizer::StageProgram {
   bool land() override;
   bool landed() const override { return limits_.landed(); }
   void take_off() override;
+  void weigh_landed(double times) override;
 
  private:
   // A motion through given shapes.

@@ -48,6 +48,11 @@ void ShapeProgram::take_off() {
   measure(now_);
 }
 
+void ShapeProgram::weigh_landed(double times) {
+  limits_.weigh(times);
+  measure(now_);
+}
+
 bool ShapeProgram::ease_limits(double times) {
   if (limits_.empty() || !limits_.ease(times)) return false;
   measure(now_);

@@ -11,11 +11,12 @@ namespace lamprey::optimizer {
 namespace {
 
 constexpr int most_rounds = 60;
-constexpr int most_landings = 6;       // sets of limits that hold, before a search returns
-constexpr int landing_iterations = 8;  // with one of them
-constexpr double landing_share = 0.5;  // of a set's error, that the next one may leave
-constexpr int most_idle_rounds = 6;    // without progress
-constexpr double idle_share = 0.7;     // of the best error so far, that is no progress
+constexpr int most_landings = 6;          // sets of limits that hold, before a search returns
+constexpr int landing_iterations = 8;     // with one of them
+constexpr double settling_weight = 1e-2;  // of that of landings
+constexpr double landing_share = 0.5;     // of a set's error, that the next one may leave
+constexpr int most_idle_rounds = 6;       // without progress
+constexpr double idle_share = 0.7;        // of the best error so far, that is no progress
 constexpr int most_round_iterations = 150;
 constexpr double least_tolerance = 1e-11;  // where a search's own error keeps the limits' from falling
 constexpr double first_tolerance = 1e-3;   // of a search while the multipliers are still rough
@@ -108,6 +109,11 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     const bool kept = program.limit_violation() <= limit_tolerance, met = found <= limit_tolerance;
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
     const bool done = met && converged && round.tolerance == finest;
+    if (done && program.landed()) {  // what finds the limits that hold brings round-off into their multipliers
+      program.weigh_landed(settling_weight);
+      newton.step_once_more(program, outcome);
+      program.renew_limits(false);
+    }
     if (done && (program.landed() || !landing.left)) return;
     if (outcome.iterations >= options.most_iterations) {
       outcome.termination = Termination::stalled;

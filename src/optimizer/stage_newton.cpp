@@ -399,6 +399,12 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
   }
 }
 
+void StageNewton::step_once_more(StageProgram& program, Outcome& outcome) {
+  program.linearize(model_);
+  factored_ = settle(program, outcome);
+  if (factored_) multiplier_ = step_.end_multiplier;
+}
+
 bool StageNewton::foresee(StageProgram& program) {
   if (!factored_) return false;
   for (Stage& stage : model_.stage) {  // the gradient is gone

@@ -22,6 +22,10 @@ class StageNewton {
   /// with the factors that the solve has left. Returns false where there are none or there is no motion.
   bool foresee(StageProgram& program);
 
+  /// At a solution, where the program weighs what it asks otherwise than in the solve that found it: one Newton step, if the Hessian
+  /// is positive definite there too.
+  void step_once_more(StageProgram& program, Outcome& outcome);
+
   /// Length that the program would take of its first step, at most 1; 0 where there is none.
   double first_length(StageProgram& program);
 

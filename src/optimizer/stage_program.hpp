@@ -159,6 +159,8 @@ class StageProgram {
   virtual bool landed() const { return false; }
   /// Back to the point where `land` was called, and all limits are limits again.
   virtual void take_off() {}
+  /// Makes the weight of those equalities so many times larger.
+  virtual void weigh_landed(double /*times*/) {}
 };
 
 }  // namespace lamprey::optimizer

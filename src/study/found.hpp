@@ -22,7 +22,7 @@ struct Found {
   std::optional<maneuver::CostParts> cost_parts;  // where more than effort and time is asked for
   maneuver::WorkMultipliers work_multipliers;
   std::optional<double> joint_rate;  // rad/s that joints were held to beyond what is asked, where they were
-  bool by_second = false;  // whether the second solver found it, where two searched
+  bool by_second = false;            // whether the second solver found it, where two searched
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
 };
 

@@ -147,21 +147,21 @@ class NewtonMethod : public Method {
       add_effort(again, found);
       if (steps == finest) break;
     }
-    if (whirls(found)) return solve_held(start, coarse, found);
     if (may_begin_by_effort(found)) {
       const Found again = solve_by_way_of(by_effort(), start, coarse, found.outcome);
       if (again.converged()) return again;
       add_effort(again, found);
     }
-    if (!grids_.problem().duration.free) return found;
-    const maneuver::Duration& asked = grids_.problem().duration;  // which may lead astray
-    for (const double duration : {std::sqrt(asked.min * asked.max), asked.value}) {
-      if (found.converged() || grids_.budget().closing()) break;
-      const Found again = solve_by_way_of(held_at(duration), start, coarse, found.outcome);
-      if (again.converged()) return again;
-      add_effort(again, found);
+    if (grids_.problem().duration.free) {  // which may lead astray
+      const maneuver::Duration& asked = grids_.problem().duration;
+      for (const double duration : {std::sqrt(asked.min * asked.max), asked.value}) {
+        if (found.converged() || grids_.budget().closing()) break;
+        const Found again = solve_by_way_of(held_at(duration), start, coarse, found.outcome);
+        if (again.converged()) return again;
+        add_effort(again, found);
+      }
     }
-    return found;
+    return whirls(found) ? solve_held(start, coarse, found) : found;
   }
 
   // A step shows turns up to a quarter turn, and next to it almost nothing of what they cost: there searches may stall, or find all
