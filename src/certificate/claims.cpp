@@ -11,6 +11,7 @@ constexpr double larger = 10.0;          // an error found, over the one told
 constexpr double unmarked_floor = 1e-9;  // of errors without a mark: what replays on another machine differ by
 constexpr double of_the_mark = 0.1;      // below this share of its mark an error is as good as any
 constexpr double kkt_scale = 1e-8;       // the usual tolerance
+constexpr double same_digits = 1e-10;    // of the largest number that one is formed from
 constexpr double same_value = 1e-3;      // relative, of curvatures, growth rates and gaps
 
 class Claims {
@@ -23,6 +24,13 @@ class Claims {
   void value(const std::string& field, double stored, double found) {
     if (std::isnan(stored)) return;
     if (std::abs(stored - found) <= same_value * std::max(std::abs(found), same_value)) return;
+    claims_.push_back({field, stored, found});
+  }
+
+  /// From other stored numbers, the largest of which is `of`.
+  void derived(const std::string& field, double stored, double found, double of) {
+    if (std::isnan(stored)) return;
+    if (std::abs(stored - found) <= same_digits * of) return;
     claims_.push_back({field, stored, found});
   }
 
@@ -55,6 +63,21 @@ void compare(const Replay& stored, const Replay& found, Claims& claims) {
   error("feedback_rotation_error", stored.feedback_rotation_error, found.feedback_rotation_error);
   error("feedback_position_error", stored.feedback_position_error, found.feedback_position_error);
   claims.value("replay.work", stored.work, found.work);
+}
+
+// Of costs on other grids what they say of the answer's.
+void compare(const Refinement& stored, const Refinement& found, Claims& claims) {
+  double largest = 0.0;
+  for (const GridCost& grid : found.grids) largest = std::max(largest, std::abs(grid.cost));
+  const auto cost = [&](const char* field, double told, double is) {
+    claims.derived(std::string("refinement.") + field, told, is, largest);
+  };
+  cost("cost_half_step", stored.cost_half_step, found.cost_half_step);
+  cost("cost_limit", stored.cost_limit, found.cost_limit);
+  cost("cost_error", stored.cost_error, found.cost_error);
+  claims.derived("refinement.observed_order", stored.observed_order, found.observed_order, 1.0);
+  for (std::size_t g = 0; g < std::min(stored.grids.size(), found.grids.size()); ++g)
+    cost("grids.cost", stored.grids[g].cost, found.grids[g].cost);
 }
 
 // How much a verdict says.
@@ -101,6 +124,7 @@ std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificat
     compare("second_order_all_axes", stored.all_axes->second_order, found.all_axes.value_or(AllAxes()).second_order,
             claims);
   if (stored.replay) compare(*stored.replay, found.replay.value_or(Replay()), claims);
+  if (stored.refinement) compare(*stored.refinement, found.refinement.value_or(Refinement()), claims);
   if (stored.clearance) claims.value("clearance.gap", stored.clearance->gap, found.clearance.value_or(Clearance()).gap);
   claims.at_most("verdict", weight_of(stored.verdict), weight_of(found.verdict));
   return std::move(claims).all();

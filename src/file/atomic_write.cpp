@@ -22,7 +22,7 @@ namespace {
 
 class WrittenFile {
  public:
-  WrittenFile(const std::string& path, int flags) : path_(path), value_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {
+  WrittenFile(const std::string& path, int flags) : path_(path), value_(::open(path.c_str(), flags | O_CLOEXEC)) {
     if (value_ < 0) refuse_io(path, "cannot be opened");
   }
   ~WrittenFile() {
@@ -88,7 +88,10 @@ std::filesystem::path target_of(const std::string& folder) {
 std::string write_temporary(const std::filesystem::path& folder, const PendingFile& file, Undo& undo) {
   const std::string temporary = (folder / fmt::format(".{}.{}.partial", file.name, ::getpid())).string();
   ::unlink(temporary.c_str());
-  WrittenFile(temporary, O_WRONLY | O_CREAT | O_EXCL);
+  if (const int made = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666); made < 0)
+    refuse_io(folder.string(), "no file can be made in this folder");
+  else
+    ::close(made);
   undo.add_file(temporary);
   file.write(temporary);
   WrittenFile(temporary, O_RDONLY).flush();

@@ -8,8 +8,22 @@
 #include "file/stored_question.hpp"
 #include "file/trajectory_file.hpp"
 #include "study/answer.hpp"
+#include "study/refinement.hpp"
 
 namespace lamprey::file {
+
+namespace {
+
+// What costs on other grids say of the answer's: the costs themselves no file shows again.
+certificate::Refinement refinement_again(const certificate::Refinement& stored, const maneuver::Problem& problem,
+                                         double cost) {
+  std::vector<certificate::GridCost> grids = stored.grids;
+  for (certificate::GridCost& grid : grids)
+    if (grid.steps == problem.steps) grid.cost = cost;
+  return study::refinement_of(grids, problem.steps, study::expected_order(problem));
+}
+
+}  // namespace
 
 model::System system_of(const ProblemFile& file) {
   try {
@@ -67,7 +81,8 @@ Results certified(const Results& results) {
   again.certificate->refusal = refusal;
   if (!results.problem.start) again.certificate->start_error = certificate::unset;  // known by nothing but the answer
   if (sought) again.certificate->verdict = certificate::verdict(problem, *again.certificate);
-  if (results.certificate) again.certificate->refinement = results.certificate->refinement;
+  if (results.certificate && results.certificate->refinement)
+    again.certificate->refinement = refinement_again(*results.certificate->refinement, problem, results.solution.cost);
   again.solution.message.clear();  // no optimiser stopped here, and none says that it arrived
   if (again.solution.status == maneuver::Status::optimal) again.solution.status = maneuver::Status::feasible;
   if (again.solution.status == maneuver::Status::simulated)

@@ -17,7 +17,7 @@ using certificate::false_claims;
 
 const Certificate& proof() {
   static const Certificate found = [] {
-    maneuver::Problem problem = chain_problem(30, 1.0);
+    maneuver::Problem problem = chain_problem(60, 1.0);
     problem.goal->turn = Vector3d::Zero();
     problem.goal->move = {2.0, std::nullopt, std::nullopt};
     problem.limits.torque = 1e6;
@@ -66,6 +66,11 @@ TEST(Claims, that_say_more_are_named_in_every_field) {
       {"replay.position_error", [](Certificate& is) { is.replay->position_error = 10.0; }},
       {"replay.whole_rotation_error", [](Certificate& is) { is.replay->whole_rotation_error = 10.0; }},
       {"replay.whole_position_error", [](Certificate& is) { is.replay->whole_position_error = 100.0; }},
+      {"refinement.cost_half_step", [](Certificate& is) { is.refinement->cost_half_step *= 1.0 + 1e-9; }},
+      {"refinement.observed_order", [](Certificate& is) { is.refinement->observed_order += 1e-3; }},
+      {"refinement.cost_limit", [](Certificate& is) { is.refinement->cost_limit *= 1.0 + 1e-9; }},
+      {"refinement.cost_error", [](Certificate& is) { is.refinement->cost_error *= 2.0; }},
+      {"refinement.grids.cost", [](Certificate& is) { is.refinement->grids[1].cost *= 1.0 + 1e-9; }},
       {"clearance.gap", [](Certificate& is) { is.clearance->gap -= 0.01; }},
       {"verdict", [](Certificate& is) { is.verdict = certificate::Verdict::stationary; }},
       {"kkt", [](Certificate& is) { is.kkt = certificate::unset; }},
