@@ -8,10 +8,13 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <functional>
 #include <thread>
+#include <vector>
 
 #include "arrays.hpp"
 #include "bound.hpp"
+#include "file/joint_table_header.hpp"
 #include "file/solution_file.hpp"
 #include "file/tasks.hpp"
 #include "file/words.hpp"
@@ -138,13 +141,38 @@ struct Rows {
   std::vector<bool> missing;  // [joints] whose values are NaN in all rows, where they may be; zero in `value`
 };
 
-// Of one row, [joints][3]; where `single`, one number for each joint will do.
-std::vector<Eigen::Vector3d> row_of(const double* from, std::size_t count, bool single) {
+// What one number for each joint is about, where it will do: [joints]; else empty.
+using Axes = std::vector<Eigen::Vector3d>;
+
+// Where all joints are hinges.
+Axes hinge_axes(const file::Joints& joints,
+                const std::function<Eigen::Vector3d(const model::JointDescription&)>& axis) {
+  Axes axes;
+  for (const model::JointDescription& joint : joints) {
+    if (joint.kind != model::JointKind::hinge) return {};
+    axes.push_back(axis(joint));
+  }
+  return axes;
+}
+
+// Of one row, [joints][3]; where there are `axes`, one number for each joint.
+std::vector<Eigen::Vector3d> row_of(const double* from, std::size_t count, const Axes& axes) {
   std::vector<Eigen::Vector3d> row;
   for (std::size_t j = 0; j < count; ++j)
-    row.emplace_back(single ? Eigen::Vector3d(from[j], 0.0, 0.0)
-                            : Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(from + 3 * j)));
+    row.emplace_back(axes.empty() ? Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(from + 3 * j))
+                                  : Eigen::Vector3d(from[j] * axes[j]));
   return row;
+}
+
+// Of a function at a time, asked under the GIL.
+std::vector<Eigen::Vector3d> row_at(const nb::object& function, double time, std::size_t count, const Axes& axes,
+                                    const char* word) {
+  const std::string key = fmt::format("{}({})", word, time);
+  const nb::object given = function(time);
+  const Numbers each = numbers(given, key);
+  if (axes.empty() || each.ndim() != 1) return vectors(given, count, key);
+  require_shape(each, {count}, key);
+  return row_of(each.data(), count, axes);
 }
 
 // Where a joint may be left out, and is so in every row.
@@ -155,23 +183,23 @@ std::vector<bool> missing_of(const Rows& table, const std::vector<bool>& may_mis
   return missing;
 }
 
-Rows rows_of(const nb::object& pair, std::size_t count, bool may_be_single, const std::string& key,
+Rows rows_of(const nb::object& pair, std::size_t count, const Axes& axes, const std::string& key,
              const std::string& name, const std::vector<bool>& may_miss) {
   const Numbers time = numbers(pair[0], key + "[0]"), values = numbers(pair[1], key + "[1]");
   const std::size_t rows = time.ndim() == 1 ? time.shape(0) : 0;
-  const bool single = may_be_single && values.ndim() == 2;
+  const bool single = !axes.empty() && values.ndim() == 2;
   if (rows < 2 || values.ndim() != (single ? 2U : 3U) || values.shape(0) != rows || values.shape(1) != count ||
       (!single && values.shape(2) != 3))
     throw InputError(key, fmt::format("found arrays of other shapes; allowed: time (rows,), {} (rows, {}, 3){}, "
                                       "at least two rows; mend their shapes",
-                                      name, count, may_be_single ? fmt::format(" or (rows, {})", count) : ""));
+                                      name, count, !axes.empty() ? fmt::format(" or (rows, {})", count) : ""));
   Rows table;
   for (std::size_t r = 0; r < rows; ++r) {
     table.time.push_back(time.data()[r]);
     if (!std::isfinite(table.time[r]) || (r > 0 && !(table.time[r] > table.time[r - 1])))
       throw InputError(
           key, fmt::format("found time[{}] = {}; allowed: times that rise (s); sort the rows", r, table.time[r]));
-    table.value.push_back(row_of(values.data() + r * count * (single ? 1 : 3), count, single));
+    table.value.push_back(row_of(values.data() + r * count * (single ? 1 : 3), count, single ? axes : Axes()));
   }
   table.missing = missing_of(table, may_miss);
   for (std::size_t r = 0; r < rows; ++r)
@@ -195,19 +223,21 @@ void warn_of(const std::string& remark) {
                                     nb::cast<std::string>(nb::type_name(found.type())), name));
 }
 
-// Moments that Python names: a file, a motion, rows of a table, or a function of time that must outlive the options.
+// Moments that Python names: a file, a motion, rows of a table, or a function of time that must outlive the options. Of hinges alone
+// one number for each is enough, along its axis.
 void take_controls(const nb::object& controls, const file::Joints& joints, file::MarchOptions& options) {
   const std::size_t count = joints.size();
+  const Axes axes = hinge_axes(joints, file::moment_axis);
   if (controls.is_none()) return;
   if (nb::isinstance<Trajectory>(controls)) {
     options.controls = file::controls_of_results(nb::cast<const Trajectory&>(controls).results(), "controls", joints);
   } else if (nb::isinstance<nb::callable>(controls)) {
-    options.control = [&controls, count](double time) {
+    options.control = [&controls, count, axes](double time) {
       const nb::gil_scoped_acquire lock;
-      return vectors(controls(time), count, fmt::format("controls({})", time));
+      return row_at(controls, time, count, axes, "controls");
     };
   } else if (nb::isinstance<nb::tuple>(controls) && nb::len(controls) == 2) {
-    Rows rows = rows_of(controls, count, false, "controls", "moments", std::vector<bool>(count, false));
+    Rows rows = rows_of(controls, count, axes, "controls", "moments", std::vector<bool>(count, false));
     file::ControlSamples samples;
     samples.time = std::move(rows.time);
     samples.control = std::move(rows.value);
@@ -224,25 +254,19 @@ void take_controls(const nb::object& controls, const file::Joints& joints, file:
 // Joint angles, likewise. Where all joints are hinges one number for each is enough.
 void take_angles(const nb::object& angles, const file::Joints& joints, file::MarchOptions& options) {
   const std::size_t count = joints.size();
-  const bool hinges = std::all_of(joints.begin(), joints.end(),
-                                  [](const auto& joint) { return joint.kind == model::JointKind::hinge; });
+  const Axes axes = hinge_axes(joints, [](const model::JointDescription&) { return Eigen::Vector3d::UnitX(); });
   if (angles.is_none()) return;
   if (nb::isinstance<Trajectory>(angles)) {
     options.angles = file::angles_of_results(nb::cast<const Trajectory&>(angles).results(), "angles", joints);
   } else if (nb::isinstance<nb::callable>(angles)) {
-    options.angle = [&angles, count, hinges](double time) {
+    options.angle = [&angles, count, axes](double time) {
       const nb::gil_scoped_acquire lock;
-      const std::string key = fmt::format("angles({})", time);
-      const nb::object given = angles(time);
-      const Numbers each = numbers(given, key);
-      if (!hinges || each.ndim() != 1) return vectors(given, count, key);
-      require_shape(each, {count}, key);
-      return row_of(each.data(), count, true);
+      return row_at(angles, time, count, axes, "angles");
     };
   } else if (nb::isinstance<nb::tuple>(angles) && nb::len(angles) == 2) {
     std::vector<bool> idle;
     for (const auto& joint : joints) idle.push_back(!joint.actuated && joint.kind != model::JointKind::fixed);
-    Rows rows = rows_of(angles, count, hinges, "angles", "angles", idle);
+    Rows rows = rows_of(angles, count, axes, "angles", "angles", idle);
     options.angles = file::AngleSamples{
         .time = std::move(rows.time), .angle = std::move(rows.value), .passive = std::move(rows.missing)};
   } else if (is_path(angles)) {
@@ -397,7 +421,9 @@ void bind_tasks(nb::module_& module) {
       "(time "
       "(rows,) s,\ncontrol (rows, joints, 3) N m; not-a-knot cubic between rows), or a function of time in s that "
       "returns "
-      "(joints, 3) N m:\nmoments on the parents, parents' frames with the joints at zero angle.\n"
+      "(joints, 3) N m:\nmoments on the parents, parents' frames with the joints at zero angle; of hinges alone (rows, "
+      "joints) and (joints,) "
+      "will do, about the parents' axes.\n"
       "scheme, steps, duration: instead of the problem's. cycles: how often the gait of controls or feedback, or "
       "the period of a table, is "
       "repeated; steps and duration are of all\ncycles together. adaptive: divide steps that do not converge.\n"

@@ -155,6 +155,25 @@ def test_joint_angles_are_followed_in_every_form(three_links, tmp_path):
     assert again.status == "simulated" and again.certificate["equation_residual"] < 1e-10
 
 
+def test_moments_of_hinges_are_numbers_about_their_axes(three_links):
+    swung = lp.simulate(three_links, angles=loop, steps=200, duration=1.0)
+    along = swung.control[:, :, 2]  # both axes are e_3
+    assert np.abs(swung.control[:, :, :2]).max() < 1e-12 < np.abs(along).max()
+    begin = dict(steps=200, duration=1.0)
+    in_full = lp.simulate(three_links, controls=(swung.time, swung.control), **begin)
+    by_rows = lp.simulate(three_links, controls=(swung.time, along), **begin)
+    assert np.abs(by_rows.joint_angle - in_full.joint_angle).max() < 1e-12
+
+    def pull(t):
+        return np.array([0.1 * np.sin(t), -0.2 * np.cos(t)])
+
+    by_function = lp.simulate(three_links, controls=pull, **begin)
+    same = lp.simulate(three_links, controls=lambda t: np.stack([[0.0, 0.0, each] for each in pull(t)]), **begin)
+    assert np.abs(by_function.joint_angle - same.joint_angle).max() < 1e-12 < np.ptp(same.joint_angle)
+    with pytest.raises(lp.InputError, match=r"moments \(rows, 2, 3\) or \(rows, 2\)"):
+        lp.simulate(three_links, controls=(swung.time, along[:, :1]))
+
+
 def test_loops_of_angles_repeat_and_move_the_swimmer_alike_each_time(three_links):
     time = np.linspace(0.0, 1.0, 101)
     rows = np.array([loop(t) for t in time])

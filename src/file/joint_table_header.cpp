@@ -51,9 +51,7 @@ std::vector<Part> parts_of(TableKind kind, const model::JointDescription& joint)
     return axes;
   }
   std::vector<Part> parts = axes;
-  if (hinge)
-    parts.push_back(
-        {"", lie::exp(joint.reference_rotation) * joint.axis.value_or(Vector3d::Zero()).stableNormalized()});
+  if (hinge) parts.push_back({"", moment_axis(joint)});
   return parts;
 }
 
@@ -201,6 +199,10 @@ std::optional<HeaderFault> incomplete(TableKind kind, const Columns& known, cons
 }
 
 }  // namespace
+
+Vector3d moment_axis(const model::JointDescription& joint) {
+  return lie::exp(joint.reference_rotation) * joint.axis.value_or(Vector3d::Zero()).stableNormalized();
+}
 
 TableHeader read_table_header(TableKind kind, const std::vector<std::string_view>& cells, const Joints& joints) {
   TableHeader header;

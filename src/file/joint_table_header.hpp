@@ -35,6 +35,9 @@ struct TableHeader {
   std::optional<HeaderFault> fault;
 };
 
+/// Of a hinge, parent's frame, unit.
+Eigen::Vector3d moment_axis(const model::JointDescription& joint);
+
 /// Of moments x, y, z of each joint in their order; of angles those of each joint's freedoms: one of a hinge, the two of a universal
 /// joint, of a ball joint x, y, z of its rotation vector.
 std::vector<TableColumn> columns_in_order(TableKind kind, const std::vector<model::JointDescription>& joints);

@@ -13,6 +13,7 @@
 #include "maneuver/feedback.hpp"
 #include "maneuver/gait_cycles.hpp"
 #include "maneuver/maneuver.hpp"
+#include "maneuver/motor_limits.hpp"
 #include "maneuver/tracking.hpp"
 
 namespace lamprey::file {
@@ -183,6 +184,8 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
                          const Followed* followed) {
   maneuver::SimulateOptions simulation{.adaptive = options.adaptive, .interrupted = options.interrupted};
   maneuver::ControlFunction control = maneuver::no_control(system);
+  const maneuver::MotorLimits motors(system, problem.limits);
+  double asked = 0.0, cut = 0.0;  // how often moments were
   if (options.control)
     control = [&](double time) { return maneuver::moments_at_zero_angle(system, options.control(time)); };
   if (options.controls) {
@@ -195,6 +198,13 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
     simulation.feedback = [followed](double time, const integrator::ReferenceState& state) {
       return followed->law.moments(time, state);
     };
+    if (motors.any())
+      simulation.given = [&motors, &asked, &cut](const mechanics::Moments& moments) {
+        mechanics::Moments given = motors.within(moments);
+        ++asked;
+        if (given != moments) ++cut;
+        return given;
+      };
   }
   maneuver::Solution solution = options.reference
                                     ? maneuver::simulate_by_reference(system, problem, control, simulation)
@@ -202,6 +212,7 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
   if (followed) {
     solution.tracking = maneuver::tracking_of(followed->law, solution);
     solution.tracking->maneuver = followed->results.name;
+    if (asked > 0.0) solution.tracking->cut_share = cut / asked;
   }
   return solution;
 }
@@ -276,6 +287,10 @@ std::string remarks_on(const MarchOptions& options, const model::System& system,
         " The feedback had lost the plan, {:.2g} rad beside it at most: its gains answer smaller differences "
         "of start, swimmer and scheme only, and more steps do not mend that.",
         results.solution.tracking->largest_rotation_error);
+  if (results.solution.tracking && results.solution.tracking->cut_share > 0.0)
+    text += fmt::format(
+        " At {:.2g} % of the times at which the feedback asked for moments the problem's limits of torque cut some.",
+        100.0 * results.solution.tracking->cut_share);
   if (options.followed) {
     constexpr double whole_share = 1.0 - 1e-9;
     const double whole = options.followed->solution.time.back(), marched = problem.duration.value;

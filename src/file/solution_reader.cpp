@@ -224,7 +224,8 @@ maneuver::Tracking read_tracking(const JsonReader& reader) {
           reader.at("position_error").number_or_nan(),
           reader.at("largest_rotation_error").number_or_nan(),
           reader.at("largest_position_error").number_or_nan(),
-          reader.at("largest_correction").number_or_nan()};
+          reader.at("largest_correction").number_or_nan(),
+          reader.has("cut_share") ? reader.at("cut_share").number() : 0.0};
 }
 
 void read_momentum(const JsonReader& reader, std::size_t nodes, maneuver::MomentumHistory& momentum) {

@@ -356,6 +356,7 @@ std::string tracking_text(const maneuver::Tracking& tracking) {
   text.add("largest_rotation_error", json(tracking.largest_rotation_error));
   text.add("largest_position_error", json(tracking.largest_position_error));
   text.add("largest_correction", json(tracking.largest_correction));
+  if (tracking.cut_share > 0.0) text.add("cut_share", json(tracking.cut_share));
   return text.finished();
 }
 

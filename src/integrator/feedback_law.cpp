@@ -148,8 +148,8 @@ Moments exerted(const System& system, Moments u) {
   return u;
 }
 
-Moments settled_moments(const System& system, const StateControl& controller, double time, double h,
-                        const Moments& used, State& state) {
+Moments settled_moments(const System& system, const StateControl& controller, const MotorFunction& given, double time,
+                        double h, const Moments& used, State& state) {
   std::vector<Moments> unit;  // along each column of actuation
   for (int j = 0; j < system.joint_count(); ++j)
     for (Eigen::Index c = 0; c < system.joint(j).actuation.cols(); ++c) {
@@ -181,10 +181,11 @@ Moments settled_moments(const System& system, const StateControl& controller, do
   // change v of the moments: used + v = asked(μ + impulse v)
   const VectorXd before = along(used);
   const VectorXd change = (MatrixXd::Identity(controls, controls) - answer).partialPivLu().solve(first - before);
-  state.momentum += impulse * change;
   Moments u(at(system.joint_count()), Vector3d::Zero());
   for (Eigen::Index c = 0; c < controls; ++c)
     for (std::size_t j = 0; j < u.size(); ++j) u[j] += (before[c] + change[c]) * unit[static_cast<std::size_t>(c)][j];
+  if (given) u = given(u);
+  state.momentum += impulse * (along(u) - before);
   return u;
 }
 

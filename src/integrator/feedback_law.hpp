@@ -1,6 +1,7 @@
 // Following a motion: moments that answer how far a swimmer is off it (chapter 11).
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "integrator/reference_integrator.hpp"
@@ -9,6 +10,9 @@
 namespace lamprey::integrator {
 
 using Eigen::MatrixXd;
+
+/// Moments that motors give, [joints] N m, of those asked for.
+using MotorFunction = std::function<Moments(const Moments& asked)>;
 
 /// A motion known at nodes.
 struct NodeMotion {
@@ -59,9 +63,9 @@ class FeedbackLaw {
 /// The moments that a controller asks for at a stage's end, where the velocity that it answers holds half of their own
 /// impulse; [joints], what the joints cannot exert left out. `state` is what a stage of length `time_step` under `used` has
 /// left; its momentum becomes that under the moments returned. The controller must be affine in the velocity
-/// (equation 11.10).
-Moments settled_moments(const model::System& system, const StateControl& controller, double time, double time_step,
-                        const Moments& used, State& state);
+/// (equation 11.10). `given`: what motors give of what it asks for; may be empty.
+Moments settled_moments(const model::System& system, const StateControl& controller, const MotorFunction& given,
+                        double time, double time_step, const Moments& used, State& state);
 
 /// What the joints can exert of the moments, [joints] N m.
 Moments exerted(const model::System& system, Moments moments);

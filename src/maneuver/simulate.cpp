@@ -46,15 +46,20 @@ integrator::ReferenceState measured(const System& system, const State& state) {
   return {state.rotation, state.position, integrator::velocity_of_state(system, state)};
 }
 
+mechanics::Moments given_of(const integrator::MotorFunction& given, const mechanics::Moments& asked) {
+  return given ? given(asked) : asked;
+}
+
 // Steps of a scheme under moments that run through time, or under a controller that answers the state.
 class ControlledMarch {
  public:
   ControlledMarch(const System& system, Scheme scheme, const ControlFunction& control,
-                  const integrator::StateControl& feedback)
+                  const integrator::StateControl& feedback, const integrator::MotorFunction& given)
       : system_(system),
         march_(system, scheme),
         control_(control),
         feedback_(feedback),
+        given_(given),
         sample_(march_.nodes().size()) {}
 
   /// One step of the scheme; on failure the state is left as it was.
@@ -69,7 +74,7 @@ class ControlledMarch {
       settle = [&](const mechanics::Interval& interval, State& reached) {
         const double length = time_step * (march_.nodes()[stage + 1] - march_.nodes()[stage]);
         ++stage;
-        sample_[stage] = integrator::settled_moments(system_, feedback_, span.at(march_.nodes()[stage]), length,
+        sample_[stage] = integrator::settled_moments(system_, feedback_, given_, span.at(march_.nodes()[stage]), length,
                                                      sample_[stage], reached);
         if (witness) witness(interval, reached);
       };
@@ -80,12 +85,18 @@ class ControlledMarch {
       report.converged = false;
       state = saved_;
     }
+    if (feedback_ && report.converged) {
+      settled_ = sample_.back();
+      settled_momentum_ = state.momentum;
+    }
     return report;
   }
 
-  /// Moments at a time and a state.
+  /// Moments at a time and a state; where a step has ended, those that it has settled there, for a node has one.
   mechanics::Moments moments(double time, const State& state) const {
-    return exerted(system_, feedback_ ? feedback_(time, measured(system_, state)) : control_(time));
+    if (!feedback_) return exerted(system_, control_(time));
+    if (settled_momentum_.size() > 0 && settled_momentum_ == state.momentum) return settled_;
+    return given_of(given_, exerted(system_, feedback_(time, measured(system_, state))));
   }
   /// Moments at a stage's node of the latest step.
   const mechanics::Moments& sample(std::size_t node) const { return sample_[node]; }
@@ -99,7 +110,10 @@ class ControlledMarch {
   March march_;
   const ControlFunction& control_;
   const integrator::StateControl& feedback_;
+  const integrator::MotorFunction& given_;
   std::vector<mechanics::Moments> sample_;  // [stages + 1] of the latest step
+  mechanics::Moments settled_;              // at its end, and the momentum there; empty: not yet
+  VectorXd settled_momentum_;
   State saved_;
 };
 
@@ -150,11 +164,12 @@ class Simulation {
         scheme_(problem.scheme),
         control_(control),
         feedback_(options.feedback),
+        given_(options.given),
         known_(options.motion),
         known_interval_(system.body_count()),
         adaptive_(options.adaptive),
         h_(problem.time_step()),
-        march_(system, problem.scheme, control, feedback_),
+        march_(system, problem.scheme, control, feedback_, given_),
         stages_(march_.nodes()) {}
 
   /// Node k as files have it: of moments that jump there the mean, which with equal steps is what both sides exert, and the state
@@ -300,7 +315,7 @@ class Simulation {
   }
 
   double largest_working_step(const State& state) const {
-    ControlledMarch probe(system_, scheme_, control_, feedback_);
+    ControlledMarch probe(system_, scheme_, control_, feedback_, given_);
     double length = failed_step_;
     for (int n = 0; n < probed_halvings; ++n) {
       length *= 0.5;
@@ -315,6 +330,7 @@ class Simulation {
   Scheme scheme_;
   const ControlFunction& control_;
   const integrator::StateControl& feedback_;
+  const integrator::MotorFunction& given_;
   const NodePath* known_;
   mechanics::Interval known_interval_;
   bool adaptive_;
@@ -424,7 +440,8 @@ Solution simulate_by_reference(const System& system, const Problem& problem, con
   solution.cost = std::numeric_limits<double>::quiet_NaN();
   solution.marched_by = integrator::reference_scheme(tolerance);
   const integrator::StateControl applied = [&](double time, const integrator::ReferenceState& state) {
-    return exerted(system, options.feedback ? options.feedback(time, state) : control(time));
+    if (!options.feedback) return exerted(system, control(time));
+    return given_of(options.given, exerted(system, options.feedback(time, state)));
   };
   integrator::ReferenceIntegrator integrator(system, applied, tolerance);
   const double h = problem.time_step();

@@ -32,6 +32,7 @@ struct SimulateOptions {
   std::function<bool()> interrupted;  // asked at every step; may be empty
   /// A controller that answers the state, affine in the velocity, in place of the moments in time; may be empty.
   integrator::StateControl feedback = {};
+  integrator::MotorFunction given = {};  // of what it asks for; may be empty
   /// A motion under the same moments in steps of the same length and scheme, one after the other, again and again where the
   /// march is longer. While the bodies stand to each other as they do in it, steps are sought from its own on: after impulses
   /// the last ones are no guide. Wherever it lies and however it is headed; rotations, of as many bodies, and positions count.

@@ -95,6 +95,7 @@ struct Tracking {
   double largest_rotation_error = 0.0;  // rad, at any node
   double largest_position_error = 0.0;  // m, at any node
   double largest_correction = 0.0;      // N m, of a joint's moment against the planned one, at any node
+  double cut_share = 0.0;               // of the times at which moments were asked for: limits of torque cut some
   /// Whether the swimmer was farther off than gains about the plan can mean, and did not come back.
   bool lost() const { return largest_rotation_error > 0.5 && rotation_error > 0.1; }
 };

@@ -119,6 +119,8 @@ void append_tracking(const maneuver::Tracking& tracking, std::vector<std::pair<s
   rows.emplace_back("Off the plan at the end", off(tracking.rotation_error, tracking.position_error));
   rows.emplace_back("Off the plan at most", off(tracking.largest_rotation_error, tracking.largest_position_error));
   rows.emplace_back("Largest correction", number(tracking.largest_correction, 3) + " N m");
+  if (tracking.cut_share > 0.0)
+    rows.emplace_back("Limits of torque", "cut moments at " + number(100.0 * tracking.cut_share, 2) + " % of times");
   if (tracking.lost())
     rows.emplace_back("Feedback",
                       "has lost the plan: start, swimmer or scheme differ from it by more than gains answer");
@@ -342,12 +344,11 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (solution.tracking) append_tracking(*solution.tracking, rows);
   if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solution.solver.name);
   if (const maneuver::SearchRecord& search = solution.search; sought && search.starts > 1)
-    rows.emplace_back(
-        "First guesses",
-        fmt::format("{}{}{}, {} arrived, at {}{}", search.starts,
-                    search.strokes > 0 ? fmt::format(", {} of them of many strokes", search.strokes) : "",
-                    search.hops > 0 ? fmt::format(" and {} hops", search.hops) : "", search.solved,
-                    minima_in_words(search.minima.size()), by_solvers(search)));
+    rows.emplace_back("First guesses",
+                      fmt::format("{}{}{}, {} arrived, at {}{}", search.starts,
+                                  search.strokes > 0 ? fmt::format(", {} of them of many strokes", search.strokes) : "",
+                                  search.hops > 0 ? fmt::format(" and {} hops", search.hops) : "", search.solved,
+                                  minima_in_words(search.minima.size()), by_solvers(search)));
   if (sought && solution.solver.iterations > 0) {
     rows.emplace_back("Iterations",
                       fmt::format("{}, {} evaluations", solution.solver.iterations, solution.solver.evaluations));

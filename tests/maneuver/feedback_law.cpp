@@ -5,7 +5,9 @@
 #include <Eigen/Dense>
 
 #include "maneuver/followed.hpp"
+#include "maneuver/motor_limits.hpp"
 #include "maneuver/tracking.hpp"
+#include "mechanics/joint_moments.hpp"
 #include "printed.hpp"
 #include "tolerance.hpp"
 
@@ -36,6 +38,72 @@ TEST_P(FeedbackOfSchemes, leaves_a_motion_alone_that_is_on_its_plan) {
     for (std::size_t k = 0; k < marched.control.size(); ++k)
       for (std::size_t j = 0; j < marched.control[k].size(); ++j)
         EXPECT_LE((marched.control[k][j] - plan.solution.control[k][j]).norm(), tolerance(stages ? 5e-4 : 1e-9));
+  }
+}
+
+maneuver::Problem with_weak_motors(maneuver::Problem problem) {
+  problem.limits.torque = 0.6;
+  problem.limits.torque_component = 0.4;
+  return problem;
+}
+
+TEST_P(FeedbackOfSchemes, of_weak_motors_gives_no_more_than_these_and_tells_what_acted) {
+  for (unsigned seed : {3U, 4U}) {
+    Plan plan = tree_in_motion(seed, 4, GetParam(), 20, 0.4);
+    plan.solution.feedback = maneuver::design_feedback(plan.system, plan.problem, plan.solution);
+    maneuver::Problem problem = with_weak_motors(plan.problem);
+    problem.start = maneuver::turned_start(plan.system, problem.start, 0.1, seed,
+                                           maneuver::answered_turns(plan.system, plan.solution.feedback));
+    const maneuver::MotorLimits motors(plan.system, problem.limits);
+    int cut = 0;
+    std::vector<mechanics::Moments> acted;
+    const integrator::MotorFunction given = [&](const mechanics::Moments& asked) {
+      acted.push_back(motors.within(asked));
+      cut += acted.back() == asked ? 0 : 1;
+      EXPECT_LE(mechanics::along_actuation(plan.system, acted.back()).lpNorm<Eigen::Infinity>(),
+                0.4 + tolerance(1e-12));
+      return acted.back();
+    };
+    const Solution marched = follow(plan.system, problem, plan.law(), false, given);
+    EXPECT_GT(cut, 5);
+    for (const auto& moments : marched.control)
+      for (const Vector3d& moment : moments) EXPECT_LE(moment.norm(), 0.6 + tolerance(1e-12));
+    if (!integrator::single_step(GetParam())) continue;
+    const std::size_t before = acted.size() - marched.time.size();  // asked for node 0 only to be stored
+    const Solution again = maneuver::simulate(
+        plan.system, problem,
+        [&](double t) { return acted[before + static_cast<std::size_t>(std::lround(t / problem.time_step()))]; },
+        maneuver::SimulateOptions{});
+    EXPECT_LE((again.position.back() - marched.position.back()).norm(), tolerance(1e-10));
+    for (std::size_t i = 0; i < again.rotation.back().size(); ++i)
+      EXPECT_LE((again.rotation.back()[i] - marched.rotation.back()[i]).norm(), tolerance(1e-10));
+    for (std::size_t k = 0; k < again.control.size(); ++k)
+      for (std::size_t j = 0; j < again.control[k].size(); ++j)
+        EXPECT_LE((again.control[k][j] - marched.control[k][j]).norm(), tolerance(1e-9));
+  }
+}
+
+TEST(MotorLimits, leave_alone_what_they_allow_and_cut_the_rest_once) {
+  const Plan plan = tree_in_motion(3, 4, Scheme::trapezoid, 4, 0.4);
+  const maneuver::MotorLimits motors(plan.system, with_weak_motors(plan.problem).limits);
+  const maneuver::MotorLimits none(plan.system, plan.problem.limits);
+  EXPECT_TRUE(motors.any());
+  EXPECT_FALSE(none.any());
+  Random random(5);
+  for (int n = 0; n < 50; ++n) {
+    mechanics::Moments asked;
+    for (int j = 0; j < plan.system.joint_count(); ++j) asked.push_back(random.vector(n < 25 ? 0.1 : 2.0));
+    asked = integrator::exerted(plan.system, asked);
+    const mechanics::Moments once = motors.within(asked);
+    EXPECT_EQ(none.within(asked), asked);
+    for (std::size_t j = 0; j < once.size(); ++j) {
+      const Eigen::MatrixXd& actuation = plan.system.joint(static_cast<int>(j)).actuation;
+      const VectorXd along = actuation.transpose() * asked[j];
+      const bool allowed = asked[j].norm() <= 0.6 && (along.size() == 0 || along.lpNorm<Eigen::Infinity>() <= 0.4);
+      EXPECT_EQ(once[j] == asked[j], allowed);
+      EXPECT_LE((motors.within(once)[j] - once[j]).norm(), tolerance(1e-15));
+      EXPECT_GE(once[j].dot(asked[j]), 0.0);
+    }
   }
 }
 

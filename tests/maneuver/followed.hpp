@@ -32,8 +32,10 @@ struct Plan {
 
 /// How a march ends under a law.
 inline maneuver::Solution follow(const model::System& system, const maneuver::Problem& problem,
-                                 const integrator::FeedbackLaw& law, bool reference = false) {
+                                 const integrator::FeedbackLaw& law, bool reference = false,
+                                 const integrator::MotorFunction& given = {}) {
   maneuver::SimulateOptions options;
+  options.given = given;
   options.feedback = [&](double t, const ReferenceState& state) { return law.moments(t, state); };
   const maneuver::ControlFunction planned = [&](double t) { return law.planned(t); };
   maneuver::Solution solution = reference ? maneuver::simulate_by_reference(system, problem, planned, options)
