@@ -234,7 +234,7 @@ int verify(const VerifyArguments& arguments) {
   if (!arguments.problem.empty()) asked = file::read_problem_file(arguments.problem);
   const file::Verification is = file::verify_task(arguments.folder, asked);
   const certificate::Certificate& proof = *is.found.certificate;
-  fmt::print("{}\n  recomputed from {}/solution.json\n", is.found.name, arguments.folder);
+  fmt::print("{}\n  recomputed from {}/solution.json\n", file::printable(is.found.name), arguments.folder);
   print_certificate(proof, is.found.problem);
   const std::string failed = failed_rows(proof, is.found.problem);
   if (proof.verdict)

@@ -328,7 +328,7 @@ def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | 
 
     problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its moments), a path (solution.json or CSV), a pair (time (rows,) s,
     control (rows, joints, 3) N m; not-a-knot cubic between rows), or a function of time in s that returns (joints, 3) N m:
-    moments on the parents, parents' frames with the joints at zero angle.
+    moments on the parents, parents' frames with the joints at zero angle; of hinges alone (rows, joints) and (joints,) will do, about the parents' axes.
     scheme, steps, duration: instead of the problem's. cycles: how often the gait of controls or feedback, or the period of a table, is repeated; steps and duration are of all
     cycles together. adaptive: divide steps that do not converge.
     reference: by a Runge-Kutta method on the continuous equations. feedback: a Solution or its directory, followed by its

@@ -254,7 +254,8 @@ void take_controls(const nb::object& controls, const file::Joints& joints, file:
 // Joint angles, likewise. Where all joints are hinges one number for each is enough.
 void take_angles(const nb::object& angles, const file::Joints& joints, file::MarchOptions& options) {
   const std::size_t count = joints.size();
-  const Axes axes = hinge_axes(joints, [](const model::JointDescription&) { return Eigen::Vector3d::UnitX(); });
+  const Axes axes =
+      hinge_axes(joints, [](const model::JointDescription&) -> Eigen::Vector3d { return Eigen::Vector3d::UnitX(); });
   if (angles.is_none()) return;
   if (nb::isinstance<Trajectory>(angles)) {
     options.angles = file::angles_of_results(nb::cast<const Trajectory&>(angles).results(), "angles", joints);

@@ -63,8 +63,8 @@ double parts_difference(const maneuver::CostParts& stored, const maneuver::CostP
   double largest = 0.0;
   for (double maneuver::CostParts::*part :
        {&maneuver::CostParts::effort, &maneuver::CostParts::work, &maneuver::CostParts::power,
-        &maneuver::CostParts::smoothness, &maneuver::CostParts::time})
-    if (stored.*part != recomputed.*part)
+        &maneuver::CostParts::smoothness, &maneuver::CostParts::time, &maneuver::CostParts::transport})
+    if (stored.*part != recomputed.*part && !(std::isnan(stored.*part) && !std::isfinite(recomputed.*part)))
       largest = std::max(largest, relative_difference(stored.*part, recomputed.*part));
   return largest;
 }
@@ -145,6 +145,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   Options options = asked;
   if (sought && !covered(problem)) options.optimality = options.second_order = false;
   if (!motion.steps_known && sought) certify_stages(motion, options, balance.scale, proof);
+  proof.time_error = time_error(motion);
   if (!sought) {
     if (motion.steps_known) proof.velocity_error = velocity_error(motion, node_states(motion), balance.scale);
     return proof;
@@ -152,7 +153,6 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
 
   proof.iterates_momentum = iterates_momentum(solution.solver);
   proof.goal_error = goal_error(motion);
-  proof.time_error = time_error(motion);
   proof.verdict = Verdict::not_optimal;
   if (!motion.steps_known) {
     proof.verdict = verdict(problem, proof);

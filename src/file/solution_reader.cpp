@@ -125,13 +125,21 @@ maneuver::Goal read_goal(const JsonReader& reader) {
   return goal;
 }
 
+Matrix3d rotation_at(const JsonReader& reader) {
+  constexpr double round_off = 1e-9;
+  const auto R = value_at<Matrix3d>(reader);
+  if (!((R.transpose() * R - Matrix3d::Identity()).norm() <= round_off && R.determinant() > 0.0))
+    reader.refuse("a rotation matrix");
+  return R;
+}
+
 ResolvedStart read_start(const JsonReader& reader, std::size_t bodies) {
   ResolvedStart start;
   const JsonReader rotation = reader.at("rotation"), rate = reader.at("angular_velocity");
   rotation.require_array(bodies);
   rate.require_array(bodies);
   for (std::size_t i = 0; i < bodies; ++i) {
-    start.rotation.push_back(value_at<Matrix3d>(rotation.at(i)));
+    start.rotation.push_back(rotation_at(rotation.at(i)));
     start.angular_velocity.push_back(value_at<Vector3d>(rate.at(i)));
   }
   start.position = value_at<Vector3d>(reader.at("position"));
@@ -148,7 +156,10 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   joints.require_array();
   for (std::size_t j = 0; j < joints.size(); ++j)
     problem.joints.push_back(read_joint(joints.at(j), static_cast<int>(problem.bodies.size())));
-  if (reader.has("density")) problem.density = reader.at("density").number();
+  if (reader.has("density")) {
+    problem.density = reader.at("density").number();
+    if (*problem.density < 0.0) reader.at("density").refuse("a number >= 0 (kg/m³)");
+  }
   problem.scheme = read_word(reader.at("scheme"), schemes);
   problem.time_step = reader.at("time_step").number();
   problem.duration = reader.at("duration").number();
@@ -195,6 +206,27 @@ void read_stages(const JsonReader& reader, std::size_t steps, std::size_t joints
   for (std::size_t k = 0; k < steps; ++k) read_nodes(control.at(k), stages, joints, solution.control_stages[k]);
 }
 
+// What rows and columns of the gains belong to follows from the problem.
+void require_coordinates(const JsonReader& reader, const ResolvedProblem& problem) {
+  const JsonReader controls = reader.at("control_coordinates"), states = reader.at("state_coordinates");
+  const std::vector<ControlCoordinate> control = control_coordinates(problem);
+  const std::vector<StateCoordinate> state = state_coordinates(problem);
+  controls.require_array(control.size());
+  states.require_array(state.size());
+  for (std::size_t c = 0; c < control.size(); ++c) {
+    const JsonReader own = controls.at(c);
+    if (own.at("joint").text() != control[c].joint || own.at("axis").integer(0, 2) != control[c].axis)
+      own.refuse("the joints' axes in their order, here " + std::to_string(control[c].axis) + " of " +
+                 control[c].joint);
+  }
+  for (std::size_t s = 0; s < state.size(); ++s) {
+    const JsonReader own = states.at(s);
+    if (own.at("quantity").text() != state[s].quantity || own.at("of").text() != state[s].of ||
+        own.at("axis").integer(0, 2) != state[s].axis || own.at("unit").text() != state[s].unit)
+      own.refuse("the states in their order, here " + state[s].quantity + " of " + state[s].of);
+  }
+}
+
 void read_feedback(const JsonReader& reader, const ResolvedProblem& problem, maneuver::Feedback& feedback) {
   const JsonReader time = reader.at("time");
   time.require_array();
@@ -202,6 +234,7 @@ void read_feedback(const JsonReader& reader, const ResolvedProblem& problem, man
   read_nodes(time, nodes, feedback.time);
   for (std::size_t m = 1; m < nodes; ++m)
     if (!(feedback.time[m] > feedback.time[m - 1])) time.at(m).refuse("times that rise (s)");
+  require_coordinates(reader, problem);
   const std::size_t controls = control_coordinates(problem).size(), states = state_coordinates(problem).size();
   const JsonReader gain = reader.at("gain");
   gain.require_array(nodes);
@@ -324,6 +357,9 @@ certificate::Certificate read_certificate(const JsonReader& reader, int bodies) 
       result.replay->servo_position_error = replay.at("servo_position_error").number_or_nan();
     }
   }
+  if (reader.has("resolved") && !reader.at("resolved").is_null() && result.replay &&
+      reader.at("resolved").boolean() != (result.replay->rotation_error <= certificate::replay_mark))
+    reader.at("resolved").refuse("true where replay.rotation_error is at most 1e-3 rad, else false");
   if (reader.has("costs"))
     result.costs = {reader.at("costs").at("error").number_or_nan(), reader.at("costs").at("signs").number_or_nan()};
   if (reader.has("limits")) {
@@ -350,6 +386,10 @@ maneuver::SearchRecord read_search(const JsonReader& reader) {
     maneuver::Minimum& read = search.minima.back();
     if (minimum.has("by_ipopt")) read.by_ipopt = minimum.at("by_ipopt").integer(0, read.count);
   }
+  int counted = 0;
+  for (const maneuver::Minimum& minimum : search.minima) counted += minimum.count;
+  if (counted != search.solved) minima.refuse("minima whose counts add up to solved");
+  if (search.solved > search.starts + search.hops) reader.at("solved").refuse("no more than starts and hops");
   return search;
 }
 

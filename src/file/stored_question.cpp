@@ -1,6 +1,12 @@
 #include "file/stored_question.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -8,6 +14,8 @@
 #include "file/problem_file.hpp"
 #include "file/problem_limits.hpp"
 #include "file/words.hpp"
+#include "maneuver/limit_rows.hpp"
+#include "model/system.hpp"
 
 namespace lamprey::file {
 
@@ -33,8 +41,43 @@ void check_numbers(const Problem& problem) {
   const double tolerance = problem.search.tolerance;
   require_number(tolerance > 0.0 && tolerance <= loosest_tolerance, "search.tolerance", tolerance,
                  "a number > 0, at most 0.1");
-  for (const maneuver::KeepOutSphere& sphere : problem.limits.spheres)
-    require_number(sphere.radius > 0.0, "limits.sphere.radius", sphere.radius, "a number > 0 (m)");
+  if (!problem.duration.free) return;
+  require_number(problem.duration.min > 0.0, "time.min", problem.duration.min, "a number > 0 (s)");
+  require_number(problem.duration.max > problem.duration.min, "time.max", problem.duration.max, "more than time.min");
+}
+
+void check_limit_numbers(const maneuver::Limits& limits) {
+  const auto positive = [](const std::string& key, double value) {
+    require_number(std::isfinite(value) && value > 0.0, key.c_str(), value, "a number > 0");
+  };
+  const auto for_joints = [&](const char* key, const std::optional<double>& all,
+                              const std::map<std::string, double>& named) {
+    if (all) positive(key, *all);
+    for (const auto& [joint, value] : named) positive(key_path(key, joint), value);
+  };
+  for_joints("limits.torque", limits.torque, limits.joint_torque);
+  for_joints("limits.torque_component", limits.torque_component, limits.joint_torque_component);
+  for_joints("limits.angular_velocity", limits.angular_velocity, limits.joint_angular_velocity);
+  for (const auto& [key, named] : {std::pair("limits.swing", &limits.swing), std::pair("limits.twist", &limits.twist)})
+    for (const auto& [joint, value] : *named)
+      require_number(value > 0.0 && value < std::numbers::pi, key_path(key, joint).c_str(), value,
+                     "between 0 and π (rad)");
+  for (const auto& [joint, pairs] : limits.angle)
+    for (const auto& [least, most] : pairs)
+      require_number(-std::numbers::pi <= least && least < most && most <= std::numbers::pi,
+                     key_path("limits.angle", joint).c_str(), least, "[min, max] with -π <= min < max <= π (rad)");
+  if (limits.clearance)
+    require_number(*limits.clearance >= 0.0, "limits.clearance", *limits.clearance, "a number >= 0 (m)");
+  for (const maneuver::KeepOutSphere& sphere : limits.spheres) positive("limits.sphere.radius", sphere.radius);
+  for (const maneuver::KeepOutHalfSpace& half : limits.half_spaces)
+    require_number(std::isfinite(half.normal.norm()) && half.normal.norm() > 0.0, "limits.half_space.normal",
+                   half.normal.norm(), "three numbers, not all 0");
+}
+
+void check_inertia(const model::SwimmerDescription& swimmer) {
+  for (const model::BodyDescription& body : swimmer.bodies)
+    if (body.body_inertia && !model::positive_definite(*body.body_inertia))
+      throw model::InputError(key_path("body_inertia", body.name), "found a matrix that is not positive definite");
 }
 
 template <typename Part>
@@ -65,6 +108,20 @@ void check_names(const Problem& problem) {
 
 }  // namespace
 
+std::string foreign_multiplier(const model::System& system, const Problem& problem,
+                               const std::vector<maneuver::LimitMultiplier>& multipliers) {
+  using Identity = std::tuple<std::string, int, int, int, int, bool>;
+  std::map<Identity, int> limited;
+  for (const maneuver::LimitRow& row : maneuver::limit_rows(system, problem))
+    ++limited[{row.key, row.joint, row.body, row.other_body, row.component, row.upper()}];
+  for (std::size_t m = 0; m < multipliers.size(); ++m) {
+    const maneuver::LimitMultiplier& own = multipliers[m];
+    if (--limited[{own.key, own.joint, own.body, own.other_body, own.component, own.upper}] < 0)
+      return fmt::format("limit_multipliers[{}]: found \"{}\", which limits nothing else of this problem", m, own.key);
+  }
+  return "";
+}
+
 std::string refusal_of(const Problem& problem) {
   ProblemFile file;
   file.problem = problem;
@@ -72,6 +129,8 @@ std::string refusal_of(const Problem& problem) {
   if (!integrator::single_step(problem.scheme)) file.problem.rule.reset();
   try {
     check_numbers(file.problem);
+    check_limit_numbers(file.problem.limits);
+    check_inertia(file.problem.swimmer);
     check_names(file.problem);
     check_statement(file.problem);
     require_supported(file, Purpose::solve);

@@ -1,5 +1,7 @@
 #include "file/tasks.hpp"
 
+#include <cmath>
+
 #include "certificate/certify.hpp"
 #include "file/followed_file.hpp"
 #include "file/problem_difference.hpp"
@@ -21,6 +23,18 @@ certificate::Refinement refinement_again(const certificate::Refinement& stored, 
   for (certificate::GridCost& grid : grids)
     if (grid.steps == problem.steps) grid.cost = cost;
   return study::refinement_of(grids, problem.steps, study::expected_order(problem));
+}
+
+// Where the problem's own times differ from each other or from the nodes'.
+void add_false_times(const Results& stored, std::vector<certificate::FalseClaim>& claims) {
+  const ResolvedProblem& problem = stored.problem;
+  const std::vector<double>& time = stored.solution.time;
+  const auto claim = [&](const char* field, double told, double is) {
+    if (!(std::abs(told - is) <= certificate::time_mark * std::abs(is))) claims.push_back({field, told, is});
+  };
+  if (problem.steps == 0) return;
+  if (problem.free_duration && time.size() > 1) claim("problem.duration", problem.duration, time.back());
+  claim("problem.time_step", problem.time_step, problem.duration / problem.steps);
 }
 
 }  // namespace
@@ -74,7 +88,8 @@ Results certified(const Results& results) {
   const maneuver::Problem problem = problem_of(results);
   const model::System system(problem.swimmer);
   const bool sought = problem.goal && results.solution.status != maneuver::Status::simulated;
-  const std::string refusal = sought && results.problem.start ? refusal_of(problem) : "";
+  std::string refusal = sought && results.problem.start ? refusal_of(problem) : "";
+  if (sought && refusal.empty()) refusal = foreign_multiplier(system, problem, results.solution.limit_multipliers);
   certificate::Options options;
   options.optimality = options.second_order = refusal.empty();
   again.certificate = certificate::certify(system, problem, results.solution, options);
@@ -104,8 +119,10 @@ Verification verify_task(const std::string& folder, const std::optional<ProblemF
   if (result.promises()) result.status_holds = result.found.solution.status == result.stored.solution.status;
   result.fault = result.found.problem.goal ? study::fault(problem_of(result.found), *result.found.certificate)
                                            : result.found.solution.message;
+  if (!result.status_holds && result.fault.empty()) result.fault = "nothing in the file bears it out";
   if (result.stored.certificate)
     result.claims = certificate::false_claims(*result.stored.certificate, *result.found.certificate);
+  add_false_times(result.stored, result.claims);
   result.trajectory_difference = trajectory_difference(folder, result.stored);
   if (asked) result.problem_differences = problem_differences(result.stored, *asked);
   return result;

@@ -397,6 +397,10 @@ void judge_march(const Certificate& proof, Solution& solution) {
   else if (beyond(proof.velocity_error, certificate::velocity_mark))
     missing =
         "stored velocities, momenta or joint angles are off by " + number(proof.velocity_error) + " of the largest";
+  else if (beyond(proof.time_error, certificate::time_mark))
+    missing = "the nodes' times differ by " + number(proof.time_error) + " of the duration from equal steps";
+  else if (std::isfinite(solution.cost))
+    missing = "a march has no cost, and one is stored";
   if (missing.empty()) return;
   solution.status = Status::stalled;
   solution.message = "No march: " + missing + ".";

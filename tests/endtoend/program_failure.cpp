@@ -309,6 +309,100 @@ TEST(Program, verify_names_what_a_solution_claims_in_vain) {
   EXPECT_EQ(nothing.find("nan"), std::string::npos);
 }
 
+// An answer, and what verify says of it when it is altered.
+struct Forgery : Folder {
+  file::Results answer;
+  Forgery() {
+    const std::string problem = varied_example(*this, "translation", {{"steps", "40"}, {"starts", "2"}});
+    EXPECT_EQ(lamprey(*this, "solve " + problem + " --out " + (*this / "run")).exit_code, 0);
+    answer = file::read_solution(*this / "run");
+  }
+  template <typename Alteration>
+  void refused(const Alteration& alter, int exit_code, const std::string& words) const {
+    file::Results other = answer;
+    alter(other);
+    file::write_solution(*this / "run", other);
+    verified(exit_code, words);
+  }
+  void refused(const std::string& found, const std::string& other, int exit_code, const std::string& words) const {
+    file::write_solution(*this / "run", answer);
+    const std::string path = *this / "run/solution.json";
+    std::string text = text_of(path);
+    const std::size_t place = text.find(found);
+    ASSERT_NE(place, std::string::npos) << found;
+    std::ofstream(path) << text.replace(place, found.size(), other);
+    verified(exit_code, words);
+  }
+
+ private:
+  void verified(int exit_code, const std::string& words) const {
+    const ProgramRun run = lamprey(*this, "verify " + (*this / "run"));
+    EXPECT_EQ(run.exit_code, exit_code) << words << '\n' << run.out << run.err;
+    EXPECT_NE((run.out + run.err).find(words), std::string::npos) << words << '\n' << run.out << run.err;
+  }
+};
+
+TEST(Program, verify_refuses_limits_that_no_problem_file_may_have) {
+  const Forgery of;
+  of.refused([](file::Results& is) { is.problem.limits.torque = -1.0; }, 4,
+             "(limits.torque: found -1; allowed: a number > 0");
+  of.refused([](file::Results& is) { is.problem.limits.joint_torque_component["front"] = -1.0; }, 4,
+             "(limits.torque_component.front: found -1; allowed: a number > 0");
+  of.refused([](file::Results& is) { is.problem.limits.angular_velocity = 0.0; }, 4,
+             "(limits.angular_velocity: found 0; allowed: a number > 0");
+  of.refused([](file::Results& is) { is.problem.limits.clearance = -0.1; }, 4,
+             "(limits.clearance: found -0.1; allowed: a number >= 0 (m)");
+  of.refused([](file::Results& is) { is.problem.limits.swing["front"] = 7.0; }, 4,
+             "(limits.swing.front: found 7; allowed:");
+  of.refused(
+      [](file::Results& is) {
+        is.problem.limits.half_spaces = {{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()}};
+      },
+      4, "(limits.half_space.normal: found 0; allowed: three numbers, not all 0");
+  of.refused(
+      [](file::Results& is) {
+        is.solution.limit_multipliers.push_back({"limits.torque", 0, -1, -1, -1, false, std::vector<double>(41, 5.0)});
+      },
+      4, "(limit_multipliers[0]: found \"limits.torque\", which limits nothing else of this problem");
+}
+
+TEST(Program, verify_refuses_records_that_contradict_themselves) {
+  const Forgery of;
+  of.refused([](file::Results& is) { is.problem.time_step *= 2.0; }, 4, "problem.time_step is");
+  of.refused([](file::Results& is) { is.certificate->replay->rotation_error /= 8.0; }, 4, "replay.rotation_error is");
+  of.refused([](file::Results& is) { is.certificate->replay->growth_rate = 0.0; }, 4, "replay.growth_rate is");
+  of.refused([](file::Results& is) { is.certificate->goal_error = -5.0; }, 4, "goal_error is");
+  of.refused([](file::Results& is) { is.certificate->refinement->cost_error *= 0.5; }, 4, "refinement.cost_error is");
+  of.refused([](file::Results& is) { is.solution.search.solved = 999; }, 3, "minima whose counts add up to solved");
+  of.refused([](file::Results& is) { is.problem.start->rotation[1] *= 10.0; }, 3, "a rotation matrix");
+  of.refused([](file::Results& is) { is.problem.density = -1.0; }, 3, "a number >= 0 (kg/m³)");
+  const bool resolved = of.answer.certificate->replay->rotation_error <= certificate::replay_mark;
+  of.refused(resolved ? "\"resolved\": true" : "\"resolved\": false",
+             resolved ? "\"resolved\": false" : "\"resolved\": true", 3, "certificate/resolved");
+  of.refused("{\"joint\": \"front\", \"axis\": 0}", "{\"joint\": \"back\", \"axis\": 0}", 3,
+             "feedback/control_coordinates");
+  of.refused("\"quantity\": \"turn\"", "\"quantity\": \"angle\"", 3, "feedback/state_coordinates");
+}
+
+TEST(Program, verify_refuses_marches_of_other_times_or_with_a_cost) {
+  const Folder folder;
+  const std::string run = folder / "run";
+  ASSERT_EQ(
+      lamprey(folder, "simulate " + std::string(LAMPREY_SOURCE_DIR) + "/examples/tumble.toml --out " + run).exit_code,
+      0);
+  const file::Results marched = file::read_solution(run);
+  file::Results swapped = marched, priced = marched;
+  std::swap(swapped.solution.time[4], swapped.solution.time[5]);
+  priced.solution.cost = -5.0;
+  for (const auto& [results, words] : {std::pair(&swapped, "the nodes' times differ by "),
+                                       std::pair(&priced, "a march has no cost, and one is stored")}) {
+    file::write_solution(run, *results);
+    const ProgramRun verified = lamprey(folder, "verify " + run);
+    EXPECT_EQ(verified.exit_code, 4);
+    EXPECT_NE(verified.out.find(words), std::string::npos) << verified.out;
+  }
+}
+
 // A copy of the program with its two companions for benchmarks beside it, the first of them made to leave a trace.
 struct BenchFolder : Folder {
   BenchFolder() {
