@@ -1,12 +1,11 @@
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <sstream>
 
 #include "integrator/scheme.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/passive_joints.hpp"
 #include "study/grids.hpp"
+#include "study/slower_joints.hpp"
 #include "study/stroke_searches.hpp"
 
 namespace lamprey::study {
@@ -23,12 +22,6 @@ constexpr int first_steps = 25;                       // of the grid on which a 
 constexpr int finest_first_steps = 4 * coarse_steps;  // where those show too little
 constexpr int carried_iterations = 100;  // to another grid, where the same solution is near or is not found
 constexpr double rough_tolerance = 1e-4;
-constexpr double held_turn = 0.5;  // rad a step, of joints that are held from whirling
-
-double two_digits(double value) {
-  const double last = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
-  return last * std::round(value / last);
-}
 
 class NewtonMethod : public Method {
  public:
@@ -70,7 +63,7 @@ class NewtonMethod : public Method {
   std::vector<Found> refine(const std::vector<const Found*>& coarse) override {
     return grids_.in_threads(static_cast<int>(coarse.size()), "refined", [&](int n) {
       const Found& from = *coarse[static_cast<std::size_t>(n)];
-      Found found = from.joint_rate ? refine_held(from) : grids_.refine(from);
+      Found found = from.joint_rate ? refine_with_slower_joints(grids_, from) : grids_.refine(from);
       found.outcome.iterations -= from.outcome.iterations;  // which the search has counted
       found.outcome.evaluations -= from.outcome.evaluations;
       return found;
@@ -161,69 +154,8 @@ class NewtonMethod : public Method {
         add_effort(again, found);
       }
     }
-    return whirls(found) ? solve_held(start, coarse, found) : found;
-  }
-
-  // A step shows turns up to a quarter turn, and next to it almost nothing of what they cost: there searches may stall, or find all
-  // that is cheaper. Where joints are held to less there are minima, which may be some without that, too, if not on so few steps.
-  bool whirls(const Found& found) const {
-    return !found.converged() && !grids_.budget().closing() && !grids_.composed() && !grids_.passive() &&
-           !found.path.rotation.empty() && largest_turn(found.path.rotation).angle > nearly_quarter_turn;
-  }
-  Problem held_to(std::optional<double> joint_rate) const {
-    Problem held = grids_.problem();
-    if (!joint_rate) return held;
-    held.limits.angular_velocity = std::min(held.limits.angular_velocity.value_or(*joint_rate), *joint_rate);
-    for (auto& [joint, own] : held.limits.joint_angular_velocity) own = std::min(own, *joint_rate);
-    return held;
-  }
-  Found solve_held(int start, int steps, const Found& before) const {
-    Found found;
-    found.outcome = before.outcome;
-    found.duration = before.duration;
-    found.joint_rate = two_digits(held_turn * steps / before.duration);
-    Grid grid = grids_.grid(held_to(found.joint_rate), steps);
-    grids_.solve(grid, first_guess(grid, start), fine_tolerance, found);
-    if (found.converged()) return let_go(found);
-    Found again = before;
-    add_effort(found, again);
-    return again;
-  }
-  Found refine_held(const Found& coarse) const {
-    Found found = coarse;
-    found.outcome.termination = Termination::converged;
-    found = grids_.with(held_to(coarse.joint_rate)).refine(found);
-    if (found.converged()) found = let_go(found);
-    found.limit_multipliers = of_rows_held_to({}, found);
-    return found;
-  }
-  // From an answer with joints held to a rate on by faster and faster ones, until they are free; the last answer before these lead to
-  // none.
-  Found let_go(Found held) const {
-    while (held.joint_rate) {
-      const double turn = *held.joint_rate * held.duration / steps_of(held.path);
-      Found freer = held;
-      freer.joint_rate = turn < held_turn ? std::optional(2.0 * *held.joint_rate) : std::nullopt;
-      freer.limit_multipliers = of_rows_held_to(freer.joint_rate, held);
-      Grid grid = grids_.grid(held_to(freer.joint_rate), steps_of(held.path));
-      grids_.solve(grid, held.path, fine_tolerance, freer);
-      if (!freer.converged()) {
-        add_effort(freer, held);
-        held.outcome.termination = Termination::feasible;
-        std::ostringstream reason;
-        reason << "with limits.angular_velocity = " << *held.joint_rate
-               << " it is a minimum, and without that searches lead to turns that no step shows: more time.steps may "
-                  "show them";
-        held.outcome.reason = reason.str();
-        return held;
-      }
-      held = std::move(freer);
-    }
-    return held;
-  }
-  maneuver::LimitMultipliers of_rows_held_to(std::optional<double> joint_rate, const Found& found) const {
-    const auto rows = [&](std::optional<double> rate) { return maneuver::limit_rows(grids_.system(), held_to(rate)); };
-    return maneuver::of_rows(found.limit_multipliers, rows(found.joint_rate), rows(joint_rate));
+    if (!whirls(grids_, found)) return found;
+    return solve_with_slower_joints(grids_, first_guess(grids_.grid(coarse), start), coarse, found);
   }
 
   // Costs of work have kinks at which a search from afar may stall. Where the goal asks for a motion, the one of least effort, which
