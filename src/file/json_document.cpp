@@ -65,7 +65,8 @@ class GuardedBuilder : public nlohmann::json_sax<Json> {
   }
   bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
     position_ = position;
-    message_ = error.what();
+    message_ = error.what();  // "[json.exception…] parse error at line 1, column 2: what it is"
+    if (const std::size_t place = message_.find(": "); place != std::string::npos) message_.erase(0, place + 2);
     return false;
   }
 
@@ -161,7 +162,8 @@ bool JsonReader::boolean() const {
 
 int JsonReader::integer(int low, int high) const {
   const double number = value_->is_number_integer() ? value_->get<double>() : std::nan("");
-  if (!(number >= low && number <= high)) refuse(fmt::format("a whole number from {} to {}", low, high));
+  if (!(number >= low && number <= high))
+    refuse(low == high ? fmt::format("{}", low) : fmt::format("a whole number from {} to {}", low, high));
   return static_cast<int>(number);
 }
 

@@ -151,6 +151,7 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   ResolvedProblem problem;
   const JsonReader bodies = reader.at("bodies");
   bodies.require_array();
+  if (bodies.size() == 0) bodies.refuse("at least one body");
   for (std::size_t i = 0; i < bodies.size(); ++i) problem.bodies.push_back(read_body(bodies.at(i)));
   const JsonReader joints = reader.at("joints");
   joints.require_array();

@@ -1,6 +1,9 @@
 #include "file/tasks.hpp"
 
 #include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
 
 #include "certificate/certify.hpp"
 #include "file/followed_file.hpp"
@@ -35,6 +38,22 @@ void add_false_times(const Results& stored, std::vector<certificate::FalseClaim>
   if (problem.steps == 0) return;
   if (problem.free_duration && time.size() > 1) claim("problem.duration", problem.duration, time.back());
   claim("problem.time_step", problem.time_step, problem.duration / problem.steps);
+}
+
+// Where an angle that counts whole turns jumps by more than half of one from node to node, which no step does.
+void add_false_turns(const Results& stored, std::vector<certificate::FalseClaim>& claims) {
+  const auto& angle = stored.solution.joint_angle;
+  for (std::size_t j = 0; j < stored.problem.joints.size(); ++j) {
+    if (stored.problem.joints[j].kind == model::JointKind::ball) continue;
+    for (std::size_t k = 0; k + 1 < angle.size(); ++k)
+      for (int axis = 0; axis < 2; ++axis) {
+        const double before = angle[k][j][axis], told = angle[k + 1][j][axis];
+        const double turn = std::remainder(told - before, 2.0 * std::numbers::pi);
+        if (std::abs(told - before) <= std::numbers::pi) continue;
+        claims.push_back({fmt::format("joint_angle[{}][{}][{}]", k + 1, j, axis), told, before + turn});
+        return;
+      }
+  }
 }
 
 }  // namespace
@@ -123,6 +142,7 @@ Verification verify_task(const std::string& folder, const std::optional<ProblemF
   if (result.stored.certificate)
     result.claims = certificate::false_claims(*result.stored.certificate, *result.found.certificate);
   add_false_times(result.stored, result.claims);
+  add_false_turns(result.stored, result.claims);
   result.trajectory_difference = trajectory_difference(folder, result.stored);
   if (asked) result.problem_differences = problem_differences(result.stored, *asked);
   return result;

@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "file/solution_file.hpp"
 #include "program.hpp"
@@ -392,11 +393,13 @@ TEST(Program, verify_refuses_marches_of_other_times_or_with_a_cost) {
                 .exit_code,
             0);
   const file::Results marched = file::read_solution(run);
-  file::Results swapped = marched, priced = marched;
+  file::Results swapped = marched, priced = marched, turned = marched;
+  turned.solution.joint_angle[7][1][0] += 2.0 * std::numbers::pi;
   std::swap(swapped.solution.time[4], swapped.solution.time[5]);
   priced.solution.cost = -5.0;
-  for (const auto& [results, words] : {std::pair(&swapped, "the nodes' times differ by "),
-                                       std::pair(&priced, "a march has no cost, and one is stored")}) {
+  for (const auto& [results, words] :
+       {std::pair(&swapped, "the nodes' times differ by "),
+        std::pair(&priced, "a march has no cost, and one is stored"), std::pair(&turned, "joint_angle[7][1][0] is")}) {
     file::write_solution(run, *results);
     const ProgramRun verified = lamprey(folder, "verify " + run);
     EXPECT_EQ(verified.exit_code, 4);
