@@ -7,13 +7,13 @@ namespace lamprey::certificate {
 
 namespace {
 
-constexpr double larger = 10.0;  // an error found, over the one told
-constexpr double scarcely_larger = 1.05;
-constexpr double unmarked_floor = 1e-9;  // of errors without a mark: what replays on another machine differ by
-constexpr double of_the_mark = 0.1;      // below this share of its mark an error is as good as any
-constexpr double kkt_scale = 1e-8;       // the usual tolerance
-constexpr double same_digits = 1e-10;    // of the largest number that one is formed from
-constexpr double same_value = 1e-3;      // relative, of curvatures, growth rates and gaps
+constexpr double larger = 10.0;           // an error found, over the one told
+constexpr double scarcely_larger = 1.05;  // of what comes out the same everywhere
+constexpr double unmarked_floor = 1e-9;   // of errors without a mark: what replays on another machine differ by
+constexpr double of_the_mark = 0.1;       // below this share of its mark an error is as good as any
+constexpr double kkt_scale = 1e-8;        // the usual tolerance
+constexpr double same_digits = 1e-10;     // of the largest number that one is formed from
+constexpr double same_value = 1e-3;       // relative, of curvatures, growth rates and gaps
 
 class Claims {
  public:

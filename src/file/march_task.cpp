@@ -184,7 +184,7 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
                          const Followed* followed) {
   maneuver::SimulateOptions simulation{.adaptive = options.adaptive, .interrupted = options.interrupted};
   maneuver::ControlFunction control = maneuver::no_control(system);
-  const maneuver::MotorLimits motors(system, problem.limits);
+  const maneuver::MotorLimits motors(system, problem);
   double asked = 0.0, cut = 0.0;  // how often moments were
   if (options.control)
     control = [&](double time) { return maneuver::moments_at_zero_angle(system, options.control(time)); };

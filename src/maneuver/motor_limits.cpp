@@ -4,23 +4,17 @@
 #include <cmath>
 #include <limits>
 
+#include "maneuver/limit_rows.hpp"
+
 namespace lamprey::maneuver {
 
-namespace {
-
-double limit_of(const std::string& joint, const std::optional<double>& all,
-                const std::map<std::string, double>& named) {
-  const auto own = named.find(joint);
-  return own != named.end() ? own->second : all.value_or(std::numeric_limits<double>::infinity());
-}
-
-}  // namespace
-
-MotorLimits::MotorLimits(const model::System& system, const Limits& limits) {
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const model::Joint& joint = system.joint(j);
-    motors_.push_back({joint.actuation, limit_of(joint.name, limits.torque, limits.joint_torque),
-                       limit_of(joint.name, limits.torque_component, limits.joint_torque_component)});
+MotorLimits::MotorLimits(const model::System& system, const Problem& problem) {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  for (int j = 0; j < system.joint_count(); ++j) motors_.push_back({system.joint(j).actuation, none, none});
+  for (const LimitRow& row : limit_rows(system, problem)) {
+    if (!row.of_moments()) continue;
+    Motor& motor = motors_[static_cast<std::size_t>(row.joint)];
+    (row.kind == LimitRow::Kind::torque ? motor.whole : motor.component) = row.bound;
   }
 }
 

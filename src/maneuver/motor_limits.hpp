@@ -11,7 +11,7 @@ namespace lamprey::maneuver {
 
 class MotorLimits {
  public:
-  MotorLimits(const model::System& system, const Limits& limits);
+  MotorLimits(const model::System& system, const Problem& problem);
 
   /// Whether any joint has a limit of torque.
   bool any() const;

@@ -52,6 +52,25 @@ TEST_F(Following, holds_a_perturbed_start_with_the_scheme_with_others_and_in_con
   }
 }
 
+// Motors a tenth weaker than the plan asks for.
+TEST_F(Following, gives_no_more_than_the_problems_limits_of_torque_and_says_how_often_it_would) {
+  double most = 0.0;
+  for (const auto& node : file::read_solution(solved()).solution.control)
+    for (const Eigen::Vector3d& moment : node) most = std::max(most, 0.9 * moment.norm());
+  const std::string weak = *folder_ / "weak.toml";
+  std::ofstream(weak) << text_of(problem_) << "\n[limits]\ntorque = " << most << '\n';
+  const ProgramRun run = simulate("--feedback " + solved() + " --perturb 1e-3 --seed 3", weak);
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const maneuver::Tracking followed = tracking();
+  EXPECT_GT(followed.cut_share, 0.01);
+  EXPECT_LT(followed.cut_share, 0.5);
+  EXPECT_LE(followed.rotation_error, tolerance(1e-2));
+  EXPECT_NE(run.out.find("Limits of torque"), std::string::npos) << run.out;
+  for (const auto& node : file::read_solution(*folder_ / "run").solution.control)
+    for (const Eigen::Vector3d& moment : node) EXPECT_LE(moment.norm(), (1.0 + tolerance(1e-5)) * most);
+  EXPECT_EQ(lamprey(*folder_, "verify " + (*folder_ / "run")).exit_code, 0);
+}
+
 TEST_F(Following, on_the_plan_stays_on_it) {
   ASSERT_EQ(simulate("--feedback " + solved()).exit_code, 0);
   EXPECT_LE(tracking().largest_rotation_error, tolerance(1e-10));

@@ -54,7 +54,7 @@ TEST_P(FeedbackOfSchemes, of_weak_motors_gives_no_more_than_these_and_tells_what
     maneuver::Problem problem = with_weak_motors(plan.problem);
     problem.start = maneuver::turned_start(plan.system, problem.start, 0.1, seed,
                                            maneuver::answered_turns(plan.system, plan.solution.feedback));
-    const maneuver::MotorLimits motors(plan.system, problem.limits);
+    const maneuver::MotorLimits motors(plan.system, problem);
     int cut = 0;
     std::vector<mechanics::Moments> acted;
     const integrator::MotorFunction given = [&](const mechanics::Moments& asked) {
@@ -85,8 +85,8 @@ TEST_P(FeedbackOfSchemes, of_weak_motors_gives_no_more_than_these_and_tells_what
 
 TEST(MotorLimits, leave_alone_what_they_allow_and_cut_the_rest_once) {
   const Plan plan = tree_in_motion(3, 4, Scheme::trapezoid, 4, 0.4);
-  const maneuver::MotorLimits motors(plan.system, with_weak_motors(plan.problem).limits);
-  const maneuver::MotorLimits none(plan.system, plan.problem.limits);
+  const maneuver::MotorLimits motors(plan.system, with_weak_motors(plan.problem));
+  const maneuver::MotorLimits none(plan.system, plan.problem);
   EXPECT_TRUE(motors.any());
   EXPECT_FALSE(none.any());
   Random random(5);
