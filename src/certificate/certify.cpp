@@ -120,6 +120,7 @@ void certify_stages(const StoredMotion& motion, const Options& options, double s
   proof.equation_residual = step_residual(motion, *stages, scale);
   proof.rest_error = largest_part(motion.system, stages->node.back().momentum) / scale;
   proof.control_error = stages->control_error;
+  proof.time_error = std::max(proof.time_error, stages->time_error / motion.solution.time.back());
   proof.velocity_error = velocity_error(motion, stages->node, scale);
   proof.cost_error = relative_difference(motion.solution.cost, cost_of_steps(motion, *stages));
   if (options.optimality) proof.kkt = kkt_residual(motion, *stages, scale);
@@ -144,8 +145,8 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   const bool sought = problem.goal && solution.status != maneuver::Status::simulated;
   Options options = asked;
   if (sought && !covered(problem)) options.optimality = options.second_order = false;
-  if (!motion.steps_known && sought) certify_stages(motion, options, balance.scale, proof);
   proof.time_error = time_error(motion);
+  if (!motion.steps_known && sought) certify_stages(motion, options, balance.scale, proof);
   if (!sought) {
     if (motion.steps_known) proof.velocity_error = velocity_error(motion, node_states(motion), balance.scale);
     return proof;

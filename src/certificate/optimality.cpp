@@ -53,6 +53,10 @@ MatrixXd by_free_numbers(const StoredMotion& motion, const ControlSpace& space, 
   return by_points;
 }
 
+double cost_of_free_duration(const StoredMotion& motion) {
+  return motion.problem.duration.free ? motion.problem.time_weight * motion.time_step * motion.steps : 0.0;
+}
+
 integrator::SweptGradients sweep(const StoredMotion& motion, integrator::StepRange range, const MatrixXd& end_rows) {
   return integrator::gradient_sweep(
       motion.system, motion.lagrangian, motion.time_step,
@@ -87,6 +91,11 @@ ControlSpace control_space(const StoredMotion& motion) {
                                                         VectorXd::LinSpaced(motion.steps + 1, 0.0, duration));
   const MatrixXd points = maneuver::least_squares(basis, moments);
   return {points.transpose().reshaped(), basis, difference(motion, basis * points)};
+}
+
+double worth_by_duration(const StoredMotion& motion) {
+  const double cost = cost_of_free_duration(motion), moments = actuated_moments(motion).lpNorm<1>();
+  return moments > 0.0 ? cost / moments : 0.0;
 }
 
 VectorXd node_weights(const StoredMotion& motion) {
@@ -270,9 +279,9 @@ void join_ends_of_period(Eigen::Index controls, Eigen::Index moments, FirstOrder
 // A state or the duration changes all nodes' moments: by what that costs it counts, as a moment does by its own.
 void weigh_free_numbers(const StoredMotion& motion, const VectorXd& moments, Eigen::Index free, FirstOrder& order) {
   const auto by_moments = order.gradient.head(moments.size());
-  const double costs =
-      by_moments.cwiseProduct(moments).lpNorm<1>() + motion.problem.time_weight * motion.time_step * motion.steps;
-  const double share = costs > 0.0 ? by_moments.lpNorm<Eigen::Infinity>() / costs : 0.0;
+  const double costs = by_moments.cwiseProduct(moments).lpNorm<1>() + cost_of_free_duration(motion);
+  const double unit = std::max(by_moments.lpNorm<Eigen::Infinity>(), worth_by_duration(motion));
+  const double share = costs > 0.0 ? unit / costs : 0.0;
   order.gradient.tail(free) *= share;
   order.conditions.shift.tail(free) *= share;
   order.conditions.rows.rightCols(free) *= share;
@@ -329,6 +338,7 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
        maneuver::beyond_rows(order.gradient + order.conditions.shift, order.conditions.rows, dependent_row))
     left.add(std::abs(entry));
   for (double entry : order.gradient) whole.add(std::abs(entry));
+  whole.add(worth_by_duration(motion));
   if (motion.problem.cost_weights.of_displacement())  // against which rest, without moments, is stationary
     for (double entry : order.conditions.shift) whole.add(std::abs(entry));
   return left.relative_to(whole.value());

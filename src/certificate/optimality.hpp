@@ -23,6 +23,9 @@ VectorXd node_weights(const StoredMotion& motion);
 /// Gradient of the cost by the free numbers of the space.
 VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space);
 
+/// What a free duration makes ∇cost worth at least by a moment, (N m) s: the time's cost over Σ|u|; 0 where it is given.
+double worth_by_duration(const StoredMotion& motion);
+
 /// Typical size of each entry of a state's perturbation when turns and shifts, by the unit of length, are of size 1 over `duration` s.
 VectorXd state_scale(const StoredMotion& motion, double duration);
 

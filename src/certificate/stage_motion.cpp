@@ -82,6 +82,9 @@ class Marcher {
     };
     if (!march_.advance(motion_.time_step, control, state, witness).converged) return false;
     compare(k, state);
+    compare_node(k);
+    if (k + 1 == motion_.steps) compare_node(k + 1);
+    compare_times(k);
     fit(k);
     return true;
   }
@@ -90,6 +93,7 @@ class Marcher {
     stages_.momentum_error = momentum_.value();
     stages_.configuration_error = configuration_.value();
     stages_.control_error = outside_.relative_to(largest_.value());
+    stages_.time_error = time_.value();
   }
 
  private:
@@ -99,6 +103,23 @@ class Marcher {
     for (std::size_t i = 0; i < next.rotation.size(); ++i)
       configuration_.add(lie::rotation_angle(next.rotation[i].transpose() * state.rotation[i]));
     configuration_.add((state.position - next.position).norm() / motion_.system.length_unit());
+  }
+
+  // Nodes have the mean of what acts on both sides.
+  void compare_node(int k) {
+    const int nodes = stages_.stages + 1;
+    const Moments& after = stages_.control[at(k < motion_.steps ? k * nodes : k * nodes - 1)];
+    const Moments& before = k > 0 ? stages_.control[at(k * nodes - 1)] : after;
+    for (std::size_t j = 0; j < after.size(); ++j)
+      outside_.add((motion_.control[at(k)][j] - 0.5 * (before[j] + after[j])).norm());
+  }
+
+  void compare_times(int k) {
+    const maneuver::Solution& stored = motion_.solution;
+    const bool told = at(k) < stored.stage_time.size() && stored.stage_time[at(k)].size() == stages_.fraction.size();
+    if (!told) time_.add(unset);
+    for (std::size_t s = 0; told && s < stages_.fraction.size(); ++s)
+      time_.add(std::abs(stored.stage_time[at(k)][s] - (stored.time[at(k)] + stages_.fraction[s] * motion_.time_step)));
   }
 
   void fit(int k) {
@@ -121,7 +142,7 @@ class Marcher {
   integrator::March march_;
   Moments none_;
   MatrixXd basis_;  // [stages + 1][terms]
-  Largest momentum_, configuration_, outside_, largest_;
+  Largest momentum_, configuration_, outside_, largest_, time_;
 };
 
 // Rows by the state at the end of a range of steps, carried to its beginning and to the coefficients on the way.

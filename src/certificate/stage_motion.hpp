@@ -21,7 +21,9 @@ struct StageMotion {
   double momentum_error;       // kg m²/s, largest part of the difference of a marched end from the next node
   double configuration_error;  // rad, of positions by the unit of length, likewise
   double
-      control_error;  // largest distance of a stored moment from the polynomials, or its part outside the actuation / largest moment
+      control_error;  // largest distance of a stored moment from the polynomials, its part outside the actuation, or what
+                      // a node has beside the mean of both its sides / largest moment
+  double time_error;  // s, of the stages' stored times
 };
 
 /// Nothing for other schemes, without stored stages, where a march divided its steps and where a step does not converge.

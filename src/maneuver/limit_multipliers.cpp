@@ -18,8 +18,9 @@ constexpr double largest_weight = 1e15;  // of the first
 constexpr double first_level = 0.1, first_barrier = 0.01;
 constexpr double carried_level = 1e-5, carried_barrier = 1e-4;
 constexpr double finest_level = 1e-9, finest_barrier = 5e-8;
-constexpr double fall = 0.1;              // of both from search to search
-constexpr double nearly_finest = 3.0;     // times the finest barrier, from where it falls to that
+constexpr double fall = 0.1;           // of both from search to search
+constexpr double nearly_finest = 3.0;  // times the finest barrier, from where it falls to that
+constexpr double least_fall = 0.5;  // share left of a barrier, above which its fall tells nothing of limits that hold
 constexpr double weight_growth = 8.0;     // where what is broken has not fallen
 constexpr double enough_progress = 0.25;  // share of it that may be left
 constexpr double heaviest = 1e5;          // weight over the largest multiplier, whose round-off is 1e-15 of that or so
@@ -139,8 +140,10 @@ void LimitTerms::come_nearer(double broken, double cost) {
     multipliers_.weight = std::min(weight_growth * multipliers_.weight, multipliers_.largest_weight);
     return;
   }
+  const double finest = finest_barrier * base_;
   double barrier = fall * barrier_;
-  if (barrier < nearly_finest * finest_barrier * base_) barrier = std::min(finest_barrier * base_, barrier_);
+  if (barrier < nearly_finest * finest) barrier = finest;
+  if (barrier > least_fall * barrier_) barrier = barrier_;
   if (barrier < barrier_) {
     fallen_ = barrier / barrier_;
     before_fall_ = multipliers_.value;

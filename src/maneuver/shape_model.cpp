@@ -19,6 +19,7 @@ using optimizer::Stage;
 using optimizer::StageModel;
 
 constexpr double free_shape_hold = 1e-3;  // metric of a free first shape against that of turns between nodes
+constexpr double share_of_time = 0.1;     // of what time costs, that moments are worth at least where limits hold them
 
 }  // namespace
 
@@ -302,10 +303,24 @@ void ShapeProgram::model_goal(MatrixXd& C, VectorXd& c) {
   }
 }
 
+// What moments cost, with other costs in proportion, or a share of a free duration's cost where they are limited.
+double ShapeProgram::worth_of_moments() const {
+  double square = 0.0, largest = 0.0;
+  for (const VectorXd& moment : now_.moment) square += moment.squaredNorm() / (steps_ + 1);
+  double effort = maneuver_.effort * std::sqrt(square);
+  if (!terms_.empty()) {
+    const double time = maneuver_.time_weight * h_ * now_.stretch * steps_, others = now_.terms.cost;
+    const double spent = now_.cost + won(now_);
+    effort *= 1.0 + others / std::max(spent - time - others, 1e-6 * spent);
+  }
+  if (!maneuver_.free_duration) return effort;
+  for (const LimitRow& row : limits_.rows())
+    if (row.of_moments()) largest += row.bound * row.bound;
+  return largest > 0.0 ? std::max(effort, share_of_time * maneuver_.time_weight / std::sqrt(largest)) : effort;
+}
+
 void ShapeProgram::linearize(StageModel& model) {
-  metric_scale_ = 0.0;
-  for (const VectorXd& moment : now_.moment) metric_scale_ += moment.squaredNorm() / (steps_ + 1);
-  metric_scale_ = maneuver_.effort * std::sqrt(metric_scale_);
+  metric_scale_ = worth_of_moments();
   if (!terms_.empty()) prepare_terms(model);
   model_goal(model.C, model.c);
   model_limits();

@@ -186,6 +186,7 @@ class ShapeProgram : public optimizer::StageProgram {
   double spent(const Motion& motion) const;
   CostedMotion costed(const Motion& motion) const;
   void add_terms(Motion& motion);
+  double worth_of_moments() const;
   void prepare_terms(optimizer::StageModel& model);
   void add_term_models(optimizer::StageModel& model);
   double impulse_time(const Motion& motion, int node) const {
@@ -249,7 +250,7 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<VectorXd> idle_bend_;        // [N][idle] N m, idle moments of trial points beyond first order
   VectorXd missed_idle_;                   // [idle] N m
   std::vector<MatrixXd> next_by_idle_;     // [N][n][idle] next state by idle moments
-  double metric_scale_ = 1.0;              // N m, what moments are like
+  double metric_scale_ = 1.0;              // N m times effort's weight, what moments are worth
   mechanics::Interval buffer_;
   VectorXd along_;                            // [shape_size]
   mechanics::Freedoms spread_, spread_next_;  // [bodies]

@@ -13,9 +13,6 @@ using optimizer::StageStep;
 
 // What the terms add to what the last model holds goes.
 void ShapeProgram::prepare_terms(StageModel& model) {
-  const double time = maneuver_.time_weight * h_ * now_.stretch * steps_, others = now_.terms.cost;
-  const double spent = now_.cost + won(now_);
-  metric_scale_ *= 1.0 + others / std::max(spent - time - others, 1e-6 * spent);
   for (Stage& stage : model.stage) {
     stage.S.setZero();
     stage.A.bottomRows(terms_.states()).setZero();

@@ -37,6 +37,7 @@ constexpr double nearly_met = 1e-5;
 constexpr double nearly_stationary = 1e-2;
 constexpr double saddle = 2e-3;             // stationarity at which an indefinite Hessian means a saddle
 constexpr double drowned = 1e-6;            // stationarity below which a step's gain is lost in round-off
+constexpr double moved_by_weights = 1e-4;   // stationarity that other weights of its rows may leave of a solution
 constexpr double last_rise = 1e-9;          // of the cost, relative
 constexpr double close = 3e-2;              // stationarity before a step after which its factors may be good for more
 constexpr double follow_to = 1e-6;          // of the tolerance, what such steps may leave
@@ -207,13 +208,14 @@ void StageNewton::take_last_step(StageProgram& program, Outcome& outcome) {
   if (program.limited()) program.take_multipliers(step_, length);
 }
 
-// Where no step shows progress any more because what it gains drowns in round-off: a last one, without a shift.
-bool StageNewton::settle(StageProgram& program, Outcome& outcome) {
+// Where no step shows progress any more because what it gains drowns in round-off: a last one, without a shift, of no more than
+// a given change.
+bool StageNewton::settle(StageProgram& program, double most_change, Outcome& outcome) {
   if (program.merit().violation > met || !factor_unshifted()) return false;
   shift_ = 0.0;
   find_step();
   change_ = stationarity();
-  if (!(change_ <= drowned)) return false;
+  if (!(change_ <= most_change)) return false;
   take_last_step(program, outcome);
   return true;
 }
@@ -366,7 +368,7 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
       record(program, outcome);
       if (follow(program, options, outcome)) verdict = Verdict::converged;
     }
-    if (verdict == Verdict::stuck && settle(program, outcome)) verdict = Verdict::converged;
+    if (verdict == Verdict::stuck && settle(program, drowned, outcome)) verdict = Verdict::converged;
     factored_ = verdict == Verdict::converged && shift_ == 0.0;
     if (verdict == Verdict::converged) {
       multiplier_ = step_.end_multiplier;
@@ -401,7 +403,7 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
 
 void StageNewton::step_once_more(StageProgram& program, Outcome& outcome) {
   program.linearize(model_);
-  factored_ = settle(program, outcome);
+  factored_ = settle(program, moved_by_weights, outcome);
   if (factored_) multiplier_ = step_.end_multiplier;
 }
 

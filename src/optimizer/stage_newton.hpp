@@ -58,7 +58,7 @@ class StageNewton {
   bool follow(StageProgram& program, const Options& options, Outcome& outcome);
   void record(const StageProgram& program, Outcome& outcome) const;
   void take_last_step(StageProgram& program, Outcome& outcome);
-  bool settle(StageProgram& program, Outcome& outcome);
+  bool settle(StageProgram& program, double most_change, Outcome& outcome);
   double raised_shift() const;
   void ease_or_damp(double ratio);
   bool leave_saddle(StageProgram& program, Outcome& outcome);

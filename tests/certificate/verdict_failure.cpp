@@ -240,6 +240,30 @@ TEST(Verdict, of_questions_that_are_not_checked_is_none) {
   }
 }
 
+// Of a scheme above order 2 the steps are marched under the moments of their stages: those of the nodes, and when the stages are,
+// are told beside them.
+TEST(Verdict, does_not_pass_moments_at_nodes_that_are_not_those_of_the_stages_beside_them) {
+  for (const maneuver::Scheme scheme : {maneuver::Scheme::order4, maneuver::Scheme::order6}) {
+    MarchedAnswer answer = translation();
+    answer.problem.scheme = scheme;
+    answer.solution = study::answer(model::System(answer.problem.swimmer), answer.problem, {}).solution;
+    ASSERT_EQ(judged(answer).verdict, Verdict::proved) << answer.solution.message;
+    double largest = 0.0;
+    for (const auto& moments : answer.solution.control)
+      for (const Vector3d& moment : moments) largest = std::max(largest, moment.norm());
+    for (const std::size_t node : {std::size_t{0}, std::size_t{7}, answer.solution.control.size() - 1}) {
+      MarchedAnswer other = answer;
+      other.solution.control[node][0].z() += 1e-6 * largest;
+      const Certificate proof = judged(other);
+      EXPECT_GT(proof.control_error, 0.5e-6) << node;
+      EXPECT_EQ(proof.verdict, Verdict::not_optimal) << node;
+    }
+    answer.solution.stage_time[5][1] += 1e-6 * answer.solution.time.back();
+    EXPECT_NEAR(judged(answer).time_error, 1e-6, tolerance(1e-12));
+    EXPECT_EQ(judged(answer).verdict, Verdict::not_optimal);
+  }
+}
+
 // A duration that may be longer, at a motion that is the best of its own: longer would be cheaper. Masses in grams or in
 // gigatons, the residual says so.
 TEST(Verdict, residual_of_a_free_duration_does_not_depend_on_the_unit_of_mass) {
