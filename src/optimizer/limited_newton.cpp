@@ -15,6 +15,8 @@ constexpr int most_landings = 6;          // sets of limits that hold, before a 
 constexpr int landing_iterations = 8;     // with one of them
 constexpr double settling_weight = 1e-2;  // of that of landings
 constexpr double landing_share = 0.5;     // of a set's error, that the next one may leave
+constexpr double first_landing = 1e-5;    // error, of other costs' kinks too, from which sets are tried
+constexpr double next_landing = 1e-2;     // of the error before a landing that failed
 constexpr int most_idle_rounds = 6;       // without progress
 constexpr double idle_share = 0.7;        // of the best error so far, that is no progress
 constexpr int most_round_iterations = 150;
@@ -53,20 +55,25 @@ void ease(StageNewton& newton, StageProgram& program) {
 // When a search goes on with the limits that hold as equalities, and when it returns from there.
 struct Landing {
   int left;                                                // sets of such limits that are tried
+  double from = first_landing;                             // error
   double error = std::numeric_limits<double>::infinity();  // of the last one
+
+  bool worth_trying(double found) const { return left > 0 && found < from; }
 
   // After a round, limits being kept or not: whether the program has landed or taken off.
   bool changes(StageProgram& program, bool kept, bool converged, double found) {
     if (left == 0 || (kept && converged && program.landed())) return false;
     if (!program.landed()) {
-      if (!kept || !converged) return false;
+      if (!kept || !converged || !worth_trying(found)) return false;
+      from = next_landing * found;
+      error = std::numeric_limits<double>::infinity();
       if (!program.land()) left = 0;
       return left > 0;
     }
     const bool nearer = found < landing_share * std::exchange(error, found);
     if (converged && nearer && --left > 0) return false;
     program.take_off();
-    left = 0;
+    if (left > 0) --left;
     return true;
   }
 };
@@ -114,7 +121,7 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
       newton.step_once_more(program, outcome);
       program.renew_limits(false);
     }
-    if (done && (program.landed() || !landing.left)) return;
+    if (done && (program.landed() || !landing.worth_trying(found))) return;
     if (outcome.iterations >= options.most_iterations) {
       outcome.termination = Termination::stalled;
       outcome.reason = "no convergence within " + std::to_string(options.most_iterations) + " iterations";

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace lamprey::tests {
 namespace {
@@ -101,7 +102,9 @@ TEST(LimitedNewton, ends_between_rounds_when_it_is_interrupted) {
 class LongValley : public SlowLimit {
  public:
   LongValley() : SlowLimit(0) {}
-  double longest(const StageStep& step, const optimizer::Promise&) override { return std::min(1.0, 0.01 / std::abs(step.input.front()[0])); }
+  double longest(const StageStep& step, const optimizer::Promise&) override {
+    return std::min(1.0, 0.01 / std::abs(step.input.front()[0]));
+  }
   bool limited() const override { return false; }
   double limit_error() const override { return 0.0; }
 };
@@ -182,6 +185,38 @@ TEST(LimitedNewton, returns_where_it_does_not_find_them) {
   EXPECT_FALSE(program.landed());
   EXPECT_EQ(program.landings, 1);
   EXPECT_EQ(program.returns, 1);
+}
+
+// Limits that are met from the beginning, beside kinks of the cost that settle slowly: before they have, which limits hold changes.
+class LandingBesideKinks : public SlowLimit {
+ public:
+  LandingBesideKinks() : SlowLimit(0) {}
+  std::vector<double> landings;  // kinks' errors
+  double limit_error() const override { return std::max(error_, limit_violation()); }
+  double limit_violation() const override { return landed_ && landings.back() > changing_below ? 1.0 : 0.0; }
+  void renew_limits(bool) override { error_ *= 0.5; }
+  bool land() override {
+    landed_ = true;
+    landings.push_back(error_);
+    return true;
+  }
+  bool landed() const override { return landed_; }
+  void take_off() override { landed_ = false; }
+
+ private:
+  static constexpr double changing_below = 1e-6;
+  bool landed_ = false;
+  double error_ = 0.1;
+};
+
+TEST(LimitedNewton, lands_when_other_kinks_have_nearly_settled_and_again_much_later) {
+  LandingBesideKinks program;
+  EXPECT_EQ(solve(program, {}).termination, Termination::converged);
+  EXPECT_TRUE(program.landed());
+  ASSERT_EQ(program.landings.size(), 2U);
+  EXPECT_LE(program.landings[0], 1e-5);
+  EXPECT_GT(program.landings[0], 1e-6);
+  EXPECT_LE(program.landings[1], 1e-2 * program.landings[0] * 2.0);
 }
 
 }  // namespace
