@@ -44,8 +44,9 @@ struct SolverRecord {
   double total_wall_seconds = 0.0;  // with certificates, other grids and feedback; 0: not known
   double processor_seconds = std::numeric_limits<double>::quiet_NaN();  // of all threads and worker processes
   std::vector<SolverIteration> history;
-  MultiplierWeight limit_weight;  // (N m)², of limits, for a Solver to go on with
-  MultiplierWeight work_weight;   // 1/W, of powers, likewise
+  MultiplierWeight limit_weight;               // (N m)², of limits, for a Solver to go on with
+  MultiplierWeight work_weight;                // 1/W, of powers, likewise
+  std::optional<double> held_joint_rate = {};  // rad/s, to which joints were held where more is allowed; not in files
 };
 
 struct Minimum {

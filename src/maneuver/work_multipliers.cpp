@@ -18,8 +18,7 @@ constexpr double first_work_weight = 4.0;     // over the root mean square of th
 constexpr double fitting_multipliers = 1e-6;  // error of those of an answer to this very problem, whose weight stays
 constexpr double work_weight_growth = 4.0;    // where the error has not fallen
 constexpr double enough_work_progress = 0.5;  // share of the error that may be left
-constexpr double multiplier_noise = 1e-8;     // that round-off in the powers may bring
-constexpr double settled_error = 5e-8;        // that such noise leaves
+constexpr double multiplier_noise = 1e-8;     // that round-off in the powers may bring, and that is no error
 constexpr double far_from_kink = 10.0;        // powers, in what a weight moves multipliers by one with
 constexpr double fitting_slopes = 0.3;        // of such powers, between their own and the multipliers
 constexpr double least_power = 1e-9;          // of the swimmer's largest, that a drive's is measured by
@@ -37,7 +36,7 @@ double CostTerms::error(const CostValues& values) const {
       error = std::max(error, work_misfit(power / largest, work_term(values, d, k).slope));
     }
   }
-  return error > settled_error ? error : 0.0;
+  return error > multiplier_noise ? error : 0.0;
 }
 
 // Moments follow from second differences of the shapes, rates from first ones: relative to what they are like, round-off in

@@ -154,7 +154,11 @@ double rounded_up(double value) {
 // What to try where a motion meets all that is asked but is not optimal.
 std::string advice_where_met(const Problem& problem, const Certificate& proof, const Solution& solution) {
   std::string words = "try ";
-  if (!far_turn(problem, solution).empty()) words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
+  const std::string finer = "[time] steps = " + std::to_string(2 * problem.steps);
+  if (const std::optional<double> held = solution.solver.held_joint_rate)
+    return words + "limits.angular_velocity = " + number(*held, 6) + ", or " +
+           (solution.status == Status::time_limit ? "a longer search.time_limit" : finer);
+  if (!far_turn(problem, solution).empty()) words += finer + ", ";
   words += problem.search.starts == 1 ? "[search] starts = 8, another seed" : "more starts, another seed";
   if (proof.kkt > problem.search.tolerance && proof.kkt <= loosest_tolerance)
     words += "; where so much is enough, [search] tolerance = " + number(rounded_up(proof.kkt)) + " accepts it";

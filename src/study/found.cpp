@@ -139,6 +139,7 @@ Solution describe(const model::System& system, const Maneuver& maneuver, maneuve
     solution.work_multipliers.emplace_back(work.mean.row(d).begin(), work.mean.row(d).end());
     solution.work_change_multipliers.emplace_back(work.change.row(d).begin(), work.change.row(d).end());
   }
+  solution.solver.held_joint_rate = found.joint_rate;
   solution.solver.limit_weight = {found.limit_multipliers.weight, found.limit_multipliers.largest_weight};
   if (work.largest_weight > 0.0) solution.solver.work_weight = {work.weight, work.largest_weight};
   solution.status = status_of(found.outcome);

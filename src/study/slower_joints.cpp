@@ -46,7 +46,7 @@ std::string reason_of(const Found& held, const optimizer::Outcome& freer) {
   if (cut_short)
     reason << "there was no time to solve it";
   else
-    reason << "searches lead to turns that no step shows: more time.steps may show them";
+    reason << "searches lead to turns that no step shows";
   return reason.str();
 }
 

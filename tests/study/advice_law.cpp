@@ -82,6 +82,14 @@ TEST_F(Advice, is_more_steps_where_a_body_turns_by_a_quarter_in_one) {
   EXPECT_TRUE(tells("To mend it: try [time] steps = 80, more starts")) << message();
 }
 
+TEST_F(Advice, is_the_limit_that_makes_it_a_minimum_where_joints_were_held_from_such_turns) {
+  solution_.solver.held_joint_rate = 100.0;
+  EXPECT_TRUE(tells("To mend it: try limits.angular_velocity = 100, or [time] steps = 80.")) << message();
+  EXPECT_FALSE(tells("more starts")) << message();
+  solution_.status = maneuver::Status::time_limit;
+  EXPECT_TRUE(tells("try limits.angular_velocity = 100, or a longer search.time_limit.")) << message();
+}
+
 TEST_F(Advice, is_a_looser_limit_where_that_is_broken) {
   proof_.limits = certificate::LimitsKept{0.01, "limits.angle.front", 2.0, 0.0, 0.0};
   EXPECT_TRUE(
