@@ -220,13 +220,22 @@ void print_status(const file::Verification& is) {
     fmt::print("  The stored status, {}, does not hold: {}{}\n", status, is.fault, is.fault.ends_with('.') ? "" : ".");
 }
 
+// Those of which nothing is found in one sentence.
 void print_false_claims(const file::Verification& is) {
+  std::vector<std::string> unfounded;
   for (const certificate::FalseClaim& claim : is.claims) {
     const bool verdict = claim.field == "verdict";
+    if (!verdict && std::isnan(claim.found)) {
+      unfounded.push_back(claim.field);
+      continue;
+    }
     fmt::print("  The stored certificate does not hold: {} is {}, it says {}.\n", claim.field,
                verdict ? verdict_word(is.found.certificate->verdict) : claimed_in_words(claim, claim.found),
                verdict ? verdict_word(is.stored.certificate->verdict) : claimed_in_words(claim, claim.stored));
   }
+  if (!unfounded.empty())
+    fmt::print("{}", file::wrapped(fmt::format("The stored certificate does not hold: of {} nothing is found.",
+                                               fmt::join(unfounded, ", "))));
 }
 
 int verify(const VerifyArguments& arguments) {

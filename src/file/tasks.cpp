@@ -136,8 +136,9 @@ Verification verify_task(const std::string& folder, const std::optional<ProblemF
   result.stored = read_solution(folder);
   result.found = certified(result.stored);
   if (result.promises()) result.status_holds = result.found.solution.status == result.stored.solution.status;
-  result.fault = result.found.problem.goal ? study::fault(problem_of(result.found), *result.found.certificate)
-                                           : result.found.solution.message;
+  const bool sought = result.found.problem.goal && result.stored.solution.status != maneuver::Status::simulated;
+  result.fault =
+      sought ? study::fault(problem_of(result.found), *result.found.certificate) : result.found.solution.message;
   if (!result.status_holds && result.fault.empty()) result.fault = "nothing in the file bears it out";
   if (result.stored.certificate)
     result.claims = certificate::false_claims(*result.stored.certificate, *result.found.certificate);

@@ -385,6 +385,19 @@ TEST(Program, verify_refuses_records_that_contradict_themselves) {
   of.refused("\"quantity\": \"turn\"", "\"quantity\": \"angle\"", 3, "feedback/state_coordinates");
 }
 
+// Of an answer that is called a march no certificate is found: one reason, and one sentence of all that it tells.
+TEST(Program, verify_tells_an_answer_from_a_march_in_few_words) {
+  const Forgery forgery;
+  const auto march = [](file::Results& other) { other.solution.status = maneuver::Status::simulated; };
+  forgery.refused(march, 4, "simulated, does not hold: No march: a march has no cost, and one is stored.");
+  forgery.refused(march, 4, "The stored certificate does not hold: of goal_error, rest_error, iterates_momentum,");
+  const std::string words = lamprey(forgery, "verify " + (forgery / "run")).out;
+  EXPECT_EQ(words.find("nan"), std::string::npos) << words;
+  const std::regex refusal("does not hold");
+  EXPECT_LE(std::distance(std::sregex_iterator(words.begin(), words.end(), refusal), std::sregex_iterator()), 4)
+      << words;
+}
+
 TEST(Program, verify_refuses_marches_of_other_times_or_with_a_cost) {
   const Folder folder;
   const std::string run = folder / "run";
