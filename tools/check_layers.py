@@ -27,9 +27,11 @@ MAY_USE = {
     "file": ["study", "certificate", "maneuver", "optimizer", "integrator", "mechanics", *LEFT_OF_MECHANICS],
     "report": ["file", "study", "certificate", "maneuver", "optimizer", "integrator", "mechanics", *LEFT_OF_MECHANICS],
 }
-# certificate/ shares no solver code: of maneuver/ it may see only the plain structs that describe question and answer.
+# certificate/ shares no solver code: of maneuver/ it may see only the plain structs that describe question and answer, and what
+# motors give, which no solver uses.
 ALLOWED_HEADERS = {("certificate", "maneuver"): {"maneuver/problem.hpp", "maneuver/solution.hpp", "maneuver/control_path.hpp",
-                                                "maneuver/row_space.hpp", "maneuver/step_polynomial.hpp"}}
+                                                "maneuver/motor_limits.hpp", "maneuver/row_space.hpp",
+                                                "maneuver/step_polynomial.hpp"}}
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 

@@ -8,6 +8,7 @@
 #include "integrator/feedback_law.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/control_path.hpp"
+#include "maneuver/motor_limits.hpp"
 #include "maneuver/row_space.hpp"
 
 namespace lamprey::certificate {
@@ -246,8 +247,9 @@ void follow(Course course, const ReplayOptions& options, Replay& result) {
   for (const State& state : course.states) nodes.state.push_back(reference_state(motion.system, state));
   const integrator::FeedbackLaw law(integrator::MotionPath(motion.system, nodes), course.control, feedback.time,
                                     feedback.gain);
+  const maneuver::MotorLimits motors(motion.system, motion.problem);
   ReferenceIntegrator integrator(motion.system, integrator::StateControl([&](double t, const ReferenceState& state) {
-                                   return law.moments(t, state);
+                                   return motors.within(law.moments(t, state));
                                  }),
                                  options.tolerance);
   ReferenceState state = nodes.state.front();

@@ -36,18 +36,20 @@ void sample_angles(MarchOptions& options, const Problem& problem) {
   options.angles = std::move(samples);
 }
 
-// Angles are marched along from their first time to their last one, in steps as long as the problem's, where nothing else is asked for.
+// Angles are marched along from their first time to their last one, in steps as long as the problem's, or with a free duration in as
+// many, where nothing else is asked for.
 void take_span_of_angles(const MarchOptions& options, Problem& problem) {
   if (!options.angles || options.duration > 0.0) return;
   const double span = options.angles->time.back() - options.angles->time.front();
   if (options.steps == 0) {
-    const double steps = std::round(span / problem.time_step());
+    const double step = problem.duration.free ? span / options.cycles / problem.steps : problem.time_step();
+    const double steps = std::round(span / step);
     if (!(steps <= static_cast<double>(step_limit)))
       throw model::InputError(
           options.angles_path, "t",
           fmt::format("found {} s in steps of {} s; allowed: at most {} steps; march fewer cycles or "
                       "--steps fewer",
-                      span, problem.time_step(), step_limit));
+                      span, step, step_limit));
     problem.steps = std::max(1, static_cast<int>(steps));
   }
   problem.duration = {.free = false, .value = span};
@@ -179,6 +181,14 @@ const maneuver::NodePath* motion_of(const ControlSamples& samples, const model::
   return same_tree && std::abs(step - problem.time_step()) <= round_off * step ? &samples.motion : nullptr;
 }
 
+// By more than the round-off of a plan that stands at its limits.
+bool cuts(const mechanics::Moments& asked, const mechanics::Moments& given) {
+  constexpr double round_off = 1e-6;
+  for (std::size_t j = 0; j < asked.size(); ++j)
+    if ((asked[j] - given[j]).norm() > round_off * asked[j].norm()) return true;
+  return false;
+}
+
 // By the scheme or the reference integrator, under moments in time or under feedback.
 maneuver::Solution march(const MarchOptions& options, const model::System& system, const Problem& problem,
                          const Followed* followed) {
@@ -202,7 +212,7 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
       simulation.given = [&motors, &asked, &cut](const mechanics::Moments& moments) {
         mechanics::Moments given = motors.within(moments);
         ++asked;
-        if (given != moments) ++cut;
+        if (cuts(moments, given)) ++cut;
         return given;
       };
   }
@@ -283,10 +293,13 @@ std::string remarks_on(const MarchOptions& options, const model::System& system,
                        const Results& results) {
   std::string text;
   if (results.solution.tracking && results.solution.tracking->lost())
-    text += fmt::format(
-        " The feedback had lost the plan, {:.2g} rad beside it at most: its gains answer smaller differences "
-        "of start, swimmer and scheme only, and more steps do not mend that.",
-        results.solution.tracking->largest_rotation_error);
+    text +=
+        fmt::format(" The feedback had lost the plan, {:.2g} rad beside it at most: {}.",
+                    results.solution.tracking->largest_rotation_error,
+                    results.solution.tracking->cut_share > 0.0
+                        ? "its motors are at their limits of torque; a plan with smaller limits leaves them a reserve"
+                        : "its gains answer smaller differences of start, swimmer and scheme only, and more steps do "
+                          "not mend that");
   if (results.solution.tracking && results.solution.tracking->cut_share > 0.0)
     text += fmt::format(
         " At {:.2g} % of the times at which the feedback asked for moments the problem's limits of torque cut some.",

@@ -122,8 +122,10 @@ void append_tracking(const maneuver::Tracking& tracking, std::vector<std::pair<s
   if (tracking.cut_share > 0.0)
     rows.emplace_back("Limits of torque", "cut moments at " + number(100.0 * tracking.cut_share, 2) + " % of times");
   if (tracking.lost())
-    rows.emplace_back("Feedback",
-                      "has lost the plan: start, swimmer or scheme differ from it by more than gains answer");
+    rows.emplace_back("Feedback", tracking.cut_share > 0.0
+                                      ? "has lost the plan: motors are at their limits of torque"
+                                      : "has lost the plan: start, swimmer or scheme differ from it by more than gains "
+                                        "answer");
 }
 
 }  // namespace

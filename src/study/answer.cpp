@@ -9,6 +9,7 @@
 #include "certificate/certify.hpp"
 #include "certificate/limit_words.hpp"
 #include "integrator/scheme.hpp"
+#include "maneuver/motor_limits.hpp"
 #include "study/answer_parts.hpp"
 #include "study/found.hpp"
 #include "study/plain_words.hpp"
@@ -281,7 +282,11 @@ bool mostly_work(const Problem& problem, const Solution& solution) {
 std::string coarseness(const Problem& problem, const Answer& answer) {
   std::string missed = unresolved(problem, answer);
   const auto& replay = answer.certificate.replay;
-  if (missed.empty() && replay && replay->feedback_rotation_error > certificate::feedback_mark)
+  const bool lost = replay && replay->feedback_rotation_error > certificate::feedback_mark;
+  if (missed.empty() && lost && maneuver::MotorLimits(model::System(problem.swimmer), problem).any())
+    return " Its feedback, held to the limits of torque, ends " + number(replay->feedback_rotation_error) +
+           " rad beside it: a plan with smaller limits leaves motors a reserve.";
+  if (missed.empty() && lost)
     missed = "its replay with feedback ends " + number(replay->feedback_rotation_error) + " rad beside it";
   if (missed.empty()) return "";
   const std::string mend =

@@ -71,6 +71,23 @@ TEST_F(Following, gives_no_more_than_the_problems_limits_of_torque_and_says_how_
   EXPECT_EQ(lamprey(*folder_, "verify " + (*folder_ / "run")).exit_code, 0);
 }
 
+// A plan whose moments stand at their limits leaves motors nothing to answer with: what the certificate says of its feedback is what a
+// march by the reference integrator finds.
+TEST_F(Following, of_a_plan_at_its_limits_is_certified_with_the_motors_that_it_has) {
+  const Folder own;
+  const std::string hurried =
+      varied_example(own, "free_time", {{"steps", "100"}, {"starts", "1"}, {"torque", "200.0"}, {"time", "1e6"}});
+  ASSERT_EQ(lamprey(own, "solve " + hurried + " --no-refinement --out " + (own / "plan")).exit_code, 0);
+  const file::Results plan = file::read_solution(own / "plan");
+  ASSERT_TRUE(plan.certificate && plan.certificate->replay);
+  const ProgramRun run = simulate("--feedback " + (own / "plan") + " --reference", hurried);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_GT(tracking().cut_share, 0.5);
+  const double error = plan.certificate->replay->feedback_rotation_error;
+  EXPECT_GT(error, 0.1);
+  EXPECT_NEAR(tracking().rotation_error, error, 0.02 * error);
+}
+
 TEST_F(Following, on_the_plan_stays_on_it) {
   ASSERT_EQ(simulate("--feedback " + solved()).exit_code, 0);
   EXPECT_LE(tracking().largest_rotation_error, tolerance(1e-10));
