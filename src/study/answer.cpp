@@ -166,6 +166,21 @@ std::string advice_where_met(const Problem& problem, const Certificate& proof, c
   return words;
 }
 
+// Keys of limits that more time makes easier to keep, "a, b or c"; empty where there are none.
+std::string limits_on_haste(const maneuver::Limits& limits) {
+  std::vector<std::string> keys;
+  const auto add = [&](const char* quantity, const std::optional<double>& all, const auto& by_joint) {
+    if (all) keys.push_back(std::string("limits.") + quantity);
+    for (const auto& [joint, bound] : by_joint) keys.push_back(std::string("limits.") + quantity + "." + joint);
+  };
+  add("torque", limits.torque, limits.joint_torque);
+  add("torque_component", limits.torque_component, limits.joint_torque_component);
+  add("angular_velocity", limits.angular_velocity, limits.joint_angular_velocity);
+  std::string words;
+  for (std::size_t n = 0; n < keys.size(); ++n) words += (n == 0 ? "" : n + 1 < keys.size() ? ", " : " or ") + keys[n];
+  return words;
+}
+
 // What to try, what bears on this answer first.
 std::string advice(const Problem& problem, const Certificate& proof, const Solution& solution) {
   if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
@@ -189,12 +204,10 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
   if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
-  const maneuver::Limits& limits = problem.limits;
+  const std::string hurried = limits_on_haste(problem.limits);
   const bool gait = problem.goal && problem.goal->periodic;
-  const bool slow = limits.torque || !limits.joint_torque.empty() || limits.torque_component ||
-                    !limits.joint_torque_component.empty() || limits.angular_velocity ||
-                    !limits.joint_angular_velocity.empty();  // what more time makes easier to keep
-  if (slow) words += problem.duration.free ? "a larger time.max, " : "a longer time.duration, ";
+  if (!hurried.empty()) words += problem.duration.free ? "a larger time.max, " : "a longer time.duration, ";
+  if (broken && proof.limits->key == "time.max" && !hurried.empty()) words += "a looser " + hurried + ", ";
   if (!problem.waypoints.empty()) words += "waypoints farther apart in time, or fewer, ";
   if (broken && !gait) words += "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";
   if (problem.search.starts == 1) return words + "[search] starts = 8, another seed, or a nearer goal";
@@ -224,7 +237,8 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
                 : " Not proved a minimum: its conditions hold to " + number(proof.kkt) + " only, and a proof takes " +
                       number(certificate::proof_mark) + ".";
   else if (saddle(*proof.second_order))
-    words = " A saddle: " + directions(*proof.second_order) + ".";
+    words = " A saddle: " + directions(*proof.second_order) +
+            "; another number of time.steps, more starts or another seed may lead to a minimum.";
   else
     words = " Not proved a minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
   const bool flat = proof.second_order && !proof.second_order->positive &&

@@ -65,7 +65,10 @@ TEST_F(Advice, is_more_time_where_moments_or_rates_are_limited_or_the_search_was
   problem_.waypoints.resize(2);
   EXPECT_TRUE(tells("try a longer time.duration, waypoints farther apart in time, or fewer, ")) << message();
   problem_.duration.free = true;
-  EXPECT_TRUE(tells("try a larger time.max, ")) << message();
+  EXPECT_TRUE(tells("try a larger time.max, waypoints")) << message();
+  proof_.limits = certificate::LimitsKept{1.0, "time.max", 5.0, 0.0, 0.0};
+  problem_.limits.joint_angular_velocity["front"] = 0.1;
+  EXPECT_TRUE(tells("try a larger time.max, a looser limits.torque or limits.angular_velocity.front, ")) << message();
   solution_.status = maneuver::Status::time_limit;
   EXPECT_TRUE(tells("try a longer search.time_limit")) << message();
   EXPECT_FALSE(tells("time.max")) << message();
