@@ -136,11 +136,11 @@ std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificat
   }
   if (stored.second_order)
     compare("second_order", *stored.second_order, found.second_order.value_or(SecondOrder()), claims);
-  if (stored.all_axes)
-    claims.error("second_order_all_axes.kkt", stored.all_axes->kkt, found.all_axes.value_or(AllAxes()).kkt, kkt_scale);
-  if (stored.all_axes)
-    compare("second_order_all_axes", stored.all_axes->second_order, found.all_axes.value_or(AllAxes()).second_order,
-            claims);
+  if (stored.all_axes) {
+    const AllAxes is = found.all_axes.value_or(AllAxes());
+    claims.error("second_order_all_axes.kkt", stored.all_axes->kkt, is.kkt, kkt_scale);
+    compare("second_order_all_axes", stored.all_axes->second_order, is.second_order, claims);
+  }
   if (stored.replay) compare(*stored.replay, found.replay.value_or(Replay()), claims);
   if (stored.refinement && found.refinement) compare(*stored.refinement, *found.refinement, claims);
   if (stored.clearance) claims.value("clearance.gap", stored.clearance->gap, found.clearance.value_or(Clearance()).gap);

@@ -76,10 +76,12 @@ struct Limits {
   std::optional<double> clearance;                       // m
   std::vector<KeepOutSphere> spheres;
   std::vector<KeepOutHalfSpace> half_spaces;
+  bool of_moments() const {
+    return torque || torque_component || !joint_torque.empty() || !joint_torque_component.empty();
+  }
   bool any() const {
-    return torque || torque_component || angular_velocity || clearance || !joint_torque.empty() ||
-           !joint_torque_component.empty() || !joint_angular_velocity.empty() || !swing.empty() || !twist.empty() ||
-           !angle.empty() || !spheres.empty() || !half_spaces.empty();
+    return of_moments() || angular_velocity || clearance || !joint_angular_velocity.empty() || !swing.empty() ||
+           !twist.empty() || !angle.empty() || !spheres.empty() || !half_spaces.empty();
   }
 };
 

@@ -71,9 +71,9 @@ struct Landing {
       return left > 0;
     }
     const bool nearer = found < landing_share * std::exchange(error, found);
-    if (converged && nearer && --left > 0) return false;
+    --left;
+    if (converged && nearer && left > 0) return false;
     program.take_off();
-    if (left > 0) --left;
     return true;
   }
 };

@@ -9,7 +9,6 @@
 #include "certificate/certify.hpp"
 #include "certificate/limit_words.hpp"
 #include "integrator/scheme.hpp"
-#include "maneuver/motor_limits.hpp"
 #include "study/answer_parts.hpp"
 #include "study/found.hpp"
 #include "study/plain_words.hpp"
@@ -297,7 +296,7 @@ std::string coarseness(const Problem& problem, const Answer& answer) {
   std::string missed = unresolved(problem, answer);
   const auto& replay = answer.certificate.replay;
   const bool lost = replay && replay->feedback_rotation_error > certificate::feedback_mark;
-  if (missed.empty() && lost && maneuver::MotorLimits(model::System(problem.swimmer), problem).any())
+  if (missed.empty() && lost && problem.limits.of_moments())
     return " Its feedback, held to the limits of torque, ends " + number(replay->feedback_rotation_error) +
            " rad beside it: a plan with smaller limits leaves motors a reserve.";
   if (missed.empty() && lost)

@@ -216,7 +216,7 @@ TEST(LimitedNewton, lands_when_other_kinks_have_nearly_settled_and_again_much_la
   ASSERT_EQ(program.landings.size(), 2U);
   EXPECT_LE(program.landings[0], 1e-5);
   EXPECT_GT(program.landings[0], 1e-6);
-  EXPECT_LE(program.landings[1], 1e-2 * program.landings[0] * 2.0);
+  EXPECT_LE(program.landings[1], 1e-2 * program.landings[0]);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "file/problem_file.hpp"
 #include "study/answer.hpp"
+#include "study/hull_with_fins.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -15,38 +16,14 @@ study::Answer answered_alone(const maneuver::Problem& problem) {
   return study::answer(model::System(problem.swimmer), problem, options);
 }
 
-// A hull that two fins turn, moment and rate of each joint limited, and its angle.
-maneuver::Problem hull_with_fins(double torque, double effort, int starts) {
-  std::string text = R"(schema = 1
-name = "fins"
-[fluid]
-density = 1000.0
-[goal]
-turn = [0, 0, 0.2]
-[time]
-duration = "free"
-min = 0.5
-max = 80.0
-steps = 120
-[cost]
-time = 10.0
-[limits]
-angle.L = [-1.2, 1.2]
-angle.R = [-1.2, 1.2]
-angular_velocity = 3.0
-[[body]]
-name = "hull"
-semi_axes = [0.3,0.1,0.08]
-)";
-  for (const auto& [name, side] : {std::pair("L", 1.0), std::pair("R", -1.0)})
-    text += std::string("[[body]]\nname = \"") + name +
-            "\"\nsemi_axes = [0.03,0.12,0.05]\n[[joint]]\nkind = \"hinge\"\nparent = \"hull\"\nchild = \"" + name +
-            "\"\nparent_offset = [-0.05, " + std::to_string(0.12 * side) + ", 0]\nchild_offset = [0, " +
-            std::to_string(-0.13 * side) + ", 0]\naxis = [0, 0, 1]\n";
-  maneuver::Problem problem = file::parse_problem(text, "fins.toml").problem;
+// Moment, rate and angle of each joint limited.
+maneuver::Problem weak_fins(double torque, double effort) {
+  maneuver::Problem problem = hull_with_fins(120, {0.5, 80.0});
+  problem.time_weight = 10.0;
   problem.effort = effort;
   problem.limits.torque = torque;
-  problem.search.starts = starts;
+  problem.limits.angular_velocity = 3.0;
+  problem.search.starts = 2;
   return problem;
 }
 
@@ -66,7 +43,7 @@ class ShortestTimes : public ::testing::TestWithParam<double> {};
 TEST_P(ShortestTimes, by_weak_motors_are_proved) {
   for (const double torque : {0.1, 0.02}) {
     SCOPED_TRACE(torque);
-    const study::Answer answer = answered_alone(hull_with_fins(torque, GetParam(), 2));
+    const study::Answer answer = answered_alone(weak_fins(torque, GetParam()));
     EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
     EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
     EXPECT_GT(limited_share(answer.solution, torque), 0.1);

@@ -10,6 +10,7 @@
 #include "maneuver/guess.hpp"
 #include "study/answer.hpp"
 #include "study/grids.hpp"
+#include "study/hull_with_fins.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -117,35 +118,9 @@ TEST(UnusualGoals, a_universal_joint_moved_about_one_axis_swims_as_a_hinge_does)
 
 // Two fins on hinges turn a hull; a free duration, begun in the middle of its bounds, ran away to one of them before the goal was met.
 TEST(UnusualGoals, in_free_durations_within_angle_limits_are_found_by_way_of_given_ones) {
-  std::string text = R"(schema = 1
-name = "fins"
-[fluid]
-density = 1000.0
-[goal]
-turn = [0, 0, 0.2]
-[time]
-duration = "free"
-min = 0.5
-max = 6.0
-steps = 100
-[search]
-starts = 4
-[cost]
-time = 0.05
-[limits]
-angle.L = [-1.2, 1.2]
-angle.R = [-1.2, 1.2]
-[[body]]
-name = "hull"
-semi_axes = [0.3,0.1,0.08]
-)";
-  for (const auto& [name, side] : {std::pair("L", 1.0), std::pair("R", -1.0)})
-    text += std::string("[[body]]\nname = \"") + name +
-            "\"\nsemi_axes = [0.03,0.12,0.05]\n[[joint]]\nkind = \"hinge\"\n" + "parent = \"hull\"\nchild = \"" + name +
-            "\"\nparent_offset = [-0.05, " + std::to_string(0.12 * side) + ", 0]\nchild_offset = [0, " +
-            std::to_string(-0.13 * side) + ", 0]\naxis = [0, 0, 1]\n";
+  maneuver::Problem problem = hull_with_fins(100, {0.5, 6.0});
+  problem.search.starts = 4;
   for (const double weight : {0.05, 50.0}) {
-    maneuver::Problem problem = file::parse_problem(text, "fins.toml").problem;
     problem.time_weight = weight;
     const study::Answer answer = answered(problem);
     EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
