@@ -414,6 +414,15 @@ class Solver:
         InputError where it is free or waypoints are tied to times.
         """
 
+    def advance(self, elapsed: float) -> None:
+        """
+        Time has passed, s, with the swimmer on the last answer: asks for what is left of it, in as many steps.
+
+        The start is where the swimmer is now by that answer; set_start after it tells where it was seen. The time left is less by
+        elapsed, bounds of a free duration are, too, and the next solve begins at the rest of the answer. Until one arrives, times
+        add up. InputError where nothing is left, for periodic goals and where waypoints are tied to times.
+        """
+
     def solve(self, *, max_iterations: int | None = None, time_limit: float | None = None) -> Outcome:
         """
         Newton steps from the last answer on; releases the GIL.
@@ -435,7 +444,9 @@ class Solver:
     def cost(self) -> float:
         """Of the last answer, by the problem's rule."""
 
-    def solution(self) -> Solution:
+    def solution(self, *, feedback: bool = False) -> Solution:
         """
         The last answer with velocities and momenta; at first the solution that was given. Its certificate is None: see certify.
+
+        feedback: with gains about it, for simulate(feedback=) or a vehicle that follows it until the next answer.
         """

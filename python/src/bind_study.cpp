@@ -107,6 +107,12 @@ class Solver {
     answered_ = false;
   }
 
+  void advance(double elapsed) {
+    const std::unique_lock lock = taken();
+    solver_.advance(elapsed);
+    answered_ = false;
+  }
+
   Outcome solve(std::optional<int> max_iterations, std::optional<double> time_limit) {
     const std::unique_lock lock = taken();
     if (max_iterations && *max_iterations < 0)
@@ -137,6 +143,13 @@ class Solver {
   }
 
   const Solution& answer() const { return answer_; }
+  Solution solution(bool feedback) {
+    const std::unique_lock lock = taken();
+    if (!feedback || !answer_.results().solution.feedback.gain.empty()) return answer_;
+    file::Results results = answer_.results();
+    results.solution.feedback = solver_.feedback();
+    return Solution(std::move(results));
+  }
   bool answered() const { return answered_; }
 
   nb::dict path() const {
@@ -187,6 +200,7 @@ class Solver {
     const maneuver::Maneuver& maneuver = solver_.maneuver();
     results.problem.duration = solver_.duration();
     results.problem.time_step = solver_.duration() / maneuver.steps;
+    if (maneuver.free_duration) results.problem.between = solver_.between();
     const Eigen::VectorXd velocity = integrator::velocity_of_state(system_, maneuver.start);
     keep_waypoints(maneuver.start.position, results.problem);
     results.problem.start = {maneuver.start.rotation, maneuver.start.position, velocity.tail<3>(),
@@ -264,6 +278,14 @@ void bind_study(nb::module_& module) {
            "Another duration in as many steps, s: the time that is left. Moments stretch with it.\n\nInputError where "
            "it "
            "is free or waypoints are tied to times.")
+      .def("advance", &Solver::advance, "elapsed"_a,
+           "Time has passed, s, with the swimmer on the last answer: asks for what is left of it, in as many steps.\n\n"
+           "The start is where the swimmer is now by that answer; set_start after it tells where it was seen. The time "
+           "left "
+           "is less by\nelapsed, bounds of a free duration are, too, and the next solve begins at the rest of the "
+           "answer. "
+           "Until one arrives, times\nadd up. InputError where nothing is left, for periodic goals and where waypoints "
+           "are tied to times.")
       .def("solve", &Solver::solve, nb::kw_only(), "max_iterations"_a = nb::none(), "time_limit"_a = nb::none(),
            "Newton steps from the last answer on; releases the GIL.\n\n"
            "The outcome says whether they arrived; unless they did the last answer stays. max_iterations: Newton steps "
@@ -278,10 +300,11 @@ void bind_study(nb::module_& module) {
       .def_prop_ro(
           "cost", [](const Solver& self) { return self.answer().results().solution.cost; },
           "Of the last answer, by the problem's rule.")
-      .def("solution", &Solver::answer, nb::rv_policy::copy,
-           "The last answer with velocities and momenta; at first the solution that was given. Its certificate is "
-           "None: see "
-           "certify.");
+      .def(
+          "solution", &Solver::solution, nb::kw_only(), "feedback"_a = false,
+          "The last answer with velocities and momenta; at first the solution that was given. Its certificate is "
+          "None: see certify.\n\n"
+          "feedback: with gains about it, for simulate(feedback=) or a vehicle that follows it until the next answer.");
 }
 
 }  // namespace lamprey::python

@@ -1,4 +1,7 @@
 """The Solver: from its last answer on, as goal, start and time move."""
+import re
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -41,6 +44,49 @@ def test_wrong_goals_and_problems_are_named(solver):
             solver.set_goal(move=wrong)
     with pytest.raises(TypeError, match="problem: found int; allowed: a Problem or the path"):
         lp.solve(42)
+
+
+def test_a_plan_goes_on_as_time_passes(translation, solver, solution):
+    plan = solver.solution(feedback=True)
+    assert len(plan.feedback["time"]) == len(plan.time)
+    cost, passed = [solver.cost], 0.1 * solution.time[-1]
+    for _ in range(3):
+        solver.advance(passed)
+        assert not solver.answered
+        seen = solver.path["rotation"][0]
+        outcome = solver.solve()
+        assert outcome.status == "optimal" and solver.answered and outcome.iterations <= 8
+        assert not np.array_equal(seen, solver.path["rotation"][0])
+        cost.append(solver.cost)
+    assert abs(solver.solution().time[-1] / solution.time[-1] - 0.7) < 1e-12
+    assert np.abs(solver.path["position"][-1] - solution.position[-1]).max() < 1e-3
+    assert cost == sorted(cost, reverse=True)
+    certified = lp.certify(solver.solution())
+    assert certified.status == "optimal" and certified.certificate["goal_error"] < 1e-10
+    rest = solver.solution(feedback=True)
+    assert rest.feedback["gain"].shape == plan.feedback["gain"].shape
+    with pytest.raises(lp.InputError, match=r"elapsed: found 2\.0* s; allowed: .*0\.7"):
+        solver.advance(2.0)
+
+
+def test_the_example_misses_least_where_plans_are_made_anew(root):
+    script = root / "examples" / "receding_horizon.py"
+    run = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, run.stderr
+    one, followed, anew = (float(rad) for rad in re.findall(r"misses by (\S+) rad$", run.stdout, re.MULTILINE))
+    assert one > 1.0 and followed < 0.02 and anew < 0.5 * followed
+    assert run.stdout.count(": optimal in ") == 9
+
+
+def test_bounds_of_a_free_duration_are_of_the_time_that_is_left(root):
+    problem = lp.load(root / "examples" / "free_time.toml").changed(time={"steps": 40}, search={"starts": 1})
+    solution = lp.solve(problem)
+    solver = lp.Solver(problem, solution)
+    passed = 0.25 * solution.time[-1]
+    solver.advance(passed)
+    assert solver.solve().status == "optimal"
+    assert abs((passed + solver.solution().time[-1]) / solution.time[-1] - 1.0) < 0.01
+    assert lp.certify(solver.solution()).certificate["limits"]["violation"] < 1e-8
 
 
 def test_limits_and_free_durations_go_on_too(root):

@@ -131,9 +131,9 @@ class NodeSplines {
   ControlPath path_;
 };
 
-NodePath on_grid(const NodeSplines& splines, int steps) {
+NodePath on_grid(const NodeSplines& splines, int steps, double begin = 0.0) {
   NodePath fine;
-  for (int k = 0; k <= steps; ++k) splines.append(static_cast<double>(k) / steps, fine);
+  for (int k = 0; k <= steps; ++k) splines.append(begin + (1.0 - begin) * static_cast<double>(k) / steps, fine);
   return fine;
 }
 
@@ -259,6 +259,10 @@ NodePath led_to_start(const System& system, const NodePath& path, const Rotation
     if (k > 0) cayley_between(led.rotation[k - 1], led.rotation[k], led.cayley[k - 1]);
   }
   return led;
+}
+
+NodePath rest_of(const System& system, const NodePath& path, double share) {
+  return on_grid(NodeSplines(system, stacked_nodes(system, path)), static_cast<int>(path.rotation.size()) - 1, share);
 }
 
 NodePath refined(const System& system, const NodePath& coarse, int steps) {

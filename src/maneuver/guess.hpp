@@ -40,6 +40,9 @@ NodePath perturbed(const model::System& system, const NodePath& path, std::uint6
 /// were: by nothing at the end. The root turns as it did.
 NodePath led_to_start(const model::System& system, const NodePath& path, const mechanics::Rotations& start);
 
+/// What is left of a motion after this share of its time, on as many steps, by the same splines as `refined`.
+NodePath rest_of(const model::System& system, const NodePath& path, double share);
+
 /// The motion on a grid of `steps`: cubic splines through its quaternions, positions and controls, so that velocities stay smooth.
 NodePath refined(const model::System& system, const NodePath& coarse, int steps);
 

@@ -54,6 +54,11 @@ LimitMultipliers of_rows(const LimitMultipliers& from, const std::vector<LimitRo
   return of;
 }
 
+void LimitTerms::bound_duration(double least, double most) {
+  for (LimitRow& row : rows_)
+    if (row.of_duration()) row.bound = row.upper() ? most : least;
+}
+
 double LimitTerms::largest() const {
   double largest = 0.0;
   for (std::size_t r = 0; r < rows_.size(); ++r) {

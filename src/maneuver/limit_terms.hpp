@@ -48,6 +48,9 @@ class LimitTerms {
   /// Takes over another duration, s. Not with waypoints: their nodes stay.
   void take_duration(double duration) { duration_ = duration; }
 
+  /// Takes over other bounds of a free duration, s.
+  void bound_duration(double least, double most);
+
   bool empty() const { return rows_.empty(); }
   bool of_moments() const { return of_moments_; }
   /// Without rows of no size.

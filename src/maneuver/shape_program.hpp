@@ -39,6 +39,8 @@ class ShapeProgram : public optimizer::StageProgram {
   double duration() const { return h_ * now_.stretch * steps_; }
   /// Starts from another duration, where it is free. Before go_to.
   void take_duration(double duration) { now_.stretch = duration / (h_ * steps_); }
+  /// Takes over other bounds of a free duration, s. Before go_to.
+  void bound_duration(double least, double most) { limits_.bound_duration(least, most); }
   /// The cost by its rule, without what limits add.
   double cost() const override { return now_.cost; }
   /// What it is made of, before weighting.

@@ -1,10 +1,13 @@
 #include "study/solver.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <numbers>
 #include <string>
 
+#include "maneuver/feedback.hpp"
 #include "maneuver/guess.hpp"
+#include "mechanics/continuous.hpp"
 #include "model/input_error.hpp"
 #include "optimizer/limited_newton.hpp"
 
@@ -23,6 +26,7 @@ using optimizer::Termination;
 constexpr double asked_twice = 1e-6;         // rad or m, of conditions that follow from others
 constexpr double same_turn = 1e-10;          // rad
 constexpr double same_answer = 1e-6;         // relative difference of cost
+constexpr double least_of_most = 1e-3;       // least duration over the most, where the least asked for has passed
 constexpr int most_polishing = 5;            // iterations at an answer
 constexpr std::size_t longest_reason = 100;  // letters, of a search that converges
 
@@ -70,13 +74,14 @@ Solver::Solver(const System& system, const Problem& problem, const Solution& sol
       program_(system, maneuver_, reached.coordinates, reached.rows, maneuver::limit_rows(system, problem),
                steps_for(problem.steps)),
       newton_(program_.sizes()),
-      last_(found_in(system, maneuver_, program_.limit_rows(), fitting(problem, solution))) {
+      last_(found_in(system, maneuver_, program_.limit_rows(), fitting(problem, solution))),
+      answered_rows_(program_.limit_rows()) {
   for (optimizer::Outcome* outcome : {&outcome_, &last_.outcome}) {
     outcome->history.reserve(static_cast<std::size_t>(optimizer::most_iterations(program_, newton_options())));
     outcome->reason.reserve(longest_reason);
   }
   last_.path.control.assign(last_.path.rotation.size(), Eigen::VectorXd::Zero(system.control_count()));
-  if (!go_to(last_.path)) return;
+  if (!begin()) return;
   last_.path.control = program_.path().control;
   if (last_.converged()) learn_from_answer();
 }
@@ -139,9 +144,16 @@ void Solver::set_start(const integrator::State& start) {
   Maneuver moved = maneuver_;
   moved.start = start;
   moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
-  led_ = maneuver::led_to_start(system_, led_ ? *led_ : last_.path, start.rotation);
+  Beginning& beginning = moved_beginning();
+  beginning.path = maneuver::led_to_start(system_, beginning.path, start.rotation);
   maneuver_ = moved;
+}
+
+// Where the next search begins, to be moved further: at first the last answer.
+Solver::Beginning& Solver::moved_beginning() {
+  if (!led_) led_ = Beginning{last_.path, last_.duration, last_.limit_multipliers, last_.work_multipliers};
   moved_ = true;
+  return *led_;
 }
 
 void Solver::set_duration(double duration) {
@@ -153,10 +165,72 @@ void Solver::set_duration(double duration) {
   if (!problem_.waypoints.empty())
     throw InputError("duration", "found " + std::to_string(duration) +
                                      " where waypoints are tied to times; make a new Solver of another problem");
+  take_duration(duration);
+}
+
+void Solver::take_duration(double duration) {
   maneuver_.duration = duration;
   maneuver_.node_weight =
       maneuver::node_weights(problem_.cost_rule(), problem_.effort, maneuver_.time_step(), maneuver_.steps);
   moved_ = true;
+}
+
+namespace {
+
+// Numbers at nodes, [any][N + 1], from a share of the time on at as many nodes.
+Eigen::MatrixXd rest_of(const Eigen::MatrixXd& nodes, double share) {
+  const Eigen::Index steps = nodes.cols() - 1;
+  Eigen::MatrixXd rest(nodes.rows(), nodes.cols());
+  for (Eigen::Index k = 0; k <= steps; ++k) {
+    const double place = share * static_cast<double>(steps) + (1.0 - share) * static_cast<double>(k);
+    const Eigen::Index left = std::min(static_cast<Eigen::Index>(place), steps - 1);
+    const double part = place - static_cast<double>(left);
+    rest.col(k) = (1.0 - part) * nodes.col(left) + part * nodes.col(left + 1);
+  }
+  return rest;
+}
+
+// What a swimmer that follows a solution shows of itself at a time, s.
+maneuver::Start seen_at(const System& system, const Solution& solution, double time) {
+  const integrator::ReferenceState state =
+      integrator::MotionPath(system, maneuver::node_motion(system, solution)).at_time(time);
+  maneuver::Start seen;
+  for (const Eigen::Matrix3d& R : state.rotation) seen.rotation.push_back(lie::log(R));
+  seen.position = state.position;
+  seen.angular_velocity = mechanics::angular_velocities(system, state.rotation, state.velocity);
+  return seen;
+}
+
+}  // namespace
+
+void Solver::advance(double elapsed) {
+  const bool free = maneuver_.free_duration;
+  const double planned = last_.duration, left = planned - passed_;
+  const double asked = free ? std::min(left, problem_.duration.max) : std::min(left, maneuver_.duration);
+  if (!(elapsed > 0.0) || !(elapsed < asked))
+    throw InputError("elapsed", "found " + std::to_string(elapsed) + " s; allowed: more than 0 and less than the " +
+                                    std::to_string(asked) +
+                                    " s that are left; make a plan of its own for what follows");
+  if (maneuver_.periodic)
+    throw InputError("elapsed", "found a periodic goal, whose motion goes on as it began; make a new Solver");
+  if (!problem_.waypoints.empty())
+    throw InputError("elapsed", "found waypoints, which are tied to times; make a new Solver of another problem");
+  const double passed = passed_ + elapsed, share = passed / planned;
+  Maneuver moved = maneuver_;
+  moved.start = maneuver::start_without_momentum(system_, seen_at(system_, solution(), passed));
+  moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
+  led_ = Beginning{maneuver::led_to_start(system_, maneuver::rest_of(system_, last_.path, share), moved.start.rotation),
+                   planned - passed, last_.limit_multipliers, last_.work_multipliers};
+  for (Eigen::MatrixXd* values :
+       {&led_->limit_multipliers.value, &led_->work_multipliers.mean, &led_->work_multipliers.change})
+    if (values->size() > 0) *values = rest_of(*values, share);
+  passed_ = passed;
+  maneuver_ = moved;
+  if (!free) return take_duration(maneuver_.duration - elapsed);
+  moved_ = true;
+  problem_.duration.max -= elapsed;
+  problem_.duration.min = std::max(problem_.duration.min - elapsed, least_of_most * problem_.duration.max);
+  program_.bound_duration(problem_.duration.min, problem_.duration.max);
 }
 
 optimizer::Options Solver::newton_options() {
@@ -165,12 +239,19 @@ optimizer::Options Solver::newton_options() {
   return options;
 }
 
-// To a motion of what is asked for now, with a path's shapes and the last answer's multipliers.
-bool Solver::go_to(const maneuver::NodePath& path) {
-  program_.take_duration(maneuver_.free_duration ? last_.duration : maneuver_.duration);
+// To a motion of what is asked for now.
+bool Solver::begin() {
+  if (led_) return go_to(led_->path, led_->duration, led_->limit_multipliers, led_->work_multipliers);
+  return go_to(last_.path, last_.duration, last_.limit_multipliers, last_.work_multipliers);
+}
+
+// With a path's shapes and the last answer's end multipliers.
+bool Solver::go_to(const maneuver::NodePath& path, double duration, const maneuver::LimitMultipliers& limits,
+                   const maneuver::WorkMultipliers& work) {
+  program_.take_duration(maneuver_.free_duration ? duration : maneuver_.duration);
   program_.take_end_multipliers(last_.end_multipliers);
-  program_.take_limit_multipliers(last_.limit_multipliers);
-  program_.take_work_multipliers(last_.work_multipliers);
+  program_.take_limit_multipliers(limits);
+  program_.take_work_multipliers(work);
   return program_.go_to(path);
 }
 
@@ -181,7 +262,7 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
   program_.retarget(maneuver_);
   if (!moved_) {
     newton_.foresee(program_);
-  } else if (!go_to(led_ ? *led_ : last_.path)) {
+  } else if (!begin()) {
     outcome_.reason = "no motion was found through the shapes of the last answer";
     outcome_.objective = std::numeric_limits<double>::quiet_NaN();
     outcome_.infeasibility = std::numeric_limits<double>::infinity();
@@ -203,6 +284,8 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
 
 void Solver::keep_answer() {
   answered_ = maneuver_;
+  answered_rows_ = program_.limit_rows();
+  passed_ = 0.0;
   led_.reset();
   program_.write_path(last_.path);
   last_.cost = program_.cost();
@@ -215,8 +298,8 @@ void Solver::keep_answer() {
   program_.take_end_multipliers(last_.end_multipliers);  // which the next solve goes on with
 }
 
-Solution Solver::solution() const {
-  return describe(system_, answered_, problem_.scheme, program_.limit_rows(), last_);
-}
+Solution Solver::solution() const { return describe(system_, answered_, problem_.scheme, answered_rows_, last_); }
+
+maneuver::Feedback Solver::feedback() const { return maneuver::design_feedback(system_, problem_, solution()); }
 
 }  // namespace lamprey::study

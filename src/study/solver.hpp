@@ -2,6 +2,10 @@
 // (chapter 9). What a vehicle runs that plans while it swims.
 #pragma once
 
+#include <array>
+#include <optional>
+#include <vector>
+
 #include "study/grids.hpp"
 
 namespace lamprey::study {
@@ -27,6 +31,12 @@ class Solver {
   /// or where waypoints are tied to times.
   void set_duration(double duration);
 
+  /// Time has passed, s, with the swimmer on the last answer: asks for what is left of it, in as many steps. The start is where the
+  /// swimmer is now by that answer (set_start tells where it was seen), the time left is less by so much, bounds of a free
+  /// duration are, too; the next search begins at the rest of the answer. Until one arrives, times add up. Throws
+  /// model::InputError where nothing is left, for periodic goals and where waypoints are tied to times.
+  void advance(double elapsed);
+
   /// Newton steps from the last answer on. The outcome says whether they arrived; the motion is then that of the new problem,
   /// otherwise the last answer stays, with the start, goal and duration that it has; what is asked for stays too. Goals that the
   /// reduced coordinates cannot meet (out of the plane of a planar maneuver) end as infeasible. It allocates no memory
@@ -42,16 +52,33 @@ class Solver {
   double duration() const { return last_.duration; }
   /// What is asked for.
   const maneuver::Maneuver& maneuver() const { return maneuver_; }
+  /// Bounds of a free duration that are asked for, s.
+  std::array<double, 2> between() const { return {problem_.duration.min, problem_.duration.max}; }
   /// What the last answer answers: other than what is asked for until a solve arrives there.
   const maneuver::Maneuver& answered() const { return answered_; }
 
   /// Nodes, moments, velocities, momenta and multipliers of the last answer, as solution.json has them.
   maneuver::Solution solution() const;
+  /// Gains about the last answer, for a swimmer to follow it until the next one (chapter 11). Throws std::domain_error where
+  /// that answer is no motion.
+  maneuver::Feedback feedback() const;
 
  private:
+  // Where a search begins.
+  struct Beginning {
+    maneuver::NodePath path;
+    double duration = 0.0;  // s, where it is free
+    maneuver::LimitMultipliers limit_multipliers;
+    maneuver::WorkMultipliers work_multipliers;
+  };
+
   Solver(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
          const Reached& reached);
-  bool go_to(const maneuver::NodePath& path);
+  Beginning& moved_beginning();
+  void take_duration(double duration);
+  bool begin();
+  bool go_to(const maneuver::NodePath& path, double duration, const maneuver::LimitMultipliers& limits,
+             const maneuver::WorkMultipliers& work);
   void keep_answer();
   void learn_from_answer();
 
@@ -61,7 +88,9 @@ class Solver {
   maneuver::ShapeProgram program_;
   optimizer::StageNewton newton_;
   Found last_;
-  std::optional<maneuver::NodePath> led_;  // the last answer's motion led to another start that is asked for
+  std::vector<maneuver::LimitRow> answered_rows_;
+  double passed_ = 0.0;           // s, since the last answer began
+  std::optional<Beginning> led_;  // the last answer led to another start that is asked for
   optimizer::Outcome outcome_;
   bool moved_ = true;  // whether start or time did, or the last answer is none: its motion has to be found again
 };

@@ -7,6 +7,7 @@
 #include "certificate/certify.hpp"
 #include "file/problem_file.hpp"
 #include "maneuver/feedback.hpp"
+#include "mechanics/continuous.hpp"
 #include "model/input_error.hpp"
 #include "study/solve.hpp"
 
@@ -45,6 +46,46 @@ integrator::State state_at(const Solved& solved, std::size_t node) {
   const integrator::NodeMotion motion = maneuver::node_motion(solved.system, solved.solution);
   const integrator::ReferenceState& state = motion.state[node];
   return integrator::state_of_velocity(solved.system, state.rotation, state.position, state.velocity);
+}
+
+maneuver::Start start_of(const model::System& system, const integrator::State& state) {
+  maneuver::Start start;
+  for (const Eigen::Matrix3d& R : state.rotation) start.rotation.push_back(lie::log(R));
+  start.position = state.position;
+  const Eigen::VectorXd velocity = integrator::velocity_of_state(system, state);
+  start.linear_velocity = velocity.tail<3>();
+  start.angular_velocity = mechanics::angular_velocities(system, state.rotation, velocity);
+  return start;
+}
+
+// Last body a hundredth rad off, no total momentum.
+maneuver::Start start_beside(const model::System& system, const integrator::State& state) {
+  maneuver::Start beside = start_of(system, state);
+  beside.rotation.back() = lie::log(lie::exp(beside.rotation.back()) * lie::exp(Eigen::Vector3d(0.0, 0.0, 0.01)));
+  return start_of(system, maneuver::start_without_momentum(system, beside));
+}
+
+// The problem of the last answer: its start, and its goal as seen from there.
+Problem answered_problem(const Solved& solved, const study::Solver& solver) {
+  Problem problem = solved.problem;
+  const maneuver::Maneuver& answered = solver.answered();
+  problem.start = start_of(solved.system, answered.start);
+  problem.goal->turn.reset();
+  for (std::size_t i = 0; i < answered.end_rotation.size(); ++i)
+    if (const auto& end = answered.end_rotation[i])
+      problem.goal->rotation[solved.system.bodies()[i].name] = lie::log(*end);
+  for (std::size_t c = 0; c < 3; ++c)
+    if (auto& move = problem.goal->move[c])
+      *move = *answered.end_position[c] - answered.start.position[static_cast<Eigen::Index>(c)];
+  problem.duration.value = solver.duration();
+  problem.duration.min = solver.between()[0];
+  problem.duration.max = solver.between()[1];
+  return problem;
+}
+
+void expect_near(const mechanics::Rotations& one, const mechanics::Rotations& other) {
+  ASSERT_EQ(one.size(), other.size());
+  for (std::size_t i = 0; i < one.size(); ++i) EXPECT_LT((one[i] - other[i]).norm(), 1e-8);
 }
 
 class SolverOfManeuvers : public testing::TestWithParam<const char*> {};
@@ -112,6 +153,87 @@ TEST_P(SolverOfManeuvers, goes_on_from_another_start_and_with_less_time) {
   moved.goal->turn.reset();
   const certificate::Certificate certificate = certified(solved, moved, solver);
   EXPECT_LT(certificate.goal_error, 1e-10);
+  EXPECT_LT(certificate.kkt, 1e-8);
+}
+
+// The time after a third of the motion, and what the nodes from there on cost by the trapezoid.
+struct Rest {
+  double time, cost;
+};
+
+Rest rest_of(const Solved& solved) {
+  const std::size_t from = solved.solution.time.size() / 3;
+  double cost = 0.0;
+  for (std::size_t k = from; k + 1 < solved.solution.time.size(); ++k)
+    for (std::size_t node : {k, k + 1})
+      for (const Eigen::Vector3d& moment : solved.solution.control[node])
+        cost += 0.25 * (solved.solution.time[k + 1] - solved.solution.time[k]) * moment.squaredNorm();
+  return {solved.solution.time[from], cost};
+}
+
+// Bellman: the rest of an optimal motion is the optimal motion for the rest of the time, to what steps of another length make of it.
+double missed_by_the_rest(const char* name, int steps) {
+  const Solved solved(name, steps);
+  const Rest rest = rest_of(solved);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  solver.advance(rest.time);
+  const optimizer::Outcome outcome = solver.solve();
+  EXPECT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  EXPECT_LE(outcome.iterations, 8);
+  EXPECT_NEAR(solver.duration(), solved.problem.duration.value - rest.time, 1e-12);
+  study::Solver whole(solved.system, solved.problem, solved.solution);  // begins at all of the motion
+  whole.set_start(solver.maneuver().start);
+  whole.set_duration(solver.duration());
+  EXPECT_GT(whole.solve().iterations, outcome.iterations);
+  EXPECT_EQ(solver.path().rotation.size(), solved.solution.rotation.size());
+  return std::abs(solver.cost() / rest.cost - 1.0);
+}
+
+TEST_P(SolverOfManeuvers, goes_on_with_the_rest_of_its_answer_when_time_has_passed) {
+  const double coarse = missed_by_the_rest(GetParam(), 90), fine = missed_by_the_rest(GetParam(), 180);
+  EXPECT_LT(coarse, 0.05);
+  EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.3) << coarse << " " << fine;
+}
+
+TEST_P(SolverOfManeuvers, adds_up_times_that_pass_before_it_finds_an_answer) {
+  const Solved solved(GetParam(), 60);
+  study::Solver once(solved.system, solved.problem, solved.solution),
+      twice(solved.system, solved.problem, solved.solution);
+  once.advance(0.375 * solved.problem.duration.value);
+  twice.advance(0.25 * solved.problem.duration.value);
+  optimizer::Options none = study::Solver::newton_options();
+  none.most_iterations = 0;
+  EXPECT_EQ(twice.solve(none).termination, Termination::stalled);
+  twice.advance(0.125 * solved.problem.duration.value);
+  ASSERT_EQ(once.solve().termination, Termination::converged);
+  ASSERT_EQ(twice.solve().termination, Termination::converged);
+  expect_near(once.path().rotation.back(), twice.path().rotation.back());
+  expect_near(once.path().rotation.front(), twice.path().rotation.front());
+  EXPECT_NEAR(once.cost() / twice.cost(), 1.0, 1e-9);
+}
+
+TEST_P(SolverOfManeuvers, goes_on_from_where_it_is_seen_when_time_has_passed) {
+  const Solved solved(GetParam(), 60);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  solver.advance(0.31 * solved.problem.duration.value);  // between two nodes
+  ASSERT_EQ(solver.solve().termination, Termination::converged);
+  const certificate::Certificate planned = certified(solved, answered_problem(solved, solver), solver);
+  EXPECT_LT(planned.equation_residual, 1e-10);
+  EXPECT_LT(planned.kkt, 1e-8);
+  const integrator::State seen =
+      maneuver::start_without_momentum(solved.system, start_beside(solved.system, solver.maneuver().start));
+  solver.set_start(seen);
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  EXPECT_LE(outcome.iterations, 20);
+  EXPECT_EQ(solver.path().rotation.front(), seen.rotation);
+  // the goal stays where it was in the world
+  for (std::size_t i = 0; i < seen.rotation.size(); ++i)
+    if (solver.maneuver().end_rotation[i]) {
+      EXPECT_LT((solver.path().rotation.back()[i] - solved.solution.rotation.back()[i]).norm(), 1e-8);
+    }
+  const certificate::Certificate certificate = certified(solved, answered_problem(solved, solver), solver);
+  EXPECT_LT(certificate.equation_residual, 1e-10);
   EXPECT_LT(certificate.kkt, 1e-8);
 }
 
@@ -258,6 +380,24 @@ TEST(SolverWithinLimits, moves_on_from_nodes_that_press_on_their_limits) {
 }
 
 // Nor does a longer way lead from node to node of them.
+// What has passed and what is left take as long as the whole, and as dear.
+TEST(SolverWithinLimits, goes_on_with_the_rest_of_a_free_duration) {
+  const Solved solved("free_time", 60);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  const double whole = solved.solution.time.back(), passed = 0.25 * whole;
+  solver.advance(passed);
+  EXPECT_NEAR(solver.between()[1], solved.problem.duration.max - passed, 1e-12);
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  EXPECT_NEAR((passed + solver.duration()) / whole, 1.0, 4e-3);
+  const Problem rest = answered_problem(solved, solver);
+  const certificate::Certificate certificate = certified(solved, rest, solver);
+  EXPECT_LT(certificate.goal_error, 1e-10);
+  EXPECT_LT(certificate.kkt, 1e-8);
+  ASSERT_TRUE(certificate.limits);
+  EXPECT_LT(certificate.limits->violation, 1e-8);
+}
+
 TEST(SolverWithinLimits, moves_farther_than_slacks_reach) {
   const WithinSwing translation("translation", 1000, 1.2);
   study::Solver solver(translation.system, translation.problem, translation.solution);
@@ -297,6 +437,19 @@ TEST(SolverOfWorkPerDistance, follows_its_start_and_its_goal) {
   expect_certified();
   *goal.move[0] = 0.05;
   EXPECT_THROW(solver.set_goal(goal), model::InputError);
+}
+
+TEST(Solver, gives_gains_about_its_last_answer) {
+  const Solved solved("translation", 60);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  solver.advance(0.2 * solved.problem.duration.value);
+  ASSERT_EQ(solver.solve().termination, Termination::converged);
+  const maneuver::Feedback gains = solver.feedback();
+  EXPECT_NEAR(gains.time.back(), solver.duration(), 1e-12);
+  const maneuver::Feedback own =
+      maneuver::design_feedback(solved.system, answered_problem(solved, solver), solver.solution());
+  EXPECT_EQ(gains.time, own.time);
+  EXPECT_EQ(gains.gain, own.gain);
 }
 
 TEST(Solver, takes_turns_in_radians) {
@@ -339,6 +492,8 @@ TEST(SolverRefusals, say_what_does_not_fit) {
   goal.move[0].reset();
   EXPECT_THROW(solver.set_goal(goal), model::InputError);
   EXPECT_THROW(solver.set_duration(0.0), model::InputError);
+  for (const double elapsed : {0.0, -0.1, std::nan(""), solved.problem.duration.value})
+    EXPECT_THROW(solver.advance(elapsed), model::InputError);
   Problem moving = solved.problem;
   moving.start.linear_velocity = {1.0, 0.0, 0.0};
   EXPECT_THROW(solver.set_start(maneuver::start_state(solved.system, moving.start)), model::InputError);
@@ -348,9 +503,11 @@ TEST(SolverRefusals, say_what_does_not_fit) {
   other = solved.problem;
   other.waypoints.push_back({0.5, {std::nullopt, 0.1, std::nullopt}, std::nullopt, {}});
   EXPECT_THROW(study::Solver(solved.system, other, solved.solution).set_duration(2.0), model::InputError);
+  EXPECT_THROW(study::Solver(solved.system, other, solved.solution).advance(0.1), model::InputError);
   other = solved.problem;
   other.goal->periodic = true;
   other.goal->rest = false;
+  EXPECT_THROW(study::Solver(solved.system, other, solved.solution).advance(0.1), model::InputError);
   EXPECT_THROW(
       study::Solver(solved.system, other, solved.solution).set_start(maneuver::start_state(solved.system, other.start)),
       model::InputError);

@@ -1,0 +1,83 @@
+"""Plans while it swims: the roll of rotation.toml by a swimmer that is not quite the one that was planned for.
+
+A tenth of the time after the other the swimmer moves by the plan that it has, is measured, and plans anew from there. It has other
+masses than its plans; how far it misses is printed for one plan from beginning to end, for one plan with its gains, and for plans
+made anew. Run: python3 examples/receding_horizon.py [rotation.toml]
+"""
+import copy
+import pathlib
+import sys
+
+import numpy as np
+
+import lamprey as lp
+
+PARTS = 10     # plans
+STEPS = 100    # of a plan
+HEAVIER = 1.03  # the front body's mass and inertia, against those that plans know
+
+
+def swimmer_of(problem):
+    """The swimmer that moves: the problem's with a heavier front body."""
+    settings = copy.deepcopy(problem.settings)
+    for body in settings["body"]:
+        if body["name"] == "front":
+            for key in ("mass_matrix", "inertia_matrix"):
+                body[key] = (HEAVIER * np.array(body[key])).tolist()
+    return settings
+
+
+def rotation_vector(rotation):
+    """rad, of a rotation matrix by less than half a turn."""
+    sine = 0.5 * np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0],
+                           rotation[1, 0] - rotation[0, 1]])
+    angle = np.arctan2(np.linalg.norm(sine), 0.5 * (np.trace(rotation) - 1.0))
+    return sine * (angle / np.sin(angle) if angle > 1e-12 else 1.0)
+
+
+def swim(settings, motion, node, **way):
+    """Marches from a node of a motion."""
+    rotation = motion.rotation[node]
+    start = {
+        "rotation": {body["name"]: rotation_vector(R).tolist() for body, R in zip(settings["body"], rotation)},
+        "angular_velocity": {body["name"]: w.tolist()
+                             for body, w in zip(settings["body"], motion.velocity["angular"][node])},
+        "linear_velocity": (rotation[0] @ motion.velocity["linear"][node]).tolist(),
+        "position": motion.position[node].tolist(),
+    }
+    return lp.simulate(lp.Problem({**settings, "start": start}), **way)
+
+
+def missed(end, goal):
+    """rad, by which the body that misses most is off its goal."""
+    return max(np.linalg.norm(rotation_vector(a.T @ b)) for a, b in zip(goal, end))
+
+
+def main(path):
+    problem = lp.load(path).changed(time={"steps": STEPS})
+    solution = lp.solve(problem)
+    settings, goal = swimmer_of(problem), solution.rotation[-1]
+    duration = solution.time[-1]
+    print(f"planned: cost {solution.cost:.6g}, {solution.message}")
+
+    for name, way in (("one plan", {"controls": solution}), ("one plan and its gains", {"feedback": solution})):
+        print(f"{name}: misses by {missed(swim(settings, solution, 0, **way).rotation[-1], goal):.2g} rad")
+
+    solver = lp.Solver(problem, solution)
+    plan, seen, node = solver.solution(feedback=True), solution, 0
+    for part in range(PARTS):
+        seen = swim(settings, seen, node, feedback=plan, duration=duration / PARTS, steps=2 * STEPS // PARTS)
+        node = -1
+        if part + 1 == PARTS:
+            break
+        solver.advance(duration / PARTS)
+        solver.set_start(seen.rotation[-1], seen.position[-1], seen.velocity["angular"][-1])
+        outcome = solver.solve()
+        print(f"  {(part + 1) * duration / PARTS:.1f} s: {outcome.status} in {1e3 * outcome.wall_seconds:.1f} ms, "
+              f"{outcome.iterations} steps of Newton's method, cost {solver.cost:.6g}")
+        plan = solver.solution(feedback=True)
+    print(f"plans made anew: misses by {missed(seen.rotation[-1], goal):.2g} rad")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).with_name("rotation.toml"))
