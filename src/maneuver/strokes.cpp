@@ -130,9 +130,10 @@ StrokeLimits no_stroke_limits(const System& system) {
   return {any, any};
 }
 
-StrokeLimits stroke_limits(const System& system, const Problem& problem, const Maneuver& maneuver, int strokes) {
+StrokeLimits stroke_limits(const System& system, const Problem& problem, const integrator::State& start,
+                           double duration, int strokes) {
   const Limits& limits = problem.limits;
-  const double rate = 2.0 * std::numbers::pi * strokes / maneuver.duration;  // 1/s
+  const double rate = 2.0 * std::numbers::pi * strokes / duration;  // 1/s
   StrokeLimits result;
   for (const model::Joint& joint : system.joints()) {
     double swing = most_swing, velocity = limits.angular_velocity.value_or(most_amplitude * rate);
@@ -144,11 +145,11 @@ StrokeLimits stroke_limits(const System& system, const Problem& problem, const M
     take(limits.swing, within_limits, swing);
     take(limits.twist, within_limits, swing);
     if (const auto angle = limits.angle.find(joint.name); angle != limits.angle.end()) {
-      const Matrix3d Q = mechanics::child_to_parent(maneuver.start.rotation, joint);
-      const Vector3d start = mechanics::joint_angles(joint, Q);
+      const Matrix3d Q = mechanics::child_to_parent(start.rotation, joint);
+      const Vector3d first = mechanics::joint_angles(joint, Q);
       for (std::size_t axis = 0; axis < angle->second.size(); ++axis) {
         const auto& [low, high] = angle->second[axis];
-        const double now = start[static_cast<Eigen::Index>(axis)];
+        const double now = first[static_cast<Eigen::Index>(axis)];
         swing = std::min(swing, within_limits * std::min(high - now, now - low));
       }
     }

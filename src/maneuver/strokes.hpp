@@ -23,9 +23,10 @@ struct StrokeLimits {
 /// None.
 StrokeLimits no_stroke_limits(const model::System& system);
 
-/// What a problem's limits on angles and angular velocities of joints leave to so many strokes; at most nearly a quarter turn,
+/// What a problem's limits on angles and angular velocities of joints leave to so many strokes in a duration, s; at most nearly a quarter turn,
 /// beyond which they win no more.
-StrokeLimits stroke_limits(const model::System& system, const Problem& problem, const Maneuver& maneuver, int strokes);
+StrokeLimits stroke_limits(const model::System& system, const Problem& problem, const integrator::State& start,
+                           double duration, int strokes);
 
 /// So many equal strokes, the smallest near random ones that arrive: by Gauss and Newton on amplitudes and phases of the joints.
 /// The same for the same seed on every machine. For starts without total momentum that do not ask for a period.

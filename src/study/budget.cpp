@@ -13,8 +13,8 @@ using maneuver::Problem;
 
 constexpr double searched_share =
     2.0 / 3.0;  // of the time limit, once a first guess has arrived; hops have half of that
-constexpr double before_strokes =
-    0.5;                        // of the time limit, after which no guess begins before strokes, unless one has arrived
+// Of the time limit, unless a guess has arrived: after which no guess begins before strokes, and by when those that run end.
+constexpr double last_before_strokes = 0.5, end_before_strokes = 0.6;
 constexpr double grace = 20.0;  // s, for the same after an interruption
 
 // Of this process and of its children that have ended, s.
@@ -52,8 +52,10 @@ double Budget::end_of_time() const {
   const bool guessing = stage_ == Stage::guessing || stage_ == Stage::guessing_before_strokes;
   if ((guessing || stage_ == Stage::hopping) && any_arrived_)
     return (guessing && problem_.search.hops > 0 ? 0.5 : 1.0) * searched_share * *problem_.search.time_limit;
-  return *problem_.search.time_limit;
+  return (strokes_wait() ? end_before_strokes : 1.0) * *problem_.search.time_limit;
 }
+
+bool Budget::strokes_wait() const { return stage_ == Stage::guessing_before_strokes && !any_arrived_; }
 
 bool Budget::past(double share) const {
   return interrupted() || (problem_.search.time_limit && seconds() > share * *problem_.search.time_limit);
@@ -62,8 +64,7 @@ bool Budget::past(double share) const {
 bool Budget::goes_on_late() const { return stage_ == Stage::refining_the_best && any_arrived_; }
 
 bool Budget::closing() const {
-  const bool strokes_wait = stage_ == Stage::guessing_before_strokes && !any_arrived_;
-  return interrupted() || seconds() > (strokes_wait ? before_strokes : 1.0) * end_of_time();
+  return interrupted() || seconds() > end_of_time() || (strokes_wait() && past(last_before_strokes));
 }
 
 bool Budget::stopped() const {

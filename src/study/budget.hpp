@@ -38,6 +38,7 @@ class Budget {
  private:
   double end_of_time() const;  // s, of the stage
   bool goes_on_late() const;
+  bool strokes_wait() const;
 
   const maneuver::Problem& problem_;
   const SolveOptions& options_;

@@ -38,7 +38,7 @@ class NewtonMethod : public Method {
   bool has_strokes() const override {
     const bool single = grids_.reached().coordinates.shape.cols() == 1;  // which wins nothing by strokes
     const Problem& problem = grids_.problem();
-    return !single && !problem.duration.free && problem.goal && (problem.goal->periodic || !grids_.passive());
+    return !single && problem.goal && (problem.goal->periodic || !grids_.passive());
   }
 
   std::vector<Found> solve_strokes() override {

@@ -25,6 +25,8 @@ constexpr int guesses_of_cycle = 2;
 constexpr double time_of_cycle = 0.1;  // of what is left
 constexpr std::size_t solved_strokes = 4;
 constexpr int least_steps_of_stroke = 12, steps_of_stroke = 20;
+constexpr int free_durations = 8;         // tried of strokes, and one
+constexpr double little_broken = 0.1;     // units of the limits, which a search mends
 constexpr double goal_of_strokes = 1e-3;  // units of the end rows, what is missed
 
 // Strokes towards the goal, and how they keep to the limits.
@@ -32,26 +34,48 @@ struct StrokesOnGrid {
   int strokes;
   bool within_limits;
   NodePath path = {};
+  double duration = 0.0;  // s
   double missed = 0.0, broken = 0.0, cost = 0.0;
   std::tuple<bool, double, double, double> rank() const {
     return {path.rotation.empty(), missed > goal_of_strokes ? missed : 0.0, broken, cost};
   }
 };
 
+// s: that of the problem, or where it is free some from the least to the most.
+std::vector<double> durations_of(const maneuver::Duration& asked) {
+  if (!asked.free) return {asked.value};
+  std::vector<double> durations;
+  for (int n = 0; n <= free_durations; ++n)
+    durations.push_back(asked.min * std::pow(asked.max / asked.min, static_cast<double>(n) / free_durations));
+  return durations;
+}
+
+// Where strokes get a swimmer that begins at rest does not depend on how fast they are: where the duration is free they have the
+// most that there is, to be kept to rates, and then the one at which they break limits and cost least.
 StrokesOnGrid swum(const Grids& grids, StrokesOnGrid tried) {
   const int steps = std::min(grids.problem().steps, std::max(grids.coarse(), tried.strokes * steps_of_stroke));
+  const maneuver::Duration& asked = grids.problem().duration;
   Grid grid = grids.grid(steps);
   const maneuver::StrokeLimits kept =
-      tried.within_limits ? maneuver::stroke_limits(grids.system(), grids.problem(), grid.maneuver, tried.strokes)
+      tried.within_limits ? maneuver::stroke_limits(grids.system(), grids.problem(), grid.maneuver.start,
+                                                    asked.free ? asked.max : asked.value, tried.strokes)
                           : maneuver::no_stroke_limits(grids.system());
   const maneuver::Strokes found =
       maneuver::strokes_to_goal(grids.system(), grid.maneuver, grids.reached().coordinates, grids.reached().rows, kept,
                                 tried.strokes, seed_of_start(grids.problem(), 0));
-  if (found.path.rotation.empty() || !grid.program.go_to(found.path)) return tried;
-  tried.path = found.path;
+  if (found.path.rotation.empty()) return tried;
   tried.missed = found.missed;
-  tried.broken = grid.program.limit_violation();
-  tried.cost = grid.program.cost();
+  for (const double duration : durations_of(asked)) {
+    grid.program.take_duration(duration);
+    if (!grid.program.go_to(found.path)) continue;
+    const double broken = grid.program.limit_violation(), cost = grid.program.cost();
+    const double more = std::max(broken, little_broken), before = std::max(tried.broken, little_broken);
+    if (!tried.path.rotation.empty() && std::tuple(more, cost) >= std::tuple(before, tried.cost)) continue;
+    tried.path = found.path;
+    tried.duration = duration;
+    tried.broken = broken;
+    tried.cost = cost;
+  }
   return tried;
 }
 
@@ -59,7 +83,7 @@ StrokesOnGrid swum(const Grids& grids, StrokesOnGrid tried) {
 Problem cycle_of(const Problem& whole, int cycles, double strokes) {
   Problem cycle = whole;
   cycle.steps = coarse_steps;  // fewer show turns that are none
-  cycle.duration.value /= cycles;
+  for (double* seconds : {&cycle.duration.value, &cycle.duration.min, &cycle.duration.max}) *seconds /= cycles;
   for (std::optional<double>& move : cycle.goal->move)
     if (move) *move /= strokes;
   if (cycle.goal->turn) *cycle.goal->turn /= strokes;
@@ -118,6 +142,7 @@ std::vector<Found> solve_gaits_from_rest(const Grids& grids) {
     found.outcome = cycle.outcome;
     fail_for_want_of_motion(found.outcome);
     if (!cycle.converged()) return found;
+    found.duration = cycles * cycle.duration;
     Grid grid = grids.grid(std::min(grids.problem().steps, std::max(grids.coarse(), cycles * steps_of_stroke)));
     grids.solve(grid, begun_and_ended_at_rest(grids, grid.maneuver, cycle.path, cycles), fine_tolerance, found);
     return found;
@@ -136,10 +161,11 @@ std::vector<Found> solve_swum_strokes(const Grids& grids) {
   std::sort(tries.begin(), tries.end(), [](const auto& a, const auto& b) { return a.rank() < b.rank(); });
   while (!tries.empty() && (tries.back().path.rotation.empty() || tries.size() > solved_strokes)) tries.pop_back();
   return grids.in_threads(static_cast<int>(tries.size()), "strokes", [&](int n) {
-    const NodePath& path = tries[static_cast<std::size_t>(n)].path;
-    Grid grid = grids.grid(steps_of(path));
+    const StrokesOnGrid& from = tries[static_cast<std::size_t>(n)];
+    Grid grid = grids.grid(steps_of(from.path));
     Found found;
-    grids.solve(grid, path, fine_tolerance, found);
+    found.duration = from.duration;
+    grids.solve(grid, from.path, fine_tolerance, found);
     return found;
   });
 }
@@ -161,6 +187,7 @@ std::vector<Found> solve_cycles(const Grids& grids) {
       fail_for_want_of_motion(found.outcome);
       return found;
     }
+    found.duration = cycles * cycle.duration;
     found.limit_multipliers = maneuver::repeated(cycle.limit_multipliers, cycles);
     Grid grid = grids.grid(steps);
     grids.solve(grid, maneuver::refined(grids.system(), maneuver::repeated(cycle.path, cycles), steps), fine_tolerance,

@@ -57,7 +57,8 @@ Rowed rowed(const maneuver::Problem& problem, int strokes, bool within_limits, s
   const auto coordinates = maneuver::reachable_coordinates(system, maneuver, guess);
   const auto rows = maneuver::independent_end_rows(system, maneuver, *coordinates, guess);
   const maneuver::StrokeLimits limits =
-      within_limits ? maneuver::stroke_limits(system, problem, maneuver, strokes) : maneuver::no_stroke_limits(system);
+      within_limits ? maneuver::stroke_limits(system, problem, maneuver.start, maneuver.duration, strokes)
+                    : maneuver::no_stroke_limits(system);
   return {system, maneuver, maneuver::strokes_to_goal(system, maneuver, *coordinates, *rows, limits, strokes, seed)};
 }
 
@@ -119,8 +120,8 @@ TEST(Strokes, are_limited_alike_by_a_rate_of_each_joint_and_of_all) {
   for (const model::JointDescription& joint : each.swimmer.joints) each.limits.joint_angular_velocity[joint.name] = 2.0;
   const model::System system(all.swimmer);
   const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, all, 100);
-  const maneuver::StrokeLimits one = maneuver::stroke_limits(system, all, maneuver, 10);
-  const maneuver::StrokeLimits other = maneuver::stroke_limits(system, each, maneuver, 10);
+  const maneuver::StrokeLimits one = maneuver::stroke_limits(system, all, maneuver.start, maneuver.duration, 10);
+  const maneuver::StrokeLimits other = maneuver::stroke_limits(system, each, maneuver.start, maneuver.duration, 10);
   EXPECT_EQ(one.amplitude, other.amplitude);
   EXPECT_LT(one.amplitude[0], 2.0 * 20.0 / (2.0 * std::numbers::pi * 10));
 }

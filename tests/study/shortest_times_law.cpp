@@ -59,6 +59,19 @@ TEST(ShortestTime, of_a_vehicle_holds_the_limits_that_hold_it) {
   EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
 }
 
+// Strokes get as far however fast they are, so that they are guesses in a free duration, too.
+TEST(ShortestTime, of_more_strokes_than_a_guess_has_is_found) {
+  maneuver::Problem problem = weak_fins(0.1, 1e-2);
+  problem.steps = 200;
+  problem.duration.max = 200.0;
+  problem.goal->turn = Eigen::Vector3d(0.0, 0.0, 0.3);
+  for (const char* fin : {"L", "R"}) problem.limits.angle[fin] = {{-0.4, 0.4}};
+  problem.search.starts = 1;
+  const study::Answer answer = answered_alone(problem);
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+  EXPECT_GT(answer.solution.search.strokes, 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Efforts, ShortestTimes, testing::Values(1.0, 1e-2, 1e-4), [](const auto& effort) {
   return effort.param == 1.0 ? "one" : effort.param == 1e-2 ? "hundredth" : "ten_thousandth";
 });
