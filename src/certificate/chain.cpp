@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -149,6 +150,25 @@ void keep_rows(const MatrixXd& rows, ChainStage& stage) {
   kept.by_input.conservativeResize(before + rows.rows(), inputs);
   kept.by_state.bottomRows(rows.rows()) = rows.leftCols(states);
   kept.by_input.bottomRows(rows.rows()) = rows.rightCols(inputs);
+}
+
+bool keeps_rows(const Chain& chain) {
+  return std::any_of(chain.stage.begin(), chain.stage.end(),
+                     [](const ChainStage& stage) { return stage.kept.by_state.rows() > 0; });
+}
+
+Chain with_rows_weighed(const Chain& chain, double weight) {
+  Chain weighed = chain;
+  const double unit = input_unit(chain);
+  for (ChainStage& stage : weighed.stage) {
+    const KeptRows rows = measured(std::exchange(stage.kept, {}), unit);
+    if (rows.by_state.rows() == 0) continue;
+    const double by_unit = weight * stage.weight * unit;
+    stage.Q += by_unit * unit * rows.by_state.transpose() * rows.by_state;
+    stage.S += by_unit * rows.by_input.transpose() * rows.by_state;
+    stage.R += weight * stage.weight * rows.by_input.transpose() * rows.by_input;
+  }
+  return weighed;
 }
 
 ChainSolver::ChainSolver(const Chain& chain, double penalty) : chain_(chain), penalty_(penalty) { keep(); }

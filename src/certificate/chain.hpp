@@ -43,6 +43,13 @@ void widen(Chain& chain, Eigen::Index states);
 /// Adds rows, by (y, u), that the stage keeps.
 void keep_rows(const MatrixXd& rows, ChainStage& stage);
 
+/// Whether any of its stages keeps rows.
+bool keeps_rows(const Chain& chain);
+
+/// The chain with what its stages keep in the form instead, each row as large as the input that it takes and squared, times
+/// `weight` of that input's metric: where this form is definite, the chain's is where its rows are kept.
+Chain with_rows_weighed(const Chain& chain, double weight);
+
 using Inputs = std::vector<VectorXd>;  // [stages][inputs]
 
 /// What a problem pulls at: inputs, and states y at the stages' beginnings (empty: nothing).

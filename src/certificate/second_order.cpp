@@ -1,5 +1,8 @@
 #include "certificate/second_order.hpp"
 
+#include <cmath>
+#include <optional>
+
 #include <Eigen/Cholesky>
 
 #include "certificate/compliance_in_time.hpp"
@@ -16,8 +19,10 @@ namespace {
 
 using model::at;
 
-constexpr double penalty_per_cost = 1e4;  // of the end rows
-constexpr double needed_pull = 10.0;      // over what the conditions of first order are missed by
+constexpr double penalty_per_cost = 1e4;                  // of the end rows
+constexpr double row_weight = 1e6, heavier_rows = 100.0;  // of the metric, and times that
+constexpr double agreed_value = 0.01;
+constexpr double needed_pull = 10.0;  // over what the conditions of first order are missed by
 
 // Curvature of the goal's rotations of led bodies along constant freedoms, [turns][turns]; at the goal that of a body
 // that turns on its own vanishes.
@@ -172,7 +177,7 @@ void begin_with_duration(double cost, Eigen::Index duration, Chain& chain) {
 }
 
 // Nothing where they cannot be told.
-std::optional<SecondOrder> eigenvalues_of(const Chain& chain, double cost) {
+std::optional<SecondOrder> eigenvalues_by_one_sweep(const Chain& chain, double cost) {
   ChainSolver solver(chain, penalty_per_cost * cost);
   SecondOrder result;
   const SmallestEigenvalue smallest = smallest_eigenvalue(chain, solver);
@@ -181,6 +186,27 @@ std::optional<SecondOrder> eigenvalues_of(const Chain& chain, double cost) {
   result.positive = smallest.bound >= curvature_mark || solver.factor(curvature_mark) == 0;
   result.negative_eigenvalues = result.positive ? 0 : solver.factor(-curvature_mark);  // a flat direction is no descent
   return result;
+}
+
+// Whether two weights of rows say the same.
+bool agree(const std::optional<SecondOrder>& one, const std::optional<SecondOrder>& two) {
+  return one && two && one->negative_eigenvalues == two->negative_eigenvalues &&
+         std::abs(one->smallest_eigenvalue - two->smallest_eigenvalue) <=
+             agreed_value * std::abs(two->smallest_eigenvalue);
+}
+
+// Rows that are weighed in the form prove a minimum wherever they leave it definite. Where they do not, the weight may be too small,
+// which rows that are kept do not know; but inputs that keep one row after the other may swing beyond what a sweep can follow.
+std::optional<SecondOrder> eigenvalues_of(const Chain& chain, double cost) {
+  if (!keeps_rows(chain)) return eigenvalues_by_one_sweep(chain, cost);
+  const auto positive = [](const std::optional<SecondOrder>& found) { return found && found->positive; };
+  const std::optional<SecondOrder> weighed = eigenvalues_by_one_sweep(with_rows_weighed(chain, row_weight), cost);
+  if (positive(weighed)) return weighed;
+  const std::optional<SecondOrder> kept = eigenvalues_by_one_sweep(chain, cost);
+  if (positive(kept)) return kept;
+  const std::optional<SecondOrder> heavier =
+      eigenvalues_by_one_sweep(with_rows_weighed(chain, heavier_rows * row_weight), cost);
+  return positive(heavier) || agree(weighed, heavier) ? heavier : kept;
 }
 
 }  // namespace

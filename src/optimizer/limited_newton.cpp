@@ -11,14 +11,16 @@ namespace lamprey::optimizer {
 namespace {
 
 constexpr int most_rounds = 60;
-constexpr int most_landings = 6;          // sets of limits that hold, before a search returns
-constexpr int landing_iterations = 8;     // with one of them
-constexpr double settling_weight = 1e-2;  // of that of landings
-constexpr double landing_share = 0.5;     // of a set's error, that the next one may leave
-constexpr double first_landing = 1e-5;    // error, of other costs' kinks too, from which sets are tried
-constexpr double next_landing = 1e-2;     // of the error before a landing that failed
-constexpr int most_idle_rounds = 6;       // without progress
-constexpr double idle_share = 0.7;        // of the best error so far, that is no progress
+constexpr int most_landings = 6;                         // sets of limits that hold, before a search returns
+constexpr int landing_iterations = 20;                   // with one of them
+constexpr double settling_weight = 1e-2;                 // of that of landings
+constexpr double landing_share = 0.5;                    // of a set's error, that the next one may leave
+constexpr double slow_share = 0.2;                       // of the error before a landing, from where its weight grows
+constexpr double more_weight = 10.0, most_weight = 1e3;  // times it
+constexpr double first_landing = 1e-5;                   // error, of other costs' kinks too, from which sets are tried
+constexpr double next_landing = 1e-2;                    // of the error before a landing that failed
+constexpr int most_idle_rounds = 6;                      // without progress
+constexpr double idle_share = 0.7;                       // of the best error so far, that is no progress
 constexpr int most_round_iterations = 150;
 constexpr double least_tolerance = 1e-11;  // where a search's own error keeps the limits' from falling
 constexpr double first_tolerance = 1e-3;   // of a search while the multipliers are still rough
@@ -57,6 +59,7 @@ struct Landing {
   int left;                                                // sets of such limits that are tried
   double from = first_landing;                             // error
   double error = std::numeric_limits<double>::infinity();  // of the last one
+  double grown = 1.0;                                      // how many times the weight is that of a landing
 
   bool worth_trying(double found) const { return left > 0 && found < from; }
 
@@ -67,12 +70,17 @@ struct Landing {
       if (!kept || !converged || !worth_trying(found)) return false;
       from = next_landing * found;
       error = std::numeric_limits<double>::infinity();
+      grown = 1.0;
       if (!program.land()) left = 0;
       return left > 0;
     }
-    const bool nearer = found < landing_share * std::exchange(error, found);
-    --left;
-    if (converged && nearer && left > 0) return false;
+    const double before = std::exchange(error, found);
+    if (converged && found < before && found > slow_share * before && grown < most_weight) {
+      grown *= more_weight;
+      program.weigh_landed(more_weight);
+      return false;
+    }
+    if (--left > 0 && converged && found < landing_share * before) return false;
     program.take_off();
     return true;
   }
@@ -117,7 +125,7 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
     const bool done = met && converged && round.tolerance == finest;
     if (done && program.landed()) {  // what finds the limits that hold brings round-off into their multipliers
-      program.weigh_landed(settling_weight);
+      program.weigh_landed(settling_weight / landing.grown);
       newton.step_once_more(program, outcome);
       program.renew_limits(false);
     }

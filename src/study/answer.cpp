@@ -31,6 +31,8 @@ constexpr int few_steps = 50;
 constexpr double half_turn_mark = 1e-4;     // rad
 constexpr double loosest_tolerance = 1e-4;  // of stationarity, that is worth proposing
 constexpr double cheaper_share = 1e-6;      // of the cost, by which a motion is cheaper
+constexpr double other_units = 1e3;         // times a bound on moments, by which motions of these sizes hardly break it
+constexpr int few_arrived = 3;              // first guesses for each that arrived, from which on minima may be missing
 constexpr double small_motion = 1e-2;  // displacement over the largest distance of joints from parents' mass centres
 
 // What shows that files do not tell of the problem's own motion; empty when nothing does.
@@ -203,6 +205,8 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
   if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
+  if (broken && proof.limits->key.starts_with("limits.torque") && proof.limits->violation > other_units)
+    words += "other units (its N m, lengths' m, the density's kg/m³, the time's s), ";
   const std::string hurried = limits_on_haste(problem.limits);
   const bool gait = problem.goal && problem.goal->periodic;
   if (!hurried.empty()) words += problem.duration.free ? "a larger time.max, " : "a longer time.duration, ";
@@ -229,7 +233,9 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   };
   std::string words;
   if (!proof.second_order)
-    words = " Whether it is a minimum was not computed.";
+    words = std::string(" Whether it is a minimum cannot be told: ") +
+            (problem.cost_weights.any() ? "where powers vanish second derivatives may differ from side to side."
+                                        : "its second derivatives are lost in round-off.");
   else if (proof.second_order->positive)
     words = proof.kkt <= certificate::proof_mark
                 ? words_of_minimum(proof)
@@ -282,6 +288,13 @@ int more_steps(const Problem& problem, const Answer& answer) {
   return std::clamp(static_cast<int>(std::ceil(std::min<double>(times, most))), least, most);
 }
 
+// The effort's weight at which it would be as much as all else that this motion costs.
+std::string effort_to_match(const Problem& problem, const Solution& solution) {
+  const double smoothed = problem.effort * solution.cost_parts->effort;
+  const double weight = (solution.cost - smoothed) / solution.cost_parts->effort;
+  return weight > problem.effort && std::isfinite(weight) ? " (" + number(rounded_up(weight)) + ")" : "";
+}
+
 // Whether what is paid is mostly work: it is least in impulses, which finer steps only make shorter.
 bool mostly_work(const Problem& problem, const Solution& solution) {
   constexpr double mostly = 0.5;
@@ -306,14 +319,15 @@ std::string coarseness(const Problem& problem, const Answer& answer) {
       "try [time] steps = " + std::to_string(problem.steps * more_steps(problem, answer)) + " or more";
   return " These steps do not resolve the motion: " + missed + "; " +
          (mostly_work(problem, answer.solution) && unseen_work(answer).empty()
-              ? "work is least in impulses, which finer steps only make shorter: more weight on cost.effort, or one on "
-                "cost.smoothness, makes moments smoother; or " +
-                    mend
+              ? "work is least in impulses, which finer steps only make shorter: more weight on cost.effort" +
+                    effort_to_match(problem, answer.solution) +
+                    ", or one on cost.smoothness, makes moments smoother; or " + mend
               : mend) +
          (!replay || std::isnan(replay->servo_rotation_error)
               ? "."
               : ". Servos that lead the joints along its angles end " + number(replay->servo_rotation_error) +
-                    " rad and " + number(replay->servo_position_error) + " m beside the goal.");
+                    " rad and " + number(replay->servo_position_error) + " m beside the goal" +
+                    (problem.limits.of_moments() ? ", by whatever moments that takes." : "."));
 }
 
 // Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then resolved, then cheap.
@@ -344,6 +358,15 @@ std::string cheaper_ones(const Problem& problem, const std::vector<Certified>& f
       words += cheaper + "meets all that is asked, too, but " + unsettled(problem, other.certificate) + ".";
   }
   return words;
+}
+
+// Where few first guesses arrived, as a sentence.
+std::string few_arrivals(const Solution& solution) {
+  const auto& search = solution.search;
+  const int tried = search.starts + search.hops;
+  if (tried < few_arrived || few_arrived * search.solved > tried) return "";
+  return " Of " + std::to_string(tried) + " searches " + std::to_string(search.solved) +
+         " arrived: more starts or another seed may find a cheaper one.";
 }
 
 // Adds what was found out to the answer and its message.
@@ -475,7 +498,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     add_to(best, problem, complete(system, problem, best, cost_on_grid, options.workers, parts));
   }
   best.solution.message += cheaper_ones(problem, found, best.solution);
-  if (optimal) best.solution.message += coarseness(problem, best) + unseen_work(best);
+  if (optimal) best.solution.message += coarseness(problem, best) + unseen_work(best) + few_arrivals(best.solution);
   parts.tell(candidates.unsearched, best.solution);
   best.solution.solver.total_wall_seconds = parts.seconds();
   return best;

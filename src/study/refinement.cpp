@@ -63,7 +63,8 @@ std::string refinement_words(const certificate::Refinement& refinement) {
   std::ostringstream text;
   text.precision(8);
   if (refinement.grids.size() < 3) {
-    text << " Its cost was not found on the other grids.";
+    text << " Its cost has no error bar: from it searches on other grids, of half and of twice as many steps, do not "
+            "arrive.";
     return text.str();
   }
   const auto [least, most] = std::minmax_element(refinement.grids.begin(), refinement.grids.end(),

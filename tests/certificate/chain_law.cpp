@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
+#include <limits>
 
 #include "chains.hpp"
 #include "tolerance.hpp"
@@ -143,6 +144,49 @@ TEST(Chain, keeps_the_rows_of_its_stages) {
     EXPECT_NEAR(smallest.value, values[0], 2e-3 * std::max(1.0, std::abs(values[0]))) << seed;
   }
   EXPECT_GT(indefinite, 5);
+}
+
+TEST(Chain, with_rows_weighed_is_definite_only_where_it_is_with_rows_kept) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Chain chain = chain_with_rows(seed);
+    const double least = Dense(chain).eigenvalues()[0], near = 1e-3 * std::max(1.0, std::abs(least));
+    double before = -std::numeric_limits<double>::infinity();
+    for (const double weight : {1.0, 1e2, 1e4, 1e6}) {
+      const Chain weighed = with_rows_weighed(chain, weight);
+      EXPECT_FALSE(keeps_rows(weighed));
+      const double value = Dense(weighed).eigenvalues()[0];
+      EXPECT_GT(value, before - near);
+      EXPECT_LT(value, least + near);
+      before = value;
+    }
+    EXPECT_NEAR(before, least, near) << seed;
+  }
+}
+
+// A row on states that an input hardly reaches: to keep it moves that input far, and what that does to later rows the next ones
+// farther.
+TEST(Chain, with_rows_weighed_is_right_where_inputs_that_keep_rows_swing) {
+  int lost = 0;
+  for (unsigned seed = 1; seed <= 6; ++seed)
+    for (const double reach : {1e-2, 1e-3, 1e-4}) {
+      Chain chain = random_chain(seed, 30, 1.0);
+      Random random(seed + 9);
+      for (std::size_t k = 0; k < 29; ++k) {
+        MatrixXd row = random_matrix(random, 1, states + inputs);
+        row(0, states) *= reach;
+        row(0, states + 1) = 0.0;
+        if (k % 5 != 0) keep_rows(row, chain.stage[k]);
+      }
+      const double least = Dense(chain).eigenvalues()[0];
+      const auto smallest_of = [](const Chain& any) {
+        ChainSolver solver(any, 1e3);
+        return smallest_eigenvalue(any, solver).value;
+      };
+      EXPECT_NEAR(smallest_of(with_rows_weighed(chain, 1e6)), least, 1e-3 * std::max(1.0, std::abs(least)))
+          << seed << " " << reach;
+      lost += !(std::abs(smallest_of(chain) - least) < 0.1) ? 1 : 0;
+    }
+  EXPECT_GT(lost, 6) << "kept rows would do";
 }
 
 // Inertia of the whole system of inputs, states and multipliers, which instability does not spoil.
