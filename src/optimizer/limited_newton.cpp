@@ -92,9 +92,11 @@ int most_iterations(const StageProgram& program, const Options& options) {
   return program.limited() ? most_rounds * most_round_iterations : options.max_iterations;
 }
 
-void solve_within_limits(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
-                         Outcome& outcome) {
-  if (!program.limited()) return newton.solve(program, options, outcome);
+namespace {
+
+// Rounds of searches, between which limits' multipliers and weights are renewed.
+void search_in_rounds(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
+                      Outcome& outcome) {
   const auto begin = std::chrono::steady_clock::now();
   Options round = options;
   Landing landing{options.exact_limits ? most_landings : 0};
@@ -152,6 +154,19 @@ void solve_within_limits(StageNewton& newton, StageProgram& program, const Optio
                          ? "limits are met slowly"
                          : "kinks of the cost, powers that change sign, settle slowly";
   }
+}
+
+}  // namespace
+
+void solve_within_limits(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
+                         Outcome& outcome) {
+  if (!program.limited()) return newton.solve(program, options, outcome);
+  search_in_rounds(newton, program, options, limit_tolerance, outcome);
+  if (outcome.termination == Termination::converged) return;
+  const double broken = program.limit_violation();
+  outcome.infeasibility = std::max(outcome.infeasibility, broken);
+  if (outcome.termination == Termination::feasible && broken > limit_tolerance)
+    outcome.termination = Termination::stalled;
 }
 
 }  // namespace lamprey::optimizer

@@ -204,33 +204,47 @@ maneuver::Start seen_at(const System& system, const Solution& solution, double t
 }  // namespace
 
 void Solver::advance(double elapsed) {
-  const bool free = maneuver_.free_duration;
-  const double planned = last_.duration, left = planned - passed_;
-  const double asked = free ? std::min(left, problem_.duration.max) : std::min(left, maneuver_.duration);
-  if (!(elapsed > 0.0) || !(elapsed < asked))
+  require_left(elapsed);
+  const double passed = passed_ + elapsed;
+  Maneuver moved = maneuver_;
+  moved.start = maneuver::start_without_momentum(system_, seen_at(system_, solution(), passed));
+  moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
+  led_ = rest_of_answer(passed, moved.start.rotation);
+  passed_ = passed;
+  maneuver_ = moved;
+  shorten(elapsed);
+}
+
+void Solver::require_left(double elapsed) const {
+  const double left =
+      std::min(last_.duration - passed_, maneuver_.free_duration ? problem_.duration.max : maneuver_.duration);
+  if (!(elapsed > 0.0) || !(elapsed < left))
     throw InputError("elapsed", "found " + std::to_string(elapsed) + " s; allowed: more than 0 and less than the " +
-                                    std::to_string(asked) +
-                                    " s that are left; make a plan of its own for what follows");
+                                    std::to_string(left) + " s that are left; make a plan of its own for what follows");
   if (maneuver_.periodic)
     throw InputError("elapsed", "found a periodic goal, whose motion goes on as it began; make a new Solver");
   if (!problem_.waypoints.empty())
     throw InputError("elapsed", "found waypoints, which are tied to times; make a new Solver of another problem");
-  const double passed = passed_ + elapsed, share = passed / planned;
-  Maneuver moved = maneuver_;
-  moved.start = maneuver::start_without_momentum(system_, seen_at(system_, solution(), passed));
-  moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
-  led_ = Beginning{maneuver::led_to_start(system_, maneuver::rest_of(system_, last_.path, share), moved.start.rotation),
-                   planned - passed, last_.limit_multipliers, last_.work_multipliers};
+}
+
+Solver::Beginning Solver::rest_of_answer(double passed, const mechanics::Rotations& start) const {
+  const double share = passed / last_.duration;
+  Beginning rest{maneuver::led_to_start(system_, maneuver::rest_of(system_, last_.path, share), start),
+                 last_.duration - passed, last_.limit_multipliers, last_.work_multipliers};
   for (Eigen::MatrixXd* values :
-       {&led_->limit_multipliers.value, &led_->work_multipliers.mean, &led_->work_multipliers.change})
+       {&rest.limit_multipliers.value, &rest.work_multipliers.mean, &rest.work_multipliers.change})
     if (values->size() > 0) *values = rest_of(*values, share);
-  passed_ = passed;
-  maneuver_ = moved;
-  if (!free) return take_duration(maneuver_.duration - elapsed);
+  return rest;
+}
+
+// By the time that has passed.
+void Solver::shorten(double elapsed) {
+  if (!maneuver_.free_duration) return take_duration(maneuver_.duration - elapsed);
+  maneuver::Duration& asked = problem_.duration;
+  asked.max -= elapsed;
+  asked.min = std::max(asked.min - elapsed, least_of_most * asked.max);
+  program_.bound_duration(asked.min, asked.max);
   moved_ = true;
-  problem_.duration.max -= elapsed;
-  problem_.duration.min = std::max(problem_.duration.min - elapsed, least_of_most * problem_.duration.max);
-  program_.bound_duration(problem_.duration.min, problem_.duration.max);
 }
 
 optimizer::Options Solver::newton_options() {

@@ -75,6 +75,9 @@ class Solver {
   Solver(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
          const Reached& reached);
   Beginning& moved_beginning();
+  void require_left(double elapsed) const;
+  Beginning rest_of_answer(double passed, const mechanics::Rotations& start) const;
+  void shorten(double elapsed);
   void take_duration(double duration);
   bool begin();
   bool go_to(const maneuver::NodePath& path, double duration, const maneuver::LimitMultipliers& limits,
