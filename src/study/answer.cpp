@@ -10,6 +10,7 @@
 #include "certificate/limit_words.hpp"
 #include "integrator/scheme.hpp"
 #include "study/answer_parts.hpp"
+#include "study/enough_time.hpp"
 #include "study/found.hpp"
 #include "study/plain_words.hpp"
 
@@ -31,6 +32,7 @@ constexpr int few_steps = 50;
 constexpr double half_turn_mark = 1e-4;     // rad
 constexpr double loosest_tolerance = 1e-4;  // of stationarity, that is worth proposing
 constexpr double cheaper_share = 1e-6;      // of the cost, by which a motion is cheaper
+constexpr double nearly_there = 1e-3;       // rad or swimmer's sizes, of a goal
 constexpr double other_units = 1e3;         // times a bound on moments, by which motions of these sizes hardly break it
 constexpr int few_arrived = 3;              // first guesses for each that arrived, from which on minima may be missing
 constexpr double small_motion = 1e-2;  // displacement over the largest distance of joints from parents' mass centres
@@ -182,6 +184,14 @@ std::string limits_on_haste(const maneuver::Limits& limits) {
   return words;
 }
 
+// In what time the motion that was found would do, where it nearly meets the goal; in brackets after a blank.
+std::string time_for_motion(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  const model::System system(problem.swimmer);
+  if (!(proof.goal_error <= nearly_there * std::min(1.0, system.size()))) return "";
+  const std::optional<double> seconds = enough_time(system, problem, solution);
+  return seconds ? " (in " + number(*seconds, 3) + " s the motors are up to this motion)" : "";
+}
+
 // What to try, what bears on this answer first.
 std::string advice(const Problem& problem, const Certificate& proof, const Solution& solution) {
   if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
@@ -192,6 +202,8 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "a longer search.time_limit";
     if (problem.steps > few_steps)
       words += ", or fewer time.steps, whose answer lamprey solve --first begins with on as many as these";
+    if (problem.duration.free && solution.time.back() > problem.duration.max * (1.0 + limit_mark))
+      words += ", or a larger time.max";
     return words;
   }
   if (!fading(problem, solution).empty()) {
@@ -209,7 +221,9 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "other units (its N m, lengths' m, the density's kg/m³, the time's s), ";
   const std::string hurried = limits_on_haste(problem.limits);
   const bool gait = problem.goal && problem.goal->periodic;
-  if (!hurried.empty()) words += problem.duration.free ? "a larger time.max, " : "a longer time.duration, ";
+  if (!hurried.empty())
+    words += (problem.duration.free ? "a larger time.max" : "a longer time.duration") +
+             time_for_motion(problem, proof, solution) + ", ";
   if (broken && proof.limits->key == "time.max" && !hurried.empty()) words += "a looser " + hurried + ", ";
   if (!problem.waypoints.empty()) words += "waypoints farther apart in time, or fewer, ";
   if (broken && !gait) words += "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";
@@ -397,7 +411,8 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   const double duration = solution.time.empty() ? 0.0 : solution.time.back() - solution.time.front();
   const bool above = duration > problem.duration.max * (1.0 + limit_mark);
   const bool below = duration < problem.duration.min * (1.0 - limit_mark);
-  if (!missing.empty() && problem.duration.free && !solution.time.empty() && (above || below))
+  const bool said_so = proof.limits && proof.limits->key.starts_with("time.") && missing.starts_with("time.");
+  if (!missing.empty() && !said_so && problem.duration.free && !solution.time.empty() && (above || below))
     missing += ", in " + number(duration, 3) + " s, beyond " + (above ? "time.max" : "time.min");
   const std::string other = foreign(proof);
   const bool said = !solution.message.empty() && solution.message != "converged";
