@@ -14,16 +14,16 @@ import lamprey as lp
 
 PARTS = 10     # plans
 STEPS = 100    # of a plan
-HEAVIER = 1.03  # the front body's mass and inertia, against those that plans know
+HEAVIER = 1.03  # the second body's mass and inertia, where they are given, against those that plans know
 
 
 def swimmer_of(problem):
-    """The swimmer that moves: the problem's with a heavier front body."""
+    """The swimmer that moves: the problem's with a heavier second body."""
     settings = copy.deepcopy(problem.settings)
-    for body in settings["body"]:
-        if body["name"] == "front":
-            for key in ("mass_matrix", "inertia_matrix"):
-                body[key] = (HEAVIER * np.array(body[key])).tolist()
+    body = settings["body"][1]
+    for key in ("mass", "body_inertia", "mass_matrix", "inertia_matrix", "coupling_matrix"):
+        if key in body:
+            body[key] = (HEAVIER * np.array(body[key])).tolist()
     return settings
 
 
@@ -73,11 +73,15 @@ def main(path):
         solver.advance(duration / PARTS)
         solver.set_start(seen.rotation[-1], seen.position[-1], seen.velocity["angular"][-1])
         outcome = solver.solve()
+        if not solver.answered:
+            print(f"no plan from {(part + 1) * duration / PARTS:.1f} s on: {outcome.status}, {outcome.reason}")
+            return 1
         print(f"  {(part + 1) * duration / PARTS:.1f} s: {outcome.status} in {1e3 * outcome.wall_seconds:.1f} ms, "
               f"{outcome.iterations} steps of Newton's method, cost {solver.cost:.6g}")
         plan = solver.solution(feedback=True)
     print(f"plans made anew: misses by {missed(seen.rotation[-1], goal):.2g} rad")
+    return 0
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).with_name("rotation.toml"))
+    sys.exit(main(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).with_name("rotation.toml")))

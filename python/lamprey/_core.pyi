@@ -383,8 +383,8 @@ class Solver:
     what a vehicle runs that plans while it swims.
 
     Owns its workspace; for one thread at a time. Takes limits, waypoints, free durations, periodic goals and all costs, with schemes
-    of order 1 or 2; the number of steps stays what it was. Begins at a solution of the problem.
-    Raises InputError where the problem is not one that it takes or the solution is not one of it.
+    of order 1 or 2; the number of steps stays what it was. Begins at a solution of the problem, or of one like it: then `answered` is False.
+    Raises InputError where the problem is not one that it takes or the solution has other nodes or bodies.
     """
 
     def __init__(self, problem: Problem, solution: Solution) -> None: ...
@@ -404,7 +404,8 @@ class Solver:
         rotation: (bodies, 3, 3), body → world. position: (3,) m, mass centre of the root, world frame.
         angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. Only the joints' rates count: the whole then moves as
         total momentum zero demands, which moments cannot change. Rotations off their joints by less than 0.1 rad are
-        led back onto them, InputError beyond. Not for periodic goals.
+        led back onto them, and joints seen beyond a limit of angle, swing or twist by less than that begin at it, still;
+        InputError beyond. After advance, which sets a start of its own. Not for periodic goals.
         """
 
     def set_duration(self, duration: float) -> None:
@@ -420,25 +421,29 @@ class Solver:
 
         The start is where the swimmer is now by that answer; set_start after it tells where it was seen. The time left is less by
         elapsed, bounds of a free duration are, too, and the next solve begins at the rest of the answer. Until one arrives, times
-        add up. InputError where nothing is left, for periodic goals and where waypoints are tied to times.
+        add up. A least duration that has passed becomes a thousandth of the most; work per distance is that of the rest.
+        InputError where nothing is left, for periodic goals and where waypoints are tied to times.
         """
 
     def solve(self, *, max_iterations: int | None = None, time_limit: float | None = None) -> Outcome:
         """
         Newton steps from the last answer on; releases the GIL.
 
-        The outcome says whether they arrived; unless they did the last answer stays. max_iterations: Newton steps in all, 500 and more while they pay where none are given. time_limit: s. Ctrl-C raises KeyboardInterrupt.
+        The outcome says whether they arrived; unless they did the last answer stays. max_iterations: Newton steps in all, 500 and more while they pay where none are given. time_limit: s; where it ended a search the next one goes on. Ctrl-C raises KeyboardInterrupt.
         """
 
     @property
     def answered(self) -> bool:
         """
-        Whether the last answer belongs to the goal, start and duration that were set last: false from then on until a solve arrives, and after one that does not.
+        Whether the last answer belongs to the goal, start and duration that were set last: false from then on until a solve arrives, and after one that does not. Ends that moments do not reach by less than 1e-6 (rad, m), as of a
+        planar swimmer measured a little out of its plane, count as they are reached.
         """
 
     @property
     def path(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]:
-        """The last answer: time, position, rotation, control as in Solution."""
+        """
+        The last answer's arrays by name: "time", "position", "rotation" and "control", as in Solution.
+        """
 
     @property
     def cost(self) -> float:

@@ -86,7 +86,6 @@ class Solver {
     }
     solver_.set_goal(goal);
     goal_ = goal;
-    answered_ = false;
   }
 
   void set_start(nb::handle rotation, nb::handle position, nb::handle angular_velocity) {
@@ -98,19 +97,16 @@ class Solver {
     start.angular_velocity.assign(bodies, Eigen::Vector3d::Zero());
     if (!angular_velocity.is_none()) start.angular_velocity = vectors(angular_velocity, bodies, "angular_velocity");
     solver_.set_start(maneuver::start_without_momentum(system_, start));
-    answered_ = false;
   }
 
   void set_duration(double duration) {
     const std::unique_lock lock = taken();
     solver_.set_duration(duration);
-    answered_ = false;
   }
 
   void advance(double elapsed) {
     const std::unique_lock lock = taken();
     solver_.advance(elapsed);
-    answered_ = false;
   }
 
   Outcome solve(std::optional<int> max_iterations, std::optional<double> time_limit) {
@@ -135,7 +131,6 @@ class Solver {
     });
     if (found) {
       answer_ = Solution(std::move(*found));
-      answered_ = true;
     }
     if (signal) throw nb::python_error(*signal);
     return {std::string(file::word(study::status_of(outcome))), outcome.reason, outcome.iterations, outcome.evaluations,
@@ -150,7 +145,7 @@ class Solver {
     results.solution.feedback = solver_.feedback();
     return Solution(std::move(results));
   }
-  bool answered() const { return answered_; }
+  bool answered() const { return solver_.answers(); }
 
   nb::dict path() const {
     nb::dict words;
@@ -197,7 +192,7 @@ class Solver {
     results.solution.solver.iterations = outcome.iterations;
     results.solution.solver.evaluations = outcome.evaluations;
     results.solution.solver.wall_seconds = seconds;
-    const maneuver::Maneuver& maneuver = solver_.maneuver();
+    const maneuver::Maneuver& maneuver = solver_.answered();
     results.problem.duration = solver_.duration();
     results.problem.time_step = solver_.duration() / maneuver.steps;
     if (maneuver.free_duration) results.problem.between = solver_.between();
@@ -223,7 +218,6 @@ class Solver {
   study::Solver solver_;
   maneuver::Goal goal_;
   Solution answer_;
-  bool answered_ = true;
   std::mutex mutex_;
 };
 
@@ -252,7 +246,9 @@ void bind_study(nb::module_& module) {
       "what a vehicle runs that plans while it swims.\n\n"
       "Owns its workspace; for one thread at a time. Takes limits, waypoints, free durations, periodic goals and all "
       "costs, with schemes\nof order 1 or 2; the number of steps stays what it was. Begins at a solution of the "
-      "problem.\nRaises InputError where the problem is not one that it takes or the solution is not one of it.")
+      "problem, or of one like it: then `answered` is False.\nRaises InputError where the problem is not one that it "
+      "takes "
+      "or the solution has other nodes or bodies.")
       .def(nb::init<const Problem&, const Solution&>(), "problem"_a, "solution"_a)
       .def("set_goal", &Solver::set_goal, nb::kw_only(), "move"_a = nb::none(), "turn"_a = nb::none(),
            "rotation"_a = std::map<std::string, nb::object>(),
@@ -273,30 +269,39 @@ void bind_study(nb::module_& module) {
            "the whole "
            "then moves as\ntotal momentum zero demands, which moments cannot change. Rotations off their joints by "
            "less than "
-           "0.1 rad are\nled back onto them, InputError beyond. Not for periodic goals.")
+           "0.1 rad are\nled back onto them, and joints seen beyond a limit of angle, swing or twist by less than that "
+           "begin at it, "
+           "still;\nInputError beyond. After advance, which sets a start of its own. Not for periodic goals.")
       .def("set_duration", &Solver::set_duration, "duration"_a,
            "Another duration in as many steps, s: the time that is left. Moments stretch with it.\n\nInputError where "
            "it "
            "is free or waypoints are tied to times.")
-      .def("advance", &Solver::advance, "elapsed"_a,
-           "Time has passed, s, with the swimmer on the last answer: asks for what is left of it, in as many steps.\n\n"
-           "The start is where the swimmer is now by that answer; set_start after it tells where it was seen. The time "
-           "left "
-           "is less by\nelapsed, bounds of a free duration are, too, and the next solve begins at the rest of the "
-           "answer. "
-           "Until one arrives, times\nadd up. InputError where nothing is left, for periodic goals and where waypoints "
-           "are tied to times.")
+      .def(
+          "advance", &Solver::advance, "elapsed"_a,
+          "Time has passed, s, with the swimmer on the last answer: asks for what is left of it, in as many steps.\n\n"
+          "The start is where the swimmer is now by that answer; set_start after it tells where it was seen. The time "
+          "left "
+          "is less by\nelapsed, bounds of a free duration are, too, and the next solve begins at the rest of the "
+          "answer. "
+          "Until one arrives, times\nadd up. A least duration that has passed becomes a thousandth of the most; work "
+          "per "
+          "distance is that of the rest.\nInputError where nothing is left, for periodic goals and where waypoints are "
+          "tied to times.")
       .def("solve", &Solver::solve, nb::kw_only(), "max_iterations"_a = nb::none(), "time_limit"_a = nb::none(),
            "Newton steps from the last answer on; releases the GIL.\n\n"
            "The outcome says whether they arrived; unless they did the last answer stays. max_iterations: Newton steps "
            "in all, "
-           "500 and more while they pay where none are given. time_limit: s. Ctrl-C raises KeyboardInterrupt.")
+           "500 and more while they pay where none are given. time_limit: s; where it ended a search the next one goes "
+           "on. Ctrl-C raises KeyboardInterrupt.")
       .def_prop_ro(
           "answered", &Solver::answered,
           "Whether the last answer belongs to the goal, start and duration that were set last: false from then "
-          "on until a solve arrives, and after one that does not.")
-      .def_prop_ro("path", &Solver::path, nb::sig("def path(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
-                   "The last answer: time, position, rotation, control as in Solution.")
+          "on until a solve arrives, and after one that does not. Ends that moments do not reach by less than 1e-6 "
+          "(rad, m), "
+          "as of a\nplanar swimmer measured a little out of its plane, count as they are reached.")
+      .def_prop_ro(
+          "path", &Solver::path, nb::sig("def path(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
+          "The last answer's arrays by name: \"time\", \"position\", \"rotation\" and \"control\", as in Solution.")
       .def_prop_ro(
           "cost", [](const Solver& self) { return self.answer().results().solution.cost; },
           "Of the last answer, by the problem's rule.")

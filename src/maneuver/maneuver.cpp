@@ -16,6 +16,7 @@ using model::at;
 using model::InputError;
 using model::System;
 
+constexpr double no_rate = 1e-12;    // of what bodies turn at, that joints turn at
 constexpr double most_misfit = 0.1;  // rad, of a measured rotation beside its joint
 
 std::vector<std::optional<Matrix3d>> end_rotations(const System& system, const Goal& goal,
@@ -166,8 +167,11 @@ integrator::State start_without_momentum(const System& system, const Start& star
     throw InputError("start.rotation." + body.name, text.str());
   }
   const VectorXd moving = mechanics::velocity_of_bodies(system, rotation, start.angular_velocity, Vector3d::Zero());
-  return integrator::state_of_velocity(system, rotation, start.position,
-                                       mechanics::with_momentum(system, rotation, start.position, moving, {}));
+  // twice: of joints that hardly turn the round-off of the whole would be left
+  const VectorXd once = mechanics::with_momentum(system, rotation, start.position, moving, {});
+  VectorXd velocity = mechanics::with_momentum(system, rotation, start.position, once, {});
+  if (velocity.lpNorm<Eigen::Infinity>() <= no_rate * moving.lpNorm<Eigen::Infinity>()) velocity.setZero();
+  return integrator::state_of_velocity(system, rotation, start.position, velocity);
 }
 
 bool has_momentum(const System& system, const integrator::State& state) {

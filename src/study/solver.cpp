@@ -1,12 +1,15 @@
 #include "study/solver.hpp"
 
 #include <algorithm>
+#include <iomanip>
 #include <limits>
 #include <numbers>
+#include <sstream>
 #include <string>
 
 #include "maneuver/feedback.hpp"
 #include "maneuver/guess.hpp"
+#include "maneuver/seen_shape.hpp"
 #include "mechanics/continuous.hpp"
 #include "model/input_error.hpp"
 #include "optimizer/limited_newton.hpp"
@@ -24,11 +27,23 @@ using model::System;
 using optimizer::Termination;
 
 constexpr double asked_twice = 1e-6;         // rad or m, of conditions that follow from others
+constexpr double exactly_asked = 1e-10;      // rad or m, of the same
+constexpr double same_place = 1e-7;          // rad or swimmer's sizes
+constexpr double goal_met = 1e-8;            // units of the end rows
+constexpr double limits_met = 1e-7;          // units of the limits
 constexpr double same_turn = 1e-10;          // rad
 constexpr double same_answer = 1e-6;         // relative difference of cost
 constexpr double least_of_most = 1e-3;       // least duration over the most, where the least asked for has passed
+constexpr double most_beyond = 0.1;          // rad, of a joint seen beyond its limit
+constexpr double nothing_left = 1e-6;        // of the time
 constexpr int most_polishing = 5;            // iterations at an answer
 constexpr std::size_t longest_reason = 100;  // letters, of a search that converges
+
+std::string in_short(double value) {
+  std::ostringstream text;
+  text << std::setprecision(4) << value;
+  return text.str();
+}
 
 // The problem, where it is one that a Solver takes.
 const Problem& taken(const System& system, const Problem& problem) {
@@ -82,8 +97,23 @@ Solver::Solver(const System& system, const Problem& problem, const Solution& sol
   }
   last_.path.control.assign(last_.path.rotation.size(), Eigen::VectorXd::Zero(system.control_count()));
   if (!begin()) return;
-  last_.path.control = program_.path().control;
-  if (last_.converged()) learn_from_answer();
+  const maneuver::NodePath moved = program_.path();
+  last_.path.control = moved.control;
+  answers_ = last_.converged() && same_motion(moved) && program_.merit().violation <= goal_met &&
+             program_.limit_violation() <= limits_met &&
+             std::abs(program_.cost() - last_.cost) <= same_answer * std::abs(last_.cost);
+  if (answers_) learn_from_answer();
+}
+
+// Whether what the swimmer makes of the last answer's shapes from the start that is asked for is that answer.
+bool Solver::same_motion(const maneuver::NodePath& moved) const {
+  const maneuver::NodePath& given = last_.path;
+  for (std::size_t k = 0; k < given.rotation.size(); ++k) {
+    if (!((given.position[k] - moved.position[k]).norm() <= same_place * system_.size())) return false;
+    for (std::size_t i = 0; i < given.rotation[k].size(); ++i)
+      if (!((given.rotation[k][i] - moved.rotation[k][i]).norm() <= same_place)) return false;
+  }
+  return true;
 }
 
 // Multipliers and factors at an answer, for what is asked next to begin with.
@@ -128,6 +158,7 @@ void Solver::set_goal(const Goal& goal) {
   moved.end_position = asked.end_position;
   moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
   maneuver_ = moved;
+  answers_ = false;
 }
 
 void Solver::set_start(const integrator::State& start) {
@@ -142,17 +173,43 @@ void Solver::set_start(const integrator::State& start) {
       throw InputError("start.rotation." + system_.body(static_cast<int>(i)).name,
                        "found a rotation beside what its joint allows; make the state by start_without_momentum");
   Maneuver moved = maneuver_;
-  moved.start = start;
+  moved.start = kept_within_limits(start);
   moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
   Beginning& beginning = moved_beginning();
-  beginning.path = maneuver::led_to_start(system_, beginning.path, start.rotation);
+  beginning.path = maneuver::led_to_start(system_, beginning.path, moved.start.rotation);
   maneuver_ = moved;
+}
+
+// Joints that are seen a little beyond their limits begin at these, still.
+integrator::State Solver::kept_within_limits(const integrator::State& seen) const {
+  const std::vector<maneuver::LimitRow>& rows = program_.limit_rows();
+  const maneuver::SeenShape shape = maneuver::shape_of(system_, seen);
+  const maneuver::BeyondLimit beyond = maneuver::beyond_limits(system_, rows, shape);
+  if (beyond.limit == nullptr) return seen;
+  const model::Joint& joint = system_.joint(beyond.limit->joint);
+  if (beyond.angle > most_beyond)
+    throw InputError("start.rotation." + system_.body(joint.child).name,
+                     "found joint " + joint.name + " beyond " + beyond.limit->key + " by " + in_short(beyond.angle) +
+                         " rad; allowed: up to " + in_short(most_beyond) +
+                         " rad, as measurements have it; mend this rotation or its parent's");
+  const mechanics::Rotations& inside = last_.path.rotation[node_before(passed_)];
+  return maneuver::state_of(system_, seen.rotation[0], seen.position,
+                            maneuver::held_within_limits(system_, rows, shape, inside));
+}
+
+// The node of the last answer at a time, s, or the last one before it.
+std::size_t Solver::node_before(double time) const {
+  const std::size_t steps = last_.path.rotation.size() - 1;
+  return std::min(static_cast<std::size_t>(time / last_.duration * static_cast<double>(steps)), steps - 1);
 }
 
 // Where the next search begins, to be moved further: at first the last answer.
 Solver::Beginning& Solver::moved_beginning() {
-  if (!led_) led_ = Beginning{last_.path, last_.duration, last_.limit_multipliers, last_.work_multipliers};
+  if (!led_)
+    led_ =
+        Beginning{last_.path, last_.duration, last_.limit_multipliers, last_.work_multipliers, last_.end_multipliers};
   moved_ = true;
+  answers_ = false;
   return *led_;
 }
 
@@ -173,6 +230,7 @@ void Solver::take_duration(double duration) {
   maneuver_.node_weight =
       maneuver::node_weights(problem_.cost_rule(), problem_.effort, maneuver_.time_step(), maneuver_.steps);
   moved_ = true;
+  answers_ = false;
 }
 
 namespace {
@@ -190,24 +248,13 @@ Eigen::MatrixXd rest_of(const Eigen::MatrixXd& nodes, double share) {
   return rest;
 }
 
-// What a swimmer that follows a solution shows of itself at a time, s.
-maneuver::Start seen_at(const System& system, const Solution& solution, double time) {
-  const integrator::ReferenceState state =
-      integrator::MotionPath(system, maneuver::node_motion(system, solution)).at_time(time);
-  maneuver::Start seen;
-  for (const Eigen::Matrix3d& R : state.rotation) seen.rotation.push_back(lie::log(R));
-  seen.position = state.position;
-  seen.angular_velocity = mechanics::angular_velocities(system, state.rotation, state.velocity);
-  return seen;
-}
-
 }  // namespace
 
 void Solver::advance(double elapsed) {
   require_left(elapsed);
   const double passed = passed_ + elapsed;
   Maneuver moved = maneuver_;
-  moved.start = maneuver::start_without_momentum(system_, seen_at(system_, solution(), passed));
+  moved.start = start_at(passed);
   moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
   led_ = rest_of_answer(passed, moved.start.rotation);
   passed_ = passed;
@@ -215,12 +262,35 @@ void Solver::advance(double elapsed) {
   shorten(elapsed);
 }
 
+// Of a swimmer that follows the last answer, at a time, s. Smooth curves through nodes next to limits of angles go beyond these:
+// there joints run straight from node to node.
+integrator::State Solver::start_at(double time) const {
+  const integrator::ReferenceState seen =
+      integrator::MotionPath(system_, maneuver::node_motion(system_, solution())).at_time(time);
+  maneuver::Start start;
+  for (const Eigen::Matrix3d& R : seen.rotation) start.rotation.push_back(lie::log(R));
+  start.position = seen.position;
+  start.angular_velocity = mechanics::angular_velocities(system_, seen.rotation, seen.velocity);
+  const integrator::State smooth = maneuver::start_without_momentum(system_, start);
+  if (maneuver::beyond_limits(system_, program_.limit_rows(), maneuver::shape_of(system_, smooth)).limit == nullptr)
+    return smooth;
+  const std::size_t node = node_before(time), steps = last_.path.rotation.size() - 1;
+  const double step = last_.duration / static_cast<double>(steps);
+  const maneuver::SeenShape shape = maneuver::shape_between(
+      system_, last_.path.rotation[node], last_.path.rotation[node + 1], step, time / step - static_cast<double>(node));
+  const integrator::State straight = maneuver::state_of(system_, smooth.rotation[0], smooth.position, shape);
+  return kept_within_limits(straight);
+}
+
 void Solver::require_left(double elapsed) const {
   const double left =
       std::min(last_.duration - passed_, maneuver_.free_duration ? problem_.duration.max : maneuver_.duration);
-  if (!(elapsed > 0.0) || !(elapsed < left))
-    throw InputError("elapsed", "found " + std::to_string(elapsed) + " s; allowed: more than 0 and less than the " +
-                                    std::to_string(left) + " s that are left; make a plan of its own for what follows");
+  if (!(elapsed > 0.0))
+    throw InputError("elapsed",
+                     "found " + in_short(elapsed) + " s; allowed: more than 0; give the time that has passed");
+  if (!(elapsed < (1.0 - nothing_left) * left))
+    throw InputError("elapsed", "found " + in_short(elapsed) + " s; allowed: less than the " + in_short(left) +
+                                    " s that are left; make a Solver of a problem that begins there");
   if (maneuver_.periodic)
     throw InputError("elapsed", "found a periodic goal, whose motion goes on as it began; make a new Solver");
   if (!problem_.waypoints.empty())
@@ -230,7 +300,7 @@ void Solver::require_left(double elapsed) const {
 Solver::Beginning Solver::rest_of_answer(double passed, const mechanics::Rotations& start) const {
   const double share = passed / last_.duration;
   Beginning rest{maneuver::led_to_start(system_, maneuver::rest_of(system_, last_.path, share), start),
-                 last_.duration - passed, last_.limit_multipliers, last_.work_multipliers};
+                 last_.duration - passed, last_.limit_multipliers, last_.work_multipliers, last_.end_multipliers};
   for (Eigen::MatrixXd* values :
        {&rest.limit_multipliers.value, &rest.work_multipliers.mean, &rest.work_multipliers.change})
     if (values->size() > 0) *values = rest_of(*values, share);
@@ -245,6 +315,7 @@ void Solver::shorten(double elapsed) {
   asked.min = std::max(asked.min - elapsed, least_of_most * asked.max);
   program_.bound_duration(asked.min, asked.max);
   moved_ = true;
+  answers_ = false;
 }
 
 optimizer::Options Solver::newton_options() {
@@ -255,15 +326,16 @@ optimizer::Options Solver::newton_options() {
 
 // To a motion of what is asked for now.
 bool Solver::begin() {
-  if (led_) return go_to(led_->path, led_->duration, led_->limit_multipliers, led_->work_multipliers);
-  return go_to(last_.path, last_.duration, last_.limit_multipliers, last_.work_multipliers);
+  if (led_)
+    return go_to(led_->path, led_->duration, led_->limit_multipliers, led_->work_multipliers, led_->end_multipliers);
+  return go_to(last_.path, last_.duration, last_.limit_multipliers, last_.work_multipliers, last_.end_multipliers);
 }
 
-// With a path's shapes and the last answer's end multipliers.
+// With a path's shapes.
 bool Solver::go_to(const maneuver::NodePath& path, double duration, const maneuver::LimitMultipliers& limits,
-                   const maneuver::WorkMultipliers& work) {
+                   const maneuver::WorkMultipliers& work, const Eigen::VectorXd& ends) {
   program_.take_duration(maneuver_.free_duration ? duration : maneuver_.duration);
-  program_.take_end_multipliers(last_.end_multipliers);
+  program_.take_end_multipliers(ends);
   program_.take_limit_multipliers(limits);
   program_.take_work_multipliers(work);
   return program_.go_to(path);
@@ -284,16 +356,23 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
   }
   moved_ = true;
   solve_program(newton_, program_, options, outcome_);
+  if (outcome_.termination == Termination::time_limit || outcome_.termination == Termination::interrupted) keep_way();
   if (outcome_.termination != Termination::converged) return outcome_;
   if (const double error = program_.stated_goal_error(); error > asked_twice) {
     outcome_.termination = Termination::infeasible;
-    outcome_.reason =
-        "the goal asks for what moments cannot reach: it stays " + std::to_string(error) + " (rad, m) away";
+    outcome_.reason = "the goal asks for what moments cannot reach: it stays " + in_short(error) + " (rad, m) away";
     return outcome_;
   }
   moved_ = false;
+  answers_ = true;
   keep_answer();
   return outcome_;
+}
+
+// Where the time ended a search, the next one goes on.
+void Solver::keep_way() {
+  led_ = Beginning{program_.path(), program_.duration(), program_.limit_multipliers(), program_.work_multipliers(),
+                   program_.end_multipliers()};
 }
 
 void Solver::keep_answer() {
@@ -302,6 +381,7 @@ void Solver::keep_answer() {
   passed_ = 0.0;
   led_.reset();
   program_.write_path(last_.path);
+  if (program_.stated_goal_error() > exactly_asked) answer_what_is_reached();
   last_.cost = program_.cost();
   last_.duration = program_.duration();
   last_.end_multipliers = program_.end_multipliers();
@@ -310,6 +390,14 @@ void Solver::keep_answer() {
   if (maneuver_.cost_weights.any()) last_.cost_parts = program_.cost_parts();
   last_.outcome = outcome_;
   program_.take_end_multipliers(last_.end_multipliers);  // which the next solve goes on with
+}
+
+// A start measured a little out of a plane that moments keep is as far out at the end: that is what the answer answers.
+void Solver::answer_what_is_reached() {
+  for (std::size_t i = 0; i < answered_.end_rotation.size(); ++i)
+    if (auto& end = answered_.end_rotation[i]) end = last_.path.rotation.back()[i];
+  for (std::size_t c = 0; c < 3; ++c)
+    if (auto& end = answered_.end_position[c]) end = last_.path.position.back()[static_cast<Eigen::Index>(c)];
 }
 
 Solution Solver::solution() const { return describe(system_, answered_, problem_.scheme, answered_rows_, last_); }

@@ -15,8 +15,9 @@ namespace lamprey::study {
 /// once.
 class Solver {
  public:
-  /// Begins at a solution of the problem: the swimmer's own or one read from a file. `system` must outlive the solver.
-  /// Throws model::InputError where the problem is not one that it takes or the solution is not one of it.
+  /// Begins at a solution of the problem: the swimmer's own or one read from a file, or one of a problem like it. `system` must
+  /// outlive the solver. Throws model::InputError where the problem is not one that it takes or the solution has other nodes or
+  /// bodies.
   Solver(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution);
 
   /// Another goal, seen from the problem's own start. Throws model::InputError where it contradicts mechanics or asks for
@@ -24,7 +25,8 @@ class Solver {
   void set_goal(const maneuver::Goal& goal);
 
   /// Another start without total momentum; the goal stays where it is in the world. The motion's shapes follow it, less and
-  /// less towards the end. Throws model::InputError where there is momentum and for periodic goals.
+  /// less towards the end. Joints seen beyond a limit of angle, swing or twist begin at it, still. Throws model::InputError where
+  /// one is by more than 0.1 rad, where there is momentum and for periodic goals.
   void set_start(const integrator::State& start);
 
   /// Another duration in as many steps, s: the time that is left. Moments stretch with it. Throws model::InputError where it is free
@@ -38,7 +40,8 @@ class Solver {
   void advance(double elapsed);
 
   /// Newton steps from the last answer on. The outcome says whether they arrived; the motion is then that of the new problem,
-  /// otherwise the last answer stays, with the start, goal and duration that it has; what is asked for stays too. Goals that the
+  /// otherwise the last answer stays, with the start, goal and duration that it has; what is asked for stays too, and where the time
+  /// ended a search the next one goes on. Goals that the
   /// reduced coordinates cannot meet (out of the plane of a planar maneuver) end as infeasible. It allocates no memory
   /// unless it fails, once it has begun at an answer or found one. What it returns is written anew by the next call.
   const optimizer::Outcome& solve(const optimizer::Options& options = newton_options());
@@ -54,7 +57,10 @@ class Solver {
   const maneuver::Maneuver& maneuver() const { return maneuver_; }
   /// Bounds of a free duration that are asked for, s.
   std::array<double, 2> between() const { return {problem_.duration.min, problem_.duration.max}; }
-  /// What the last answer answers: other than what is asked for until a solve arrives there.
+  /// Whether the last answer is one to what is asked: a solution of another problem is none, and after a request none is until a
+  /// solve arrives.
+  bool answers() const { return answers_; }
+  /// What the last answer answers, ends that moments do not reach by less than 1e-6 (rad, m) as they are reached: other than what is asked for until a solve arrives there.
   const maneuver::Maneuver& answered() const { return answered_; }
 
   /// Nodes, moments, velocities, momenta and multipliers of the last answer, as solution.json has them.
@@ -70,18 +76,25 @@ class Solver {
     double duration = 0.0;  // s, where it is free
     maneuver::LimitMultipliers limit_multipliers;
     maneuver::WorkMultipliers work_multipliers;
+    Eigen::VectorXd end_multipliers;
   };
 
   Solver(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
          const Reached& reached);
   Beginning& moved_beginning();
+  integrator::State kept_within_limits(const integrator::State& seen) const;
+  std::size_t node_before(double time) const;
+  integrator::State start_at(double time) const;
   void require_left(double elapsed) const;
   Beginning rest_of_answer(double passed, const mechanics::Rotations& start) const;
   void shorten(double elapsed);
   void take_duration(double duration);
   bool begin();
   bool go_to(const maneuver::NodePath& path, double duration, const maneuver::LimitMultipliers& limits,
-             const maneuver::WorkMultipliers& work);
+             const maneuver::WorkMultipliers& work, const Eigen::VectorXd& ends);
+  bool same_motion(const maneuver::NodePath& moved) const;
+  void keep_way();
+  void answer_what_is_reached();
   void keep_answer();
   void learn_from_answer();
 
@@ -92,6 +105,7 @@ class Solver {
   optimizer::StageNewton newton_;
   Found last_;
   std::vector<maneuver::LimitRow> answered_rows_;
+  bool answers_ = false;          // whether the last answer is one to what is asked
   double passed_ = 0.0;           // s, since the last answer began
   std::optional<Beginning> led_;  // the last answer led to another start that is asked for
   optimizer::Outcome outcome_;

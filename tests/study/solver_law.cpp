@@ -9,6 +9,7 @@
 #include "maneuver/feedback.hpp"
 #include "mechanics/continuous.hpp"
 #include "model/input_error.hpp"
+#include "study/hull_with_fins.hpp"
 #include "study/solve.hpp"
 
 namespace lamprey::tests {
@@ -398,6 +399,58 @@ TEST(SolverWithinLimits, goes_on_with_the_rest_of_a_free_duration) {
   EXPECT_LT(certificate.limits->violation, 1e-8);
 }
 
+// Two fins that turn a hull press on limits of their angles.
+struct PressingFins {
+  Problem problem = hull_with_fins(60, {4.0, 4.0});
+  model::System system{problem.swimmer};
+  Solution solution;
+  PressingFins() {
+    problem.duration.free = false;
+    problem.time_weight = 0.0;
+    for (const char* fin : {"L", "R"}) problem.limits.angle[fin] = {{-0.5, 0.5}};
+    problem.search.starts = 4;
+    solution = study::solve(system, problem, study::SolveOptions()).front();
+    EXPECT_EQ(solution.status, maneuver::Status::optimal) << solution.message;
+  }
+  double angle(const integrator::State& state, int joint) const {
+    return mechanics::joint_angles(system.joint(joint), mechanics::child_to_parent(state.rotation, system.joint(joint)))
+        .cwiseAbs()
+        .maxCoeff();
+  }
+};
+
+TEST(SolverWithinLimits, begins_within_them_whenever_time_has_passed) {
+  const PressingFins fins;
+  int pressed = 0;
+  for (int n = 1; n < 48; ++n) {
+    study::Solver solver(fins.system, fins.problem, fins.solution);
+    solver.advance(n / 48.0 * 0.9 * fins.problem.duration.value);
+    for (int joint = 0; joint < 2; ++joint) {
+      const double angle = fins.angle(solver.maneuver().start, joint);
+      EXPECT_LE(angle, 0.5 + 1e-9) << n;
+      pressed += angle > 0.5 - 1e-6 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(pressed, 5) << "no limit was near";
+}
+
+TEST(SolverWithinLimits, begins_at_a_limit_that_a_joint_is_seen_beyond) {
+  const PressingFins fins;
+  study::Solver solver(fins.system, fins.problem, fins.solution);
+  solver.advance(0.4 * fins.problem.duration.value);
+  const auto seen = [&](double angle) {
+    maneuver::Start start = start_of(fins.system, solver.maneuver().start);
+    start.rotation[1] = lie::log(lie::exp(start.rotation[0]) *
+                                 mechanics::joint_rotation(fins.system.joint(0), Eigen::Vector3d(angle, 0.0, 0.0)));
+    return maneuver::start_without_momentum(fins.system, start);
+  };
+  solver.set_start(seen(0.55));
+  EXPECT_NEAR(fins.angle(solver.maneuver().start, 0), 0.5, 1e-9);
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  EXPECT_THROW(solver.set_start(seen(0.75)), model::InputError);
+}
+
 TEST(SolverWithinLimits, moves_farther_than_slacks_reach) {
   const WithinSwing translation("translation", 1000, 1.2);
   study::Solver solver(translation.system, translation.problem, translation.solution);
@@ -452,6 +505,69 @@ TEST(Solver, gives_gains_about_its_last_answer) {
   EXPECT_EQ(gains.gain, own.gain);
 }
 
+TEST(Solver, knows_which_solutions_answer_its_problem) {
+  const Solved solved("translation", 60);
+  const auto answers = [&](const Problem& problem) {
+    return study::Solver(solved.system, problem, solved.solution).answers();
+  };
+  EXPECT_TRUE(answers(solved.problem));
+  Problem other = solved.problem;
+  other.goal->move[0] = 2.1;
+  EXPECT_FALSE(answers(other)) << "goal";
+  const Goal other_goal = *other.goal;
+  other = solved.problem;
+  other.duration.value *= 1.1;
+  EXPECT_FALSE(answers(other)) << "duration";
+  other = solved.problem;
+  other.start.position[1] = 0.1;
+  EXPECT_FALSE(answers(other)) << "start";
+  other = solved.problem;
+  other.limits.torque = 1.0;
+  EXPECT_FALSE(answers(other)) << "limits";
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  solver.set_duration(1.01 * solved.problem.duration.value);
+  EXPECT_FALSE(solver.answers());
+  solver.set_goal(other_goal);
+  optimizer::Options none = study::Solver::newton_options();
+  none.most_iterations = 0;
+  EXPECT_NE(solver.solve(none).termination, Termination::converged);
+  EXPECT_FALSE(solver.answers());
+  ASSERT_EQ(solver.solve().termination, Termination::converged);
+  EXPECT_TRUE(solver.answers());
+  solver.set_goal(*solved.problem.goal);
+  EXPECT_FALSE(solver.answers());
+}
+
+// What moments of a plane cannot turn back ends as it began; the answer is to that.
+TEST(Solver, answers_what_it_reaches_from_a_start_a_little_out_of_its_plane) {
+  const Solved solved("translation", 60);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  maneuver::Start tilted = start_of(solved.system, solver.maneuver().start);
+  for (Eigen::Vector3d& vector : tilted.rotation)
+    vector = lie::log(lie::exp(Eigen::Vector3d(1e-7, 0.0, 0.0)) * lie::exp(vector));
+  solver.set_start(maneuver::start_without_momentum(solved.system, tilted));
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  EXPECT_GT(solver.path().rotation.back()[0](2, 1), 0.5e-7) << "nothing was out of reach";
+  const certificate::Certificate certificate = certified(solved, answered_problem(solved, solver), solver);
+  EXPECT_LT(certificate.goal_error, 1e-12);
+  EXPECT_LT(certificate.kkt, 1e-8);
+}
+
+TEST(Solver, goes_on_where_its_time_was_over) {
+  const Solved solved("rotation", 200);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  Goal goal = *solved.problem.goal;
+  goal.turn = 0.8 * *goal.turn;
+  solver.set_goal(goal);
+  optimizer::Options few = study::Solver::newton_options();
+  int calls = 0;
+  few.interrupted = [asked = 0]() mutable { return ++asked % 4 == 0; };
+  while (calls < 200 && solver.solve(few).termination == Termination::interrupted) ++calls;
+  EXPECT_GT(calls, 2);
+  EXPECT_TRUE(solver.answers());
+}
+
 TEST(Solver, takes_turns_in_radians) {
   const Solved solved("translation", 50);
   study::Solver solver(solved.system, solved.problem, solved.solution);
@@ -492,7 +608,8 @@ TEST(SolverRefusals, say_what_does_not_fit) {
   goal.move[0].reset();
   EXPECT_THROW(solver.set_goal(goal), model::InputError);
   EXPECT_THROW(solver.set_duration(0.0), model::InputError);
-  for (const double elapsed : {0.0, -0.1, std::nan(""), solved.problem.duration.value})
+  for (const double elapsed :
+       {0.0, -0.1, std::nan(""), solved.problem.duration.value, (1.0 - 1e-15) * solved.problem.duration.value})
     EXPECT_THROW(solver.advance(elapsed), model::InputError);
   Problem moving = solved.problem;
   moving.start.linear_velocity = {1.0, 0.0, 0.0};
