@@ -47,12 +47,13 @@ std::string in_short(double value) {
 
 // The problem, where it is one that a Solver takes.
 const Problem& taken(const System& system, const Problem& problem) {
-  if (!problem.goal || !integrator::single_step(problem.scheme) || !newton_takes(system, problem))
-    throw InputError(
-        "problem",
-        "found no goal, spline moments, momentum at the start or a scheme above order 2, which a Solver does not "
-        "take; use solve");
-  return problem;
+  const bool single = integrator::single_step(problem.scheme);
+  if (problem.goal && single && newton_takes(system, problem)) return problem;
+  const std::string found = !problem.goal                                      ? "no goal"
+                            : problem.control == maneuver::ControlKind::spline ? "spline moments (control.kind)"
+                            : !single ? "a scheme above order 2 (integrator.scheme)"
+                                      : "total momentum at the start";
+  throw InputError("problem", "found " + found + ", which a Solver does not take; use solve");
 }
 
 const Solution& fitting(const Problem& problem, const Solution& solution) {

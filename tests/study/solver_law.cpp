@@ -645,6 +645,27 @@ TEST(SolverRefusals, say_what_does_not_fit) {
   EXPECT_THROW(study::Solver(solved.system, solved.problem, foreign), model::InputError);
 }
 
+TEST(SolverRefusals, name_what_a_problem_has_that_no_solver_takes) {
+  const Solved solved("translation", 30);
+  const auto refusal = [&](const Problem& problem) -> std::string {
+    try {
+      const study::Solver solver(solved.system, problem, solved.solution);
+    } catch (const model::InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  Problem other = solved.problem;
+  other.goal.reset();
+  EXPECT_NE(refusal(other).find("found no goal"), std::string::npos) << refusal(other);
+  other = solved.problem;
+  other.scheme = maneuver::Scheme::order4;
+  EXPECT_NE(refusal(other).find("order 2"), std::string::npos) << refusal(other);
+  other = solved.problem;
+  other.start.linear_velocity = {1.0, 0.0, 0.0};
+  EXPECT_NE(refusal(other).find("momentum"), std::string::npos) << refusal(other);
+}
+
 TEST(SolverRefusals, goals_out_of_the_plane_that_moments_keep_are_out_of_reach) {
   const Solved solved("translation", 30);
   study::Solver solver(solved.system, solved.problem, solved.solution);
