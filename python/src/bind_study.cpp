@@ -129,9 +129,7 @@ class Solver {
       seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
       if (outcome.termination == Termination::converged) found = described(outcome, seconds);
     });
-    if (found) {
-      answer_ = Solution(std::move(*found));
-    }
+    if (found) answer_ = Solution(std::move(*found));
     if (signal) throw nb::python_error(*signal);
     return {std::string(file::word(study::status_of(outcome))), outcome.reason, outcome.iterations, outcome.evaluations,
             seconds};

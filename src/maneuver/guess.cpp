@@ -244,16 +244,10 @@ NodePath led_to_start(const System& system, const NodePath& path, const Rotation
       const model::Body& body = system.body(i);
       if (body.parent < 0) continue;
       const model::Joint& joint = system.joint(body.joint);
-      const Matrix3d was = mechanics::child_to_parent(before, joint), is = mechanics::child_to_parent(start, joint);
-      const Matrix3d now = mechanics::child_to_parent(path.rotation[k], joint);
-      Matrix3d moved;
-      if (joint.free()) {
-        moved = now * lie::exp(share * lie::log(was.transpose() * is));
-      } else {
-        Vector3d change = mechanics::joint_angles(joint, is) - mechanics::joint_angles(joint, was);
-        for (double& angle : change) angle = std::remainder(angle, 2.0 * std::numbers::pi);
-        moved = mechanics::joint_rotation(joint, mechanics::joint_angles(joint, now) + share * change);
-      }
+      const Vector3d turn = mechanics::turn_between(joint, mechanics::child_to_parent(before, joint),
+                                                    mechanics::child_to_parent(start, joint));
+      const Matrix3d moved =
+          mechanics::turned_by(joint, mechanics::child_to_parent(path.rotation[k], joint), share * turn);
       led.rotation[k][at(i)] = led.rotation[k][at(body.parent)] * moved;
     }
     if (k > 0) cayley_between(led.rotation[k - 1], led.rotation[k], led.cayley[k - 1]);

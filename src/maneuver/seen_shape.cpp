@@ -1,9 +1,5 @@
 #include "maneuver/seen_shape.hpp"
 
-#include <cmath>
-#include <numbers>
-
-#include "lie/so3.hpp"
 #include "mechanics/connection.hpp"
 #include "mechanics/continuous.hpp"
 #include "mechanics/tree_motion.hpp"
@@ -14,6 +10,8 @@ namespace {
 
 using mechanics::child_to_parent;
 using mechanics::Rotations;
+using mechanics::turn_between;
+using mechanics::turned_by;
 using model::at;
 using model::Joint;
 using model::System;
@@ -30,19 +28,6 @@ bool of_shape(const LimitRow& row) {
     default:
       return false;
   }
-}
-
-// The turn from one rotation of a joint to another: a rotation vector of the child, or angles about the joint's axes.
-Vector3d turn_between(const Joint& joint, const Matrix3d& from, const Matrix3d& to) {
-  if (joint.free()) return lie::log(from.transpose() * to);
-  Vector3d turn = mechanics::joint_angles(joint, to) - mechanics::joint_angles(joint, from);
-  for (double& angle : turn) angle = std::remainder(angle, 2.0 * std::numbers::pi);
-  return turn;
-}
-
-Matrix3d turned(const Joint& joint, const Matrix3d& from, const Vector3d& turn) {
-  if (joint.free()) return from * lie::exp(turn);
-  return mechanics::joint_rotation(joint, mechanics::joint_angles(joint, from) + turn);
 }
 
 Rotations placed(const System& system, const Matrix3d& root, const std::vector<Matrix3d>& joints) {
@@ -87,7 +72,7 @@ SeenShape shape_between(const System& system, const Rotations& from, const Rotat
   for (const Joint& joint : system.joints()) {
     const Matrix3d Q = child_to_parent(from, joint);
     const Vector3d turn = turn_between(joint, Q, child_to_parent(to, joint));
-    shape.rotation.push_back(turned(joint, Q, share * turn));
+    shape.rotation.push_back(turned_by(joint, Q, share * turn));
     shape.rate.emplace_back(joint.free() ? Vector3d(shape.rotation.back() * turn / time_step)
                                          : Vector3d(turn / time_step));
   }
@@ -115,9 +100,9 @@ SeenShape held_within_limits(const System& system, const std::vector<LimitRow>& 
     double out = 0.0, in = 1.0;
     for (int n = 0; n < bisections; ++n) {
       const double share = 0.5 * (out + in);
-      (beyond(system, row, turned(joint, Q, share * turn)) > 0.0 ? out : in) = share;
+      (beyond(system, row, turned_by(joint, Q, share * turn)) > 0.0 ? out : in) = share;
     }
-    Q = turned(joint, Q, in * turn);
+    Q = turned_by(joint, Q, in * turn);
     shape.rate[at(row.joint)].setZero();
   }
   return shape;

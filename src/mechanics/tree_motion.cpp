@@ -280,4 +280,16 @@ void gather_second_rate(const System& system, const Rotations& R, const Vectors&
   }
 }
 
+Vector3d turn_between(const model::Joint& joint, const Matrix3d& from, const Matrix3d& to) {
+  if (joint.free()) return lie::log(from.transpose() * to);
+  Vector3d turn = joint_angles(joint, to) - joint_angles(joint, from);
+  for (double& angle : turn) angle = std::remainder(angle, 2.0 * std::numbers::pi);
+  return turn;
+}
+
+Matrix3d turned_by(const model::Joint& joint, const Matrix3d& from, const Vector3d& turn) {
+  if (joint.free()) return from * lie::exp(turn);
+  return joint_rotation(joint, joint_angles(joint, from) + turn);
+}
+
 }  // namespace lamprey::mechanics

@@ -61,6 +61,11 @@ Rotations shape_at_turns(const model::System& system, const Vectors& turn);
 /// Q = R_pᵀ R_c of a joint that leads its child, at angles about its axes (equation 8.1).
 Matrix3d joint_rotation(const model::Joint& joint, const Vector3d& angles);
 
+/// The turn of a joint from one Q to another, rad: of a ball joint a rotation vector, child's frame, of others the change of the
+/// angles about their axes, the shorter way round; and Q after such a turn.
+Vector3d turn_between(const model::Joint& joint, const Matrix3d& from, const Matrix3d& to);
+Matrix3d turned_by(const model::Joint& joint, const Matrix3d& from, const Vector3d& turn);
+
 /// Body-frame turns η_i of all bodies along freedoms (equation 8.3).
 void body_turns(const model::System& system, const Rotations& R, const Freedoms& freedoms, Vectors& turns);
 

@@ -202,7 +202,8 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "a longer search.time_limit";
     if (problem.steps > few_steps)
       words += ", or fewer time.steps, whose answer lamprey solve --first begins with on as many as these";
-    if (problem.duration.free && solution.time.back() > problem.duration.max * (1.0 + limit_mark))
+    if (problem.duration.free && !solution.time.empty() &&
+        solution.time.back() > problem.duration.max * (1.0 + limit_mark))
       words += ", or a larger time.max";
     return words;
   }
@@ -249,7 +250,7 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   if (!proof.second_order)
     words = std::string(" Whether it is a minimum cannot be told: ") +
             (problem.cost_weights.any() ? "where powers vanish second derivatives may differ from side to side."
-                                        : "its second derivatives are lost in round-off.");
+                                        : "its second derivatives may be lost in round-off.");
   else if (proof.second_order->positive)
     words = proof.kkt <= certificate::proof_mark
                 ? words_of_minimum(proof)

@@ -18,6 +18,13 @@ using maneuver::Solution;
 
 constexpr double kept = 1e-3;  // units of the rows, of limits that time does not ease
 
+// Whether it has all that limits look at, at each node.
+bool has_all_nodes(const Solution& solution) {
+  const std::size_t nodes = solution.time.size();
+  return nodes > 1 && solution.rotation.size() == nodes && solution.position.size() == nodes &&
+         solution.control.size() == nodes;
+}
+
 // Whether only time stands between the motion's shapes and how they get the swimmer along.
 bool moves_alike_at_any_speed(const Problem& problem) {
   const auto moves = [](const std::vector<Eigen::Vector3d>& velocities) {
@@ -31,7 +38,7 @@ bool moves_alike_at_any_speed(const Problem& problem) {
 }  // namespace
 
 std::optional<double> enough_time(const model::System& system, const Problem& problem, const Solution& solution) {
-  if (!moves_alike_at_any_speed(problem) || solution.time.size() < 2) return std::nullopt;
+  if (!moves_alike_at_any_speed(problem) || !has_all_nodes(solution)) return std::nullopt;
   const double duration = solution.time.back() - solution.time.front();
   const auto steps = static_cast<int>(solution.time.size()) - 1;
   double stretch = 1.0;

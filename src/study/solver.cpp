@@ -1,10 +1,8 @@
 #include "study/solver.hpp"
 
 #include <algorithm>
-#include <iomanip>
 #include <limits>
 #include <numbers>
-#include <sstream>
 #include <string>
 
 #include "maneuver/feedback.hpp"
@@ -13,6 +11,7 @@
 #include "mechanics/continuous.hpp"
 #include "model/input_error.hpp"
 #include "optimizer/limited_newton.hpp"
+#include "study/plain_words.hpp"
 
 namespace lamprey::study {
 
@@ -38,12 +37,6 @@ constexpr double most_beyond = 0.1;          // rad, of a joint seen beyond its 
 constexpr double nothing_left = 1e-6;        // of the time
 constexpr int most_polishing = 5;            // iterations at an answer
 constexpr std::size_t longest_reason = 100;  // letters, of a search that converges
-
-std::string in_short(double value) {
-  std::ostringstream text;
-  text << std::setprecision(4) << value;
-  return text.str();
-}
 
 // The problem, where it is one that a Solver takes.
 const Problem& taken(const System& system, const Problem& problem) {
@@ -190,8 +183,8 @@ integrator::State Solver::kept_within_limits(const integrator::State& seen) cons
   const model::Joint& joint = system_.joint(beyond.limit->joint);
   if (beyond.angle > most_beyond)
     throw InputError("start.rotation." + system_.body(joint.child).name,
-                     "found joint " + joint.name + " beyond " + beyond.limit->key + " by " + in_short(beyond.angle) +
-                         " rad; allowed: up to " + in_short(most_beyond) +
+                     "found joint " + joint.name + " beyond " + beyond.limit->key + " by " + number(beyond.angle, 4) +
+                         " rad; allowed: up to " + number(most_beyond, 4) +
                          " rad, as measurements have it; mend this rotation or its parent's");
   const mechanics::Rotations& inside = last_.path.rotation[node_before(passed_)];
   return maneuver::state_of(system_, seen.rotation[0], seen.position,
@@ -260,6 +253,8 @@ void Solver::advance(double elapsed) {
   led_ = rest_of_answer(passed, moved.start.rotation);
   passed_ = passed;
   maneuver_ = moved;
+  moved_ = true;
+  answers_ = false;
   shorten(elapsed);
 }
 
@@ -268,19 +263,15 @@ void Solver::advance(double elapsed) {
 integrator::State Solver::start_at(double time) const {
   const integrator::ReferenceState seen =
       integrator::MotionPath(system_, maneuver::node_motion(system_, solution())).at_time(time);
-  maneuver::Start start;
-  for (const Eigen::Matrix3d& R : seen.rotation) start.rotation.push_back(lie::log(R));
-  start.position = seen.position;
-  start.angular_velocity = mechanics::angular_velocities(system_, seen.rotation, seen.velocity);
-  const integrator::State smooth = maneuver::start_without_momentum(system_, start);
-  if (maneuver::beyond_limits(system_, program_.limit_rows(), maneuver::shape_of(system_, smooth)).limit == nullptr)
-    return smooth;
-  const std::size_t node = node_before(time), steps = last_.path.rotation.size() - 1;
-  const double step = last_.duration / static_cast<double>(steps);
-  const maneuver::SeenShape shape = maneuver::shape_between(
-      system_, last_.path.rotation[node], last_.path.rotation[node + 1], step, time / step - static_cast<double>(node));
-  const integrator::State straight = maneuver::state_of(system_, smooth.rotation[0], smooth.position, shape);
-  return kept_within_limits(straight);
+  maneuver::SeenShape shape =
+      maneuver::shape_of(system_, integrator::state_of_velocity(system_, seen.rotation, seen.position, seen.velocity));
+  if (maneuver::beyond_limits(system_, program_.limit_rows(), shape).limit != nullptr) {
+    const std::size_t node = node_before(time);
+    const double step = last_.duration / static_cast<double>(last_.path.rotation.size() - 1);
+    shape = maneuver::shape_between(system_, last_.path.rotation[node], last_.path.rotation[node + 1], step,
+                                    time / step - static_cast<double>(node));
+  }
+  return kept_within_limits(maneuver::state_of(system_, seen.rotation[0], seen.position, shape));
 }
 
 void Solver::require_left(double elapsed) const {
@@ -288,9 +279,9 @@ void Solver::require_left(double elapsed) const {
       std::min(last_.duration - passed_, maneuver_.free_duration ? problem_.duration.max : maneuver_.duration);
   if (!(elapsed > 0.0))
     throw InputError("elapsed",
-                     "found " + in_short(elapsed) + " s; allowed: more than 0; give the time that has passed");
+                     "found " + number(elapsed, 4) + " s; allowed: more than 0; give the time that has passed");
   if (!(elapsed < (1.0 - nothing_left) * left))
-    throw InputError("elapsed", "found " + in_short(elapsed) + " s; allowed: less than the " + in_short(left) +
+    throw InputError("elapsed", "found " + number(elapsed, 4) + " s; allowed: less than the " + number(left, 4) +
                                     " s that are left; make a Solver of a problem that begins there");
   if (maneuver_.periodic)
     throw InputError("elapsed", "found a periodic goal, whose motion goes on as it began; make a new Solver");
@@ -315,8 +306,6 @@ void Solver::shorten(double elapsed) {
   asked.max -= elapsed;
   asked.min = std::max(asked.min - elapsed, least_of_most * asked.max);
   program_.bound_duration(asked.min, asked.max);
-  moved_ = true;
-  answers_ = false;
 }
 
 optimizer::Options Solver::newton_options() {
@@ -361,7 +350,7 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
   if (outcome_.termination != Termination::converged) return outcome_;
   if (const double error = program_.stated_goal_error(); error > asked_twice) {
     outcome_.termination = Termination::infeasible;
-    outcome_.reason = "the goal asks for what moments cannot reach: it stays " + in_short(error) + " (rad, m) away";
+    outcome_.reason = "the goal asks for what moments cannot reach: it stays " + number(error, 4) + " (rad, m) away";
     return outcome_;
   }
   moved_ = false;

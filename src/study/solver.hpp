@@ -41,9 +41,8 @@ class Solver {
 
   /// Newton steps from the last answer on. The outcome says whether they arrived; the motion is then that of the new problem,
   /// otherwise the last answer stays, with the start, goal and duration that it has; what is asked for stays too, and where the time
-  /// ended a search the next one goes on. Goals that the
-  /// reduced coordinates cannot meet (out of the plane of a planar maneuver) end as infeasible. It allocates no memory
-  /// unless it fails, once it has begun at an answer or found one. What it returns is written anew by the next call.
+  /// ended a search the next one goes on. Goals that the reduced coordinates cannot meet (out of the plane of a planar maneuver) end
+  /// as infeasible. It allocates no memory unless it fails, once it has begun at an answer or found one. What it returns is written anew by the next call.
   const optimizer::Outcome& solve(const optimizer::Options& options = newton_options());
 
   /// Stationary to 1e-7 of the cost's gradient before a last Newton step.
@@ -60,7 +59,8 @@ class Solver {
   /// Whether the last answer is one to what is asked: a solution of another problem is none, and after a request none is until a
   /// solve arrives.
   bool answers() const { return answers_; }
-  /// What the last answer answers, ends that moments do not reach by less than 1e-6 (rad, m) as they are reached: other than what is asked for until a solve arrives there.
+  /// What the last answer answers, ends that moments do not reach by less than 1e-6 (rad, m) as they are reached: other than what
+  /// is asked for until a solve arrives there.
   const maneuver::Maneuver& answered() const { return answered_; }
 
   /// Nodes, moments, velocities, momenta and multipliers of the last answer, as solution.json has them.
