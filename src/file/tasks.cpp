@@ -13,7 +13,9 @@
 #include "file/stored_question.hpp"
 #include "file/trajectory_file.hpp"
 #include "study/answer.hpp"
+#include "study/faults.hpp"
 #include "study/refinement.hpp"
+#include "study/verdict.hpp"
 
 namespace lamprey::file {
 

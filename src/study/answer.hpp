@@ -18,15 +18,4 @@ struct Answer {
 /// that was interrupted before it had all of them has status interrupted. One candidate at least is always certified.
 Answer answer(const model::System& system, const maneuver::Problem& problem, const SolveOptions& options);
 
-/// Sets status and message from the numbers of the certificate: "optimal" needs the discrete equations, the goal, rest and the
-/// KKT residual to hold, whatever the optimiser thought.
-void judge(const maneuver::Problem& problem, const certificate::Certificate& certificate, maneuver::Solution& solution);
-
-/// What keeps a motion from being an optimal answer to the problem, as a clause without advice; empty where nothing does.
-std::string fault(const maneuver::Problem& problem, const certificate::Certificate& certificate);
-
-/// The same of a simulated motion, which seeks no goal: status simulated where its numbers fit each other and the mechanics as
-/// far as the certificate can tell, else stalled with the reason as message.
-void judge_march(const certificate::Certificate& certificate, maneuver::Solution& solution);
-
 }  // namespace lamprey::study

@@ -3,7 +3,7 @@
 
 #include "file/problem_file.hpp"
 #include "lie/so3.hpp"
-#include "study/answer.hpp"
+#include "study/verdict.hpp"
 
 namespace lamprey::tests {
 namespace {

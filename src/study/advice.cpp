@@ -1,0 +1,176 @@
+#include "study/advice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "certificate/certify.hpp"
+#include "integrator/scheme.hpp"
+#include "study/enough_time.hpp"
+#include "study/faults.hpp"
+#include "study/plain_words.hpp"
+
+namespace lamprey::study {
+
+namespace {
+
+using certificate::Certificate;
+using certificate::limit_mark;
+using maneuver::Problem;
+using maneuver::Solution;
+using maneuver::Status;
+
+constexpr int few_steps = 50;
+constexpr double loosest_tolerance = 1e-4;  // of stationarity, that is worth proposing
+constexpr double nearly_there = 1e-3;       // rad or swimmer's sizes, of a goal
+constexpr double other_units = 1e3;         // times a bound on moments, by which motions of these sizes hardly break it
+
+// A power of ten, or twice or five times one, that is not below the value.
+double rounded_up(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double digit : {1.0, 2.0, 5.0})
+    if (digit * power >= value) return digit * power;
+  return 10.0 * power;
+}
+
+// What to try where a motion meets all that is asked but is not optimal.
+std::string advice_where_met(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  std::string words = "try ";
+  const std::string finer = "[time] steps = " + std::to_string(2 * problem.steps);
+  if (const std::optional<double> held = solution.solver.held_joint_rate)
+    return words + "limits.angular_velocity = " + number(*held, 6) + ", or " +
+           (solution.status == Status::time_limit ? "a longer search.time_limit" : finer);
+  if (!far_turn(problem, solution).empty()) words += finer + ", ";
+  words += problem.search.starts == 1 ? "[search] starts = 8, another seed" : "more starts, another seed";
+  if (proof.kkt > problem.search.tolerance && proof.kkt <= loosest_tolerance)
+    words += "; where so much is enough, [search] tolerance = " + number(rounded_up(proof.kkt)) + " accepts it";
+  return words;
+}
+
+// Keys of limits that more time makes easier to keep, "a, b or c"; empty where there are none.
+std::string limits_on_haste(const maneuver::Limits& limits) {
+  std::vector<std::string> keys;
+  const auto add = [&](const char* quantity, const std::optional<double>& all, const auto& by_joint) {
+    if (all) keys.push_back(std::string("limits.") + quantity);
+    for (const auto& [joint, bound] : by_joint) keys.push_back(std::string("limits.") + quantity + "." + joint);
+  };
+  add("torque", limits.torque, limits.joint_torque);
+  add("torque_component", limits.torque_component, limits.joint_torque_component);
+  add("angular_velocity", limits.angular_velocity, limits.joint_angular_velocity);
+  std::string words;
+  for (std::size_t n = 0; n < keys.size(); ++n) words += (n == 0 ? "" : n + 1 < keys.size() ? ", " : " or ") + keys[n];
+  return words;
+}
+
+// In what time the motion that was found would do, where it nearly meets the goal; in brackets after a blank.
+std::string time_for_motion(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  const model::System system(problem.swimmer);
+  if (!(proof.goal_error <= nearly_there * std::min(1.0, system.size()))) return "";
+  const std::optional<double> seconds = enough_time(system, problem, solution);
+  return seconds ? " (in " + number(*seconds, 3) + " s the motors are up to this motion)" : "";
+}
+
+// How many times as many steps would resolve a motion, by the order at which what its replay misses falls.
+int more_steps(const Problem& problem, const Certificate& proof) {
+  constexpr int least = 2, most = 16;  // beyond, errors say little of how they fall
+  const auto& replay = proof.replay;
+  if (!replay || !(replay->rotation_error > certificate::replay_mark)) return least;
+  const double times =
+      std::pow(replay->rotation_error / certificate::replay_mark, 1.0 / integrator::order(problem.scheme));
+  return std::clamp(static_cast<int>(std::ceil(std::min<double>(times, most))), least, most);
+}
+
+// The effort's weight at which it would be as much as all else that this motion costs.
+std::string effort_to_match(const Problem& problem, const Solution& solution) {
+  const double smoothed = problem.effort * solution.cost_parts->effort;
+  const double weight = (solution.cost - smoothed) / solution.cost_parts->effort;
+  return weight > problem.effort && std::isfinite(weight) ? " (" + number(rounded_up(weight)) + ")" : "";
+}
+
+// Whether what is paid is mostly work: it is least in impulses, which finer steps only make shorter.
+bool mostly_work(const Problem& problem, const Solution& solution) {
+  constexpr double mostly = 0.5;
+  if (!solution.cost_parts || !(problem.cost_weights.work > 0.0 || problem.cost_weights.transport > 0.0)) return false;
+  const double smoothed =
+      problem.effort * solution.cost_parts->effort + problem.cost_weights.smoothness * solution.cost_parts->smoothness;
+  return smoothed < mostly * solution.cost;
+}
+
+}  // namespace
+
+std::string advice(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
+  const bool resolved = unmet(problem, proof).empty() && fading(problem, solution).empty();
+  if (resolved) return advice_where_met(problem, proof, solution);
+  std::string words = "try ";
+  if (solution.status == Status::time_limit) {  // tells nothing of what is asked
+    words += "a longer search.time_limit";
+    if (problem.steps > few_steps)
+      words += ", or fewer time.steps, whose answer lamprey solve --first begins with on as many as these";
+    if (problem.duration.free && !solution.time.empty() &&
+        solution.time.back() > problem.duration.max * (1.0 + limit_mark))
+      words += ", or a larger time.max";
+    return words;
+  }
+  if (!fading(problem, solution).empty()) {
+    const auto& move = problem.goal->move;
+    const bool partly = std::any_of(move.begin(), move.end(), [](const auto& along) { return along.has_value(); });
+    words += partly ? "a goal.move along all axes, which gives the distance, " : "a distance (goal.move), ";
+  }
+  if (too_long_for_stages(problem, proof) && problem.swimmer.compliant())
+    words += "[integrator] scheme = \"midpoint\" (springs and dampers of light bodies ask for short stages), ";
+  if (!far_turn(problem, solution).empty() || too_long_for_stages(problem, proof))
+    words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
+  const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
+  if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
+  if (broken && proof.limits->key.starts_with("limits.torque") && proof.limits->violation > other_units)
+    words += "other units (its N m, lengths' m, the density's kg/m³, the time's s), ";
+  const std::string hurried = limits_on_haste(problem.limits);
+  const bool gait = problem.goal && problem.goal->periodic;
+  if (!hurried.empty())
+    words += (problem.duration.free ? "a larger time.max" : "a longer time.duration") +
+             time_for_motion(problem, proof, solution) + ", ";
+  if (broken && proof.limits->key == "time.max" && !hurried.empty()) words += "a looser " + hurried + ", ";
+  if (!problem.waypoints.empty()) words += "waypoints farther apart in time, or fewer, ";
+  if (broken && !gait) words += "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";
+  if (problem.search.starts == 1) return words + "[search] starts = 8, another seed, or a nearer goal";
+  return words + "more starts, another seed, or a nearer goal; check that control_axes can reach it";
+}
+
+std::string unseen_work(const Certificate& proof, const Solution& solution) {
+  const auto& parts = solution.cost_parts;
+  const auto& replay = proof.replay;
+  if (!parts || !replay || !replay->works_otherwise(parts->work)) return "";
+  return " By its replay the joints do " + number(replay->work, 3) + " J of work, by the nodes that the cost counts " +
+         number(parts->work, 3) +
+         " J: moments change faster than these steps show, and costs of work, power and transport are not what they "
+         "seem. More weight on cost.effort, or one on cost.smoothness, makes moments smoother.";
+}
+
+std::string advice_on_steps(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  std::string missed = unresolved(problem, solution, proof);
+  const auto& replay = proof.replay;
+  const bool lost = replay && replay->feedback_rotation_error > certificate::feedback_mark;
+  if (missed.empty() && lost && problem.limits.of_moments())
+    return " Its feedback, held to the limits of torque, ends " + number(replay->feedback_rotation_error) +
+           " rad beside it: a plan with smaller limits leaves motors a reserve.";
+  if (missed.empty() && lost)
+    missed = "its replay with feedback ends " + number(replay->feedback_rotation_error) + " rad beside it";
+  if (missed.empty()) return "";
+  const std::string mend =
+      "try [time] steps = " + std::to_string(problem.steps * more_steps(problem, proof)) + " or more";
+  return " These steps do not resolve the motion: " + missed + "; " +
+         (mostly_work(problem, solution) && unseen_work(proof, solution).empty()
+              ? "work is least in impulses, which finer steps only make shorter: more weight on cost.effort" +
+                    effort_to_match(problem, solution) + ", or one on cost.smoothness, makes moments smoother; or " +
+                    mend
+              : mend) +
+         (!replay || std::isnan(replay->servo_rotation_error)
+              ? "."
+              : ". Servos that lead the joints along its angles end " + number(replay->servo_rotation_error) +
+                    " rad and " + number(replay->servo_position_error) + " m beside the goal" +
+                    (problem.limits.of_moments() ? ", by whatever moments that takes." : "."));
+}
+
+}  // namespace lamprey::study

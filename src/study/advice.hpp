@@ -1,0 +1,24 @@
+// What to try where a motion is not the optimal answer, or where its steps are too coarse for it.
+#pragma once
+
+#include <string>
+
+#include "certificate/certificate.hpp"
+#include "maneuver/problem.hpp"
+#include "maneuver/solution.hpp"
+
+namespace lamprey::study {
+
+/// What bears on this motion first, as a clause.
+std::string advice(const maneuver::Problem& problem, const certificate::Certificate& certificate,
+                   const maneuver::Solution& solution);
+
+/// What of an optimal answer more steps or smoother moments would mend, as a sentence after a blank. Empty where its replays keep to
+/// their marks.
+std::string advice_on_steps(const maneuver::Problem& problem, const certificate::Certificate& certificate,
+                            const maneuver::Solution& solution);
+
+/// Where the joints do other work within steps than the nodes show, as sentences after a blank. Empty where both agree.
+std::string unseen_work(const certificate::Certificate& certificate, const maneuver::Solution& solution);
+
+}  // namespace lamprey::study

@@ -1,0 +1,120 @@
+#include "study/verdict.hpp"
+
+#include <cmath>
+
+#include "certificate/certify.hpp"
+#include "study/advice.hpp"
+#include "study/faults.hpp"
+#include "study/plain_words.hpp"
+
+namespace lamprey::study {
+
+namespace {
+
+using certificate::Certificate;
+using certificate::goal_mark;
+using certificate::limit_mark;
+using maneuver::Problem;
+using maneuver::Solution;
+using maneuver::Status;
+
+// What is particular about where a search ended.
+std::string where_it_ended(const Problem& problem, const Solution& solution) {
+  return far_turn(problem, solution) + spring_at_its_jump(problem, solution) + fading(problem, solution);
+}
+
+}  // namespace
+
+void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
+  std::string missing = unmet(problem, proof);
+  const double duration = solution.time.empty() ? 0.0 : solution.time.back() - solution.time.front();
+  const bool above = duration > problem.duration.max * (1.0 + limit_mark);
+  const bool below = duration < problem.duration.min * (1.0 - limit_mark);
+  const bool said_so = proof.limits && proof.limits->key.starts_with("time.") && missing.starts_with("time.");
+  if (!missing.empty() && !said_so && problem.duration.free && !solution.time.empty() && (above || below))
+    missing += ", in " + number(duration, 3) + " s, beyond " + (above ? "time.max" : "time.min");
+  const std::string other = foreign(proof);
+  const bool said = !solution.message.empty() && solution.message != "converged";
+  const std::string stopped = said ? " The optimiser stopped: " + solution.message + "." : "";
+  const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
+  if (!other.empty()) {
+    if (!cut_short) solution.status = Status::stalled;
+    solution.message = "No answer to this problem: " + other + "." + stopped;
+  } else if (missing.empty() && certificate::stationary(problem, proof)) {
+    solution.status = Status::optimal;
+    solution.message = words_of_goal(proof) + far_turn(problem, solution);
+  } else if (missing.empty()) {
+    if (!cut_short) solution.status = Status::feasible;
+    solution.message = "The goal is met, but " + unsettled(problem, proof) + "." + stopped +
+                       where_it_ended(problem, solution) + " To mend it: " + advice(problem, proof, solution) + ".";
+  } else {
+    const bool beyond_moments = solution.status == Status::optimal && !(proof.goal_error <= goal_mark);
+    if (!cut_short && solution.status != Status::infeasible)
+      solution.status = beyond_moments ? Status::infeasible : Status::stalled;
+    if (beyond_moments) {
+      solution.message = "Out of reach: " + missing +
+                         ", and no moment of these joints changes that. What may help: other control_axes or joints, "
+                         "or a goal that leaves this free.";
+      return;
+    }
+    solution.message = "Not solved: " + missing + "." + stopped + where_it_ended(problem, solution) +
+                       " What may help: " + advice(problem, proof, solution) + ".";
+  }
+}
+
+void judge_march(const Certificate& proof, Solution& solution) {
+  const auto beyond = [](double error, double mark) { return error > mark; };  // NaN: not computed
+  std::string missing;
+  if (beyond(proof.equation_residual, proof.equation_allowed()))
+    missing = "the discrete equations are off by " + number(proof.equation_residual) + " of the momentum's scale";
+  else if (beyond(proof.momentum_drift, proof.momentum_allowed()))
+    missing = "total momentum changes by " + number(proof.momentum_drift) + " of its scale";
+  else if (beyond(proof.rotation_drift, certificate::rotation_mark))
+    missing = "rotations are none: |RᵀR − I| is " + number(proof.rotation_drift);
+  else if (beyond(proof.start_error, certificate::start_mark))
+    missing = "it begins " + number(proof.start_error) + " (rad or m) beside its start";
+  else if (beyond(proof.velocity_error, certificate::velocity_mark))
+    missing =
+        "stored velocities, momenta or joint angles are off by " + number(proof.velocity_error) + " of the largest";
+  else if (beyond(proof.time_error, certificate::time_mark))
+    missing = "the nodes' times differ by " + number(proof.time_error) + " of the duration from equal steps";
+  else if (std::isfinite(solution.cost))
+    missing = "a march has no cost, and one is stored";
+  if (missing.empty()) return;
+  solution.status = Status::stalled;
+  solution.message = "No march: " + missing + ".";
+}
+
+std::string curvature_words(const Problem& problem, const Certificate& proof) {
+  const auto saddle = [](const certificate::SecondOrder& second) {
+    return second.negative_eigenvalues && *second.negative_eigenvalues > 0;
+  };
+  const auto directions = [](const certificate::SecondOrder& second) {
+    return std::to_string(*second.negative_eigenvalues) +
+           (*second.negative_eigenvalues == 1 ? " direction lowers" : " directions lower") + " the cost";
+  };
+  std::string words;
+  if (!proof.second_order)
+    words = std::string(" Whether it is a minimum cannot be told: ") +
+            (problem.cost_weights.any() ? "where powers vanish second derivatives may differ from side to side."
+                                        : "its second derivatives may be lost in round-off.");
+  else if (proof.second_order->positive)
+    words = proof.kkt <= certificate::proof_mark
+                ? words_of_minimum(proof)
+                : " Not proved a minimum: its conditions hold to " + number(proof.kkt) + " only, and a proof takes " +
+                      number(certificate::proof_mark) + ".";
+  else if (saddle(*proof.second_order))
+    words = " A saddle: " + directions(*proof.second_order) +
+            "; another number of time.steps, more starts or another seed may lead to a minimum.";
+  else
+    words = " Not proved a minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
+  const bool flat = proof.second_order && !proof.second_order->positive &&
+                    std::abs(proof.second_order->smallest_eigenvalue) < certificate::curvature_mark;
+  if (flat && problem.goal->periodic && problem.start.free_shape)
+    words += " Where nothing ties a gait to its start it may begin anywhere along itself, which costs the same.";
+  if (proof.all_axes && saddle(proof.all_axes->second_order))
+    words += " With control_axes set aside it is a saddle: " + directions(proof.all_axes->second_order) + ".";
+  return words;
+}
+
+}  // namespace lamprey::study
