@@ -161,6 +161,7 @@ int simulate(const SimulateArguments& arguments) {
   if (!arguments.feedback.empty()) {
     options.followed = file::read_solution(arguments.feedback);
     options.followed_path = arguments.feedback + "/solution.json";
+    options.followed_from = arguments.feedback_from;
   }
   file::require_writable(arguments.out);
   tell_remarks(problem_file);

@@ -39,6 +39,7 @@ struct SimulateArguments {
   int cycles = 1;               // of a stored gait
   bool adaptive = false;        // divide steps that do not converge
   std::string feedback;         // folder of the maneuver to follow; empty: none
+  double feedback_from = 0.0;   // s of its time, at which the march begins
   double perturb = 0.0;         // rad, by which each body is turned at the start
   unsigned long long seed = 1;  // of the axes
   bool reference = false;       // by the reference integrator in place of the scheme

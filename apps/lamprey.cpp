@@ -137,11 +137,18 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
   CLI::Option* adaptive =
       simulate->add_flag("--adaptive", arguments.simulate.adaptive,
                          "divide steps that do not converge, into 4096 at most, instead of ending there");
+  CLI::Option* feedback = simulate
+                              ->add_option("--feedback", arguments.simulate.feedback,
+                                           "folder of a maneuver: follow it by its moments and gains")
+                              ->excludes(controls)
+                              ->excludes(angles);
   simulate
-      ->add_option("--feedback", arguments.simulate.feedback,
-                   "folder of a maneuver: follow it by its moments and gains")
-      ->excludes(controls)
-      ->excludes(angles);
+      ->add_option("--feedback-from", arguments.simulate.feedback_from,
+                   "s of the maneuver's time, at which the march begins, from the problem's start (default 0); without "
+                   "--duration it follows the rest")
+      ->needs(feedback)
+      ->check(CLI::PositiveNumber)
+      ->check(finite());
   simulate
       ->add_flag("--reference", arguments.simulate.reference,
                  "march the continuous equations by a Runge-Kutta method of order 8 instead of a scheme")

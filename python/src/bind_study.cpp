@@ -144,6 +144,7 @@ class Solver {
     return Solution(std::move(results));
   }
   bool answered() const { return solver_.answers(); }
+  double passed() const { return solver_.passed(); }
 
   nb::dict path() const {
     nb::dict words;
@@ -297,6 +298,11 @@ void bind_study(nb::module_& module) {
           "on until a solve arrives, and after one that does not. Ends that moments do not reach by less than 1e-6 "
           "(rad, m), "
           "as of a\nplanar swimmer measured a little out of its plane, count as they are reached.")
+      .def_prop_ro(
+          "passed", &Solver::passed,
+          "s of the last answer that have passed, by advance; 0 from a solve on that arrives. Where one does not, a "
+          "vehicle goes on by\nthe rest of what it has: simulate(feedback=solver.solution(feedback=True), "
+          "feedback_from=solver.passed).")
       .def_prop_ro(
           "path", &Solver::path, nb::sig("def path(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
           "The last answer's arrays by name: \"time\", \"position\", \"rotation\" and \"control\", as in Solution.")

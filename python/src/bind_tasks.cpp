@@ -297,7 +297,7 @@ std::optional<maneuver::Scheme> scheme_named(const std::optional<std::string>& n
 Trajectory simulate(nb::handle asked, const nb::object& controls, const std::optional<std::string>& scheme,
                     const std::optional<int>& steps, const std::optional<double>& duration, int cycles, bool adaptive,
                     bool reference, const nb::object& feedback, double perturb, std::uint64_t seed,
-                    const nb::object& angles) {
+                    const nb::object& angles, double feedback_from) {
   const Problem problem = problem_or_loaded(asked);
   Call call("simulate");
   call.add("scheme", scheme);
@@ -306,6 +306,7 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
   if (cycles != 1) call.add("cycles", std::optional(cycles));
   if (adaptive) call.add("adaptive", std::optional(adaptive));
   if (reference) call.add("reference", std::optional(reference));
+  if (feedback_from > 0.0) call.add("feedback_from", std::optional(feedback_from));
   if (perturb > 0.0) call.add("perturb", std::optional(perturb));
   if (perturb > 0.0) call.add("seed", std::optional(seed));
   if (steps && (*steps < 1 || *steps > most_steps))
@@ -315,6 +316,11 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
     throw InputError("cycles", fmt::format("found {}; allowed: from 1 to {}; change it", cycles, most_cycles));
   if (!(perturb >= 0.0 && perturb <= 3.0))
     throw InputError("perturb", fmt::format("found {}; allowed: from 0 to 3 (rad); change it", perturb));
+  if (!(feedback_from >= 0.0 && std::isfinite(feedback_from)))
+    throw InputError("feedback_from", fmt::format("found {}; allowed: from 0 on (s); change it", feedback_from));
+  if (feedback_from > 0.0 && feedback.is_none())
+    throw InputError("feedback_from",
+                     "found without feedback; allowed: the time of a maneuver in feedback; leave it out");
   if (!controls.is_none() && !feedback.is_none())
     throw InputError("feedback", "found beside controls; allowed: one of them; leave one out");
   if (!angles.is_none() && (!controls.is_none() || !feedback.is_none() || reference || adaptive || perturb > 0.0))
@@ -334,6 +340,7 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
   take_controls(controls, problem.file.problem.swimmer.joints, options);
   take_angles(angles, problem.file.problem.swimmer.joints, options);
   take_followed(feedback, options);
+  options.followed_from = feedback_from;
   std::optional<file::Results> results;
   const auto signal = run_long([&](const Interrupted& interrupted) {
     options.interrupted = interrupted;
@@ -406,7 +413,7 @@ void bind_tasks(nb::module_& module) {
   module.def(
       "simulate", &simulate, "problem"_a, "controls"_a = nb::none(), nb::kw_only(), "scheme"_a = nb::none(),
       "steps"_a = nb::none(), "duration"_a = nb::none(), "cycles"_a = 1, "adaptive"_a = false, "reference"_a = false,
-      "feedback"_a = nb::none(), "perturb"_a = 0.0, "seed"_a = 1, "angles"_a = nb::none(),
+      "feedback"_a = nb::none(), "perturb"_a = 0.0, "seed"_a = 1, "angles"_a = nb::none(), "feedback_from"_a = 0.0,
       nb::sig(
           "def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | "
           "tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | typing.Callable[[float], "
@@ -414,7 +421,7 @@ void bind_tasks(nb::module_& module) {
           "duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: "
           "Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1, "
           "angles: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | "
-          "typing.Callable[[float], numpy.typing.ArrayLike] | None = None) -> Trajectory"),
+          "typing.Callable[[float], numpy.typing.ArrayLike] | None = None, feedback_from: float = 0.0) -> Trajectory"),
       "Marches from the problem's start, after a stored gait from where that begins: what `lamprey simulate` does. "
       "Releases the GIL.\n\n"
       "problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its "
@@ -430,7 +437,9 @@ void bind_tasks(nb::module_& module) {
       "repeated; steps and duration are of all\ncycles together. adaptive: divide steps that do not converge.\n"
       "reference: by a Runge-Kutta method on the continuous equations. feedback: a Solution or its directory, followed "
       "by "
-      "its\nmoments and gains. perturb: rad, by which each body is turned at the start about a random axis drawn by "
+      "its\nmoments and gains; feedback_from: s of its time, at which the march begins, from the problem's start, "
+      "without a duration for the rest of it. perturb: rad, by which each body is turned at the start about a random "
+      "axis drawn by "
       "`seed`.\nangles: joint angles to march along, in the place of moments, which are then found: a Solution or "
       "Trajectory, a path (solution.json or CSV),\na pair (time (rows,) s, angles (rows, joints, 3) rad as "
       "Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone\n(rows, "

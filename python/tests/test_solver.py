@@ -69,6 +69,28 @@ def test_a_plan_goes_on_as_time_passes(translation, solver, solution):
         solver.advance(2.0)
 
 
+def test_without_a_new_plan_the_rest_of_the_last_one_is_followed(translation, solution):
+    solver = lp.Solver(translation, solution)
+    plan, left = solver.solution(feedback=True), 0.7 * solution.time[-1]
+    for part in (0.1, 0.2):
+        solver.advance(part * solution.time[-1])
+        moved = np.array(solver.path["rotation"][0])
+        start = lp.simulate(translation, feedback=plan, duration=solver.passed, steps=100)
+        cosine, sine = np.cos(1e-3), np.sin(1e-3)
+        turned = start.rotation[-1] @ np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
+        solver.set_start(turned, start.position[-1], start.velocity["angular"][-1])
+        assert solver.solve(max_iterations=1).status == "stalled" and not solver.answered
+        assert np.array_equal(solver.path["rotation"][0], moved)
+    assert abs(solver.passed + left - solution.time[-1]) < 1e-12
+    rest = lp.simulate(translation, feedback=solver.solution(feedback=True), feedback_from=solver.passed)
+    assert abs(rest.time[-1] - left) < 1e-12
+    with pytest.raises(lp.InputError, match="feedback_from: found without feedback"):
+        lp.simulate(translation, feedback_from=0.1)
+    with pytest.raises(lp.InputError, match="feedback_from: found -1; allowed: from 0 on"):
+        lp.simulate(translation, feedback=plan, feedback_from=-1.0)
+    assert solver.solve().status == "optimal" and solver.passed == 0.0
+
+
 def test_the_example_misses_least_where_plans_are_made_anew(root):
     script = root / "examples" / "receding_horizon.py"
     run = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=120)

@@ -65,15 +65,22 @@ void require_same_tree(const Results& results, const std::string& path, const mo
     refuse_motion(path, "/time", "no motion", "the nodes of one", "choose another, or solve it again");
 }
 
-void require_followed(const Results& results, const std::string& path, const model::System& follower, double duration) {
+void require_followed(const Results& results, const std::string& path, const model::System& follower, double from,
+                      double duration) {
   require_same_tree(results, path, follower, true);
   if (results.solution.feedback.gain.empty())
     refuse_motion(path, "/feedback", "no gains", "those that lamprey solve stores with optimal maneuvers",
                   "solve the maneuver again, with a longer search.time_limit where that has ended the search");
   const double end = results.solution.time.back();
-  if (!(duration <= end * (1.0 + beyond)))
-    refuse_motion(path, "/problem/duration", fmt::format("{} s, where the march takes {} s", end, duration),
-                  "a maneuver that does not end before the march", "set a shorter --duration");
+  if (from > 0.0 && results.problem.goal && results.problem.goal->periodic)
+    refuse_motion(path, "/problem/goal", fmt::format("a gait, where the march begins at {} s of it", from),
+                  "a maneuver, since gaits begin where they close", "leave --feedback-from out");
+  if (!(from + duration <= end * (1.0 + beyond)))
+    refuse_motion(path, "/problem/duration",
+                  fmt::format("{} s, where the march takes {} s{}", end, duration,
+                              from > 0.0 ? fmt::format(" from {} s on", from) : ""),
+                  "a maneuver that does not end before the march",
+                  from > 0.0 ? "set a shorter --duration, or leave it out" : "set a shorter --duration");
 }
 
 }  // namespace lamprey::file

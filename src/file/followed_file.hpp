@@ -17,8 +17,10 @@ void require_motion_of(const Joints& joints, const Results& results, const std::
 /// (inertia and offsets may differ), and nodes. model::InputError with the field where it does not fit; `path` names it there.
 void require_same_tree(const Results& results, const std::string& path, const model::System& swimmer, bool same_kinds);
 
-/// Holds a maneuver to the swimmer that shall follow it for `duration` s: the same tree, gains, and an end not before the march's. model::InputError with the field where it does not
-/// fit; `path` names the maneuver there.
-void require_followed(const Results& results, const std::string& path, const model::System& follower, double duration);
+/// Holds a maneuver to the swimmer that shall follow it for `duration` s from `from` s of its time on: the same tree, gains, and an end
+/// not before the march's; gaits are followed from their beginning. model::InputError with the field where it does not fit; `path`
+/// names the maneuver there.
+void require_followed(const Results& results, const std::string& path, const model::System& follower, double from,
+                      double duration);
 
 }  // namespace lamprey::file

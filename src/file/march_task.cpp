@@ -69,6 +69,23 @@ void take_duration(const MarchOptions& options, Problem& problem) {
   if (options.controls) problem.duration = {.free = false, .value = options.controls->time.back()};
 }
 
+// A march that begins in the midst of a maneuver takes what is left of it, in as large a share of the problem's steps, where nothing
+// else is asked for.
+void take_rest(const MarchOptions& options, Problem& problem) {
+  if (options.followed_from == 0.0) return;
+  const double whole = options.followed->solution.time.empty() ? 0.0 : options.followed->solution.time.back();
+  const double left = whole - options.followed_from;
+  if (!(left > 0.0))
+    throw model::InputError(
+        "feedback_from",
+        fmt::format("found {} s of a maneuver that takes {} s; allowed: less than that; set a smaller --feedback-from",
+                    options.followed_from, whole));
+  if (options.duration > 0.0) return;
+  if (options.steps == 0)
+    problem.steps = std::max(1, static_cast<int>(std::round(left / whole * static_cast<double>(problem.steps))));
+  problem.duration = {.free = false, .value = left};
+}
+
 // Several cycles are those of a stored gait.
 void require_gait(const MarchOptions& options) {
   const auto refuse = [](const std::string& found) {
@@ -146,12 +163,14 @@ void place_gait(const Problem& problem, Results& gait) {
 // A maneuver to follow, and the swimmer that it was made for.
 struct Followed {
   const Results& results;
+  double from;  // s of its time, at which the march begins
   model::System system;
   ControlSamples plan;
   integrator::FeedbackLaw law;
 
-  Followed(const Results& read, const std::string& path)
+  Followed(const Results& read, const std::string& path, double begin)
       : results(read),
+        from(begin),
         system(problem_of(results).swimmer),
         plan(controls_of_results(results, path, problem_of(results).swimmer.joints)),
         law(maneuver::feedback_law(system, results.solution, control_function(plan, system))) {}
@@ -203,10 +222,10 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
     simulation.motion = motion_of(*options.controls, system, problem);
   }
   if (followed) {
-    simulation.motion = motion_of(followed->plan, system, problem);
-    control = [followed](double time) { return followed->law.planned(time); };
+    if (followed->from == 0.0) simulation.motion = motion_of(followed->plan, system, problem);
+    control = [followed](double time) { return followed->law.planned(followed->from + time); };
     simulation.feedback = [followed](double time, const integrator::ReferenceState& state) {
-      return followed->law.moments(time, state);
+      return followed->law.moments(followed->from + time, state);
     };
     if (motors.any())
       simulation.given = [&motors, &asked, &cut](const mechanics::Moments& moments) {
@@ -220,7 +239,7 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
                                     ? maneuver::simulate_by_reference(system, problem, control, simulation)
                                     : maneuver::simulate(system, problem, control, simulation);
   if (followed) {
-    solution.tracking = maneuver::tracking_of(followed->law, solution);
+    solution.tracking = maneuver::tracking_of(followed->law, solution, followed->from);
     solution.tracking->maneuver = followed->results.name;
     if (asked > 0.0) solution.tracking->cut_share = cut / asked;
   }
@@ -273,6 +292,7 @@ void lay_out(MarchOptions& options, Problem& problem) {
   repeat_gait(options, problem);
   take_span_of_angles(options, problem);
   take_duration(options, problem);
+  take_rest(options, problem);
   const double duration = problem.duration.value;
   if (options.controls) require_whole_march(options.controls->time, "moments", options.controls_path, duration);
   if (options.angles) require_whole_march(options.angles->time, "angles", options.angles_path, duration);
@@ -281,9 +301,9 @@ void lay_out(MarchOptions& options, Problem& problem) {
 // The maneuver to follow, from where it begins.
 std::unique_ptr<Followed> followed_from_start(MarchOptions& options, const model::System& system, Problem& problem) {
   if (!options.followed) return nullptr;
-  require_followed(*options.followed, options.followed_path, system, problem.duration.value);
+  require_followed(*options.followed, options.followed_path, system, options.followed_from, problem.duration.value);
   place_gait(problem, *options.followed);
-  auto followed = std::make_unique<Followed>(*options.followed, options.followed_path);
+  auto followed = std::make_unique<Followed>(*options.followed, options.followed_path, options.followed_from);
   begin_as(followed->plan, problem);
   return followed;
 }
@@ -307,7 +327,12 @@ std::string remarks_on(const MarchOptions& options, const model::System& system,
   if (options.followed) {
     constexpr double whole_share = 1.0 - 1e-9;
     const double whole = options.followed->solution.time.back(), marched = problem.duration.value;
-    if (marched < whole_share * whole)
+    const double from = options.followed_from;
+    if (from > 0.0)
+      text +=
+          fmt::format(" The maneuver that is followed takes {:.4g} s, of which this march has {:.4g} s to {:.4g} s.",
+                      whole, from, from + marched);
+    else if (marched < whole_share * whole)
       text += fmt::format(
           " The maneuver that is followed takes {:.4g} s, of which this march has the first {:.4g} s; --duration {} "
           "marches the whole.",

@@ -56,6 +56,7 @@ struct MarchOptions {
   std::function<std::vector<Eigen::Vector3d>(double)> angle = {};
   std::optional<Results> followed = {};  // the maneuver to follow by its moments and gains, in place of both
   std::string followed_path = {};        // names it in messages
+  double followed_from = 0.0;            // s of its time, at which the march begins
   std::function<bool()> interrupted = {};
 };
 

@@ -54,10 +54,11 @@ MatrixXd answered_turns(const System& system, const Feedback& feedback) {
   return span_of_rows(all, answered);
 }
 
-Tracking tracking_of(const integrator::FeedbackLaw& law, const Solution& marched) {
+Tracking tracking_of(const integrator::FeedbackLaw& law, const Solution& marched, double from) {
   Tracking tracking;
   for (std::size_t k = 0; k < marched.time.size(); ++k) {
-    const integrator::ReferenceState planned = law.path().at_time(marched.time[k]);
+    const double time = from + marched.time[k];
+    const integrator::ReferenceState planned = law.path().at_time(time);
     tracking.rotation_error = 0.0;
     for (std::size_t i = 0; i < planned.rotation.size(); ++i)
       tracking.rotation_error = std::max(tracking.rotation_error,
@@ -65,8 +66,7 @@ Tracking tracking_of(const integrator::FeedbackLaw& law, const Solution& marched
     tracking.position_error = (marched.position[k] - planned.position).norm();
     tracking.largest_rotation_error = std::max(tracking.largest_rotation_error, tracking.rotation_error);
     tracking.largest_position_error = std::max(tracking.largest_position_error, tracking.position_error);
-    const Vectors moments =
-        mechanics::applied_moments(law.path().system(), marched.rotation[k], law.planned(marched.time[k]));
+    const Vectors moments = mechanics::applied_moments(law.path().system(), marched.rotation[k], law.planned(time));
     for (std::size_t j = 0; j < moments.size(); ++j)
       tracking.largest_correction = std::max(tracking.largest_correction, (marched.control[k][j] - moments[j]).norm());
   }

@@ -18,7 +18,7 @@ Start turned_start(const model::System& system, const Start& start, double angle
 /// The turns that gains answer, as columns: those that moments can influence along the motion.
 Eigen::MatrixXd answered_turns(const model::System& system, const Feedback& feedback);
 
-/// How far a march was off the path of the law that it followed.
-Tracking tracking_of(const integrator::FeedbackLaw& law, const Solution& marched);
+/// How far a march was off the path of the law that it followed, which stood at `from` s when it began.
+Tracking tracking_of(const integrator::FeedbackLaw& law, const Solution& marched, double from = 0.0);
 
 }  // namespace lamprey::maneuver

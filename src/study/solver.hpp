@@ -52,6 +52,8 @@ class Solver {
   const maneuver::NodePath& path() const { return last_.path; }
   double cost() const { return last_.cost; }
   double duration() const { return last_.duration; }
+  /// s of the last answer that have passed, by `advance`: 0 from a solve on that arrives.
+  double passed() const { return passed_; }
   /// What is asked for.
   const maneuver::Maneuver& maneuver() const { return maneuver_; }
   /// Bounds of a free duration that are asked for, s.

@@ -1,6 +1,7 @@
 // A maneuver solved, then followed with feedback through the program.
 #include <gtest/gtest.h>
 
+#include "file/tasks.hpp"
 #include "lie/so3.hpp"
 #include "solved_example.hpp"
 
@@ -50,6 +51,40 @@ TEST_F(Following, holds_a_perturbed_start_with_the_scheme_with_others_and_in_con
     EXPECT_GT(tracking().largest_rotation_error, 9e-4) << how;
     EXPECT_NE(run.out.find("Off the plan at the end"), std::string::npos);
   }
+}
+
+// A vehicle off its plan that stops on the way and goes on by the rest of the plan ends where one ends that does not stop.
+TEST_F(Following, goes_on_in_the_midst_of_a_plan_from_where_the_swimmer_is) {
+  const file::ProblemFile problem = file::read_problem_file(problem_);
+  file::MarchOptions options{.reference = true, .perturb = 1e-2};
+  options.followed = file::read_solution(solved());
+  const maneuver::Solution whole = file::march_task(problem, options, "").solution;
+  const std::size_t stop = 90;
+  file::ProblemFile on_the_way = problem;
+  maneuver::Start& start = on_the_way.problem.start;
+  for (std::size_t i = 0; i < start.rotation.size(); ++i) start.rotation[i] = lie::log(whole.rotation[stop][i]);
+  start.position = whole.position[stop];
+  start.angular_velocity = whole.angular_velocity[stop];
+  start.linear_velocity = whole.rotation[stop][0] * whole.linear_velocity[stop];
+  options.perturb = 0.0;
+  options.followed_from = whole.time[stop];
+  const file::Results rest = file::march_task(on_the_way, options, "");
+  ASSERT_EQ(rest.solution.time.size(), whole.time.size() - stop);
+  for (std::size_t k = 0; k < rest.solution.time.size(); ++k)
+    for (std::size_t i = 0; i < start.rotation.size(); ++i)
+      EXPECT_LE((rest.solution.rotation[k][i] - whole.rotation[stop + k][i]).norm(), tolerance(1e-7));
+  EXPECT_NEAR(rest.solution.tracking->rotation_error, whole.tracking->rotation_error, tolerance(1e-7));
+  EXPECT_LE((rest.solution.control[7][0] - whole.control[stop + 7][0]).norm(), tolerance(1e-7) * 1e3);
+  EXPECT_NE(rest.solution.message.find("takes 1 s, of which this march has 0.45 s to 1 s."), std::string::npos)
+      << rest.solution.message;
+}
+
+TEST_F(Following, has_a_rest_until_its_plan_ends) {
+  const ProgramRun run = simulate("--feedback " + solved() + " --feedback-from 1");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_EQ(run.err,
+            "feedback_from: found 1 s of a maneuver that takes 1 s; allowed: less than that; set a smaller "
+            "--feedback-from\n");
 }
 
 // Motors a tenth weaker than the plan asks for.

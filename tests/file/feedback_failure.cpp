@@ -26,9 +26,11 @@ file::Results maneuver_of_chain() {
   return results;
 }
 
-std::string told(const std::string& folder, const model::SwimmerDescription& follower, double duration) {
+std::string told(const std::string& folder, const model::SwimmerDescription& follower, double duration,
+                 double from = 0.0) {
   try {
-    file::require_followed(file::read_solution(folder), folder + "/solution.json", model::System(follower), duration);
+    file::require_followed(file::read_solution(folder), folder + "/solution.json", model::System(follower), from,
+                           duration);
   } catch (const model::InputError& error) {
     return error.what();
   }
@@ -66,6 +68,18 @@ TEST(FollowedManeuver, says_in_one_line_what_does_not_fit_and_what_would) {
             place +
                 "/problem/duration: found 1 s, where the march takes 1.5 s; allowed: a maneuver that does not end "
                 "before the march; set a shorter --duration");
+  EXPECT_EQ(told(folder.path(), tests::paper_chain(), 0.7, 0.25), "");
+  EXPECT_EQ(told(folder.path(), tests::paper_chain(), 0.8, 0.25),
+            place +
+                "/problem/duration: found 1 s, where the march takes 0.8 s from 0.25 s on; allowed: a maneuver that "
+                "does not end before the march; set a shorter --duration, or leave it out");
+  results.problem.goal = maneuver::Goal();
+  results.problem.goal->periodic = true;
+  file::write_solution(folder.path(), results);
+  EXPECT_EQ(told(folder.path(), tests::paper_chain(), 0.7, 0.25),
+            place +
+                "/problem/goal: found a gait, where the march begins at 0.25 s of it; allowed: a maneuver, since gaits "
+                "begin where they close; leave --feedback-from out");
   results.solution.feedback = {};
   file::write_solution(folder.path(), results);
   EXPECT_EQ(told(folder.path(), tests::paper_chain(), 1.0),
