@@ -55,7 +55,8 @@ class JointSwings {
 // Relative rotation of each joint, child → parent, along the guess.
 class JointPaths {
  public:
-  JointPaths(const System& system, const Maneuver& maneuver, const Swing& swing) : system_(system), swing_(swing) {
+  JointPaths(const System& system, const Maneuver& maneuver, const Swing& swing, const WholeTurns& turns)
+      : system_(system), swing_(swing), turns_(turns) {
     for (int j = 0; j < system.joint_count(); ++j) {
       const model::Joint& joint = system.joint(j);
       const Matrix3d start =
@@ -70,15 +71,17 @@ class JointPaths {
   Matrix3d relative(int j, double s) const {
     const model::Joint& joint = system_.joint(j);
     const Vector3d swing = swing_(j, s);
-    if (joint.free()) return lie::exp(swing) * between(start_[at(j)], end_[at(j)], s);
+    const Vector3d turned = turns_.empty() ? Vector3d::Zero().eval() : Vector3d(blend(s) * turns_[at(j)]);
+    if (joint.free()) return lie::exp(turned) * lie::exp(swing) * between(start_[at(j)], end_[at(j)], s);
     const Vector3d from = mechanics::joint_angles(joint, start_[at(j)]);
     const Vector3d to = mechanics::joint_angles(joint, end_[at(j)]);
-    return mechanics::joint_rotation(joint, from + blend(s) * (to - from) + swing);
+    return mechanics::joint_rotation(joint, from + blend(s) * (to - from) + swing + turned);
   }
 
  private:
   const System& system_;
   const Swing& swing_;
+  const WholeTurns& turns_;
   std::vector<Matrix3d> start_, end_;
 };
 
@@ -141,8 +144,8 @@ NodePath on_grid(const NodeSplines& splines, int steps, double begin = 0.0) {
 
 double blend(double s) { return s * s * s * (10.0 + s * (6.0 * s - 15.0)); }
 
-NodePath swung(const System& system, const Maneuver& maneuver, const Swing& swing) {
-  const JointPaths joints(system, maneuver, swing);
+NodePath swung(const System& system, const Maneuver& maneuver, const Swing& swing, const WholeTurns& turns) {
+  const JointPaths joints(system, maneuver, swing, turns);
   const Matrix3d root_start = maneuver.start.rotation[0];
   Vector3d root_turn = Vector3d::Zero();
   if (maneuver.end_rotation[0]) root_turn = lie::log(root_start.transpose() * *maneuver.end_rotation[0]);
@@ -167,13 +170,13 @@ NodePath swung(const System& system, const Maneuver& maneuver, const Swing& swin
 NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint64_t seed) {
   Random random(seed);
   const JointSwings swings(system, random);
-  if (!maneuver.whole_turns)
-    return swung(system, maneuver, [&](int joint, double s) { return swings.swing(joint, s); });
+  const Swing swing = [&](int joint, double s) { return swings.swing(joint, s); };
+  if (!maneuver.whole_turns) return swung(system, maneuver, swing);
   const double number = 1.5 * random.normal();  // of turns, seldom many, never none
   const double turn = 2.0 * std::numbers::pi * (number < 0.0 ? std::floor(number) : std::ceil(number));
-  return swung(system, maneuver, [&](int joint, double s) -> Vector3d {
-    return swings.swing(joint, s) + turn * blend(s) * system.joint(joint).actuation.rowwise().sum();
-  });
+  WholeTurns turns;
+  for (const model::Joint& joint : system.joints()) turns.emplace_back(turn * joint.actuation.rowwise().sum());
+  return swung(system, maneuver, swing, turns);
 }
 
 NodePath at_rest(const System& system, const Maneuver& maneuver, integrator::Scheme scheme) {

@@ -15,9 +15,12 @@ double blend(double s);
 /// duration.
 using Swing = std::function<Vector3d(int joint, double fraction)>;
 
-/// A motion whose joints swing so between start and end shape while the root goes straight to its goal; momentum and moments are
-/// left to the solver.
-NodePath swung(const model::System& system, const Maneuver& maneuver, const Swing& swing);
+/// rad, [joints]: multiples of a full turn along a direction of each joint, in which Swing is; zero where a joint makes none.
+using WholeTurns = std::vector<Vector3d>;
+
+/// A motion whose joints swing so between start and end shape, and turn round meanwhile where turns are given, while the root goes
+/// straight to its goal; momentum and moments are left to the solver.
+NodePath swung(const model::System& system, const Maneuver& maneuver, const Swing& swing, const WholeTurns& turns = {});
 
 /// A motion whose joints swing at random between start and end shape while the root goes straight to its goal; momentum and
 /// moments are left to the solver. The same for the same seed on every machine. Never the still motion, a singular point.

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "maneuver/guess.hpp"
 #include "maneuver/random.hpp"
 #include "maneuver/row_space.hpp"
 #include "maneuver/shape_program.hpp"
@@ -64,11 +63,12 @@ class Waves {
 class Adjustment {
  public:
   Adjustment(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
-             const std::vector<EndRow>& rows, const StrokeLimits& limits, int strokes)
+             const std::vector<EndRow>& rows, const StrokeLimits& limits, int strokes, const WholeTurns& turns)
       : system_(system),
         maneuver_(maneuver),
         program_(system, maneuver_, coordinates, rows, {}, Steps::rough),
-        waves_(system, limits, strokes) {}
+        waves_(system, limits, strokes),
+        turns_(turns) {}
 
   Strokes run(Random& random) {
     amplitudes_.resize(waves_.size());
@@ -84,7 +84,7 @@ class Adjustment {
  private:
   bool miss(const VectorXd& amplitudes, VectorXd& missed) {
     const auto swing = [&](int joint, double s) { return waves_.swing(amplitudes, joint, s); };
-    if (!program_.go_to(swung(system_, maneuver_, swing))) return false;
+    if (!program_.go_to(swung(system_, maneuver_, swing, turns_))) return false;
     missed = program_.end_rows();
     return missed.allFinite();
   }
@@ -120,6 +120,7 @@ class Adjustment {
   const Maneuver& maneuver_;
   ShapeProgram program_;
   Waves waves_;
+  const WholeTurns& turns_;
   VectorXd amplitudes_, missed_;
 };
 
@@ -160,9 +161,10 @@ StrokeLimits stroke_limits(const System& system, const Problem& problem, const i
 }
 
 Strokes strokes_to_goal(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
-                        const std::vector<EndRow>& rows, const StrokeLimits& limits, int strokes, std::uint64_t seed) {
+                        const std::vector<EndRow>& rows, const StrokeLimits& limits, int strokes, std::uint64_t seed,
+                        const WholeTurns& turns) {
   Random random(seed);
-  return Adjustment(system, maneuver, coordinates, rows, limits, strokes).run(random);
+  return Adjustment(system, maneuver, coordinates, rows, limits, strokes, turns).run(random);
 }
 
 }  // namespace lamprey::maneuver

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "maneuver/end_rows.hpp"
-#include "maneuver/node_path.hpp"
+#include "maneuver/guess.hpp"
 
 namespace lamprey::maneuver {
 
@@ -28,9 +28,11 @@ StrokeLimits no_stroke_limits(const model::System& system);
 StrokeLimits stroke_limits(const model::System& system, const Problem& problem, const integrator::State& start,
                            double duration, int strokes);
 
-/// So many equal strokes, the smallest near random ones that arrive: by Gauss and Newton on amplitudes and phases of the joints.
-/// The same for the same seed on every machine. For starts without total momentum that do not ask for a period.
+/// So many equal strokes, the smallest near random ones that arrive, beside whole turns of joints if any: by Gauss and Newton on
+/// amplitudes and phases of the joints. The same for the same seed on every machine. For starts without total momentum that do not ask
+/// for a period.
 Strokes strokes_to_goal(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
-                        const std::vector<EndRow>& rows, const StrokeLimits& limits, int strokes, std::uint64_t seed);
+                        const std::vector<EndRow>& rows, const StrokeLimits& limits, int strokes, std::uint64_t seed,
+                        const WholeTurns& turns = {});
 
 }  // namespace lamprey::maneuver

@@ -7,6 +7,7 @@
 
 #include "certificate/certify.hpp"
 #include "integrator/scheme.hpp"
+#include "maneuver/whole_turns.hpp"
 #include "study/enough_time.hpp"
 #include "study/faults.hpp"
 #include "study/plain_words.hpp"
@@ -136,6 +137,21 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
   if (broken && !gait) words += "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";
   if (problem.search.starts == 1) return words + "[search] starts = 8, another seed, or a nearer goal";
   return words + "more starts, another seed, or a nearer goal; check that control_axes can reach it";
+}
+
+std::string untried_turns(const model::System& system, const Problem& problem) {
+  constexpr int enough_starts = 8, proposed_share = 2;
+  const maneuver::Search& search = problem.search;
+  const auto& joints = system.joints();
+  const bool moved_by_all =
+      std::all_of(joints.begin(), joints.end(), [](const auto& joint) { return joint.actuation.cols() > 0; });
+  if (search.starts < enough_starts || search.whole_turns > 0 || problem.control != maneuver::ControlKind::steps)
+    return "";
+  if (!problem.goal || problem.goal->periodic || !moved_by_all || system.control_count() < 2) return "";
+  const std::vector<int> round = maneuver::joints_that_turn_round(system, problem);
+  if (round.empty()) return "";
+  return " No first guess had joints turn all the way round, which can be cheaper ([search] whole_turns = " +
+         std::to_string(search.starts / proposed_share) + " lets as many of them do so).";
 }
 
 std::string unseen_work(const Certificate& proof, const Solution& solution) {

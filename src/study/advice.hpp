@@ -6,6 +6,7 @@
 #include "certificate/certificate.hpp"
 #include "maneuver/problem.hpp"
 #include "maneuver/solution.hpp"
+#include "model/system.hpp"
 
 namespace lamprey::study {
 
@@ -17,6 +18,10 @@ std::string advice(const maneuver::Problem& problem, const certificate::Certific
 /// their marks.
 std::string advice_on_steps(const maneuver::Problem& problem, const certificate::Certificate& certificate,
                             const maneuver::Solution& solution);
+
+/// Where joints could turn all the way round and no first guess has them do so, as a sentence after a blank; empty where it is too
+/// few guesses for that, or where what is asked leaves no joint free to.
+std::string untried_turns(const model::System& system, const maneuver::Problem& problem);
 
 /// Where the joints do other work within steps than the nodes show, as sentences after a blank. Empty where both agree.
 std::string unseen_work(const certificate::Certificate& certificate, const maneuver::Solution& solution);

@@ -127,7 +127,8 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   best.solution.message += cheaper_ones(problem, found, best.solution);
   if (optimal)
     best.solution.message += advice_on_steps(problem, best.certificate, best.solution) +
-                             unseen_work(best.certificate, best.solution) + few_arrivals(best.solution);
+                             unseen_work(best.certificate, best.solution) + few_arrivals(best.solution) +
+                             untried_turns(system, problem);
   parts.tell(candidates.unsearched, best.solution);
   best.solution.solver.total_wall_seconds = parts.seconds();
   return best;

@@ -45,6 +45,7 @@ class NewtonMethod : public Method {
     if (!has_strokes() || grids_.budget().closing()) return {};
     if (grids_.problem().goal->periodic) return solve_cycles(grids_);
     std::vector<Found> found = solve_swum_strokes(grids_);
+    if (!any_converged(found) && !grids_.budget().closing()) append(solve_whole_turns(grids_), found);
     if (!any_converged(found) && !grids_.budget().closing()) append(solve_gaits_from_rest(grids_), found);
     return found;
   }
@@ -121,7 +122,24 @@ class NewtonMethod : public Method {
     return found;
   }
 
+  // Of the first guesses the last so many, but never the first one.
+  bool begins_with_turns(int start) const {
+    const Problem& problem = grids_.problem();
+    return start > 0 && start >= problem.search.starts - problem.search.whole_turns && problem.goal &&
+           !problem.goal->periodic && !grids_.passive();
+  }
+
   Found solve_start(int start) const {
+    if (!begins_with_turns(start)) return solve_random(start);
+    Found found = solve_whole_turns(grids_, seed_of_start(grids_.problem(), start));
+    if (found.converged() || grids_.budget().closing()) return found;
+    Found other = solve_random(start);
+    other.outcome.iterations += found.outcome.iterations;
+    other.outcome.evaluations += found.outcome.evaluations;
+    return other;
+  }
+
+  Found solve_random(int start) const {
     const Found at_hand = begins_as_asked(start) ? answer_at_hand() : Found();
     if (at_hand.converged()) return at_hand;
     const int coarse = grids_.coarse();

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <tuple>
 
 #include "lie/so3.hpp"
 #include "maneuver/gait_cycles.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/strokes.hpp"
+#include "maneuver/whole_turns.hpp"
 
 namespace lamprey::study {
 
@@ -25,6 +27,10 @@ constexpr int guesses_of_cycle = 2;
 constexpr double time_of_cycle = 0.1;  // of what is left
 constexpr std::size_t solved_strokes = 4;
 constexpr int least_steps_of_stroke = 12, steps_of_stroke = 20;
+constexpr int least_steps_of_turn = 16, steps_of_turn = 25;
+constexpr int searches_of_turns = 4;
+constexpr double wholly_turned = 0.5;     // of the searches
+constexpr int drawn_turns = 4;            // of which the most promising are solved
 constexpr int free_durations = 8;         // tried of strokes, and one
 constexpr double little_broken = 0.1;     // units of the limits, which a search mends
 constexpr double goal_of_strokes = 1e-3;  // units of the end rows, what is missed
@@ -167,6 +173,60 @@ std::vector<Found> solve_swum_strokes(const Grids& grids) {
     found.duration = from.duration;
     grids.solve(grid, from.path, fine_tolerance, found);
     return found;
+  });
+}
+
+namespace {
+
+// Drawn turns and the strokes that bring them to the goal; no path where they do not get there.
+StrokesOnGrid turned_round(const Grids& grids, double share_of_way, maneuver::Random& random) {
+  StrokesOnGrid tried{.strokes = 1, .within_limits = false};
+  const model::System& system = grids.system();
+  const Problem& problem = grids.problem();
+  const auto& [coordinates, rows, reason] = grids.reached();
+  const int most = problem.steps / least_steps_of_turn;
+  const std::optional<maneuver::WholeTurns> turns =
+      maneuver::whole_turns_to_goal(system, maneuver::make_maneuver(system, problem, problem.steps), coordinates, rows,
+                                    maneuver::joints_that_turn_round(system, problem), share_of_way, most, random);
+  if (!turns) return tried;
+  double largest = 0.0;
+  for (const Eigen::Vector3d& turn : *turns) largest = std::max(largest, turn.norm() / (2.0 * std::numbers::pi));
+  Grid grid = grids.grid(std::min(problem.steps, std::max(grids.coarse(), static_cast<int>(largest * steps_of_turn))));
+  const maneuver::Strokes found =
+      maneuver::strokes_to_goal(system, grid.maneuver, coordinates, rows, maneuver::no_stroke_limits(system),
+                                tried.strokes, static_cast<std::uint64_t>(1e15 * random.uniform()), *turns);
+  tried.duration = problem.duration.value;
+  grid.program.take_duration(tried.duration);
+  if (found.path.rotation.empty() || !grid.program.go_to(found.path)) return tried;
+  tried.path = found.path;
+  tried.missed = found.missed;
+  tried.broken = grid.program.limit_violation();
+  tried.cost = grid.program.cost();
+  return tried;
+}
+
+}  // namespace
+
+Found solve_whole_turns(const Grids& grids, std::uint64_t seed) {
+  maneuver::Random random(seed);
+  const double share = random.uniform() < wholly_turned ? 1.0 : random.uniform();  // strokes may do the rest cheaper
+  StrokesOnGrid best = turned_round(grids, share, random);
+  for (int draw = 1; draw < drawn_turns && !grids.budget().closing(); ++draw)
+    if (StrokesOnGrid other = turned_round(grids, share, random); other.rank() < best.rank()) best = std::move(other);
+  Found found;
+  if (best.path.rotation.empty()) {
+    fail_for_want_of_motion(found.outcome);
+    return found;
+  }
+  found.duration = best.duration;
+  Grid grid = grids.grid(steps_of(best.path));
+  grids.solve(grid, best.path, fine_tolerance, found);
+  return found;
+}
+
+std::vector<Found> solve_whole_turns(const Grids& grids) {
+  return grids.in_threads(searches_of_turns, "whole turns", [&](int n) {
+    return solve_whole_turns(grids, seed_of_start(grids.problem(), grids.problem().search.starts + n));
   });
 }
 

@@ -11,6 +11,12 @@ namespace lamprey::study {
 /// promising are solved.
 std::vector<Found> solve_swum_strokes(const Grids& grids);
 
+/// From rest to rest: joints that turn all the way round towards the goal, and strokes for the rest of the way. A search that has
+/// not arrived where nothing of that kind was found.
+Found solve_whole_turns(const Grids& grids, std::uint64_t seed);
+/// The same several times, where first guesses and strokes have found nothing.
+std::vector<Found> solve_whole_turns(const Grids& grids);
+
 /// From rest to rest: cycles of a gait, which grow out of rest and go back to it.
 std::vector<Found> solve_gaits_from_rest(const Grids& grids);
 

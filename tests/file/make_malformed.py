@@ -130,6 +130,7 @@ CASES = {
     "angle_of_second_axis_reversed": ("[-1.0, 0.5]]", "[0.5, -1.0]]", "angle.tail", "limits.angle.tail", ["found [[-0.4, 0.4], [0.5, -1]]", "min < max", "exchange"]),
     "clearance_negative": ("clearance = 0.1", "clearance = -0.1", "clearance", "limits.clearance", ["found -0.1", "≥ 0 (m)", "choose"]),
     "starts_zero": ("starts = 16", "starts = 0", "starts", "search.starts", ["found 0", "from 1 to 1000000", "choose"]),
+    "whole_turns_negative": ("starts = 16", "starts = 16\nwhole_turns = -1", "whole_turns", "search.whole_turns", ["found -1", "from 0 to 1000000", "choose"]),
     "hops_negative": ("starts = 16", "starts = 16\nhops = -1", "hops", "search.hops", ["found -1", "from 0 to 1000000", "choose"]),
     "seed_negative": ("seed = 7", "seed = -7", "seed", "search.seed", ["found -7", "from 0 to", "choose"]),
     "method_shooting_with_steps": ("kind = \"spline\"\npoints = 21", "kind = \"steps\"", "method", "search.method", ["\"shooting\" with control.kind = \"steps\"", "\"simultaneous\"", "set control.kind = \"spline\""]),

@@ -1,0 +1,128 @@
+#include "maneuver/whole_turns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "maneuver/row_space.hpp"
+#include "maneuver/shape_program.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using model::at;
+
+constexpr double full_turn = 2.0 * std::numbers::pi;
+constexpr double least_turn = 1e-3;   // rad, of a goal that turns count for
+constexpr double spread = 0.7;        // of the logarithms of how much joints take part
+constexpr double half_the_way = 0.5;  // that what was drawn may be off
+constexpr double most_beside = 2.0;   // rad, that a goal without a turn leaves to strokes
+constexpr double damping = 1e-6;      // of the largest effect
+
+// What joints that turn round do to where a body's rotation ends.
+class EndTurns {
+ public:
+  EndTurns(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
+           const std::vector<EndRow>& rows)
+      : system_(system), maneuver_(maneuver), program_(system, maneuver_, coordinates, rows, {}, Steps::rough) {
+    for (std::size_t i = maneuver.end_rotation.size(); i-- > 0;)
+      if (maneuver.end_rotation[i]) body_ = static_cast<int>(i);
+  }
+
+  bool asked() const { return body_ >= 0; }
+
+  // rad, world frame: from where the body ends to the goal.
+  std::optional<Vector3d> left(const WholeTurns& turns) {
+    const auto still = [](int, double) -> Vector3d { return Vector3d::Zero(); };
+    if (!program_.go_to(swung(system_, maneuver_, still, turns))) return std::nullopt;
+    const Matrix3d& end = program_.path().rotation.back()[at(body_)];
+    return lie::log(*maneuver_.end_rotation[at(body_)] * end.transpose());
+  }
+
+ private:
+  const System& system_;
+  const Maneuver& maneuver_;
+  ShapeProgram program_;
+  int body_ = -1;
+};
+
+// A whole number near x, the nearer the likelier.
+double drawn_near(double x, Random& random) { return std::floor(x + random.uniform()); }
+
+// One turn of each joint along a direction drawn, and by how much it turns the body whose end is asked for, [3][joints] rad.
+struct OneTurnEach {
+  WholeTurns along;
+  MatrixXd effect;
+};
+
+OneTurnEach drawn_directions(const System& system, const std::vector<int>& joints, EndTurns& ends,
+                             const Vector3d& asked, Random& random) {
+  const WholeTurns none(at(system.joint_count()), Vector3d::Zero());
+  OneTurnEach drawn{none, MatrixXd::Zero(3, static_cast<Eigen::Index>(joints.size()))};
+  for (std::size_t n = 0; n < joints.size(); ++n) {
+    const MatrixXd& actuation = system.joint(joints[n]).actuation;
+    const auto direction = static_cast<Eigen::Index>(random.uniform() * static_cast<double>(actuation.cols()));
+    WholeTurns one = none;
+    one[at(joints[n])] = drawn.along[at(joints[n])] = full_turn * actuation.col(direction).normalized();
+    if (const std::optional<Vector3d> left = ends.left(one))
+      drawn.effect.col(static_cast<Eigen::Index>(n)) = asked - *left;
+  }
+  return drawn;
+}
+
+// Numbers of turns of each joint that add up to `way`, rad; joints take part in them by shares drawn.
+VectorXd numbers_of_turns(const MatrixXd& effect, const Vector3d& way, Random& random) {
+  const Eigen::Index count = effect.cols();
+  VectorXd part(count);
+  for (double& entry : part) entry = std::exp(spread * random.normal());
+  MatrixXd rows(3 + count, count);
+  rows.topRows(3) = effect * part.asDiagonal();
+  const double largest = rows.topRows(3).colwise().norm().maxCoeff();
+  rows.bottomRows(count) = damping * largest * MatrixXd::Identity(count, count);
+  VectorXd values = VectorXd::Zero(3 + count);
+  values.head(3) = way;
+  if (!(largest > 0.0)) return VectorXd::Zero(count);
+  return part.cwiseProduct(VectorXd(least_squares(rows, values)));
+}
+
+}  // namespace
+
+std::vector<int> joints_that_turn_round(const System& system, const Problem& problem) {
+  const Limits& limits = problem.limits;
+  std::vector<int> joints;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const model::Joint& joint = system.joint(j);
+    const bool limited =
+        limits.angle.contains(joint.name) || limits.swing.contains(joint.name) || limits.twist.contains(joint.name);
+    if (!limited && joint.actuation.cols() > 0) joints.push_back(j);
+  }
+  return joints;
+}
+
+std::optional<WholeTurns> whole_turns_to_goal(const System& system, const Maneuver& maneuver,
+                                              const ShapeCoordinates& coordinates, const std::vector<EndRow>& rows,
+                                              const std::vector<int>& joints, double share_of_way, int most,
+                                              Random& random) {
+  EndTurns ends(system, maneuver, coordinates, rows);
+  if (!ends.asked() || joints.empty()) return std::nullopt;
+  WholeTurns turns(at(system.joint_count()), Vector3d::Zero());
+  const std::optional<Vector3d> asked = ends.left(turns);
+  if (!asked) return std::nullopt;
+  Vector3d way = *asked;  // or the other way round, the likelier the less that is longer
+  if (random.uniform() < way.norm() / full_turn) way -= full_turn * way.normalized();
+  const OneTurnEach one = drawn_directions(system, joints, ends, *asked, random);
+  const bool turned = way.norm() >= least_turn;
+  VectorXd numbers = VectorXd::Zero(one.effect.cols());
+  if (turned) numbers = numbers_of_turns(one.effect, share_of_way * way, random);
+  for (double& number : numbers)
+    number = turned ? std::clamp(drawn_near(number, random), -1.0 * most, 1.0 * most)
+                    : std::floor(3.0 * random.uniform()) - 1.0;
+  for (std::size_t n = 0; n < joints.size(); ++n)
+    turns[at(joints[n])] = numbers[static_cast<Eigen::Index>(n)] * one.along[at(joints[n])];
+  const double off = (share_of_way * way - one.effect * numbers).norm();
+  if (numbers.isZero(0.0) || !(off <= (turned ? half_the_way * way.norm() : most_beside))) return std::nullopt;
+  return turns;
+}
+
+}  // namespace lamprey::maneuver
