@@ -36,7 +36,7 @@ class EndTurns {
   std::optional<Vector3d> left(const WholeTurns& turns) {
     const auto still = [](int, double) -> Vector3d { return Vector3d::Zero(); };
     if (!program_.go_to(swung(system_, maneuver_, still, turns))) return std::nullopt;
-    const Matrix3d& end = program_.path().rotation.back()[at(body_)];
+    const Matrix3d end = program_.path().rotation.back()[at(body_)];
     return lie::log(*maneuver_.end_rotation[at(body_)] * end.transpose());
   }
 
