@@ -65,6 +65,13 @@ void require_same_tree(const Results& results, const std::string& path, const mo
     refuse_motion(path, "/time", "no motion", "the nodes of one", "choose another, or solve it again");
 }
 
+void require_whole(const Results& results, const std::string& path) {
+  if (results.problem.goal || results.solution.status != maneuver::Status::stalled) return;
+  refuse_motion(path, "/status",
+                fmt::format("\"stalled\", a march that ended after {} s", results.solution.time.back()),
+                "a solution, or a march that came to its end", "march it again in shorter steps, or choose another");
+}
+
 void require_followed(const Results& results, const std::string& path, const model::System& follower, double from,
                       double duration) {
   require_same_tree(results, path, follower, true);

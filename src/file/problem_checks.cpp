@@ -323,6 +323,25 @@ void check_goal_against_joints(const Problem& problem, const Index& index) {
   }
 }
 
+// The bodies of a gait turn alike: its root as goal.turn has it.
+void check_turn_of_gait(const Problem& problem, const Index& index) {
+  const maneuver::Goal& goal = *problem.goal;
+  if (!goal.periodic || !goal.turn) return;
+  for (const model::BodyDescription& body : problem.swimmer.bodies) {
+    const auto& joints = problem.swimmer.joints;
+    const auto own = goal.rotation.find(body.name);
+    if (own == goal.rotation.end() || !own->second) continue;
+    if (std::any_of(joints.begin(), joints.end(), [&](const auto& joint) { return joint.child == body.name; }))
+      continue;
+    const double beside = lie::rotation_angle(
+        (lie::exp(*goal.turn) * start_rotation(problem, index, body.name)).transpose() * lie::exp(*own->second));
+    if (beside > angle_tolerance)
+      refuse(end_key(problem, body.name),
+             fmt::format("an end {:.4g} rad beside goal.turn in a periodic goal, whose bodies turn alike", beside),
+             "the rotation that goal.turn leads to", "remove this key or goal.turn");
+  }
+}
+
 }  // namespace
 
 std::string joint_key(std::size_t j, std::string_view name) { return key_path(fmt::format("joint[{}]", j), name); }
@@ -416,6 +435,7 @@ void check_goal(const Problem& problem) {
     refuse("goal.rest", "true with goal.periodic = true", "one of the two",
            "remove rest: a periodic motion ends as it begins, and goes on");
   check_goal_against_joints(problem, index_bodies(problem.swimmer));
+  check_turn_of_gait(problem, index_bodies(problem.swimmer));
 }
 
 void check_costs(const Problem& problem) {

@@ -88,6 +88,7 @@ Results solve_task(const ProblemFile& file, study::SolveOptions options, const s
   Results results = begun_results(file, system, command);
   if (first) {
     require_same_tree(first->results, first->path, system, false);
+    require_whole(first->results, first->path);
     options.first = study::first_motion(system, file.problem, first->results.solution);
   }
   try {

@@ -282,7 +282,7 @@ std::string verdict(const file::Results& results) {
   if (results.solution.status == Status::optimal && proof.replay && parts_of_cost &&
       proof.replay->works_otherwise(parts_of_cost->work))
     words += fmt::format(", of a cost whose nodes see {} J of work where the joints do {} J",
-                         number(parts_of_cost->work, 2), number(proof.replay->work, 2));
+                         number(parts_of_cost->work, 4), number(proof.replay->work, 4));
   if (without_motion(results))
     return fmt::format(
         "{}: no motion was found; what is shown is the search’s last trial, whose steps do not follow from "

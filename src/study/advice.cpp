@@ -23,6 +23,7 @@ using maneuver::Solution;
 using maneuver::Status;
 
 constexpr int few_steps = 50;
+constexpr double enough_digits = 1.0005;    // so that four digits of a time are enough of it
 constexpr double loosest_tolerance = 1e-4;  // of stationarity, that is worth proposing
 constexpr double nearly_there = 1e-3;       // rad or swimmer's sizes, of a goal
 constexpr double other_units = 1e3;         // times a bound on moments, by which motions of these sizes hardly break it
@@ -69,7 +70,7 @@ std::string time_for_motion(const Problem& problem, const Certificate& proof, co
   const model::System system(problem.swimmer);
   if (!(proof.goal_error <= nearly_there * std::min(1.0, system.size()))) return "";
   const std::optional<double> seconds = enough_time(system, problem, solution);
-  return seconds ? " (in " + number(*seconds, 3) + " s the motors are up to this motion)" : "";
+  return seconds ? " (in " + number(*seconds * enough_digits, 4) + " s the motors are up to this motion)" : "";
 }
 
 // How many times as many steps would resolve a motion, by the order at which what its replay misses falls.
@@ -158,8 +159,8 @@ std::string unseen_work(const Certificate& proof, const Solution& solution) {
   const auto& parts = solution.cost_parts;
   const auto& replay = proof.replay;
   if (!parts || !replay || !replay->works_otherwise(parts->work)) return "";
-  return " By its replay the joints do " + number(replay->work, 3) + " J of work, by the nodes that the cost counts " +
-         number(parts->work, 3) +
+  return " By its replay the joints do " + number(replay->work, 4) + " J of work, by the nodes that the cost counts " +
+         number(parts->work, 4) +
          " J: moments change faster than these steps show, and costs of work, power and transport are not what they "
          "seem. More weight on cost.effort, or one on cost.smoothness, makes moments smoother.";
 }

@@ -21,6 +21,7 @@ using maneuver::Status;
 
 constexpr double cheaper_share = 1e-6;  // of the cost, by which a motion is cheaper
 constexpr int few_arrived = 3;          // first guesses for each that arrived, from which on minima may be missing
+constexpr int hops_for_each = 4;        // first guess
 
 // Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then resolved, then cheap.
 std::tuple<bool, bool, bool, bool, double> rank(const Problem& problem, const Answer& answer) {
@@ -52,10 +53,21 @@ std::string cheaper_ones(const Problem& problem, const std::vector<Certified>& f
   return words;
 }
 
-// Where few first guesses arrived, as a sentence.
+// Whether nearly every search ended somewhere else, so that others would, too.
+bool met_once(const maneuver::SearchRecord& search) {
+  return search.solved >= few_arrived &&
+         few_arrived * search.solved < (few_arrived + 1) * static_cast<int>(search.minima.size());
+}
+
+// Where few first guesses arrived, or the best minimum was met by one of many only, as a sentence.
 std::string few_arrivals(const Solution& solution) {
   const auto& search = solution.search;
   const int tried = search.starts + search.hops;
+  if (met_once(search))
+    return " The " + std::to_string(search.solved) + " searches that arrived ended at " +
+           std::to_string(search.minima.size()) + " minima: " +
+           (search.hops > 0 ? "more hops" : "[search] hops = " + std::to_string(hops_for_each * search.starts)) +
+           ", more starts or another seed may find a cheaper one.";
   if (tried < few_arrived || few_arrived * search.solved > tried) return "";
   return " Of " + std::to_string(tried) + " searches " + std::to_string(search.solved) +
          " arrived: more starts or another seed may find a cheaper one.";

@@ -141,7 +141,7 @@ std::string unresolved(const Problem& problem, const Solution& solution, const C
   const auto& replay = proof.replay;
   if (!replay || std::isnan(replay->rotation_error)) return "it was not replayed";
   if (!(replay->rotation_error <= certificate::replay_mark))
-    return "its replay misses by " + number(replay->rotation_error) + " rad";
+    return "its replay misses by " + number(replay->rotation_error, 3) + " rad";
   return "";
 }
 

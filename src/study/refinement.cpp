@@ -14,6 +14,7 @@ namespace {
 constexpr int least_steps = 20;      // of a grid that is halved
 constexpr double round_off = 1e-12;  // of the cost: differences below are none
 constexpr double near = 1e-2;        // of the cost: grids that differ by no more hold the same motion
+constexpr double large_error = 0.01;  // of the cost
 
 }  // namespace
 
@@ -59,8 +60,15 @@ certificate::Refinement refine_cost(const maneuver::Problem& problem, double cos
 }
 
 std::string refinement_words(const certificate::Refinement& refinement) {
-  if (!std::isnan(refinement.cost_error) || refinement.grids.empty()) return "";
   std::ostringstream text;
+  if (!std::isnan(refinement.cost_error)) {
+    const double share = refinement.cost_error / std::abs(refinement.cost_limit);
+    if (!(share > large_error)) return "";
+    text << std::setprecision(2) << " The error of the cost, " << refinement.cost_error << ", is " << 100.0 * share
+         << " % of it: more steps make it smaller.";
+    return text.str();
+  }
+  if (refinement.grids.empty()) return "";
   text.precision(8);
   if (refinement.grids.size() < 3) {
     text << " Its cost has no error bar: from it searches on other grids, of half and of twice as many steps, do not "

@@ -110,6 +110,14 @@ TEST(Program, takes_a_first_motion_of_the_same_swimmer_alone) {
   EXPECT_EQ(other.exit_code, 3);
   EXPECT_NE(other.err.find("found 3 bodies; allowed: 10"), std::string::npos) << other.err;
   EXPECT_EQ(begun("translation", folder / "nowhere").exit_code, 6);
+  file::Results ended = results;  // as a march that did not get on
+  ended.problem.goal.reset();
+  ended.solution.status = maneuver::Status::stalled;
+  ended.certificate.reset();
+  file::write_solution(folder / "ended", ended);
+  const ProgramRun half = begun("translation", folder / "ended");
+  EXPECT_EQ(half.exit_code, 3);
+  EXPECT_NE(half.err.find("/status: found \"stalled\", a march that ended after 1 s"), std::string::npos) << half.err;
   for (const char* wrong : {"--time-limit nan", "--time-limit 0", "--starts 0", "--seed -1"})
     EXPECT_EQ(lamprey(folder, "solve " + example("translation") + " --out " + again + " " + wrong).exit_code, 2)
         << wrong;

@@ -207,6 +207,7 @@ TEST(ProblemFile, a_led_body_without_an_angular_velocity_moves_with_its_parent) 
   text.replace(text.find("rotation.tail = [0.0, 0.0, 0.75]"), 32, "rotation.tail = [0.0, 0.5, 0.0]");
   text.replace(text.find("rotation.back = [0.0, 0.0, 0.75]"), 32, "rotation.back = [0.0, 0.0, 0.0]");
   text.replace(text.find("rotation.middle = [0.0, 0.0, 0.25]"), 34, "rotation.middle = [0.0, 0.0, 0.0]");
+  text.replace(text.find("rotation.middle = [0.0, 0.0, 0.75]"), 34, "rotation.middle = [0.0, 0.0, 0.5]");
   const Problem turned = file::parse_problem(text, "x").problem;
   const Vector3d seen(-0.75 * std::sin(0.5), 0.0, 0.75 * std::cos(0.5));
   EXPECT_LE((turned.start.angular_velocity[3] - seen).norm(), 1e-15);

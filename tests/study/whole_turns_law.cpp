@@ -22,6 +22,10 @@ study::Answer answer_to(const maneuver::Problem& problem) {
   return study::answer(system, problem, options);
 }
 
+bool says(const study::Answer& answer, const std::string& words) {
+  return answer.solution.message.find(words) != std::string::npos;
+}
+
 // A quarter turn by four paddles, which no stroke manages.
 TEST(WholeTurnsSearch, turns_a_hull_by_its_paddles_where_strokes_do_not_arrive) {
   maneuver::Problem problem = example("/bench/problems/four_arms_yaw_90.toml", 100);
@@ -36,11 +40,14 @@ TEST(WholeTurnsSearch, turns_a_hull_by_its_paddles_where_strokes_do_not_arrive) 
 TEST(WholeTurnsSearch, finds_cheaper_ways_through_space) {
   maneuver::Problem problem = example("/examples/translation_in_space.toml", 100);
   problem.search.starts = 16;
-  const double swinging = answer_to(problem).solution.cost;
+  const study::Answer swinging = answer_to(problem);
+  EXPECT_TRUE(says(swinging, "whole_turns = 8 lets as many")) << swinging.solution.message;
+  EXPECT_TRUE(says(swinging, "minima: [search] hops = 64")) << swinging.solution.message;
   problem.search.whole_turns = 15;
   const study::Answer turning = answer_to(problem);
   EXPECT_EQ(turning.certificate.verdict, certificate::Verdict::proved) << turning.solution.message;
-  EXPECT_LE(turning.solution.cost, 0.6 * swinging);
+  EXPECT_LE(turning.solution.cost, 0.6 * swinging.solution.cost);
+  EXPECT_FALSE(says(turning, "whole_turns")) << turning.solution.message;
   EXPECT_EQ(turning.solution.search.starts, 16);
 }
 
@@ -54,9 +61,10 @@ TEST(WholeTurnsSearch, begins_with_the_same_guesses_before_the_last) {
 
 TEST(WholeTurnsSearch, swings_where_limits_let_no_joint_turn_round) {
   maneuver::Problem problem = example("/examples/rotation.toml", 60);
-  problem.search.starts = 3;
+  problem.search.starts = 8;
   for (const model::JointDescription& joint : problem.swimmer.joints) problem.limits.swing[joint.name] = 2.5;
   const study::Answer swinging = answer_to(problem);
+  EXPECT_FALSE(says(swinging, "whole_turns"));
   problem.search.whole_turns = 2;
   const study::Answer same = answer_to(problem);
   EXPECT_EQ(same.solution.cost, swinging.solution.cost);
