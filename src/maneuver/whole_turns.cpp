@@ -16,6 +16,7 @@ using model::at;
 constexpr double full_turn = 2.0 * std::numbers::pi;
 constexpr double least_turn = 1e-3;   // rad, of a goal that turns count for
 constexpr double spread = 0.7;        // of the logarithms of how much joints take part
+constexpr double slight = 0.02;       // rad
 constexpr double half_the_way = 0.5;  // that what was drawn may be off
 constexpr double most_beside = 2.0;   // rad, that a goal without a turn leaves to strokes
 constexpr double damping = 1e-6;      // of the largest effect
@@ -31,13 +32,15 @@ class EndTurns {
   }
 
   bool asked() const { return body_ >= 0; }
+  const Matrix3d& goal() const { return *maneuver_.end_rotation[at(body_)]; }
 
-  // rad, world frame: from where the body ends to the goal.
-  std::optional<Vector3d> left(const WholeTurns& turns) {
-    const auto still = [](int, double) -> Vector3d { return Vector3d::Zero(); };
-    if (!program_.go_to(swung(system_, maneuver_, still, turns))) return std::nullopt;
-    const Matrix3d end = program_.path().rotation.back()[at(body_)];
-    return lie::log(*maneuver_.end_rotation[at(body_)] * end.transpose());
+  // Where the body ends, body → world.
+  std::optional<Matrix3d> end(const WholeTurns& turns) {
+    const auto to_and_fro = [&](int j, double s) -> Vector3d {  // which wins nothing: the still motion is singular
+      return slight * std::pow(std::sin(std::numbers::pi * s), 2) * system_.joint(j).actuation.rowwise().sum();
+    };
+    if (!program_.go_to(swung(system_, maneuver_, to_and_fro, turns))) return std::nullopt;
+    return program_.path().rotation.back()[at(body_)];
   }
 
  private:
@@ -57,7 +60,7 @@ struct OneTurnEach {
 };
 
 OneTurnEach drawn_directions(const System& system, const std::vector<int>& joints, EndTurns& ends,
-                             const Vector3d& asked, Random& random) {
+                             const Matrix3d& still, Random& random) {
   const WholeTurns none(at(system.joint_count()), Vector3d::Zero());
   OneTurnEach drawn{none, MatrixXd::Zero(3, static_cast<Eigen::Index>(joints.size()))};
   for (std::size_t n = 0; n < joints.size(); ++n) {
@@ -65,8 +68,8 @@ OneTurnEach drawn_directions(const System& system, const std::vector<int>& joint
     const auto direction = static_cast<Eigen::Index>(random.uniform() * static_cast<double>(actuation.cols()));
     WholeTurns one = none;
     one[at(joints[n])] = drawn.along[at(joints[n])] = full_turn * actuation.col(direction).normalized();
-    if (const std::optional<Vector3d> left = ends.left(one))
-      drawn.effect.col(static_cast<Eigen::Index>(n)) = asked - *left;
+    if (const std::optional<Matrix3d> end = ends.end(one))
+      drawn.effect.col(static_cast<Eigen::Index>(n)) = lie::log(*end * still.transpose());
   }
   return drawn;
 }
@@ -107,11 +110,12 @@ std::optional<WholeTurns> whole_turns_to_goal(const System& system, const Maneuv
   EndTurns ends(system, maneuver, coordinates, rows);
   if (!ends.asked() || joints.empty()) return std::nullopt;
   WholeTurns turns(at(system.joint_count()), Vector3d::Zero());
-  const std::optional<Vector3d> asked = ends.left(turns);
-  if (!asked) return std::nullopt;
-  Vector3d way = *asked;  // or the other way round, the likelier the less that is longer
+  const std::optional<Matrix3d> still = ends.end(turns);
+  if (!still) return std::nullopt;
+  Vector3d way =
+      lie::log(ends.goal() * still->transpose());  // or the other way round, the likelier the less that is longer
   if (random.uniform() < way.norm() / full_turn) way -= full_turn * way.normalized();
-  const OneTurnEach one = drawn_directions(system, joints, ends, *asked, random);
+  const OneTurnEach one = drawn_directions(system, joints, ends, *still, random);
   const bool turned = way.norm() >= least_turn;
   VectorXd numbers = VectorXd::Zero(one.effect.cols());
   if (turned) numbers = numbers_of_turns(one.effect, share_of_way * way, random);

@@ -29,7 +29,8 @@ constexpr std::size_t solved_strokes = 4;
 constexpr int least_steps_of_stroke = 12, steps_of_stroke = 20;
 constexpr int least_steps_of_turn = 16, steps_of_turn = 25;
 constexpr int searches_of_turns = 4;
-constexpr double wholly_turned = 0.5;     // of the searches
+constexpr double wholly_turned = 0.25;    // of the drawings
+constexpr int most_turns = 8;             // of a joint
 constexpr int drawn_turns = 4;            // of which the most promising are solved
 constexpr int free_durations = 8;         // tried of strokes, and one
 constexpr double little_broken = 0.1;     // units of the limits, which a search mends
@@ -179,12 +180,14 @@ std::vector<Found> solve_swum_strokes(const Grids& grids) {
 namespace {
 
 // Drawn turns and the strokes that bring them to the goal; no path where they do not get there.
-StrokesOnGrid turned_round(const Grids& grids, double share_of_way, maneuver::Random& random) {
+StrokesOnGrid turned_round(const Grids& grids, maneuver::Random& random) {
   StrokesOnGrid tried{.strokes = 1, .within_limits = false};
   const model::System& system = grids.system();
   const Problem& problem = grids.problem();
   const auto& [coordinates, rows, reason] = grids.reached();
-  const int most = problem.steps / least_steps_of_turn;
+  const int most = std::min(problem.steps / least_steps_of_turn, most_turns);
+  const double share_of_way =
+      random.uniform() < wholly_turned ? 1.0 : random.uniform();  // strokes may do the rest cheaper
   const std::optional<maneuver::WholeTurns> turns =
       maneuver::whole_turns_to_goal(system, maneuver::make_maneuver(system, problem, problem.steps), coordinates, rows,
                                     maneuver::joints_that_turn_round(system, problem), share_of_way, most, random);
@@ -209,10 +212,9 @@ StrokesOnGrid turned_round(const Grids& grids, double share_of_way, maneuver::Ra
 
 Found solve_whole_turns(const Grids& grids, std::uint64_t seed) {
   maneuver::Random random(seed);
-  const double share = random.uniform() < wholly_turned ? 1.0 : random.uniform();  // strokes may do the rest cheaper
-  StrokesOnGrid best = turned_round(grids, share, random);
+  StrokesOnGrid best = turned_round(grids, random);
   for (int draw = 1; draw < drawn_turns && !grids.budget().closing(); ++draw)
-    if (StrokesOnGrid other = turned_round(grids, share, random); other.rank() < best.rank()) best = std::move(other);
+    if (StrokesOnGrid other = turned_round(grids, random); other.rank() < best.rank()) best = std::move(other);
   Found found;
   if (best.path.rotation.empty()) {
     fail_for_want_of_motion(found.outcome);

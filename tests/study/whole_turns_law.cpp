@@ -1,6 +1,8 @@
 // Joints that turn all the way round find what strokes do not, and cheaper motions than joints that only swing.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "file/problem_file.hpp"
 #include "study/answer.hpp"
 #include "tolerance.hpp"
@@ -26,15 +28,16 @@ bool says(const study::Answer& answer, const std::string& words) {
   return answer.solution.message.find(words) != std::string::npos;
 }
 
-// A quarter turn by four paddles, which no stroke manages.
+// A quarter turn by four paddles, which no stroke manages: where neither guesses nor strokes arrive, turns are tried unasked.
 TEST(WholeTurnsSearch, turns_a_hull_by_its_paddles_where_strokes_do_not_arrive) {
-  maneuver::Problem problem = example("/bench/problems/four_arms_yaw_90.toml", 100);
-  problem.search.starts = 3;
-  problem.search.whole_turns = 2;
+  maneuver::Problem problem = example("/bench/problems/four_arms_yaw_90.toml", 200);
+  const double unasked = answer_to(problem).solution.cost;
+  problem.search.starts = 5;
+  problem.search.whole_turns = 4;
   const study::Answer answer = answer_to(problem);
   EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
   EXPECT_LE(answer.certificate.goal_error, tolerance(1e-10));
-  EXPECT_LE(answer.solution.cost, 0.1);
+  EXPECT_LE(std::max(answer.solution.cost, unasked), 0.1);
 }
 
 TEST(WholeTurnsSearch, finds_cheaper_ways_through_space) {
