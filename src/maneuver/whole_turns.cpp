@@ -98,7 +98,7 @@ std::vector<int> joints_that_turn_round(const System& system, const Problem& pro
     const model::Joint& joint = system.joint(j);
     const bool limited =
         limits.angle.contains(joint.name) || limits.swing.contains(joint.name) || limits.twist.contains(joint.name);
-    if (!limited && joint.actuation.cols() > 0) joints.push_back(j);
+    if (!limited && joint.stiffness == 0.0 && joint.actuation.cols() > 0) joints.push_back(j);
   }
   return joints;
 }

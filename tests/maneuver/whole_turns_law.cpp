@@ -169,6 +169,8 @@ TEST(WholeTurnsOfJoints, are_made_by_joints_that_nothing_holds) {
   problem.swimmer.joints[3].actuated = false;
   const model::System system(problem.swimmer);
   EXPECT_EQ(maneuver::joints_that_turn_round(system, problem), (std::vector<int>{0, 2}));
+  problem.swimmer.joints[0].stiffness = 0.1;
+  EXPECT_EQ(maneuver::joints_that_turn_round(model::System(problem.swimmer), problem), (std::vector<int>{2}));
   maneuver::Problem balls;
   balls.swimmer = paper_chain();
   balls.limits.swing["front"] = 1.0;
