@@ -10,6 +10,7 @@
 #include "maneuver/whole_turns.hpp"
 #include "study/enough_time.hpp"
 #include "study/faults.hpp"
+#include "study/method.hpp"
 #include "study/plain_words.hpp"
 
 namespace lamprey::study {
@@ -146,11 +147,9 @@ std::string untried_turns(const model::System& system, const Problem& problem) {
   const auto& joints = system.joints();
   const bool moved_by_all =
       std::all_of(joints.begin(), joints.end(), [](const auto& joint) { return joint.actuation.cols() > 0; });
-  if (search.starts < enough_starts || search.whole_turns > 0 || problem.control != maneuver::ControlKind::steps)
-    return "";
+  if (search.starts < enough_starts || search.whole_turns > 0 || !newton_takes(system, problem)) return "";
   if (!problem.goal || problem.goal->periodic || !moved_by_all || system.control_count() < 2) return "";
-  const std::vector<int> round = maneuver::joints_that_turn_round(system, problem);
-  if (round.empty()) return "";
+  if (maneuver::joints_that_turn_round(system, problem).empty()) return "";
   return " No first guess had joints turn all the way round, which can be cheaper ([search] whole_turns = " +
          std::to_string(search.starts / proposed_share) + " lets as many of them do so).";
 }

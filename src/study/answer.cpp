@@ -63,14 +63,15 @@ bool met_once(const maneuver::SearchRecord& search) {
 std::string few_arrivals(const Solution& solution) {
   const auto& search = solution.search;
   const int tried = search.starts + search.hops;
+  if (tried >= few_arrived && few_arrived * search.solved <= tried)
+    return " Of " + std::to_string(tried) + " searches " + std::to_string(search.solved) +
+           " arrived: more starts or another seed may find a cheaper one.";
   if (met_once(search))
     return " The " + std::to_string(search.solved) + " searches that arrived ended at " +
            std::to_string(search.minima.size()) + " minima: " +
            (search.hops > 0 ? "more hops" : "[search] hops = " + std::to_string(hops_for_each * search.starts)) +
            ", more starts or another seed may find a cheaper one.";
-  if (tried < few_arrived || few_arrived * search.solved > tried) return "";
-  return " Of " + std::to_string(tried) + " searches " + std::to_string(search.solved) +
-         " arrived: more starts or another seed may find a cheaper one.";
+  return "";
 }
 
 // Adds what was found out to the answer and its message.
@@ -140,7 +141,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   if (optimal)
     best.solution.message += advice_on_steps(problem, best.certificate, best.solution) +
                              unseen_work(best.certificate, best.solution) + few_arrivals(best.solution) +
-                             untried_turns(system, problem);
+                             (options.solver == Backend::ipopt ? "" : untried_turns(system, problem));
   parts.tell(candidates.unsearched, best.solution);
   best.solution.solver.total_wall_seconds = parts.seconds();
   return best;

@@ -11,9 +11,9 @@ namespace lamprey::study {
 
 namespace {
 
-constexpr int least_steps = 20;      // of a grid that is halved
-constexpr double round_off = 1e-12;  // of the cost: differences below are none
-constexpr double near = 1e-2;        // of the cost: grids that differ by no more hold the same motion
+constexpr int least_steps = 20;       // of a grid that is halved
+constexpr double round_off = 1e-12;   // of the cost: differences below are none
+constexpr double near = 1e-2;         // of the cost: grids that differ by no more hold the same motion
 constexpr double large_error = 0.01;  // of the cost
 
 }  // namespace

@@ -31,7 +31,7 @@ constexpr int least_steps_of_turn = 16, steps_of_turn = 25;
 constexpr int searches_of_turns = 4;
 constexpr double wholly_turned = 0.25;    // of the drawings
 constexpr int most_turns = 8;             // of a joint
-constexpr int drawn_turns = 4;            // of which the most promising are solved
+constexpr int drawn_turns = 4;            // of which the most promising one is solved
 constexpr int free_durations = 8;         // tried of strokes, and one
 constexpr double little_broken = 0.1;     // units of the limits, which a search mends
 constexpr double goal_of_strokes = 1e-3;  // units of the end rows, what is missed

@@ -5,6 +5,7 @@
 
 #include <numbers>
 
+#include "hull_with_paddles.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/reach.hpp"
 #include "model/system.hpp"
@@ -14,35 +15,6 @@ namespace lamprey::tests {
 namespace {
 
 using Eigen::Vector3d;
-
-// A hull with two pairs of arms on hinges, that shall turn.
-maneuver::Problem rowing(double turn) {
-  maneuver::Problem problem;
-  problem.swimmer.density = 1000.0;
-  problem.swimmer.bodies.resize(5);
-  const std::array names = {"hull", "fl", "fr", "rl", "rr"};
-  for (std::size_t i = 0; i < 5; ++i) {
-    problem.swimmer.bodies[i].name = names[i];
-    problem.swimmer.bodies[i].semi_axes = i == 0 ? Vector3d(0.5, 0.12, 0.12) : Vector3d(0.02, 0.15, 0.05);
-    if (i == 0) continue;
-    const double side = i % 2 == 1 ? 1.0 : -1.0;
-    model::JointDescription joint;
-    joint.name = names[i];
-    joint.kind = model::JointKind::hinge;
-    joint.parent = "hull";
-    joint.child = names[i];
-    joint.parent_offset = Vector3d(i < 3 ? 0.3 : -0.3, 0.13 * side, 0.0);
-    joint.child_offset = Vector3d(0.0, -0.16 * side, 0.0);
-    joint.axis = Vector3d(0, 0, 1);
-    problem.swimmer.joints.push_back(joint);
-  }
-  problem.start.rotation.assign(5, Vector3d::Zero());
-  problem.start.angular_velocity.assign(5, Vector3d::Zero());
-  problem.goal = maneuver::Goal();
-  problem.goal->turn = Vector3d(0.0, 0.0, turn);
-  problem.duration.value = 20.0;
-  return problem;
-}
 
 struct Rowed {
   model::System system;
@@ -69,7 +41,7 @@ double angle(const Rowed& rowed, std::size_t node, int joint) {
 
 TEST(Strokes, carry_the_swimmer_to_its_goal_and_end_in_its_first_shape) {
   for (const int strokes : {8, 16}) {
-    const Rowed found = rowed(rowing(0.3), strokes, false);
+    const Rowed found = rowed(hull_with_paddles(0.3), strokes, false);
     ASSERT_FALSE(found.strokes.path.rotation.empty());
     EXPECT_LE(found.strokes.missed, tolerance(1e-5)) << strokes;
     const Eigen::Matrix3d& hull = found.strokes.path.rotation.back()[0];
@@ -80,7 +52,7 @@ TEST(Strokes, carry_the_swimmer_to_its_goal_and_end_in_its_first_shape) {
 }
 
 TEST(Strokes, are_as_many_as_asked_for) {
-  const Rowed found = rowed(rowing(0.2), 8, false);
+  const Rowed found = rowed(hull_with_paddles(0.2), 8, false);
   int signs = 0;  // changes of an arm's sense of turning
   double before = 0.0;
   for (std::size_t k = 0; k + 1 < found.strokes.path.rotation.size(); ++k) {
@@ -92,7 +64,7 @@ TEST(Strokes, are_as_many_as_asked_for) {
 }
 
 TEST(Strokes, keep_to_the_joints_limits) {
-  maneuver::Problem problem = rowing(0.3);
+  maneuver::Problem problem = hull_with_paddles(0.3);
   for (const model::JointDescription& joint : problem.swimmer.joints) problem.limits.angle[joint.name] = {{-0.7, 0.9}};
   problem.limits.angular_velocity = 3.0;
   const int strokes = 12;
@@ -106,7 +78,7 @@ TEST(Strokes, keep_to_the_joints_limits) {
     }
   EXPECT_LE(largest, 0.7);
   EXPECT_GE(largest, 0.3) << "hardly a stroke";
-  const Rowed free = rowed(rowing(0.8), strokes, false);
+  const Rowed free = rowed(hull_with_paddles(0.8), strokes, false);
   double beyond = 0.0;
   for (std::size_t k = 0; k < free.strokes.path.rotation.size(); ++k)
     beyond = std::max(beyond, std::abs(angle(free, k, 0)));
@@ -115,7 +87,7 @@ TEST(Strokes, keep_to_the_joints_limits) {
 }
 
 TEST(Strokes, are_limited_alike_by_a_rate_of_each_joint_and_of_all) {
-  maneuver::Problem all = rowing(0.3), each = all;
+  maneuver::Problem all = hull_with_paddles(0.3), each = all;
   all.limits.angular_velocity = 2.0;
   for (const model::JointDescription& joint : each.swimmer.joints) each.limits.joint_angular_velocity[joint.name] = 2.0;
   const model::System system(all.swimmer);
@@ -127,8 +99,8 @@ TEST(Strokes, are_limited_alike_by_a_rate_of_each_joint_and_of_all) {
 }
 
 TEST(Strokes, are_the_same_for_the_same_seed) {
-  const Rowed one = rowed(rowing(0.2), 4, false, 3), same = rowed(rowing(0.2), 4, false, 3),
-              other = rowed(rowing(0.2), 4, false, 4);
+  const Rowed one = rowed(hull_with_paddles(0.2), 4, false, 3), same = rowed(hull_with_paddles(0.2), 4, false, 3),
+              other = rowed(hull_with_paddles(0.2), 4, false, 4);
   double apart = 0.0;
   for (std::size_t k = 0; k < one.strokes.path.rotation.size(); ++k) {
     EXPECT_EQ(one.strokes.path.rotation[k], same.strokes.path.rotation[k]);

@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <numbers>
 
 #include "chains.hpp"
+#include "hull_with_paddles.hpp"
 #include "maneuver/reach.hpp"
 #include "maneuver/shape_program.hpp"
 #include "maneuver/strokes.hpp"
@@ -21,36 +21,6 @@ using maneuver::WholeTurns;
 
 constexpr double round_once = 2.0 * std::numbers::pi;
 
-// A hull with two pairs of paddles, that shall turn.
-maneuver::Problem paddles(double turn) {
-  maneuver::Problem problem;
-  problem.swimmer.density = 1000.0;
-  problem.swimmer.bodies.resize(5);
-  for (std::size_t i = 0; i < 5; ++i) {
-    model::BodyDescription& body = problem.swimmer.bodies[i];
-    body.name = i == 0 ? "hull" : "paddle" + std::to_string(i);
-    body.semi_axes = i == 0 ? Vector3d(0.5, 0.12, 0.12) : Vector3d(0.02, 0.15, 0.05);
-    if (i == 0) continue;
-    const double side = i % 2 == 1 ? 1.0 : -1.0;
-    model::JointDescription joint;
-    joint.name = body.name;
-    joint.kind = model::JointKind::hinge;
-    joint.parent = "hull";
-    joint.child = body.name;
-    joint.parent_offset = Vector3d(i < 3 ? 0.3 : -0.3, 0.13 * side, 0.0);
-    joint.child_offset = Vector3d(0.0, -0.16 * side, 0.0);
-    joint.axis = Vector3d(0, 0, 1);
-    problem.swimmer.joints.push_back(joint);
-  }
-  problem.start.rotation.assign(5, Vector3d::Zero());
-  problem.start.angular_velocity.assign(5, Vector3d::Zero());
-  problem.goal = maneuver::Goal();
-  problem.goal->turn = Vector3d(0.0, 0.0, turn);
-  problem.duration.value = 10.0;
-  problem.steps = 200;
-  return problem;
-}
-
 // A problem with what its guesses are made of.
 struct Turning {
   maneuver::Problem problem;
@@ -62,7 +32,7 @@ struct Turning {
   explicit Turning(const maneuver::Problem& asked)
       : problem(asked),
         system(problem.swimmer),
-        maneuver(maneuver::make_maneuver(system, problem, problem.steps)),
+        maneuver(maneuver::make_maneuver(system, problem, 200)),
         coordinates(system) {
     const maneuver::NodePath guess = maneuver::random_guess(system, maneuver, 1);
     coordinates = *maneuver::reachable_coordinates(system, maneuver, guess);
@@ -118,7 +88,7 @@ TEST(WholeTurnsOfJoints, end_in_the_shape_that_there_would_be_without_them) {
 }
 
 TEST(WholeTurnsOfJoints, lead_as_far_as_they_were_drawn_for) {
-  const Turning turning(paddles(1.5));
+  const Turning turning(hull_with_paddles(1.5));
   int drawn = 0, other_way = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed)
     for (const double share : {1.0, 0.4}) {
@@ -141,7 +111,7 @@ TEST(WholeTurnsOfJoints, lead_as_far_as_they_were_drawn_for) {
 }
 
 TEST(WholeTurnsOfJoints, and_strokes_arrive) {
-  const Turning turning(paddles(1.5));
+  const Turning turning(hull_with_paddles(1.5));
   int arrived = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const std::optional<WholeTurns> turns = turning.drawn(seed);
@@ -164,8 +134,8 @@ TEST(WholeTurnsOfJoints, and_strokes_arrive) {
 }
 
 TEST(WholeTurnsOfJoints, are_made_by_joints_that_nothing_holds) {
-  maneuver::Problem problem = paddles(1.0);
-  problem.limits.angle["paddle2"] = {{-1.0, 1.0}};
+  maneuver::Problem problem = hull_with_paddles(1.0);
+  problem.limits.angle["fr"] = {{-1.0, 1.0}};
   problem.swimmer.joints[3].actuated = false;
   const model::System system(problem.swimmer);
   EXPECT_EQ(maneuver::joints_that_turn_round(system, problem), (std::vector<int>{0, 2}));
@@ -181,7 +151,7 @@ TEST(WholeTurnsOfJoints, are_made_by_joints_that_nothing_holds) {
 
 // Where nothing is to be turned, turns to and fro may still carry the swimmer along.
 TEST(WholeTurnsOfJoints, towards_goals_without_a_turn_hardly_turn_the_swimmer) {
-  const Turning turning(paddles(0.0));
+  const Turning turning(hull_with_paddles(0.0));
   int drawn = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed)
     if (const std::optional<WholeTurns> turns = turning.drawn(seed)) {
