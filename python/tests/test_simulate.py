@@ -184,6 +184,12 @@ def test_loops_of_angles_repeat_and_move_the_swimmer_alike_each_time(three_links
     for duration in ({}, {"duration": 4.0}):  # of all cycles together
         by_function = lp.simulate(three_links, angles=loop, cycles=4, steps=400, **duration)
         assert np.abs(by_function.position[-1] - often.position[-1]).max() < 1e-6
+    of_problem = three_links.changed(time={"steps": 100, "duration": 1.0})  # as many steps in each cycle
+    by_default = lp.simulate(of_problem, angles=loop, cycles=4)
+    assert len(by_default.time) == 401
+    assert np.abs(by_default.position[-1] - often.position[-1]).max() < 1e-9
+    with pytest.raises(lp.InputError, match="found 4 in 402 steps; allowed: as many steps in each cycle"):
+        lp.simulate(three_links, angles=loop, cycles=4, steps=402)
     with pytest.raises(lp.InputError, match="between its last and its first angle"):
         lp.simulate(three_links, angles=loop, cycles=4, steps=400, duration=3.0)
     with pytest.raises(lp.InputError, match="between its last and its first angle"):

@@ -120,7 +120,7 @@ struct Certificate {
   std::optional<CostsKept> costs;    // where the problem has costs beside effort and time
   std::optional<LimitsKept> limits;  // where the problem has any, or waypoints, or a free duration
   std::optional<SecondOrder> second_order;
-  std::optional<AllAxes> all_axes;  // where control_axes confine an actuated joint
+  std::optional<AllAxes> all_axes;  // where control_axes confine an actuated joint and there are no limits
   std::optional<Verdict> verdict;   // of sought motions
   std::optional<Replay> replay;
   std::optional<Refinement> refinement;

@@ -87,9 +87,9 @@ std::optional<SecondOrder> curvature(const StoredMotion& motion, const std::opti
   return motion.steps_known ? second_order(motion, momentum_scale, kkt) : std::nullopt;
 }
 
-// The problem with all that confined joints leave free; nothing where none is confined.
+// The problem with all that confined joints leave free; nothing where none is confined, or limits may name their axes.
 std::optional<maneuver::Problem> with_all_axes(const model::System& system, const maneuver::Problem& problem) {
-  if (problem.limits.any()) return std::nullopt;  // limits on moments name axes
+  if (problem.limits.any()) return std::nullopt;
   maneuver::Problem free = problem;
   bool any = false;
   for (int j = 0; j < system.joint_count(); ++j)

@@ -16,7 +16,7 @@ struct Options {
   bool second_order = true;
   bool replay = true;
   double replay_tolerance = 1e-12;  // of a step of the reference integrator
-  std::function<bool()> stopped{};  // ends replays, whose numbers then stay NaN; empty: nothing does
+  std::function<bool()> stopped{};  // ends the replays without servos, whose numbers then stay NaN; empty: nothing does
 };
 
 /// Everything that can be checked of the answer. `system` is that of the problem's swimmer; `solution` has its shapes.

@@ -151,6 +151,7 @@ Reach reach_of_table(const ControlSamples& samples) {
   constexpr int looks = 8;  // from row to row
   const auto rows = static_cast<Eigen::Index>(samples.time.size());
   const auto joints = static_cast<Eigen::Index>(samples.control.front().size());
+  if (joints == 0) return {};
   Eigen::MatrixXd values(3 * joints, rows);
   for (Eigen::Index r = 0; r < rows; ++r)
     for (Eigen::Index j = 0; j < joints; ++j)

@@ -51,6 +51,10 @@ void require_same_tree(const Results& results, const std::string& path, const mo
   if (problem.bodies.size() != bodies)
     refuse_motion(path, "/problem/bodies", fmt::format("{} bodies", problem.bodies.size()),
                   fmt::format("{}, as the problem's swimmer has", bodies), "choose a motion of the same swimmer");
+  const auto joints = static_cast<std::size_t>(swimmer.joint_count());
+  if (problem.joints.size() != joints)
+    refuse_motion(path, "/problem/joints", fmt::format("{} joints", problem.joints.size()),
+                  fmt::format("{}, as the problem's swimmer has", joints), "choose a motion of the same swimmer");
   for (std::size_t j = 0; j < problem.joints.size(); ++j) {
     const ResolvedJoint& joint = problem.joints[j];
     const model::Joint& own = swimmer.joint(static_cast<int>(j));

@@ -214,7 +214,8 @@ TableHeader read_table_header(TableKind kind, const std::vector<std::string_view
   std::vector<std::optional<JointPart>> place;
   for (std::size_t n = 1; n < labels.size(); ++n) place.push_back(known.named(labels[n].name));
   header.named = std::any_of(place.begin(), place.end(), [](const auto& one) { return one.has_value(); });
-  if (!header.named && kind == TableKind::angles)  // nobody would take degrees for radians, or one joint for another
+  if (!header.named && kind == TableKind::angles &&
+      !known.in_order().empty())  // nobody would take degrees for radians, or one joint for another
     for (std::size_t n = 1; n < labels.size(); ++n)
       if (known.begins_with_joint(labels[n].name)) {
         header.fault = {

@@ -1,7 +1,8 @@
 #include "file/limits_json.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
+
+#include "file/json_text.hpp"
 
 namespace lamprey::file {
 
@@ -14,19 +15,11 @@ using maneuver::Waypoint;
 
 constexpr int most_index = 1'000'000;
 
-std::string number_text(double value) { return fmt::format("{:.17g}", value == 0.0 ? 0.0 : value); }
-std::string vector_json(const Vector3d& v) {
-  return fmt::format("[{}, {}, {}]", number_text(v[0]), number_text(v[1]), number_text(v[2]));
-}
-std::string quoted(const std::string& text) {
-  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
 // Members of an object on one line.
 class Members {
  public:
   void add(const std::string& name, const std::string& value) {
-    text_ += fmt::format("{}{}: {}", text_.empty() ? "" : ", ", quoted(name), value);
+    text_ += fmt::format("{}{}: {}", text_.empty() ? "" : ", ", json(name), value);
   }
   std::string finished() const { return "{" + text_ + "}"; }
 
@@ -43,13 +36,13 @@ std::string one_line_each(const Values& values, const std::string& indent, const
 
 std::string by_name(const std::map<std::string, double>& values) {
   Members members;
-  for (const auto& [name, value] : values) members.add(name, number_text(value));
+  for (const auto& [name, value] : values) members.add(name, json_number(value));
   return members.finished();
 }
 
 void add_for_joints(const char* key, const std::optional<double>& all, const std::map<std::string, double>& by_joint,
                     Members& members) {
-  if (all) members.add(key, number_text(*all));
+  if (all) members.add(key, json_number(*all));
   if (!by_joint.empty()) members.add(key, by_name(by_joint));
 }
 
@@ -88,21 +81,21 @@ std::string limits_text(const Limits& limits) {
     for (const auto& [name, bounds] : limits.angle) {
       std::vector<std::string> pairs;
       for (const std::array<double, 2>& range : bounds)
-        pairs.push_back(fmt::format("[{}, {}]", number_text(range[0]), number_text(range[1])));
+        pairs.push_back(fmt::format("[{}, {}]", json_number(range[0]), json_number(range[1])));
       angles.add(name, pairs.size() == 1 ? pairs.front() : fmt::format("[{}]", fmt::join(pairs, ", ")));
     }
     members.add("angle", angles.finished());
   }
-  if (limits.clearance) members.add("clearance", number_text(*limits.clearance));
+  if (limits.clearance) members.add("clearance", json_number(*limits.clearance));
   std::string list;
   for (const maneuver::KeepOutSphere& sphere : limits.spheres)
-    list += fmt::format("{}{{\"centre\": {}, \"radius\": {}}}", list.empty() ? "" : ", ", vector_json(sphere.centre),
-                        number_text(sphere.radius));
+    list += fmt::format("{}{{\"centre\": {}, \"radius\": {}}}", list.empty() ? "" : ", ", json(sphere.centre),
+                        json_number(sphere.radius));
   if (!list.empty()) members.add("sphere", "[" + list + "]");
   list.clear();
   for (const maneuver::KeepOutHalfSpace& half : limits.half_spaces)
-    list += fmt::format("{}{{\"point\": {}, \"normal\": {}}}", list.empty() ? "" : ", ", vector_json(half.point),
-                        vector_json(half.normal));
+    list += fmt::format("{}{{\"point\": {}, \"normal\": {}}}", list.empty() ? "" : ", ", json(half.point),
+                        json(half.normal));
   if (!list.empty()) members.add("half_space", "[" + list + "]");
   return members.finished();
 }
@@ -148,13 +141,13 @@ Limits read_limits(const JsonReader& reader) {
 std::string waypoints_text(const std::vector<Waypoint>& waypoints) {
   return one_line_each(waypoints, "      ", [](const Waypoint& waypoint) {
     Members members, rotation;
-    members.add("time", number_text(waypoint.time));
+    members.add("time", json_number(waypoint.time));
     std::string move;
     for (const auto& entry : waypoint.move)
-      move += (move.empty() ? "" : ", ") + (entry ? number_text(*entry) : std::string("\"free\""));
+      move += (move.empty() ? "" : ", ") + (entry ? json_number(*entry) : std::string("\"free\""));
     members.add("move", "[" + move + "]");
-    members.add("turn", waypoint.turn ? vector_json(*waypoint.turn) : "null");
-    for (const auto& [name, value] : waypoint.rotation) rotation.add(name, vector_json(value));
+    members.add("turn", waypoint.turn ? json(*waypoint.turn) : "null");
+    for (const auto& [name, value] : waypoint.rotation) rotation.add(name, json(value));
     members.add("rotation", rotation.finished());
     return members.finished();
   });
@@ -181,13 +174,13 @@ std::vector<Waypoint> read_waypoints(const JsonReader& reader) {
 std::string limit_multipliers_text(const std::vector<LimitMultiplier>& multipliers) {
   return one_line_each(multipliers, "    ", [](const LimitMultiplier& own) {
     Members members;
-    members.add("key", quoted(own.key));
+    members.add("key", json(own.key));
     members.add("joint", fmt::format("{}", own.joint));
     members.add("bodies", fmt::format("[{}, {}]", own.body, own.other_body));
     members.add("component", fmt::format("{}", own.component));
     members.add("upper", own.upper ? "true" : "false");
     std::string values;
-    for (double value : own.multiplier) values += (values.empty() ? "" : ", ") + number_text(value);
+    for (double value : own.multiplier) values += (values.empty() ? "" : ", ") + json_number(value);
     members.add("multiplier", "[" + values + "]");
     return members.finished();
   });

@@ -27,7 +27,12 @@ void sample_angles(MarchOptions& options, const Problem& problem) {
   if (!options.angle) return;
   const double duration = options.duration > 0.0 ? options.duration / options.cycles : problem.duration.value;
   const int steps = options.steps > 0 ? options.steps : problem.steps;
-  const int nodes = std::max(1, steps / options.cycles);
+  const bool of_one_cycle = options.steps == 0 && options.duration == 0.0;  // and the march takes as many in each
+  if (!of_one_cycle && steps % options.cycles != 0)
+    throw model::InputError("cycles", fmt::format("found {} in {} steps; allowed: as many steps in each cycle of a "
+                                                  "function of time; set steps to a multiple of {}",
+                                                  options.cycles, steps, options.cycles));
+  const int nodes = of_one_cycle ? steps : steps / options.cycles;
   AngleSamples samples;
   for (int k = 0; k <= nodes; ++k) {
     samples.time.push_back(k * duration / nodes);
@@ -103,9 +108,18 @@ void require_gait(const MarchOptions& options) {
   if (options.followed && options.followed->solution.time.size() < 2) refuse("no motion in " + options.followed_path);
 }
 
+void require_few_rows(const MarchOptions& options, std::size_t rows) {
+  if (static_cast<double>(rows) * options.cycles <= static_cast<double>(step_limit)) return;
+  throw model::InputError(
+      "cycles", fmt::format("found {} of {} rows each; allowed: at most {} rows in all; march fewer", options.cycles,
+                            rows, step_limit));
+}
+
 // A stored gait, or the period of a table, again and again, and the march as long.
 void repeat_gait(MarchOptions& options, Problem& problem) {
   if (options.cycles == 1) return;
+  if (options.angles) require_few_rows(options, options.angles->time.size());
+  if (options.controls) require_few_rows(options, options.controls->time.size());
   if (options.angles) return repeat(options.cycles, options.angles_path, problem.swimmer.joints, *options.angles);
   const bool of_table = options.controls && (options.controls->source == ControlSource::table ||
                                              options.controls->source == ControlSource::lines);
@@ -365,7 +379,6 @@ void describe_as_marched(bool spline, Results& results) {
 
 Results march_task(ProblemFile file, MarchOptions options, const std::string& command) {
   lay_out(options, file.problem);
-  require_supported(file, Purpose::simulate);
   const model::System system = system_of(file);
   const std::unique_ptr<Followed> followed = followed_from_start(options, system, file.problem);
   if (options.controls) begin_as(*options.controls, file.problem);

@@ -24,13 +24,13 @@ constexpr const char* reason = "ellipses move in the plane of e_1 and e_2";
 
 // A direction in the plane, such as an offset.
 void require_within(const std::string& key, const Vector3d& v) {
-  if (std::abs(v[2]) <= in_plane * v.norm()) return;
+  if (std::abs(v[2]) <= in_plane * v.stableNorm()) return;
   refuse(key, shown(v), fmt::format("0 along e_3: {}", reason), "set its third number to 0");
 }
 
 // A turn in the plane, such as a rotation vector or an axis.
 void require_about_normal(const std::string& key, const Vector3d& v, const char* cure = "write [0.0, 0.0, angle]") {
-  if (v.head<2>().norm() <= in_plane * v.norm()) return;
+  if (v.head<2>().stableNorm() <= in_plane * v.stableNorm()) return;
   refuse(key, shown(v), fmt::format("a turn about e_3: {}", reason), cure);
 }
 

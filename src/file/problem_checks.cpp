@@ -323,16 +323,19 @@ void check_goal_against_joints(const Problem& problem, const Index& index) {
   }
 }
 
-// The bodies of a gait turn alike: its root as goal.turn has it.
+// The bodies of a gait turn alike: its root as goal.turn has it, the others with it.
 void check_turn_of_gait(const Problem& problem, const Index& index) {
   const maneuver::Goal& goal = *problem.goal;
-  if (!goal.periodic || !goal.turn) return;
+  if (!goal.periodic) return;
   for (const model::BodyDescription& body : problem.swimmer.bodies) {
     const auto& joints = problem.swimmer.joints;
     const auto own = goal.rotation.find(body.name);
     if (own == goal.rotation.end() || !own->second) continue;
     if (std::any_of(joints.begin(), joints.end(), [&](const auto& joint) { return joint.child == body.name; }))
-      continue;
+      refuse(end_key(problem, body.name), "the end of a body that a joint leads, in a periodic goal",
+             "goal.turn or the rotation of the root, with which the bodies of a gait turn alike",
+             "say where the root ends, or remove periodic");
+    if (!goal.turn) continue;
     const double beside = lie::rotation_angle(
         (lie::exp(*goal.turn) * start_rotation(problem, index, body.name)).transpose() * lie::exp(*own->second));
     if (beside > angle_tolerance)

@@ -32,11 +32,11 @@ ProblemFile parse_problem(const std::string& bytes, const std::string& path);
 /// The error with file, line and column of its key, or of the nearest enclosing key that the file has.
 model::InputError located(const model::InputError& error, const ProblemFile& file);
 
-/// What is to be done with a problem: marching needs a start and a model, a maneuver needs the goal as well.
-enum class Purpose { simulate, solve, solve_with_ipopt };
+/// By which solver a maneuver is sought; marching takes everything that can be read.
+enum class Purpose { solve, solve_with_ipopt };
 
 /// Throws model::InputError, with its place, for what the interface describes but this version cannot solve yet, and for
-/// a goal that is missing. Everything that can be read can be marched.
+/// a goal that is missing.
 void require_supported(const ProblemFile& file, Purpose purpose);
 
 /// Throws model::InputError, with its place, where a maneuver's given start, or the end that its goal fixes, breaks one of its

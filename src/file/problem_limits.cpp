@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -97,7 +98,7 @@ void read_keep_out(const TableReader& table, Limits& limits) {
     half.require("point", "three numbers (m), a point of its face, world");
     half.require("normal", "three numbers, not all 0: the direction out of it, world");
     const Vector3d normal = *half.vector("normal", any_number(""));
-    if (normal.norm() == 0.0)
+    if (normal.isZero(0.0))
       refuse(half.key("normal"), shown(normal), "three numbers, not all 0", "give the direction out of the half-space");
     limits.half_spaces.push_back({*half.vector("point", any_number("m")), normal});
   }
@@ -124,12 +125,14 @@ std::string contradiction(const maneuver::Waypoint& first, const maneuver::Waypo
 }
 
 void check_waypoints_agree(const Problem& problem) {
-  for (std::size_t n = 0; n < problem.waypoints.size(); ++n)
-    for (std::size_t m = 0; m < n; ++m) {
-      const double apart = problem.waypoints[n].time - problem.waypoints[m].time;
-      const std::string what = std::abs(apart) < 0.5 * problem.time_step()
-                                   ? contradiction(problem.waypoints[m], problem.waypoints[n])
-                                   : std::string();
+  std::vector<std::size_t> order(problem.waypoints.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto time = [&](std::size_t n) { return problem.waypoints[n].time; };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return time(a) < time(b); });
+  for (auto one = order.begin(); one != order.end(); ++one)
+    for (auto next = one + 1; next != order.end() && time(*next) - time(*one) < 0.5 * problem.time_step(); ++next) {
+      const auto [m, n] = std::minmax(*one, *next);
+      const std::string what = contradiction(problem.waypoints[m], problem.waypoints[n]);
       if (!what.empty())
         refuse(fmt::format("waypoint[{}].{}", n, what),
                fmt::format("another {} than that of waypoint[{}], at the same time", what, m),

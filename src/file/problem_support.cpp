@@ -205,7 +205,6 @@ void require_ends_within_limits(const ProblemFile& file) {
 }
 
 void require_supported(const ProblemFile& file, Purpose purpose) {
-  if (purpose == Purpose::simulate) return;  // marching knows no bounds
   const maneuver::Problem& problem = file.problem;
   try {
     const bool transcribed = purpose == Purpose::solve_with_ipopt || problem.control == maneuver::ControlKind::spline ||

@@ -37,7 +37,7 @@ std::string place(const ShapedArray& array, std::size_t flat) {
   return array.path() + indices;
 }
 
-void require_finite(const ShapedArray& array) {
+void require_finite_array(const ShapedArray& array) {
   for (std::size_t i = 0; i < array.values.size(); ++i)
     if (!std::isfinite(array.values[i]))
       throw std::domain_error(fmt::format("{}: found {}, which no result may hold", place(array, i), array.values[i]));
@@ -51,7 +51,7 @@ ShapedArray by_node(ShapedArray array, const std::vector<Value>& values, std::si
   array.shape = {nodes};
   array.shape.insert(array.shape.end(), tail.begin(), tail.end());
   for (const Value& value : values) append(value, array.values);
-  require_finite(array);
+  require_finite_array(array);
   return array;
 }
 
@@ -66,7 +66,7 @@ ShapedArray by_node_and_part(ShapedArray array, const std::vector<std::vector<Va
     require_length(array, parts.size(), count);
     for (const Value& value : parts) append(value, array.values);
   }
-  require_finite(array);
+  require_finite_array(array);
   return array;
 }
 
@@ -83,7 +83,7 @@ void add_stages(const maneuver::Solution& s, std::size_t steps, std::size_t join
       for (const Vector3d& moment : moments) append(moment, control.values);
     }
   }
-  require_finite(control);
+  require_finite_array(control);
   arrays.push_back(control);
   arrays.push_back(by_node_and_part(ShapedArray{"", "stage_time", "s", {}, {}}, s.stage_time, steps, stages, {}));
 }
@@ -104,7 +104,7 @@ void add_feedback(const Results& results, std::vector<ShapedArray>& arrays) {
     for (Eigen::Index row = 0; row < matrix.rows(); ++row)
       for (Eigen::Index column = 0; column < matrix.cols(); ++column) gain.values.push_back(matrix(row, column));
   }
-  require_finite(gain);
+  require_finite_array(gain);
   arrays.push_back(gain);
 }
 

@@ -387,10 +387,11 @@ maneuver::SearchRecord read_search(const JsonReader& reader) {
     maneuver::Minimum& read = search.minima.back();
     if (minimum.has("by_ipopt")) read.by_ipopt = minimum.at("by_ipopt").integer(0, read.count);
   }
-  int counted = 0;
+  long long counted = 0;
   for (const maneuver::Minimum& minimum : search.minima) counted += minimum.count;
   if (counted != search.solved) minima.refuse("minima whose counts add up to solved");
-  if (search.solved > search.starts + search.hops) reader.at("solved").refuse("no more than starts and hops");
+  if (search.solved > static_cast<long long>(search.starts) + search.hops)
+    reader.at("solved").refuse("no more than starts and hops");
   return search;
 }
 

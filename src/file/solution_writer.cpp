@@ -1,4 +1,4 @@
-#include <charconv>
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "file/json_text.hpp"
 #include "file/limits_json.hpp"
 #include "file/result_shapes.hpp"
 #include "file/solution_file.hpp"
@@ -17,36 +18,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-// Names and messages come from people: whatever is not UTF-8 is replaced rather than refused.
-std::string json(std::string_view text) {
-  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-// 17 digits; the sign of a negative zero survives only with a decimal point, since readers take "-0" for a whole number.
-template <class Text>
-void append_number(double value, Text& out) {
-  if (value == 0.0) {
-    out.append(std::string_view(std::signbit(value) ? "-0.0" : "0"));
-    return;
-  }
-  char text[32];  // a sign, 17 digits, a point and an exponent
-  const char* end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 17).ptr;
-  out.append(std::string_view(text, static_cast<std::size_t>(end - text)));
-}
-
-std::string number(double value) {
-  std::string text;
-  append_number(value, text);
-  return text;
-}
-
-std::string json(bool value) { return value ? "true" : "false"; }
-std::string json(int value) { return fmt::format("{}", value); }
-std::string json(double value) { return std::isfinite(value) ? number(value) : "null"; }
-std::string json(const Vector3d& v) { return fmt::format("[{}, {}, {}]", number(v[0]), number(v[1]), number(v[2])); }
-std::string json(const Matrix3d& m) {
-  return fmt::format("[{}, {}, {}]", json(Vector3d(m.row(0))), json(Vector3d(m.row(1))), json(Vector3d(m.row(2))));
-}
 
 template <class Values, class Writer>
 std::string json_list(const Values& values, const Writer& writer) {
@@ -72,14 +43,10 @@ class ObjectText {
   std::string text_;
 };
 
-void require_finite(bool finite, const std::string& field) {
-  if (!finite) throw std::domain_error(field + ": found a number that is not finite, which no result may hold");
-}
-
 // Entries of one node in nested brackets, the node on one line.
 void append_entries(const ShapedArray& array, std::size_t axis, std::size_t& at, fmt::memory_buffer& out) {
   if (axis == array.shape.size()) {
-    append_number(array.values[at++], out);
+    out.append(std::string_view(json_number(array.values[at++])));
     return;
   }
   out.push_back('[');
@@ -396,6 +363,7 @@ void add_arrays(const std::vector<ShapedArray>& arrays, ObjectText& text) {
 }
 
 void require_nodes(const char* field, const std::vector<double>& values, const maneuver::Solution& solution) {
+  require_finite(std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }), field);
   if (!solution.time.empty() && values.size() != solution.time.size())
     throw std::domain_error(fmt::format("{}: found {} entries, needs {}", field, values.size(), solution.time.size()));
 }
@@ -424,12 +392,15 @@ std::string solution_text(const Results& results) {
   text.add("status", json(word(solution.status)));
   text.add("message", json(solution.message));
   text.add("cost", json(solution.cost));
-  if (const auto& parts = solution.cost_parts)
+  if (const auto& parts = solution.cost_parts) {
+    for (const double part : {parts->effort, parts->work, parts->power, parts->smoothness, parts->time})
+      require_finite(std::isfinite(part), "cost_parts");
     text.add("cost_parts",
              fmt::format(
                  "{{\"effort\": {}, \"work\": {}, \"power\": {}, \"smoothness\": {}, \"time\": {}, \"transport\": {}}}",
                  json(parts->effort), json(parts->work), json(parts->power), json(parts->smoothness), json(parts->time),
                  json(parts->transport)));
+  }
   text.add("problem", problem_text(results.problem));
   const std::vector<ShapedArray> arrays = shaped_arrays(results);
   add_arrays(arrays, text);

@@ -43,7 +43,7 @@ void check_numbers(const Problem& problem) {
                  "a number > 0, at most 0.1");
   if (!problem.duration.free) return;
   require_number(problem.duration.min > 0.0, "time.min", problem.duration.min, "a number > 0 (s)");
-  require_number(problem.duration.max > problem.duration.min, "time.max", problem.duration.max, "more than time.min");
+  require_number(problem.duration.max >= problem.duration.min, "time.max", problem.duration.max, "at least time.min");
 }
 
 void check_limit_numbers(const maneuver::Limits& limits) {
@@ -60,7 +60,7 @@ void check_limit_numbers(const maneuver::Limits& limits) {
   for_joints("limits.angular_velocity", limits.angular_velocity, limits.joint_angular_velocity);
   for (const auto& [key, named] : {std::pair("limits.swing", &limits.swing), std::pair("limits.twist", &limits.twist)})
     for (const auto& [joint, value] : *named)
-      require_number(value > 0.0 && value < std::numbers::pi, key_path(key, joint).c_str(), value,
+      require_number(value > 0.0 && value <= std::numbers::pi, key_path(key, joint).c_str(), value,
                      "between 0 and π (rad)");
   for (const auto& [joint, pairs] : limits.angle)
     for (const auto& [least, most] : pairs)
@@ -70,14 +70,14 @@ void check_limit_numbers(const maneuver::Limits& limits) {
     require_number(*limits.clearance >= 0.0, "limits.clearance", *limits.clearance, "a number >= 0 (m)");
   for (const maneuver::KeepOutSphere& sphere : limits.spheres) positive("limits.sphere.radius", sphere.radius);
   for (const maneuver::KeepOutHalfSpace& half : limits.half_spaces)
-    require_number(std::isfinite(half.normal.norm()) && half.normal.norm() > 0.0, "limits.half_space.normal",
-                   half.normal.norm(), "three numbers, not all 0");
+    require_number(std::isfinite(half.normal.stableNorm()) && !half.normal.isZero(0.0), "limits.half_space.normal",
+                   half.normal.stableNorm(), "three numbers, not all 0");
 }
 
 void check_inertia(const model::SwimmerDescription& swimmer) {
-  for (const model::BodyDescription& body : swimmer.bodies)
-    if (body.body_inertia && !model::positive_definite(*body.body_inertia))
-      throw model::InputError(key_path("body_inertia", body.name), "found a matrix that is not positive definite");
+  for (std::size_t i = 0; i < swimmer.bodies.size(); ++i)
+    if (const auto& inertia = swimmer.bodies[i].body_inertia; inertia && !model::positive_definite(*inertia))
+      throw model::InputError(body_key(i, "body_inertia"), "found a matrix that is not positive definite");
 }
 
 template <typename Part>

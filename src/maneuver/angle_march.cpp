@@ -11,6 +11,7 @@
 #include "maneuver/moment_basis.hpp"
 #include "maneuver/motion.hpp"
 #include "maneuver/node_path.hpp"
+#include "maneuver/seen_shape.hpp"
 #include "mechanics/connection.hpp"
 
 namespace lamprey::maneuver {
@@ -41,17 +42,10 @@ struct JointMotion {
 
 JointMotion motion_of_joint(const System& system, int joint, const integrator::State& state) {
   const Joint& own = system.joint(joint);
-  const model::Body& child = system.body(own.child);
   const Matrix3d Q = mechanics::child_to_parent(state.rotation, own);
   const VectorXd velocity = integrator::velocity_of_state(system, state);
-  JointMotion motion{mechanics::turn_from_zero(own, Q, Vector3d::Zero())};
-  if (own.free()) {
-    const Vectors angular = mechanics::angular_velocities(system, state.rotation, velocity);
-    motion.rate = Q * angular[at(own.child)] - angular[at(own.parent)];
-  } else {
-    motion.rate.head(child.freedoms) = velocity.segment(child.velocity_offset, child.freedoms);
-  }
-  return motion;
+  const Vectors angular = mechanics::angular_velocities(system, state.rotation, velocity);
+  return {mechanics::turn_from_zero(own, Q, Vector3d::Zero()), joint_rate(system, own, Q, angular, velocity)};
 }
 
 // One march: nodes by momentum, then moments by what the joints' momenta change by.

@@ -33,7 +33,7 @@ NodePath at_rest(const model::System& system, const Maneuver& maneuver, integrat
 /// with no spring and no work per distance. Limits are not asked.
 bool rest_meets_goal(const model::System& system, const Problem& problem, const Maneuver& maneuver);
 
-/// Whether besides nothing can cost less: no gait, and nothing to win by a displacement.
+/// Whether besides no displacement is paid for, so that nothing can cost less.
 bool met_by_rest(const model::System& system, const Problem& problem, const Maneuver& maneuver);
 
 /// A motion near another one: its joints swing further, at random as random_guess's do. The root stays where it was.

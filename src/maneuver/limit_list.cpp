@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+#include <set>
 
 namespace lamprey::maneuver {
 
@@ -89,7 +91,7 @@ void add_body_rows(const System& system, const Problem& problem, std::vector<Lim
       row.kind = Kind::half_space;
       row.key = "limits.half_space";
       row.centre = half.point;
-      row.normal = half.normal.normalized();
+      row.normal = half.normal.stableNormalized();
       row.bound = 0.0;
       rows.push_back(row);
       ++row.component;
@@ -98,12 +100,13 @@ void add_body_rows(const System& system, const Problem& problem, std::vector<Lim
 }
 
 void add_waypoint_rows(const System& system, const Problem& problem, std::vector<LimitRow>& rows) {
+  std::set<double> times;
+  for (const Waypoint& waypoint : problem.waypoints) times.insert(waypoint.time);
   for (const Waypoint& waypoint : problem.waypoints) {
     LimitRow row;
     row.key = "waypoint";
     row.time = waypoint.time;
-    for (const Waypoint& other : problem.waypoints)
-      if (other.time < waypoint.time) row.time_before = std::max(row.time_before, other.time);
+    if (const auto own = times.find(waypoint.time); own != times.begin()) row.time_before = *std::prev(own);
     row.kind = Kind::pass_position;
     row.unit = system.length_unit();
     for (int c = 0; c < 3; ++c)

@@ -59,7 +59,7 @@ struct LimitRow {
   bool of_moments() const { return kind == Kind::torque || kind == Kind::torque_component; }
 };
 
-/// All limits and waypoints of a problem, in the order of the file's keys.
+/// All limits and waypoints of a problem and bounds of its duration, joint by joint, then those of all bodies.
 std::vector<LimitRow> limit_rows(const model::System& system, const Problem& problem);
 
 /// Whether a row counts at a node of a motion of so many steps and this duration, s: shapes at the start are given, moments are not.

@@ -37,11 +37,8 @@ std::vector<std::optional<Matrix3d>> end_rotations(const System& system, const G
 bool needs_whole_turns(const System& system, const Problem& problem, const Maneuver& maneuver) {
   if (system.control_count() != 1 || !ends_in_first_shape(maneuver)) return false;
   if (!asks_to_move(system, maneuver) && !maneuver.cost_weights.of_displacement()) return false;
-  const Limits& limits = problem.limits;
   return std::all_of(system.joints().begin(), system.joints().end(), [&](const model::Joint& joint) {
-    if (joint.actuation.cols() == 0) return joint.kind == model::JointKind::fixed;
-    return !limits.angle.contains(joint.name) && !limits.swing.contains(joint.name) &&
-           !limits.twist.contains(joint.name);
+    return joint.kind == model::JointKind::fixed || turns_round(joint, problem.limits);
   });
 }
 
@@ -222,6 +219,12 @@ bool ends_in_first_shape(const Maneuver& maneuver) {
     if (lie::rotation_angle(first.transpose() * last) > same_pose) return false;
   }
   return true;
+}
+
+bool turns_round(const model::Joint& joint, const Limits& limits) {
+  const bool limited =
+      limits.angle.contains(joint.name) || limits.swing.contains(joint.name) || limits.twist.contains(joint.name);
+  return joint.actuation.cols() > 0 && !limited && joint.stiffness == 0.0;
 }
 
 bool asks_to_move(const System& system, const Maneuver& maneuver) {

@@ -60,6 +60,10 @@ Maneuver make_maneuver(const model::System& system, const Problem& problem, int 
 /// Whether the goal asks for the shape of the start.
 bool ends_in_first_shape(const Maneuver& maneuver);
 
+/// Whether moments turn a joint and nothing keeps it from turning all the way round: no limit, and no spring, whose moment jumps at
+/// half a turn.
+bool turns_round(const model::Joint& joint, const Limits& limits);
+
 /// Whether it shall end elsewhere than it began.
 bool asks_to_move(const model::System& system, const Maneuver& maneuver);
 

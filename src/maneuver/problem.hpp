@@ -95,8 +95,9 @@ struct Waypoint {
 
 struct Search {
   int starts = 1;
-  int whole_turns = 0;  // of the starts the last so many, but not the first: they begin with joints that turn all the way round
-  int hops = 0;         // further solves from perturbed copies of the best minimum so far
+  int whole_turns =
+      0;  // of the starts the last so many, but not the first: they begin with joints that turn all the way round
+  int hops = 0;  // further solves from perturbed copies of the best minimum so far
   std::uint64_t seed = 1;
   SearchMethod method = SearchMethod::simultaneous;
   double tolerance = 1e-8;           // on certificate.kkt

@@ -1,6 +1,7 @@
 // Random numbers that are the same on every machine and library.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -18,7 +19,7 @@ class Random {
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
     z ^= z >> 31;
-    return (static_cast<double>(z >> 11) + 0.5) * 0x1.0p-53;
+    return std::min((static_cast<double>(z >> 11) + 0.5) * 0x1.0p-53, 1.0 - 0x1.0p-53);
   }
 
   double normal() { return std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * std::numbers::pi * uniform()); }

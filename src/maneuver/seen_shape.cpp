@@ -48,20 +48,22 @@ double beyond(const System& system, const LimitRow& row, const Matrix3d& joint) 
 
 }  // namespace
 
+Vector3d joint_rate(const System& system, const Joint& joint, const Matrix3d& Q, const mechanics::Vectors& angular,
+                    const VectorXd& velocity) {
+  if (joint.free()) return Q * angular[at(joint.child)] - angular[at(joint.parent)];
+  const model::Body& child = system.body(joint.child);
+  Vector3d rate = Vector3d::Zero();
+  rate.head(child.freedoms) = velocity.segment(child.velocity_offset, child.freedoms);
+  return rate;
+}
+
 SeenShape shape_of(const System& system, const integrator::State& state) {
   const VectorXd velocity = integrator::velocity_of_state(system, state);
   const mechanics::Vectors angular = mechanics::angular_velocities(system, state.rotation, velocity);
   SeenShape shape;
   for (const Joint& joint : system.joints()) {
-    const Matrix3d Q = child_to_parent(state.rotation, joint);
-    const model::Body& child = system.body(joint.child);
-    Vector3d rate = Vector3d::Zero();
-    if (joint.free())
-      rate = Q * angular[at(joint.child)] - angular[at(joint.parent)];
-    else
-      rate.head(child.freedoms) = velocity.segment(child.velocity_offset, child.freedoms);
-    shape.rotation.push_back(Q);
-    shape.rate.push_back(rate);
+    shape.rotation.push_back(child_to_parent(state.rotation, joint));
+    shape.rate.push_back(joint_rate(system, joint, shape.rotation.back(), angular, velocity));
   }
   return shape;
 }

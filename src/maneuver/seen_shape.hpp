@@ -16,6 +16,11 @@ struct SeenShape {
 
 SeenShape shape_of(const model::System& system, const integrator::State& state);
 
+/// rad/s, of one joint at Q (child → parent), as in SeenShape. `angular`: of all bodies, body frames, [bodies] rad/s; `velocity`: the
+/// system's.
+Vector3d joint_rate(const model::System& system, const model::Joint& joint, const Matrix3d& Q,
+                    const mechanics::Vectors& angular, const VectorXd& velocity);
+
 /// A share of the way from a node to the next, `time_step` s later, at the mean rate: within limits of angles where both nodes
 /// are, and as fast as limits of rates count it.
 SeenShape shape_between(const model::System& system, const mechanics::Rotations& from, const mechanics::Rotations& to,

@@ -25,7 +25,6 @@ constexpr int most_iterations = 40;
 constexpr double least_learning = 0.1;  // cosine and length of what the inverse foretells, against what was
 constexpr double slow = 0.2;            // contraction that calls for a new inverse
 
-// Coordinates of a shape out of freedoms of all bodies.
 // C += ½ (A + Aᵀ).
 void add_symmetric_part(const Eigen::Ref<const MatrixXd>& A, Eigen::Ref<MatrixXd> C) {
   for (Index j = 0; j < A.cols(); ++j)

@@ -25,7 +25,7 @@ constexpr double within_limits = 0.95;
 constexpr double first_swing = 0.3;     // rad
 constexpr double longest_change = 0.2;  // rad, of an amplitude in a round
 constexpr double difference = 1e-5;     // rad
-constexpr double arrived = 1e-6;        // rad, m
+constexpr double arrived = 1e-6;        // units of the end rows
 constexpr double damping = 1e-3;        // of the largest sensitivity
 
 // x, but for what goes beyond a largest size.

@@ -11,7 +11,7 @@ namespace lamprey::maneuver {
 
 struct Strokes {
   NodePath path;        // empty: no motion was found
-  double missed = 0.0;  // rad, m: sum of what the end rows miss
+  double missed = 0.0;  // units of the end rows: sum of what they miss
 };
 
 /// rad, what strokes keep to in each joint.

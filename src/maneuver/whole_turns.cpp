@@ -92,14 +92,9 @@ VectorXd numbers_of_turns(const MatrixXd& effect, const Vector3d& way, Random& r
 }  // namespace
 
 std::vector<int> joints_that_turn_round(const System& system, const Problem& problem) {
-  const Limits& limits = problem.limits;
   std::vector<int> joints;
-  for (int j = 0; j < system.joint_count(); ++j) {
-    const model::Joint& joint = system.joint(j);
-    const bool limited =
-        limits.angle.contains(joint.name) || limits.swing.contains(joint.name) || limits.twist.contains(joint.name);
-    if (!limited && joint.stiffness == 0.0 && joint.actuation.cols() > 0) joints.push_back(j);
-  }
+  for (int j = 0; j < system.joint_count(); ++j)
+    if (turns_round(system.joint(j), problem.limits)) joints.push_back(j);
   return joints;
 }
 

@@ -9,7 +9,7 @@
 
 namespace lamprey::maneuver {
 
-/// Joints that moments turn, whose limits let them go all the way round, and without springs, whose moments jump at half a turn.
+/// Joints that `turns_round`.
 std::vector<int> joints_that_turn_round(const model::System& system, const Problem& problem);
 
 /// Turns of these joints, drawn at random among those that turn the swimmer by about this share of the turn that the goal asks for, as

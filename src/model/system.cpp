@@ -79,8 +79,9 @@ Body resolve_body(const BodyDescription& described, double density) {
 // Orthonormal basis of the span of the control axes, in the order given.
 Axes span_of(const JointDescription& described) {
   Axes basis(3, 0);
-  for (Vector3d axis : *described.control_axes) {
-    const double length = axis.norm();
+  for (const Vector3d& given : *described.control_axes) {
+    Vector3d axis = given.stableNormalized();
+    const double length = axis.norm();  // 1 or 0
     for (int pass = 0; pass < 2; ++pass) axis -= basis * (basis.transpose() * axis);
     if (!(axis.norm() > 1e-9 * length))
       throw InputError("joint.control_axes", "of \"" + described.name + "\" are not linearly independent; remove one");

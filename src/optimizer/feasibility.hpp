@@ -5,7 +5,7 @@
 
 namespace lamprey::optimizer {
 
-/// Moves x by the least change that meets the equality constraints, repeated until round-off; returns the largest violation left.
+/// Moves x by the least change that meets the equality constraints and inequalities that are broken, repeated until round-off; returns the largest violation left.
 /// For points next to feasible: x is changed only where that lowers the violation.
 double polish_feasibility(Program& program, VectorXd& x);
 

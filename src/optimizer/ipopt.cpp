@@ -109,7 +109,7 @@ class Adapter : public Ipopt::TNLP {
     outcome_.history.push_back(
         {iteration, objective, infeasibility, dual_infeasibility, program_.goal_error(x_), alpha});
     outcome_.iterations = iteration;
-    timed_out_ = std::chrono::duration<double>(Clock::now() - begin_).count() > options_.time_limit;
+    timed_out_ = options_.late(std::chrono::duration<double>(Clock::now() - begin_).count());
     interrupted_ = options_.interrupted && options_.interrupted();
     const bool sharp = !program_.has_inequalities() || barrier <= sharpness * options_.tolerance;
     const bool settled = mode == Ipopt::RegularMode && sharp;

@@ -37,9 +37,9 @@ bool gave_up(Termination termination) {
 }
 
 // Whether the search has to end here; the outcome then says why.
-bool stopped(const Options& options, double time_left, Outcome& outcome) {
+bool stopped(const Options& options, double seconds, Outcome& outcome) {
   const bool interrupted = options.interrupted && options.interrupted();
-  if (!interrupted && time_left > 0.0) return false;
+  if (!interrupted && !options.late(seconds)) return false;
   outcome.termination = interrupted ? Termination::interrupted : Termination::time_limit;
   outcome.reason = interrupted ? "interrupted" : "the time limit was reached";
   return true;
@@ -89,7 +89,7 @@ struct Landing {
 }  // namespace
 
 int most_iterations(const StageProgram& program, const Options& options) {
-  return program.limited() ? most_rounds * most_round_iterations : options.max_iterations;
+  return options.patience * (program.limited() ? most_rounds * most_round_iterations : options.max_iterations);
 }
 
 namespace {
@@ -143,7 +143,7 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
     }
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     round.time_limit = options.time_limit - taken.count();  // of all rounds together
-    if (stopped(options, round.time_limit, outcome)) return;
+    if (stopped(options, taken.count(), outcome)) return;
   }
   if (program.limit_violation() > out_of_reach) {
     outcome.termination = Termination::infeasible;

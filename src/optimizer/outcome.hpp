@@ -16,9 +16,12 @@ struct Options {
   int most_iterations = std::numeric_limits<int>::max();  // of an outcome in all, however many times it is gone on with
   int patience = 1;  // so many times as many, as long as the cost goes on falling; of StageNewton
   double time_limit = std::numeric_limits<double>::infinity();  // s, wall clock
-  bool exact_limits = true;           // of solve_within_limits: end with the limits that hold as equalities
-  bool near_solution = false;         // the start is close: cheap pivoting in the factorisation will do
-  std::function<bool()> interrupted;  // asked once an iteration; may be empty
+  bool exact_limits = true;    // of solve_within_limits: end with the limits that hold as equalities
+  bool near_solution = false;  // the start is close: cheap pivoting in the factorisation will do
+  // Asked once an iteration; may be empty: whether someone ends it, and whether the time is over before time_limit is.
+  std::function<bool()> interrupted, out_of_time;
+
+  bool late(double seconds) const { return seconds > time_limit || (out_of_time && out_of_time()); }
 };
 
 enum class Termination { converged, feasible, infeasible, stalled, time_limit, interrupted };

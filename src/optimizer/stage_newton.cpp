@@ -347,7 +347,7 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
   bool interrupted = false;
   const auto stopped = [&] {
     interrupted = options.interrupted && options.interrupted();
-    return interrupted || std::chrono::duration<double>(Clock::now() - began).count() > options.time_limit;
+    return interrupted || options.late(std::chrono::duration<double>(Clock::now() - began).count());
   };
   begin(program);
   if (!program.has_multipliers()) {  // a step's without the curvature that they bring

@@ -80,6 +80,7 @@ optimizer::Options Budget::optimizer_options(int max_iterations, double toleranc
   options.max_iterations = max_iterations;
   options.time_limit = std::max(0.0, share * end_of_time() - seconds());
   options.interrupted = [this] { return interrupted() && stopped(); };
+  if (problem_.search.time_limit) options.out_of_time = [this] { return stopped(); };  // sooner once a guess arrives
   return options;
 }
 

@@ -82,6 +82,11 @@ bool any_converged(const std::vector<Found>& all) {
   return std::any_of(all.begin(), all.end(), [](const Found& found) { return found.converged(); });
 }
 
+void count_effort(const optimizer::Outcome& other, optimizer::Outcome& outcome) {
+  outcome.iterations += other.iterations;
+  outcome.evaluations += other.evaluations;
+}
+
 void append(std::vector<Found> more, std::vector<Found>& all) {
   std::move(more.begin(), more.end(), std::back_inserter(all));
 }

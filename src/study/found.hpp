@@ -29,6 +29,9 @@ struct Found {
 /// Whether any of them has arrived.
 bool any_converged(const std::vector<Found>& all);
 
+/// Adds the iterations and evaluations of one search to those of another; their histories stay their own.
+void count_effort(const optimizer::Outcome& other, optimizer::Outcome& outcome);
+
 /// Moves motions to the end of others.
 void append(std::vector<Found> more, std::vector<Found>& all);
 

@@ -229,7 +229,7 @@ void fail_for_want_of_motion(Outcome& outcome) {
   outcome.infeasibility = std::numeric_limits<double>::infinity();
 }
 
-void add_effort(const Found& tried, Found& found) {
+void take_effort(const Found& tried, Found& found) {
   found.outcome.history = tried.outcome.history;
   found.outcome.iterations = tried.outcome.iterations;
   found.outcome.evaluations = tried.outcome.evaluations;

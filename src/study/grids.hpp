@@ -113,7 +113,7 @@ class Grids {
 /// Of a search that has no motion to begin with.
 void fail_for_want_of_motion(optimizer::Outcome& outcome);
 
-/// Of another try, which did not arrive.
-void add_effort(const Found& tried, Found& found);
+/// Counts and history of another try, which went on from those of `found` and did not arrive.
+void take_effort(const Found& tried, Found& found);
 
 }  // namespace lamprey::study

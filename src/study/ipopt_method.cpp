@@ -38,13 +38,14 @@ class IpoptMethod : public Method {
         options_(options),
         quiet_(without_progress(options)),
         budget_(budget),
+        newton_budget_(by_steps_, quiet_),
         coarse_(maneuver::make_maneuver(system, problem, std::min(problem.steps, coarse_steps))),
         full_(maneuver::make_maneuver(system, problem, problem.steps)),
         limits_(maneuver::limit_rows(system, problem)) {
     const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, rank_steps));
     rows_ = maneuver::independent_goal_rows(system, probe, some_motion(probe));
     if (problem.control == maneuver::ControlKind::spline && newton_takes(system, by_steps_))
-      newton_ = newton_method(system, by_steps_, quiet_, budget);
+      newton_ = newton_method(system, by_steps_, quiet_, newton_budget_);
   }
 
   std::string name() const override { return "ipopt"; }
@@ -155,29 +156,35 @@ class IpoptMethod : public Method {
     std::optional<NodePath> moved;
     if (problem_.cost_weights.of_displacement()) moved = moved_by_shapes(coarse_, start);
     const NodePath guess = moved ? *moved : this->guess(coarse_, start);
+    Outcome before;
     if (newton_) {  // moments on splines from moments free at each node: found in less time than one iteration here takes
       const Found free = newton_->solve_starts(start, 1).front();
       if (free.converged())
-        return optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
-                                           program.pack(maneuver::refined(system_, free.path, coarse_.steps)));
+        return after(free.outcome,
+                     optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
+                                                 program.pack(maneuver::refined(system_, free.path, coarse_.steps))));
+      before = free.outcome;
     }
     if (!problem_.cost_weights.any())
-      return optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
-                                         program.pack(guess, duration_of(start)));
+      return after(before, optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
+                                                       program.pack(guess, duration_of(start))));
     // rates of a first guess say little: costs that depend on them wait for the cheapest motion by effort
     const double effort = problem_.cost_weights.of_displacement() ? problem_.effort : 1.0;
     Maneuver by_effort = coarse_;
     by_effort.cost_weights = {.displacement = problem_.cost_weights.displacement};
     by_effort.node_weight = maneuver::node_weights(problem_.cost_rule(), effort, coarse_.time_step(), coarse_.steps);
     Transcription first(system_, by_effort, rows_, limits_);
-    const Outcome outcome =
-        optimizer::solve_with_ipopt(first, optimizer_options(start_iterations), first.pack(guess, duration_of(start)));
-    Outcome last =
-        optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
-                                    program.pack(first.unpack(outcome.point), first.duration(outcome.point)));
-    last.iterations += outcome.iterations;
-    last.evaluations += outcome.evaluations;
-    return last;
+    const Outcome outcome = after(before, optimizer::solve_with_ipopt(first, optimizer_options(start_iterations),
+                                                                      first.pack(guess, duration_of(start))));
+    return after(outcome,
+                 optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
+                                             program.pack(first.unpack(outcome.point), first.duration(outcome.point))));
+  }
+
+  // An outcome with what was spent on the way to it.
+  static Outcome after(const Outcome& before, Outcome outcome) {
+    count_effort(before, outcome);
+    return outcome;
   }
 
   Outcome refine(const Found& start, const Maneuver& grid) const {
@@ -189,7 +196,7 @@ class IpoptMethod : public Method {
     options.near_solution = true;
     Outcome outcome = optimizer::solve_with_ipopt(full, options, start_point);
     if (outcome.termination != optimizer::Termination::converged && !budget_.stopped())
-      outcome = optimizer::solve_with_ipopt(full, optimizer_options(refine_iterations), start_point);
+      outcome = after(outcome, optimizer::solve_with_ipopt(full, optimizer_options(refine_iterations), start_point));
     outcome.infeasibility = optimizer::polish_feasibility(full, outcome.point);
     outcome.objective = full.objective(outcome.point);
     return outcome;
@@ -201,6 +208,7 @@ class IpoptMethod : public Method {
   const SolveOptions& options_;
   const SolveOptions quiet_;
   const Budget& budget_;
+  const Budget newton_budget_;  // by_steps_ arrives nowhere yet
   Maneuver coarse_, full_;
   std::vector<GoalRow> rows_;
   std::vector<maneuver::LimitRow> limits_;

@@ -5,6 +5,7 @@
 #include "maneuver/guess.hpp"
 #include "maneuver/passive_joints.hpp"
 #include "study/grids.hpp"
+#include "study/parts.hpp"
 #include "study/slower_joints.hpp"
 #include "study/stroke_searches.hpp"
 
@@ -44,7 +45,8 @@ class NewtonMethod : public Method {
   std::vector<Found> solve_strokes() override {
     if (!has_strokes() || grids_.budget().closing()) return {};
     if (grids_.problem().goal->periodic) return solve_cycles(grids_);
-    std::vector<Found> found = solve_swum_strokes(grids_);
+    std::vector<Found> found = solve_in_parts(grids_);
+    if (!any_converged(found) && !grids_.budget().closing()) append(solve_swum_strokes(grids_), found);
     if (!any_converged(found) && !grids_.budget().closing()) append(solve_whole_turns(grids_), found);
     if (!any_converged(found) && !grids_.budget().closing()) append(solve_gaits_from_rest(grids_), found);
     return found;
@@ -65,9 +67,7 @@ class NewtonMethod : public Method {
     return grids_.in_threads(static_cast<int>(coarse.size()), "refined", [&](int n) {
       const Found& from = *coarse[static_cast<std::size_t>(n)];
       Found found = from.joint_rate ? refine_with_slower_joints(grids_, from) : grids_.refine(from);
-      found.outcome.iterations -= from.outcome.iterations;  // which the search has counted
-      found.outcome.evaluations -= from.outcome.evaluations;
-      return found;
+      return without_effort_of(from, std::move(found));
     });
   }
 
@@ -83,18 +83,25 @@ class NewtonMethod : public Method {
   }
 
   Found carry(const Found& from, int steps) override {
-    if (!from.path.polynomial.empty()) return grids_.carry_on_composed(from, steps);
+    if (!from.path.polynomial.empty()) return without_effort_of(from, grids_.carry_on_composed(from, steps));
     optimizer::Options within = grids_.within(fine_tolerance);
     within.exact_limits = steps == steps_of(from.path);  // else cost and nodes are asked for, not multipliers
     if (!grids_.limited()) {                             // else rounds within limits have their own numbers
       within.max_iterations = carried_iterations;
       within.patience = 1;
     }
-    return grids_.carry_on(from, steps, within);
+    return without_effort_of(from, grids_.carry_on(from, steps, within));
   }
   bool carries_cheaply() const override { return true; }
 
  private:
+  // Iterations and evaluations of what was begun with have been counted.
+  static Found without_effort_of(const Found& from, Found found) {
+    found.outcome.iterations -= from.outcome.iterations;
+    found.outcome.evaluations -= from.outcome.evaluations;
+    return found;
+  }
+
   const FirstMotion& first() const { return *grids_.options().first; }
 
   // With what the motion to begin with comes with.
@@ -134,8 +141,7 @@ class NewtonMethod : public Method {
     Found found = solve_whole_turns(grids_, seed_of_start(grids_.problem(), start));
     if (found.converged() || grids_.budget().closing()) return found;
     Found other = solve_random(start);
-    other.outcome.iterations += found.outcome.iterations;
-    other.outcome.evaluations += found.outcome.evaluations;
+    count_effort(found.outcome, other.outcome);
     return other;
   }
 
@@ -155,13 +161,13 @@ class NewtonMethod : public Method {
     for (int steps = coarse; may_need_more_steps(found); steps = std::min(2 * steps, finest)) {
       const Found again = solve_guess(start, steps, fine_tolerance, found.outcome);
       if (again.converged()) return again;
-      add_effort(again, found);
+      take_effort(again, found);
       if (steps == finest) break;
     }
     if (may_begin_by_effort(found)) {
       const Found again = solve_by_way_of(by_effort(), start, coarse, found.outcome);
       if (again.converged()) return again;
-      add_effort(again, found);
+      take_effort(again, found);
     }
     if (grids_.problem().duration.free) {  // which may lead astray
       const maneuver::Duration& asked = grids_.problem().duration;
@@ -169,7 +175,7 @@ class NewtonMethod : public Method {
         if (found.converged() || grids_.budget().closing()) break;
         const Found again = solve_by_way_of(held_at(duration), start, coarse, found.outcome);
         if (again.converged()) return again;
-        add_effort(again, found);
+        take_effort(again, found);
       }
     }
     if (!whirls(grids_, found)) return found;
@@ -238,7 +244,7 @@ class NewtonMethod : public Method {
     again.duration = first().duration;
     grids_.solve(grid, guess, tolerance, again);
     if (again.converged()) return again;
-    add_effort(again, found);
+    take_effort(again, found);
     return found;
   }
 

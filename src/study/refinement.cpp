@@ -27,7 +27,7 @@ certificate::Refinement refinement_of(const std::vector<certificate::GridCost>& 
   certificate::Refinement result;
   result.grids = grids;
   for (const certificate::GridCost& grid : grids)
-    if (grid.steps == 2 * steps) result.cost_half_step = grid.cost;
+    if (grid.steps == 2LL * steps) result.cost_half_step = grid.cost;
   if (grids.size() < 3) return result;
   const double coarse = grids[0].cost - grids[1].cost, fine = grids[1].cost - grids[2].cost;
   const double noise = round_off * std::abs(grids[2].cost);

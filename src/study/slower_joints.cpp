@@ -13,7 +13,8 @@ using maneuver::Problem;
 using optimizer::Termination;
 
 constexpr double held_turn = 0.5;  // rad a step, of a joint
-constexpr double faster = 2.0;     // times, as long as they turn by less than that
+constexpr double faster = 2.0;     // times, as long as they turn by not much more than that
+constexpr double not_much = 1.2;   // more than the rounding of rates
 
 double two_digits(double value) {
   const double last = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
@@ -55,12 +56,12 @@ Found let_go(const Grids& grids, Found held) {
   while (held.joint_rate) {
     const double turn = *held.joint_rate * held.duration / steps_of(held.path);
     Found freer = held;
-    freer.joint_rate = turn < held_turn ? std::optional(faster * *held.joint_rate) : std::nullopt;
+    freer.joint_rate = turn < not_much * held_turn ? std::optional(faster * *held.joint_rate) : std::nullopt;
     freer.limit_multipliers = multipliers_held_to(grids, freer.joint_rate, held);
     Grid grid = grids.grid(held_to(grids, freer.joint_rate), steps_of(held.path));
     grids.solve(grid, held.path, fine_tolerance, freer);
     if (!freer.converged()) {
-      add_effort(freer, held);
+      take_effort(freer, held);
       held.outcome.termination = Termination::feasible;
       held.outcome.reason = reason_of(held, freer.outcome);
       return held;
@@ -86,7 +87,7 @@ Found solve_with_slower_joints(const Grids& grids, const maneuver::NodePath& fro
   grids.solve(grid, from, fine_tolerance, found);
   if (found.converged()) return let_go(grids, std::move(found));
   Found again = before;
-  add_effort(found, again);
+  take_effort(found, again);
   return again;
 }
 

@@ -233,6 +233,7 @@ class Search {
       if (!confirmed_[s]) {
         const int steps = confirming_steps * static_cast<int>(starts_[s].path.rotation.size() - 1);
         const Found fine = method_->carry(starts_[s], steps);
+        count_effort(fine.outcome);
         confirmed_[s] =
             fine.converged() && std::abs(fine.cost - starts_[s].cost) < settled_cost * std::abs(starts_[s].cost);
       }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <tuple>
 
@@ -11,6 +12,7 @@
 #include "maneuver/guess.hpp"
 #include "maneuver/strokes.hpp"
 #include "maneuver/whole_turns.hpp"
+#include "study/smaller_problem.hpp"
 
 namespace lamprey::study {
 
@@ -23,8 +25,6 @@ constexpr std::array stroke_counts = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
 constexpr std::array cycle_counts = {2, 3, 5, 8, 16};
 constexpr std::array gait_counts = {3, 5, 8, 11, 14, 18, 24};
 constexpr double lost_strokes = 1.2;  // to those that grow and shrink
-constexpr int guesses_of_cycle = 2;
-constexpr double time_of_cycle = 0.1;  // of what is left
 constexpr std::size_t solved_strokes = 4;
 constexpr int least_steps_of_stroke = 12, steps_of_stroke = 20;
 constexpr int least_steps_of_turn = 16, steps_of_turn = 25;
@@ -44,7 +44,8 @@ struct StrokesOnGrid {
   double duration = 0.0;  // s
   double missed = 0.0, broken = 0.0, cost = 0.0;
   std::tuple<bool, double, double, double> rank() const {
-    return {path.rotation.empty(), missed > goal_of_strokes ? missed : 0.0, broken, cost};
+    const auto known = [](double value) { return std::isnan(value) ? std::numeric_limits<double>::infinity() : value; };
+    return {path.rotation.empty(), missed > goal_of_strokes ? missed : 0.0, known(broken), known(cost)};
   }
 };
 
@@ -86,37 +87,6 @@ StrokesOnGrid swum(const Grids& grids, StrokesOnGrid tried) {
   return tried;
 }
 
-// One of so many equal cycles, which go as far as `strokes` of them would: a gait whose shape is free.
-Problem cycle_of(const Problem& whole, int cycles, double strokes) {
-  Problem cycle = whole;
-  cycle.steps = coarse_steps;  // fewer show turns that are none
-  for (double* seconds : {&cycle.duration.value, &cycle.duration.min, &cycle.duration.max}) *seconds /= cycles;
-  for (std::optional<double>& move : cycle.goal->move)
-    if (move) *move /= strokes;
-  if (cycle.goal->turn) *cycle.goal->turn /= strokes;
-  cycle.goal->periodic = cycle.start.free_shape = true;
-  cycle.goal->rest = false;
-  return cycle;
-}
-
-// Solved by itself in what a few such tries may take of the time.
-Found solve_cycle(const Grids& grids, Problem smaller) {
-  if (smaller.search.time_limit)
-    *smaller.search.time_limit = time_of_cycle * std::max(*smaller.search.time_limit - grids.budget().seconds(), 0.0);
-  SolveOptions options;
-  options.interrupted = grids.options().interrupted;
-  const Budget budget(smaller, options);
-  const std::unique_ptr<Method> method = newton_method(grids.system(), smaller, options, budget);
-  Found found = method->solve_starts(0, 1).front();
-  for (int guess = 1; guess < guesses_of_cycle && !found.converged() && !grids.budget().closing(); ++guess) {
-    Found again = method->solve_starts(guess, 1).front();
-    again.outcome.iterations += found.outcome.iterations;
-    again.outcome.evaluations += found.outcome.evaluations;
-    found = std::move(again);
-  }
-  return found;
-}
-
 // From rest through so many cycles of a gait to rest: its shapes grow out of the first one over the first cycle, and go back over
 // the last.
 NodePath begun_and_ended_at_rest(const Grids& grids, const maneuver::Maneuver& maneuver, const NodePath& cycle,
@@ -144,9 +114,9 @@ std::vector<Found> solve_gaits_from_rest(const Grids& grids) {
     if (cycles * least_steps_of_stroke <= grids.problem().steps) counts.push_back(cycles);
   return grids.in_threads(static_cast<int>(counts.size()), "gaits from rest", [&](int n) {
     const int cycles = counts[static_cast<std::size_t>(n)];
-    const Found cycle = solve_cycle(grids, cycle_of(grids.problem(), cycles, cycles - lost_strokes));
+    const Found cycle = solve_smaller(grids, cycle_of(grids.problem(), cycles, cycles - lost_strokes));
     Found found;
-    found.outcome = cycle.outcome;
+    count_effort(cycle.outcome, found.outcome);
     fail_for_want_of_motion(found.outcome);
     if (!cycle.converged()) return found;
     found.duration = cycles * cycle.duration;
@@ -242,9 +212,9 @@ std::vector<Found> solve_cycles(const Grids& grids) {
   return grids.in_threads(static_cast<int>(counts.size()), "strokes", [&](int n) {
     const int cycles = counts[static_cast<std::size_t>(n)];
     const int steps = std::min(grids.problem().steps, std::max(grids.coarse(), cycles * steps_of_stroke));
-    const Found cycle = solve_cycle(grids, cycle_of(grids.problem(), cycles, cycles));
+    const Found cycle = solve_smaller(grids, cycle_of(grids.problem(), cycles, cycles));
     Found found;
-    found.outcome = cycle.outcome;
+    count_effort(cycle.outcome, found.outcome);
     if (!cycle.converged()) {
       fail_for_want_of_motion(found.outcome);
       return found;

@@ -79,6 +79,12 @@ TEST(AnglesTable, that_cannot_be_meant_is_refused_at_its_column) {
   expect_begins(refusal("0,1,2,3,4,5,6\n"), "a.csv:1:1: t: found 1 rows; allowed: at least two");
 }
 
+TEST(AnglesTable, of_a_swimmer_without_angles_has_no_columns) {
+  file::Joints welded(1);
+  welded[0].name = "weld", welded[0].kind = model::JointKind::fixed;
+  expect_begins(refusal("t,weld\n0,1\n1,1\n", welded), "a.csv:1:1: header: found 2 columns; allowed: 1: t");
+}
+
 TEST(AnglesTable, beyond_a_joints_freedoms_is_refused) {
   const file::Joints joints = one_of_each();
   AngleSamples samples = parse_angles("0,1,2,3,4,5,6\n2,0,0,0,0,0,0\n", "a.csv", joints);

@@ -163,6 +163,15 @@ TEST(ControlsTable, parts_of_moments_that_joints_cannot_exert_are_told) {
       << file::left_out(samples, joints);
 }
 
+TEST(ControlsTable, of_a_single_body_reaches_nowhere) {
+  file::ControlSamples samples;
+  samples.time = {0.0, 1.0};
+  samples.control.assign(2, {});
+  const file::Reach reach = file::reach_of_table(samples);
+  EXPECT_EQ(reach.rows, 0.0);
+  EXPECT_EQ(reach.between, 0.0);
+}
+
 TEST(ControlsTable, what_is_wrong_is_told_with_line_and_column) {
   EXPECT_EQ(refusal("t,x,y,z\n0,1,2,3\n1,4,,6\n", named({"fin"})).rfind("u.csv:3:5: moment of fin: found \"\"", 0), 0U);
   EXPECT_EQ(refusal("0,1,2,3\n1,4, five,6\n", named({"fin"})).rfind("u.csv:2:6: moment of fin: found \"five\"", 0), 0U);

@@ -88,6 +88,24 @@ TEST(FollowedManeuver, says_in_one_line_what_does_not_fit_and_what_would) {
                 "the maneuver again, with a longer search.time_limit where that has ended the search");
 }
 
+TEST(FollowedManeuver, of_more_or_fewer_joints_is_refused) {
+  const model::System swimmer(tests::paper_chain());
+  const auto refused = [&](const file::Results& results) -> std::string {
+    try {
+      file::require_same_tree(results, "solution.json", swimmer, true);
+    } catch (const model::InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  file::Results results = maneuver_of_chain();
+  EXPECT_EQ(refused(results), "");
+  results.problem.joints.push_back(results.problem.joints.back());
+  EXPECT_NE(refused(results).find("found 3 joints; allowed: 2"), std::string::npos) << refused(results);
+  results.problem.joints.resize(1);
+  EXPECT_NE(refused(results).find("found 1 joints; allowed: 2"), std::string::npos) << refused(results);
+}
+
 // A gait of no nodes, which a file may hold, is nothing that could be repeated.
 TEST(FollowedManeuver, without_a_motion_has_no_cycles) {
   file::Results empty = maneuver_of_chain();

@@ -222,7 +222,6 @@ TEST(ClearanceOfJoinedBodies, is_at_most_what_the_joint_leaves) {
       EXPECT_NO_THROW(file::require_supported(file, file::Purpose::solve)) << clearance;
       return;
     }
-    EXPECT_NO_THROW(file::require_supported(file, file::Purpose::simulate)) << clearance;
     try {
       file::require_supported(file, file::Purpose::solve);
       ADD_FAILURE() << clearance << " was taken as possible";
@@ -285,7 +284,6 @@ TEST(UnsupportedProblem, each_feature_is_refused_at_its_place_until_none_is_left
       EXPECT_NE(error.message.find("this version seeks no maneuvers"), std::string::npos) << error.what();
     }
   };
-  EXPECT_NO_THROW(file::require_supported(parse_problem(text, path), file::Purpose::simulate));
   purpose = file::Purpose::solve_with_ipopt;  // it takes ball joints alone
   const std::string whole = text;
   expect_key("body[0].coupling_matrix", "coupling_matrix");

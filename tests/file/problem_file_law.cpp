@@ -225,8 +225,9 @@ TEST(ProblemFile, every_example_is_read_and_supported) {
     SCOPED_TRACE(entry.path().string());
     ++count;
     const file::ProblemFile example = file::read_problem_file(entry.path().string());
-    EXPECT_NO_THROW(
-        file::require_supported(example, example.problem.goal ? file::Purpose::solve : file::Purpose::simulate));
+    if (example.problem.goal) {
+      EXPECT_NO_THROW(file::require_supported(example, file::Purpose::solve));
+    }
   }
   EXPECT_GE(count, 11);
 }

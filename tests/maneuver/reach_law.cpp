@@ -156,6 +156,9 @@ TEST(Reach, of_one_joint_angle_ends_where_its_period_began) {
             std::string::npos);
   problem.limits.swing.clear();
   EXPECT_EQ(price_refused(problem), "") << "whole turns may win one";
+  problem.swimmer.joints[0].stiffness = 1.0;
+  EXPECT_NE(price_refused(problem).find("a single joint angle"), std::string::npos) << "springs do not turn round";
+  problem.swimmer.joints[0].stiffness = 0.0;
   problem.limits.swing["front"] = 1.5;
   problem.cost_weights.displacement.setZero();
   EXPECT_EQ(price_refused(problem), "");

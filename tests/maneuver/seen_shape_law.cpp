@@ -44,7 +44,14 @@ TEST(SeenShape, between_nodes_goes_from_the_one_to_the_other_at_their_mean_rate)
     const auto joint = static_cast<std::size_t>(j);
     EXPECT_LT((at_share(0.0).rotation[joint] - mechanics::child_to_parent(from, plan.system.joint(j))).norm(), 1e-12);
     EXPECT_LT((at_share(1.0).rotation[joint] - mechanics::child_to_parent(to, plan.system.joint(j))).norm(), 1e-12);
-    if (!plan.system.joint(j).free()) continue;
+    if (!plan.system.joint(j).free()) {  // angles at an even pace
+      const auto angles = [&](double share) {
+        return mechanics::joint_angles(plan.system.joint(j), at_share(share).rotation[joint]);
+      };
+      const Vector3d rate = (angles(0.7) - angles(0.2)) / (0.5 * 0.025);
+      EXPECT_LT((rate - at_share(0.3).rate[joint]).norm(), 1e-9 * (1.0 + rate.norm()));
+      continue;
+    }
     const Eigen::Matrix3d before = at_share(0.3).rotation[joint], after = at_share(0.3 + little).rotation[joint];
     const Vector3d turn = lie::log(after * before.transpose()) / (little * 0.025);
     EXPECT_LT((turn - at_share(0.3).rate[joint]).norm(), 1e-4 * turn.norm());
