@@ -1,8 +1,13 @@
 // A goal in equal parts: what is done once, as often as there are parts, is what the goal asks for.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "chains.hpp"
+#include "file/problem_file.hpp"
 #include "lie/so3.hpp"
+#include "study/parts.hpp"
 #include "study/smaller_problem.hpp"
 
 namespace lamprey::tests {
@@ -59,10 +64,12 @@ TEST(PartsOfAGoal, done_one_after_the_other_are_all_of_it) {
 // What is free in the whole is free in its parts where nothing turns; where it turns, some displacement along it serves.
 TEST(PartsOfAGoal, leave_free_what_is_free) {
   const Vector3d elsewhere(0.0, 0.3, -0.2);
-  const End straight = done(study::part_of(asked(Vector3d::Zero(), {2.0, std::nullopt, std::nullopt}), 4), 4, elsewhere);
+  const End straight =
+      done(study::part_of(asked(Vector3d::Zero(), {2.0, std::nullopt, std::nullopt}), 4), 4, elsewhere);
   EXPECT_NEAR(straight.move[0], 2.0, 1e-15);
   EXPECT_NEAR(straight.move[1], 1.2, 1e-15);
-  const maneuver::Problem turning = study::part_of(asked(Vector3d(0.0, 0.0, 1.5), {2.0, std::nullopt, std::nullopt}), 4);
+  const maneuver::Problem turning =
+      study::part_of(asked(Vector3d(0.0, 0.0, 1.5), {2.0, std::nullopt, std::nullopt}), 4);
   EXPECT_NEAR(done(turning, 4, elsewhere).move[0], 2.0, 1e-14);
   const maneuver::Problem in_place = study::part_of(asked(Vector3d(0.0, 0.0, 1.5), nowhere), 4);
   EXPECT_FALSE(in_place.goal->move[0] || in_place.goal->move[1] || in_place.goal->move[2]);
@@ -83,6 +90,36 @@ TEST(PartsOfAGoal, begin_and_end_at_rest_in_the_same_shape) {
   whole.goal->turn.reset();
   whole.goal->move = {1.0, std::nullopt, std::nullopt};
   EXPECT_TRUE(study::part_of(whole, 2).goal->turn->isZero(0.0)) << "else shapes would be free at its end";
+}
+
+// Three links on hinges that turn by half a radian to either side, asked for more than a stroke wins.
+TEST(SearchInParts, arrives_within_limits_and_costs_less_than_its_parts) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/three_links_in_1000_steps.toml");
+  problem.steps = 200;
+  problem.duration.value = 8.0;
+  problem.start.free_shape = false;
+  problem.goal = maneuver::Goal();
+  problem.goal->turn = Vector3d(0.0, 0.0, 0.3);
+  problem.limits = {};
+  const model::System system(problem.swimmer);
+  for (int j = 0; j < system.joint_count(); ++j) problem.limits.angle[system.joint(j).name] = {{-0.5, 0.5}};
+  const study::SolveOptions options;
+  const study::Budget budget(problem, options);
+  const study::Grids grids(system, problem, options, budget);
+  const study::Found eighth = study::solve_smaller(grids, study::part_of(problem, 8));
+  ASSERT_TRUE(eighth.converged()) << eighth.outcome.reason;
+  double cheapest = std::numeric_limits<double>::infinity();
+  for (const study::Found& found : study::solve_in_parts(grids)) {
+    if (!found.converged()) continue;
+    cheapest = std::min(cheapest, found.cost);
+    const Matrix3d turned = found.path.rotation.back()[0] * found.path.rotation.front()[0].transpose();
+    EXPECT_LT((turned - lie::exp(*problem.goal->turn)).norm(), 1e-8);
+    for (const mechanics::Rotations& R : found.path.rotation)
+      for (const model::Joint& joint : system.joints())
+        EXPECT_LT(lie::rotation_angle(mechanics::child_to_parent(R, joint)), 0.5 + 1e-8);
+  }
+  EXPECT_LT(cheapest, 0.9 * 8.0 * eighth.cost) << "began from eight of them, each at rest at both ends";
 }
 
 }  // namespace
