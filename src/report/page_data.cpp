@@ -205,7 +205,9 @@ json words_of(const file::Results& results) {
               {"facts", pairs(facts(results))},
               {"problem", problem_of(results.problem)},
               {"provenance", pairs(provenance_rows(results.provenance))},
-              {"joint_order", joint_order(results.problem)}};
+              {"joint_order", joint_order(results.problem)},
+              {"periodic", results.problem.goal && results.problem.goal->periodic},
+              {"flat", !results.problem.bodies.empty() && results.problem.bodies.front().ellipse}};
   if (results.certificate) {
     for (const CertificateRow& row : certificate_rows(*results.certificate, results.problem)) {
       run["certificate"].push_back({{"name", row.name},

@@ -63,20 +63,20 @@ function many(figure, count, what) {
   return nodes;
 }
 
-function momentum(runs, clock) {
+// One kind of momentum with the choice of its axis, which begins where there is most to see.
+function momentum_by_axis(kind, unit, preposition, runs, clock) {
   const home = element("div");
-  const fill = (axis) => home.replaceChildren(grid(
-    momentum_chart("linear", "kg m/s", "along", runs, axis, clock),
-    momentum_chart("angular", "kg m²/s", "about", runs, axis, clock)));
-  // begin where there is most to see
-  const most = [0, 1, 2].map((axis) => largest(runs, (f) => ["linear", "angular"].flatMap((kind) => {
-    const all = f[`${kind}_momentum`], unit = Math.max(...[...all.bodies, ...all.fluid].map(Math.abs), 1e-300);
-    return ["bodies", "fluid"].flatMap((share) => column(all[share], 3, axis)).map((value) => value / unit);
-  })));
+  const fill = (axis) => home.replaceChildren(momentum_chart(kind, unit, preposition, runs, axis, clock));
+  const most = [0, 1, 2].map((axis) => largest(runs, (f) =>
+    ["bodies", "fluid"].flatMap((share) => column(f[`${kind}_momentum`][share], 3, axis))));
   const first = most.indexOf(Math.max(...most));
   fill(first);
-  return [element("div", { class: "above" }, element("h3", {}, "Momentum of the bodies, of the fluid, and total (world frame)"),
-    choice("Axis of the momentum", AXES, first, fill)), home];
+  return element("div", {}, choice(`Axis of the ${kind} momentum`, AXES, first, fill), home);
+}
+
+function momentum(runs, clock) {
+  return [element("h3", {}, "Momentum of the bodies, of the fluid, and total (world frame)"),
+    grid(momentum_by_axis("linear", "kg m/s", "along", runs, clock), momentum_by_axis("angular", "kg m²/s", "about", runs, clock))];
 }
 
 export function show_curves(runs, clock) {

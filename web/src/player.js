@@ -83,7 +83,7 @@ function speed_menu(clock) {
     element("select", { onchange: (event) => { clock.speed = Number(event.target.value); } }, ...options));
 }
 
-function time_bar(clock, frames) {
+function time_bar(clock, frames, periodic) {
   const play = element("button", { type: "button", class: "play", onclick: () => clock.toggle() });
   const slider = element("input", { type: "range", min: "0", max: String(clock.duration), "aria-label": "Time",
     step: String(clock.duration / Math.max(frames - 1, 1)), oninput: () => clock.set(Number(slider.value)) });
@@ -95,8 +95,9 @@ function time_bar(clock, frames) {
     slider.setAttribute("aria-valuetext", `${clock.time.toFixed(digits)} seconds`);
     readout.textContent = `t = ${clock.time.toFixed(digits)} s`;
   });
+  clock.loop = periodic;
   const loop = element("label", {},
-    element("input", { type: "checkbox", onchange: (event) => { clock.loop = event.target.checked; } }), " Loop");
+    element("input", { type: "checkbox", checked: periodic, onchange: (event) => { clock.loop = event.target.checked; } }), " Loop");
   return element("div", { class: "bar" }, play, slider, readout, speed_menu(clock), loop);
 }
 
@@ -118,14 +119,15 @@ function key(runs, has_picture) {
 export function show_motion(runs, clock) {
   const { frame, picture } = stage(runs, clock);
   const names = Object.keys(VIEWS);
-  const views = picture && choice("View", names, 0, (index) => picture.look(names[index]));
+  const first = names.indexOf(runs.every((run) => run.flat) ? "Top" : names[0]);  // ellipses have no depth
+  const views = picture && choice("View", names, first, (index) => picture.look(names[index]));
   show("motion", element("div", { class: "above" }, key(runs, picture !== null), views), frame,
-    time_bar(clock, runs[0].frames.time.length));
+    time_bar(clock, runs[0].frames.time.length, runs.every((run) => run.periodic)));
   if (!picture) return;
   picture.controls.addEventListener("start", () => {
     picture.view = null;
     for (const button of views.children) button.setAttribute("aria-pressed", "false");
   });
   picture.resize();
-  picture.look(names[0]);
+  picture.look(names[first]);
 }
