@@ -50,7 +50,12 @@ void print_verdict(const Results& results, const std::string& folder) {
   if (results.solution.status != Status::simulated) fmt::print("{}", file::wrapped(report::remarks(results)));
   for (const std::string& line : report::momentum_lines(results)) fmt::print("  {}\n", line);
   for (const auto& [name, value] : report::facts(results)) fmt::print("  {:<28} {}\n", name, value);
-  fmt::print("  {:<28} {}/report.html\n", "report", folder.empty() ? "." : folder);
+  const std::string here = folder.empty() ? "." : folder;
+  fmt::print("  {:<28} {}/report.html\n", "report", here);
+  for (std::size_t n = 0; n < results.others.size(); ++n)
+    fmt::print("  {:<28} {}/{}/report.html: cost {}, {}\n", n == 0 ? "other minima" : "", here,
+               report::folder_of_other(n), report::number(results.others[n].solution.cost, 8),
+               file::word(*results.others[n].certificate->verdict));
 }
 
 // What is seldom meant, before time is spent on it.
@@ -111,6 +116,7 @@ int solve(const SolveArguments& arguments) {
   file::ProblemFile problem_file = file::read_problem_file(arguments.problem);
   maneuver::Search& search = problem_file.problem.search;
   if (arguments.starts > 0) search.starts = arguments.starts;
+  if (arguments.keep > 0) search.keep = arguments.keep;
   if (arguments.seed) search.seed = *arguments.seed;
   if (arguments.time_limit) search.time_limit = arguments.time_limit;
   study::SolveOptions options;
@@ -126,8 +132,7 @@ int solve(const SolveArguments& arguments) {
   file::require_writable(arguments.out);  // before the work, not after it
   tell_remarks(problem_file);
   const Results results = file::solve_task(problem_file, options, arguments.command, first);
-  file::write_files(arguments.out, {file::solution_file(results), file::trajectory_file(results),
-                                    file::finished_file("report.html", report::report_html(results))});
+  report::write_results(arguments.out, results);
   if (arguments.json) {
     fmt::print("{}", file::solution_text(results));
   } else {
@@ -170,8 +175,7 @@ int simulate(const SimulateArguments& arguments) {
     fmt::print(stderr, "lamprey: {}\n", results.solution.message);
     return numerical_failure;
   }
-  file::write_files(arguments.out, {file::solution_file(results), file::trajectory_file(results),
-                                    file::finished_file("report.html", report::report_html(results))});
+  report::write_results(arguments.out, results);
   print_verdict(results, arguments.out);
   fmt::print("{}", file::wrapped(results.solution.message));
   return exit_code(results.solution.status);

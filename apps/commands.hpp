@@ -26,7 +26,7 @@ struct SolveArguments {
   std::string solver;                   // newton or ipopt; empty: as suits the problem
   std::optional<bool> refinement = {};  // default: where it is cheap
   std::string first;                    // folder of the motion to begin at; empty: random first guesses
-  int starts = 0;                       // 0: the file's
+  int starts = 0, keep = 0;             // 0: the file's
   std::optional<unsigned long long> seed = {};
   std::optional<double> time_limit = {};  // s
 };

@@ -94,6 +94,11 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
   solve->add_option(
       "--first", arguments.solve.first,
       "folder of a stored motion of the same bodies and joints: the first guess, in the place of a random one");
+  solve
+      ->add_option(
+          "--keep", arguments.solve.keep,
+          "minima to write, by rising cost, instead of the file's search.keep; the second into DIR/minimum_2 ...")
+      ->check(CLI::Range(1, 1000));
   solve->add_option("--starts", arguments.solve.starts, "first guesses to try, instead of the file's search.starts")
       ->check(CLI::Range(1, 1'000'000));
   solve->add_option("--seed", arguments.solve.seed, "of the first guesses, instead of the file's search.seed")

@@ -85,9 +85,7 @@ nb::object feedback(const Trajectory& self) {
 
 void save(const Trajectory& self, const std::filesystem::path& directory) {
   const nb::gil_scoped_release unlocked;
-  const file::Results& results = self.results();
-  file::write_files(directory.string(), {file::solution_file(results), file::trajectory_file(results),
-                                         file::finished_file("report.html", report::report_html(results))});
+  report::write_results(directory.string(), self.results());
 }
 
 void write_report(const Trajectory& self, const std::filesystem::path& path) {
@@ -268,7 +266,9 @@ void bind_results(nb::module_& module) {
       .def("report", &write_report, "path"_a,
            "Writes the report, one HTML file that opens without a server or a network.")
       .def("save", &save, "directory"_a,
-           "Writes solution.json, trajectory.h5 and report.html into a directory, as `lamprey solve --out` does.")
+           "Writes solution.json, trajectory.h5 and report.html into a directory, as `lamprey solve --out` does; of "
+           "other "
+           "minima, too, each in a directory minimum_2, minimum_3 ... within it.")
       .def("__repr__", [](const Trajectory& self) { return shown("Trajectory", self); })
       .def("__getstate__", &state<Trajectory>)
       .def("__setstate__", &from_state<Trajectory>);
@@ -284,6 +284,16 @@ void bind_results(nb::module_& module) {
           "asked for.")
       .def_prop_ro("search", said("search"), nb::sig("def search(self) -> dict[str, typing.Any] | None"),
                    "starts, solved, minima [{cost, count, by_ipopt where both solvers searched}].")
+      .def_prop_ro(
+          "others",
+          [](const Solution& self) {
+            nb::list all;
+            for (const file::Results& other : self.results().others) all.append(nb::cast(Solution(other)));
+            return all;
+          },
+          nb::sig("def others(self) -> list[Solution]"),
+          "Of other minima, by rising cost, where search.keep of the problem is more than 1; not kept by pickle and "
+          "load_solution.")
       .def_prop_ro("solver", said("solver"), nb::sig("def solver(self) -> dict[str, typing.Any] | None"),
                    "name, iterations, evaluations, wall_seconds (of the search), total_wall_seconds (of the whole "
                    "answer), history.")

@@ -80,6 +80,17 @@ def test_the_answer_does_not_depend_on_workers_and_ipopt_agrees(translation, sol
     assert abs(other.cost / solution.cost - 1.0) < 1e-6
 
 
+def test_other_minima_are_kept_where_they_are_asked_for(root, tmp_path):
+    problem = lp.load(root / "examples" / "rotation.toml").changed(
+        time={"steps": 100, "duration": 1.0}, search={"starts": 8, "keep": 3})
+    best = lp.solve(problem, refinement=False)
+    costs = [best.cost] + [other.cost for other in best.others]
+    assert len(costs) == 3 and costs == sorted(costs)
+    assert all(other.certificate["verdict"] == "proved local minimum" and other.others == [] for other in best.others)
+    best.save(tmp_path / "run")
+    assert lp.load_solution(tmp_path / "run" / "minimum_3").cost == costs[2]
+
+
 def test_not_arriving_is_a_status(translation):
     late = lp.solve(translation.changed(time={"steps": 2000}), time_limit=1e-3)
     assert late.status == "time_limit" and late.message

@@ -261,11 +261,12 @@ void read_transcription(const TableReader& document, Problem& problem) {
 }
 
 void read_search(const TableReader& table, Problem& problem) {
-  table.allow_only({"starts", "whole_turns", "hops", "seed", "method", "tolerance", "time_limit"});
+  table.allow_only({"starts", "whole_turns", "hops", "keep", "seed", "method", "tolerance", "time_limit"});
   maneuver::Search& search = problem.search;
   search.starts = static_cast<int>(table.integer("starts", 1, 1'000'000).value_or(search.starts));
   search.whole_turns = static_cast<int>(table.integer("whole_turns", 0, 1'000'000).value_or(0));
   search.hops = static_cast<int>(table.integer("hops", 0, 1'000'000).value_or(0));
+  search.keep = static_cast<int>(table.integer("keep", 1, 1000).value_or(search.keep));
   constexpr std::int64_t largest_seed = std::numeric_limits<std::int64_t>::max();
   search.seed = static_cast<std::uint64_t>(table.integer("seed", 0, largest_seed).value_or(1));
   search.method = table.word("method", search_methods).value_or(SearchMethod::simultaneous);

@@ -87,6 +87,7 @@ struct Results {
   maneuver::Solution solution;
   std::optional<certificate::Certificate> certificate;
   Provenance provenance;
+  std::vector<Results> others = {};  // of other minima that are kept, by rising cost; each in a folder of its own
 };
 
 }  // namespace lamprey::file

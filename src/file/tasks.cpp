@@ -58,6 +58,15 @@ void add_false_turns(const Results& stored, std::vector<certificate::FalseClaim>
   }
 }
 
+Results with_answer(Results begun, study::Answer& answer) {
+  begun.solution = std::move(answer.solution);
+  begun.certificate = answer.certificate;
+  if (!begun.problem.free_duration) return begun;
+  begun.problem.duration = begun.solution.time.back();
+  begun.problem.time_step = begun.problem.duration / begun.problem.steps;
+  return begun;
+}
+
 }  // namespace
 
 model::System system_of(const ProblemFile& file) {
@@ -93,16 +102,12 @@ Results solve_task(const ProblemFile& file, study::SolveOptions options, const s
   }
   try {
     study::Answer answer = study::answer(system, file.problem, options);
-    results.solution = std::move(answer.solution);
-    results.certificate = answer.certificate;
+    for (study::Answer& other : answer.others)
+      results.others.push_back(with_answer(begun_results(file, system, command), other));
+    return with_answer(std::move(results), answer);
   } catch (const model::InputError& error) {
     throw located(error, file);
   }
-  if (file.problem.duration.free) {
-    results.problem.duration = results.solution.time.back();
-    results.problem.time_step = results.problem.duration / results.problem.steps;
-  }
-  return results;
 }
 
 Results certified(const Results& results) {

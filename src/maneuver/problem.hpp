@@ -98,6 +98,7 @@ struct Search {
   int whole_turns =
       0;  // of the starts the last so many, but not the first: they begin with joints that turn all the way round
   int hops = 0;  // further solves from perturbed copies of the best minimum so far
+  int keep = 1;  // minima that become answers, by rising cost
   std::uint64_t seed = 1;
   SearchMethod method = SearchMethod::simultaneous;
   double tolerance = 1e-8;           // on certificate.kkt

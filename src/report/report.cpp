@@ -1,9 +1,13 @@
 #include "report/report.hpp"
 
+#include <filesystem>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "file/solution_file.hpp"
+#include "file/trajectory_file.hpp"
 #include "model/input_error.hpp"
 #include "report/page_data.hpp"
 #include "report/page_template.hpp"
@@ -27,6 +31,14 @@ std::string filled(const std::vector<std::pair<std::string_view, std::string>>& 
   return html.append(page, done, std::string_view::npos);
 }
 
+// What write_results writes, and the folder where it holds nothing else.
+void remove_results(const std::filesystem::path& folder) {
+  std::error_code untold;
+  for (const char* name : {"trajectory.h5", "report.html", "solution.json"})
+    std::filesystem::remove(folder / name, untold);
+  std::filesystem::remove(folder, untold);
+}
+
 }  // namespace
 
 std::string report_html(const file::Results& results) {
@@ -47,6 +59,19 @@ std::string comparison_html(const file::Results& a, const file::Results& b) {
   return filled({{"%TITLE%", escaped(a.name + " | " + b.name)},
                  {"%SNAPSHOTS%", heading("A", a) + snapshot_figures(a) + heading("B", b) + snapshot_figures(b)},
                  {"%DATA%", page_data({&a, &b})}});
+}
+
+std::string folder_of_other(std::size_t n) { return "minimum_" + std::to_string(n + 2); }
+
+void write_results(const std::string& folder, const file::Results& results) {
+  const std::filesystem::path within = folder.empty() ? "." : folder;
+  for (std::size_t n = 0; n < results.others.size(); ++n)
+    write_results((within / folder_of_other(n)).string(), results.others[n]);
+  file::write_files(folder, {file::solution_file(results), file::trajectory_file(results),
+                             file::finished_file("report.html", report_html(results))});
+  for (std::size_t n = results.others.size(); std::filesystem::exists(within / folder_of_other(n) / "solution.json");
+       ++n)
+    remove_results(within / folder_of_other(n));
 }
 
 }  // namespace lamprey::report

@@ -16,6 +16,13 @@ std::string report_html(const file::Results& results);
 /// paired by index, so both swimmers must have the same numbers of them, or std::invalid_argument is thrown.
 std::string comparison_html(const file::Results& a, const file::Results& b);
 
+/// Writes FOLDER/solution.json, trajectory.h5 and report.html, all of them or none, and the same of each other minimum that the results
+/// hold into a folder within it; what earlier results left in such folders goes. Failures of file::write_files.
+void write_results(const std::string& folder, const file::Results& results);
+
+/// Name of the folder of other minimum n: minimum_2 of the first.
+std::string folder_of_other(std::size_t n);
+
 /// Stand-alone SVG: the swimmer seen from above (e₁ right, e₂ up) each 0.07 of the duration and at the end.
 std::string snapshot_svg(const file::Results& results);
 

@@ -89,6 +89,31 @@ void add_to(Answer& best, const Problem& problem, const Completion& found_out) {
   if (found_out.refinement) message += refinement_words(*found_out.refinement);
 }
 
+std::string words_on_steps(const Problem& problem, const Answer& of) {
+  return advice_on_steps(problem, of.certificate, of.solution) + unseen_work(of.certificate, of.solution);
+}
+
+// Of candidates in order of worth those after the first that are to be kept, each minimum once.
+std::vector<Answer> others(const model::System& system, const Problem& problem,
+                           const std::vector<const Certified*>& order, int workers, Parts& parts) {
+  std::vector<Answer> kept;
+  const auto known = [&](double cost) {
+    const auto same = [&](double other) { return std::abs(other - cost) <= cheaper_share * std::abs(cost); };
+    return same(order.front()->answer.solution.cost) ||
+           std::any_of(kept.begin(), kept.end(), [&](const Answer& of) { return same(of.solution.cost); });
+  };
+  for (const Certified* one : order) {
+    if (static_cast<int>(kept.size()) + 1 >= problem.search.keep) break;
+    if (one->answer.solution.status != Status::optimal || known(one->answer.solution.cost)) continue;
+    Answer other = one->answer;
+    add_to(other, problem, complete(system, problem, other, {}, workers, parts));
+    other.solution.message += words_on_steps(problem, other);
+    other.solution.solver.total_wall_seconds = parts.seconds();
+    kept.push_back(std::move(other));
+  }
+  return kept;
+}
+
 }  // namespace
 
 Answer answer(const model::System& system, const Problem& problem, const SolveOptions& options) {
@@ -123,9 +148,12 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   std::vector<Certified> found;
   for (std::size_t n = 0; n < candidates.solution.size(); ++n)
     if (proofs[n]) found.push_back({n, {candidates.solution[n], *proofs[n]}});
-  const auto chosen = std::min_element(found.begin(), found.end(), [&](const Certified& a, const Certified& b) {
-    return rank(problem, a.answer) < rank(problem, b.answer);
+  std::vector<const Certified*> order;
+  for (const Certified& one : found) order.push_back(&one);
+  std::stable_sort(order.begin(), order.end(), [&](const Certified* a, const Certified* b) {
+    return rank(problem, a->answer) < rank(problem, b->answer);
   });
+  const Certified* const chosen = order.front();
   Answer best = chosen->answer;
   const bool optimal = best.solution.status == Status::optimal;
   if (optimal) {
@@ -139,9 +167,9 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   }
   best.solution.message += cheaper_ones(problem, found, best.solution);
   if (optimal)
-    best.solution.message += advice_on_steps(problem, best.certificate, best.solution) +
-                             unseen_work(best.certificate, best.solution) + few_arrivals(best.solution) +
+    best.solution.message += words_on_steps(problem, best) + few_arrivals(best.solution) +
                              (options.solver == Backend::ipopt ? "" : untried_turns(system, problem));
+  if (optimal) best.others = others(system, problem, order, options.workers, parts);
   parts.tell(candidates.unsearched, best.solution);
   best.solution.solver.total_wall_seconds = parts.seconds();
   return best;

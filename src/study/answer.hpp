@@ -9,11 +9,13 @@ namespace lamprey::study {
 struct Answer {
   maneuver::Solution solution;
   certificate::Certificate certificate;
+  std::vector<Answer> others = {};  // of other minima, where more than one is to be kept
 };
 
 /// Solves and certifies every candidate; status and message say what the certificate shows. Of the proven candidates the cheapest
 /// one that its steps resolve is the answer: coarse grids hold motions that cost little only because they are wrong.
 /// An optimal answer comes with what second derivatives say, its cost on other grids where these are asked for, and gains about it.
+/// Where more minima are to be kept (search.keep) the next ones by the same order are answers, too, all but their costs on other grids.
 /// Time limit and interruption hold for these too: what has not begun by then is left out, and the message says so; an answer
 /// that was interrupted before it had all of them has status interrupted. One candidate at least is always certified.
 Answer answer(const model::System& system, const maneuver::Problem& problem, const SolveOptions& options);

@@ -38,6 +38,7 @@ constexpr int confirming_steps = 4;  // times the coarse grid's
 constexpr double settled_cost = 0.05;  // relative difference of cost between the two
 constexpr double faded = 1e-6;         // displacement over the swimmer's size: as good as none
 constexpr double same_minimum = 1e-6;  // relative difference of cost
+constexpr int candidates_of_kept = 4;  // for each minimum that is to be kept
 
 std::unique_ptr<Method> choose_method(const System& system, const Problem& problem, const SolveOptions& options,
                                       const Budget& budget) {
@@ -276,7 +277,9 @@ class Search {
       if (starts_[s].by_second) ++*record_.minima.back().by_ipopt;
     }
     if (candidates_.empty()) candidates_.push_back(order.front());
-    if (candidates_.size() > refined_candidates) candidates_.resize(refined_candidates);
+    const std::size_t most =
+        std::max(refined_candidates, static_cast<std::size_t>(candidates_of_kept * problem_.search.keep));
+    if (candidates_.size() > most) candidates_.resize(most);
     firsts_ = candidates_.size();
     // should all of these fail: starts that did not arrive may on more steps
     for (std::size_t s : order) {
@@ -292,14 +295,30 @@ class Search {
       options_.progress("interrupted: the best motion is refined, for 20 s at most; interrupt again to end without it");
   }
 
-  // Candidates at full resolution, where costs can be compared, two at a time by rising coarse cost, until an accepted one
-  // costs less than those still waiting; then spare ones, until one is accepted.
+  // Costs of accepted candidates, each minimum once.
+  class AcceptedCosts {
+   public:
+    void add(double cost) {
+      const auto same = [&](double other) { return std::abs(cost - other) <= same_minimum * std::abs(cost); };
+      if (std::none_of(costs_.begin(), costs_.end(), same)) costs_.push_back(cost);
+    }
+    int below(double cost) const {
+      return static_cast<int>(std::count_if(costs_.begin(), costs_.end(), [&](double own) { return own < cost; }));
+    }
+
+   private:
+    std::vector<double> costs_;
+  };
+
+  // Candidates at full resolution, where costs can be compared, two at a time by rising coarse cost, until as many accepted ones as
+  // are to be kept cost less than those still waiting; then spare ones, until one is accepted.
   void refine_candidates() {
-    double accepted_cost = std::numeric_limits<double>::infinity(), arrived_cost = accepted_cost;
+    AcceptedCosts accepted;
+    double arrived_cost = std::numeric_limits<double>::infinity();
     for (std::size_t first = 0, end = 0; first < candidates_.size(); first = end) {
       const bool spare = first >= firsts_;
       const double cheapest = spare ? std::numeric_limits<double>::max() : starts_[candidates_[first]].cost;
-      if (first > 0 && (budget_.stopped() || accepted_cost < cheapest)) break;
+      if (first > 0 && (budget_.stopped() || accepted.below(cheapest) >= (spare ? 1 : problem_.search.keep))) break;
       end = std::min(first + batch, spare ? candidates_.size() : firsts_);
       std::vector<const Found*> coarse;
       for (std::size_t c = first; c < end; ++c) coarse.push_back(&starts_[candidates_[c]]);
@@ -310,8 +329,7 @@ class Search {
         if (fine.path.rotation.empty()) continue;
         solutions_.push_back(describe(fine));
         found_.push_back(fine);
-        if (options_.accept && options_.accept(solutions_.back()))
-          accepted_cost = std::min(accepted_cost, solutions_.back().cost);
+        if (options_.accept && options_.accept(solutions_.back())) accepted.add(solutions_.back().cost);
         if (solutions_.back().status == maneuver::Status::optimal)
           arrived_cost = std::min(arrived_cost, solutions_.back().cost);
       }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <regex>
 
@@ -207,6 +208,26 @@ TEST(Hops, come_down_from_the_best_start_alike_on_any_number_of_workers) {
   EXPECT_EQ(alone.solution.search.solved, together.solution.search.solved);
   EXPECT_EQ(alone.solution.cost, together.solution.cost);
   EXPECT_LT(alone.solution.search.minima.front().cost, starts.solution.search.minima.front().cost);
+}
+
+// Other minima lie in folders of their own, as answers by themselves; those of an earlier run do not stay beside a later one's.
+TEST(KeptMinima, are_written_beside_the_best_one) {
+  const Folder folder;
+  const std::string path = varied_example(folder, "rotation", {{"steps", "100"}, {"starts", "8"}});
+  const std::string run = folder / "run";
+  const ProgramRun three = lamprey(folder, "solve " + path + " --no-refinement --keep 3 --out " + run);
+  ASSERT_EQ(three.exit_code, 0) << three.out << three.err;
+  EXPECT_NE(three.out.find("run/minimum_3/report.html: cost "), std::string::npos) << three.out;
+  const double best = file::read_solution(run).solution.cost;
+  const double second = file::read_solution(run + "/minimum_2").solution.cost;
+  EXPECT_LT(best, second);
+  EXPECT_LT(second, file::read_solution(run + "/minimum_3").solution.cost);
+  EXPECT_EQ(lamprey(folder, "verify " + run + "/minimum_3").exit_code, 0);
+  std::ofstream(run + "/minimum_3/notes.txt") << "somebody's own";
+  EXPECT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + run).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(run + "/minimum_2"));
+  EXPECT_FALSE(std::filesystem::exists(run + "/minimum_3/solution.json"));
+  EXPECT_TRUE(std::filesystem::exists(run + "/minimum_3/notes.txt"));
 }
 
 TEST(Shooting, stays_at_the_answer_of_the_simultaneous_method) {

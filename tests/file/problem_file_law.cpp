@@ -126,6 +126,7 @@ TEST(ProblemFile, the_other_sections_hold_the_numbers_of_the_file) {
   EXPECT_EQ(problem.cost_weights.transport, 3.5);
   EXPECT_EQ(problem.cost_weights.displacement, Vector3d(0.0, 1.5, 0.0));
   EXPECT_EQ(problem.search.starts, 16);
+  EXPECT_EQ(problem.search.keep, 3);
   EXPECT_EQ(problem.search.seed, 7U);
   EXPECT_EQ(problem.search.method, maneuver::SearchMethod::shooting);
   EXPECT_EQ(problem.search.tolerance, 1e-7);
