@@ -16,10 +16,12 @@
 #include "file/problem_file.hpp"
 #include "file/resolve.hpp"
 #include "file/solution_file.hpp"
+#include "file/table_files.hpp"
 #include "file/tasks.hpp"
 #include "file/text_table.hpp"
 #include "file/trajectory_file.hpp"
 #include "file/words.hpp"
+#include "integrator/scheme.hpp"
 #include "interrupt.hpp"
 #include "report/momentum_lines.hpp"
 #include "report/report.hpp"
@@ -131,7 +133,8 @@ int solve(const SolveArguments& arguments) {
   if (!arguments.first.empty()) first = {file::read_solution(arguments.first), arguments.first + "/solution.json"};
   file::require_writable(arguments.out);  // before the work, not after it
   tell_remarks(problem_file);
-  const Results results = file::solve_task(problem_file, options, arguments.command, first);
+  const auto task = arguments.resolve ? file::resolve_task : file::solve_task;
+  const Results results = task(problem_file, options, arguments.command, first);
   report::write_results(arguments.out, results);
   if (arguments.json) {
     fmt::print("{}", file::solution_text(results));
@@ -171,11 +174,15 @@ int simulate(const SimulateArguments& arguments) {
   file::require_writable(arguments.out);
   tell_remarks(problem_file);
   const Results results = file::march_task(problem_file, options, arguments.command);
-  if (results.solution.status == Status::stalled) {
+  const bool ended_early = results.solution.status == Status::stalled;
+  if (!ended_early || results.solution.time.size() > 1) report::write_results(arguments.out, results);
+  if (ended_early) {
     fmt::print(stderr, "lamprey: {}\n", results.solution.message);
+    if (results.solution.time.size() > 1)
+      fmt::print(stderr, "lamprey: what it came to, up to {} s, is in {}\n",
+                 report::number(results.solution.time.back()), arguments.out);
     return numerical_failure;
   }
-  report::write_results(arguments.out, results);
   print_verdict(results, arguments.out);
   fmt::print("{}", file::wrapped(results.solution.message));
   return exit_code(results.solution.status);
@@ -276,6 +283,22 @@ int report(const std::vector<std::string>& folders) {
   file::write_files(folders.front(), {file::finished_file(name, page),
                                       file::finished_file("snapshots.svg", report::snapshot_svg(results))});
   fmt::print("{}/{}\n", folders.front(), name);
+  return done;
+}
+
+int export_tables(const std::string& folder) {
+  const Results results = file::read_solution(folder);
+  const std::string path = folder + "/solution.json";
+  std::vector<file::PendingFile> tables = {file::angles_table(results, path)};
+  const bool moments = integrator::single_step(results.problem.scheme);
+  if (moments) tables.push_back(file::moments_table(results, path));
+  file::write_files(folder, tables);
+  fmt::print("{}/angles.csv\n", folder);
+  if (moments) fmt::print("{}/moments.csv\n", folder);
+  if (!moments)
+    fmt::print(stderr,
+               "lamprey: no moments.csv: above order 2 moments are polynomials over the stages of each step, "
+               "control_stages of solution.json\n");
   return done;
 }
 

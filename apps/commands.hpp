@@ -24,6 +24,7 @@ struct SolveArguments {
   bool json = false;
   int workers = 0;                      // 0: one for each core
   std::string solver;                   // newton or ipopt; empty: as suits the problem
+  bool resolve = false;                 // on more steps, until they resolve the answer
   std::optional<bool> refinement = {};  // default: where it is cheap
   std::string first;                    // folder of the motion to begin at; empty: random first guesses
   int starts = 0, keep = 0;             // 0: the file's
@@ -55,6 +56,7 @@ int simulate(const SimulateArguments& arguments);
 int check(const std::string& problem);
 int verify(const VerifyArguments& arguments);
 int report(const std::vector<std::string>& folders);
+int export_tables(const std::string& folder);
 int inertia(const std::vector<double>& semi_axes, double density, bool json);
 std::string version_line();
 

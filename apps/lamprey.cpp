@@ -30,7 +30,7 @@ struct Arguments {
   SolveArguments solve;
   SimulateArguments simulate;
   VerifyArguments verify;
-  std::string problem;
+  std::string problem, folder;
   std::vector<std::string> folders, bench;
   std::vector<double> semi_axes;
   double density = 0.0;
@@ -99,6 +99,8 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
           "--keep", arguments.solve.keep,
           "minima to write, by rising cost, instead of the file's search.keep; the second into DIR/minimum_2 ...")
       ->check(CLI::Range(1, 1000));
+  solve->add_flag("--resolve", arguments.solve.resolve,
+                  "where the file's steps do not resolve the answer, solve from it on again on more, until they do");
   solve->add_option("--starts", arguments.solve.starts, "first guesses to try, instead of the file's search.starts")
       ->check(CLI::Range(1, 1'000'000));
   solve->add_option("--seed", arguments.solve.seed, "of the first guesses, instead of the file's search.seed")
@@ -192,6 +194,10 @@ void describe_others(CLI::App& app, Arguments& arguments) {
                      "problem file (TOML) whose question the answer has to be one to");
   CLI::App* report = app.add_subcommand("report", "Write the report again; with two folders, compare them");
   report->add_option("folders", arguments.folders, "one folder, or two to compare")->required()->expected(1, 2);
+  CLI::App* tables = app.add_subcommand(
+      "export",
+      "Write a motion's joint angles and moments as tables, angles.csv and moments.csv, as simulate reads them");
+  tables->add_option("folder", arguments.folder, "folder of a solution.json, into which they go")->required();
   CLI::App* inertia = app.add_subcommand(
       "inertia", "Mass and inertia of an ellipsoid, or of an ellipse in the plane, with the fluid it drags along");
   inertia
@@ -224,6 +230,7 @@ int dispatch(const CLI::App& app, const Arguments& arguments, const std::string&
   if (app.got_subcommand("check")) return check(arguments.problem);
   if (app.got_subcommand("verify")) return verify(arguments.verify);
   if (app.got_subcommand("report")) return report(arguments.folders);
+  if (app.got_subcommand("export")) return export_tables(arguments.folder);
   if (app.got_subcommand("inertia")) return inertia(arguments.semi_axes, arguments.density, arguments.json);
   return run_bench(program, arguments.peers, arguments.quick);
 }

@@ -237,7 +237,7 @@ class Trajectory:
 
     def save(self, directory: str | os.PathLike) -> None:
         """
-        Writes solution.json, trajectory.h5 and report.html into a directory, as `lamprey solve --out` does.
+        Writes solution.json, trajectory.h5 and report.html into a directory, as `lamprey solve --out` does; of other minima, too, each in a directory minimum_2, minimum_3 ... within it.
         """
 
     def __repr__(self) -> str: ...
@@ -265,6 +265,12 @@ class Solution(Trajectory):
     def search(self) -> dict[str, Any] | None:
         """
         starts, solved, minima [{cost, count, by_ipopt where both solvers searched}].
+        """
+
+    @property
+    def others(self) -> list[Solution]:
+        """
+        Of other minima, by rising cost, where search.keep of the problem is more than 1; not kept by pickle and load_solution.
         """
 
     @property

@@ -205,6 +205,9 @@ void bind_results(nb::module_& module) {
       .def_prop_ro("problem", said("problem"), nb::sig("def problem(self) -> dict[str, typing.Any]"),
                    "The problem as resolved: bodies, joints (indices), scheme, time_step, duration, steps, cost_rule, "
                    "goal, ...")
+      .def_prop_ro(
+          "duration", [](const Trajectory& self) { return self.results().problem.duration; },
+          "s; of a free duration the one found.")
       .def_prop_ro("time", at("time"), nb::sig(LAMPREY_ARRAY("time")), "(nodes,) s.")
       .def_prop_ro("position", at("position"), nb::sig(LAMPREY_ARRAY("position")),
                    "(nodes, 3) m, mass centre of the root, world frame.")

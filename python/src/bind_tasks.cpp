@@ -107,7 +107,7 @@ std::optional<file::StoredMotion> stored_motion(const nb::object& motion, const 
 
 Solution solve(nb::handle asked, const std::optional<int>& workers, const std::optional<std::string>& solver,
                const std::optional<bool>& refinement, const std::optional<double>& time_limit, const nb::object& first,
-               const nb::object& progress) {
+               const nb::object& progress, bool resolve) {
   const Problem problem = problem_or_loaded(asked);
   Call call("solve");
   call.add("workers", workers);
@@ -125,9 +125,11 @@ Solution solve(nb::handle asked, const std::optional<int>& workers, const std::o
   std::optional<file::Results> results;
   const std::optional<file::StoredMotion> begin = stored_motion(first, "first");
   if (begin) call.add("first", std::optional(begin->path));
+  if (resolve) call.add("resolve", std::optional<std::string>("True"));
+  const auto task = resolve ? file::resolve_task : file::solve_task;
   const auto signal = run_long([&](const Interrupted& interrupted) {
     options.interrupted = interrupted;
-    results = file::solve_task(file, options, call.text(), begin);
+    results = task(file, options, call.text(), begin);
   });
   if (signal && results) throw_with(*signal, nb::cast(Solution(std::move(*results))));
   if (signal) throw nb::python_error(*signal);
@@ -392,11 +394,12 @@ void bind_tasks(nb::module_& module) {
   module.def(
       "solve", &solve, "problem"_a, nb::kw_only(), "workers"_a = nb::none(), "solver"_a = nb::none(),
       "refinement"_a = nb::none(), "time_limit"_a = nb::none(), "first"_a = nb::none(), "progress"_a = nb::none(),
+      "resolve"_a = false,
       nb::sig("def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: "
               "typing.Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: "
               "float | "
               "None = None, first: Trajectory | str | os.PathLike | None = None, progress: typing.Callable[[str], "
-              "object] | None = None) -> Solution"),
+              "object] | None = None, resolve: bool = False) -> Solution"),
       "Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.\n\n"
       "problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); "
       "the answer does not depend on it.\n"
@@ -406,7 +409,9 @@ void bind_tasks(nb::module_& module) {
       "time_limit: s, wall clock, instead of the problem's. first: a motion of the same bodies and joints, or its "
       "directory: the first\nguess, in the place of a random one; its goal, limits, bodies' sizes and steps may have "
       "been "
-      "others. progress: called with\nlines for people, from any thread.\n\n"
+      "others. progress: called with\nlines for people, from any thread. resolve: where the problem's steps do not "
+      "resolve the answer, solve from it on "
+      "again on more,\nuntil they do: the answer then has more steps than the problem.\n\n"
       "Not arriving is a status, no exception. Raises InputError for problems that cannot be solved. Ctrl-C raises\n"
       "KeyboardInterrupt once the search has stopped; its attribute `solution` then holds the best point so far, with "
       "status\n\"interrupted\": `except KeyboardInterrupt as stop: stop.solution`.");

@@ -91,6 +91,16 @@ def test_other_minima_are_kept_where_they_are_asked_for(root, tmp_path):
     assert lp.load_solution(tmp_path / "run" / "minimum_3").cost == costs[2]
 
 
+def test_steps_that_do_not_resolve_an_answer_are_a_first_look(root):
+    problem = lp.load(root / "examples" / "rotation.toml").changed(
+        time={"steps": 60, "duration": 1.0}, search={"starts": 4})
+    coarse = lp.solve(problem, refinement=False)
+    fine = lp.solve(problem, refinement=False, resolve=True)
+    assert not coarse.certificate["resolved"] and fine.certificate["resolved"]
+    assert len(coarse.time) == 61 and len(fine.time) > 61
+    assert fine.duration == coarse.duration == 1.0
+
+
 def test_not_arriving_is_a_status(translation):
     late = lp.solve(translation.changed(time={"steps": 2000}), time_limit=1e-3)
     assert late.status == "time_limit" and late.message

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -92,6 +93,8 @@ struct LimitsKept {
   double time = unset;             // s, of the worst
   double complementarity = unset;  // largest |multiplier · margin| / (cost / duration)
   double negative = unset;         // most negative multiplier / the largest; 0 where none is
+  std::map<std::string, double> reached =
+      {};  // key of a limit that nearly holds somewhere → share of the nodes; not stored
 };
 
 /// Costs beside effort and time along the stored motion.

@@ -165,7 +165,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.control_error = space.outside;
   if (problem.limits.any() || problem.duration.free || !problem.waypoints.empty()) {
     const LimitCheck kept = check_limits(motion);
-    proof.limits = {kept.violation, kept.key, kept.time, kept.complementarity, kept.negative};
+    proof.limits = {kept.violation, kept.key, kept.time, kept.complementarity, kept.negative, kept.reached};
   }
   const CostCheck cost = check_cost(motion);
   proof.velocity_error = velocity_error(motion, node_states(motion), balance.scale);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
+#include <set>
 #include <tuple>
 
 #include "certificate/certificate.hpp"
@@ -244,10 +246,13 @@ double scale_of(const StoredMotion& motion, const Bound& bound) {
 
 }  // namespace
 
+constexpr double nearly_reached = 1e-2;  // of what a margin is large or small beside
+
 LimitCheck check_limits(const StoredMotion& motion) {
   LimitCheck check;
   double largest = 0.0;
   const double cost_rate = std::max(spent_rate(motion), 1e-300);
+  std::map<std::string, std::set<int>> nodes;  // where limits of one key nearly hold
   for (const Bound& bound : bounds_of(motion)) {
     const std::vector<double>* multipliers = multipliers_of(motion, bound);
     for (int k = 0; k <= motion.steps; ++k) {
@@ -256,7 +261,9 @@ LimitCheck check_limits(const StoredMotion& motion) {
       const double violation = (bound.equality() ? std::abs(own) : -own) / unit_of(bound);
       if (violation > check.violation || !std::isfinite(violation))
         check.violation = violation, check.key = bound.key, check.time = k * motion.time_step;
-      if (!multipliers || bound.equality()) continue;
+      if (bound.equality()) continue;
+      if (own <= nearly_reached * scale_of(motion, bound)) nodes[bound.key].insert(k);
+      if (!multipliers) continue;
       const double pull = (*multipliers)[at(k)];
       check.complementarity = std::max(check.complementarity, std::abs(pull * own) / cost_rate);
       check.negative = std::max(check.negative, -pull * scale_of(motion, bound));
@@ -264,6 +271,7 @@ LimitCheck check_limits(const StoredMotion& motion) {
     }
   }
   if (largest > 0.0) check.negative /= largest;
+  for (const auto& [key, there] : nodes) check.reached[key] = static_cast<double>(there.size()) / (motion.steps + 1);
   return check;
 }
 

@@ -2,6 +2,7 @@
 // their multipliers add to the conditions of optimality. Derivatives by central differences of the margins.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct LimitCheck {
   double time = 0.0;             // s
   double complementarity = 0.0;  // largest |multiplier · margin| over the nodes, against the cost over the duration
   double negative = 0.0;         // most negative multiplier of a limit, against the largest
+  std::map<std::string, double> reached = {};  // key of a limit that nearly holds somewhere → share of the nodes
 };
 
 LimitCheck check_limits(const StoredMotion& motion);

@@ -241,13 +241,19 @@ std::vector<TableColumn> columns_in_order(TableKind kind, const Joints& joints) 
   return columns;
 }
 
+std::vector<std::string> column_names(TableKind kind, const Joints& joints) {
+  const Columns known(kind, joints);
+  std::vector<std::string> names;
+  for (const JointPart& place : known.in_order()) names.push_back(known.name(place));
+  return names;
+}
+
 std::string header_in_order(TableKind kind, const Joints& joints) {
   constexpr std::size_t enough = 4;  // columns by which the order is plain
-  const Columns known(kind, joints);
-  const std::vector<JointPart> places = known.in_order();
+  const std::vector<std::string> names = column_names(kind, joints);
   std::string text = "t";
-  for (std::size_t n = 0; n < std::min(places.size(), enough); ++n) text += ", " + known.name(places[n]);
-  return text + (places.size() > enough ? ", ..." : "");
+  for (std::size_t n = 0; n < std::min(names.size(), enough); ++n) text += ", " + names[n];
+  return text + (names.size() > enough ? ", ..." : "");
 }
 
 }  // namespace lamprey::file

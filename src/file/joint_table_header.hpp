@@ -48,6 +48,9 @@ std::vector<TableColumn> columns_in_order(TableKind kind, const std::vector<mode
 TableHeader read_table_header(TableKind kind, const std::vector<std::string_view>& cells,
                               const std::vector<model::JointDescription>& joints);
 
+/// Names of the columns in the joints' order, without units.
+std::vector<std::string> column_names(TableKind kind, const std::vector<model::JointDescription>& joints);
+
 /// The header that says the same as the joints' order: "t, front x, front y, front z, back x, ...", the first few of it.
 std::string header_in_order(TableKind kind, const std::vector<model::JointDescription>& joints);
 

@@ -228,7 +228,9 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
   maneuver::SimulateOptions simulation{.adaptive = options.adaptive, .interrupted = options.interrupted};
   maneuver::ControlFunction control = maneuver::no_control(system);
   const maneuver::MotorLimits motors(system, problem);
-  double asked = 0.0, cut = 0.0;  // how often moments were
+  double asked = 0.0, cut = 0.0;   // how often moments were
+  double asked_at = 0.0;           // s, the last time
+  std::optional<double> cut_from;  // s
   if (options.control)
     control = [&](double time) { return maneuver::moments_at_zero_angle(system, options.control(time)); };
   if (options.controls) {
@@ -238,14 +240,17 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
   if (followed) {
     if (followed->from == 0.0) simulation.motion = motion_of(followed->plan, system, problem);
     control = [followed](double time) { return followed->law.planned(followed->from + time); };
-    simulation.feedback = [followed](double time, const integrator::ReferenceState& state) {
+    simulation.feedback = [followed, &asked_at](double time, const integrator::ReferenceState& state) {
+      asked_at = time;
       return followed->law.moments(followed->from + time, state);
     };
     if (motors.any())
-      simulation.given = [&motors, &asked, &cut](const mechanics::Moments& moments) {
+      simulation.given = [&](const mechanics::Moments& moments) {
         mechanics::Moments given = motors.within(moments);
         ++asked;
-        if (cuts(moments, given)) ++cut;
+        if (!cuts(moments, given)) return given;
+        ++cut;
+        cut_from = std::min(asked_at, cut_from.value_or(asked_at));
         return given;
       };
   }
@@ -256,6 +261,7 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
     solution.tracking = maneuver::tracking_of(followed->law, solution, followed->from);
     solution.tracking->maneuver = followed->results.name;
     if (asked > 0.0) solution.tracking->cut_share = cut / asked;
+    solution.tracking->cut_from = cut_from;
   }
   return solution;
 }
@@ -322,22 +328,33 @@ std::unique_ptr<Followed> followed_from_start(MarchOptions& options, const model
   return followed;
 }
 
+// Whether it kept to its plan, and why not.
+std::string remarks_on_tracking(const maneuver::Tracking& tracking) {
+  std::string text;
+  if (tracking.lost() && tracking.cut_first())
+    text += fmt::format(
+        " The feedback had lost the plan, {:.2g} rad beside it at most: its motors are at their limits of "
+        "torque from {:.3g} s on; a plan with smaller limits leaves them a reserve.",
+        tracking.largest_rotation_error, *tracking.cut_from);
+  else if (tracking.lost())
+    text += fmt::format(
+        " The feedback had lost the plan, {:.2g} rad beside it at most{}: its gains answer smaller "
+        "differences of start, swimmer and scheme only, and neither more steps nor stronger motors mend "
+        "that; servos along the maneuver's angles (--angles) may, or plans renewed on the way.",
+        tracking.largest_rotation_error,
+        tracking.off_from ? fmt::format(", from {:.3g} s on", *tracking.off_from) : "");
+  if (tracking.cut_share > 0.0)
+    text += fmt::format(
+        " At {:.1f} % of the times at which the feedback asked for moments the problem's limits of torque cut some.",
+        100.0 * tracking.cut_share);
+  return text;
+}
+
 // What people should know of a march, as further sentences.
 std::string remarks_on(const MarchOptions& options, const model::System& system, const Problem& problem,
                        const Results& results) {
   std::string text;
-  if (results.solution.tracking && results.solution.tracking->lost())
-    text +=
-        fmt::format(" The feedback had lost the plan, {:.2g} rad beside it at most: {}.",
-                    results.solution.tracking->largest_rotation_error,
-                    results.solution.tracking->cut_share > 0.0
-                        ? "its motors are at their limits of torque; a plan with smaller limits leaves them a reserve"
-                        : "its gains answer smaller differences of start, swimmer and scheme only, and more steps do "
-                          "not mend that");
-  if (results.solution.tracking && results.solution.tracking->cut_share > 0.0)
-    text += fmt::format(
-        " At {:.2g} % of the times at which the feedback asked for moments the problem's limits of torque cut some.",
-        100.0 * results.solution.tracking->cut_share);
+  if (results.solution.tracking) text += remarks_on_tracking(*results.solution.tracking);
   if (options.followed) {
     constexpr double whole_share = 1.0 - 1e-9;
     const double whole = options.followed->solution.time.back(), marched = problem.duration.value;

@@ -259,7 +259,9 @@ maneuver::Tracking read_tracking(const JsonReader& reader) {
           reader.at("largest_rotation_error").number_or_nan(),
           reader.at("largest_position_error").number_or_nan(),
           reader.at("largest_correction").number_or_nan(),
-          reader.has("cut_share") ? reader.at("cut_share").number() : 0.0};
+          reader.has("cut_share") ? reader.at("cut_share").number() : 0.0,
+          reader.has("cut_from") ? std::optional(reader.at("cut_from").number()) : std::nullopt,
+          reader.has("off_from") ? std::optional(reader.at("off_from").number()) : std::nullopt};
 }
 
 void read_momentum(const JsonReader& reader, std::size_t nodes, maneuver::MomentumHistory& momentum) {

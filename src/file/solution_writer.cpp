@@ -324,6 +324,8 @@ std::string tracking_text(const maneuver::Tracking& tracking) {
   text.add("largest_position_error", json(tracking.largest_position_error));
   text.add("largest_correction", json(tracking.largest_correction));
   if (tracking.cut_share > 0.0) text.add("cut_share", json(tracking.cut_share));
+  if (tracking.cut_from) text.add("cut_from", json(*tracking.cut_from));
+  if (tracking.off_from) text.add("off_from", json(*tracking.off_from));
   return text.finished();
 }
 

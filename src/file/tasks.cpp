@@ -12,6 +12,7 @@
 #include "file/solution_file.hpp"
 #include "file/stored_question.hpp"
 #include "file/trajectory_file.hpp"
+#include "study/advice.hpp"
 #include "study/answer.hpp"
 #include "study/faults.hpp"
 #include "study/refinement.hpp"
@@ -20,6 +21,8 @@
 namespace lamprey::file {
 
 namespace {
+
+constexpr int most_resolving_rounds = 4;
 
 // What costs on other grids say of the answer's: the costs themselves no file shows again.
 certificate::Refinement refinement_again(const certificate::Refinement& stored, const maneuver::Problem& problem,
@@ -89,8 +92,9 @@ Results begun_results(const ProblemFile& file, const model::System& system, cons
   return results;
 }
 
-Results solve_task(const ProblemFile& file, study::SolveOptions options, const std::string& command,
+Results solve_task(const ProblemFile& file, const study::SolveOptions& asked, const std::string& command,
                    const std::optional<StoredMotion>& first) {
+  study::SolveOptions options = asked;
   const bool of_ipopt = options.solver == study::Backend::ipopt || options.solver == study::Backend::both;
   require_supported(file, of_ipopt ? Purpose::solve_with_ipopt : Purpose::solve);
   const model::System system = system_of(file);
@@ -108,6 +112,39 @@ Results solve_task(const ProblemFile& file, study::SolveOptions options, const s
   } catch (const model::InputError& error) {
     throw located(error, file);
   }
+}
+
+Results resolve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command,
+                     const std::optional<StoredMotion>& first) {
+  Results results = solve_task(file, options, command, first);
+  ProblemFile finer = file;
+  maneuver::Search& search = finer.problem.search;
+  search.starts = search.keep = 1;
+  search.hops = search.whole_turns = 0;
+  study::SolveOptions onwards = options;
+  onwards.first_alone = true;
+  for (int round = 0; round < most_resolving_rounds && !(options.interrupted && options.interrupted()); ++round) {
+    const auto steps = study::steps_to_resolve(finer.problem, *results.certificate, results.solution);
+    double& seconds = results.solution.solver.total_wall_seconds;
+    if (file.problem.search.time_limit) search.time_limit = *file.problem.search.time_limit - seconds;
+    if (!steps || (search.time_limit && *search.time_limit <= 0.0)) break;
+    if (options.progress) options.progress(fmt::format("these steps do not resolve it: again on {}", *steps));
+    finer.problem.steps = *steps;
+    Results again = solve_task(finer, onwards, command, StoredMotion{results, "the answer on fewer steps"});
+    seconds += again.solution.solver.total_wall_seconds;
+    if (again.solution.status != maneuver::Status::optimal) {
+      results.solution.message += fmt::format(" From it the search on {} steps did not arrive.", *steps);
+      break;
+    }
+    again.solution.message += fmt::format(
+        " It was found on {} steps, which do not resolve it, and solved again on these.", file.problem.steps);
+    again.solution.solver.total_wall_seconds = seconds;
+    again.solution.solver.wall_seconds += results.solution.solver.wall_seconds;
+    again.solution.search = results.solution.search;  // which found it
+    again.others = std::move(results.others);
+    results = std::move(again);
+  }
+  return results;
 }
 
 Results certified(const Results& results) {

@@ -33,8 +33,13 @@ struct StoredMotion {
 
 /// Finds the maneuver and its certificate. Throws model::InputError, with its place, for problems that are not solved, and for
 /// a first motion that is none of the problem's swimmer.
-Results solve_task(const ProblemFile& file, study::SolveOptions options, const std::string& command,
+Results solve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command,
                    const std::optional<StoredMotion>& first = {});
+
+/// The same, and where its steps do not resolve the answer from it on once more on as many as its replay proposes, until they do: a few
+/// times, within the time limit, while searches arrive. The results are then of more steps than the file's, and their message says so.
+Results resolve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command,
+                     const std::optional<StoredMotion>& first = {});
 
 struct MarchOptions {
   std::optional<maneuver::Scheme> scheme = {};  // instead of the file's

@@ -97,8 +97,12 @@ struct Tracking {
   double largest_position_error = 0.0;  // m, at any node
   double largest_correction = 0.0;      // N m, of a joint's moment against the planned one, at any node
   double cut_share = 0.0;               // of the times at which moments were asked for: limits of torque cut some
+  std::optional<double> cut_from = {};  // s, the first of these times
+  std::optional<double> off_from = {};  // s, when a body was first farther off than gains about the plan surely answer
   /// Whether the swimmer was farther off than gains about the plan can mean, and did not come back.
   bool lost() const { return largest_rotation_error > 0.5 && rotation_error > 0.1; }
+  /// Whether moments were cut before: motors at their limits are why, if anything is.
+  bool cut_first() const { return cut_from && (!off_from || *cut_from < *off_from); }
 };
 
 /// What a motion costs by each measure, before weighting.

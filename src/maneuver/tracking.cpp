@@ -13,7 +13,8 @@ namespace {
 using model::at;
 using model::System;
 
-constexpr double answered = 1e-9;  // of the largest gain
+constexpr double answered = 1e-9;         // of the largest gain
+constexpr double surely_answered = 0.05;  // rad
 
 }  // namespace
 
@@ -63,6 +64,7 @@ Tracking tracking_of(const integrator::FeedbackLaw& law, const Solution& marched
     for (std::size_t i = 0; i < planned.rotation.size(); ++i)
       tracking.rotation_error = std::max(tracking.rotation_error,
                                          lie::rotation_angle(planned.rotation[i].transpose() * marched.rotation[k][i]));
+    if (tracking.rotation_error > surely_answered && !tracking.off_from) tracking.off_from = marched.time[k];
     tracking.position_error = (marched.position[k] - planned.position).norm();
     tracking.largest_rotation_error = std::max(tracking.largest_rotation_error, tracking.rotation_error);
     tracking.largest_position_error = std::max(tracking.largest_position_error, tracking.position_error);

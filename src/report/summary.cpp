@@ -120,9 +120,9 @@ void append_tracking(const maneuver::Tracking& tracking, std::vector<std::pair<s
   rows.emplace_back("Off the plan at most", off(tracking.largest_rotation_error, tracking.largest_position_error));
   rows.emplace_back("Largest correction", number(tracking.largest_correction, 3) + " N m");
   if (tracking.cut_share > 0.0)
-    rows.emplace_back("Limits of torque", "cut moments at " + number(100.0 * tracking.cut_share, 2) + " % of times");
+    rows.emplace_back("Limits of torque", fmt::format("cut moments at {:.1f} % of times", 100.0 * tracking.cut_share));
   if (tracking.lost())
-    rows.emplace_back("Feedback", tracking.cut_share > 0.0
+    rows.emplace_back("Feedback", tracking.cut_first()
                                       ? "has lost the plan: motors are at their limits of torque"
                                       : "has lost the plan: start, swimmer or scheme differ from it by more than gains "
                                         "answer");
@@ -303,6 +303,8 @@ std::string verdict(const file::Results& results) {
   const bool rests = results.problem.goal && results.problem.goal->rest;
   if (rests && !std::isnan(proof.rest_error))
     parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));
+  if (proof.limits && proof.limits->violation > certificate::limit_mark)
+    parts.push_back(certificate::violation_in_words(proof.limits->key, proof.limits->violation, proof.limits->time));
   if (!std::isnan(proof.kkt)) parts.push_back(fmt::format("optimality conditions within {}", number(proof.kkt, 2)));
   if (proof.second_order)
     parts.push_back(fmt::format("smallest curvature {}", number(proof.second_order->smallest_eigenvalue, 2)));
@@ -347,8 +349,8 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solution.solver.name);
   if (const maneuver::SearchRecord& search = solution.search; sought && search.starts > 1)
     rows.emplace_back("First guesses",
-                      fmt::format("{}{}{}, {} arrived, at {}{}", search.starts,
-                                  search.strokes > 0 ? fmt::format(", {} of them of many strokes", search.strokes) : "",
+                      fmt::format("{}{}{}, {} arrived, at {}{}", search.starts - search.strokes,
+                                  search.strokes > 0 ? fmt::format(", and {} of many strokes", search.strokes) : "",
                                   search.hops > 0 ? fmt::format(" and {} hops", search.hops) : "", search.solved,
                                   minima_in_words(search.minima.size()), by_solvers(search)));
   if (sought && solution.solver.iterations > 0) {

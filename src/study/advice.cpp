@@ -24,10 +24,11 @@ using maneuver::Solution;
 using maneuver::Status;
 
 constexpr int few_steps = 50;
-constexpr double enough_digits = 1.0005;    // so that four digits of a time are enough of it
-constexpr double loosest_tolerance = 1e-4;  // of stationarity, that is worth proposing
-constexpr double nearly_there = 1e-3;       // rad or swimmer's sizes, of a goal
-constexpr double other_units = 1e3;         // times a bound on moments, by which motions of these sizes hardly break it
+constexpr double most_steps_proposed = 1e5;  // to be solved on unasked
+constexpr double enough_digits = 1.0005;     // so that four digits of a time are enough of it
+constexpr double loosest_tolerance = 1e-4;   // of stationarity, that is worth proposing
+constexpr double nearly_there = 1e-3;        // rad or swimmer's sizes, of a goal
+constexpr double other_units = 1e3;  // times a bound on moments, by which motions of these sizes hardly break it
 
 // A power of ten, or twice or five times one, that is not below the value.
 double rounded_up(double value) {
@@ -47,7 +48,8 @@ std::string advice_where_met(const Problem& problem, const Certificate& proof, c
   if (!far_turn(problem, solution).empty()) words += finer + ", ";
   words += problem.search.starts == 1 ? "[search] starts = 8, another seed" : "more starts, another seed";
   if (proof.kkt > problem.search.tolerance && proof.kkt <= loosest_tolerance)
-    words += "; where so much is enough, [search] tolerance = " + number(rounded_up(proof.kkt)) + " accepts it";
+    words += "; where so much is enough, [search] tolerance = " + number(rounded_up(proof.kkt)) + " accepts it" +
+             (proof.kkt > certificate::proof_mark ? ", unproved" : "");
   return words;
 }
 
@@ -107,13 +109,18 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
   const bool resolved = unmet(problem, proof).empty() && fading(problem, solution).empty();
   if (resolved) return advice_where_met(problem, proof, solution);
   std::string words = "try ";
-  if (solution.status == Status::time_limit) {  // tells nothing of what is asked
+  if (solution.status == Status::time_limit) {  // tells little of what is asked
     words += "a longer search.time_limit";
     if (problem.steps > few_steps)
       words += ", or fewer time.steps, whose answer lamprey solve --first begins with on as many as these";
     if (problem.duration.free && !solution.time.empty() &&
         solution.time.back() > problem.duration.max * (1.0 + limit_mark))
       words += ", or a larger time.max";
+    const bool placed = problem.goal && std::any_of(problem.goal->move.begin(), problem.goal->move.end(),
+                                                    [](const auto& along) { return along.has_value(); });
+    if (placed && (problem.goal->turn || !problem.goal->rotation.empty()) &&
+        !(proof.goal_error <= certificate::goal_mark))
+      words += ", or first the same with goal.move \"free\", which shows where such motions go by themselves";
     return words;
   }
   if (!fading(problem, solution).empty()) {
@@ -164,6 +171,12 @@ std::string unseen_work(const Certificate& proof, const Solution& solution) {
          "seem. More weight on cost.effort, or one on cost.smoothness, makes moments smoother.";
 }
 
+std::optional<int> steps_to_resolve(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  if (solution.status != Status::optimal || unresolved(problem, solution, proof).empty()) return std::nullopt;
+  const double steps = static_cast<double>(problem.steps) * more_steps(problem, proof);
+  return steps <= most_steps_proposed ? std::optional(static_cast<int>(steps)) : std::nullopt;
+}
+
 std::string advice_on_steps(const Problem& problem, const Certificate& proof, const Solution& solution) {
   std::string missed = unresolved(problem, solution, proof);
   const auto& replay = proof.replay;
@@ -174,8 +187,8 @@ std::string advice_on_steps(const Problem& problem, const Certificate& proof, co
   if (missed.empty() && lost)
     missed = "its replay with feedback ends " + number(replay->feedback_rotation_error) + " rad beside it";
   if (missed.empty()) return "";
-  const std::string mend =
-      "try [time] steps = " + std::to_string(problem.steps * more_steps(problem, proof)) + " or more";
+  const std::string mend = "try [time] steps = " + std::to_string(problem.steps * more_steps(problem, proof)) +
+                           " or more (lamprey solve --resolve goes on to them by itself)";
   return " These steps do not resolve the motion: " + missed + "; " +
          (mostly_work(problem, solution) && unseen_work(proof, solution).empty()
               ? "work is least in impulses, which finer steps only make shorter: more weight on cost.effort" +

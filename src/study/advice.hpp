@@ -1,6 +1,7 @@
 // What to try where a motion is not the optimal answer, or where its steps are too coarse for it.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "certificate/certificate.hpp"
@@ -25,5 +26,9 @@ std::string untried_turns(const model::System& system, const maneuver::Problem& 
 
 /// Where the joints do other work within steps than the nodes show, as sentences after a blank. Empty where both agree.
 std::string unseen_work(const certificate::Certificate& certificate, const maneuver::Solution& solution);
+
+/// On how many steps an optimal answer may be resolved; nothing where it is, or where finer steps do not mend it.
+std::optional<int> steps_to_resolve(const maneuver::Problem& problem, const certificate::Certificate& proof,
+                                    const maneuver::Solution& solution);
 
 }  // namespace lamprey::study

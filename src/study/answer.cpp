@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "study/advice.hpp"
@@ -119,13 +120,14 @@ std::vector<Answer> others(const model::System& system, const Problem& problem,
 Answer answer(const model::System& system, const Problem& problem, const SolveOptions& options) {
   Parts parts(problem, options);
   std::vector<std::optional<Certificate>> proofs;
-  bool proven = false, met = false;  // whether a candidate is
+  bool proven = false;                                      // whether a candidate is
+  double met_at = std::numeric_limits<double>::infinity();  // cost of the cheapest one that keeps all that is asked
   SolveOptions certified = options;
   certified.accept = [&](Solution& solution) {
     // without a certificate an answer is worth little: time or not, the first candidate has one, and so have others that
-    // may be proven where none is yet, or keep what is asked where none does
+    // may be proven where none is yet, or keep what is asked at less cost than those that do
     const bool needed = proofs.empty() || (!proven && solution.status == Status::optimal) ||
-                        (!met && solution.status == Status::feasible);
+                        (!proven && solution.status == Status::feasible && solution.cost < met_at);
     proofs.emplace_back();
     if (!needed && !parts.begins(Part::other_candidate)) return false;
     parts.progress("certifying");
@@ -134,7 +136,8 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     if (solution.status != Status::optimal)
       parts.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
     proven = proven || solution.status == Status::optimal;
-    met = met || proven || solution.status == Status::feasible;
+    if (solution.status == Status::optimal || solution.status == Status::feasible)
+      met_at = std::min(met_at, solution.cost);
     return solution.status == Status::optimal && unresolved(problem, solution, proof).empty();
   };
   const Candidates candidates = find_candidates(system, problem, certified);

@@ -79,6 +79,8 @@ class NewtonMethod : public Method {
     found.outcome.termination = Termination::feasible;
     found.outcome.reason =
         "no motion that the search came to is better than the one that it began with, which is shown";
+    if (grids_.problem().search.time_limit && grids_.problem().search.starts > 1)
+      found.outcome.reason += "; with search.starts = 1 all of the time is spent on the way from there";
     return found;
   }
 
@@ -118,14 +120,17 @@ class NewtonMethod : public Method {
     return grids_.options().first && steps_of(first().path) == grids_.asked().steps && !grids_.composed();
   }
 
-  // The motion to begin with may be an answer on these very steps: then it is found again, and not another one from coarser ones.
+  // The motion to begin with may be an answer, or near one, on its own steps: then that is found, and not another one from coarser
+  // ones.
   Found answer_at_hand() const {
-    if (!first_fits()) return {};
+    const int own = steps_of(first().path), steps = std::min(own, grids_.asked().steps);
+    if (grids_.composed() || steps < grids_.coarse()) return {};
     Found found = begun_as_asked();
     optimizer::Options within = grids_.within(fine_tolerance);
     within.most_iterations = within.max_iterations = carried_iterations;
-    Grid grid = grids_.grid(grids_.asked().steps);
-    grids_.solve(grid, first().path, within, found);
+    Grid grid = grids_.grid(steps);
+    grids_.solve(grid, steps == own ? first().path : maneuver::refined(grids_.system(), first().path, steps), within,
+                 found);
     return found;
   }
 

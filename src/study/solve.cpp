@@ -192,13 +192,13 @@ class Search {
         starts_.push_back(std::move(found));
       }
     }
-    for (int more = 0;
-         more < retries && problem_.search.starts == 1 && !second_ && !starts_.back().converged() && !budget_.closing();
+    for (int more = 0; more < retries && problem_.search.starts == 1 && !second_ && !options_.first_alone &&
+                       !starts_.back().converged() && !budget_.closing();
          ++more)
       append(method_->solve_starts(static_cast<int>(starts_.size()), 1), starts_);
     budget_.enter(Budget::Stage::guessing);
     std::vector<Found> strokes;
-    if (!any_converged(starts_) && method_->has_strokes()) strokes = method_->solve_strokes();
+    if (!any_converged(starts_) && method_->has_strokes() && !options_.first_alone) strokes = method_->solve_strokes();
     if (left > 0 && !any_converged(starts_) && !any_converged(strokes) && !budget_.closing())
       append(method_->solve_starts(begun, left), starts_);
     guesses_ = static_cast<int>(starts_.size());

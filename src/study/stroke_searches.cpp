@@ -197,6 +197,7 @@ Found solve_whole_turns(const Grids& grids, std::uint64_t seed) {
 }
 
 std::vector<Found> solve_whole_turns(const Grids& grids) {
+  if (maneuver::joints_that_turn_round(grids.system(), grids.problem()).empty()) return {};
   return grids.in_threads(searches_of_turns, "whole turns", [&](int n) {
     return solve_whole_turns(grids, seed_of_start(grids.problem(), grids.problem().search.starts + n));
   });

@@ -23,6 +23,15 @@ std::string where_it_ended(const Problem& problem, const Solution& solution) {
   return far_turn(problem, solution) + spring_at_its_jump(problem, solution) + fading(problem, solution);
 }
 
+// Which limits a motion that does not arrive is at, as a sentence.
+std::string reached_words(const Certificate& proof) {
+  if (!proof.limits || proof.limits->reached.empty()) return "";
+  std::string words;
+  for (const auto& [key, share] : proof.limits->reached)
+    words += (words.empty() ? "" : ", ") + key + " at " + number(std::max(1.0, std::round(100.0 * share)), 3) + " %";
+  return " Its motion is at its limits: of its nodes " + words + ".";
+}
+
 }  // namespace
 
 void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
@@ -58,7 +67,7 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
       return;
     }
     solution.message = "Not solved: " + missing + "." + stopped + where_it_ended(problem, solution) +
-                       " What may help: " + advice(problem, proof, solution) + ".";
+                       reached_words(proof) + " What may help: " + advice(problem, proof, solution) + ".";
   }
 }
 
@@ -101,8 +110,8 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   else if (proof.second_order->positive)
     words = proof.kkt <= certificate::proof_mark
                 ? words_of_minimum(proof)
-                : " Not proved a minimum: its conditions hold to " + number(proof.kkt) + " only, and a proof takes " +
-                      number(certificate::proof_mark) + ".";
+                : " Not proved a minimum: its conditions hold to " + number(proof.kkt, 4) +
+                      " only, and a proof takes " + number(certificate::proof_mark) + ".";
   else if (saddle(*proof.second_order))
     words = " A saddle: " + directions(*proof.second_order) +
             "; another number of time.steps, more starts or another seed may lead to a minimum.";

@@ -230,6 +230,47 @@ TEST(KeptMinima, are_written_beside_the_best_one) {
   EXPECT_TRUE(std::filesystem::exists(run + "/minimum_3/notes.txt"));
 }
 
+// Tables of angles and moments say what solution.json does: marches along either go where the maneuver goes.
+TEST(Export, writes_tables_that_simulate_reads) {
+  const Folder folder;
+  const std::string path = varied_example(folder, "rotation", {{"steps", "200"}, {"starts", "1"}});
+  const std::string run = folder / "run";
+  ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + run).exit_code, 0);
+  const ProgramRun tables = lamprey(folder, "export " + run);
+  ASSERT_EQ(tables.exit_code, 0) << tables.err;
+  EXPECT_EQ(tables.out, run + "/angles.csv\n" + run + "/moments.csv\n");
+  const auto plan = file::read_solution(run).solution;
+  for (const std::string& how :
+       {"--angles " + run + "/angles.csv", "--controls " + run + "/moments.csv --interpolation linear"}) {
+    const ProgramRun again = lamprey(folder, "simulate " + path + " " + how + " --out " + (folder / "again"));
+    ASSERT_EQ(again.exit_code, 0) << again.err;
+    EXPECT_EQ(again.err, "") << "columns have their joints' names";
+    const auto marched = file::read_solution(folder / "again").solution;
+    ASSERT_EQ(marched.position.size(), plan.position.size());
+    for (std::size_t k = 0; k < plan.position.size(); ++k)
+      EXPECT_LT((marched.position[k] - plan.position[k]).norm(), tolerance(1e-4)) << how << k;
+  }
+  EXPECT_EQ(lamprey(folder, "export " + (folder / "nowhere")).exit_code, 6);
+}
+
+// Steps that do not resolve the answer are taken for a first look: the answer is then found on as many as do.
+TEST(Resolving, goes_on_to_steps_that_show_the_motion) {
+  const Folder folder;
+  const std::string path = varied_example(folder, "rotation", {{"steps", "60"}, {"starts", "4"}});
+  ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "coarse")).exit_code, 0);
+  const file::Results first = file::read_solution(folder / "coarse");
+  ASSERT_GT(first.certificate->replay->rotation_error, certificate::replay_mark);
+  EXPECT_NE(first.solution.message.find("--resolve"), std::string::npos) << first.solution.message;
+  const ProgramRun run = lamprey(folder, "solve " + path + " --no-refinement --resolve --out " + (folder / "fine"));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const file::Results fine = file::read_solution(folder / "fine");
+  EXPECT_LE(fine.certificate->replay->rotation_error, certificate::replay_mark);
+  EXPECT_EQ(fine.certificate->verdict, certificate::Verdict::proved);
+  EXPECT_GT(fine.problem.steps, 60);
+  EXPECT_EQ(fine.solution.search.starts, 4) << "of the search that found it";
+  EXPECT_NE(fine.solution.message.find("It was found on 60 steps"), std::string::npos) << fine.solution.message;
+}
+
 TEST(Shooting, stays_at_the_answer_of_the_simultaneous_method) {
   const Folder folder;
   const std::string path =

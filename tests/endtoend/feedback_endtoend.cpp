@@ -106,6 +106,22 @@ TEST_F(Following, gives_no_more_than_the_problems_limits_of_torque_and_says_how_
   EXPECT_EQ(lamprey(*folder_, "verify " + (*folder_ / "run")).exit_code, 0);
 }
 
+// A swimmer four times as heavy at its front as its plan knows is lost by the gains, and not by motors that could give anything.
+TEST_F(Following, lost_for_the_swimmers_sake_does_not_blame_its_motors) {
+  std::string text = text_of(problem_);
+  const std::string mark = "mass_matrix = [0.2664, 0.6551, 0.3677]";
+  text.replace(text.find(mark), mark.size(), "mass_matrix = [1.1, 2.6, 1.5]");
+  const std::string heavy = *folder_ / "heavy.toml";
+  std::ofstream(heavy) << text << "\n[limits]\ntorque = 1e5\n";
+  const ProgramRun run = simulate("--feedback " + solved(), heavy);
+  ASSERT_EQ(run.exit_code, 5) << "steps do not follow it" << run.out << run.err;  // but what it came to is there
+  ASSERT_TRUE(tracking().lost()) << tracking().rotation_error;
+  ASSERT_TRUE(tracking().off_from);
+  EXPECT_FALSE(tracking().cut_first());
+  EXPECT_NE(run.err.find("its gains answer smaller"), std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find("motors are at their limits"), std::string::npos) << run.err;
+}
+
 // A plan whose moments stand at their limits leaves motors nothing to answer with: what the certificate says of its feedback is what a
 // march by the reference integrator finds.
 TEST_F(Following, of_a_plan_at_its_limits_is_certified_with_the_motors_that_it_has) {

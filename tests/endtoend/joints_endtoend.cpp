@@ -312,7 +312,12 @@ TEST(FailingStep, divided_gives_the_motion_of_small_steps) {
   const Folder folder;
   const std::string few_steps =
       "simulate " + example("eel") + " --controls " + controls("eel") + " --steps 600 --out " + (folder / "run");
-  EXPECT_EQ(lamprey(folder, few_steps).exit_code, 5);
+  const ProgramRun ended = lamprey(folder, few_steps);
+  EXPECT_EQ(ended.exit_code, 5);
+  EXPECT_NE(ended.err.find("what it came to, up to "), std::string::npos) << ended.err;
+  const Results part = file::read_solution(folder / "run");
+  EXPECT_EQ(part.solution.status, maneuver::Status::stalled);
+  EXPECT_GT(part.solution.time.size(), 1U);
   ASSERT_EQ(lamprey(folder, few_steps + " --adaptive").exit_code, 0);
   const Results divided = file::read_solution(folder / "run");
   EXPECT_GE(divided.solution.divided.steps, 1);

@@ -32,7 +32,7 @@ TEST(Program, tells_usage_input_output_and_missing_files_apart) {
   EXPECT_EQ(lamprey(folder, "").exit_code, 2);
   EXPECT_EQ(lamprey(folder, "swim").exit_code, 2);
   EXPECT_NE(lamprey(folder, "solv x")
-                .err.find("found \"solv\"; allowed: solve, simulate, check, verify, report, inertia, "
+                .err.find("found \"solv\"; allowed: solve, simulate, check, verify, report, export, inertia, "
                           "bench; did you mean \"solve\"?"),
             std::string::npos);
   EXPECT_EQ(lamprey(folder, "solve " + example("translation")).exit_code, 2);

@@ -58,6 +58,18 @@ TEST_F(Advice, is_a_looser_tolerance_where_that_is_all_that_is_missed) {
   EXPECT_FALSE(tells("tolerance")) << message();
 }
 
+// Where the goal is missed while limits hold, these are named: one of them may be why.
+TEST_F(Advice, comes_with_the_limits_that_a_motion_is_at) {
+  proof_.goal_error = 1.5;
+  problem_.limits.angular_velocity = 0.1;
+  proof_.limits.emplace();
+  proof_.limits->violation = proof_.limits->complementarity = proof_.limits->negative = 0.0;
+  EXPECT_FALSE(tells("is at its limits")) << message();
+  proof_.limits->reached = {{"limits.angular_velocity", 0.871}, {"limits.swing.front", 0.001}};
+  EXPECT_TRUE(tells("is at its limits: of its nodes limits.angular_velocity at 87 %, limits.swing.front at 1 %."))
+      << message();
+}
+
 TEST_F(Advice, is_more_time_where_moments_or_rates_are_limited_or_the_search_was) {
   proof_.goal_error = 0.1;
   problem_.limits.torque = 3.0;

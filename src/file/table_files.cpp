@@ -1,0 +1,67 @@
+#include "file/table_files.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "file/angles_file.hpp"
+#include "file/controls_file.hpp"
+#include "file/resolve.hpp"
+#include "integrator/scheme.hpp"
+#include "model/input_error.hpp"
+
+namespace lamprey::file {
+
+namespace {
+
+// Nothing where names are such that nobody could read them back, as with commas in them.
+std::string header(TableKind kind, const Joints& joints) {
+  std::vector<std::string> cells = {"t"};
+  for (const std::string& name : column_names(kind, joints))
+    cells.push_back(name + (kind == TableKind::angles ? " (rad)" : " (N m)"));
+  const TableHeader read = read_table_header(kind, {cells.begin(), cells.end()}, joints);
+  const bool plain = std::none_of(cells.begin(), cells.end(), [](const std::string& cell) {
+    return cell.find_first_of(",;\"\r\n#") != std::string::npos;
+  });
+  return plain && read.named && !read.fault ? fmt::format("{}\n", fmt::join(cells, ",")) : "";
+}
+
+std::string table_text(TableKind kind, const Joints& joints, const std::string& remark, const std::vector<double>& time,
+                       const std::vector<std::vector<Eigen::Vector3d>>& value) {
+  const std::vector<TableColumn> columns = columns_in_order(kind, joints);
+  std::string text = "# " + remark + "\n" + header(kind, joints);
+  for (std::size_t k = 0; k < time.size(); ++k) {
+    text += fmt::format("{}", time[k]);
+    for (const TableColumn& column : columns) text += fmt::format(",{}", column.direction.dot(value[k][column.joint]) + 0.0);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+PendingFile angles_table(const Results& results, const std::string& path) {
+  const Joints joints = problem_of(results).swimmer.joints;
+  const AngleSamples samples = angles_of_results(results, path, joints);
+  return finished_file("angles.csv", table_text(TableKind::angles, joints,
+                                                "joint angles from zero; lamprey simulate P.toml --angles angles.csv",
+                                                samples.time, samples.angle));
+}
+
+PendingFile moments_table(const Results& results, const std::string& path) {
+  if (!integrator::single_step(results.problem.scheme))
+    throw model::InputError(path, "/problem/scheme",
+                            "found a scheme above order 2, whose moments are polynomials over the stages of each step; "
+                            "allowed: schemes up to order 2; use control_stages of solution.json, or angles.csv");
+  const Joints joints = problem_of(results).swimmer.joints;
+  const ControlSamples samples = controls_of_results(results, path, joints);
+  return finished_file(
+      "moments.csv",
+      table_text(TableKind::moments, joints,
+                 "moments on the parents, parents' frames at zero angles, linear between rows; lamprey simulate P.toml "
+                 "--controls moments.csv --interpolation linear",
+                 samples.time, samples.control));
+}
+
+}  // namespace lamprey::file

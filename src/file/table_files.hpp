@@ -1,0 +1,17 @@
+// A motion's angles and moments as CSV tables, for controllers and spreadsheets, such as `lamprey simulate` reads.
+#pragma once
+
+#include "file/atomic_write.hpp"
+#include "file/results.hpp"
+
+namespace lamprey::file {
+
+/// angles.csv: t, then the angles of each joint from its zero angle, rad, node by node. model::InputError where the results hold none;
+/// `path` names them.
+PendingFile angles_table(const Results& results, const std::string& path);
+
+/// moments.csv: t, then x, y, z of each joint's moment on its parent, N m, in the parent's frame with the joint at its zero angle,
+/// linear between nodes. model::InputError for schemes above order 2, whose moments are polynomials over stages.
+PendingFile moments_table(const Results& results, const std::string& path);
+
+}  // namespace lamprey::file
