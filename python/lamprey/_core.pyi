@@ -147,6 +147,10 @@ class Trajectory:
         """
 
     @property
+    def duration(self) -> float:
+        """s; of a free duration the one found."""
+
+    @property
     def time(self) -> numpy.typing.NDArray[numpy.float64]:
         """(nodes,) s."""
 
@@ -312,7 +316,7 @@ def load_solution(directory: str | os.PathLike) -> Trajectory:
     Reads solution.json of a directory: a Solution, or a Trajectory where it was simulated.
     """
 
-def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: float | None = None, first: Trajectory | str | os.PathLike | None = None, progress: Callable[[str], object] | None = None) -> Solution:
+def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: float | None = None, first: Trajectory | str | os.PathLike | None = None, progress: Callable[[str], object] | None = None, resolve: bool = False) -> Solution:
     """
     Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.
 
@@ -321,7 +325,8 @@ def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, s
     refinement: solve on half and twice the steps too, for the certificate (default: where that is cheap).
     time_limit: s, wall clock, instead of the problem's. first: a motion of the same bodies and joints, or its directory: the first
     guess, in the place of a random one; its goal, limits, bodies' sizes and steps may have been others. progress: called with
-    lines for people, from any thread.
+    lines for people, from any thread. resolve: where the problem's steps do not resolve the answer, solve from it on again on more,
+    until they do: the answer then has more steps than the problem.
 
     Not arriving is a status, no exception. Raises InputError for problems that cannot be solved. Ctrl-C raises
     KeyboardInterrupt once the search has stopped; its attribute `solution` then holds the best point so far, with status
