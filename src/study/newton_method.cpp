@@ -153,38 +153,58 @@ class NewtonMethod : public Method {
   Found solve_random(int start) const {
     const Found at_hand = begins_as_asked(start) ? answer_at_hand() : Found();
     if (at_hand.converged()) return at_hand;
+    Found found = solve_on_coarse_grids(start, at_hand.outcome);
+    if (grids_.coarse() <= first_steps) return found;
+    begin_on_more_steps(start, found);
+    begin_by_effort(start, found);
+    begin_in_given_durations(start, found);
+    if (!whirls(grids_, found)) return found;
+    return solve_with_slower_joints(grids_, first_guess(grids_.grid(grids_.coarse()), start), grids_.coarse(), found);
+  }
+
+  // Roughly on few steps, then on the coarse grid.
+  Found solve_on_coarse_grids(int start, const Outcome& before) const {
     const int coarse = grids_.coarse();
     const int begun = begins_as_asked(start) ? coarse : std::min(coarse, first_steps);
-    Found found = solve_guess(start, begun, begun < coarse ? rough_tolerance : fine_tolerance, at_hand.outcome);
+    Found found = solve_guess(start, begun, begun < coarse ? rough_tolerance : fine_tolerance, before);
     if (coarse <= first_steps) return found;
     if (found.outcome.termination == Termination::infeasible)
       found.limit_multipliers = {};  // those of limits never kept
     if (begun < coarse && !found.path.rotation.empty()) found = grids_.carry_on(found, coarse, fine_tolerance);
     found.coarser = NodePath();  // a rough answer foretells nothing
+    return found;
+  }
+
+  // What has arrived takes the place of what has not; of what has not arrived either its effort counts.
+  static void take_if_arrived(Found again, Found& found) {
+    if (again.converged())
+      found = std::move(again);
+    else
+      take_effort(again, found);
+  }
+
+  void begin_on_more_steps(int start, Found& found) const {
     // of a scheme above order 2 a step is many of these
     const int finest = grids_.composed() ? finest_first_steps : std::min(grids_.problem().steps, finest_first_steps);
-    for (int steps = coarse; may_need_more_steps(found); steps = std::min(2 * steps, finest)) {
-      const Found again = solve_guess(start, steps, fine_tolerance, found.outcome);
-      if (again.converged()) return again;
-      take_effort(again, found);
+    for (int steps = grids_.coarse(); may_need_more_steps(found); steps = std::min(2 * steps, finest)) {
+      take_if_arrived(solve_guess(start, steps, fine_tolerance, found.outcome), found);
       if (steps == finest) break;
     }
-    if (may_begin_by_effort(found)) {
-      const Found again = solve_by_way_of(by_effort(), start, coarse, found.outcome);
-      if (again.converged()) return again;
-      take_effort(again, found);
+  }
+
+  void begin_by_effort(int start, Found& found) const {
+    if (!may_begin_by_effort(found)) return;
+    take_if_arrived(solve_by_way_of(by_effort(), start, grids_.coarse(), found.outcome), found);
+  }
+
+  // A free duration may lead astray.
+  void begin_in_given_durations(int start, Found& found) const {
+    const maneuver::Duration& asked = grids_.problem().duration;
+    if (!asked.free) return;
+    for (const double duration : {std::sqrt(asked.min * asked.max), asked.value}) {
+      if (found.converged() || grids_.budget().closing()) return;
+      take_if_arrived(solve_by_way_of(held_at(duration), start, grids_.coarse(), found.outcome), found);
     }
-    if (grids_.problem().duration.free) {  // which may lead astray
-      const maneuver::Duration& asked = grids_.problem().duration;
-      for (const double duration : {std::sqrt(asked.min * asked.max), asked.value}) {
-        if (found.converged() || grids_.budget().closing()) break;
-        const Found again = solve_by_way_of(held_at(duration), start, coarse, found.outcome);
-        if (again.converged()) return again;
-        take_effort(again, found);
-      }
-    }
-    if (!whirls(grids_, found)) return found;
-    return solve_with_slower_joints(grids_, first_guess(grids_.grid(coarse), start), coarse, found);
   }
 
   // Costs of work have kinks at which a search from afar may stall. Where the goal asks for a motion, the one of least effort, which

@@ -84,6 +84,7 @@ class Search {
     hop();
     ended_early_ = ended_early_ || budget_.closing();
     count_minima();
+    choose_candidates();
     budget_.enter(Budget::Stage::refining_the_best);
     tell_of_interruption();
     refine_candidates();
@@ -272,16 +273,27 @@ class Search {
       } else {
         record_.minima.push_back({cost, 1});
         if (second_) record_.minima.back().by_ipopt = 0;
-        candidates_.push_back(s);
       }
       if (starts_[s].by_second) ++*record_.minima.back().by_ipopt;
+    }
+  }
+
+  // Of each minimum one start, by rising coarse cost, as many as are worth all steps; should all of these fail, starts that did not
+  // arrive may on more steps.
+  void choose_candidates() {
+    const std::vector<std::size_t> order = by_rising_cost();
+    double last = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t s : order) {
+      const double cost = starts_[s].cost;
+      if (!starts_[s].converged() || cost - last <= same_minimum * std::abs(cost)) continue;
+      candidates_.push_back(s);
+      last = cost;
     }
     if (candidates_.empty()) candidates_.push_back(order.front());
     const std::size_t most =
         std::max(refined_candidates, static_cast<std::size_t>(candidates_of_kept * problem_.search.keep));
     if (candidates_.size() > most) candidates_.resize(most);
     firsts_ = candidates_.size();
-    // should all of these fail: starts that did not arrive may on more steps
     for (std::size_t s : order) {
       const bool arrives_nowhere =
           starts_[s].path.rotation.empty() || starts_[s].outcome.termination == optimizer::Termination::infeasible;
@@ -361,36 +373,36 @@ class Search {
     if (options_.accept) options_.accept(solutions_.back());
   }
 
-  // The motion of an outcome, by single shooting from there where the problem asks for it.
+  // By single shooting from there on, where the problem asks for it.
+  Found shot(Found found) {
+    if (problem_.search.method != maneuver::SearchMethod::shooting) return found;
+    const Maneuver probe = maneuver::make_maneuver(system_, problem_, std::min(problem_.steps, 20));
+    maneuver::Shooting program(system_, full_,
+                               maneuver::independent_goal_rows(
+                                   system_, probe, maneuver::random_guess(system_, probe, seed_of_start(problem_, 0))));
+    found.outcome = optimizer::solve_with_ipopt(
+        program, budget_.optimizer_options(shooting_iterations, std::min(1e-9, 0.1 * problem_.search.tolerance)),
+        program.pack(found.path));
+    NodePath path = program.unpack(found.outcome.point);
+    if (static_cast<int>(path.rotation.size()) <= full_.steps)  // its moments lead to no motion
+      found.outcome.reason += "; shown is the motion that single shooting began at";
+    else
+      found.path = std::move(path);
+    count_effort(found.outcome);
+    return found;
+  }
+
+  // As a solution.
   Solution describe(const Found& found) {
     const bool shooting = problem_.search.method == maneuver::SearchMethod::shooting;
-    Outcome outcome = found.outcome;
-    NodePath path = found.path;
-    if (shooting) {
-      const Maneuver probe = maneuver::make_maneuver(system_, problem_, std::min(problem_.steps, 20));
-      maneuver::Shooting program(
-          system_, full_,
-          maneuver::independent_goal_rows(system_, probe,
-                                          maneuver::random_guess(system_, probe, seed_of_start(problem_, 0))));
-      outcome = optimizer::solve_with_ipopt(
-          program, budget_.optimizer_options(shooting_iterations, std::min(1e-9, 0.1 * problem_.search.tolerance)),
-          program.pack(path));
-      path = program.unpack(outcome.point);
-      if (static_cast<int>(path.rotation.size()) <= full_.steps) {  // its moments lead to no motion
-        path = found.path;
-        outcome.reason += "; shown is the motion that single shooting began at";
-      }
-      count_effort(outcome);
-    }
-    Found shown = found;
-    shown.path = turned_as_asked(path);
-    shown.outcome = outcome;
+    Found shown = shot(found);
+    shown.path = turned_as_asked(shown.path);
     Solution solution =
         study::describe(system_, full_, problem_.scheme, maneuver::limit_rows(system_, problem_), shown);
     solution.solver.name = method_->name() + (shooting ? ", single shooting" : "");
     solution.solver.wall_seconds = budget_.seconds();
     solution.solver.processor_seconds = budget_.processor_seconds();
-    for (const optimizer::Iteration& step : outcome.history)
+    for (const optimizer::Iteration& step : shown.outcome.history)
       solution.solver.history.push_back(
           {step.iteration, step.objective, step.goal_error, step.dual_infeasibility, step.step, step.drift});
     return solution;
