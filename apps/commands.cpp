@@ -153,6 +153,7 @@ int simulate(const SimulateArguments& arguments) {
                              .adaptive = arguments.adaptive,
                              .reference = arguments.reference,
                              .perturb = arguments.perturb,
+                             .perturb_inertia = arguments.perturb_inertia,
                              .seed = arguments.seed};
   options.interrupted = interrupted;
   if (!arguments.controls.empty()) {

@@ -34,16 +34,17 @@ struct SolveArguments {
 
 struct SimulateArguments {
   std::string problem, out, command, controls, angles, scheme;
-  std::string interpolation;    // of a CSV table: linear or cubic; empty: cubic
-  int steps = 0;                // 0: the file's
-  double duration = 0.0;        // 0: the file's
-  int cycles = 1;               // of a stored gait
-  bool adaptive = false;        // divide steps that do not converge
-  std::string feedback;         // folder of the maneuver to follow; empty: none
-  double feedback_from = 0.0;   // s of its time, at which the march begins
-  double perturb = 0.0;         // rad, by which each body is turned at the start
-  unsigned long long seed = 1;  // of the axes
-  bool reference = false;       // by the reference integrator in place of the scheme
+  std::string interpolation;     // of a CSV table: linear or cubic; empty: cubic
+  int steps = 0;                 // 0: the file's
+  double duration = 0.0;         // 0: the file's
+  int cycles = 1;                // of a stored gait
+  bool adaptive = false;         // divide steps that do not converge
+  std::string feedback;          // folder of the maneuver to follow; empty: none
+  double feedback_from = 0.0;    // s of its time, at which the march begins
+  double perturb = 0.0;          // rad, by which each body is turned at the start
+  double perturb_inertia = 0.0;  // share of itself, by which each body's inertia differs at most
+  unsigned long long seed = 1;   // of the axes
+  bool reference = false;        // by the reference integrator in place of the scheme
 };
 
 struct VerifyArguments {

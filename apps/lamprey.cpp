@@ -170,7 +170,14 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(0.0, 3.0))
       ->check(finite())
       ->excludes(angles);
-  simulate->add_option("--seed", arguments.simulate.seed, "of the random axes (default 1)")->check(without_sign());
+  simulate
+      ->add_option("--perturb-inertia", arguments.simulate.perturb_inertia,
+                   "share of itself by which each body's mass and inertia, fluid included, differ at most from the "
+                   "file's, drawn at random: 0.05 for 5 %")
+      ->check(CLI::Range(0.0, 0.9))
+      ->check(finite());
+  simulate->add_option("--seed", arguments.simulate.seed, "of the random axes and shares (default 1)")
+      ->check(without_sign());
   simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
       ->check(CLI::Range(std::int64_t{1}, lamprey::file::step_limit));
   simulate

@@ -333,7 +333,7 @@ def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, s
     "interrupted": `except KeyboardInterrupt as stop: stop.solution`.
     """
 
-def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1, angles: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, feedback_from: float = 0.0) -> Trajectory:
+def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1, angles: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, feedback_from: float = 0.0, perturb_inertia: float = 0.0) -> Trajectory:
     """
     Marches from the problem's start, after a stored gait from where that begins: what `lamprey simulate` does. Releases the GIL.
 
@@ -343,7 +343,7 @@ def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | 
     scheme, steps, duration: instead of the problem's. cycles: how often the gait of controls or feedback, or the period of a table, is repeated; steps and duration are of all
     cycles together. adaptive: divide steps that do not converge.
     reference: by a Runge-Kutta method on the continuous equations. feedback: a Solution or its directory, followed by its
-    moments and gains; feedback_from: s of its time, at which the march begins, from the problem's start, without a duration for the rest of it. perturb: rad, by which each body is turned at the start about a random axis drawn by `seed`.
+    moments and gains; feedback_from: s of its time, at which the march begins, from the problem's start, without a duration for the rest of it. perturb: rad, by which each body is turned at the start about a random axis drawn by `seed`. perturb_inertia: share of itself by which each body's mass and inertia, fluid included, differ at most from the problem's, drawn by `seed`.
     angles: joint angles to march along, in the place of moments, which are then found: a Solution or Trajectory, a path (solution.json or CSV),
     a pair (time (rows,) s, angles (rows, joints, 3) rad as Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone
     (rows, joints) and (joints,) will do. Joints with actuated = false whose angles are NaN in all rows, or left out of a CSV's header, move as they do. Root and total momentum begin as the problem says, steps are as long as the problem's up to the last row; cycles repeats angles that close.

@@ -299,7 +299,7 @@ std::optional<maneuver::Scheme> scheme_named(const std::optional<std::string>& n
 Trajectory simulate(nb::handle asked, const nb::object& controls, const std::optional<std::string>& scheme,
                     const std::optional<int>& steps, const std::optional<double>& duration, int cycles, bool adaptive,
                     bool reference, const nb::object& feedback, double perturb, std::uint64_t seed,
-                    const nb::object& angles, double feedback_from) {
+                    const nb::object& angles, double feedback_from, double perturb_inertia) {
   const Problem problem = problem_or_loaded(asked);
   Call call("simulate");
   call.add("scheme", scheme);
@@ -310,7 +310,8 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
   if (reference) call.add("reference", std::optional(reference));
   if (feedback_from > 0.0) call.add("feedback_from", std::optional(feedback_from));
   if (perturb > 0.0) call.add("perturb", std::optional(perturb));
-  if (perturb > 0.0) call.add("seed", std::optional(seed));
+  if (perturb_inertia > 0.0) call.add("perturb_inertia", std::optional(perturb_inertia));
+  if (perturb > 0.0 || perturb_inertia > 0.0) call.add("seed", std::optional(seed));
   if (steps && (*steps < 1 || *steps > most_steps))
     throw InputError("steps", fmt::format("found {}; allowed: from 1 to {}; change it", *steps, most_steps));
   require_positive("duration", duration);
@@ -318,6 +319,8 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
     throw InputError("cycles", fmt::format("found {}; allowed: from 1 to {}; change it", cycles, most_cycles));
   if (!(perturb >= 0.0 && perturb <= 3.0))
     throw InputError("perturb", fmt::format("found {}; allowed: from 0 to 3 (rad); change it", perturb));
+  if (!(perturb_inertia >= 0.0 && perturb_inertia <= 0.9))
+    throw InputError("perturb_inertia", fmt::format("found {}; allowed: from 0 to 0.9; change it", perturb_inertia));
   if (!(feedback_from >= 0.0 && std::isfinite(feedback_from)))
     throw InputError("feedback_from", fmt::format("found {}; allowed: from 0 on (s); change it", feedback_from));
   if (feedback_from > 0.0 && feedback.is_none())
@@ -338,6 +341,7 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
                              .adaptive = adaptive,
                              .reference = reference,
                              .perturb = perturb,
+                             .perturb_inertia = perturb_inertia,
                              .seed = seed};
   take_controls(controls, problem.file.problem.swimmer.joints, options);
   take_angles(angles, problem.file.problem.swimmer.joints, options);
@@ -419,6 +423,7 @@ void bind_tasks(nb::module_& module) {
       "simulate", &simulate, "problem"_a, "controls"_a = nb::none(), nb::kw_only(), "scheme"_a = nb::none(),
       "steps"_a = nb::none(), "duration"_a = nb::none(), "cycles"_a = 1, "adaptive"_a = false, "reference"_a = false,
       "feedback"_a = nb::none(), "perturb"_a = 0.0, "seed"_a = 1, "angles"_a = nb::none(), "feedback_from"_a = 0.0,
+      "perturb_inertia"_a = 0.0,
       nb::sig(
           "def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | "
           "tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | typing.Callable[[float], "
@@ -426,7 +431,8 @@ void bind_tasks(nb::module_& module) {
           "duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: "
           "Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1, "
           "angles: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | "
-          "typing.Callable[[float], numpy.typing.ArrayLike] | None = None, feedback_from: float = 0.0) -> Trajectory"),
+          "typing.Callable[[float], numpy.typing.ArrayLike] | None = None, feedback_from: float = 0.0, "
+          "perturb_inertia: float = 0.0) -> Trajectory"),
       "Marches from the problem's start, after a stored gait from where that begins: what `lamprey simulate` does. "
       "Releases the GIL.\n\n"
       "problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its "
@@ -445,7 +451,9 @@ void bind_tasks(nb::module_& module) {
       "its\nmoments and gains; feedback_from: s of its time, at which the march begins, from the problem's start, "
       "without a duration for the rest of it. perturb: rad, by which each body is turned at the start about a random "
       "axis drawn by "
-      "`seed`.\nangles: joint angles to march along, in the place of moments, which are then found: a Solution or "
+      "`seed`. perturb_inertia: share of itself by which each body's mass and inertia, fluid included, differ at most "
+      "from the problem's, drawn by `seed`.\nangles: joint angles to march along, in the place of moments, which are "
+      "then found: a Solution or "
       "Trajectory, a path (solution.json or CSV),\na pair (time (rows,) s, angles (rows, joints, 3) rad as "
       "Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone\n(rows, "
       "joints) and (joints,) will do. Joints with actuated = false whose angles are NaN in all rows, or left out of a "

@@ -174,6 +174,16 @@ def test_moments_of_hinges_are_numbers_about_their_axes(three_links):
         lp.simulate(three_links, controls=(swung.time, along[:, :1]))
 
 
+def test_inertia_may_differ_from_the_problems(translation):
+    plain = lp.simulate(translation)
+    heavier = lp.simulate(translation, perturb_inertia=0.1, seed=3)
+    factors = [b["mass_matrix"][0][0] / a["mass_matrix"][0][0]
+               for a, b in zip(plain.problem["bodies"], heavier.problem["bodies"])]
+    assert all(1e-4 < abs(factor - 1.0) <= 0.1 for factor in factors) and len(set(factors)) == 3
+    with pytest.raises(lp.InputError, match="perturb_inertia: found 1"):
+        lp.simulate(translation, perturb_inertia=1.0)
+
+
 def test_loops_of_angles_repeat_and_move_the_swimmer_alike_each_time(three_links):
     time = np.linspace(0.0, 1.0, 101)
     rows = np.array([loop(t) for t in time])

@@ -14,6 +14,7 @@
 #include "maneuver/gait_cycles.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/motor_limits.hpp"
+#include "maneuver/random.hpp"
 #include "maneuver/tracking.hpp"
 
 namespace lamprey::file {
@@ -318,6 +319,29 @@ void lay_out(MarchOptions& options, Problem& problem) {
   if (options.angles) require_whole_march(options.angles->time, "angles", options.angles_path, duration);
 }
 
+// A swimmer whose bodies weigh other than the file says, fluid included: what a plan or its gains bear. Returns the factors, [bodies].
+std::vector<double> perturb_inertia(const MarchOptions& options, ProblemFile& file) {
+  std::vector<double> factors;
+  if (options.perturb_inertia == 0.0) return factors;
+  ResolvedProblem resolved = resolve(system_of(file), file.problem);
+  maneuver::Random random(options.seed);
+  for (ResolvedBody& body : resolved.bodies) {
+    factors.push_back(1.0 + options.perturb_inertia * (2.0 * random.uniform() - 1.0));
+    body.mass *= factors.back();
+    for (Eigen::Matrix3d* part : {&body.body_inertia, &body.mass_matrix, &body.inertia_matrix, &body.coupling_matrix})
+      *part *= factors.back();
+  }
+  file.problem.swimmer = swimmer_of(resolved);
+  return factors;
+}
+
+std::string perturbed_words(const std::vector<double>& factors, const Problem& problem) {
+  std::string words;
+  for (std::size_t i = 0; i < factors.size(); ++i)
+    words += fmt::format("{}{} {:.4g}", i == 0 ? "" : ", ", problem.swimmer.bodies[i].name, factors[i]);
+  return words.empty() ? "" : " Inertia of bodies, fluid included, times what the file says: " + words + ".";
+}
+
 // The maneuver to follow, from where it begins.
 std::unique_ptr<Followed> followed_from_start(MarchOptions& options, const model::System& system, Problem& problem) {
   if (!options.followed) return nullptr;
@@ -396,6 +420,7 @@ void describe_as_marched(bool spline, Results& results) {
 
 Results march_task(ProblemFile file, MarchOptions options, const std::string& command) {
   lay_out(options, file.problem);
+  const std::vector<double> factors = perturb_inertia(options, file);
   const model::System system = system_of(file);
   const std::unique_ptr<Followed> followed = followed_from_start(options, system, file.problem);
   if (options.controls) begin_as(*options.controls, file.problem);
@@ -406,7 +431,8 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   Results results = begun_results(file, system, command);
   results.solution = along ? maneuver::march_along(system, file.problem, *along, options.interrupted)
                            : march(options, system, file.problem, followed.get());
-  const std::string remarks = remarks_on(options, system, file.problem, results);
+  const std::string remarks =
+      perturbed_words(factors, file.problem) + remarks_on(options, system, file.problem, results);
   if (std::string& message = results.solution.message; !remarks.empty())
     message += (message.ends_with('.') ? "" : ".") + remarks;
   describe_as_marched(!along && !options.control && !followed &&

@@ -33,7 +33,8 @@ std::string table_text(TableKind kind, const Joints& joints, const std::string& 
   std::string text = "# " + remark + "\n" + header(kind, joints);
   for (std::size_t k = 0; k < time.size(); ++k) {
     text += fmt::format("{}", time[k]);
-    for (const TableColumn& column : columns) text += fmt::format(",{}", column.direction.dot(value[k][column.joint]) + 0.0);
+    for (const TableColumn& column : columns)
+      text += fmt::format(",{}", column.direction.dot(value[k][column.joint]) + 0.0);
     text += "\n";
   }
   return text;

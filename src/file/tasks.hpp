@@ -49,7 +49,8 @@ struct MarchOptions {
   bool adaptive = false;                        // divide steps that do not converge
   bool reference = false;                       // by the reference integrator in place of the scheme
   double perturb = 0.0;                         // rad, by which each body is turned at the start
-  std::uint64_t seed = 1;                       // of the axes
+  double perturb_inertia = 0.0;                 // by which share of itself each body's inertia differs at most
+  std::uint64_t seed = 1;                       // of the axes and of these
   std::optional<ControlSamples> controls = {};  // moments in time
   std::string controls_path = "controls";       // names them in messages
   /// The same as a function of time in s, [joints] as in ControlSamples; empty: none.

@@ -106,6 +106,27 @@ TEST_F(Following, gives_no_more_than_the_problems_limits_of_torque_and_says_how_
   EXPECT_EQ(lamprey(*folder_, "verify " + (*folder_ / "run")).exit_code, 0);
 }
 
+// Bodies up to 3 % heavier or lighter than the plan knows: gains bring them to its end, moments alone do not.
+TEST_F(Following, bears_inertia_that_differs_from_the_plans) {
+  const std::string heavier = " --perturb-inertia 0.03 --seed 2";
+  const ProgramRun followed = simulate("--feedback " + solved() + heavier);
+  ASSERT_EQ(followed.exit_code, 0) << followed.err;
+  EXPECT_NE(followed.out.find("times what the file says: middle "), std::string::npos) << followed.out;
+  const file::Results run = file::read_solution(*folder_ / "run"), plan = file::read_solution(solved());
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double factor = run.problem.bodies[i].mass_matrix(0, 0) / plan.problem.bodies[i].mass_matrix(0, 0);
+    EXPECT_GT(std::abs(factor - 1.0), 1e-4);
+    EXPECT_LE(std::abs(factor - 1.0), 0.03);
+    EXPECT_NEAR(run.problem.bodies[i].inertia_matrix(2, 2), factor * plan.problem.bodies[i].inertia_matrix(2, 2),
+                tolerance(1e-9) * run.problem.bodies[i].inertia_matrix(2, 2));
+  }
+  EXPECT_LE(tracking().rotation_error, tolerance(0.02));
+  EXPECT_EQ(lamprey(*folder_, "verify " + (*folder_ / "run")).exit_code, 0);
+  ASSERT_EQ(simulate("--controls " + solved() + "/solution.json" + heavier).exit_code, 0);
+  const auto open = file::read_solution(*folder_ / "run").solution.rotation.back();
+  EXPECT_GT(lie::rotation_angle(open[0].transpose() * plan.solution.rotation.back()[0]), 0.1);
+}
+
 // A swimmer four times as heavy at its front as its plan knows is lost by the gains, and not by motors that could give anything.
 TEST_F(Following, lost_for_the_swimmers_sake_does_not_blame_its_motors) {
   std::string text = text_of(problem_);
