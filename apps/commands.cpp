@@ -55,9 +55,9 @@ void print_verdict(const Results& results, const std::string& folder) {
   const std::string here = folder.empty() ? "." : folder;
   fmt::print("  {:<28} {}/report.html\n", "report", here);
   for (std::size_t n = 0; n < results.others.size(); ++n)
-    fmt::print("  {:<28} {}/{}/report.html: cost {}, {}\n", n == 0 ? "other minima" : "", here,
+    fmt::print("  {:<28} {}/{}/report.html: cost {}, {}, {} steps\n", n == 0 ? "other minima" : "", here,
                report::folder_of_other(n), report::number(results.others[n].solution.cost, 8),
-               file::word(*results.others[n].certificate->verdict));
+               file::word(*results.others[n].certificate->verdict), results.others[n].problem.steps);
 }
 
 // What is seldom meant, before time is spent on it.

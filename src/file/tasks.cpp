@@ -1,7 +1,9 @@
 #include "file/tasks.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -114,36 +116,75 @@ Results solve_task(const ProblemFile& file, const study::SolveOptions& asked, co
   }
 }
 
+namespace {
+
+// An answer whose steps do not resolve it, from it on solved again on as many as its replay proposes, until they do or time is over.
+class Resolving {
+ public:
+  Resolving(const ProblemFile& file, const study::SolveOptions& options, const std::string& command)
+      : asked_(file), finer_(file), options_(options), command_(command) {
+    maneuver::Search& search = finer_.problem.search;
+    search.starts = search.keep = 1;
+    search.hops = search.whole_turns = 0;
+    options_.first_alone = true;
+  }
+
+  Results from(Results results) {
+    finer_.problem.steps = asked_.problem.steps;
+    for (int round = 0; round < most_resolving_rounds && has_time(); ++round) {
+      const auto steps = study::steps_to_resolve(finer_.problem, *results.certificate, results.solution);
+      if (!steps) break;
+      if (options_.progress) options_.progress(fmt::format("these steps do not resolve it: again on {}", *steps));
+      finer_.problem.steps = *steps;
+      Results again = solve_task(finer_, options_, command_, StoredMotion{results, "the answer on fewer steps"});
+      if (again.solution.status != maneuver::Status::optimal) {
+        results.solution.message += fmt::format(" From it the search on {} steps did not arrive.", *steps);
+        break;
+      }
+      again.solution.message += fmt::format(
+          " It was found on {} steps, which do not resolve it, and solved again on these.", asked_.problem.steps);
+      take_record(results.solution, again.solution);
+      results = std::move(again);
+    }
+    return results;
+  }
+
+ private:
+  bool has_time() {
+    if (options_.interrupted && options_.interrupted()) return false;
+    if (!asked_.problem.search.time_limit) return true;
+    finer_.problem.search.time_limit = *asked_.problem.search.time_limit - seconds();
+    return *finer_.problem.search.time_limit > 0.0;
+  }
+
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+
+  // Of the search that found it, and what all of it took.
+  void take_record(const maneuver::Solution& before, maneuver::Solution& after) const {
+    after.search = before.search;
+    after.solver.iterations += before.solver.iterations;
+    after.solver.evaluations += before.solver.evaluations;
+    after.solver.wall_seconds += before.solver.wall_seconds;
+    after.solver.processor_seconds += before.solver.processor_seconds;
+    after.solver.total_wall_seconds = seconds();
+  }
+
+  const ProblemFile& asked_;
+  ProblemFile finer_;
+  study::SolveOptions options_;
+  const std::string& command_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
 Results resolve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command,
                      const std::optional<StoredMotion>& first) {
+  Resolving resolving(file, options, command);
   Results results = solve_task(file, options, command, first);
-  ProblemFile finer = file;
-  maneuver::Search& search = finer.problem.search;
-  search.starts = search.keep = 1;
-  search.hops = search.whole_turns = 0;
-  study::SolveOptions onwards = options;
-  onwards.first_alone = true;
-  for (int round = 0; round < most_resolving_rounds && !(options.interrupted && options.interrupted()); ++round) {
-    const auto steps = study::steps_to_resolve(finer.problem, *results.certificate, results.solution);
-    double& seconds = results.solution.solver.total_wall_seconds;
-    if (file.problem.search.time_limit) search.time_limit = *file.problem.search.time_limit - seconds;
-    if (!steps || (search.time_limit && *search.time_limit <= 0.0)) break;
-    if (options.progress) options.progress(fmt::format("these steps do not resolve it: again on {}", *steps));
-    finer.problem.steps = *steps;
-    Results again = solve_task(finer, onwards, command, StoredMotion{results, "the answer on fewer steps"});
-    seconds += again.solution.solver.total_wall_seconds;
-    if (again.solution.status != maneuver::Status::optimal) {
-      results.solution.message += fmt::format(" From it the search on {} steps did not arrive.", *steps);
-      break;
-    }
-    again.solution.message += fmt::format(
-        " It was found on {} steps, which do not resolve it, and solved again on these.", file.problem.steps);
-    again.solution.solver.total_wall_seconds = seconds;
-    again.solution.solver.wall_seconds += results.solution.solver.wall_seconds;
-    again.solution.search = results.solution.search;  // which found it
-    again.others = std::move(results.others);
-    results = std::move(again);
-  }
+  std::vector<Results> others = std::move(results.others);
+  results = resolving.from(std::move(results));
+  for (Results& other : others) results.others.push_back(resolving.from(std::move(other)));
   return results;
 }
 

@@ -261,7 +261,8 @@ TEST(Resolving, goes_on_to_steps_that_show_the_motion) {
   const file::Results first = file::read_solution(folder / "coarse");
   ASSERT_GT(first.certificate->replay->rotation_error, certificate::replay_mark);
   EXPECT_NE(first.solution.message.find("--resolve"), std::string::npos) << first.solution.message;
-  const ProgramRun run = lamprey(folder, "solve " + path + " --no-refinement --resolve --out " + (folder / "fine"));
+  const ProgramRun run =
+      lamprey(folder, "solve " + path + " --no-refinement --resolve --keep 2 --out " + (folder / "fine"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const file::Results fine = file::read_solution(folder / "fine");
   EXPECT_LE(fine.certificate->replay->rotation_error, certificate::replay_mark);
@@ -269,6 +270,10 @@ TEST(Resolving, goes_on_to_steps_that_show_the_motion) {
   EXPECT_GT(fine.problem.steps, 60);
   EXPECT_EQ(fine.solution.search.starts, 4) << "of the search that found it";
   EXPECT_NE(fine.solution.message.find("It was found on 60 steps"), std::string::npos) << fine.solution.message;
+  EXPECT_GT(fine.solution.solver.iterations, first.solution.solver.iterations) << "of all of its searches";
+  const file::Results second = file::read_solution(folder / "fine/minimum_2");
+  EXPECT_LE(second.certificate->replay->rotation_error, certificate::replay_mark) << "other minima, too";
+  EXPECT_GT(second.problem.steps, 60);
 }
 
 TEST(Shooting, stays_at_the_answer_of_the_simultaneous_method) {
