@@ -21,7 +21,6 @@
 #include "file/text_table.hpp"
 #include "file/trajectory_file.hpp"
 #include "file/words.hpp"
-#include "integrator/scheme.hpp"
 #include "interrupt.hpp"
 #include "report/momentum_lines.hpp"
 #include "report/report.hpp"
@@ -291,8 +290,8 @@ int export_tables(const std::string& folder) {
   const Results results = file::read_solution(folder);
   const std::string path = folder + "/solution.json";
   std::vector<file::PendingFile> tables = {file::angles_table(results, path)};
-  const bool moments = integrator::single_step(results.problem.scheme);
-  if (moments) tables.push_back(file::moments_table(results, path));
+  const std::optional<file::PendingFile> moments = file::moments_table(results, path);
+  if (moments) tables.push_back(*moments);
   file::write_files(folder, tables);
   fmt::print("{}/angles.csv\n", folder);
   if (moments) fmt::print("{}/moments.csv\n", folder);

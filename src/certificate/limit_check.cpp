@@ -244,9 +244,9 @@ double scale_of(const StoredMotion& motion, const Bound& bound) {
   return length ? motion.system.length_unit() : unit_of(bound);
 }
 
-}  // namespace
+constexpr double nearly_reached = 1e-2;  // of that
 
-constexpr double nearly_reached = 1e-2;  // of what a margin is large or small beside
+}  // namespace
 
 LimitCheck check_limits(const StoredMotion& motion) {
   LimitCheck check;

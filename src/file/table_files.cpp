@@ -9,7 +9,6 @@
 #include "file/controls_file.hpp"
 #include "file/resolve.hpp"
 #include "integrator/scheme.hpp"
-#include "model/input_error.hpp"
 
 namespace lamprey::file {
 
@@ -34,7 +33,7 @@ std::string table_text(TableKind kind, const Joints& joints, const std::string& 
   for (std::size_t k = 0; k < time.size(); ++k) {
     text += fmt::format("{}", time[k]);
     for (const TableColumn& column : columns)
-      text += fmt::format(",{}", column.direction.dot(value[k][column.joint]) + 0.0);
+      text += fmt::format(",{}", column.direction.dot(value[k][column.joint]) + 0.0);  // no −0
     text += "\n";
   }
   return text;
@@ -50,11 +49,8 @@ PendingFile angles_table(const Results& results, const std::string& path) {
                                                 samples.time, samples.angle));
 }
 
-PendingFile moments_table(const Results& results, const std::string& path) {
-  if (!integrator::single_step(results.problem.scheme))
-    throw model::InputError(path, "/problem/scheme",
-                            "found a scheme above order 2, whose moments are polynomials over the stages of each step; "
-                            "allowed: schemes up to order 2; use control_stages of solution.json, or angles.csv");
+std::optional<PendingFile> moments_table(const Results& results, const std::string& path) {
+  if (!integrator::single_step(results.problem.scheme)) return std::nullopt;
   const Joints joints = problem_of(results).swimmer.joints;
   const ControlSamples samples = controls_of_results(results, path, joints);
   return finished_file(

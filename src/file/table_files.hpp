@@ -1,6 +1,8 @@
 // A motion's angles and moments as CSV tables, for controllers and spreadsheets, such as `lamprey simulate` reads.
 #pragma once
 
+#include <optional>
+
 #include "file/atomic_write.hpp"
 #include "file/results.hpp"
 
@@ -11,7 +13,7 @@ namespace lamprey::file {
 PendingFile angles_table(const Results& results, const std::string& path);
 
 /// moments.csv: t, then x, y, z of each joint's moment on its parent, N m, in the parent's frame with the joint at its zero angle,
-/// linear between nodes. model::InputError for schemes above order 2, whose moments are polynomials over stages.
-PendingFile moments_table(const Results& results, const std::string& path);
+/// linear between nodes. Nothing of schemes above order 2, whose moments are polynomials over the stages of each step.
+std::optional<PendingFile> moments_table(const Results& results, const std::string& path);
 
 }  // namespace lamprey::file

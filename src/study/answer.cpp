@@ -20,9 +20,8 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
-constexpr double cheaper_share = 1e-6;  // of the cost, by which a motion is cheaper
-constexpr int few_arrived = 3;          // first guesses for each that arrived, from which on minima may be missing
-constexpr int hops_for_each = 4;        // first guess
+constexpr int few_arrived = 3;    // first guesses for each that arrived, from which on minima may be missing
+constexpr int hops_for_each = 4;  // first guess
 
 // Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then resolved, then cheap.
 std::tuple<bool, bool, bool, bool, double> rank(const Problem& problem, const Answer& answer) {
@@ -42,7 +41,7 @@ struct Certified {
 std::string cheaper_ones(const Problem& problem, const std::vector<Certified>& found, const Solution& best) {
   std::string words;
   for (const auto& [candidate, other] : found) {
-    if (!(other.solution.cost < best.cost - cheaper_share * std::abs(best.cost))) continue;
+    if (!(other.solution.cost < best.cost) || same_minimum(other.solution.cost, best.cost)) continue;
     const std::string cheaper = " A cheaper motion (cost " + number(other.solution.cost, 6) + ") ";
     const std::string coarse = unresolved(problem, other.solution, other.certificate);
     if (other.solution.status == Status::optimal && !coarse.empty())
@@ -99,9 +98,9 @@ std::vector<Answer> others(const model::System& system, const Problem& problem,
                            const std::vector<const Certified*>& order, int workers, Parts& parts) {
   std::vector<Answer> kept;
   const auto known = [&](double cost) {
-    const auto same = [&](double other) { return std::abs(other - cost) <= cheaper_share * std::abs(cost); };
-    return same(order.front()->answer.solution.cost) ||
-           std::any_of(kept.begin(), kept.end(), [&](const Answer& of) { return same(of.solution.cost); });
+    return same_minimum(order.front()->answer.solution.cost, cost) ||
+           std::any_of(kept.begin(), kept.end(),
+                       [&](const Answer& of) { return same_minimum(of.solution.cost, cost); });
   };
   for (const Certified* one : order) {
     if (static_cast<int>(kept.size()) + 1 >= problem.search.keep) break;

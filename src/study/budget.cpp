@@ -74,13 +74,11 @@ bool Budget::stopped() const {
 }
 
 optimizer::Options Budget::optimizer_options(int max_iterations, double tolerance) const {
-  const double share = goes_on_late() ? late_share : 1.0;
   optimizer::Options options;
   options.tolerance = tolerance;
   options.max_iterations = max_iterations;
-  options.time_limit = std::max(0.0, share * end_of_time() - seconds());
   options.interrupted = [this] { return interrupted() && stopped(); };
-  if (problem_.search.time_limit) options.out_of_time = [this] { return stopped(); };  // sooner once a guess arrives
+  options.out_of_time = [this] { return stopped(); };  // of the stage, and sooner once a first guess arrives
   return options;
 }
 

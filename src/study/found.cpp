@@ -78,6 +78,11 @@ void read_rows(const std::vector<std::vector<double>>& stored, Eigen::MatrixXd& 
 
 }  // namespace
 
+bool same_minimum(double cost, double other) {
+  constexpr double relative = 1e-6;
+  return std::abs(cost - other) <= relative * std::max(std::abs(cost), std::abs(other));
+}
+
 bool any_converged(const std::vector<Found>& all) {
   return std::any_of(all.begin(), all.end(), [](const Found& found) { return found.converged(); });
 }

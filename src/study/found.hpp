@@ -26,6 +26,9 @@ struct Found {
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
 };
 
+/// Whether minima of these costs are one.
+bool same_minimum(double cost, double other);
+
 /// Whether any of them has arrived.
 bool any_converged(const std::vector<Found>& all);
 

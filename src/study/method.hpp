@@ -21,7 +21,8 @@ class Method {
   virtual std::string out_of_reach() const = 0;
   /// Solves starts first … first + count − 1 on a coarse grid.
   virtual std::vector<Found> solve_starts(int first, int count) = 0;
-  /// Whether there are first guesses of many strokes for the problem: the more limits the fewer single strokes serve.
+  /// Whether there are first guesses of many strokes for the problem, such as parts of the way done several times: the more limits the
+  /// fewer single strokes serve.
   virtual bool has_strokes() const { return false; }
   /// Solves from them; nothing where there are none.
   virtual std::vector<Found> solve_strokes() { return {}; }

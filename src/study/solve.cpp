@@ -37,7 +37,6 @@ constexpr int hop_round = 8;         // hops from one minimum; fixed, so that th
 constexpr int confirming_steps = 4;  // times the coarse grid's
 constexpr double settled_cost = 0.05;  // relative difference of cost between the two
 constexpr double faded = 1e-6;         // displacement over the swimmer's size: as good as none
-constexpr double same_minimum = 1e-6;  // relative difference of cost
 constexpr int candidates_of_kept = 4;  // for each minimum that is to be kept
 
 std::unique_ptr<Method> choose_method(const System& system, const Problem& problem, const SolveOptions& options,
@@ -259,6 +258,7 @@ class Search {
     return order;
   }
 
+  // Distinct costs; the first start that ended at each is a candidate.
   void count_minima() {
     const std::vector<std::size_t> order = by_rising_cost();
     record_.starts = first_hop_;
@@ -268,27 +268,20 @@ class Search {
       if (!starts_[s].converged()) continue;
       const double cost = starts_[s].cost;
       ++record_.solved;
-      if (!record_.minima.empty() && cost - record_.minima.back().cost <= same_minimum * std::abs(cost)) {
+      if (!record_.minima.empty() && same_minimum(record_.minima.back().cost, cost)) {
         ++record_.minima.back().count;
       } else {
         record_.minima.push_back({cost, 1});
         if (second_) record_.minima.back().by_ipopt = 0;
+        candidates_.push_back(s);
       }
       if (starts_[s].by_second) ++*record_.minima.back().by_ipopt;
     }
   }
 
-  // Of each minimum one start, by rising coarse cost, as many as are worth all steps; should all of these fail, starts that did not
-  // arrive may on more steps.
+  // As many minima as are worth all steps; should all of these fail, starts that did not arrive may on more steps.
   void choose_candidates() {
     const std::vector<std::size_t> order = by_rising_cost();
-    double last = std::numeric_limits<double>::quiet_NaN();
-    for (std::size_t s : order) {
-      const double cost = starts_[s].cost;
-      if (!starts_[s].converged() || cost - last <= same_minimum * std::abs(cost)) continue;
-      candidates_.push_back(s);
-      last = cost;
-    }
     if (candidates_.empty()) candidates_.push_back(order.front());
     const std::size_t most =
         std::max(refined_candidates, static_cast<std::size_t>(candidates_of_kept * problem_.search.keep));
@@ -311,8 +304,8 @@ class Search {
   class AcceptedCosts {
    public:
     void add(double cost) {
-      const auto same = [&](double other) { return std::abs(cost - other) <= same_minimum * std::abs(cost); };
-      if (std::none_of(costs_.begin(), costs_.end(), same)) costs_.push_back(cost);
+      if (std::none_of(costs_.begin(), costs_.end(), [&](double own) { return same_minimum(own, cost); }))
+        costs_.push_back(cost);
     }
     int below(double cost) const {
       return static_cast<int>(std::count_if(costs_.begin(), costs_.end(), [&](double own) { return own < cost; }));

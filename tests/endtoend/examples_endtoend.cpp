@@ -250,6 +250,14 @@ TEST(Export, writes_tables_that_simulate_reads) {
     for (std::size_t k = 0; k < plan.position.size(); ++k)
       EXPECT_LT((marched.position[k] - plan.position[k]).norm(), tolerance(1e-4)) << how << k;
   }
+  const std::string high = varied_example(folder, "yaw", {{"steps", "20"}, {"starts", "1"}});
+  const ProgramRun march = lamprey(folder, "simulate " + high + " --scheme order4 --out " + (folder / "high"));
+  ASSERT_EQ(march.exit_code, 0) << march.err;
+  const ProgramRun angles = lamprey(folder, "export " + (folder / "high"));
+  EXPECT_EQ(angles.exit_code, 0);
+  EXPECT_NE(angles.err.find("no moments.csv"), std::string::npos) << angles.err;
+  EXPECT_TRUE(std::filesystem::exists(folder / "high/angles.csv"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "high/moments.csv"));
   EXPECT_EQ(lamprey(folder, "export " + (folder / "nowhere")).exit_code, 6);
 }
 

@@ -5,6 +5,7 @@
 
 #include "file/problem_file.hpp"
 #include "study/answer.hpp"
+#include "study/budget.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -124,6 +125,20 @@ TEST(StoppedSearch, carries_the_best_motion_on_to_its_steps) {
         EXPECT_LT(stopped.solution.solver.wall_seconds, *limit);
       }
     }
+}
+
+// A guess that runs when another one arrives has no more time than those that come after it.
+TEST(StoppedSearch, ends_guesses_that_run_sooner_once_one_has_arrived) {
+  Problem problem = translation(200);
+  const study::SolveOptions options;
+  study::Budget budget(problem, options);
+  budget.enter(study::Budget::Stage::guessing);
+  while (budget.seconds() < 0.3) continue;
+  problem.search.time_limit = 1.4 * budget.seconds();  // of which more than two thirds are over
+  const optimizer::Options running = budget.optimizer_options(100, 1e-8);
+  EXPECT_FALSE(running.late(0.0));
+  budget.arrived();
+  EXPECT_TRUE(running.late(0.0));
 }
 
 TEST(StoppedSearch, leaves_time_for_hops) {
