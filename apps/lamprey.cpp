@@ -7,7 +7,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "commands.hpp"
@@ -231,6 +233,41 @@ int refuse_unknown_command(const CLI::App& app, int count, char** words) {
   return usage;
 }
 
+// By other programs' words for the same, or else the nearest one.
+std::string option_meant(const std::string& word, const std::vector<std::string>& options) {
+  static const std::vector<std::pair<std::string, std::string>> other_words = {
+      {"--threads", "--workers"}, {"--jobs", "--workers"},       {"-j", "--workers"}, {"-o", "--out"},
+      {"--output", "--out"},      {"--timeout", "--time-limit"}, {"-h", "--help"},    {"--warm", "--first"}};
+  for (const auto& [other, here] : other_words)
+    if (other == word && std::count(options.begin(), options.end(), here) > 0) return here;
+  return lamprey::file::nearest(word, options);
+}
+
+// Says what an option that the command does not have could mean; done where there is none.
+int refuse_unknown_option(const CLI::App& app, int count, char** words) {
+  if (app.get_subcommands().empty()) return done;
+  std::vector<std::string> options;
+  const CLI::App& command = *app.get_subcommands().front();
+  for (const CLI::Option* option : command.get_options()) {
+    if (!option->get_positional()) options.push_back(option->get_name());
+    for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+  }
+  std::sort(options.begin(), options.end());
+  options.erase(std::unique(options.begin(), options.end()), options.end());
+  for (int i = 2; i < count; ++i) {
+    std::string word = words[i];
+    const bool number = std::strspn(words[i], "-+.eE0123456789") == word.size();
+    word = word.substr(0, word.rfind("--", 0) == 0 ? word.find('=') : 2);
+    if (word.size() < 2 || word[0] != '-' || number || word == "-h" ||
+        std::count(options.begin(), options.end(), word) > 0)
+      continue;
+    fmt::print(stderr, "lamprey {}: found \"{}\"; allowed: {}; did you mean \"{}\"?\n", command.get_name(), word,
+               fmt::join(options, ", "), option_meant(word, options));
+    return usage;
+  }
+  return done;
+}
+
 int dispatch(const CLI::App& app, const Arguments& arguments, const std::string& program) {
   if (app.got_subcommand("solve")) return solve(arguments.solve);
   if (app.got_subcommand("simulate")) return simulate(arguments.simulate);
@@ -257,6 +294,8 @@ int run(int count, char** words) {
   try {
     app.parse(count, words);
   } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() != 0)
+      if (const int refused = refuse_unknown_option(app, count, words)) return refused;
     return app.exit(error) == 0 ? done : usage;
   }
   arguments.solve.command = arguments.simulate.command = typed(count, words);

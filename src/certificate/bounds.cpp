@@ -35,11 +35,17 @@ void add_joint_bounds(const System& system, const maneuver::Limits& limits, std:
     own_or_all({}, limits.twist, joint.name, "twist", add(Kind::twist, -1, false));
     own_or_all(limits.angular_velocity, limits.joint_angular_velocity, joint.name, "angular_velocity",
                add(Kind::angular_velocity, -1, false));
+    const bool two = joint.kind == model::JointKind::universal;
+    const int angles = two ? 2 : joint.kind == model::JointKind::hinge ? 1 : 0;
+    for (int axis = 0; axis < angles; ++axis)
+      for (const bool upper : {false, true})
+        own_or_all(limits.angular_velocity_component, limits.joint_angular_velocity_component, joint.name,
+                   "angular_velocity_component", add(Kind::angle_rate, two ? axis : -1, upper));
     if (const auto own = limits.angle.find(joint.name); own != limits.angle.end())
       for (std::size_t axis = 0; axis < own->second.size(); ++axis)
         for (const bool upper : {false, true})
-          add(Kind::angle, joint.kind == model::JointKind::universal ? static_cast<int>(axis) : -1, upper)(
-              own->second[axis][upper ? 1 : 0], "limits.angle." + joint.name);
+          add(Kind::angle, two ? static_cast<int>(axis) : -1, upper)(own->second[axis][upper ? 1 : 0],
+                                                                     "limits.angle." + joint.name);
   }
 }
 

@@ -17,6 +17,7 @@ struct Bound {
     twist,
     angle,
     angular_velocity,
+    angle_rate,
     clearance,
     sphere,
     half_space,
@@ -31,6 +32,7 @@ struct Bound {
   double value = 0.0;
   int node = -1;      // of a waypoint or of the end; −1: each node
   int waypoint = -1;  // which
+  bool of_rate() const { return kind == Kind::angular_velocity || kind == Kind::angle_rate; }
   bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
 };
 

@@ -1,8 +1,10 @@
 #include "certificate/limit_check.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
+#include <numbers>
 #include <set>
 #include <tuple>
 
@@ -84,7 +86,16 @@ double turn_of(const System& system, const Place& place, int joint) {
                              mechanics::child_to_parent(place.rotation, system.joint(joint)));
 }
 
-// A rate bends over the turn that the joint takes in a step, which may be small: by how much it is changed for differences, rad,
+// The change of one of the joint's angles over that step, rad, the shorter way round.
+double angle_change_of(const System& system, const Place& place, const Bound& bound) {
+  const model::Joint& joint = system.joint(bound.joint);
+  const auto angle = [&](const mechanics::Rotations& R) {
+    return mechanics::joint_angles(joint, mechanics::child_to_parent(R, joint))[std::max(bound.component, 0)];
+  };
+  return std::remainder(angle(place.rotation) - angle(place.rotation_before), 2.0 * std::numbers::pi);
+}
+
+// A joint's rate bends over the turn that the joint takes in a step, which may be small: by how much it is changed for differences, rad,
 // where others are changed by `step`.
 double beside_turn(const System& system, const Bound& bound, const Place& here, double share, double step) {
   if (bound.kind != Kind::angular_velocity) return step;
@@ -123,6 +134,10 @@ double margin(const StoredMotion& motion, const Bound& bound, const Place& place
     }
     case Kind::angular_velocity:
       return bound.value - turn_of(system, place, bound.joint) / place.time_step;
+    case Kind::angle_rate: {
+      const double rate = angle_change_of(system, place, bound) / place.time_step;
+      return bound.value + (bound.upper ? -rate : rate);
+    }
     case Kind::clearance:
       return gap_of(system, place, bound.body, system.body(bound.other_body).gap_axes(),
                     place.rotation[at(bound.other_body)], centre_of(system, place, bound.other_body)) -
@@ -211,7 +226,7 @@ void add_gradient(const StoredMotion& motion, const Bound& bound, int node, doub
           by([c](Place& place, double e) { place.moment[c] += e; }, difference_step * bound.value);
     return;
   }
-  if (bound.kind == Kind::duration || bound.kind == Kind::angular_velocity)
+  if (bound.kind == Kind::duration || bound.of_rate())
     pulls.by_log_time_step += by([](Place& place, double e) { place.time_step *= std::exp(e); }, difference_step);
   if (bound.kind == Kind::duration) return;
   const double change = beside_turn(system, bound, here, share_of_turn, difference_step);
@@ -219,7 +234,7 @@ void add_gradient(const StoredMotion& motion, const Bound& bound, int node, doub
     for (int f = 0; f < system.body(i).freedoms; ++f) {
       pulls.by_state[at(node)][layout.freedom(i) + f] +=
           by([&](Place& place, double e) { place.rotation = with_turn(system, here.rotation, i, f, e); }, change);
-      if (bound.kind == Kind::angular_velocity)
+      if (bound.of_rate())
         pulls.by_state[at(node - 1)][layout.freedom(i) + f] += by(
             [&](Place& place, double e) { place.rotation_before = with_turn(system, here.rotation_before, i, f, e); },
             change);
@@ -232,8 +247,7 @@ void add_gradient(const StoredMotion& motion, const Bound& bound, int node, doub
 
 // What violations are counted in: moments and rates against their bound.
 double unit_of(const Bound& bound) {
-  const bool relative =
-      bound.kind == Kind::torque || bound.kind == Kind::torque_component || bound.kind == Kind::angular_velocity;
+  const bool relative = bound.kind == Kind::torque || bound.kind == Kind::torque_component || bound.of_rate();
   return relative ? bound.value : 1.0;
 }
 
@@ -337,7 +351,7 @@ std::vector<Eigen::Index> coordinates_of(const System& system, const Bound& boun
     return result;
   }
   for (const bool before : {false, true}) {
-    if (before && bound.kind != Kind::angular_velocity) break;
+    if (before && !bound.of_rate()) break;
     for (int i = 0; i < system.body_count(); ++i)
       for (int f = 0; f < system.body(i).freedoms && looks_at(system, bound, i); ++f)
         result.push_back((before ? turns + 3 : 0) + system.body(i).velocity_offset + f);
@@ -351,9 +365,7 @@ PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int n
   const System& system = motion.system;
   const Eigen::Index turns = system.velocity_count() - 3;
   const bool of_moments = bound.kind == Kind::torque || bound.kind == Kind::torque_component;
-  const Eigen::Index size = of_moments                             ? system.control_count()
-                            : bound.kind == Kind::angular_velocity ? 2 * turns + 3
-                                                                   : turns + 3;
+  const Eigen::Index size = of_moments ? system.control_count() : bound.of_rate() ? 2 * turns + 3 : turns + 3;
   PullingBound result{node, of_moments, pull, VectorXd::Zero(size), MatrixXd::Zero(size, size), 0.0, 0.0, {}};
   const Place here = place_of(motion, node);
   const double step = of_moments ? second_difference_step * bound.value
@@ -386,7 +398,7 @@ PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int n
     result.by_time = -2.0 * along;
     result.by_time_twice = 4.0 * (along + u.dot(result.curvature * u));
     result.by_time_mixed = -2.0 * (result.gradient + result.curvature * u);
-  } else if (bound.kind == Kind::angular_velocity) {  // rates with the time step
+  } else if (bound.of_rate()) {  // rates with the time step
     result.by_time = bound.value - own;
     result.by_time_twice = -result.by_time;
     result.by_time_mixed = -result.gradient;

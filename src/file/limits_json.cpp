@@ -74,6 +74,8 @@ std::string limits_text(const Limits& limits) {
   add_for_joints("torque", limits.torque, limits.joint_torque, members);
   add_for_joints("torque_component", limits.torque_component, limits.joint_torque_component, members);
   add_for_joints("angular_velocity", limits.angular_velocity, limits.joint_angular_velocity, members);
+  add_for_joints("angular_velocity_component", limits.angular_velocity_component,
+                 limits.joint_angular_velocity_component, members);
   add_for_joints("swing", {}, limits.swing, members);
   add_for_joints("twist", {}, limits.twist, members);
   if (!limits.angle.empty()) {
@@ -105,6 +107,8 @@ Limits read_limits(const JsonReader& reader) {
   read_for_joints(reader, "torque", limits.torque, limits.joint_torque);
   read_for_joints(reader, "torque_component", limits.torque_component, limits.joint_torque_component);
   read_for_joints(reader, "angular_velocity", limits.angular_velocity, limits.joint_angular_velocity);
+  read_for_joints(reader, "angular_velocity_component", limits.angular_velocity_component,
+                  limits.joint_angular_velocity_component);
   if (reader.has("swing")) limits.swing = numbers_by_name(reader.at("swing"));
   if (reader.has("twist")) limits.twist = numbers_by_name(reader.at("twist"));
   if (reader.has("angle")) {

@@ -251,6 +251,11 @@ void add_limits(TextTable& table, const maneuver::Limits& limits) {
     lines.push_back(fmt::format("joints turn by up to {} rad/s", short_number(*limits.angular_velocity)));
   for (const auto& [name, value] : limits.joint_angular_velocity)
     lines.push_back(fmt::format("{} turns by up to {} rad/s", printable(name), short_number(value)));
+  if (limits.angular_velocity_component)
+    lines.push_back(
+        fmt::format("each angle of the joints by up to {} rad/s", short_number(*limits.angular_velocity_component)));
+  for (const auto& [name, value] : limits.joint_angular_velocity_component)
+    lines.push_back(fmt::format("each angle of {} by up to {} rad/s", printable(name), short_number(value)));
   for (const auto& [name, value] : limits.swing)
     lines.push_back(fmt::format("swing of {} up to {} rad", printable(name), short_number(value)));
   for (const auto& [name, value] : limits.twist)

@@ -163,8 +163,8 @@ std::optional<Eigen::Vector3d> read_turn(const TableReader& table) {
 }
 
 void read_limits(const TableReader& table, Problem& problem) {
-  table.allow_only({"torque", "torque_component", "angular_velocity", "swing", "twist", "angle", "clearance", "sphere",
-                    "half_space"});
+  table.allow_only({"torque", "torque_component", "angular_velocity", "angular_velocity_component", "swing", "twist",
+                    "angle", "clearance", "sphere", "half_space"});
   const Joints& joints = problem.swimmer.joints;
   Limits& limits = problem.limits;
   read_for_joints(table, "torque", joints, positive("N m"), limits.torque, limits.joint_torque);
@@ -172,6 +172,8 @@ void read_limits(const TableReader& table, Problem& problem) {
                   limits.joint_torque_component);
   read_for_joints(table, "angular_velocity", joints, positive("rad/s"), limits.angular_velocity,
                   limits.joint_angular_velocity);
+  read_for_joints(table, "angular_velocity_component", joints, positive("rad/s"), limits.angular_velocity_component,
+                  limits.joint_angular_velocity_component);
   const Range angles{.low = 0.0, .high = half_turn, .unit = "rad"};
   limits.swing = read_by_joint(table.table("swing"), joints, angles);
   limits.twist = read_by_joint(table.table("twist"), joints, angles);
@@ -217,6 +219,14 @@ void check_limits(const Problem& problem) {
     if (problem.limits.angle.contains(joint.name) && !axes)
       refuse(key_path("limits.angle", joint.name), fmt::format("a {} joint", word(joint.kind)),
              "on hinges and universal joints", "use limits.swing and limits.twist instead");
+    const bool named = problem.limits.joint_angular_velocity_component.contains(joint.name);
+    const std::string rates = "limits.angular_velocity_component";
+    if (named && joint.kind == JointKind::fixed)
+      refuse(key_path(rates, joint.name), "a limit on a fixed joint", "on joints that move", "remove it");
+    if (joint.kind == JointKind::ball && (named || problem.limits.angular_velocity_component))
+      refuse(named ? key_path(rates, joint.name) : rates, fmt::format("a {} joint, {}", word(joint.kind), joint.name),
+             "on hinges and universal joints, each of whose angles has a rate",
+             fmt::format("limit all of its rate: limits.angular_velocity.{}", joint.name));
   }
 }
 

@@ -72,6 +72,9 @@ std::string first_limit(const maneuver::Limits& limits) {
   if (!limits.joint_torque_component.empty()) return first("limits.torque_component", limits.joint_torque_component);
   if (limits.angular_velocity) return "limits.angular_velocity";
   if (!limits.joint_angular_velocity.empty()) return first("limits.angular_velocity", limits.joint_angular_velocity);
+  if (limits.angular_velocity_component) return "limits.angular_velocity_component";
+  if (!limits.joint_angular_velocity_component.empty())
+    return first("limits.angular_velocity_component", limits.joint_angular_velocity_component);
   if (!limits.spheres.empty()) return "limits.sphere";
   if (!limits.half_spaces.empty()) return "limits.half_space";
   return "limits.clearance";

@@ -58,6 +58,8 @@ void check_limit_numbers(const maneuver::Limits& limits) {
   for_joints("limits.torque", limits.torque, limits.joint_torque);
   for_joints("limits.torque_component", limits.torque_component, limits.joint_torque_component);
   for_joints("limits.angular_velocity", limits.angular_velocity, limits.joint_angular_velocity);
+  for_joints("limits.angular_velocity_component", limits.angular_velocity_component,
+             limits.joint_angular_velocity_component);
   for (const auto& [key, named] : {std::pair("limits.swing", &limits.swing), std::pair("limits.twist", &limits.twist)})
     for (const auto& [joint, value] : *named)
       require_number(value > 0.0 && value <= std::numbers::pi, key_path(key, joint).c_str(), value,
@@ -99,6 +101,7 @@ void check_names(const Problem& problem) {
   joints(limits.joint_torque, "limits.torque");
   joints(limits.joint_torque_component, "limits.torque_component");
   joints(limits.joint_angular_velocity, "limits.angular_velocity");
+  joints(limits.joint_angular_velocity_component, "limits.angular_velocity_component");
   joints(limits.swing, "limits.swing");
   joints(limits.twist, "limits.twist");
   joints(limits.angle, "limits.angle");

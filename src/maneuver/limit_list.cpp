@@ -51,8 +51,15 @@ void add_joint_rows(const System& system, const Problem& problem, std::vector<Li
     of_joint({}, limits.twist, "twist", [&](double bound, const std::string& key) { add(Kind::twist, j, key, bound); });
     of_joint(limits.angular_velocity, limits.joint_angular_velocity, "angular_velocity",
              [&](double bound, const std::string& key) { add(Kind::speed, j, key, bound); });
+    const bool two = joint.kind == model::JointKind::universal;
+    if (two || joint.kind == model::JointKind::hinge)
+      of_joint(limits.angular_velocity_component, limits.joint_angular_velocity_component, "angular_velocity_component",
+               [&](double bound, const std::string& key) {
+                 for (int axis = 0; axis < (two ? 2 : 1); ++axis)
+                   for (const Kind kind : {Kind::rate_above, Kind::rate_below})
+                     add(kind, j, key, bound, two ? axis : -1);
+               });
     if (const auto own = limits.angle.find(joint.name); own != limits.angle.end()) {
-      const bool two = joint.kind == model::JointKind::universal;
       for (int axis = 0; axis < static_cast<int>(own->second.size()); ++axis) {
         const auto& [least, most] = own->second[at(axis)];
         add(Kind::angle_above, j, "angle." + joint.name, least, two ? axis : -1);
@@ -145,6 +152,8 @@ const char* LimitRow::unit_name() const {
     case Kind::pass_turn:
       return "rad";
     case Kind::speed:
+    case Kind::rate_above:
+    case Kind::rate_below:
       return "rad/s";
     case Kind::not_shorter:
     case Kind::not_longer:
@@ -164,6 +173,8 @@ double LimitRow::excess(double missing, double time_step) const {
   switch (kind) {
     case Kind::torque:
     case Kind::torque_component:
+    case Kind::rate_above:
+    case Kind::rate_below:
     case Kind::not_shorter:
     case Kind::not_longer:
       return broken * bound;

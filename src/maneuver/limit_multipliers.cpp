@@ -102,8 +102,7 @@ LimitError LimitTerms::error(const MatrixXd& value) const {
 double LimitTerms::bearable(double weight) const {
   double least_turn = 1.0;
   for (const LimitRow& row : rows_)
-    if (row.kind == LimitRow::Kind::speed)
-      least_turn = std::min(least_turn, digits_per_turn * row.bound * duration_ / steps_);
+    if (row.of_rate()) least_turn = std::min(least_turn, digits_per_turn * row.bound * duration_ / steps_);
   return weight * std::max(least_turn, fewest_digits);
 }
 

@@ -227,6 +227,39 @@ void speed_derivatives(const System& system, const LimitRow& row, const LimitedN
   set(1, 2, kB);
 }
 
+// The change of an angle over the step, rad, the shorter way round.
+double angle_change(const System& system, const LimitRow& row, const LimitedNode& node) {
+  const Joint& joint = system.joint(row.joint);
+  const Vector3d axis = angle_axis(joint, row.freedom());
+  const double now = twist_about(axis, joint, mechanics::child_to_parent(node.rotation, joint));
+  const double before = twist_about(axis, joint, mechanics::child_to_parent(node.rotation_before, joint));
+  return std::remainder(now - before, 2.0 * std::numbers::pi);
+}
+
+// Of 1 ± change/(bound h), by equation 10.2 at both ends of the step.
+void rate_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
+                      MatrixXd& hessian) {
+  const Joint& joint = system.joint(row.joint);
+  const Vector3d axis = angle_axis(joint, row.freedom());
+  const double scale = (row.kind == Kind::rate_above ? 1.0 : -1.0) / (row.bound * node.time_step * row.unit);
+  const auto add = [&](const mechanics::Rotations& R, double factor, Eigen::Index parent, Eigen::Index child) {
+    const TwistDerivatives twist = twist_derivatives(axis, joint, mechanics::child_to_parent(R, joint));
+    const std::array<Eigen::Index, 2> place{parent, child};
+    for (int a = 0; a < 2; ++a) {
+      gradient.segment<3>(place[at(a)]) = factor * twist.gradient.segment<3>(3 * a);
+      for (int b = 0; b < 2; ++b)
+        hessian.block<3, 3>(place[at(a)], place[at(b)]) = factor * twist.hessian.block<3, 3>(3 * a, 3 * b);
+    }
+  };
+  add(node.rotation, scale, turn_of(joint.parent), turn_of(joint.child));
+  add(node.rotation_before, -scale, turn_before_of(system, joint.parent), turn_before_of(system, joint.child));
+  const Eigen::Index time = gradient.size() - 1;
+  hessian.col(time).head(time) = -gradient.head(time);
+  hessian.row(time).head(time) = hessian.col(time).head(time).transpose();
+  hessian(time, time) = scale * angle_change(system, row, node);
+  gradient[time] = -hessian(time, time);
+}
+
 void half_space_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
                             MatrixXd& hessian) {
   const model::Body& body = system.body(row.body);
@@ -308,6 +341,10 @@ double plain_value(const System& system, const LimitRow& row, const LimitedNode&
       return speed_value(mechanics::child_to_parent(node.rotation_before, joint),
                          mechanics::child_to_parent(node.rotation, joint), turn_allowed(row.bound, node.time_step));
     }
+    case Kind::rate_above:
+      return 1.0 + angle_change(system, row, node) / (row.bound * node.time_step);
+    case Kind::rate_below:
+      return 1.0 - angle_change(system, row, node) / (row.bound * node.time_step);
     case Kind::clearance: {
       const fluid::EllipsoidPair pair = pair_of_bodies(system, row, node);
       return gap_or_enough(pair, enough * row.unit + row.bound) - row.bound;
@@ -357,6 +394,9 @@ void limit_derivatives(const System& system, const LimitRow& row, const LimitedN
     }
     case Kind::speed:
       return speed_derivatives(system, row, node, gradient, hessian);
+    case Kind::rate_above:
+    case Kind::rate_below:
+      return rate_derivatives(system, row, node, gradient, hessian);
     case Kind::clearance:
     case Kind::sphere:
       return gap_row_derivatives(system, row, node, gradient, hessian);
@@ -396,6 +436,8 @@ double price_of_bound(const LimitRow& row, double time_step, double value) {
       const double half_sine = std::sqrt(std::clamp(half_sine_squared, 0.0, 1.0));
       return 4.0 * half_sine * std::sqrt(1.0 - half_sine * half_sine) * time_step / square / row.unit;
     }
+    case Kind::rate_above:
+    case Kind::rate_below:
     case Kind::not_shorter:
     case Kind::not_longer:
       return 1.0 / row.bound / row.unit;

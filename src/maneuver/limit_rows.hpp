@@ -25,6 +25,8 @@ struct LimitRow {
     angle_above,       // angle of a hinge, or of a universal joint about one of its axes, ≥ bound, rad
     angle_below,       // the same ≤ bound, rad
     speed,             // a joint's mean rate over the step ≤ bound rad/s, as its cosine against bound, see there
+    rate_above,        // an angle's mean rate over the step ≥ −bound rad/s, as 1 + rate/bound
+    rate_below,        // the same ≤ bound, as 1 − rate/bound
     clearance,         // gap of two bodies ≥ bound, m
     sphere,            // gap of a body and a sphere ≥ 0, m
     half_space,        // gap of a body and a half-space ≥ 0, m
@@ -45,7 +47,7 @@ struct LimitRow {
   double time = -1.0;                     // s of a waypoint; negative: at each node
   double time_before = -1.0;              // s of the waypoint before it; negative: there is none
   bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
-  bool upper() const { return kind == Kind::angle_below || kind == Kind::not_longer; }
+  bool upper() const { return kind == Kind::angle_below || kind == Kind::rate_below || kind == Kind::not_longer; }
   /// What the bound is counted in, and by how much of it a limit is exceeded where its value is −`missing`; rates as means over a
   /// step of `time_step` s.
   const char* unit_name() const;
@@ -55,6 +57,7 @@ struct LimitRow {
   bool of_duration() const { return kind == Kind::not_shorter || kind == Kind::not_longer; }
   /// Whether the value is no multiple of what is left to the bound. Joints' rotations alone tell the value then.
   bool bends() const { return kind == Kind::swing || kind == Kind::speed; }
+  bool of_rate() const { return kind == Kind::speed || kind == Kind::rate_above || kind == Kind::rate_below; }
   bool of_gap() const { return kind == Kind::clearance || kind == Kind::sphere || kind == Kind::half_space; }
   bool of_moments() const { return kind == Kind::torque || kind == Kind::torque_component; }
 };

@@ -37,7 +37,7 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
       duration_(duration),
       turns_(system, coordinates.shape) {
   for (const LimitRow& row : rows_) {
-    before_ = before_ || row.kind == Kind::speed;
+    before_ = before_ || row.of_rate();
     of_moments_ = of_moments_ || row.of_moments();
   }
   multipliers_.value.setZero(static_cast<Eigen::Index>(rows_.size()), steps + 1);

@@ -70,18 +70,24 @@ struct Limits {
   std::map<std::string, double> joint_torque_component;  // N m by joint
   std::optional<double> angular_velocity;                // rad/s, every joint
   std::map<std::string, double> joint_angular_velocity;  // rad/s by joint
-  std::map<std::string, double> swing;                   // rad by joint
-  std::map<std::string, double> twist;                   // rad by joint
-  std::map<std::string, AngleBounds> angle;              // rad by hinge or universal joint
-  std::optional<double> clearance;                       // m
+  std::optional<double> angular_velocity_component;      // rad/s, each angle of every hinge or universal joint
+  std::map<std::string, double> joint_angular_velocity_component;  // rad/s by hinge or universal joint
+  std::map<std::string, double> swing;                             // rad by joint
+  std::map<std::string, double> twist;                             // rad by joint
+  std::map<std::string, AngleBounds> angle;                        // rad by hinge or universal joint
+  std::optional<double> clearance;                                 // m
   std::vector<KeepOutSphere> spheres;
   std::vector<KeepOutHalfSpace> half_spaces;
   bool of_moments() const {
     return torque || torque_component || !joint_torque.empty() || !joint_torque_component.empty();
   }
+  bool of_rates() const {
+    return angular_velocity || angular_velocity_component || !joint_angular_velocity.empty() ||
+           !joint_angular_velocity_component.empty();
+  }
   bool any() const {
-    return of_moments() || angular_velocity || clearance || !joint_angular_velocity.empty() || !swing.empty() ||
-           !twist.empty() || !angle.empty() || !spheres.empty() || !half_spaces.empty();
+    return of_moments() || of_rates() || clearance || !swing.empty() || !twist.empty() || !angle.empty() ||
+           !spheres.empty() || !half_spaces.empty();
   }
 };
 

@@ -143,6 +143,8 @@ StrokeLimits stroke_limits(const System& system, const Problem& problem, const i
         smallest = std::min(smallest, share * found->second);
     };
     take(limits.joint_angular_velocity, 1.0, velocity);
+    if (limits.angular_velocity_component) velocity = std::min(velocity, *limits.angular_velocity_component);
+    take(limits.joint_angular_velocity_component, 1.0, velocity);
     take(limits.swing, within_limits, swing);
     take(limits.twist, within_limits, swing);
     if (const auto angle = limits.angle.find(joint.name); angle != limits.angle.end()) {

@@ -89,9 +89,9 @@ std::vector<Transcription::Charted> Transcription::charted(const Limited& limite
   if (!row.of_duration() && row.kind != Kind::pass_position)
     for (int body : bodies_of(system_, row)) add_turn(limited.node, body, 3 * body);
   if (sees_position(row)) all.push_back({position_variable(limited.node), 3 * bodies_, Matrix3d::Identity(), -1, -1});
-  if (row.kind == Kind::speed)
+  if (row.of_rate())
     for (int body : bodies_of(system_, row)) add_turn(limited.node - 1, body, 3 * (bodies_ + 1 + body));
-  if (stretch_variable_ >= 0 && (row.kind == Kind::speed || row.of_duration()))
+  if (stretch_variable_ >= 0 && (row.of_rate() || row.of_duration()))
     all.push_back({stretch_variable_, 6 * bodies_ + 3, MatrixXd::Ones(1, 1), -1, -1});
   return all;
 }

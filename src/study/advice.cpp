@@ -63,6 +63,7 @@ std::string limits_on_haste(const maneuver::Limits& limits) {
   add("torque", limits.torque, limits.joint_torque);
   add("torque_component", limits.torque_component, limits.joint_torque_component);
   add("angular_velocity", limits.angular_velocity, limits.joint_angular_velocity);
+  add("angular_velocity_component", limits.angular_velocity_component, limits.joint_angular_velocity_component);
   std::string words;
   for (std::size_t n = 0; n < keys.size(); ++n) words += (n == 0 ? "" : n + 1 < keys.size() ? ", " : " or ") + keys[n];
   return words;

@@ -36,6 +36,13 @@ TEST(Program, tells_usage_input_output_and_missing_files_apart) {
                           "bench; did you mean \"solve\"?"),
             std::string::npos);
   EXPECT_EQ(lamprey(folder, "solve " + example("translation")).exit_code, 2);
+  for (const auto& [typed, meant] : {std::pair("--threads 2", "--workers"), std::pair("--ouput=3", "--out"),
+                                     std::pair("--startes 5", "--starts"), std::pair("-j4 --seed 1", "--seed")}) {
+    const ProgramRun run = lamprey(folder, "solve " + example("translation") + " " + typed + " --out x");
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_NE(run.err.find(fmt::format("did you mean \"{}\"?", meant)), std::string::npos) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  }
   EXPECT_EQ(lamprey(folder, "solve " + (folder / "nowhere.toml") + " --out " + (folder / "run")).exit_code, 6);
   EXPECT_EQ(lamprey(folder, "verify " + (folder / "nowhere")).exit_code, 6);
   EXPECT_EQ(lamprey(folder, "--version").exit_code, 0);

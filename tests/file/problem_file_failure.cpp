@@ -297,6 +297,7 @@ TEST(UnsupportedProblem, each_feature_is_refused_at_its_place_until_none_is_left
   replace("axis = [0.0, 0.0, 2.0]\n", "");
   replace("angle.back = [-0.5, 1.5]\n", "");
   replace("angle.tail = [[-0.4, 0.4], [-1.0, 0.5]]\n", "");
+  replace("angular_velocity_component = { back = 11.0, tail = 9.0 }\n", "");
   expect_key("joint[2].kind", "kind = \"universal\"");
   replace("\"universal\"", "\"ball\"");
   replace("axes = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]\n", "");

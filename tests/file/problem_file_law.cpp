@@ -113,6 +113,8 @@ TEST(ProblemFile, the_other_sections_hold_the_numbers_of_the_file) {
   EXPECT_EQ(problem.limits.clearance, 0.1);
   EXPECT_EQ(problem.limits.torque_component, 900.0);
   EXPECT_EQ(problem.limits.joint_angular_velocity.at("back"), 12.0);
+  EXPECT_EQ(problem.limits.joint_angular_velocity_component.at("back"), 11.0);
+  EXPECT_EQ(problem.limits.joint_angular_velocity_component.at("tail"), 9.0);
   ASSERT_EQ(problem.limits.spheres.size(), 1U);
   EXPECT_EQ(problem.limits.spheres[0].centre, Vector3d(4.0, 3.0, -1.0));
   EXPECT_EQ(problem.limits.spheres[0].radius, 0.75);
@@ -214,6 +216,7 @@ TEST(ProblemFile, a_led_body_without_an_angular_velocity_moves_with_its_parent) 
   EXPECT_LE((turned.start.angular_velocity[3] - seen).norm(), 1e-15);
   text.replace(text.find("kind = \"universal\""), 18, "kind = \"ball\"");
   text.replace(text.find("axes = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]\n\n[start]"), 42, "");
+  text.replace(text.find(", tail = 9.0"), 12, "");
   text.erase(text.find("angle.tail"), text.find("clearance =") - text.find("angle.tail"));
   expect_vector(file::parse_problem(text, "x").problem.start.angular_velocity[3], 0.0, 0.0, 0.0);
 }

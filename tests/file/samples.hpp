@@ -118,6 +118,7 @@ inline file::Results sample_results(int steps) {
   limits.torque = sample.number();
   limits.joint_torque_component["a \"joint\""] = sample.number();
   limits.angular_velocity = sample.number();
+  limits.joint_angular_velocity_component["a \"joint\""] = sample.number();
   limits.swing["b"] = sample.number();
   limits.angle["c"] = {{sample.number(), sample.number()}};
   limits.angle["d"] = {{sample.number(), sample.number()}, {sample.number(), sample.number()}};

@@ -83,6 +83,40 @@ TEST(LimitRows, of_angles_see_each_axis_of_a_universal_joint) {
   }
 }
 
+// Of each axis of a universal joint by itself, across the cut of its angle too; what is broken is told in rad/s.
+TEST(LimitRows, of_angle_rates_see_what_each_axis_turns_by_in_a_step) {
+  Random random(5);
+  constexpr double h = 0.1, bound = 2.0;
+  for (int sample = 0; sample < 20; ++sample) {
+    model::SwimmerDescription described = paper_chain();
+    model::JointDescription& joint = described.joints[0];
+    joint.kind = model::JointKind::universal;
+    const Vector3d second = random.vector().normalized();
+    joint.axes = {second.cross(random.vector()).normalized(), second};
+    const model::System system(described);
+    const Vector3d before(random.uniform(-1.3, 1.3), std::numbers::pi - 0.1, 0.0);
+    const Vector3d change(random.uniform(-0.9, 0.9), random.uniform(0.11, 0.9), 0.0);
+    const auto rotations = [&](const Vector3d& angles) {
+      mechanics::Rotations R = {random.rotation(), Matrix3d::Identity(), random.rotation()};
+      R[1] = R[0] * mechanics::joint_rotation(system.joint(0), angles);
+      return R;
+    };
+    const mechanics::Rotations from = rotations(before), to = rotations(before + change);
+    for (int axis = 0; axis < 2; ++axis)
+      for (const Kind kind : {Kind::rate_above, Kind::rate_below}) {
+        LimitRow row;
+        row.kind = kind;
+        row.joint = 0;
+        row.component = axis;
+        row.bound = bound;
+        const double rate = (kind == Kind::rate_above ? 1.0 : -1.0) * change[axis] / h;
+        const double value = maneuver::limit_value(system, row, {to, from, Vector3d::Zero(), VectorXd(), h, 1.0}, 1e9);
+        EXPECT_NEAR(value, 1.0 + rate / bound, tolerance(1e-12));
+        EXPECT_NEAR(row.excess(-value, h), -rate - bound, tolerance(1e-11));
+      }
+  }
+}
+
 // A joint of the paper's chain that turned by `angle` about an axis in a step of `time_step` s, its parent turned besides.
 class Rate {
  public:

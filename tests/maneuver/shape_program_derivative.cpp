@@ -33,7 +33,8 @@ struct ShapeSetting {
   maneuver::CostWeights costs = {};
   bool of_leaves = false;  // the goal asks for all bodies but the root and its children
   unsigned seed = 23;
-  bool turning = false;  // work's terms past where powers have any slope
+  bool turning = false;      // work's terms past where powers have any slope
+  bool angle_rates = false;  // limits of angles' rates, too
 };
 
 const maneuver::CostWeights of_power{0.0, 3.0, 0.0, 0.0};
@@ -68,6 +69,8 @@ maneuver::Problem limited_problem(const model::SwimmerDescription& swimmer, cons
   for (const model::JointDescription& joint : swimmer.joints) {
     limits.swing[joint.name] = 0.1;
     limits.twist[joint.name] = 0.1;
+    const bool angles = joint.kind == model::JointKind::hinge || joint.kind == model::JointKind::universal;
+    if (setting.angle_rates && angles) limits.joint_angular_velocity_component[joint.name] = 0.6;
     if (joint.kind == model::JointKind::hinge) limits.angle[joint.name] = {{-0.05, 0.05}};
     if (joint.kind == model::JointKind::universal) limits.angle[joint.name] = {{-0.05, 0.05}, {-0.04, 0.06}};
   }
@@ -452,6 +455,21 @@ INSTANTIATE_TEST_SUITE_P(
                      .periodic = true,
                      .costs = of_all,
                      .seed = 28},
+        ShapeSetting{.name = "any_joint_within_angle_rates",
+                     .swimmer = Swimmer::any_joint,
+                     .lagrangian = mechanics::DiscreteLagrangian::midpoint,
+                     .rest = true,
+                     .limited = true,
+                     .seed = 24,
+                     .angle_rates = true},
+        ShapeSetting{.name = "free_duration_of_any_joint_within_angle_rates",
+                     .swimmer = Swimmer::any_joint,
+                     .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                     .rest = true,
+                     .limited = true,
+                     .free_duration = true,
+                     .seed = 42,
+                     .angle_rates = true},
         ShapeSetting{.name = "work_of_joints_that_turn_back",
                      .swimmer = Swimmer::any_joint,
                      .lagrangian = mechanics::DiscreteLagrangian::trapezoid,

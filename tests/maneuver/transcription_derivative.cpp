@@ -111,6 +111,8 @@ class TranscriptionDerivatives : public ::testing::TestWithParam<Setting> {
     for (const model::Joint& joint : system_.joints()) {
       limits.swing[joint.name] = 0.4;
       limits.twist[joint.name] = 0.3;
+      if (joint.kind == model::JointKind::hinge || joint.kind == model::JointKind::universal)
+        limits.joint_angular_velocity_component[joint.name] = 4.0;
       if (joint.kind == model::JointKind::hinge) limits.angle[joint.name] = {{-0.5, 0.7}};
       if (joint.kind == model::JointKind::universal) limits.angle[joint.name] = {{-0.5, 0.7}, {-0.4, 0.6}};
     }

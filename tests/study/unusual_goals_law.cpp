@@ -9,6 +9,7 @@
 #include "lie/so3.hpp"
 #include "maneuver/guess.hpp"
 #include "study/answer.hpp"
+#include "study/first_motion.hpp"
 #include "study/grids.hpp"
 #include "study/hull_with_fins.hpp"
 #include "tolerance.hpp"
@@ -272,6 +273,35 @@ maneuver::Problem kept_problem(const std::string& name) {
   maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/" + name + ".toml");
   problem.search.time_limit.reset();
   return problem;
+}
+
+// Motors of two axes: each may turn as fast as the whole joint may where the whole is limited, so that what both allow lies between
+// the whole at as much and at √2 times as much. Searched one from the other, costs fall. A hinge has one motor: its limits are one.
+TEST(UnusualGoals, within_rates_of_motors_lie_between_those_within_rates_of_joints) {
+  const auto within = [](const char* name, const study::Answer* from, const auto& limit) {
+    maneuver::Problem problem = kept_problem(name);
+    problem.search.starts = 1;
+    limit(problem.limits);
+    const model::System system(problem.swimmer);
+    study::SolveOptions options;
+    options.refinement = false;
+    if (from) options.first = study::first_motion(system, problem, from->solution);
+    study::Answer answer = study::answer(system, problem, options);
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << name << answer.solution.message;
+    EXPECT_FALSE(answer.certificate.limits->reached.empty()) << name << ": nothing is tested";
+    return answer;
+  };
+  const auto whole = [&](const char* name, double rate, const study::Answer* from = nullptr) {
+    return within(name, from, [rate](maneuver::Limits& limits) { limits.angular_velocity = rate; });
+  };
+  const auto each = [&](const char* name, double rate, const study::Answer* from = nullptr) {
+    return within(name, from, [rate](maneuver::Limits& limits) { limits.angular_velocity_component = rate; });
+  };
+  const study::Answer narrow = whole("universal_chain", 6.0), middle = each("universal_chain", 6.0, &narrow),
+                      wide = whole("universal_chain", 6.0 * std::numbers::sqrt2, &middle);
+  EXPECT_LT(middle.solution.cost, narrow.solution.cost);
+  EXPECT_LT(wide.solution.cost, middle.solution.cost);
+  EXPECT_NEAR(each("three_hinges", 5.0).solution.cost / whole("three_hinges", 5.0).solution.cost, 1.0, 1e-9);
 }
 
 // What digits leave of momenta over short steps is no leak, whatever the swimmer's size and units.
