@@ -1,9 +1,12 @@
 #include "file/tasks.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -17,6 +20,7 @@
 #include "study/advice.hpp"
 #include "study/answer.hpp"
 #include "study/faults.hpp"
+#include "study/found.hpp"
 #include "study/refinement.hpp"
 #include "study/verdict.hpp"
 
@@ -118,7 +122,8 @@ Results solve_task(const ProblemFile& file, const study::SolveOptions& asked, co
 
 namespace {
 
-// An answer whose steps do not resolve it, from it on solved again on as many as its replay proposes, until they do or time is over.
+// An answer and those kept beside it whose steps do not resolve them, from them on solved again on as many as the most demanding
+// replay proposes, until they do or time is over: all of them, so that their costs can be compared.
 class Resolving {
  public:
   Resolving(const ProblemFile& file, const study::SolveOptions& options, const std::string& command)
@@ -130,26 +135,74 @@ class Resolving {
   }
 
   Results from(Results results) {
-    finer_.problem.steps = asked_.problem.steps;
+    std::vector<Kept> kept;
+    for (Results& other : results.others) kept.push_back({std::move(other), asked_.problem.steps});
+    results.others.clear();
+    kept.insert(kept.begin(), {std::move(results), asked_.problem.steps});
     for (int round = 0; round < most_resolving_rounds && has_time(); ++round) {
-      const auto steps = study::steps_to_resolve(finer_.problem, *results.certificate, results.solution);
-      if (!steps) break;
-      if (options_.progress) options_.progress(fmt::format("these steps do not resolve it: again on {}", *steps));
-      finer_.problem.steps = *steps;
-      Results again = solve_task(finer_, options_, command_, StoredMotion{results, "the answer on fewer steps"});
-      if (again.solution.status != maneuver::Status::optimal) {
-        results.solution.message += fmt::format(" From it the search on {} steps did not arrive.", *steps);
-        break;
-      }
-      again.solution.message += fmt::format(
-          " It was found on {} steps, which do not resolve it, and solved again on these.", asked_.problem.steps);
-      take_record(results.solution, again.solution);
-      results = std::move(again);
+      int steps = 0;
+      for (const Kept& each : kept) steps = std::max(steps, steps_for(each));
+      const auto lags = [&](const Kept& each) { return each.arrived && each.steps < steps; };
+      if (std::none_of(kept.begin(), kept.end(), lags)) break;
+      if (options_.progress) options_.progress(fmt::format("these steps do not resolve it: again on {}", steps));
+      for (Kept& each : kept)
+        if (lags(each) && has_time()) solve_again(each, steps);
     }
-    return results;
+    return merged(std::move(kept));
   }
 
  private:
+  struct Kept {
+    Results results;
+    int steps;
+    bool arrived = true;  // on steps that were proposed
+  };
+
+  maneuver::Problem problem_of(const Kept& kept) const {
+    maneuver::Problem problem = asked_.problem;
+    problem.steps = kept.steps;
+    return problem;
+  }
+
+  int steps_for(const Kept& kept) const {
+    const Results& is = kept.results;
+    return kept.arrived ? study::steps_to_resolve(problem_of(kept), *is.certificate, is.solution).value_or(kept.steps)
+                        : 0;
+  }
+
+  void solve_again(Kept& kept, int steps) {
+    finer_.problem.steps = steps;
+    Results again = solve_task(finer_, options_, command_, StoredMotion{kept.results, "the answer on fewer steps"});
+    kept.arrived = again.solution.status == maneuver::Status::optimal;
+    if (!kept.arrived) {
+      kept.results.solution.message += fmt::format(" From it the search on {} steps did not arrive.", steps);
+      return;
+    }
+    again.solution.message +=
+        fmt::format(" It was found on {} steps, and solved again on these.", asked_.problem.steps);
+    take_record(kept.results.solution, again.solution);
+    kept.results = std::move(again);
+    kept.steps = steps;
+  }
+
+  // Proved ones first, of these what their steps resolve, by rising cost. What were two minima on fewer steps may be one.
+  Results merged(std::vector<Kept> kept) const {
+    const auto order = [&](const Kept& each) {
+      const Results& is = each.results;
+      return std::tuple(is.certificate->verdict != certificate::Verdict::proved,
+                        !study::unresolved(problem_of(each), is.solution, *is.certificate).empty(), is.solution.cost);
+    };
+    std::stable_sort(kept.begin(), kept.end(), [&](const Kept& a, const Kept& b) { return order(a) < order(b); });
+    const auto same = [](const Kept& a, const Kept& b) {
+      return a.steps == b.steps && study::same_minimum(a.results.solution.cost, b.results.solution.cost);
+    };
+    kept.erase(std::unique(kept.begin(), kept.end(), same), kept.end());
+    Results results = std::move(kept.front().results);
+    for (auto other = kept.begin() + 1; other != kept.end(); ++other)
+      results.others.push_back(std::move(other->results));
+    return results;
+  }
+
   bool has_time() {
     if (options_.interrupted && options_.interrupted()) return false;
     if (!asked_.problem.search.time_limit) return true;
@@ -181,11 +234,7 @@ class Resolving {
 Results resolve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command,
                      const std::optional<StoredMotion>& first) {
   Resolving resolving(file, options, command);
-  Results results = solve_task(file, options, command, first);
-  std::vector<Results> others = std::move(results.others);
-  results = resolving.from(std::move(results));
-  for (Results& other : others) results.others.push_back(resolving.from(std::move(other)));
-  return results;
+  return resolving.from(solve_task(file, options, command, first));
 }
 
 Results certified(const Results& results) {

@@ -277,11 +277,30 @@ TEST(Resolving, goes_on_to_steps_that_show_the_motion) {
   EXPECT_EQ(fine.certificate->verdict, certificate::Verdict::proved);
   EXPECT_GT(fine.problem.steps, 60);
   EXPECT_EQ(fine.solution.search.starts, 4) << "of the search that found it";
-  EXPECT_NE(fine.solution.message.find("It was found on 60 steps"), std::string::npos) << fine.solution.message;
+  EXPECT_NE(fine.solution.message.find("It was found on 60 steps, and solved again on these."), std::string::npos)
+      << fine.solution.message;
   EXPECT_GT(fine.solution.solver.iterations, first.solution.solver.iterations) << "of all of its searches";
   const file::Results second = file::read_solution(folder / "fine/minimum_2");
   EXPECT_LE(second.certificate->replay->rotation_error, certificate::replay_mark) << "other minima, too";
   EXPECT_GT(second.problem.steps, 60);
+}
+
+// Coarse steps tell minima apart that are one on finer steps. On equal steps their costs can be compared, so that it is told once.
+TEST(Resolving, keeps_minima_on_equal_steps_each_once) {
+  const Folder folder;
+  const std::string path = varied_example(folder, "rotation", {{"steps", "20"}, {"starts", "24"}});
+  const ProgramRun run =
+      lamprey(folder, "solve " + path + " --no-refinement --resolve --keep 4 --out " + (folder / "fine"));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  file::Results last = file::read_solution(folder / "fine");
+  int kept = 1;
+  for (; std::filesystem::exists(folder / ("fine/minimum_" + std::to_string(kept + 1))); ++kept) {
+    file::Results next = file::read_solution(folder / ("fine/minimum_" + std::to_string(kept + 1)));
+    EXPECT_EQ(next.problem.steps, last.problem.steps);
+    EXPECT_GT(next.solution.cost, last.solution.cost * (1.0 + 1e-6));
+    last = std::move(next);
+  }
+  EXPECT_GE(kept, 2) << "three, where this was written: two of the four were one";
 }
 
 TEST(Shooting, stays_at_the_answer_of_the_simultaneous_method) {
