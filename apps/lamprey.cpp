@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,13 +61,20 @@ int run_bench(const std::string& program, bool peers, bool quick) {
   return program_missing;
 }
 
-// Ranges let nan through.
-CLI::Validator finite() {
-  return {[](const std::string& text) {
-            const bool is = std::isfinite(std::strtod(text.c_str(), nullptr));
-            return is ? std::string() : "found " + text + "; allowed: a finite number";
+// A number from `least` to `most`, or above 0; neither words nor nan, which CLI11's own ranges let through.
+CLI::Validator number_in(double least, double most, const std::string& allowed) {
+  return {[=](const std::string& text) {
+            char* end = nullptr;
+            const double value = std::strtod(text.c_str(), &end);
+            const bool is = !text.empty() && *end == '\0' && std::isfinite(value) && value >= least && value <= most;
+            return is ? std::string() : "found " + text + "; allowed: " + allowed;
           },
-          "", "finite"};
+          "", "number"};
+}
+
+CLI::Validator positive() {
+  constexpr double least = std::numeric_limits<double>::denorm_min(), most = std::numeric_limits<double>::max();
+  return number_in(least, most, "a number > 0");
 }
 
 // Which a minus sign would wind round.
@@ -111,8 +119,7 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
       ->add_option("--time-limit", arguments.solve.time_limit,
                    "s, instead of the file's search.time_limit; the best motion is refined and proved for half as long "
                    "again at most")
-      ->check(CLI::PositiveNumber)
-      ->check(finite());
+      ->check(positive());
   solve->add_flag("--json", arguments.solve.json, "print solution.json on standard output");
 }
 
@@ -156,8 +163,7 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
                    "s of the maneuver's time, at which the march begins, from the problem's start (default 0); without "
                    "--duration it follows the rest")
       ->needs(feedback)
-      ->check(CLI::PositiveNumber)
-      ->check(finite());
+      ->check(positive());
   simulate
       ->add_flag("--reference", arguments.simulate.reference,
                  "march the continuous equations by a Runge-Kutta method of order 8 instead of a scheme")
@@ -169,15 +175,13 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
       ->add_option("--perturb", arguments.simulate.perturb,
                    "rad by which each body is turned at the start about a random axis; with --feedback one that the "
                    "gains answer")
-      ->check(CLI::Range(0.0, 3.0))
-      ->check(finite())
+      ->check(number_in(0.0, 3.0, "a number from 0 to 3 (rad)"))
       ->excludes(angles);
   simulate
       ->add_option("--perturb-inertia", arguments.simulate.perturb_inertia,
                    "share of itself by which each body's mass and inertia, fluid included, differ at most from the "
                    "file's, drawn at random: 0.05 for 5 %")
-      ->check(CLI::Range(0.0, 0.9))
-      ->check(finite());
+      ->check(number_in(0.0, 0.9, "a number from 0 to 0.9"));
   simulate->add_option("--seed", arguments.simulate.seed, "of the random axes and shares (default 1)")
       ->check(without_sign());
   simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
@@ -188,9 +192,7 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
                    "1); --steps and --duration are of all "
                    "cycles together")
       ->check(CLI::Range(1, 100'000));
-  simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")
-      ->check(CLI::PositiveNumber)
-      ->check(finite());
+  simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")->check(positive());
 }
 
 void describe_others(CLI::App& app, Arguments& arguments) {

@@ -261,11 +261,11 @@ void bind_results(nb::module_& module) {
            "None.")
       .def("joint_demands", &joint_demands, nb::sig("def joint_demands(self) -> list[dict[str, typing.Any]]"),
            "What the motion asks of each joint, of a universal joint with two moments of each axis: joint (its name, "
-           "\"fin 1\" and \"fin 2\" of axes), largest_moment N m, largest_rate rad/s, "
-           "largest_power W, "
+           "\"fin 1\" and \"fin 2\" of axes), largest_moment N m, largest_rate rad/s (at nodes, or mean over a step), "
+           "largest_power W (at nodes), "
            "work J\n(∫ |u·ω| dt, nothing won back), angles (list of (least, largest) rad: of a hinge or an axis one, "
-           "of a universal joint with fewer moments two, of a\nball joint how far it is from its zero angle). Over the "
-           "nodes; an empty list: no motion.")
+           "of a universal joint with fewer moments two, of a\nball joint how far it is from its zero angle, over "
+           "the nodes); an empty list: no motion.")
       .def("report", &write_report, "path"_a,
            "Writes the report, one HTML file that opens without a server or a network.")
       .def("save", &save, "directory"_a,

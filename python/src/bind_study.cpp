@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string_view>
@@ -62,6 +63,11 @@ std::array<std::optional<double>, 3> moves(const nb::object& move) {
   return entries;
 }
 
+// Without Python's lock; where Ctrl-C came meanwhile it is raised once the work is done.
+void interruptible(const std::function<void()>& work) {
+  if (const auto signal = run_long([&](const Interrupted&) { work(); })) throw nb::python_error(*signal);
+}
+
 // A study::Solver, the problem it began at, and its last answer as Python sees it.
 class Solver {
  public:
@@ -69,9 +75,12 @@ class Solver {
       : file_(problem.file),
         system_(file::system_of(file_)),
         begun_(file::begun_results(file_, system_, "lamprey.Solver.solve()")),
-        solver_(system_, file_.problem, solution.results().solution),
         goal_(*file_.problem.goal),
-        answer_(solution) {}
+        answer_(solution) {
+    interruptible(
+        [&] { solver_ = std::make_unique<study::Solver>(system_, file_.problem, answer_.results().solution); });
+    look();
+  }
   Solver(const Solver&) = delete;
   Solver& operator=(const Solver&) = delete;
 
@@ -84,8 +93,9 @@ class Solver {
       require_body(body);
       goal.rotation[body] = three(vector, "rotation." + body, "a rotation vector (rad)");
     }
-    solver_.set_goal(goal);
+    solver_->set_goal(goal);
     goal_ = goal;
+    look();
   }
 
   void set_start(nb::handle rotation, nb::handle position, nb::handle angular_velocity) {
@@ -96,17 +106,20 @@ class Solver {
     start.position = three(position, "position", "a position (m)");
     start.angular_velocity.assign(bodies, Eigen::Vector3d::Zero());
     if (!angular_velocity.is_none()) start.angular_velocity = vectors(angular_velocity, bodies, "angular_velocity");
-    solver_.set_start(maneuver::start_without_momentum(system_, start));
+    solver_->set_start(maneuver::start_without_momentum(system_, start));
+    look();
   }
 
   void set_duration(double duration) {
     const std::unique_lock lock = taken();
-    solver_.set_duration(duration);
+    solver_->set_duration(duration);
+    look();
   }
 
   void advance(double elapsed) {
     const std::unique_lock lock = taken();
-    solver_.advance(elapsed);
+    solver_->advance(elapsed);
+    look();
   }
 
   Outcome solve(std::optional<int> max_iterations, std::optional<double> time_limit) {
@@ -125,11 +138,12 @@ class Solver {
     const auto signal = run_long([&](const Interrupted& interrupted) {
       options.interrupted = interrupted;
       const auto begin = std::chrono::steady_clock::now();
-      outcome = solver_.solve(options);
+      outcome = solver_->solve(options);
       seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
       if (outcome.termination == Termination::converged) found = described(outcome, seconds);
     });
     if (found) answer_ = Solution(std::move(*found));
+    look();
     if (signal) throw nb::python_error(*signal);
     return {std::string(file::word(study::status_of(outcome))), outcome.reason, outcome.iterations, outcome.evaluations,
             seconds};
@@ -140,11 +154,11 @@ class Solver {
     const std::unique_lock lock = taken();
     if (!feedback || !answer_.results().solution.feedback.gain.empty()) return answer_;
     file::Results results = answer_.results();
-    results.solution.feedback = solver_.feedback();
+    interruptible([&] { results.solution.feedback = solver_->feedback(); });
     return Solution(std::move(results));
   }
-  bool answered() const { return solver_.answers(); }
-  double passed() const { return solver_.passed(); }
+  bool answered() const { return answered_; }
+  double passed() const { return passed_; }
 
   nb::dict path() const {
     nb::dict words;
@@ -157,6 +171,12 @@ class Solver {
     std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock) throw std::runtime_error("a Solver is for one thread at a time; make another one for this thread");
     return lock;
+  }
+
+  // What other threads may ask while this one solves.
+  void look() {
+    answered_ = solver_->answers();
+    passed_ = solver_->passed();
   }
 
   void require_body(const std::string& name) const {
@@ -184,17 +204,17 @@ class Solver {
   // The solver's answer, its goal as seen from its own start.
   file::Results described(const optimizer::Outcome& outcome, double seconds) const {
     file::Results results = begun_;
-    results.solution = solver_.solution();
+    results.solution = solver_->solution();
     results.solution.status = maneuver::Status::optimal;
     results.solution.message = "Stationary by the solver's own measure; certify says what it is worth.";
     results.solution.solver.name = "lamprey newton";
     results.solution.solver.iterations = outcome.iterations;
     results.solution.solver.evaluations = outcome.evaluations;
     results.solution.solver.wall_seconds = seconds;
-    const maneuver::Maneuver& maneuver = solver_.answered();
-    results.problem.duration = solver_.duration();
-    results.problem.time_step = solver_.duration() / maneuver.steps;
-    if (maneuver.free_duration) results.problem.between = solver_.between();
+    const maneuver::Maneuver& maneuver = solver_->answered();
+    results.problem.duration = solver_->duration();
+    results.problem.time_step = solver_->duration() / maneuver.steps;
+    if (maneuver.free_duration) results.problem.between = solver_->between();
     const Eigen::VectorXd velocity = integrator::velocity_of_state(system_, maneuver.start);
     keep_waypoints(maneuver.start.position, results.problem);
     results.problem.start = {maneuver.start.rotation, maneuver.start.position, velocity.tail<3>(),
@@ -202,7 +222,8 @@ class Solver {
     maneuver::Goal& goal = *results.problem.goal;
     goal.turn.reset();
     goal.rotation.clear();
-    for (std::size_t i = 0; i < maneuver.end_rotation.size(); ++i)
+    const std::size_t told = goal.periodic ? 1 : maneuver.end_rotation.size();  // bodies of a gait turn with the root
+    for (std::size_t i = 0; i < told; ++i)
       if (const auto& end = maneuver.end_rotation[i]) goal.rotation[results.problem.bodies[i].name] = lie::log(*end);
     for (std::size_t c = 0; c < 3; ++c) {
       goal.move[c] = maneuver.end_position[c];
@@ -214,9 +235,11 @@ class Solver {
   file::ProblemFile file_;
   model::System system_;
   file::Results begun_;
-  study::Solver solver_;
+  std::unique_ptr<study::Solver> solver_;
   maneuver::Goal goal_;
   Solution answer_;
+  bool answered_ = false;
+  double passed_ = 0.0;
   std::mutex mutex_;
 };
 

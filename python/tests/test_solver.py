@@ -261,3 +261,19 @@ def test_it_is_for_one_thread_at_a_time(translation):
             break
     worker.join()
     assert refused and "one thread at a time" in refused[0]
+
+
+@pytest.mark.parametrize("turn", [[0.0, 0.0, 0.0], "free"])
+def test_gaits_are_certified_and_verified_wherever_their_goal_moves(root, tmp_path, turn):
+    gait = lp.load(root / "examples" / "gait.toml")
+    settings = gait.settings
+    settings["goal"]["turn"] = turn
+    settings["search"]["starts"] = 1
+    gait = lp.Problem(settings)
+    solver = lp.Solver(gait, lp.solve(gait, refinement=False))
+    solver.set_goal(move=[2.02, "free", "free"])
+    assert solver.solve().status == "optimal"
+    found = lp.certify(solver.solution())
+    assert found.status == "optimal", found.message
+    solver.solution().save(tmp_path / "gait")
+    assert lp.verify(tmp_path / "gait")["holds"]

@@ -26,15 +26,17 @@ double rotation_drift(const maneuver::Solution& solution) {
   return drift.value();
 }
 
-// Change of total momentum since the problem's start.
+// Change of total momentum since the problem's start, about where it begins: far from it round-off turns with the lever.
 class Drift {
  public:
   Drift(const StoredMotion& motion, const integrator::State& start)
       : motion_(motion),
-        total_(mechanics::spatial_momentum(motion.system, start.rotation, start.position, start.momentum)) {}
+        origin_(start.position),
+        total_(mechanics::spatial_momentum(motion.system, start.rotation, Vector3d::Zero(), start.momentum)) {}
   void add(int k, const VectorXd& p) {
     const maneuver::Solution& stored = motion_.solution;
-    const auto here = mechanics::spatial_momentum(motion_.system, stored.rotation[at(k)], stored.position[at(k)], p);
+    const auto here =
+        mechanics::spatial_momentum(motion_.system, stored.rotation[at(k)], stored.position[at(k)] - origin_, p);
     largest_.add(motion_.system.length_unit() * (here.linear - total_.linear).norm());
     largest_.add((here.angular - total_.angular).norm());
   }
@@ -42,6 +44,7 @@ class Drift {
 
  private:
   const StoredMotion& motion_;
+  Vector3d origin_;
   mechanics::SpatialMomentum total_;
   Largest largest_;
 };
@@ -57,12 +60,16 @@ double shortest_step(const StoredMotion& motion) {
 // Stored rotations and positions end at their last digit: over a step that is a momentum (equation 6.22).
 double momentum_of_last_digits(const StoredMotion& motion) {
   const double unit = motion.system.length_unit();
-  double distance = 0.0, inertia = 0.0;
-  for (const Vector3d& x : motion.solution.position) distance = std::max(distance, x.norm());
+  double distance = 0.0, way = 0.0, inertia = 0.0;
+  for (const Vector3d& x : motion.solution.position) {
+    distance = std::max(distance, x.norm());
+    way = std::max(way, (x - motion.problem.start.position).norm());
+  }
   for (const model::Body& body : motion.system.bodies()) {
-    double reach = distance;
+    double reach = way;
     for (const model::PathPoint& point : body.path) reach += point.offset.norm();
-    inertia = std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (unit + reach) * reach);
+    inertia =
+        std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (unit + reach) * (reach + distance));
   }
   return last_digits * std::numeric_limits<double>::epsilon() * inertia / shortest_step(motion);
 }

@@ -182,9 +182,9 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
 }
 
 bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
-  return proof.kkt <= problem.search.tolerance && (!proof.costs || proof.costs->signs <= complementarity_mark) &&
+  return proof.kkt <= problem.search.tolerance && (!proof.costs || proof.costs->signs <= sign_mark) &&
          (!proof.limits ||
-          (proof.limits->complementarity <= complementarity_mark && proof.limits->negative <= complementarity_mark));
+          (proof.limits->complementarity <= complementarity_mark && proof.limits->negative <= sign_mark));
 }
 
 Verdict verdict(const maneuver::Problem& problem, const Certificate& proof) {

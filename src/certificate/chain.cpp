@@ -81,11 +81,10 @@ struct HeldInputs {
   MatrixXd left;      // [rows][states]
 };
 
-// What an input is where the states that it leads to are of size 1.
-double input_unit(const Chain& chain) {
-  double most = 0.0;
-  for (const ChainStage& stage : chain.stage)
-    if (stage.B.size() > 0) most = std::max(most, stage.B.cwiseAbs().maxCoeff());
+// What a stage's input is where the states that it leads to are of size 1: moments, and the numbers that a motion begins with, have
+// units of their own.
+double input_unit(const ChainStage& stage) {
+  const double most = stage.B.size() > 0 ? stage.B.cwiseAbs().maxCoeff() : 0.0;
   return most > 0.0 ? 1.0 / most : 1.0;
 }
 
@@ -159,8 +158,8 @@ bool keeps_rows(const Chain& chain) {
 
 Chain with_rows_weighed(const Chain& chain, double weight) {
   Chain weighed = chain;
-  const double unit = input_unit(chain);
   for (ChainStage& stage : weighed.stage) {
+    const double unit = input_unit(stage);
     const KeptRows rows = measured(std::exchange(stage.kept, {}), unit);
     if (rows.by_state.rows() == 0) continue;
     const double by_unit = weight * stage.weight * unit;
@@ -177,10 +176,10 @@ ChainSolver::ChainSolver(const Chain& chain, double penalty) : chain_(chain), pe
 // alone is for the stage before.
 void ChainSolver::keep() {
   gain_.resize(chain_.stage.size());
-  const double unit = input_unit(chain_);
   MatrixXd left;  // [rows][states] that the state after the stage has to keep
   for (std::size_t k = chain_.stage.size(); k-- > 0;) {
     const ChainStage& stage = chain_.stage[k];
+    const double unit = input_unit(stage);
     Gain& gain = gain_[k];
     const KeptRows rows = measured(with_later_rows(stage, left), unit);
     if (rows.by_state.rows() == 0) {
@@ -250,6 +249,7 @@ std::optional<int> ChainSolver::factor(double shift) {
     rows.noalias() += gain.feedback.transpose() * driven;
   }
   if (end_gram_.rows() == 0) return negative;
+  if (!end_gram_.allFinite()) return std::nullopt;  // no number is not above zero
   // a row that is kept takes away an eigenvalue: a positive one where its part of the inverse is positive. One that the stages' rows
   // imply takes none
   const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(end_gram_);

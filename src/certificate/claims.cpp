@@ -127,12 +127,12 @@ std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificat
   claims.error("cost_error", stored.cost_error, found.cost_error, cost_mark);
   claims.error("kkt", stored.kkt, found.kkt, kkt_scale);
   if (stored.costs)
-    claims.error("costs.signs", stored.costs->signs, found.costs.value_or(CostsKept()).signs, complementarity_mark);
+    claims.error("costs.signs", stored.costs->signs, found.costs.value_or(CostsKept()).signs, sign_mark);
   if (stored.limits) {
     const LimitsKept is = found.limits.value_or(LimitsKept());
     claims.error("limits.violation", stored.limits->violation, is.violation, limit_mark);
     claims.error("limits.complementarity", stored.limits->complementarity, is.complementarity, complementarity_mark);
-    claims.error("limits.negative", stored.limits->negative, is.negative, complementarity_mark);
+    claims.error("limits.negative", stored.limits->negative, is.negative, sign_mark);
   }
   if (stored.second_order)
     compare("second_order", *stored.second_order, found.second_order.value_or(SecondOrder()), claims);

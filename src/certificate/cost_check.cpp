@@ -219,7 +219,7 @@ CostCheck check_cost(const StoredMotion& motion) {
           0.5 * (moments_at(motion, k + 1) - moments_at(motion, k)).squaredNorm() / motion.time_step;
   }
   check.parts.time = motion.time_step * motion.steps;
-  check.parts.transport = check.parts.work / powers.distance;
+  check.parts.transport = maneuver::work_per_distance(check.parts.work, powers.distance, motion.system.length_unit());
   const double weight = weight_of_work(motion, powers);
   const double spent = problem.effort * check.parts.effort + problem.time_weight * check.parts.time +
                        weight * check.parts.work + weights.power * check.parts.power +

@@ -245,9 +245,10 @@ void add_gradient(const StoredMotion& motion, const Bound& bound, int node, doub
         by([c](Place& place, double e) { place.position[c] += e; }, displacement);
 }
 
-// What violations are counted in: moments and rates against their bound.
+// What violations are counted in: moments, rates and durations against their bound.
 double unit_of(const Bound& bound) {
-  const bool relative = bound.kind == Kind::torque || bound.kind == Kind::torque_component || bound.of_rate();
+  const bool relative = bound.kind == Kind::torque || bound.kind == Kind::torque_component || bound.of_rate() ||
+                        bound.kind == Kind::duration;
   return relative ? bound.value : 1.0;
 }
 
@@ -260,6 +261,16 @@ double scale_of(const StoredMotion& motion, const Bound& bound) {
 
 constexpr double nearly_reached = 1e-2;  // of that
 
+// Nodes of a gait whose first shape is free too: what keeps its shape keeps that at the end, not where it is.
+bool seen_at_start(const StoredMotion& motion, const Bound& bound) {
+  return motion.problem.start.free_shape && (bound.kind == Kind::sphere || bound.kind == Kind::half_space);
+}
+
+// A multiplier as a density in time: bounds of the duration have one for all of it.
+double density(const StoredMotion& motion, const Bound& bound, double multiplier) {
+  return bound.kind == Kind::duration ? multiplier / (motion.time_step * motion.steps) : multiplier;
+}
+
 }  // namespace
 
 LimitCheck check_limits(const StoredMotion& motion) {
@@ -270,7 +281,7 @@ LimitCheck check_limits(const StoredMotion& motion) {
   for (const Bound& bound : bounds_of(motion)) {
     const std::vector<double>* multipliers = multipliers_of(motion, bound);
     for (int k = 0; k <= motion.steps; ++k) {
-      if (!applies(motion, bound, k)) continue;
+      if (!applies(motion, bound, k) && !(k == 0 && seen_at_start(motion, bound))) continue;
       const double own = margin(motion, bound, place_of(motion, k));
       const double violation = (bound.equality() ? std::abs(own) : -own) / unit_of(bound);
       if (violation > check.violation || !std::isfinite(violation))
@@ -278,7 +289,7 @@ LimitCheck check_limits(const StoredMotion& motion) {
       if (bound.equality()) continue;
       if (own <= nearly_reached * scale_of(motion, bound)) nodes[bound.key].insert(k);
       if (!multipliers) continue;
-      const double pull = (*multipliers)[at(k)];
+      const double pull = density(motion, bound, (*multipliers)[at(k)]);
       check.complementarity = std::max(check.complementarity, std::abs(pull * own) / cost_rate);
       check.negative = std::max(check.negative, -pull * scale_of(motion, bound));
       largest = std::max(largest, std::abs(pull) * scale_of(motion, bound));
@@ -433,11 +444,12 @@ std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
         largest = std::max(largest, std::abs(multiplier) * scale_of(motion, bound));
   for (const Bound& bound : bounds) {
     const std::vector<double>* multipliers = multipliers_of(motion, bound);
-    if (!multipliers || bound.kind == Kind::duration) continue;
+    if ((!multipliers && !bound.equality()) || bound.kind == Kind::duration) continue;
     for (int k = 0; k <= motion.steps; ++k) {
-      const double multiplier = (*multipliers)[at(k)];
-      if (!applies(motion, bound, k) || !(std::abs(multiplier) * scale_of(motion, bound) > least_pull * largest))
-        continue;
+      if (!applies(motion, bound, k)) continue;
+      const double multiplier =
+          multipliers ? (*multipliers)[at(k)] : 0.0;  // a waypoint that pulls nothing is kept, too
+      if (!bound.equality() && !(std::abs(multiplier) * scale_of(motion, bound) > least_pull * largest)) continue;
       result.push_back(pulling_bound(motion, bound, k, multiplier * node_time(motion, bound, k)));
       result.back().holds = holds(motion, bound, k, multiplier);
       result.back().equality = bound.equality();

@@ -20,7 +20,7 @@ constexpr std::array units{Unit{"limits.torque", "times its bound"},
                            Unit{"limits.sphere", "m"},
                            Unit{"limits.half_space", "m"},
                            Unit{"limits.", "rad"},
-                           Unit{"time.", "s"}};
+                           Unit{"time.", "times its bound"}};
 
 std::string_view unit_of(std::string_view key) {
   for (const Unit& unit : units)

@@ -22,6 +22,7 @@ using model::at;
 constexpr double penalty_per_cost = 1e4;                  // of the end rows
 constexpr double row_weight = 1e6, heavier_rows = 100.0;  // of the metric, and times that
 constexpr double agreed_value = 0.01;
+constexpr double least_row = 1e-9;  // of a bound's gradient, that changes of the moments make of it: less is round-off
 constexpr double needed_pull = 10.0;  // over what the conditions of first order are missed by
 
 // Curvature of the goal's rotations of led bodies along constant freedoms, [turns][turns]; at the goal that of a body
@@ -143,7 +144,7 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
   }
   const VectorXd row = map.transpose() * gradient;
   const MatrixXd form = -bound.pull * (map.transpose() * curvature * map);
-  if (bound.holds && row.norm() > 0.0) keep_rows(row.normalized().transpose(), stage);
+  if (bound.holds && row.norm() > least_row * gradient.norm()) keep_rows(row.normalized().transpose(), stage);
   stage.Q += form.topLeftCorner(states, states);
   stage.S += form.bottomLeftCorner(controls, states);
   stage.R += form.bottomRightCorner(controls, controls);

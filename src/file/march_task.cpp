@@ -352,14 +352,29 @@ std::unique_ptr<Followed> followed_from_start(MarchOptions& options, const model
   return followed;
 }
 
+// Steps for each second that a motion has.
+double steps_per_second(const Results& results) {
+  const std::vector<double>& time = results.solution.time;
+  return time.size() < 2 ? 0.0 : static_cast<double>(time.size() - 1) / time.back();
+}
+
 // Whether it kept to its plan, and why not.
-std::string remarks_on_tracking(const maneuver::Tracking& tracking) {
+std::string remarks_on_tracking(const maneuver::Tracking& tracking, const MarchOptions& options,
+                                const Problem& problem) {
+  constexpr double fewer = 0.99;
   std::string text;
+  const double duration = problem.duration.value, planned = steps_per_second(*options.followed) * duration;
+  const bool coarse = !options.reference && problem.steps < fewer * planned;
   if (tracking.lost() && tracking.cut_first())
     text += fmt::format(
         " The feedback had lost the plan, {:.2g} rad beside it at most: its motors are at their limits of "
         "torque from {:.3g} s on; a plan with smaller limits leaves them a reserve.",
         tracking.largest_rotation_error, *tracking.cut_from);
+  else if (tracking.lost() && coarse)
+    text += fmt::format(
+        " The feedback had lost the plan, {:.2g} rad beside it at most: the plan has {:.0f} steps in this time, the "
+        "march has {}; --steps {:.0f} marches as many.",
+        tracking.largest_rotation_error, planned, problem.steps, planned);
   else if (tracking.lost())
     text += fmt::format(
         " The feedback had lost the plan, {:.2g} rad beside it at most{}: its gains answer smaller "
@@ -378,7 +393,7 @@ std::string remarks_on_tracking(const maneuver::Tracking& tracking) {
 std::string remarks_on(const MarchOptions& options, const model::System& system, const Problem& problem,
                        const Results& results) {
   std::string text;
-  if (results.solution.tracking) text += remarks_on_tracking(*results.solution.tracking);
+  if (results.solution.tracking) text += remarks_on_tracking(*results.solution.tracking, options, problem);
   if (options.followed) {
     constexpr double whole_share = 1.0 - 1e-9;
     const double whole = options.followed->solution.time.back(), marched = problem.duration.value;
@@ -398,6 +413,10 @@ std::string remarks_on(const MarchOptions& options, const model::System& system,
         " The duration is free, from {:.4g} s to {:.4g} s: this march takes {:.4g} s; --duration sets another.",
         problem.duration.min, problem.duration.max, problem.duration.value);
   if (!options.controls) return text;
+  if (problem.start.free_shape && !options.controls->first)
+    text +=
+        " A gait of these bodies begins in a shape of its own (start.free_shape), of which a table of moments tells "
+        "nothing: this march began as the file says; --controls with the gait's solution.json begins as it does.";
   const std::string missing = left_out(*options.controls, results.problem.joints);
   text += (missing.empty() ? "" : " ") + missing;
   return options.perturb > 0.0 ? text : text + other_start(*options.controls, system, problem.start);

@@ -39,14 +39,35 @@ std::string table_text(TableKind kind, const Joints& joints, const std::string& 
   return text;
 }
 
+// How a table is marched again. Nothing leads passive joints along angles.
+std::string remark_on_angles(const Joints& joints) {
+  std::vector<std::string> passive;
+  for (const model::JointDescription& joint : joints)
+    if (!joint.actuated && joint.kind != model::JointKind::fixed) passive.push_back(joint.name);
+  if (passive.empty()) return "joint angles from zero; lamprey simulate P.toml --angles angles.csv";
+  return fmt::format(
+      "joint angles from zero; as no moment leads {}, lamprey simulate marches the moments instead, or these without "
+      "such joints",
+      fmt::join(passive, ", "));
+}
+
+// A table does not tell in which shape, and how fast, a gait begins.
+std::string remark_on_moments(const Results& results) {
+  const std::string what = "moments on the parents, parents' frames at zero angles, linear between rows; ";
+  if (results.problem.goal && results.problem.goal->periodic)
+    return what +
+           "lamprey simulate P.toml --controls solution.json begins as the gait does, --controls moments.csv "
+           "--interpolation linear as P.toml says";
+  return what + "lamprey simulate P.toml --controls moments.csv --interpolation linear";
+}
+
 }  // namespace
 
 PendingFile angles_table(const Results& results, const std::string& path) {
   const Joints joints = problem_of(results).swimmer.joints;
   const AngleSamples samples = angles_of_results(results, path, joints);
-  return finished_file("angles.csv", table_text(TableKind::angles, joints,
-                                                "joint angles from zero; lamprey simulate P.toml --angles angles.csv",
-                                                samples.time, samples.angle));
+  return finished_file("angles.csv",
+                       table_text(TableKind::angles, joints, remark_on_angles(joints), samples.time, samples.angle));
 }
 
 std::optional<PendingFile> moments_table(const Results& results, const std::string& path) {
@@ -54,11 +75,7 @@ std::optional<PendingFile> moments_table(const Results& results, const std::stri
   const Joints joints = problem_of(results).swimmer.joints;
   const ControlSamples samples = controls_of_results(results, path, joints);
   return finished_file(
-      "moments.csv",
-      table_text(TableKind::moments, joints,
-                 "moments on the parents, parents' frames at zero angles, linear between rows; lamprey simulate P.toml "
-                 "--controls moments.csv --interpolation linear",
-                 samples.time, samples.control));
+      "moments.csv", table_text(TableKind::moments, joints, remark_on_moments(results), samples.time, samples.control));
 }
 
 }  // namespace lamprey::file

@@ -127,8 +127,10 @@ std::string shown(const TomlValue& value) {
       return value.boolean ? "true" : "false";
     case Kind::integer:
       return fmt::format("{}", value.integer);
-    case Kind::number:
-      return shown(value.number);
+    case Kind::number: {
+      const std::string text = shown(value.number);  // 50.0 is no whole number
+      return text.find_first_not_of("-0123456789") == std::string::npos ? text + ".0" : text;
+    }
     case Kind::string:
       return in_quotes(value.text);
     case Kind::date:

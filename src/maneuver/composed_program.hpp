@@ -43,7 +43,7 @@ class ComposedProgram : public optimizer::StageProgram {
   void take_multipliers(const optimizer::StageStep& step, double length) override;
   double longest(const optimizer::StageStep& step, const optimizer::Promise& promise) override;
   double goal_error() const override;
-  double drift() const override { return momentum_left(now_.stage, now_.rotation, now_.position); }
+  double drift() const override { return momentum_left(system_, now_.stage, now_.rotation, now_.position); }
 
   /// Impulse along the shape's coordinates that is missing at a trial point's nodes, [steps · stages][f], and the
   /// multipliers that the Lagrangian of linearize gives them.

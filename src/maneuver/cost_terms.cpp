@@ -143,7 +143,7 @@ void CostTerms::measure(const CostedMotion& motion, CostValues& values) {
     values.parts.smoothness += 0.5 * difference_.squaredNorm() / motion.time_step;
   }
   values.distance = (motion.position.back() - motion.position.front()).norm();
-  values.parts.transport = values.parts.work / values.distance;
+  values.parts.transport = work_per_distance(values.parts.work, values.distance, system_.length_unit());
   const double others = weights_.power * values.parts.power + weights_.smoothness * values.parts.smoothness;
   values.cost = others + work_weight(values) * values.parts.work;
   values.merit = others + work_weight(values) * values.reached;

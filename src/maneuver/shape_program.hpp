@@ -87,7 +87,7 @@ class ShapeProgram : public optimizer::StageProgram {
   double longest(const optimizer::StageStep& step, const optimizer::Promise& promise) override;
   double idle_violation() const override { return idle_violation_; }
   double goal_error() const override;
-  double drift() const override { return momentum_left(now_.step, now_.rotation, now_.position); }
+  double drift() const override { return momentum_left(system_, now_.step, now_.rotation, now_.position); }
   bool limited() const override { return !limits_.empty() || terms_.of_work(); }
   double limit_error() const override {
     return std::max(limits_.empty() ? 0.0 : worst_limit().value, terms_.error(now_.terms));

@@ -457,14 +457,14 @@ bool turns_too_far(const Rotations& from, const Rotations& to) {
   return false;
 }
 
-double momentum_left(const std::vector<ShapeStep>& steps, const std::vector<Rotations>& rotation,
+double momentum_left(const System& system, const std::vector<ShapeStep>& steps, const std::vector<Rotations>& rotation,
                      const mechanics::Vectors& position) {
   double left = 0.0, scale = 0.0;
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const Matrix3d& R = rotation[k][0];
     const Vector3d linear = R * steps[k].momentum.tail<3>();
-    const Vector3d angular = R * steps[k].momentum.head<3>() + position[k].cross(linear);
-    left = std::max({left, linear.norm(), angular.norm()});
+    const Vector3d angular = R * steps[k].momentum.head<3>() + (position[k] - position[0]).cross(linear);
+    left = std::max({left, system.length_unit() * linear.norm(), angular.norm()});
     scale = std::max(scale, steps[k].largest_momentum);
   }
   return left == 0.0 ? 0.0 : left / scale;

@@ -169,10 +169,10 @@ void follow_root(const mechanics::Rotations& rotation, const mechanics::Rotation
 /// Whether a body turns by more than a quarter turn in a step, or numbers are none: beyond it steps do not show motions.
 bool turns_too_far(const mechanics::Rotations& from, const mechanics::Rotations& to);
 
-/// Largest total momentum of a motion's solved steps, linear or angular about the world's origin, against the largest
-/// momentum of any body; rotations and positions at the steps' beginnings.
-double momentum_left(const std::vector<ShapeStep>& steps, const std::vector<mechanics::Rotations>& rotation,
-                     const mechanics::Vectors& position);
+/// Largest total momentum of a motion's solved steps, angular about where it begins or linear times the swimmer's length unit, against
+/// the largest momentum of any body; rotations and positions at the steps' beginnings.
+double momentum_left(const model::System& system, const std::vector<ShapeStep>& steps,
+                     const std::vector<mechanics::Rotations>& rotation, const mechanics::Vectors& position);
 
 /// Moves a shape along all its coordinates, [shape_size]; rotations seen from the root.
 void move_shape(const model::System& system, const mechanics::Rotations& shape, const VectorXd& along,

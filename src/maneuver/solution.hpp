@@ -115,6 +115,12 @@ struct CostParts {
   double transport = 0.0;   // J/m, work per distance; NaN where there is none
 };
 
+/// J/m; NaN where the distance is no way beside the swimmer's length unit, m, but round-off.
+inline double work_per_distance(double work, double distance, double length_unit) {
+  constexpr double least = 1e-12;
+  return distance > least * length_unit ? work / distance : std::numeric_limits<double>::quiet_NaN();
+}
+
 struct Solution {
   Status status = Status::stalled;
   std::string message;

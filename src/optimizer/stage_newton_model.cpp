@@ -1,5 +1,7 @@
 // What the linear-quadratic model says of a step of StageNewton: what it changes, at what rate, and how that bends.
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "optimizer/small_dense.hpp"
 #include "optimizer/stage_newton.hpp"
@@ -28,7 +30,9 @@ double StageNewton::stationarity() {
       add_image(1.0, stage.measured_by_state, step_.state[k], input_);
       add_image(1.0, stage.measured_by_input, step_.input[k], input_);
     }
-    change = std::max(change, stage.weight * input_.lpNorm<Eigen::Infinity>());
+    const double moved = stage.weight * input_.lpNorm<Eigen::Infinity>();
+    if (std::isnan(moved)) return std::numeric_limits<double>::infinity();  // a step of no numbers goes on
+    change = std::max(change, moved);
     gradient = std::max(gradient, stage.gradient);
   }
   return change / std::max(gradient, 1e-300);

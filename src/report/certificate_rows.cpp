@@ -10,13 +10,13 @@ namespace {
 
 constexpr double undercut = 1e-6;  // of a clearance, less than asked for
 
-using certificate::complementarity_mark;
 using certificate::control_mark;
 using certificate::cost_mark;
 using certificate::curvature_mark;
 using certificate::goal_mark;
 using certificate::limit_mark;
 using certificate::rest_mark;
+using certificate::sign_mark;
 using certificate::start_mark;
 using certificate::time_mark;
 using certificate::unset;
@@ -201,7 +201,7 @@ Rows certificate_rows(const certificate::Certificate& proof, const file::Resolve
         rows_of_refinement(proof.refinement.value_or(certificate::Refinement{}))})
     all.insert(all.end(), rows.begin(), rows.end());
   if (proof.costs)
-    all.push_back(held("Signs of powers", proof.costs->signs, "", complementarity_mark,
+    all.push_back(held("Signs of powers", proof.costs->signs, "", sign_mark,
                        "How far a joint’s power is from what its multipliers belong to, of its largest: the "
                        "multipliers are the powers’ signs, and less where a power vanishes or changes its sign."));
   return all;

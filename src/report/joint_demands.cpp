@@ -84,13 +84,15 @@ std::vector<Driven> drives_of(const file::ResolvedProblem& problem) {
 
 // A node's moment, constant about it, against the rates from step to step.
 void add_node(const file::Results& results, std::size_t node, const Driven& drive, JointDemand& demand) {
-  const Matrix3d axes = axes_at(results, node, results.problem.joints[drive.joint]);
+  const file::ResolvedJoint& joint = results.problem.joints[drive.joint];
+  const Matrix3d axes = axes_at(results, node, joint);
   const auto rates = rates_about(results, node, drive.joint);
   const Vector3d before = drive.part(axes, rates.first), after = drive.part(axes, rates.second),
+                 own = drive.part(axes, joint_rate(results, node, joint)),
                  u = drive.part(axes, results.solution.control[node][drive.joint]);
   const double share = node == 0 || node + 1 == results.solution.time.size() ? 0.5 : 1.0;
-  demand.largest_rate = std::max({demand.largest_rate, before.norm(), after.norm()});
-  demand.largest_power = std::max({demand.largest_power, std::abs(u.dot(before)), std::abs(u.dot(after))});
+  demand.largest_rate = std::max({demand.largest_rate, before.norm(), after.norm(), own.norm()});
+  demand.largest_power = std::max(demand.largest_power, std::abs(u.dot(own)));
   demand.work += share * results.problem.time_step *
                  maneuver::mean_work({0.5 * u.dot(after + before), 0.5 * u.dot(after - before)});
 }

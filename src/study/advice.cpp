@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -23,11 +24,12 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
-constexpr int few_steps = 50;
+constexpr int few_steps = 50, fewest_steps = 12;
 constexpr double most_steps_proposed = 1e5;  // to be solved on unasked
 constexpr double enough_digits = 1.0005;     // so that four digits of a time are enough of it
 constexpr double loosest_tolerance = 1e-4;   // of stationarity, that is worth proposing
 constexpr double nearly_there = 1e-3;        // rad or swimmer's sizes, of a goal
+constexpr double far_away = 1e3;     // swimmer's sizes
 constexpr double other_units = 1e3;  // times a bound on moments, by which motions of these sizes hardly break it
 
 // A power of ten, or twice or five times one, that is not below the value.
@@ -46,11 +48,22 @@ std::string advice_where_met(const Problem& problem, const Certificate& proof, c
     return words + "limits.angular_velocity = " + number(*held, 6) + ", or " +
            (solution.status == Status::time_limit ? "a longer search.time_limit" : finer);
   if (!far_turn(problem, solution).empty()) words += finer + ", ";
+  if (problem.cost_weights.work > 0.0 || problem.cost_weights.transport > 0.0)
+    words += "a little cost.smoothness, which rounds what work leaves sharp, ";
   words += problem.search.starts == 1 ? "[search] starts = 8, another seed" : "more starts, another seed";
   if (proof.kkt > problem.search.tolerance && proof.kkt <= loosest_tolerance)
     words += "; where so much is enough, [search] tolerance = " + number(rounded_up(proof.kkt)) + " accepts it" +
              (proof.kkt > certificate::proof_mark ? ", unproved" : "");
   return words;
+}
+
+// Positions end at their last digit, which far from the world's origin is a velocity from step to step.
+std::string advice_far_away(const Problem& problem) {
+  const double away = problem.start.position.norm();
+  if (!(away > far_away * model::System(problem.swimmer).size())) return "";
+  return "a [start] position nearer to the world's origin (" + number(away, 3) +
+         " m away the last digits of positions are " + number(away * std::numeric_limits<double>::epsilon(), 2) +
+         " m), ";
 }
 
 // Keys of limits that more time makes easier to keep, "a, b or c"; empty where there are none.
@@ -133,6 +146,10 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "[integrator] scheme = \"midpoint\" (springs and dampers of light bodies ask for short stages), ";
   if (!far_turn(problem, solution).empty() || too_long_for_stages(problem, proof))
     words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
+  if (problem.steps < fewest_steps) words += "[time] steps = " + std::to_string(few_steps) + ", ";
+  if (problem.cost_weights.of_displacement())
+    words += "a larger cost.effort and, from that answer on (--first), the one that is asked for, ";
+  words += advice_far_away(problem);
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
   if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
   if (broken && proof.limits->key.starts_with("limits.torque") && proof.limits->violation > other_units)

@@ -19,6 +19,7 @@ using certificate::complementarity_mark;
 using certificate::goal_mark;
 using certificate::limit_mark;
 using certificate::rest_mark;
+using certificate::sign_mark;
 using certificate::violation_in_words;
 using maneuver::Problem;
 using maneuver::Solution;
@@ -81,11 +82,11 @@ std::string unsettled(const Problem& problem, const Certificate& proof) {
   if (proof.limits && !(proof.limits->complementarity <= complementarity_mark))
     return "limits pull where they are not reached: by " + number(proof.limits->complementarity) +
            " of the cost over the duration, allowed " + number(complementarity_mark);
-  if (proof.limits && !(proof.limits->negative <= complementarity_mark))
+  if (proof.limits && !(proof.limits->negative <= sign_mark))
     return "limits push the wrong way: by " + number(proof.limits->negative) + " of the largest multiplier, allowed " +
-           number(complementarity_mark);
+           number(sign_mark);
   return "the work's multipliers do not fit the signs of the powers: by " + number(proof.costs->signs) +
-         " of their joint's largest, allowed " + number(complementarity_mark);
+         " of their joint's largest, allowed " + number(sign_mark);
 }
 
 std::string fault(const Problem& problem, const Certificate& proof) {

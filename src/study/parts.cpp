@@ -16,13 +16,14 @@ using maneuver::Problem;
 constexpr std::array part_counts = {2, 4, 8, 16};
 constexpr int least_steps_of_part = 12;
 
-// The same motion twice, as a search for both may begin: with what limits are worth, and what the search has cost.
-Found doubled(const Grids& whole, const Found& part, int asked_steps) {
+// The same motion twice, on `most_steps` at most, as a search for both may begin: with what limits are worth, and what the search has
+// cost.
+Found doubled(const Grids& whole, const Found& part, int most_steps) {
   Found both;
   count_effort(part.outcome, both.outcome);
   both.duration = 2.0 * part.duration;
   both.limit_multipliers = maneuver::repeated(part.limit_multipliers, 2);
-  const int steps = std::min(2 * steps_of(part.path), std::max(asked_steps, coarse_steps));
+  const int steps = std::min(2 * steps_of(part.path), most_steps);
   both.path = maneuver::refined(whole.system(), maneuver::repeated(part.path, 2), steps);
   return both;
 }
@@ -35,7 +36,8 @@ Found solve_from_part(const Grids& grids, int parts) {
     parts /= 2;
     const Problem larger = parts == 1 ? grids.problem() : part_of(grids.problem(), parts);
     const Grids whole(grids.system(), larger, grids.options(), grids.budget());
-    const Found twice = doubled(whole, found, grids.problem().steps / parts);
+    const int asked_steps = grids.problem().steps;
+    const Found twice = doubled(whole, found, parts == 1 ? asked_steps : std::max(asked_steps / parts, coarse_steps));
     Found solved = twice;
     Grid grid = whole.grid(steps_of(twice.path));
     whole.solve(grid, twice.path, fine_tolerance, solved);

@@ -148,6 +148,59 @@ TEST(Verdict, counts_no_bound_as_held_whose_pull_nothing_needs) {
   }
 }
 
+MarchedAnswer answered(const maneuver::Problem& problem) {
+  study::SolveOptions options;
+  options.refinement = false;
+  return {problem, study::answer(model::System(problem.swimmer), problem, options).solution};
+}
+
+// A bound that pulls is one that is reached: with a little more room the cost falls, and what was a minimum is none.
+TEST(Verdict, proves_nothing_by_the_pull_of_a_bound_that_is_not_reached) {
+  maneuver::Problem problem = translation().problem;
+  double largest = 0.0;
+  for (const auto& moments : translation().solution.control) largest = std::max(largest, moments[0].norm());
+  problem.limits.torque = 0.9 * largest;
+  MarchedAnswer answer = answered(problem);
+  ASSERT_EQ(judged(answer).verdict, Verdict::proved);
+  ASSERT_FALSE(judged(answer).limits->reached.empty());
+  for (const double room : {1e-4, 1e-3}) {
+    answer.problem.limits.torque = (1.0 + room) * 0.9 * largest;
+    const Certificate proof = judged(answer);
+    EXPECT_EQ(proof.verdict, Verdict::not_optimal) << room << ", " << proof.limits->complementarity;
+  }
+}
+
+// Bounds of the duration pull for all of it, whatever it is in seconds.
+TEST(Verdict, proves_nothing_by_the_pull_of_a_duration_that_is_not_reached) {
+  for (const double seconds : {1e-4, 1.0, 1e4}) {
+    maneuver::Problem problem = translation().problem;
+    problem.duration = {.free = true, .value = seconds, .min = 0.1 * seconds, .max = seconds};
+    MarchedAnswer answer = answered(problem);
+    ASSERT_EQ(judged(answer).verdict, Verdict::proved) << seconds << ": " << answer.solution.message;
+    ASSERT_NEAR(answer.solution.time.back() / seconds, 1.0, 1e-9);
+    for (const double room : {1e-4, -1e-4}) {
+      answer.problem.duration.max = (1.0 + room) * seconds;
+      EXPECT_EQ(judged(answer).verdict, Verdict::not_optimal) << seconds << ", " << room;
+    }
+  }
+}
+
+// A gait whose first shape is free may begin beyond a face that no later node reaches.
+TEST(Verdict, sees_the_first_node_of_gaits_in_what_is_kept_out_of) {
+  MarchedAnswer answer = translation();
+  answer.problem.goal->periodic = true;
+  answer.problem.limits.half_spaces = {{Vector3d(0.0, 0.0, -5.0), Vector3d(0.0, 0.0, 1.0)}};
+  for (std::size_t k = 1; k < answer.solution.position.size(); ++k) answer.solution.position[k].z() += 10.0;
+  answer.solution.position[0].z() -= 10.0;
+  const model::System system(answer.problem.swimmer);
+  for (const bool free_shape : {true, false}) {
+    answer.problem.start.free_shape = free_shape;
+    const auto kept = certificate::check_limits(certificate::StoredMotion(system, answer.problem, answer.solution));
+    EXPECT_EQ(kept.violation > 1.0, free_shape);
+    EXPECT_TRUE(!free_shape || kept.time == 0.0);
+  }
+}
+
 // Where the tolerance is loose, a motion may be called stationary by it, but a proof needs more.
 TEST(Verdict, proves_nothing_by_a_loose_tolerance) {
   maneuver::Problem problem = translation().problem;

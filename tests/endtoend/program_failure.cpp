@@ -37,7 +37,7 @@ TEST(Program, tells_usage_input_output_and_missing_files_apart) {
             std::string::npos);
   EXPECT_EQ(lamprey(folder, "solve " + example("translation")).exit_code, 2);
   for (const auto& [typed, meant] : {std::pair("--threads 2", "--workers"), std::pair("--ouput=3", "--out"),
-                                     std::pair("--startes 5", "--starts"), std::pair("-j4 --seed 1", "--seed")}) {
+                                     std::pair("--startes 5", "--starts"), std::pair("-j4 --seed 1", "--workers")}) {
     const ProgramRun run = lamprey(folder, "solve " + example("translation") + " " + typed + " --out x");
     EXPECT_EQ(run.exit_code, 2);
     EXPECT_NE(run.err.find(fmt::format("did you mean \"{}\"?", meant)), std::string::npos) << run.err;

@@ -25,6 +25,25 @@ TEST_P(FewSteps, end_with_a_status) {
   EXPECT_TRUE(optimal ? says("may be too few") : says("missed by") || says("no motion was found")) << message;
 }
 
+// Parts are searched on steps of their own: the whole has those that were asked for.
+TEST(FewSteps, of_goals_in_parts_are_those_asked_for) {
+  maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/three_hinges.toml");
+  problem.start.rotation.assign(3, Eigen::Vector3d::Zero());
+  problem.goal->move = {};
+  problem.goal->turn = Eigen::Vector3d(0.0, 0.0, 0.3);
+  for (const char* joint : {"b1", "b2"}) problem.limits.angle[joint] = {{-0.6, 0.6}};
+  problem.duration.value = 8.0;
+  problem.search.starts = 1;
+  study::SolveOptions options;
+  options.refinement = false;
+  for (const int steps : {48, 80}) {
+    problem.steps = steps;
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+    EXPECT_EQ(answer.solution.time.size(), static_cast<std::size_t>(steps) + 1);
+    EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+  }
+}
+
 std::string name_of(const testing::TestParamInfo<std::tuple<const char*, int>>& info) {
   return std::string(std::get<0>(info.param)) + "_in_" + std::to_string(std::get<1>(info.param));
 }

@@ -2,6 +2,7 @@
 // of a millimetre and up to a kilometre.
 #include <gtest/gtest.h>
 
+#include "certificate/certify.hpp"
 #include "file/problem_file.hpp"
 #include "study/answer.hpp"
 #include "study/solve.hpp"
@@ -98,6 +99,61 @@ maneuver::Problem scaled(maneuver::Problem problem, double scale) {
   for (maneuver::KeepOutHalfSpace& half : problem.limits.half_spaces) half.point *= scale;
   if (problem.limits.clearance) *problem.limits.clearance *= scale;
   return problem;
+}
+
+// Where in the world a swimmer is changes no verdict, as long as its positions have digits; nor does it hide forgeries.
+TEST(Places, change_no_verdict) {
+  maneuver::Problem problem = swimmer(1.0, 1.0, false);
+  problem.search.starts = 1;
+  study::SolveOptions options;
+  options.refinement = false;
+  for (const double away : {0.0, 1e2, 1e3}) {
+    problem.start.position = Vector3d(away, -0.3 * away, 0.0);
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << away << ": " << answer.solution.message;
+    EXPECT_LE(answer.certificate.iterates_momentum, 1e-11) << away;
+  }
+  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+  for (const double away : {0.0, 1e6}) {
+    maneuver::Problem heavier = problem;
+    maneuver::Solution moved = answer.solution;
+    const Vector3d shift(away, 0.0, 0.0);
+    heavier.start.position += shift;
+    for (Vector3d& x : moved.position) x += shift;
+    heavier.swimmer.density *= 1.5;
+    EXPECT_GT(certificate::certify(model::System(heavier.swimmer), heavier, moved).equation_residual, 1e-3) << away;
+  }
+}
+
+TEST(Scale, of_length_changes_no_momentum_over_the_iterates) {
+  for (const double scale : {1e-4, 1e4}) {
+    maneuver::Problem problem = swimmer(scale, 1.0, false);
+    problem.search.starts = 1;
+    study::SolveOptions options;
+    options.refinement = false;
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+    EXPECT_LE(answer.certificate.iterates_momentum, 1e-11) << scale;
+    EXPECT_GT(answer.certificate.iterates_momentum, 0.0);
+  }
+}
+
+// Limits that hold are weighed in the second-order test by units of the swimmer's.
+TEST(Scale, of_length_changes_no_proof_of_a_gait_within_limits) {
+  maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/examples/gait_within_limits.toml");
+  problem.search.starts = 1;
+  problem.steps = 100;
+  study::SolveOptions options;
+  options.refinement = false;
+  std::vector<double> smallest;
+  for (const double scale : {0x1p-10, 1.0, 0x1p10}) {
+    const maneuver::Problem asked = scaled(problem, scale);
+    const study::Answer answer = study::answer(model::System(asked.swimmer), asked, options);
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << scale << ": " << answer.solution.message;
+    ASSERT_TRUE(answer.certificate.second_order);
+    smallest.push_back(answer.certificate.second_order->smallest_eigenvalue);
+  }
+  EXPECT_NEAR(smallest[0] / smallest[1], 1.0, 1e-4);
+  EXPECT_NEAR(smallest[2] / smallest[1], 1.0, 1e-4);
 }
 
 // What a cost is counted in is nobody's unit.
