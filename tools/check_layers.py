@@ -30,8 +30,7 @@ MAY_USE = {
 # certificate/ shares no solver code: of maneuver/ it may see only the plain structs that describe question and answer, and what
 # motors give, which no solver uses.
 ALLOWED_HEADERS = {("certificate", "maneuver"): {"maneuver/problem.hpp", "maneuver/solution.hpp", "maneuver/control_path.hpp",
-                                                "maneuver/motor_limits.hpp", "maneuver/row_space.hpp",
-                                                "maneuver/step_polynomial.hpp"}}
+                                                "maneuver/motor_limits.hpp", "maneuver/step_polynomial.hpp"}}
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 

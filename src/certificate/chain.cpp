@@ -114,7 +114,7 @@ HeldInputs hold(const KeptRows& rows) {
 }
 
 // Orthonormal rows with the span of these, but for what is smaller than `least`.
-MatrixXd spanning_rows(const MatrixXd& rows, double least) {
+MatrixXd orthonormal_rows(const MatrixXd& rows, double least) {
   if (rows.rows() == 0) return rows;
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.transpose());
   Eigen::Index rank = 0;
@@ -191,7 +191,7 @@ void ChainSolver::keep() {
     const HeldInputs held = hold(rows);
     gain.held_feedback = unit * held.feedback;
     gain.free = held.free;
-    left = spanning_rows(held.left, looked_at * rows.by_state.cwiseAbs().maxCoeff());
+    left = orthonormal_rows(held.left, looked_at * rows.by_state.cwiseAbs().maxCoeff());
   }
 }
 

@@ -2,11 +2,11 @@
 
 #include <Eigen/Cholesky>
 
+#include "algebra/row_space.hpp"
 #include "certificate/compliance_in_time.hpp"
 #include "certificate/gait_ends.hpp"
 #include "certificate/optimality.hpp"
 #include "certificate/stage_motion.hpp"
-#include "maneuver/row_space.hpp"
 
 namespace lamprey::certificate {
 
@@ -79,8 +79,8 @@ void keep_goal(EffortChain& effort) {
   rows.leftCols(effort.basis.back().cols()) =
       effort.goal.by_end_state * effort.tangents.scale.asDiagonal() * effort.basis.back();
   if (effort.goal_by_carried.size() > 0) rows.rightCols(effort.goal_by_carried.cols()) = effort.goal_by_carried;
-  if (rows.rows() > 0) effort.independent = maneuver::independent_rows(rows, dependent_goal_row);
-  effort.chain.end_rows = maneuver::span_of_rows(rows(effort.independent, Eigen::all), 0.0).transpose();
+  if (rows.rows() > 0) effort.independent = algebra::independent_rows(rows, dependent_goal_row);
+  effort.chain.end_rows = algebra::span_of_rows(rows(effort.independent, Eigen::all), 0.0).transpose();
 }
 
 void add_rows(GoalRows& goal, const MatrixXd& rows) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "algebra/row_space.hpp"
 #include "certificate/compliance_in_time.hpp"
 #include "certificate/cost_check.hpp"
 #include "certificate/gait_ends.hpp"
@@ -10,7 +11,6 @@
 #include "certificate/limit_check.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/control_path.hpp"
-#include "maneuver/row_space.hpp"
 #include "mechanics/joint_moments.hpp"
 
 namespace lamprey::certificate {
@@ -89,7 +89,7 @@ ControlSpace control_space(const StoredMotion& motion) {
   const double duration = motion.steps * motion.time_step;
   const MatrixXd basis = maneuver::natural_spline_basis(motion.problem.points, duration,
                                                         VectorXd::LinSpaced(motion.steps + 1, 0.0, duration));
-  const MatrixXd points = maneuver::least_squares(basis, moments);
+  const MatrixXd points = algebra::least_squares(basis, moments);
   return {points.transpose().reshaped(), basis, difference(motion, basis * points)};
 }
 
@@ -224,11 +224,11 @@ Conditions spanning_conditions(const Tables& tables, const MatrixXd& end_rows, c
     for (int k = 0; k <= motion.steps; ++k) conditions.shift.segment(controls * k, controls) -= pulls.by_control[at(k)];
     if (free.duration) conditions.shift[moments] -= pulls.by_log_time_step;
     if (!pulled.isZero(0.0)) {  // one choice of costates that the limits pull at; the ties' null space holds all others
-      const VectorXd costates = maneuver::shortest_solution(ties, pulled);
+      const VectorXd costates = algebra::shortest_solution(ties, pulled);
       conditions.shift -= by_columns.transpose() * costates;
     }
   }
-  conditions.rows = maneuver::null_space(ties).transpose() * by_columns;
+  conditions.rows = algebra::null_space(ties).transpose() * by_columns;
   return conditions;
 }
 
@@ -335,7 +335,7 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
   Largest left, whole;
   // multipliers, which may be large along an unstable motion, are not formed
   for (double entry :
-       maneuver::beyond_rows(order.gradient + order.conditions.shift, order.conditions.rows, dependent_row))
+       algebra::beyond_rows(order.gradient + order.conditions.shift, order.conditions.rows, dependent_row))
     left.add(std::abs(entry));
   for (double entry : order.gradient) whole.add(std::abs(entry));
   whole.add(worth_by_duration(motion));

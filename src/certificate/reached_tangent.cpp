@@ -4,8 +4,8 @@
 
 #include <Eigen/QR>
 
+#include "algebra/row_space.hpp"
 #include "integrator/step_derivatives.hpp"
-#include "maneuver/row_space.hpp"
 #include "maneuver/step_polynomial.hpp"
 
 namespace lamprey::certificate {
@@ -49,10 +49,10 @@ MatrixXd reached_at(const StepTangents& tangents, int node, int steps, double le
     const Eigen::HouseholderQR<MatrixXd> qr(both);
     root = MatrixXd(qr.matrixQR().topRows(n).triangularView<Eigen::Upper>()).transpose();
   }
-  return maneuver::span_of_rows(root.transpose(), least);
+  return algebra::span_of_rows(root.transpose(), least);
 }
 
-MatrixXd orthonormal(const MatrixXd& columns) { return maneuver::span_of_rows(columns.transpose(), 0.0); }
+MatrixXd orthonormal(const MatrixXd& columns) { return algebra::span_of_rows(columns.transpose(), 0.0); }
 
 double misses(const MatrixXd& space, const MatrixXd& columns) {
   return (columns - space * (space.transpose() * columns)).norm() / columns.norm();
@@ -61,7 +61,7 @@ double misses(const MatrixXd& space, const MatrixXd& columns) {
 }  // namespace
 
 MatrixXd complement(const MatrixXd& orthonormal_columns) {
-  return maneuver::null_space(orthonormal_columns.transpose());
+  return algebra::null_space(orthonormal_columns.transpose());
 }
 
 StepTangents step_tangents(const StoredMotion& motion) {
@@ -190,7 +190,7 @@ void take_in(const StepTangents& tangents, const MatrixXd& directions, std::vect
   const auto beside = [](const MatrixXd& space, const MatrixXd& columns) {
     return MatrixXd(columns - space * (space.transpose() * columns));
   };
-  MatrixXd added = maneuver::span_of_rows(beside(basis.front(), directions).transpose(), beside_reach);
+  MatrixXd added = algebra::span_of_rows(beside(basis.front(), directions).transpose(), beside_reach);
   for (std::size_t k = 0; k < basis.size(); ++k) {
     if (k > 0) added = orthonormal(beside(basis[k], tangents.A[k - 1] * added));
     MatrixXd both(added.rows(), basis[k].cols() + added.cols());

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <memory>
 
+#include "algebra/row_space.hpp"
 #include "certificate/optimality.hpp"
 #include "certificate/servo_replay.hpp"
 #include "integrator/feedback_law.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/control_path.hpp"
 #include "maneuver/motor_limits.hpp"
-#include "maneuver/row_space.hpp"
 
 namespace lamprey::certificate {
 
@@ -39,7 +39,7 @@ maneuver::ControlPath control_path(const StoredMotion& motion) {
   const VectorXd times = Eigen::Map<const VectorXd>(motion.solution.time.data(), motion.steps + 1);
   if (motion.problem.control == maneuver::ControlKind::steps) return {maneuver::Interpolation::linear, times, moments};
   const MatrixXd basis = control_space(motion).basis;
-  const MatrixXd points = maneuver::least_squares(basis, moments.transpose());
+  const MatrixXd points = algebra::least_squares(basis, moments.transpose());
   return {maneuver::Interpolation::natural_cubic,
           VectorXd::LinSpaced(motion.problem.points, times[0], times[motion.steps]), points.transpose()};
 }
@@ -194,7 +194,7 @@ double steepest_growth(const StoredMotion& motion, const std::function<void(int,
   for (int k = 0; k < motion.steps; ++k) {
     advance(k, perturbed);
     if ((k + 1) % stride != 0) continue;
-    log_growth.push_back(log_size + std::log(maneuver::largest_singular_value(perturbed.topRows(turns))));
+    log_growth.push_back(log_size + std::log(algebra::largest_singular_value(perturbed.topRows(turns))));
     const double size = perturbed.norm();
     perturbed /= size;
     log_size += std::log(size);

@@ -5,13 +5,13 @@
 
 #include <Eigen/Cholesky>
 
+#include "algebra/row_space.hpp"
 #include "certificate/compliance_in_time.hpp"
 #include "certificate/cost_order.hpp"
 #include "certificate/gait_ends.hpp"
 #include "certificate/spline_order.hpp"
 #include "certificate/stage_motion.hpp"
 #include "certificate/step_curvature.hpp"
-#include "maneuver/row_space.hpp"
 
 namespace lamprey::certificate {
 
@@ -225,7 +225,7 @@ void spread_costates(const EffortChain& effort, const std::vector<VectorXd>& rea
     MatrixXd independent(rows.rows(), states);
     independent.leftCols(reach) = rows * effort.basis.back();
     if (states > reach) independent.rightCols(states - reach) = effort.goal_by_carried(effort.independent, Eigen::all);
-    const VectorXd multipliers = maneuver::least_squares(independent.transpose(), reached.back());
+    const VectorXd multipliers = algebra::least_squares(independent.transpose(), reached.back());
     for (std::size_t r = 0; r < effort.independent.size(); ++r)
       costates.goal[effort.independent[r]] = multipliers[static_cast<Eigen::Index>(r)];
     costate = rows.transpose() * multipliers;

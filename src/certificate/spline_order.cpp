@@ -4,9 +4,9 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "algebra/row_space.hpp"
 #include "certificate/optimality.hpp"
 #include "certificate/second_order.hpp"
-#include "maneuver/row_space.hpp"
 
 namespace lamprey::certificate {
 
@@ -171,7 +171,7 @@ std::optional<SecondOrder> second_order_on_splines(const StoredMotion& motion, E
   const MatrixXd conditions = spanned.conditions(effort.chain);
   if (conditions.rows() >= conditions.cols()) return std::nullopt;  // nothing is left to vary
   const VectorXd gradient = spanned.gradient(effort.input);
-  const VectorXd multipliers = maneuver::least_squares(conditions.transpose(), -gradient);
+  const VectorXd multipliers = algebra::least_squares(conditions.transpose(), -gradient);
   Costates costates;
   costates.residual =
       (gradient + conditions.transpose() * multipliers).lpNorm<Eigen::Infinity>() / gradient.lpNorm<Eigen::Infinity>();
@@ -180,7 +180,7 @@ std::optional<SecondOrder> second_order_on_splines(const StoredMotion& motion, E
   spread_costates(effort, spanned.costates(effort.chain, multipliers), nothing, costates);
   const Chain chain = lagrangian_chain(motion, std::move(effort), costates, {});
 
-  const MatrixXd kept = maneuver::null_space(conditions);
+  const MatrixXd kept = algebra::null_space(conditions);
   const MatrixXd half = spanned.form(chain) * kept;
   const MatrixXd few = kept.topRows(spanned.coefficients());
   const MatrixXd few_half = spanned.metric() * few;

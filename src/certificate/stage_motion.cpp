@@ -2,12 +2,12 @@
 
 #include <cstdint>
 
+#include "algebra/row_space.hpp"
 #include "certificate/balance.hpp"
 #include "certificate/goal_check.hpp"
 #include "certificate/optimality.hpp"
 #include "integrator/march.hpp"
 #include "integrator/step_derivatives.hpp"
-#include "maneuver/row_space.hpp"
 #include "maneuver/step_polynomial.hpp"
 #include "mechanics/joint_moments.hpp"
 
@@ -127,7 +127,7 @@ class Marcher {
     MatrixXd samples(nodes, controls);
     for (int s = 0; s < nodes; ++s)
       samples.row(s) = mechanics::along_actuation(motion_.system, stages_.control[at(k * nodes + s)]).transpose();
-    const MatrixXd coefficients = maneuver::least_squares(basis_, samples);  // [terms][controls]
+    const MatrixXd coefficients = algebra::least_squares(basis_, samples);  // [terms][controls]
     stages_.polynomial.push_back(coefficients.transpose().reshaped());
     const MatrixXd fitted = basis_ * coefficients;
     for (int s = 0; s < nodes; ++s) {
@@ -193,7 +193,7 @@ MatrixXd spanning_rows(const StoredMotion& motion, const StageMotion& stages, co
     ties.block(size * (s - 1), size * (s - 1), size, size).setIdentity();
     ties.block(size * (s - 1), size * s, size, rows.rows()) = -(scale.asDiagonal() * swept.by_start.transpose());
   }
-  return maneuver::null_space(ties).transpose() * rows_of_all;
+  return algebra::null_space(ties).transpose() * rows_of_all;
 }
 
 }  // namespace
@@ -253,7 +253,7 @@ double kkt_residual(const StoredMotion& motion, const StageMotion& stages, doubl
   const GoalRows goal = goal_rows(motion.system, motion.problem, stages.node.back(), momentum_scale);
   const MatrixXd rows = spanning_rows(motion, stages, goal.unit.cwiseInverse().asDiagonal() * goal.by_end_state);
   Largest left, whole;
-  for (double entry : maneuver::beyond_rows(gradient, rows, dependent_stage_row)) left.add(std::abs(entry));
+  for (double entry : algebra::beyond_rows(gradient, rows, dependent_stage_row)) left.add(std::abs(entry));
   for (double entry : gradient) whole.add(std::abs(entry));
   return left.relative_to(whole.value());
 }

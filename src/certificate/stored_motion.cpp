@@ -2,23 +2,6 @@
 
 namespace lamprey::certificate {
 
-namespace {
-
-using model::at;
-
-// Joint moments along the freedoms, none on the position.
-VectorXd generalized(const model::System& system, const mechanics::Rotations& R, mechanics::JointMoments& moments) {
-  const mechanics::Vectors no_force(at(system.body_count()), Vector3d::Zero());
-  mechanics::Freedoms freedoms(at(system.body_count()));
-  mechanics::gather(system, R, no_force, moments.body, freedoms);
-  for (std::size_t i = 0; i < freedoms.size(); ++i) freedoms[i] += moments.along[i];
-  VectorXd result;
-  mechanics::pack(system, freedoms, Vector3d::Zero(), result);
-  return result;
-}
-
-}  // namespace
-
 StoredMotion::StoredMotion(const model::System& system_, const maneuver::Problem& problem_,
                            const maneuver::Solution& solution_)
     : system(system_),
@@ -59,8 +42,8 @@ StepMomenta step_momenta(const StoredMotion& motion, int k) {
   if (system.only_free_joints()) return result;
   mechanics::JointMoments minus(system.body_count()), plus(system.body_count());
   mechanics::damping_momenta(system, interval, minus, plus);
-  result.minus += generalized(system, interval.rotation, minus);
-  result.plus -= generalized(system, interval.next_rotation, plus);
+  result.minus += mechanics::gathered(system, interval.rotation, minus);
+  result.plus -= mechanics::gathered(system, interval.next_rotation, plus);
   return result;
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "maneuver/row_space.hpp"
+#include "algebra/row_space.hpp"
 
 namespace lamprey::maneuver {
 
@@ -104,7 +104,9 @@ MatrixXd natural_spline_basis(int points, double duration, const VectorXd& times
   return basis;
 }
 
-MatrixXd spline_points(const MatrixXd& basis, const MatrixXd& samples) { return least_squares(basis, samples); }
+MatrixXd spline_points(const MatrixXd& basis, const MatrixXd& samples) {
+  return algebra::least_squares(basis, samples);
+}
 
 ControlPath natural_spline_through_nodes(int points, const VectorXd& times, const MatrixXd& samples) {
   const double duration = times[times.size() - 1];

@@ -8,9 +8,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "algebra/row_space.hpp"
 #include "integrator/march.hpp"
 #include "integrator/step_derivatives.hpp"
-#include "maneuver/row_space.hpp"
 #include "optimizer/riccati.hpp"
 
 namespace lamprey::maneuver {
@@ -269,7 +269,7 @@ LinearStages linear_stages(const System& system, const Problem& problem, const S
 void add_rows(MatrixXd& rows, const MatrixXd& more) {
   MatrixXd both(rows.rows() + more.rows(), more.cols());
   both << rows, more;
-  rows = condensed_rows(both);
+  rows = algebra::condensed_rows(both);
 }
 
 // Orthonormal columns that span the deviations which moments can make anywhere along the motion: all of them but where
@@ -289,7 +289,7 @@ MatrixXd reachable_deviations(const LinearStages& stages) {
     }
     add_rows(all, reached);
   }
-  const MatrixXd basis = span_of_rows(all, reach_limit);
+  const MatrixXd basis = algebra::span_of_rows(all, reach_limit);
   return basis.cols() == size ? MatrixXd(MatrixXd::Identity(size, size)) : basis;
 }
 

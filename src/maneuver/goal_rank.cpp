@@ -2,7 +2,7 @@
 
 #include <Eigen/SparseQR>
 
-#include "maneuver/row_space.hpp"
+#include "algebra/row_space.hpp"
 
 namespace lamprey::maneuver {
 
@@ -46,7 +46,7 @@ std::vector<GoalRow> independent_goal_rows(const model::System& system, const Ma
   Transcription transcription(system, unparameterised, stated);
   const MatrixXd left = left_to_goal(transcription, transcription.pack(path), static_cast<int>(stated.size()));
   std::vector<char> kept(stated.size());
-  for (int r : independent_rows(left, rank_threshold)) kept[static_cast<std::size_t>(r)] = 1;
+  for (int r : algebra::independent_rows(left, rank_threshold)) kept[static_cast<std::size_t>(r)] = 1;
   std::vector<GoalRow> independent;
   for (std::size_t r = 0; r < stated.size(); ++r)
     if (kept[r]) independent.push_back(stated[r]);

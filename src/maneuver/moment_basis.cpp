@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "maneuver/row_space.hpp"
+#include "algebra/row_space.hpp"
 
 namespace lamprey::maneuver {
 
@@ -53,9 +53,9 @@ MomentBasis::MomentBasis(const System& system, const MatrixXd& shape_basis, cons
   const MatrixXd felt = work.transpose() * shape_basis;
   const Eigen::Index controls = system.control_count();
   column_.resize(at(system.control_count()));
-  const MatrixXd beside = felt.bottomRows(felt.rows() - controls) * null_space(felt.topRows(controls));
+  const MatrixXd beside = felt.bottomRows(felt.rows() - controls) * algebra::null_space(felt.topRows(controls));
   if (beside.cols() == 0) return;
-  std::vector<int> kept = independent_rows(beside, felt_threshold);
+  std::vector<int> kept = algebra::independent_rows(beside, felt_threshold);
   std::sort(kept.begin(), kept.end());
   for (int c : kept) column_.push_back(idle[at(c)]);
 }

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "algebra/row_space.hpp"
 #include "maneuver/moment_basis.hpp"
-#include "maneuver/row_space.hpp"
 
 namespace lamprey::maneuver {
 
@@ -41,7 +41,7 @@ class PassiveJoints {
     for (std::size_t k = 0; k + 1 < path.rotation.size(); ++k) {
       const Rotations& R = followed.rotation[k];
       lay_moments(R);
-      directions_ = basis_ * null_space(impulse_.leftCols(system_.control_count()).transpose());
+      directions_ = basis_ * algebra::null_space(impulse_.leftCols(system_.control_count()).transpose());
       const Rotations planned = seen_from_root(path.rotation[k + 1]);
       const VectorXd guess = off + (off - before);
       before = off;
@@ -102,7 +102,9 @@ class PassiveJoints {
   }
 
   // x with rows · x = values.
-  static VectorXd solution(const MatrixXd& rows, const VectorXd& values) { return shortest_solution(rows, values); }
+  static VectorXd solution(const MatrixXd& rows, const VectorXd& values) {
+    return algebra::shortest_solution(rows, values);
+  }
 
   const System& system_;
   const Maneuver& maneuver_;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "algebra/row_space.hpp"
 #include "lie/so3.hpp"
-#include "maneuver/row_space.hpp"
 #include "maneuver/shape_program.hpp"
 #include "model/input_error.hpp"
 
@@ -53,7 +53,7 @@ double beyond_shifts(const Maneuver& maneuver, const MatrixXd& shifts) {
     distance[r] = *maneuver.end_position[at(c)] - maneuver.start.position[c];
   }
   rows = (rows.array().abs() > reach_threshold).select(rows, 0.0);
-  return beyond_rows(distance, rows.transpose(), reach_threshold).norm();
+  return algebra::beyond_rows(distance, rows.transpose(), reach_threshold).norm();
 }
 
 // A body whose end attitude, unlike all those it takes along the motion, moves this axis of its start; nobody: -1.
@@ -83,10 +83,10 @@ MatrixXd orthonormal(MatrixXd rows) {
 // come apart first: beside turns they would be lost in round-off where the unit is far from 1 m.
 MatrixXd in_metres(const MatrixXd& poses, double unit) {
   if (unit == 1.0) return poses;
-  const MatrixXd turns = span_of_rows(poses.leftCols<3>().transpose(), reach_threshold);
+  const MatrixXd turns = algebra::span_of_rows(poses.leftCols<3>().transpose(), reach_threshold);
   MatrixXd still(0, 6);
   if (turns.cols() < poses.rows()) {
-    still = null_space(turns.transpose()).transpose() * poses;
+    still = algebra::null_space(turns.transpose()).transpose() * poses;
     still.leftCols<3>().setZero();
   }
   MatrixXd all(poses.rows(), 6);
@@ -145,7 +145,7 @@ MatrixXd reached_at_end(const StageModel& model) {
     normalize_rows(driven);
     MatrixXd both(moved.rows() + driven.rows(), reached.cols());
     both << moved, driven;
-    reached = span_of_rows(both, reach_threshold).transpose();
+    reached = algebra::span_of_rows(both, reach_threshold).transpose();
   }
   return reached;
 }
@@ -172,7 +172,7 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
     if (rows.rows() > 0 && beyond(rows, more) <= reach_threshold) return;
     MatrixXd both(rows.rows() + more.rows(), more.cols());
     both << rows, more;
-    rows = span_of_rows(both, reach_threshold).transpose();
+    rows = algebra::span_of_rows(both, reach_threshold).transpose();
   };
   // over short windows: what is unstable would carry round-off everywhere
   const auto all_reached = [&] { return shapes.rows() == shape && poses.rows() == 6; };
@@ -191,7 +191,7 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
       }
       MatrixXd both(moved.rows() + driven.rows(), sizes.states);
       both << moved, driven;
-      reached = span_of_rows(both, reach_threshold).transpose();
+      reached = algebra::span_of_rows(both, reach_threshold).transpose();
       gather(shapes, reached.middleCols(shape, shape));
       gather(poses, reached.rightCols(6));
     }
@@ -212,14 +212,15 @@ std::string out_of_reach(const System& system, const Maneuver& maneuver, const S
                          const NodePath& path) {
   if (goes_back(maneuver, coordinates) && asks_to_move(system, maneuver))
     return std::string(goes_back_in_words) + "; a second joint or axis would change that";
-  const MatrixXd turns = span_of_rows(coordinates.pose.topRows<3>().transpose(), reach_threshold);
-  const MatrixXd shifts = span_of_rows(coordinates.pose.bottomRows<3>().transpose(), reach_threshold);
+  const MatrixXd turns = algebra::span_of_rows(coordinates.pose.topRows<3>().transpose(), reach_threshold);
+  const MatrixXd shifts = algebra::span_of_rows(coordinates.pose.bottomRows<3>().transpose(), reach_threshold);
   if (turns.cols() > 1 && shifts.cols() == 3) return "";
   const std::string cure =
       "; joints or control_axes that bend out of it would reach further, or a goal that leaves this \"free\"";
   if (const double beyond = beyond_shifts(maneuver, shifts); beyond > same_pose * system.size()) {
     std::string kept = "where they are";
-    if (shifts.cols() == 2) kept = "in the plane normal to " + axis_in_words(null_space(shifts.transpose()).col(0));
+    if (shifts.cols() == 2)
+      kept = "in the plane normal to " + axis_in_words(algebra::null_space(shifts.transpose()).col(0));
     if (shifts.cols() == 1) kept = "on the line along " + axis_in_words(shifts.col(0));
     return "the joints' moments keep the root's mass centre " + kept + ", and goal.move asks for " + in_words(beyond) +
            " m out of it" + cure;
@@ -257,7 +258,7 @@ std::optional<std::vector<EndRow>> independent_end_rows(const System& system, co
   for (Eigen::Index r = 0; r < rows; ++r)
     if (const double size = unit[stated[static_cast<std::size_t>(r)].kind]; size > 0.0) sensitivity.row(r) /= size;
   std::vector<char> kept(stated.size());
-  for (int r : independent_rows(sensitivity, end_row_threshold)) kept[at(r)] = 1;
+  for (int r : algebra::independent_rows(sensitivity, end_row_threshold)) kept[at(r)] = 1;
   std::vector<EndRow> independent;
   for (std::size_t r = 0; r < stated.size(); ++r)
     if (kept[r]) independent.push_back(stated[r]);

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "algebra/row_space.hpp"
 #include "maneuver/random.hpp"
-#include "maneuver/row_space.hpp"
 #include "maneuver/shape_program.hpp"
 
 namespace lamprey::maneuver {
@@ -105,7 +105,7 @@ class Adjustment {
     rows << by_amplitudes, damping * largest * MatrixXd::Identity(changed.size(), changed.size());
     VectorXd values = VectorXd::Zero(rows.rows());
     values.head(missed_.size()) = -missed_;
-    VectorXd step = least_squares(rows, values);
+    VectorXd step = algebra::least_squares(rows, values);
     step *= std::min(1.0, longest_change / step.lpNorm<Eigen::Infinity>());
     for (int halving = 0; halving < halvings; ++halving, step *= 0.5) {
       if (!miss(amplitudes_ + step, missed) || !(missed.norm() < missed_.norm())) continue;

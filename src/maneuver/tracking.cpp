@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "algebra/row_space.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/random.hpp"
-#include "maneuver/row_space.hpp"
 
 namespace lamprey::maneuver {
 
@@ -50,9 +50,9 @@ MatrixXd answered_turns(const System& system, const Feedback& feedback) {
   for (const MatrixXd& gain : feedback.gain) {
     MatrixXd both(all.rows() + gain.rows(), turns);
     both << all, gain.leftCols(turns);
-    all = condensed_rows(both);
+    all = algebra::condensed_rows(both);
   }
-  return span_of_rows(all, answered);
+  return algebra::span_of_rows(all, answered);
 }
 
 Tracking tracking_of(const integrator::FeedbackLaw& law, const Solution& marched, double from) {

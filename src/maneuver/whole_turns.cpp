@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "maneuver/row_space.hpp"
+#include "algebra/row_space.hpp"
 #include "maneuver/shape_program.hpp"
 
 namespace lamprey::maneuver {
@@ -86,7 +86,7 @@ VectorXd numbers_of_turns(const MatrixXd& effect, const Vector3d& way, Random& r
   VectorXd values = VectorXd::Zero(3 + count);
   values.head(3) = way;
   if (!(largest > 0.0)) return VectorXd::Zero(count);
-  return part.cwiseProduct(VectorXd(least_squares(rows, values)));
+  return part.cwiseProduct(VectorXd(algebra::least_squares(rows, values)));
 }
 
 }  // namespace

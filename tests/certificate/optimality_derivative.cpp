@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 #include <Eigen/QR>
 
+#include "algebra/row_space.hpp"
 #include "certificate/certify.hpp"
 #include "certificate/goal_check.hpp"
 #include "certificate/marched_answers.hpp"
 #include "difference_order.hpp"
-#include "maneuver/row_space.hpp"
 #include "printed.hpp"
 #include "tolerance.hpp"
 
@@ -94,7 +94,7 @@ TEST_P(Optimality, segments_span_the_same_rows_as_one_sweep) {
   const StoredMotion motion(system, answer.problem, answer.solution);
   const ControlSpace space = certificate::control_space(motion);
   const auto goal = certificate::goal_rows(system, problem, certificate::node_states(motion).back(), 1.0);
-  const auto basis = [](const MatrixXd& rows) { return maneuver::span_of_rows(rows, 1e-13); };
+  const auto basis = [](const MatrixXd& rows) { return algebra::span_of_rows(rows, 1e-13); };
   const MatrixXd once = basis(certificate::control_jacobian(motion, space, goal.by_end_state));
   const MatrixXd segments = basis(certificate::spanning_rows(motion, space, goal.by_end_state));
   ASSERT_EQ(once.cols(), 16);
@@ -127,7 +127,7 @@ TEST(Kkt, vanishes_at_moments_of_least_effort_and_sees_a_change_of_one_of_them) 
     const auto rows = certificate::goal_rows(system, problem, certificate::node_states(motion).back(), 1.0);
     const MatrixXd A = certificate::control_jacobian(motion, space, rows.by_end_state);
     const MatrixXd A_weighted = A * weight.cwiseInverse().asDiagonal();
-    const VectorXd multiplier = maneuver::least_squares(A_weighted * A.transpose(), A * space.value - rows.value);
+    const VectorXd multiplier = algebra::least_squares(A_weighted * A.transpose(), A * space.value - rows.value);
     moments = moments_of(space, A_weighted.transpose() * multiplier, steps + 1);
   }
   MarchedAnswer answer = march(problem, moments);
@@ -160,7 +160,7 @@ TEST(Kkt, rows_that_no_planar_moment_moves_do_not_count) {
   const StoredMotion motion(system, answer.problem, answer.solution);
   const ControlSpace space = certificate::control_space(motion);
   const auto goal = certificate::goal_rows(system, problem, certificate::node_states(motion).back(), 1.0);
-  EXPECT_EQ(maneuver::span_of_rows(certificate::spanning_rows(motion, space, goal.by_end_state), 1e-11).cols(), 6);
+  EXPECT_EQ(algebra::span_of_rows(certificate::spanning_rows(motion, space, goal.by_end_state), 1e-11).cols(), 6);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
+#include "algebra/row_space.hpp"
 #include "certificate/balance.hpp"
 #include "certificate/certify.hpp"
 #include "certificate/limit_check.hpp"
@@ -12,7 +13,6 @@
 #include "certificate/optimality.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/goal_rank.hpp"
-#include "maneuver/row_space.hpp"
 #include "maneuver/transcription.hpp"
 #include "study/answer.hpp"
 #include "study/solver.hpp"
@@ -193,9 +193,9 @@ VectorXd transcribed_eigenvalues(const maneuver::Problem& problem, const maneuve
   program.jacobian(point, values);
   const MatrixXd J = dense(program.jacobian_pattern(), values, constraints, variables);
   program.gradient(point, gradient);
-  const VectorXd multipliers = maneuver::least_squares(J.transpose(), -gradient);
+  const VectorXd multipliers = algebra::least_squares(J.transpose(), -gradient);
   EXPECT_LE((gradient + J.transpose() * multipliers).norm(), 1e-7 * gradient.norm());
-  const MatrixXd Z = maneuver::null_space(J);
+  const MatrixXd Z = algebra::null_space(J);
   const auto reduced = [&](double factor, const VectorXd& weights) -> MatrixXd {
     values.resize(program.hessian_pattern().size());
     program.hessian(point, factor, weights, values);

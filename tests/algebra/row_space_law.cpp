@@ -1,4 +1,4 @@
-#include "maneuver/row_space.hpp"
+#include "algebra/row_space.hpp"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ TEST(RowSpace, shortest_solution_solves_rows_close_to_dependent) {
   for (const double condition : {1.0, 1e4, 1e8, 1e10}) {
     const MatrixXd rows = rows_of_condition(condition, 12, 20);
     const VectorXd values = VectorXd::Random(12);
-    const VectorXd x = maneuver::shortest_solution(rows, values);
+    const VectorXd x = algebra::shortest_solution(rows, values);
     EXPECT_LE((rows * x - values).norm(), tolerance(1e-14) * (x.norm() + values.norm())) << condition;
   }
 }
@@ -32,8 +32,8 @@ TEST(RowSpace, shortest_solution_solves_rows_close_to_dependent) {
 TEST(RowSpace, shortest_solution_has_nothing_in_the_null_space) {
   for (const double condition : {1.0, 1e4, 1e8}) {
     const MatrixXd rows = rows_of_condition(condition, 12, 20);
-    const VectorXd x = maneuver::shortest_solution(rows, VectorXd::Random(12));
-    EXPECT_LE((maneuver::null_space(rows).transpose() * x).norm(), tolerance(1e-14) * x.norm() * condition);
+    const VectorXd x = algebra::shortest_solution(rows, VectorXd::Random(12));
+    EXPECT_LE((algebra::null_space(rows).transpose() * x).norm(), tolerance(1e-14) * x.norm() * condition);
   }
 }
 
@@ -41,11 +41,11 @@ TEST(RowSpace, shortest_solution_has_nothing_in_the_null_space) {
 TEST(RowSpace, nothing_is_left_beyond_rows_of_what_they_span) {
   const MatrixXd rows = rows_of_condition(1e6, 12, 20);
   const VectorXd g = VectorXd::Random(20);
-  const VectorXd left = maneuver::beyond_rows(g, rows, 1e-12);
+  const VectorXd left = algebra::beyond_rows(g, rows, 1e-12);
   EXPECT_GT(left.norm(), 0.1);
   EXPECT_LE((rows * left).norm(), tolerance(1e-14) * g.norm());
   const VectorXd spanned = rows.transpose() * VectorXd::Random(12);
-  EXPECT_LE(maneuver::beyond_rows(spanned, rows, 1e-12).norm(), tolerance(1e-14));
+  EXPECT_LE(algebra::beyond_rows(spanned, rows, 1e-12).norm(), tolerance(1e-14));
 }
 
 // Of rows that lie next to each other, too: where all are exactly zero what they span is exactly zero.
@@ -53,20 +53,20 @@ TEST(RowSpace, what_rows_span_is_zero_where_they_are) {
   MatrixXd rows = MatrixXd::Random(4, 9);
   rows.row(2) = rows.row(0) + 1e-6 * rows.row(2);
   for (const Index column : {0, 1, 5}) rows.col(column).setZero();
-  const MatrixXd span = maneuver::span_of_rows(rows, 1e-9);
+  const MatrixXd span = algebra::span_of_rows(rows, 1e-9);
   ASSERT_EQ(span.cols(), 4);
   for (const Index column : {0, 1, 5}) EXPECT_TRUE(span.row(column).isZero(0.0)) << column;
   EXPECT_LE((span.transpose() * span - MatrixXd::Identity(4, 4)).norm(), tolerance(1e-14));
   EXPECT_LE((rows.transpose() - span * (span.transpose() * rows.transpose())).norm(), tolerance(1e-13));
-  EXPECT_EQ(maneuver::span_of_rows(rows, 1e-4).cols(), 3);
+  EXPECT_EQ(algebra::span_of_rows(rows, 1e-4).cols(), 3);
 }
 
 TEST(RowSpace, of_no_rows_is_empty) {
   const MatrixXd none(0, 5);
-  EXPECT_TRUE(maneuver::independent_rows(none, 1e-9).empty());
-  EXPECT_EQ(maneuver::span_of_rows(none, 1e-9).rows(), 5);
-  EXPECT_EQ(maneuver::span_of_rows(none, 1e-9).cols(), 0);
-  EXPECT_EQ(maneuver::least_squares(none.transpose(), MatrixXd::Ones(5, 2)).cols(), 2);
+  EXPECT_TRUE(algebra::independent_rows(none, 1e-9).empty());
+  EXPECT_EQ(algebra::span_of_rows(none, 1e-9).rows(), 5);
+  EXPECT_EQ(algebra::span_of_rows(none, 1e-9).cols(), 0);
+  EXPECT_EQ(algebra::least_squares(none.transpose(), MatrixXd::Ones(5, 2)).cols(), 2);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-namespace lamprey::maneuver {
+namespace lamprey::algebra {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -36,4 +36,4 @@ VectorXd beyond_rows(const VectorXd& g, const MatrixXd& rows, double threshold);
 /// Largest singular value.
 double largest_singular_value(const MatrixXd& m);
 
-}  // namespace lamprey::maneuver
+}  // namespace lamprey::algebra

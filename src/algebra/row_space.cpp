@@ -1,4 +1,4 @@
-#include "maneuver/row_space.hpp"
+#include "algebra/row_space.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 
-namespace lamprey::maneuver {
+namespace lamprey::algebra {
 
 namespace {
 
@@ -85,4 +85,4 @@ double largest_singular_value(const MatrixXd& m) {
   return std::sqrt(solver.eigenvalues().tail<1>()[0]);
 }
 
-}  // namespace lamprey::maneuver
+}  // namespace lamprey::algebra
