@@ -87,7 +87,8 @@ std::optional<SecondOrder> curvature(const StoredMotion& motion, const std::opti
   return motion.steps_known ? second_order(motion, momentum_scale, kkt) : std::nullopt;
 }
 
-// The problem with all that confined joints leave free; nothing where none is confined, or limits may name their axes.
+// The problem with all that confined joints leave free; nothing where none is confined, limits may name their axes, or the work has
+// multipliers of other drives.
 std::optional<maneuver::Problem> with_all_axes(const model::System& system, const maneuver::Problem& problem) {
   if (problem.limits.any()) return std::nullopt;
   maneuver::Problem free = problem;
@@ -97,7 +98,9 @@ std::optional<maneuver::Problem> with_all_axes(const model::System& system, cons
       free.swimmer.joints[model::at(j)].control_axes.reset();
       any = true;
     }
-  return any ? std::optional(free) : std::nullopt;
+  const bool works = problem.cost_weights.work > 0.0 || problem.cost_weights.transport > 0.0;
+  if (!any || (works && model::System(free.swimmer).drive_count() != system.drive_count())) return std::nullopt;
+  return free;
 }
 
 // The second-order test of that problem.

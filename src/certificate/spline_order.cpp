@@ -14,8 +14,9 @@ namespace {
 
 using model::at;
 
-constexpr int most_spans = 20;             // a growth of 1e20 over the whole is 10 over each
-constexpr double singular_metric = 1e-14;  // of its largest eigenvalue
+constexpr int most_spans = 20;                 // a growth of 1e20 over the whole is 10 over each
+constexpr double dependent_condition = 1e-10;  // of the longest row: what few points cannot tell apart
+constexpr double singular_metric = 1e-14;      // of its largest eigenvalue
 
 // The chain in the splines' coefficients and the states at the beginnings of its spans, which have to fit the spans
 // before them. Coefficients come first, in units of the moments' mean size.
@@ -180,7 +181,8 @@ std::optional<SecondOrder> second_order_on_splines(const StoredMotion& motion, E
   spread_costates(effort, spanned.costates(effort.chain, multipliers), nothing, costates);
   const Chain chain = lagrangian_chain(motion, std::move(effort), costates, {});
 
-  const MatrixXd kept = algebra::null_space(conditions);
+  const std::vector<int> independent = algebra::independent_rows(conditions, dependent_condition);
+  const MatrixXd kept = algebra::null_space(conditions(independent, Eigen::all));
   const MatrixXd half = spanned.form(chain) * kept;
   const MatrixXd few = kept.topRows(spanned.coefficients());
   const MatrixXd few_half = spanned.metric() * few;

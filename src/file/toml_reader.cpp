@@ -127,10 +127,8 @@ std::string shown(const TomlValue& value) {
       return value.boolean ? "true" : "false";
     case Kind::integer:
       return fmt::format("{}", value.integer);
-    case Kind::number: {
-      const std::string text = shown(value.number);  // 50.0 is no whole number
-      return text.find_first_not_of("-0123456789") == std::string::npos ? text + ".0" : text;
-    }
+    case Kind::number:
+      return shown(value.number);
     case Kind::string:
       return in_quotes(value.text);
     case Kind::date:
@@ -219,7 +217,10 @@ std::optional<std::int64_t> TableReader::integer(std::string_view name, std::int
   if (!value) return std::nullopt;
   const std::string allowed =
       low == high ? fmt::format("the whole number {}", low) : fmt::format("a whole number from {} to {}", low, high);
-  if (value->kind != Kind::integer) refuse(key(name), shown(*value), allowed, std::string(kind_cure(Kind::integer)));
+  if (value->kind != Kind::integer) {
+    const bool rounded = value->kind == Kind::number && value->number == std::round(value->number);
+    refuse(key(name), shown(*value) + (rounded ? ".0" : ""), allowed, std::string(kind_cure(Kind::integer)));
+  }
   if (value->integer < low || value->integer > high)
     refuse(key(name), shown(*value), allowed, "choose one in that range");
   return value->integer;

@@ -43,6 +43,10 @@ Sparse with_empty_rows(Sparse normal) {
 
 }  // namespace
 
+double largest_violation(Program& program, const VectorXd& x) {
+  return violation(program, x).lpNorm<Eigen::Infinity>();
+}
+
 double polish_feasibility(Program& program, VectorXd& x) {
   VectorXd c = violation(program, x);
   double size = c.lpNorm<Eigen::Infinity>();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <mutex>
 #include <tuple>
 
 #include "study/advice.hpp"
@@ -114,9 +116,20 @@ std::vector<Answer> others(const model::System& system, const Problem& problem,
   return kept;
 }
 
+// What is told is told by one thread at a time.
+SolveOptions telling_one_at_a_time(SolveOptions options) {
+  if (!options.progress) return options;
+  options.progress = [tell = options.progress, turn = std::make_shared<std::mutex>()](const std::string& line) {
+    const std::scoped_lock lock(*turn);
+    tell(line);
+  };
+  return options;
+}
+
 }  // namespace
 
-Answer answer(const model::System& system, const Problem& problem, const SolveOptions& options) {
+Answer answer(const model::System& system, const Problem& problem, const SolveOptions& asked) {
+  const SolveOptions options = telling_one_at_a_time(asked);
   Parts parts(problem, options);
   std::vector<std::optional<Certificate>> proofs;
   bool proven = false;                                      // whether a candidate is

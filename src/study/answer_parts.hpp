@@ -39,7 +39,6 @@ class Parts {
   /// Says what was left out; an answer that was interrupted before it was complete has that status.
   void tell(const std::string& unsearched, maneuver::Solution& solution) const;
   void progress(const std::string& line) const {
-    const std::scoped_lock lock(mutex_);
     if (options_.progress) options_.progress(line);
   }
 

@@ -187,11 +187,25 @@ class IpoptMethod : public Method {
     return outcome;
   }
 
+  // Where time is over with nothing found: one step on so many nodes may take longer than all of the search had.
+  Outcome untouched(Transcription& full, const VectorXd& point, const Outcome& before) const {
+    Outcome outcome;
+    const bool interrupted = budget_.interrupted();
+    outcome.termination = interrupted ? optimizer::Termination::interrupted : optimizer::Termination::time_limit;
+    outcome.reason = interrupted ? "interrupted" : "the time limit was reached";
+    outcome.point = point;
+    outcome.multipliers.setZero(full.constraint_count());
+    outcome.objective = full.objective(point);
+    outcome.infeasibility = optimizer::largest_violation(full, point);
+    return after(before, std::move(outcome));
+  }
+
   Outcome refine(const Found& start, const Maneuver& grid) const {
     Transcription full(system_, grid, rows_, limits_);
     const NodePath path =
         start.path.rotation.empty() ? maneuver::random_guess(system_, coarse_, seed_of_start(problem_, 0)) : start.path;
     const VectorXd start_point = full.pack(maneuver::refined(system_, path, grid.steps), start.duration);
+    if (budget_.stopped() && !start.converged()) return untouched(full, start_point, start.outcome);
     optimizer::Options options = optimizer_options(quick_iterations);
     options.near_solution = true;
     Outcome outcome = optimizer::solve_with_ipopt(full, options, start_point);

@@ -104,6 +104,7 @@ CASES = {
     "duration_fixed_with_min": ("duration = \"free\"", "duration = 1.0", "min = 0.5", "time.min", ["found 0.5", "only with duration = \"free\"", "remove it"]),
     "steps_zero": ("steps = 100", "steps = 0", "steps", "time.steps", ["found 0", "from 1 to 10000000", "choose"]),
     "steps_too_many": ("steps = 100", "steps = 10_000_001", "steps", "time.steps", ["found 10000001", "from 1 to 10000000", "choose"]),
+    "steps_with_a_point": ("steps = 100", "steps = 100.0", "steps", "time.steps", ["found 100.0;", "a whole number", "decimal point"]),
     "steps_fractional": ("steps = 100", "steps = 100.5", "steps", "time.steps", ["found 100.5", "a whole number", "decimal point"]),
     "effort_zero": ("effort = 0.5", "effort = 0.0", "effort", "cost.effort", ["found 0", "> 0 (weight, however small)", "choose"]),
     "rule_unknown": ("rule = \"rectangle\"", "rule = \"simpson\"", "rule", "cost.rule", ["found \"simpson\"", "\"trapezoid\" or \"rectangle\"", "nearest"]),
