@@ -24,7 +24,7 @@ inline constexpr double control_mark = 1e-9;    // of the largest moment
 inline constexpr double time_mark = 1e-9;       // of the duration
 inline constexpr double velocity_mark = 1e-6;   // of the largest: round-off of short steps is in them
 inline constexpr double cost_mark = 1e-9;       // of the cost
-inline constexpr double limit_mark = 1e-7;      // rad, m, s, of the bound
+inline constexpr double limit_mark = 1e-7;      // rad, m, of the bound
 inline constexpr double replay_mark = 1e-3;     // rad, at a window's end: what steps that resolve a motion miss by
 inline constexpr double work_mark = 0.02;       // of the work by the replay, that the nodes' may be beside it
 inline constexpr double feedback_mark = 1e-2;   // rad, at the end of the whole replay with feedback
@@ -89,9 +89,9 @@ struct Refinement {
 
 /// Limits and waypoints along the stored motion.
 struct LimitsKept {
-  double violation = unset;        // largest: rad, m or s, moments and rates against the bound; 0 where all are kept
-  std::string key;                 // of the worst, as in the problem file
-  double time = unset;             // s, of the worst
+  double violation = unset;  // largest: rad or m, moments, rates and durations against the bound; 0 where all are kept
+  std::string key;           // of the worst, as in the problem file
+  double time = unset;       // s, of the worst
   double complementarity = unset;  // largest |multiplier · margin| / (cost / duration)
   double negative = unset;         // most negative multiplier / the largest; 0 where none is
   std::map<std::string, double> reached =

@@ -61,7 +61,9 @@ double twist_of(const model::Joint& joint, const Matrix3d& child_to_parent) {
 }
 
 Vector3d centre_of(const System& system, const Place& place, int body) {
-  return system.mass_centres(place.rotation, place.position)[at(body)];
+  Vector3d x = place.position;
+  for (const model::PathPoint& point : system.body(body).path) x += place.rotation[at(point.body)] * point.offset;
+  return x;
 }
 
 double torque_of(const System& system, const Place& place, int joint) {

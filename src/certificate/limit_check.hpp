@@ -12,9 +12,10 @@ namespace lamprey::certificate {
 
 /// The tightest place of all limits.
 struct LimitCheck {
-  double violation = 0.0;        // largest: rad, m or s, of moments and rates against the bound; of waypoints the miss
-  std::string key;               // where: of the problem file
-  double time = 0.0;             // s
+  double violation =
+      0.0;            // largest: rad or m, of moments, rates and durations against the bound; of waypoints the miss
+  std::string key;    // where: of the problem file
+  double time = 0.0;  // s
   double complementarity = 0.0;  // largest |multiplier · margin| over the nodes, against the cost over the duration
   double negative = 0.0;         // most negative multiplier of a limit, against the largest
   std::map<std::string, double> reached = {};  // key of a limit that nearly holds somewhere → share of the nodes

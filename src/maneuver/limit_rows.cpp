@@ -74,12 +74,26 @@ void spread_pair(const System& system, const LimitedNode& node, int from, int to
   }
 }
 
-fluid::EllipsoidPair pair_of_bodies(const System& system, const LimitRow& row, const LimitedNode& node) {
+// x_b − x_a: what both paths from the root have in common falls out.
+Vector3d offset_between(const System& system, const LimitedNode& node, int a, int b) {
+  const std::vector<model::PathPoint>&from = system.body(a).path, &to = system.body(b).path;
+  const std::size_t shorter = std::min(from.size(), to.size());
+  const auto turned = [&](int body, const Vector3d& offset) -> Vector3d { return node.rotation[at(body)] * offset; };
+  std::size_t n = 0;
+  while (n < shorter && from[n].body == to[n].body && from[n].offset == to[n].offset) ++n;
   Vector3d offset = Vector3d::Zero();
-  for (int i = 0; i < system.body_count(); ++i)
-    offset += node.rotation[at(i)] * offset_along(system, row.body, row.other_body, i);
+  if (n < shorter && from[n].body == to[n].body) {  // where they part
+    offset += turned(to[n].body, to[n].offset - from[n].offset);
+    ++n;
+  }
+  for (std::size_t m = n; m < from.size(); ++m) offset += turned(from[m].body, -from[m].offset);
+  for (std::size_t m = n; m < to.size(); ++m) offset += turned(to[m].body, to[m].offset);
+  return offset;
+}
+
+fluid::EllipsoidPair pair_of_bodies(const System& system, const LimitRow& row, const LimitedNode& node) {
   return {system.body(row.body).gap_axes(), system.body(row.other_body).gap_axes(), node.rotation[at(row.body)],
-          node.rotation[at(row.other_body)], offset};
+          node.rotation[at(row.other_body)], offset_between(system, node, row.body, row.other_body)};
 }
 
 fluid::EllipsoidPair pair_with_sphere(const System& system, const LimitRow& row, const LimitedNode& node) {

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double undercut = 1e-6;  // of a clearance, less than asked for
 
+using certificate::complementarity_mark;
 using certificate::control_mark;
 using certificate::cost_mark;
 using certificate::curvature_mark;
@@ -69,8 +70,8 @@ Rows rows_of_goal(const certificate::Certificate& proof, const file::ResolvedPro
   if (proof.limits)
     rows.insert(rows.begin() + 1,
                 held("Limits", proof.limits->violation, "", limit_mark,
-                     "Largest violation of a limit or miss of a waypoint at the nodes, in rad, m or s; of moments and "
-                     "rates relative to the bound."));
+                     "Largest violation of a limit or miss of a waypoint at the nodes, in rad or m; of moments, "
+                     "rates and durations relative to the bound."));
   return rows;
 }
 
@@ -193,12 +194,26 @@ std::string clearance_words(const certificate::Clearance& clearance, const file:
                      asked ? fmt::format(" (limits.clearance asks for {} m, at nodes)", number(*asked, 3)) : "");
 }
 
+namespace {
+
+Rows rows_of_multipliers(const certificate::Certificate& proof) {
+  if (!proof.limits || std::isnan(proof.limits->complementarity)) return {};
+  return {held("Pull of limits not reached", proof.limits->complementarity, "", complementarity_mark,
+               "Largest product of a limit’s multiplier and its margin, of the cost over the duration: a minimum is "
+               "held by limits that are reached."),
+          held("Limits’ push the wrong way", proof.limits->negative, "", sign_mark,
+               "Most negative multiplier of a limit, of the largest: a limit keeps a motion in, it does not push it "
+               "out.")};
+}
+
+}  // namespace
+
 Rows certificate_rows(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
   Rows all;
-  for (const Rows& rows :
-       {rows_of_goal(proof, problem), rows_of_mechanics(proof, problem), rows_of_file(proof, problem),
-        rows_of_optimality(proof, problem), rows_of_replay(proof.replay.value_or(certificate::Replay{})),
-        rows_of_refinement(proof.refinement.value_or(certificate::Refinement{}))})
+  for (const Rows& rows : {rows_of_goal(proof, problem), rows_of_mechanics(proof, problem),
+                           rows_of_file(proof, problem), rows_of_optimality(proof, problem), rows_of_multipliers(proof),
+                           rows_of_replay(proof.replay.value_or(certificate::Replay{})),
+                           rows_of_refinement(proof.refinement.value_or(certificate::Refinement{}))})
     all.insert(all.end(), rows.begin(), rows.end());
   if (proof.costs)
     all.push_back(held("Signs of powers", proof.costs->signs, "", sign_mark,
