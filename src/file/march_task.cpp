@@ -10,6 +10,7 @@
 #include "file/tasks.hpp"
 #include "file/words.hpp"
 #include "lie/so3.hpp"
+#include "maneuver/energy_balance.hpp"
 #include "maneuver/feedback.hpp"
 #include "maneuver/gait_cycles.hpp"
 #include "maneuver/maneuver.hpp"
@@ -389,6 +390,19 @@ std::string remarks_on_tracking(const maneuver::Tracking& tracking, const MarchO
   return text;
 }
 
+// Of a march by a scheme: between the nodes of another integrator's nothing is known of the work.
+std::string remark_on_energy(const model::System& system, const Results& results) {
+  const maneuver::Solution& solution = results.solution;
+  if (solution.status != maneuver::Status::simulated || !solution.marched_by.empty()) return "";
+  if (!maneuver::moments_alone_work(system)) return "";
+  const auto energy = maneuver::energy_balance(system, solution);
+  if (!energy || !energy->off()) return "";
+  return fmt::format(
+      " Energy balance: off by up to {:.3g} J that no moment has worked; these steps do not resolve the motion, try "
+      "--steps {}.",
+      energy->unworked, 4 * results.problem.steps);
+}
+
 // What people should know of a march, as further sentences.
 std::string remarks_on(const MarchOptions& options, const model::System& system, const Problem& problem,
                        const Results& results) {
@@ -450,8 +464,8 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   Results results = begun_results(file, system, command);
   results.solution = along ? maneuver::march_along(system, file.problem, *along, options.interrupted)
                            : march(options, system, file.problem, followed.get());
-  const std::string remarks =
-      perturbed_words(factors, file.problem) + remarks_on(options, system, file.problem, results);
+  const std::string remarks = perturbed_words(factors, file.problem) +
+                              remarks_on(options, system, file.problem, results) + remark_on_energy(system, results);
   if (std::string& message = results.solution.message; !remarks.empty())
     message += (message.ends_with('.') ? "" : ".") + remarks;
   describe_as_marched(!along && !options.control && !followed &&

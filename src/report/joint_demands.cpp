@@ -134,14 +134,6 @@ std::vector<std::pair<double, double>> swept(const file::Results& results, const
 
 }  // namespace
 
-Eigen::VectorXd joint_powers(const file::Results& results, std::size_t node) {
-  const auto& joints = results.problem.joints;
-  Eigen::VectorXd power(static_cast<Eigen::Index>(joints.size()));
-  for (std::size_t j = 0; j < joints.size(); ++j)  // on the parent, against the child
-    power[static_cast<Eigen::Index>(j)] = -results.solution.control[node][j].dot(joint_rate(results, node, joints[j]));
-  return power;
-}
-
 std::optional<std::vector<JointDemand>> joint_demands(const file::Results& results) {
   const maneuver::Solution& solution = results.solution;
   const std::size_t nodes = solution.time.size();

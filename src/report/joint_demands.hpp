@@ -26,7 +26,4 @@ struct JointDemand {
 /// By drive (see model::Drive), those of one joint together; work as the cost counts it (equation 13.3). Nothing where there is no motion.
 std::optional<std::vector<JointDemand>> joint_demands(const file::Results& results);
 
-/// W, what each joint's moment works at a node, [joints].
-Eigen::VectorXd joint_powers(const file::Results& results, std::size_t node);
-
 }  // namespace lamprey::report

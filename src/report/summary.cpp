@@ -15,8 +15,8 @@
 #include "file/resolve.hpp"
 #include "file/words.hpp"
 #include "lie/so3.hpp"
+#include "maneuver/energy_balance.hpp"
 #include "maneuver/maneuver.hpp"
-#include "mechanics/continuous.hpp"
 #include "report/wording.hpp"
 #include "study/plain_words.hpp"
 
@@ -144,8 +144,7 @@ bool without_motion(const file::Results& results) {
 
 namespace {
 
-constexpr double unworked_mark = 0.1;  // of the largest energy, by which it may differ from the moments' work
-constexpr double same_place = 1e-9;    // of the swimmer's size: a displacement that is none
+constexpr double same_place = 1e-9;  // of the swimmer's size: a displacement that is none
 
 constexpr std::size_t most_bodies_placed = 100'000;  // at all nodes, between which a summary looks for overlaps
 
@@ -178,14 +177,6 @@ std::optional<Transport> transport_as_weighed(const file::Results& results) {
   const auto& parts = results.solution.cost_parts;
   if (moved && parts && weights.work + weights.transport > 0.0) moved->work = parts->work;
   return moved;
-}
-
-// J, of a node.
-double energy_at(const model::System& system, const maneuver::Solution& solution, std::size_t node) {
-  const mechanics::Rotations& R = solution.rotation[node];
-  const Eigen::VectorXd velocity =
-      mechanics::velocity_of_bodies(system, R, solution.angular_velocity[node], R[0] * solution.linear_velocity[node]);
-  return mechanics::energy(system, R, velocity);
 }
 
 // What a march, which knows of no limits, makes of them, and whether its bodies pass through each other.
@@ -236,32 +227,15 @@ void append_march(const file::Results& results, std::vector<std::pair<std::strin
   const maneuver::Problem problem = file::problem_of(results);
   const model::System system(problem.swimmer);
   append_obstacles(system, problem, results, rows);
-  const double first = energy_at(system, solution, 0);
-  double least = first, most = first, worked = 0.0, off = 0.0;
-  for (std::size_t k = 1; k < nodes; ++k) {
-    const double energy = energy_at(system, solution, k);
-    least = std::min(least, energy);
-    most = std::max(most, energy);
-    worked += 0.5 * (solution.time[k] - solution.time[k - 1]) * (power_at(results, k - 1) + power_at(results, k));
-    off = std::max(off, std::abs(energy - first - worked));
-  }
-  rows.emplace_back("Energy", fmt::format("{} J at the start, {} J at the end, between {} and {} J", number(first),
-                                          number(energy_at(system, solution, nodes - 1)), number(least), number(most)));
+  if (const auto energy = maneuver::energy_balance(system, solution))
+    rows.emplace_back("Energy",
+                      fmt::format("{} J at the start, {} J at the end, between {} and {} J", number(energy->first),
+                                  number(energy->last), number(energy->least), number(energy->most)));
   if (const std::optional<Transport> moved = transport(results); moved && moved->work > 0.0) {
     rows.emplace_back("Work of the joints", work_words(moved->work, std::nullopt));
     if (moved->distance > same_place * system.size() && !maneuver::has_momentum(system, problem.start))
       rows.emplace_back("Cost of transport", transport_words(*moved, std::nullopt));
   }
-  const auto& joints = results.problem.joints;
-  const bool moments_alone = std::all_of(joints.begin(), joints.end(), [](const file::ResolvedJoint& joint) {
-    return joint.stiffness == 0.0 && joint.damping == 0.0;
-  });
-  // between the nodes of another integrator's march nothing is known of the work
-  if (moments_alone && solution.marched_by.empty() && off > unworked_mark * most)
-    rows.emplace_back("Energy balance",
-                      fmt::format("off by up to {} J that no moment has worked: these steps do not resolve the motion, "
-                                  "try --steps {}",
-                                  number(off, 3), 4 * results.problem.steps));
 }
 
 }  // namespace

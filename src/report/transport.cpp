@@ -4,8 +4,6 @@
 
 namespace lamprey::report {
 
-double power_at(const file::Results& results, std::size_t node) { return joint_powers(results, node).sum(); }
-
 std::optional<Transport> transport(const file::Results& results) {
   const std::optional<std::vector<JointDemand>> demands = joint_demands(results);
   if (!demands) return std::nullopt;

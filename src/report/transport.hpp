@@ -12,9 +12,6 @@ struct Transport {
   double distance;  // m, of the root's mass centre from start to end
 };
 
-/// W, what the moments at a node work: Σ u·ω over the joints.
-double power_at(const file::Results& results, std::size_t node);
-
 /// By joint_demands' work. Nothing where there is no motion.
 std::optional<Transport> transport(const file::Results& results);
 
