@@ -229,9 +229,9 @@ class Trajectory:
 
     def joint_demands(self) -> list[dict[str, Any]]:
         """
-        What the motion asks of each joint, of a universal joint with two moments of each axis: joint (its name, "fin 1" and "fin 2" of axes), largest_moment N m, largest_rate rad/s, largest_power W, work J
+        What the motion asks of each joint, of a universal joint with two moments of each axis: joint (its name, "fin 1" and "fin 2" of axes), largest_moment N m, largest_rate rad/s (at nodes, or mean over a step), largest_power W (at nodes), work J
         (∫ |u·ω| dt, nothing won back), angles (list of (least, largest) rad: of a hinge or an axis one, of a universal joint with fewer moments two, of a
-        ball joint how far it is from its zero angle). Over the nodes; an empty list: no motion.
+        ball joint how far it is from its zero angle, over the nodes); an empty list: no motion.
         """
 
     def report(self, path: str | os.PathLike) -> None:
