@@ -182,14 +182,18 @@ void describe_others(CLI::App& app, Arguments& arguments) {
       ->needs("--peers");
 }
 
-// By other programs' words for the same, or else the nearest one.
+// By other programs' words for the same, or else the nearest one; nothing where none is near.
 std::string option_meant(const std::string& word, const std::vector<std::string>& options) {
   static const std::vector<std::pair<std::string, std::string>> other_words = {
       {"--threads", "--workers"}, {"--jobs", "--workers"},       {"-j", "--workers"}, {"-o", "--out"},
       {"--output", "--out"},      {"--timeout", "--time-limit"}, {"-h", "--help"},    {"--warm", "--first"}};
   for (const auto& [other, here] : other_words)
     if (other == word && std::count(options.begin(), options.end(), here) > 0) return here;
-  return lamprey::file::nearest(word, options);
+  constexpr std::size_t alike = 4;  // letters, dashes among them
+  const std::string near = lamprey::file::nearest(word, options);
+  for (std::size_t i = 0; i + alike <= word.size(); ++i)
+    if (near.find(word.substr(i, alike)) != std::string::npos) return near;
+  return "";
 }
 
 }  // namespace
@@ -223,11 +227,13 @@ int refuse_unknown_option(const CLI::App& app, int count, char** words) {
     std::string word = words[i];
     const bool number = std::strspn(words[i], "-+.eE0123456789") == word.size();
     word = word.substr(0, word.rfind("--", 0) == 0 ? word.find('=') : 2);
+    if (word == "--") break;
     if (word.size() < 2 || word[0] != '-' || number || word == "-h" ||
         std::count(options.begin(), options.end(), word) > 0)
       continue;
-    fmt::print(stderr, "lamprey {}: found \"{}\"; allowed: {}; did you mean \"{}\"?\n", command.get_name(), word,
-               fmt::join(options, ", "), option_meant(word, options));
+    fmt::print(stderr, "lamprey {}: found \"{}\"; allowed: {}", command.get_name(), word, fmt::join(options, ", "));
+    const std::string meant = option_meant(word, options);
+    fmt::print(stderr, "{}\n", meant.empty() ? "" : fmt::format("; did you mean \"{}\"?", meant));
     return usage;
   }
   return done;

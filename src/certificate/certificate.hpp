@@ -29,7 +29,7 @@ inline constexpr double replay_mark = 1e-3;     // rad, at a window's end: what 
 inline constexpr double work_mark = 0.02;       // of the work by the replay, that the nodes' may be beside it
 inline constexpr double feedback_mark = 1e-2;   // rad, at the end of the whole replay with feedback
 inline constexpr double proof_mark = 1e-6;      // of kkt: beyond, a proof would rest on a loose tolerance
-inline constexpr double complementarity_mark = 2e-7;  // of the cost over the duration: a barrier leaves 1e-7 at most
+inline constexpr double complementarity_mark = 5e-7;  // of the cost over the duration: a barrier leaves 1e-7 or 2e-7
 inline constexpr double sign_mark = 1e-6;             // of the largest multiplier, that one may push the wrong way
 inline constexpr double curvature_mark = 1e-6;        // of the effort's own
 

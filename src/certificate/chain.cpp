@@ -81,13 +81,6 @@ struct HeldInputs {
   MatrixXd left;      // [rows][states]
 };
 
-// What a stage's input is where the states that it leads to are of size 1: moments, and the numbers that a motion begins with, have
-// units of their own.
-double input_unit(const ChainStage& stage) {
-  const double most = stage.B.size() > 0 ? stage.B.cwiseAbs().maxCoeff() : 0.0;
-  return most > 0.0 ? 1.0 / most : 1.0;
-}
-
 // Inputs in a unit, and each row of size 1: what rows say is the same.
 KeptRows measured(KeptRows rows, double unit) {
   rows.by_input *= unit;
@@ -123,6 +116,11 @@ MatrixXd orthonormal_rows(const MatrixXd& rows, double least) {
 }
 
 }  // namespace
+
+double input_unit(const ChainStage& stage) {
+  const double most = stage.B.size() > 0 ? stage.B.cwiseAbs().maxCoeff() : 0.0;
+  return most > 0.0 ? 1.0 / most : 1.0;
+}
 
 void widen(Chain& chain, Eigen::Index states) {
   const auto widened = [](MatrixXd& matrix, Eigen::Index rows, Eigen::Index columns) {

@@ -43,6 +43,10 @@ void widen(Chain& chain, Eigen::Index states);
 /// Adds rows, by (y, u), that the stage keeps.
 void keep_rows(const MatrixXd& rows, ChainStage& stage);
 
+/// What a stage's input is where the states that it leads to are of size 1: moments, and the numbers that a motion begins with, have
+/// units of their own.
+double input_unit(const ChainStage& stage);
+
 /// Whether any of its stages keeps rows.
 bool keeps_rows(const Chain& chain);
 

@@ -268,9 +268,9 @@ bool seen_at_start(const StoredMotion& motion, const Bound& bound) {
   return motion.problem.start.free_shape && (bound.kind == Kind::sphere || bound.kind == Kind::half_space);
 }
 
-// A multiplier as a density in time: bounds of the duration have one for all of it.
+// A multiplier as a density in time: waypoints and bounds of the duration have one for all of it.
 double density(const StoredMotion& motion, const Bound& bound, double multiplier) {
-  return bound.kind == Kind::duration ? multiplier / (motion.time_step * motion.steps) : multiplier;
+  return bound.node >= 0 ? multiplier / (motion.time_step * motion.steps) : multiplier;
 }
 
 }  // namespace
@@ -290,7 +290,7 @@ LimitCheck check_limits(const StoredMotion& motion) {
         check.violation = violation, check.key = bound.key, check.time = k * motion.time_step;
       if (bound.equality()) continue;
       if (own <= nearly_reached * scale_of(motion, bound)) nodes[bound.key].insert(k);
-      if (!multipliers) continue;
+      if (!multipliers || !applies(motion, bound, k)) continue;
       const double pull = density(motion, bound, (*multipliers)[at(k)]);
       check.complementarity = std::max(check.complementarity, std::abs(pull * own) / cost_rate);
       check.negative = std::max(check.negative, -pull * scale_of(motion, bound));
@@ -439,11 +439,14 @@ bool holds(const StoredMotion& motion, const Bound& bound, int k, double multipl
 std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
   std::vector<PullingBound> result;
   const std::vector<Bound> bounds = bounds_of(motion);
-  double largest = 0.0;  // by what each bound's margin is large or small beside
+  const auto pull_of = [&](const Bound& bound, double multiplier) {  // by what its margin is large or small beside
+    return std::abs(density(motion, bound, multiplier)) * scale_of(motion, bound);
+  };
+  double largest = 0.0;
   for (const Bound& bound : bounds)
     if (const std::vector<double>* multipliers = multipliers_of(motion, bound))
-      for (double multiplier : *multipliers)
-        largest = std::max(largest, std::abs(multiplier) * scale_of(motion, bound));
+      for (int k = 0; k <= motion.steps; ++k)
+        if (applies(motion, bound, k)) largest = std::max(largest, pull_of(bound, (*multipliers)[at(k)]));
   for (const Bound& bound : bounds) {
     const std::vector<double>* multipliers = multipliers_of(motion, bound);
     if ((!multipliers && !bound.equality()) || bound.kind == Kind::duration) continue;
@@ -451,7 +454,7 @@ std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
       if (!applies(motion, bound, k)) continue;
       const double multiplier =
           multipliers ? (*multipliers)[at(k)] : 0.0;  // a waypoint that pulls nothing is kept, too
-      if (!bound.equality() && !(std::abs(multiplier) * scale_of(motion, bound) > least_pull * largest)) continue;
+      if (!bound.equality() && !(pull_of(bound, multiplier) > least_pull * largest)) continue;
       result.push_back(pulling_bound(motion, bound, k, multiplier * node_time(motion, bound, k)));
       result.back().holds = holds(motion, bound, k, multiplier);
       result.back().equality = bound.equality();

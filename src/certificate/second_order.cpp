@@ -144,7 +144,9 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
   }
   const VectorXd row = map.transpose() * gradient;
   const MatrixXd form = -bound.pull * (map.transpose() * curvature * map);
-  if (bound.holds && row.norm() > least_row * gradient.norm()) keep_rows(row.normalized().transpose(), stage);
+  const double reached_by = std::hypot(row.head(states).norm(),
+                                       bound.of_moments ? row.norm() : input_unit(stage) * row.tail(controls).norm());
+  if (bound.holds && reached_by > least_row * gradient.norm()) keep_rows(row.normalized().transpose(), stage);
   stage.Q += form.topLeftCorner(states, states);
   stage.S += form.bottomLeftCorner(controls, states);
   stage.R += form.bottomRightCorner(controls, controls);

@@ -169,20 +169,22 @@ VectorXd eigenvalues(const MatrixXd& form, const MatrixXd& metric) {
 
 std::optional<SecondOrder> second_order_on_splines(const StoredMotion& motion, EffortChain effort) {
   const SpannedChain spanned(motion, effort);
-  const MatrixXd conditions = spanned.conditions(effort.chain);
+  const MatrixXd all = spanned.conditions(effort.chain);
+  const std::vector<int> independent = algebra::independent_rows(all, dependent_condition);
+  const MatrixXd conditions = all(independent, Eigen::all);
   if (conditions.rows() >= conditions.cols()) return std::nullopt;  // nothing is left to vary
   const VectorXd gradient = spanned.gradient(effort.input);
-  const VectorXd multipliers = algebra::least_squares(conditions.transpose(), -gradient);
+  VectorXd multipliers = VectorXd::Zero(all.rows());
+  multipliers(independent) = algebra::least_squares(conditions.transpose(), -gradient);
   Costates costates;
   costates.residual =
-      (gradient + conditions.transpose() * multipliers).lpNorm<Eigen::Infinity>() / gradient.lpNorm<Eigen::Infinity>();
+      (gradient + all.transpose() * multipliers).lpNorm<Eigen::Infinity>() / gradient.lpNorm<Eigen::Infinity>();
   if (!(costates.residual <= costates_hold)) return std::nullopt;
   const std::vector<VectorXd> nothing(effort.basis.size(), VectorXd::Zero(effort.tangents.scale.size()));
   spread_costates(effort, spanned.costates(effort.chain, multipliers), nothing, costates);
   const Chain chain = lagrangian_chain(motion, std::move(effort), costates, {});
 
-  const std::vector<int> independent = algebra::independent_rows(conditions, dependent_condition);
-  const MatrixXd kept = algebra::null_space(conditions(independent, Eigen::all));
+  const MatrixXd kept = algebra::null_space(conditions);
   const MatrixXd half = spanned.form(chain) * kept;
   const MatrixXd few = kept.topRows(spanned.coefficients());
   const MatrixXd few_half = spanned.metric() * few;

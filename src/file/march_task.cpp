@@ -9,6 +9,7 @@
 #include "file/sampled_functions.hpp"
 #include "file/tasks.hpp"
 #include "file/words.hpp"
+#include "integrator/scheme.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/energy_balance.hpp"
 #include "maneuver/feedback.hpp"
@@ -390,11 +391,11 @@ std::string remarks_on_tracking(const maneuver::Tracking& tracking, const MarchO
   return text;
 }
 
-// Of a march by a scheme: between the nodes of another integrator's nothing is known of the work.
+// Of a march by a scheme of order 1 or 2, whose nodes tell the work: between the nodes of another integrator's nothing is known of the work.
 std::string remark_on_energy(const model::System& system, const Results& results) {
   const maneuver::Solution& solution = results.solution;
   if (solution.status != maneuver::Status::simulated || !solution.marched_by.empty()) return "";
-  if (!maneuver::moments_alone_work(system)) return "";
+  if (!maneuver::moments_alone_work(system) || !integrator::single_step(results.problem.scheme)) return "";
   const auto energy = maneuver::energy_balance(system, solution);
   if (!energy || !energy->off()) return "";
   return fmt::format(
@@ -464,8 +465,8 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   Results results = begun_results(file, system, command);
   results.solution = along ? maneuver::march_along(system, file.problem, *along, options.interrupted)
                            : march(options, system, file.problem, followed.get());
-  const std::string remarks = perturbed_words(factors, file.problem) +
-                              remarks_on(options, system, file.problem, results) + remark_on_energy(system, results);
+  std::string remarks = perturbed_words(factors, file.problem) + remarks_on(options, system, file.problem, results);
+  if (remarks.find("--steps") == std::string::npos) remarks += remark_on_energy(system, results);
   if (std::string& message = results.solution.message; !remarks.empty())
     message += (message.ends_with('.') ? "" : ".") + remarks;
   describe_as_marched(!along && !options.control && !followed &&

@@ -223,10 +223,10 @@ void check_limits(const Problem& problem) {
     const std::string rates = "limits.angular_velocity_component";
     if (named && joint.kind == JointKind::fixed)
       refuse(key_path(rates, joint.name), "a limit on a fixed joint", "on joints that move", "remove it");
-    if (joint.kind == JointKind::ball && (named || problem.limits.angular_velocity_component))
-      refuse(named ? key_path(rates, joint.name) : rates, fmt::format("a {} joint, {}", word(joint.kind), joint.name),
+    if (joint.kind == JointKind::ball && named)
+      refuse(key_path(rates, joint.name), fmt::format("a {} joint", word(joint.kind)),
              "on hinges and universal joints, each of whose angles has a rate",
-             fmt::format("limit all of its rate: limits.angular_velocity.{}", joint.name));
+             fmt::format("limit all of its rate: {}", key_path("limits.angular_velocity", joint.name)));
   }
 }
 

@@ -123,7 +123,7 @@ Results solve_task(const ProblemFile& file, const study::SolveOptions& asked, co
 namespace {
 
 // An answer and those kept beside it whose steps do not resolve them, from them on solved again on as many as the most demanding
-// replay proposes, until they do or time is over: all of them, so that their costs can be compared.
+// replay proposes, until they do or time is over: all of them, so that their costs can be compared where they arrive.
 class Resolving {
  public:
   Resolving(const ProblemFile& file, const study::SolveOptions& options, const std::string& command)
@@ -144,7 +144,7 @@ class Resolving {
       for (const Kept& each : kept) steps = std::max(steps, steps_for(each));
       const auto lags = [&](const Kept& each) { return each.arrived && each.steps < steps; };
       if (std::none_of(kept.begin(), kept.end(), lags)) break;
-      if (options_.progress) options_.progress(fmt::format("these steps do not resolve it: again on {}", steps));
+      if (options_.progress) options_.progress(fmt::format("not all of it is resolved: again on {} steps", steps));
       for (Kept& each : kept)
         if (lags(each) && has_time()) solve_again(each, steps);
     }

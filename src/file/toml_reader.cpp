@@ -218,8 +218,9 @@ std::optional<std::int64_t> TableReader::integer(std::string_view name, std::int
   const std::string allowed =
       low == high ? fmt::format("the whole number {}", low) : fmt::format("a whole number from {} to {}", low, high);
   if (value->kind != Kind::integer) {
-    const bool rounded = value->kind == Kind::number && value->number == std::round(value->number);
-    refuse(key(name), shown(*value) + (rounded ? ".0" : ""), allowed, std::string(kind_cure(Kind::integer)));
+    const std::string text = shown(*value);  // 50.0, which is written 50, is none either
+    const bool digits = text.find_first_not_of("-0123456789") == std::string::npos;
+    refuse(key(name), text + (digits ? ".0" : ""), allowed, std::string(kind_cure(Kind::integer)));
   }
   if (value->integer < low || value->integer > high)
     refuse(key(name), shown(*value), allowed, "choose one in that range");

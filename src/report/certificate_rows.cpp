@@ -201,7 +201,7 @@ Rows rows_of_multipliers(const certificate::Certificate& proof) {
   return {held("Pull of limits not reached", proof.limits->complementarity, "", complementarity_mark,
                "Largest product of a limit’s multiplier and its margin, of the cost over the duration: a minimum is "
                "held by limits that are reached."),
-          held("Limits’ push the wrong way", proof.limits->negative, "", sign_mark,
+          held("Limits that push the wrong way", proof.limits->negative, "", sign_mark,
                "Most negative multiplier of a limit, of the largest: a limit keeps a motion in, it does not push it "
                "out.")};
 }

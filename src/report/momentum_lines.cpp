@@ -43,11 +43,11 @@ double reach_of(const file::Results& results) {
 std::string with_sign(double value) { return (value > 0.0 ? "+" : "") + number(value, 3); }
 
 // Where bodies have one kind of momentum alone the other's total is compared with what that makes at the swimmer's reach.
-std::string zero_line(const MomentumHistory& linear, const MomentumHistory& angular, double reach) {
+std::string zero_line(const MomentumHistory& linear, const MomentumHistory& angular, double reach, double allowed) {
   const double along = std::max(largest(linear.bodies), largest(angular.bodies) / reach);
   const double share = std::max(largest(linear.total) / along, largest(angular.total) / (along * reach));
   return fmt::format("{} total momentum is zero throughout: at most {:.1e} of the bodies' own",
-                     share < 1e-9 ? "✓" : "✗", share);
+                     share < std::max(1e-9, allowed) ? "✓" : "✗", share);
 }
 
 // Where the whole does not move on, the fluid's momentum is against the bodies': the move has their sign.
@@ -80,7 +80,8 @@ std::vector<std::string> momentum_lines(const file::Results& results) {
   const double start = solution.linear_momentum.bodies.front().norm() + solution.angular_momentum.bodies.front().norm();
   if (moving == 0.0 || in_a_vacuum(results.problem)) return lines;
   if (start < 1e-9 * moving)
-    lines.push_back(zero_line(solution.linear_momentum, solution.angular_momentum, reach_of(results)));
+    lines.push_back(zero_line(solution.linear_momentum, solution.angular_momentum, reach_of(results),
+                              results.certificate ? results.certificate->momentum_allowed() : 0.0));
   // signs of motions that go elsewhere say nothing
   if (!results.certificate || !(results.certificate->goal_error <= certificate::goal_mark)) return lines;
   const maneuver::Goal& goal = *results.problem.goal;

@@ -29,7 +29,7 @@ constexpr double most_steps_proposed = 1e5;  // to be solved on unasked
 constexpr double enough_digits = 1.0005;     // so that four digits of a time are enough of it
 constexpr double loosest_tolerance = 1e-4;   // of stationarity, that is worth proposing
 constexpr double nearly_there = 1e-3;        // rad or swimmer's sizes, of a goal
-constexpr double far_away = 1e3;     // swimmer's sizes
+constexpr double far_away = 1e3;             // swimmer's sizes
 constexpr double other_units = 1e3;  // times a bound on moments, by which motions of these sizes hardly break it
 
 // A power of ten, or twice or five times one, that is not below the value.
@@ -146,7 +146,8 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "[integrator] scheme = \"midpoint\" (springs and dampers of light bodies ask for short stages), ";
   if (!far_turn(problem, solution).empty() || too_long_for_stages(problem, proof))
     words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
-  if (problem.steps < fewest_steps) words += "[time] steps = " + std::to_string(few_steps) + ", ";
+  if (problem.steps < fewest_steps && words.find("steps = ") == std::string::npos)
+    words += "[time] steps = " + std::to_string(few_steps) + ", ";
   if (problem.cost_weights.of_displacement())
     words += "a larger cost.effort and, from that answer on (--first), the one that is asked for, ";
   words += advice_far_away(problem);

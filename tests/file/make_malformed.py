@@ -147,7 +147,7 @@ CASES = {
     "limit_sphere_without_radius": ("radius = 0.75\n", "", "[[limits.sphere]]", "limits.sphere[0].radius", ["found nothing", "a number > 0 (m)", "add this key"]),
     "limit_half_space_without_direction": ("normal = [0.0, 0.5, 2.0]", "normal = [0, 0, 0]", "normal", "limits.half_space[0].normal", ["found [0, 0, 0]", "not all 0", "direction out"]),
     "limit_angular_velocity_negative": ("angular_velocity.back = 12.0", "angular_velocity.back = -1", "angular_velocity.back = -1", "limits.angular_velocity.back", ["found -1", "a number > 0 (rad/s)", "choose"]),
-    "limit_rate_component_of_a_ball": ("angular_velocity_component = { back = 11.0, tail = 9.0 }", "angular_velocity_component = 9.0", "angular_velocity_component", "limits.angular_velocity_component", ["found a ball joint, neck", "on hinges and universal joints", "limits.angular_velocity.neck"]),
+    "limit_rate_component_of_a_ball": ("angular_velocity_component = { back = 11.0, tail = 9.0 }", "angular_velocity_component.neck = 9.0", "angular_velocity_component.neck", "limits.angular_velocity_component.neck", ["found a ball joint", "on hinges and universal joints", "limits.angular_velocity.neck"]),
     "limit_rate_component_zero": ("{ back = 11.0, tail = 9.0 }", "{ back = 0.0 }", "angular_velocity_component = { back = 0.0 }", "limits.angular_velocity_component.back", ["found 0", "a number > 0 (rad/s)", "choose"]),
     "limit_torque_component_zero": ("torque_component = 900.0", "torque_component = 0", "torque_component", "limits.torque_component", ["found 0", "a number > 0 (N m)", "choose"]),
     "cost_work_negative": ("work = 2.5", "work = -1", "work = -1", "cost.work", ["found -1", "a number ≥ 0 ((N m)² s/J)", "choose"]),

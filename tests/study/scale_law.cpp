@@ -156,6 +156,40 @@ TEST(Scale, of_length_changes_no_proof_of_a_gait_within_limits) {
   EXPECT_NEAR(smallest[2] / smallest[1], 1.0, 1e-4);
 }
 
+// Rates that hold from the first step on are kept by the moments of the start alone.
+TEST(Scale, of_length_changes_no_curvature_within_rates) {
+  maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/bench/problems/three_hinges.toml");
+  problem.search.starts = 1;
+  problem.steps = 24;
+  problem.limits.angular_velocity = 4.5;
+  std::vector<double> smallest;
+  for (const double scale : {0x1p-10, 1.0, 0x1p10}) {
+    const maneuver::Problem asked = scaled(problem, scale);
+    study::SolveOptions options;
+    options.refinement = false;
+    const study::Answer answer = study::answer(model::System(asked.swimmer), asked, options);
+    ASSERT_TRUE(answer.certificate.second_order) << answer.solution.message;
+    smallest.push_back(answer.certificate.second_order->smallest_eigenvalue);
+  }
+  EXPECT_NEAR(smallest[0] / smallest[1], 1.0, 1e-4);
+  EXPECT_NEAR(smallest[2] / smallest[1], 1.0, 1e-4);
+}
+
+// Multipliers of a duration are for all of it, those of limits on the way for each second.
+TEST(Scale, of_time_changes_no_proof_within_angles_in_a_free_duration) {
+  maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/bench/problems/three_hinges.toml");
+  problem.search.starts = 1;
+  problem.steps = 40;
+  for (const char* joint : {"b1", "b2"}) problem.limits.angle[joint] = {{-0.6, 0.6}};
+  study::SolveOptions options;
+  options.refinement = false;
+  for (const double seconds : {1e-4, 1.0, 1e9}) {
+    problem.duration = {.free = true, .value = seconds, .min = 0.1 * seconds, .max = 2.0 * seconds};
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << seconds << ": " << answer.solution.message;
+  }
+}
+
 // What a cost is counted in is nobody's unit.
 TEST(Scale, of_the_costs_weight_changes_no_minimum) {
   for (const maneuver::Scheme scheme : {maneuver::Scheme::trapezoid, maneuver::Scheme::order4}) {
