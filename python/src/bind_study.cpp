@@ -64,7 +64,7 @@ std::array<std::optional<double>, 3> moves(const nb::object& move) {
 }
 
 // Without Python's lock; where Ctrl-C came meanwhile it is raised once the work is done.
-void interruptible(const std::function<void()>& work) {
+void without_lock(const std::function<void()>& work) {
   if (const auto signal = run_long([&](const Interrupted&) { work(); })) throw nb::python_error(*signal);
 }
 
@@ -77,7 +77,7 @@ class Solver {
         begun_(file::begun_results(file_, system_, "lamprey.Solver.solve()")),
         goal_(*file_.problem.goal),
         answer_(solution) {
-    interruptible(
+    without_lock(
         [&] { solver_ = std::make_unique<study::Solver>(system_, file_.problem, answer_.results().solution); });
     look();
   }
@@ -154,7 +154,7 @@ class Solver {
     const std::unique_lock lock = taken();
     if (!feedback || !answer_.results().solution.feedback.gain.empty()) return answer_;
     file::Results results = answer_.results();
-    interruptible([&] { results.solution.feedback = solver_->feedback(); });
+    without_lock([&] { results.solution.feedback = solver_->feedback(); });
     return Solution(std::move(results));
   }
   bool answered() const { return answered_; }

@@ -391,11 +391,13 @@ std::string remarks_on_tracking(const maneuver::Tracking& tracking, const MarchO
   return text;
 }
 
-// Of a march by a scheme of order 1 or 2, whose nodes tell the work: between the nodes of another integrator's nothing is known of the work.
+// Of a march by a scheme of order 1 or 2 that has no springs and dampers: its nodes tell the work, those of other integrators do not.
+// A plan that was lost has its remark on steps already.
 std::string remark_on_energy(const model::System& system, const Results& results) {
   const maneuver::Solution& solution = results.solution;
   if (solution.status != maneuver::Status::simulated || !solution.marched_by.empty()) return "";
-  if (!maneuver::moments_alone_work(system) || !integrator::single_step(results.problem.scheme)) return "";
+  if (system.compliant() || !integrator::single_step(results.problem.scheme)) return "";
+  if (solution.tracking && solution.tracking->lost()) return "";
   const auto energy = maneuver::energy_balance(system, solution);
   if (!energy || !energy->off()) return "";
   return fmt::format(
@@ -465,8 +467,8 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   Results results = begun_results(file, system, command);
   results.solution = along ? maneuver::march_along(system, file.problem, *along, options.interrupted)
                            : march(options, system, file.problem, followed.get());
-  std::string remarks = perturbed_words(factors, file.problem) + remarks_on(options, system, file.problem, results);
-  if (remarks.find("--steps") == std::string::npos) remarks += remark_on_energy(system, results);
+  const std::string remarks = perturbed_words(factors, file.problem) +
+                              remarks_on(options, system, file.problem, results) + remark_on_energy(system, results);
   if (std::string& message = results.solution.message; !remarks.empty())
     message += (message.ends_with('.') ? "" : ".") + remarks;
   describe_as_marched(!along && !options.control && !followed &&

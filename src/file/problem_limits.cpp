@@ -104,6 +104,19 @@ void read_keep_out(const TableReader& table, Limits& limits) {
   }
 }
 
+bool has_axes(const JointDescription& joint) {
+  return joint.kind == JointKind::hinge || joint.kind == JointKind::universal;
+}
+
+template <typename ByJoint>
+void refuse_without_axes(const JointDescription& joint, const ByJoint& limited, const char* limit,
+                         const std::string& cure) {
+  if (!limited.contains(joint.name) || has_axes(joint)) return;
+  const std::string key = key_path(limit, joint.name);
+  if (joint.kind == JointKind::fixed) refuse(key, "a limit on a fixed joint", "on joints that move", "remove it");
+  refuse(key, fmt::format("a {} joint", word(joint.kind)), "on hinges and universal joints", cure);
+}
+
 void refuse_moments_of(const JointDescription& joint, const Limits& limits) {
   for (const auto& [quantity, by_joint] :
        {std::pair("torque", &limits.joint_torque), std::pair("torque_component", &limits.joint_torque_component)})
@@ -213,21 +226,14 @@ void check_limits(const Problem& problem) {
                "remove it: the angle has no meaning there");
     }
     if (joint.kind == JointKind::fixed || !joint.actuated) refuse_moments_of(joint, problem.limits);
-    const bool axes = joint.kind == JointKind::hinge || joint.kind == JointKind::universal;
-    if (problem.limits.angle.contains(joint.name) && joint.kind == JointKind::fixed)
-      refuse(key_path("limits.angle", joint.name), "a limit on a fixed joint", "on joints that move", "remove it");
-    if (problem.limits.angle.contains(joint.name) && !axes)
-      refuse(key_path("limits.angle", joint.name), fmt::format("a {} joint", word(joint.kind)),
-             "on hinges and universal joints", "use limits.swing and limits.twist instead");
-    const bool named = problem.limits.joint_angular_velocity_component.contains(joint.name);
-    const std::string rates = "limits.angular_velocity_component";
-    if (named && joint.kind == JointKind::fixed)
-      refuse(key_path(rates, joint.name), "a limit on a fixed joint", "on joints that move", "remove it");
-    if (joint.kind == JointKind::ball && named)
-      refuse(key_path(rates, joint.name), fmt::format("a {} joint", word(joint.kind)),
-             "on hinges and universal joints, each of whose angles has a rate",
-             fmt::format("limit all of its rate: {}", key_path("limits.angular_velocity", joint.name)));
+    refuse_without_axes(joint, problem.limits.angle, "limits.angle", "use limits.swing and limits.twist instead");
+    refuse_without_axes(joint, problem.limits.joint_angular_velocity_component, "limits.angular_velocity_component",
+                        fmt::format("limit all of its rate: {}", key_path("limits.angular_velocity", joint.name)));
   }
+  const auto& joints = problem.swimmer.joints;
+  if (problem.limits.angular_velocity_component && std::none_of(joints.begin(), joints.end(), has_axes))
+    refuse("limits.angular_velocity_component", "a swimmer without hinges and universal joints",
+           "on these, each of whose angles has a rate", "limit all of the joints' rates: limits.angular_velocity");
 }
 
 void check_waypoints(const Problem& problem) {

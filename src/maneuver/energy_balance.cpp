@@ -56,9 +56,4 @@ std::optional<EnergyBalance> energy_balance(const System& system, const Solution
   return balance;
 }
 
-bool moments_alone_work(const System& system) {
-  return std::all_of(system.joints().begin(), system.joints().end(),
-                     [](const model::Joint& joint) { return joint.stiffness == 0.0 && joint.damping == 0.0; });
-}
-
 }  // namespace lamprey::maneuver

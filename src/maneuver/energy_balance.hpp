@@ -21,7 +21,4 @@ struct EnergyBalance {
 /// Nothing where a node has no velocities or moments.
 std::optional<EnergyBalance> energy_balance(const model::System& system, const Solution& solution);
 
-/// Whether moments alone change the energy: no joint has a spring or a damper.
-bool moments_alone_work(const model::System& system);
-
 }  // namespace lamprey::maneuver

@@ -144,10 +144,9 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
   }
   if (too_long_for_stages(problem, proof) && problem.swimmer.compliant())
     words += "[integrator] scheme = \"midpoint\" (springs and dampers of light bodies ask for short stages), ";
-  if (!far_turn(problem, solution).empty() || too_long_for_stages(problem, proof))
-    words += "[time] steps = " + std::to_string(2 * problem.steps) + ", ";
-  if (problem.steps < fewest_steps && words.find("steps = ") == std::string::npos)
-    words += "[time] steps = " + std::to_string(few_steps) + ", ";
+  const bool long_steps = !far_turn(problem, solution).empty() || too_long_for_stages(problem, proof);
+  if (long_steps || problem.steps < fewest_steps)
+    words += "[time] steps = " + std::to_string(problem.steps < fewest_steps ? few_steps : 2 * problem.steps) + ", ";
   if (problem.cost_weights.of_displacement())
     words += "a larger cost.effort and, from that answer on (--first), the one that is asked for, ";
   words += advice_far_away(problem);

@@ -266,6 +266,18 @@ TEST(GoalBeyondALimit, is_told_at_the_limit_where_the_goal_fixes_what_it_limits)
       << "the joint's angle is free";
 }
 
+TEST(ProblemLimits, of_rates_of_angles_that_no_joint_has_are_refused) {
+  std::string text = tests::bytes_of(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml") +
+                     "\n[limits]\nangular_velocity_component = 3.0\n";
+  try {
+    parse_problem(text, "balls.toml");
+    FAIL() << "a limit that limits nothing";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.key, "limits.angular_velocity_component");
+    EXPECT_NE(error.message.find("limits.angular_velocity"), std::string::npos) << error.what();
+  }
+}
+
 TEST(UnsupportedProblem, each_feature_is_refused_at_its_place_until_none_is_left) {
   const std::string path = "all.toml";
   std::string text = tests::bytes_of(tests::folder_of_tests() + "valid.toml");

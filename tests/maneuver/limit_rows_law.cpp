@@ -54,18 +54,23 @@ TEST(LimitRows, are_just_kept_when_they_give_way_by_their_excess) {
   }
 }
 
+// The paper's chain, its first joint a universal one with any axes and any zero.
+model::System with_universal_joint(Random& random) {
+  model::SwimmerDescription described = paper_chain();
+  model::JointDescription& joint = described.joints[0];
+  joint.kind = model::JointKind::universal;
+  joint.reference_rotation = random.vector(0.5);
+  const Matrix3d zero = lie::exp(joint.reference_rotation);
+  const Vector3d second = random.vector().normalized();
+  joint.axes = {(zero * second).cross(random.vector()).normalized(), second};
+  return model::System(described);
+}
+
 // Two roads to the angles of a universal joint: twists of its rotation, and where each axis has moved the other.
 TEST(LimitRows, of_angles_see_each_axis_of_a_universal_joint) {
   Random random(3);
   for (int sample = 0; sample < 20; ++sample) {
-    model::SwimmerDescription described = paper_chain();
-    model::JointDescription& joint = described.joints[0];
-    joint.kind = model::JointKind::universal;
-    joint.reference_rotation = random.vector(0.5);
-    const Matrix3d zero = lie::exp(joint.reference_rotation);
-    const Vector3d second = random.vector().normalized();
-    joint.axes = {(zero * second).cross(random.vector()).normalized(), second};
-    const model::System system(described);
+    const model::System system = with_universal_joint(random);
     const model::Joint& universal = system.joint(0);
     const Vector3d angles(random.uniform(-1.3, 1.3), random.uniform(-1.3, 1.3), 0.0);
     mechanics::Rotations R = {random.rotation(), Matrix3d::Identity(), random.rotation()};
@@ -88,12 +93,7 @@ TEST(LimitRows, of_angle_rates_see_what_each_axis_turns_by_in_a_step) {
   Random random(5);
   constexpr double h = 0.1, bound = 2.0;
   for (int sample = 0; sample < 20; ++sample) {
-    model::SwimmerDescription described = paper_chain();
-    model::JointDescription& joint = described.joints[0];
-    joint.kind = model::JointKind::universal;
-    const Vector3d second = random.vector().normalized();
-    joint.axes = {second.cross(random.vector()).normalized(), second};
-    const model::System system(described);
+    const model::System system = with_universal_joint(random);
     const Vector3d before(random.uniform(-1.3, 1.3), std::numbers::pi - 0.1, 0.0);
     const Vector3d change(random.uniform(-0.9, 0.9), random.uniform(0.11, 0.9), 0.0);
     const auto rotations = [&](const Vector3d& angles) {
