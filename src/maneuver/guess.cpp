@@ -237,25 +237,47 @@ NodePath perturbed(const System& system, const NodePath& path, std::uint64_t see
   return other;
 }
 
-NodePath led_to_start(const System& system, const NodePath& path, const Rotations& start) {
-  NodePath led = path;
-  const Rotations& before = path.rotation.front();
+namespace {
+
+// The motion with each joint's rotation, child → parent, another one: by joint, share of the time and what it was.
+using OtherJoint = std::function<Matrix3d(const model::Joint& joint, double fraction, const Matrix3d& was)>;
+
+NodePath with_joints(const System& system, const NodePath& path, const OtherJoint& other) {
+  NodePath moved = path;
   const double steps = static_cast<double>(path.rotation.size() - 1);
   for (std::size_t k = 0; k < path.rotation.size(); ++k) {
-    const double share = 1.0 - static_cast<double>(k) / steps;
     for (int i : system.root_to_leaves()) {
       const model::Body& body = system.body(i);
       if (body.parent < 0) continue;
       const model::Joint& joint = system.joint(body.joint);
-      const Vector3d turn = mechanics::turn_between(joint, mechanics::child_to_parent(before, joint),
-                                                    mechanics::child_to_parent(start, joint));
-      const Matrix3d moved =
-          mechanics::turned_by(joint, mechanics::child_to_parent(path.rotation[k], joint), share * turn);
-      led.rotation[k][at(i)] = led.rotation[k][at(body.parent)] * moved;
+      moved.rotation[k][at(i)] =
+          moved.rotation[k][at(body.parent)] *
+          other(joint, static_cast<double>(k) / steps, mechanics::child_to_parent(path.rotation[k], joint));
     }
-    if (k > 0) cayley_between(led.rotation[k - 1], led.rotation[k], led.cayley[k - 1]);
+    if (k > 0) cayley_between(moved.rotation[k - 1], moved.rotation[k], moved.cayley[k - 1]);
   }
-  return led;
+  return moved;
+}
+
+}  // namespace
+
+NodePath led_to_start(const System& system, const NodePath& path, const Rotations& start) {
+  const Rotations& before = path.rotation.front();
+  return with_joints(system, path, [&](const model::Joint& joint, double fraction, const Matrix3d& was) {
+    const Vector3d turn = mechanics::turn_between(joint, mechanics::child_to_parent(before, joint),
+                                                  mechanics::child_to_parent(start, joint));
+    return mechanics::turned_by(joint, was, (1.0 - fraction) * turn);
+  });
+}
+
+NodePath calmed(const System& system, const NodePath& path, double share) {
+  return with_joints(system, path, [&](const model::Joint& joint, double fraction, const Matrix3d& was) {
+    const Matrix3d first = mechanics::child_to_parent(path.rotation.front(), joint),
+                   last = mechanics::child_to_parent(path.rotation.back(), joint);
+    const Matrix3d straight =
+        mechanics::turned_by(joint, first, fraction * mechanics::turn_between(joint, first, last));
+    return mechanics::turned_by(joint, straight, share * mechanics::turn_between(joint, straight, was));
+  });
 }
 
 NodePath rest_of(const System& system, const NodePath& path, double share) {

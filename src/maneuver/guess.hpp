@@ -43,6 +43,10 @@ NodePath perturbed(const model::System& system, const NodePath& path, std::uint6
 /// were: by nothing at the end. The root turns as it did.
 NodePath led_to_start(const model::System& system, const NodePath& path, const mechanics::Rotations& start);
 
+/// The motion with joints that leave their straight way from its first shape to its last by a share of what they did. The root turns
+/// as it did.
+NodePath calmed(const model::System& system, const NodePath& path, double share);
+
 /// What is left of a motion after this share of its time, on as many steps, by the same splines as `refined`.
 NodePath rest_of(const model::System& system, const NodePath& path, double share);
 

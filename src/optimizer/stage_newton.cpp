@@ -29,6 +29,7 @@ constexpr double good_ratio = 0.75;
 constexpr double widest_funnel = 0.3;
 constexpr double least_funnel = 0.02;
 constexpr double funnel_shrink = 0.3;
+constexpr double least_idle = 1e-6;  // violation; what a point misses by less that does nothing counts as this
 constexpr double widest_idle_share = 0.5,
                  least_idle_share = 0.2;  // of what a point misses that does nothing, as of funnels
 constexpr double violation_worth = 0.3;   // of the multipliers: promises beyond it must come true in the cost
@@ -316,7 +317,7 @@ void StageNewton::begin(const StageProgram& program) {
   near_ = false;
   highest_cost_ = std::max(std::abs(program.merit().cost), 1e-300);
   const double idle = program.idle_violation();
-  idle_violation_ = idle < small_violation ? idle : std::numeric_limits<double>::infinity();
+  idle_violation_ = idle < small_violation ? std::max(idle, least_idle) : std::numeric_limits<double>::infinity();
   funnel_ = std::max(std::min(widest_funnel, widest_idle_share * idle_violation_), program.merit().violation);
 }
 

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "lie/so3.hpp"
+#include "maneuver/guess.hpp"
 #include "maneuver/motion.hpp"
 
 namespace lamprey::study {
@@ -77,6 +78,20 @@ void read_rows(const std::vector<std::vector<double>>& stored, Eigen::MatrixXd& 
 }
 
 }  // namespace
+
+Found staying(const System& system, const maneuver::Problem& problem, const Maneuver& maneuver,
+              const std::string& reason) {
+  Found still;
+  still.outcome.termination = optimizer::Termination::converged;
+  still.outcome.reason = reason;
+  still.outcome.infeasibility = 0.0;
+  still.path = maneuver::at_rest(system, maneuver, problem.scheme);
+  if (problem.cost_weights.any())
+    still.cost_parts = maneuver::CostParts{.time = maneuver.duration, .transport = std::nan("")};
+  still.cost = maneuver.time_weight * maneuver.duration;
+  still.duration = maneuver.duration;
+  return still;
+}
 
 bool same_minimum(double cost, double other) {
   constexpr double relative = 1e-6;

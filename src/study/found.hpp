@@ -2,10 +2,12 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "maneuver/cost_terms.hpp"
 #include "maneuver/limit_terms.hpp"
 #include "maneuver/node_path.hpp"
+#include "maneuver/problem.hpp"
 #include "optimizer/outcome.hpp"
 
 namespace lamprey::study {
@@ -25,6 +27,10 @@ struct Found {
   bool by_second = false;            // whether the second solver found it, where two searched
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
 };
+
+/// To stay as a maneuver of the problem starts, and what that costs: an outcome that has converged for this reason.
+Found staying(const model::System& system, const maneuver::Problem& problem, const maneuver::Maneuver& maneuver,
+              const std::string& reason);
 
 /// Whether minima of these costs are one.
 bool same_minimum(double cost, double other);

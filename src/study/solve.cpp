@@ -162,14 +162,8 @@ class Search {
   }
 
   void add_rest(optimizer::Termination termination, const std::string& reason) {
-    Found still;
+    Found still = staying(system_, problem_, full_, reason);
     still.outcome.termination = termination;
-    still.outcome.reason = reason;
-    still.outcome.infeasibility = 0.0;
-    still.path = maneuver::at_rest(system_, full_, problem_.scheme);
-    if (problem_.cost_weights.any())
-      still.cost_parts = maneuver::CostParts{.time = full_.duration, .transport = std::nan("")};
-    still.cost = full_.time_weight * full_.duration;
     Solution solution = study::describe(system_, full_, problem_.scheme, {}, still);
     solution.solver.name = "at rest";
     solution.solver.wall_seconds = budget_.seconds();

@@ -1,6 +1,7 @@
 #include "study/solver.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -35,6 +36,7 @@ constexpr double same_answer = 1e-6;         // relative difference of cost
 constexpr double least_of_most = 1e-3;       // least duration over the most, where the least asked for has passed
 constexpr double most_beyond = 0.1;          // rad, of a joint seen beyond its limit
 constexpr double nothing_left = 1e-6;        // of the time
+constexpr double least_stirred = 1e-6;       // of the way that the shapes led before
 constexpr int most_polishing = 5;            // iterations at an answer
 constexpr std::size_t longest_reason = 100;  // letters, of a search that converges
 
@@ -90,6 +92,12 @@ Solver::Solver(const System& system, const Problem& problem, const Solution& sol
     outcome->reason.reserve(longest_reason);
   }
   last_.path.control.assign(last_.path.rotation.size(), Eigen::VectorXd::Zero(system.control_count()));
+  if (still()) {
+    stirred_ =
+        Beginning{maneuver::random_guess(system, maneuver_, seed_of_start(problem, 0)), last_.duration, {}, {}, {}};
+    answers_ = stays();
+    return;
+  }
   if (!begin()) return;
   const maneuver::NodePath moved = program_.path();
   last_.path.control = moved.control;
@@ -107,6 +115,14 @@ bool Solver::same_motion(const maneuver::NodePath& moved) const {
     for (std::size_t i = 0; i < given.rotation[k].size(); ++i)
       if (!((given.rotation[k][i] - moved.rotation[k][i]).norm() <= same_place)) return false;
   }
+  return true;
+}
+
+// Whether the last answer is to stay where the swimmer is.
+bool Solver::still() const {
+  const maneuver::NodePath& path = last_.path;
+  for (std::size_t k = 1; k < path.rotation.size(); ++k)
+    if (path.rotation[k] != path.rotation[0] || path.position[k] != path.position[0]) return false;
   return true;
 }
 
@@ -261,6 +277,7 @@ void Solver::advance(double elapsed) {
 // Of a swimmer that follows the last answer, at a time, s. Smooth curves through nodes next to limits of angles go beyond these:
 // there joints run straight from node to node.
 integrator::State Solver::start_at(double time) const {
+  if (still()) return answered_.start;
   const integrator::ReferenceState seen =
       integrator::MotionPath(system_, maneuver::node_motion(system_, solution())).at_time(time);
   maneuver::SeenShape shape =
@@ -316,9 +333,31 @@ optimizer::Options Solver::newton_options() {
 
 // To a motion of what is asked for now.
 bool Solver::begin() {
+  if (stirred_)
+    return go_to(stirred_shapes(), stirred_->duration, stirred_->limit_multipliers, stirred_->work_multipliers,
+                 stirred_->end_multipliers);
   if (led_)
     return go_to(led_->path, led_->duration, led_->limit_multipliers, led_->work_multipliers, led_->end_multipliers);
   return go_to(last_.path, last_.duration, last_.limit_multipliers, last_.work_multipliers, last_.end_multipliers);
+}
+
+// Of a swimmer at rest, to get where is asked for: displacements and turns grow by the square of strokes.
+maneuver::NodePath Solver::stirred_shapes() const {
+  const maneuver::NodePath& path = stirred_->path;
+  double asked = 0.0, went = 0.0;  // rad, swimmer's sizes, of what is asked for
+  for (std::size_t i = 0; i < maneuver_.end_rotation.size(); ++i)
+    if (const auto& end = maneuver_.end_rotation[i]) {
+      asked += lie::rotation_angle(maneuver_.start.rotation[i].transpose() * *end);
+      went += lie::rotation_angle(path.rotation.front()[i].transpose() * path.rotation.back()[i]);
+    }
+  for (std::size_t c = 0; c < 3; ++c)
+    if (const auto& end = maneuver_.end_position[c]) {
+      const auto along = static_cast<Eigen::Index>(c);
+      asked += std::abs(*end - maneuver_.start.position[along]) / system_.length_unit();
+      went += std::abs(path.position.back()[along] - path.position.front()[along]) / system_.length_unit();
+    }
+  const double share = went > 0.0 ? std::sqrt(std::clamp(asked / went, least_stirred, 1.0)) : 1.0;
+  return maneuver::calmed(system_, maneuver::led_to_start(system_, path, maneuver_.start.rotation), share);
 }
 
 // With a path's shapes.
@@ -336,6 +375,7 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
   outcome_.iterations = outcome_.evaluations = 0;
   outcome_.termination = Termination::stalled;
   program_.retarget(maneuver_);
+  if (stays()) return outcome_;
   if (!moved_) {
     newton_.foresee(program_);
   } else if (!begin()) {
@@ -359,8 +399,37 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
   return outcome_;
 }
 
+// Nothing costs less than to stay where that is the goal. There no small change of shapes moves the swimmer, and no search that begins
+// there gets anywhere: the next one begins with the last shapes that do.
+bool Solver::stays() {
+  if (!maneuver::met_by_rest(system_, problem_, maneuver_)) return false;
+  Beginning moving = stirred_ ? std::move(*stirred_)
+                     : led_   ? std::move(*led_)
+                              : Beginning{last_.path, last_.duration, last_.limit_multipliers, last_.work_multipliers,
+                                        last_.end_multipliers};
+  stirred_.reset();
+  moved_ = true;
+  const maneuver::NodePath rest = maneuver::at_rest(system_, maneuver_, problem_.scheme);
+  if (!go_to(rest, maneuver_.duration, {}, {}, {}) || program_.limit_violation() > limits_met) {
+    led_ = std::move(moving);
+    return false;
+  }
+  last_ = staying(system_, problem_, maneuver_, "the goal is where the swimmer rests");
+  outcome_.termination = last_.outcome.termination;
+  outcome_.reason = last_.outcome.reason;
+  outcome_.objective = last_.cost;
+  outcome_.infeasibility = last_.outcome.infeasibility;
+  answered_ = maneuver_;
+  answered_rows_.clear();
+  passed_ = 0.0;
+  answers_ = true;
+  stirred_ = std::move(moving);
+  return true;
+}
+
 // Where the time ended a search, the next one goes on.
 void Solver::keep_way() {
+  stirred_.reset();
   led_ = Beginning{program_.path(), program_.duration(), program_.limit_multipliers(), program_.work_multipliers(),
                    program_.end_multipliers()};
 }
@@ -370,6 +439,7 @@ void Solver::keep_answer() {
   answered_rows_ = program_.limit_rows();
   passed_ = 0.0;
   led_.reset();
+  stirred_.reset();
   program_.write_path(last_.path);
   if (program_.stated_goal_error() > exactly_asked) answer_what_is_reached();
   last_.cost = program_.cost();

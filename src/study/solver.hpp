@@ -42,7 +42,8 @@ class Solver {
   /// Newton steps from the last answer on. The outcome says whether they arrived; the motion is then that of the new problem,
   /// otherwise the last answer stays, with the start, goal and duration that it has; what is asked for stays too, and where the time
   /// ended a search the next one goes on. Goals that the reduced coordinates cannot meet (out of the plane of a planar maneuver) end
-  /// as infeasible. It allocates no memory unless it fails, once it has begun at an answer or found one. What it returns is written anew by the next call.
+  /// as infeasible. Where to stay meets the goal that is the answer, at no cost; a goal farther on is then searched from the last
+  /// answer that moves. It allocates no memory unless it fails or stays, once it has begun at an answer or found one. What it returns is written anew by the next call.
   const optimizer::Outcome& solve(const optimizer::Options& options = newton_options());
 
   /// Stationary to 1e-7 of the cost's gradient before a last Newton step.
@@ -95,6 +96,9 @@ class Solver {
   bool go_to(const maneuver::NodePath& path, double duration, const maneuver::LimitMultipliers& limits,
              const maneuver::WorkMultipliers& work, const Eigen::VectorXd& ends);
   bool same_motion(const maneuver::NodePath& moved) const;
+  maneuver::NodePath stirred_shapes() const;
+  bool still() const;
+  bool stays();
   void keep_way();
   void answer_what_is_reached();
   void keep_answer();
@@ -107,9 +111,10 @@ class Solver {
   optimizer::StageNewton newton_;
   Found last_;
   std::vector<maneuver::LimitRow> answered_rows_;
-  bool answers_ = false;          // whether the last answer is one to what is asked
-  double passed_ = 0.0;           // s, since the last answer began
-  std::optional<Beginning> led_;  // the last answer led to another start that is asked for
+  bool answers_ = false;              // whether the last answer is one to what is asked
+  double passed_ = 0.0;               // s, since the last answer began
+  std::optional<Beginning> led_;      // the last answer led to another start that is asked for
+  std::optional<Beginning> stirred_;  // where the last answer is to stay: shapes that move, for searches to begin with
   optimizer::Outcome outcome_;
   bool moved_ = true;  // whether start or time did, or the last answer is none: its motion has to be found again
 };

@@ -343,6 +343,84 @@ INSTANTIATE_TEST_SUITE_P(Examples, SolverOfRicherProblems,
                                          "rotation_with_clearance"),
                          named_by_value);
 
+// To stay is what costs nothing, and what no search finds its way from: at rest no small change of shapes moves the swimmer.
+class SolverAtRest : public testing::TestWithParam<const char*> {};
+
+Goal to_stay(const Goal& goal) {
+  Goal stay = goal;
+  for (auto& coordinate : stay.move)
+    if (coordinate) *coordinate = 0.0;
+  if (stay.turn) stay.turn->setZero();
+  for (auto& [body, rotation] : stay.rotation)
+    if (rotation) rotation->setZero();
+  return stay;
+}
+
+TEST_P(SolverAtRest, stays_where_the_goal_is_and_moves_on_from_there) {
+  const Solved solved(GetParam(), 50);
+  ASSERT_EQ(solved.solution.status, maneuver::Status::optimal) << solved.solution.message;
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  Problem stay = solved.problem;
+  stay.goal = to_stay(*solved.problem.goal);
+  for (int round = 0; round < 2; ++round) {
+    solver.set_goal(*stay.goal);
+    if (round == 1) solver.advance(0.1 * solver.duration());  // of a motion, or of none
+    const optimizer::Outcome outcome = solver.solve();
+    ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+    EXPECT_TRUE(solver.answers());
+    EXPECT_EQ(solver.cost(), 0.0);
+    stay.duration.value = solver.duration();
+    const certificate::Certificate certificate = certified(solved, stay, solver);
+    EXPECT_EQ(certificate.goal_error, 0.0);
+    EXPECT_LT(certificate.kkt, 1e-12);
+  }
+  solver.set_duration(solved.problem.duration.value);
+  solver.set_goal(*solved.problem.goal);
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  EXPECT_NEAR(solver.cost() / solved.solution.cost, 1.0, 1e-6);  // the shapes of the last answer that moved
+  EXPECT_LT(certified(solved, solved.problem, solver).goal_error, 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Examples, SolverAtRest, testing::Values("translation", "rotation", "rotation_with_clearance"),
+                         named_by_value);
+
+// A swimmer that is measured next to where it shall be moves a little, and so does what brings it to rest there.
+TEST_P(SolverAtRest, brings_to_rest_what_hardly_moves) {
+  const Solved solved(GetParam(), 50);
+  std::vector<double> costs;
+  for (const double rate : {1e-2, 1e-1}) {  // rad/s
+    study::Solver solver(solved.system, solved.problem, solved.solution);
+    solver.set_goal(to_stay(*solved.problem.goal));
+    ASSERT_EQ(solver.solve().termination, Termination::converged);
+    maneuver::Start start = start_of(solved.system, solver.answered().start);
+    for (std::size_t i = 0; i < start.angular_velocity.size(); ++i)
+      start.angular_velocity[i] = Eigen::Vector3d(0.0, 0.0, (i % 2 == 0 ? 1.0 : -2.0) * rate);
+    solver.set_start(maneuver::start_without_momentum(solved.system, start));
+    const optimizer::Outcome outcome = solver.solve();
+    ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+    EXPECT_LE(outcome.iterations, 60);
+    costs.push_back(solver.cost());
+  }
+  EXPECT_NEAR(costs[1] / costs[0], 100.0, 1.0);  // moments as rates
+}
+
+TEST(SolverBegunAtRest, is_made_of_a_solution_that_stays) {
+  Problem problem = example_with("translation", 100);
+  const Goal far = *problem.goal;
+  problem.goal = to_stay(far);
+  const model::System system(problem.swimmer);
+  const Solution still = study::solve(system, problem, study::SolveOptions()).front();
+  ASSERT_EQ(still.solver.name, "at rest");
+  study::Solver solver(system, problem, still);
+  EXPECT_TRUE(solver.answers());
+  EXPECT_EQ(solver.cost(), 0.0);
+  solver.set_goal(far);
+  EXPECT_FALSE(solver.answers());
+  EXPECT_EQ(solver.solve().termination, Termination::converged);
+  EXPECT_GT(solver.cost(), 1e3);
+}
+
 // An example with limits on the swing of both joints, and its answer.
 struct WithinSwing {
   Problem problem;
