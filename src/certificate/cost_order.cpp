@@ -88,8 +88,8 @@ TurnForm turn_form(const StoredMotion& motion, int step, const mechanics::Vector
   return form;
 }
 
-// Columns of the states that costs add: turns over the step before, those over a gait's first step, moments at the node
-// before, work so far. −1: none.
+// Columns of the states that costs add: turns over the step before, those over a gait's first step, rad; moments at the node before and
+// work so far, in the largest moment and what it does over a radian. −1: none.
 struct CostColumns {
   Eigen::Index turn, first_turn = -1, moment = -1, work = -1, count;
 };
@@ -108,6 +108,13 @@ CostColumns columns_after(const StoredMotion& motion, Eigen::Index states) {
   return columns;
 }
 
+// N m, of the motion; J over a radian.
+double moment_unit(const StoredMotion& motion) {
+  double largest = 0.0;
+  for (int k = 0; k <= motion.steps; ++k) largest = std::max(largest, moments_at(motion, k).lpNorm<Eigen::Infinity>());
+  return largest > 0.0 ? largest : 1.0;
+}
+
 // a bᵀ + b aᵀ of rows.
 MatrixXd both_ways(const MatrixXd& a, const MatrixXd& b) {
   const MatrixXd product = a.transpose() * b;
@@ -121,7 +128,7 @@ void add_time_change(double rate, double value, const MatrixXd& slope, const Mat
 
 // Work so far over the distance at the end (equation 13.16).
 void add_transport(const StoredMotion& motion, const EffortChain& effort, const Powers& powers, double work,
-                   Eigen::Index work_column, Chain& chain) {
+                   double work_unit, Eigen::Index work_column, Chain& chain) {
   const Eigen::Index states = chain.end_form.rows(), reached = effort.basis.back().cols();
   const Eigen::Index place = motion.system.velocity_count() - 3;
   const Vector3d way = motion.solution.position.back() - motion.solution.position.front();
@@ -129,7 +136,7 @@ void add_transport(const StoredMotion& motion, const EffortChain& effort, const 
   MatrixXd shift = MatrixXd::Zero(3, states), by_work = MatrixXd::Zero(1, states);
   shift.leftCols(reached) =
       effort.tangents.scale.segment<3>(place).asDiagonal() * effort.basis.back().middleRows(place, 3);
-  by_work(0, work_column) = 1.0;
+  by_work(0, work_column) = work_unit;
   const MatrixXd farther = way.transpose() / D * shift;
   const MatrixXd bent = (shift.transpose() * shift - farther.transpose() * farther) / D;
   chain.end_form +=
@@ -154,6 +161,7 @@ class CostStages {
         pulls_(pulls_on_turns(motion, powers_)),
         spent_(check_cost(motion).cost + won(motion)),
         columns_(columns_after(motion, chain.end_form.rows())),
+        unit_(moment_unit(motion)),
         timed_(duration.has_value()),
         turns_(motion.system.velocity_count() - 3),
         controls_(motion.system.control_count()),
@@ -169,7 +177,7 @@ class CostStages {
 
   void add() {
     for (int k = 0; k <= motion_.steps; ++k) add_node(k);
-    if (columns_.work >= 0) add_transport(motion_, effort_, powers_, work_, columns_.work, chain_);
+    if (columns_.work >= 0) add_transport(motion_, effort_, powers_, work_, unit_, columns_.work, chain_);
   }
 
  private:
@@ -286,7 +294,7 @@ class CostStages {
   void add_smoothness(int k, MatrixXd& form) const {
     if (columns_.moment < 0 || k == 0) return;
     const VectorXd step = moments_at(motion_, k) - moments_at(motion_, k - 1);
-    const MatrixXd change = inputs_ - carried(columns_.moment);
+    const MatrixXd change = inputs_ - unit_ * carried(columns_.moment);
     const double stiff = motion_.problem.cost_weights.smoothness / motion_.time_step;
     form += stiff * change.transpose() * change;
     if (timed_) add_time_change(5.0, 0.5 * stiff * step.squaredNorm(), stiff * step.transpose() * change, time_, form);
@@ -300,10 +308,10 @@ class CostStages {
     };
     pass(columns_.turn, turned);
     if (columns_.first_turn >= 0) pass(columns_.first_turn, k == 0 ? turned : carried(columns_.first_turn));
-    if (columns_.moment >= 0) pass(columns_.moment, inputs_);
+    if (columns_.moment >= 0) pass(columns_.moment, inputs_ / unit_);
     if (columns_.work < 0) return;
-    if (k > 0) worked(0, columns_.work) += 1.0;
-    pass(columns_.work, worked);
+    if (k > 0) worked(0, columns_.work) += unit_;
+    pass(columns_.work, worked / unit_);
   }
 
   const StoredMotion& motion_;
@@ -314,6 +322,7 @@ class CostStages {
   std::vector<mechanics::Vectors> pulls_;  // [N][joints] of the turns over the steps
   double spent_;                           // (N m)² s, before what the displacement takes off
   CostColumns columns_;
+  double unit_;  // N m, J
   bool timed_;
   Eigen::Index turns_, controls_, reached_, states_, all_;
   MatrixXd time_, inputs_;  // [1][all], [controls][all] the duration's logarithm and the moments

@@ -121,14 +121,16 @@ void set_free_start(const StoredMotion& motion, const std::vector<integrator::St
 }
 
 // Costs beside effort tell the moments at a gait's two ends apart, which are one number: their difference rides along and
-// vanishes at the end.
+// vanishes at the end, in units of the largest moment.
 void tie_moments(const StoredMotion& motion, EffortChain& effort) {
   const Eigen::Index controls = motion.system.control_count(), before = effort.chain.end_form.rows();
+  const double largest = effort.input.lpNorm<Eigen::Infinity>();
+  const MatrixXd by_moments = MatrixXd::Identity(controls, controls) / (largest > 0.0 ? largest : 1.0);
   Chain& chain = effort.chain;
   widen(chain, before + controls);
   for (ChainStage& stage : chain.stage) stage.A.bottomRightCorner(controls, controls).setIdentity();
-  chain.stage.front().B.bottomRows(controls).setIdentity();
-  chain.stage.back().B.bottomRows(controls) = -MatrixXd::Identity(controls, controls);
+  chain.stage.front().B.bottomRows(controls) = by_moments;
+  chain.stage.back().B.bottomRows(controls) = -by_moments;
   GoalRows& goal = effort.goal;
   const Eigen::Index asked = goal.value.size(), carried = effort.goal_by_carried.cols();
   add_rows(goal, MatrixXd::Zero(controls, goal.by_end_state.cols()));

@@ -150,7 +150,7 @@ double margin(const StoredMotion& motion, const Bound& bound, const Place& place
     }
     case Kind::half_space: {
       const maneuver::KeepOutHalfSpace& half = problem.limits.half_spaces[at(bound.component)];
-      const Vector3d normal = half.normal.normalized();
+      const Vector3d normal = half.normal.stableNormalized();
       const Vector3d extent =
           system.body(bound.body).semi_axes.asDiagonal() * (place.rotation[at(bound.body)].transpose() * normal);
       return normal.dot(centre_of(system, place, bound.body) - half.point) - extent.norm();

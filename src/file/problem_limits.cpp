@@ -100,7 +100,7 @@ void read_keep_out(const TableReader& table, Limits& limits) {
     const Vector3d normal = *half.vector("normal", any_number(""));
     if (normal.isZero(0.0))
       refuse(half.key("normal"), shown(normal), "three numbers, not all 0", "give the direction out of the half-space");
-    limits.half_spaces.push_back({*half.vector("point", any_number("m")), normal});
+    limits.half_spaces.push_back({*half.vector("point", any_number("m")), normal.stableNormalized()});
   }
 }
 

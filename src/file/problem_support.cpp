@@ -22,7 +22,8 @@ namespace {
 }
 
 constexpr double small_ball = 1e-3;    // of a body's least semi-axis, that stands for a point
-constexpr double start_breaks = 1e-9;  // of a limit's unit: beyond round-off
+constexpr double start_breaks = 1e-9;  // of a limit's unit, rad of a swing: beyond round-off
+constexpr double no_cosine = 1e-15;    // of a cosine
 
 constexpr const char* only_by_newton =
     "remove this key, or set control.kind = \"steps\" without --solver ipopt and begin without momentum";
@@ -139,13 +140,13 @@ void require_within_limits(const ProblemFile& file, const model::System& system,
     if (row.of_moments() || row.of_duration() || row.equality() || row.kind == Kind::speed) continue;
     if (!end.shows(system, row)) continue;
     const double value = maneuver::limit_value(system, row, node, 1.0);
-    if (value >= -start_breaks) continue;
+    const double excess = value < 0.0 ? row.excess(-value, problem.time_step()) : 0.0;
+    if (row.kind == Kind::swing ? excess <= start_breaks + no_cosine / row.unit : value >= -start_breaks) continue;
     const bool listed = row.kind == Kind::sphere || row.kind == Kind::half_space;
     const std::string key = listed ? fmt::format("{}[{}]", row.key, row.component) : row.key;
-    throw located(
-        model::InputError(key, fmt::format("found a {} that breaks this limit by {:.3g} {}; allowed: {}", end.what,
-                                           row.excess(-value, problem.time_step()), row.unit_name(), end.allowed)),
-        file);
+    throw located(model::InputError(key, fmt::format("found a {} that breaks this limit by {:.3g} {}; allowed: {}",
+                                                     end.what, excess, row.unit_name(), end.allowed)),
+                  file);
   }
 }
 

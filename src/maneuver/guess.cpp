@@ -23,10 +23,6 @@ constexpr double same_place = 1e-12;  // rad, m
 
 using model::at;
 
-Matrix3d between(const Matrix3d& start, const Matrix3d& end, double s) {
-  return start * lie::exp(blend(s) * lie::log(start.transpose() * end));
-}
-
 // Random smooth swings of the joints along their actuation, zero at both ends.
 class JointSwings {
  public:
@@ -63,8 +59,9 @@ class JointPaths {
           maneuver.start.rotation[at(joint.parent)].transpose() * maneuver.start.rotation[at(joint.child)];
       const auto& parent_end = maneuver.end_rotation[at(joint.parent)];
       const auto& child_end = maneuver.end_rotation[at(joint.child)];
+      const Matrix3d end = parent_end && child_end ? Matrix3d(parent_end->transpose() * *child_end) : start;
       start_.push_back(start);
-      end_.push_back(parent_end && child_end ? Matrix3d(parent_end->transpose() * *child_end) : start);
+      way_.push_back(way_between(joint, start, end, maneuver.may_turn_round[at(j)]));
     }
   }
 
@@ -72,17 +69,24 @@ class JointPaths {
     const model::Joint& joint = system_.joint(j);
     const Vector3d swing = swing_(j, s);
     const Vector3d turned = turns_.empty() ? Vector3d::Zero().eval() : Vector3d(blend(s) * turns_[at(j)]);
-    if (joint.free()) return lie::exp(turned) * lie::exp(swing) * between(start_[at(j)], end_[at(j)], s);
-    const Vector3d from = mechanics::joint_angles(joint, start_[at(j)]);
-    const Vector3d to = mechanics::joint_angles(joint, end_[at(j)]);
-    return mechanics::joint_rotation(joint, from + blend(s) * (to - from) + swing + turned);
+    if (joint.free())
+      return lie::exp(turned) * lie::exp(swing) * mechanics::turned_by(joint, start_[at(j)], blend(s) * way_[at(j)]);
+    return mechanics::turned_by(joint, start_[at(j)], blend(s) * way_[at(j)] + swing + turned);
   }
 
  private:
+  // The shorter way round, unless a limit or a spring has the joint stay within half a turn of its zero.
+  static Vector3d way_between(const model::Joint& joint, const Matrix3d& from, const Matrix3d& to,
+                              bool may_turn_round) {
+    if (may_turn_round || joint.free()) return mechanics::turn_between(joint, from, to);
+    return mechanics::joint_angles(joint, to) - mechanics::joint_angles(joint, from);
+  }
+
   const System& system_;
   const Swing& swing_;
   const WholeTurns& turns_;
-  std::vector<Matrix3d> start_, end_;
+  std::vector<Matrix3d> start_;
+  std::vector<Vector3d> way_;  // of turn_between
 };
 
 // Rotations of all bodies from the root's and the joints'.

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <numbers>
-#include <set>
 
 namespace lamprey::maneuver {
 
@@ -16,6 +16,10 @@ using model::Joint;
 using model::System;
 using Kind = LimitRow::Kind;
 
+constexpr double narrow_cone = 0.5;  // rad
+
+long node_at(double time, int steps, double duration) { return std::lround(time / duration * steps); }
+
 void add_joint_rows(const System& system, const Problem& problem, std::vector<LimitRow>& rows) {
   const Limits& limits = problem.limits;
   const auto add = [&](Kind kind, int j, const std::string& key, double bound, int component = -1) {
@@ -25,6 +29,8 @@ void add_joint_rows(const System& system, const Problem& problem, std::vector<Li
     row.joint = j;
     row.bound = bound;
     row.component = component;
+    // of a cosine: a little beyond a narrow cone is little of it
+    if (kind == Kind::swing) row.unit = bound < narrow_cone ? std::sin(bound) / std::sin(narrow_cone) : 1.0;
     rows.push_back(row);
   };
   for (int j = 0; j < system.joint_count(); ++j) {
@@ -107,13 +113,15 @@ void add_body_rows(const System& system, const Problem& problem, std::vector<Lim
 }
 
 void add_waypoint_rows(const System& system, const Problem& problem, std::vector<LimitRow>& rows) {
-  std::set<double> times;
-  for (const Waypoint& waypoint : problem.waypoints) times.insert(waypoint.time);
+  std::map<long, double> times;  // one for each node: what is asked there holds together
+  for (const Waypoint& waypoint : problem.waypoints)
+    times.try_emplace(node_at(waypoint.time, problem.steps, problem.duration.value), waypoint.time);
   for (const Waypoint& waypoint : problem.waypoints) {
     LimitRow row;
     row.key = "waypoint";
-    row.time = waypoint.time;
-    if (const auto own = times.find(waypoint.time); own != times.begin()) row.time_before = *std::prev(own);
+    const auto here = times.find(node_at(waypoint.time, problem.steps, problem.duration.value));
+    row.time = here->second;
+    if (here != times.begin()) row.time_before = std::prev(here)->second;
     row.kind = Kind::pass_position;
     row.unit = system.length_unit();
     for (int c = 0; c < 3; ++c)
@@ -191,7 +199,7 @@ double LimitRow::excess(double missing, double time_step) const {
 
 bool applies(const LimitRow& row, int node, int steps, double duration) {
   if (row.time >= 0.0) {
-    const auto node_of = [&](double time) { return static_cast<int>(std::lround(time / duration * steps)); };
+    const auto node_of = [&](double time) { return static_cast<int>(node_at(time, steps, duration)); };
     const bool alone = row.time_before < 0.0 || node_of(row.time_before) < node;
     return node == node_of(row.time) && node > 0 && node < steps && alone;
   }

@@ -204,6 +204,8 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
   maneuver.effort = problem.effort;
   maneuver.node_weight = node_weights(problem.cost_rule(), problem.effort, maneuver.time_step(), steps);
   maneuver.spline_points = problem.control == ControlKind::spline ? problem.points : 0;
+  for (const model::Joint& joint : system.joints())
+    maneuver.may_turn_round.push_back(may_turn_round(joint, problem.limits));
   maneuver.whole_turns = needs_whole_turns(system, problem, maneuver);
   refuse_contradictions(system, maneuver);
   return maneuver;
@@ -221,10 +223,14 @@ bool ends_in_first_shape(const Maneuver& maneuver) {
   return true;
 }
 
-bool turns_round(const model::Joint& joint, const Limits& limits) {
+bool may_turn_round(const model::Joint& joint, const Limits& limits) {
   const bool limited =
       limits.angle.contains(joint.name) || limits.swing.contains(joint.name) || limits.twist.contains(joint.name);
-  return joint.actuation.cols() > 0 && !limited && joint.stiffness == 0.0;
+  return !limited && joint.stiffness == 0.0;
+}
+
+bool turns_round(const model::Joint& joint, const Limits& limits) {
+  return joint.actuation.cols() > 0 && may_turn_round(joint, limits);
 }
 
 bool asks_to_move(const System& system, const Maneuver& maneuver) {

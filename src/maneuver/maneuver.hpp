@@ -26,8 +26,9 @@ struct Maneuver {
   bool free_shape = false;     // whether the shape at the start of a periodic motion is free too
   bool free_duration = false;  // `duration` is a first guess
   bool whole_turns = false;    // whether nothing but whole turns of its only joint angle gets the swimmer anywhere
-  double time_weight = 0.0;    // (N m)², what a second costs
-  CostWeights cost_weights;    // of the other costs; of a given distance its share in work
+  std::vector<char> may_turn_round;  // [joints] whether nothing keeps one from turning all the way round
+  double time_weight = 0.0;          // (N m)², what a second costs
+  CostWeights cost_weights;          // of the other costs; of a given distance its share in work
   mechanics::DiscreteLagrangian lagrangian = mechanics::DiscreteLagrangian::trapezoid;
   double duration = 1.0;  // s
   int steps = 0;
@@ -60,8 +61,10 @@ Maneuver make_maneuver(const model::System& system, const Problem& problem, int 
 /// Whether the goal asks for the shape of the start.
 bool ends_in_first_shape(const Maneuver& maneuver);
 
-/// Whether moments turn a joint and nothing keeps it from turning all the way round: no limit, and no spring, whose moment jumps at
-/// half a turn.
+/// Whether nothing keeps a joint from turning all the way round: no limit, and no spring, whose moment jumps at half a turn.
+bool may_turn_round(const model::Joint& joint, const Limits& limits);
+
+/// Whether besides moments turn it.
 bool turns_round(const model::Joint& joint, const Limits& limits);
 
 /// Whether it shall end elsewhere than it began.

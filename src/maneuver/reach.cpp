@@ -32,6 +32,12 @@ bool goes_back(const Maneuver& maneuver, const ShapeCoordinates& coordinates) {
   return coordinates.shape.cols() == 1 && !maneuver.whole_turns && ends_in_first_shape(maneuver);
 }
 
+// What can be reached does not depend on what it costs, and costs beside effort have states of their own.
+Maneuver without_costs(Maneuver maneuver) {
+  maneuver.cost_weights = {};
+  return maneuver;
+}
+
 // As people name it: the axis e_c or three numbers.
 std::string axis_in_words(const Vector3d& axis) {
   for (int c = 0; c < 3; ++c)
@@ -154,9 +160,8 @@ MatrixXd reached_at_end(const StageModel& model) {
 
 std::optional<ShapeCoordinates> reachable_coordinates(const System& system, const Maneuver& asked,
                                                       const NodePath& path) {
-  Maneuver maneuver = asked;  // what is free besides the moments does not matter here
-  maneuver.periodic = maneuver.free_duration = false;
-  maneuver.cost_weights = {};
+  Maneuver maneuver = without_costs(asked);
+  maneuver.periodic = maneuver.free_duration = false;  // what is free besides the moments does not matter here
   const ShapeCoordinates all(system);
   ShapeProgram program(system, maneuver, all, {}, {}, Steps::rough);
   if (!program.go_to(path)) return std::nullopt;
@@ -202,10 +207,16 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
   return found;
 }
 
-void refuse_price_of_no_displacement(const Maneuver& maneuver, const ShapeCoordinates& coordinates) {
-  if (!maneuver.cost_weights.of_displacement() || !goes_back(maneuver, coordinates)) return;
-  throw model::InputError("cost.displacement", "found a price of displacement, but " + std::string(goes_back_in_words) +
-                                                   "; leave it out, or add a second joint or axis");
+void refuse_price_of_no_displacement(const System& system, const Maneuver& maneuver,
+                                     const ShapeCoordinates& coordinates) {
+  if (!goes_back(maneuver, coordinates)) return;
+  const auto refuse = [](const char* key, const char* found) {
+    throw model::InputError(key, std::string("found ") + found + ", but " + goes_back_in_words +
+                                     "; leave it out, or add a second joint or axis");
+  };
+  if (maneuver.cost_weights.of_displacement()) refuse("cost.displacement", "a price of displacement");
+  if (maneuver.cost_weights.transport > 0.0 && !asks_to_move(system, maneuver))
+    refuse("cost.transport", "a price of each metre");
 }
 
 std::string out_of_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
@@ -243,7 +254,7 @@ std::vector<EndRow> all_end_rows(const System& system, const Maneuver& maneuver,
 std::optional<std::vector<EndRow>> independent_end_rows(const System& system, const Maneuver& maneuver,
                                                         const ShapeCoordinates& coordinates, const NodePath& path) {
   const std::vector<EndRow> stated = all_end_rows(system, maneuver, coordinates);
-  ShapeProgram program(system, maneuver, coordinates, stated, {}, Steps::rough);
+  ShapeProgram program(system, without_costs(maneuver), coordinates, stated, {}, Steps::rough);
   StageModel model(program.sizes());
   if (!program.go_to(path)) return std::nullopt;
   program.linearize(model);

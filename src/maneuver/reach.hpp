@@ -24,8 +24,9 @@ std::optional<std::vector<EndRow>> independent_end_rows(const model::System& sys
 std::string out_of_reach(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                          const NodePath& path);
 
-/// model::InputError (cost.displacement) where such a single coordinate wins no displacement to pay for.
-void refuse_price_of_no_displacement(const Maneuver& maneuver, const ShapeCoordinates& coordinates);
+/// model::InputError (cost.displacement, cost.transport) where such a single coordinate wins no displacement to pay for.
+void refuse_price_of_no_displacement(const model::System& system, const Maneuver& maneuver,
+                                     const ShapeCoordinates& coordinates);
 
 /// All conditions a maneuver states of swimmers in such coordinates.
 std::vector<EndRow> all_end_rows(const model::System& system, const Maneuver& maneuver,

@@ -250,7 +250,7 @@ Reached::Reached(const System& system, const Problem& problem) : coordinates(sys
       if (!met) continue;
       coordinates = *moved;
       rows = *met;
-      maneuver::refuse_price_of_no_displacement(probe, coordinates);
+      maneuver::refuse_price_of_no_displacement(system, probe, coordinates);
       out_of_reach = maneuver::out_of_reach(system, probe, coordinates, guess);
       return;
     }

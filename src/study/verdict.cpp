@@ -102,11 +102,13 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
     return std::to_string(*second.negative_eigenvalues) +
            (*second.negative_eigenvalues == 1 ? " direction lowers" : " directions lower") + " the cost";
   };
+  const maneuver::CostWeights& weights = problem.cost_weights;
+  const bool worked = weights.work > 0.0 || weights.power > 0.0 || weights.transport > 0.0;
   std::string words;
   if (!proof.second_order)
     words = std::string(" Whether it is a minimum cannot be told: ") +
-            (problem.cost_weights.any() ? "where powers vanish second derivatives may differ from side to side."
-                                        : "its second derivatives may be lost in round-off.");
+            (worked ? "where powers vanish second derivatives may differ from side to side."
+                    : "its second derivatives may be lost in round-off.");
   else if (proof.second_order->positive)
     words = proof.kkt <= certificate::proof_mark
                 ? words_of_minimum(proof)

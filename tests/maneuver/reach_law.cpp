@@ -129,7 +129,7 @@ std::string price_refused(const maneuver::Problem& problem) {
   const maneuver::Maneuver probe = maneuver::make_maneuver(system, problem, 20);
   const maneuver::NodePath guess = maneuver::random_guess(system, probe, 1);
   try {
-    maneuver::refuse_price_of_no_displacement(probe, *maneuver::reachable_coordinates(system, probe, guess));
+    maneuver::refuse_price_of_no_displacement(system, probe, *maneuver::reachable_coordinates(system, probe, guess));
   } catch (const model::InputError& error) {
     return error.what();
   }
@@ -162,6 +162,13 @@ TEST(Reach, of_one_joint_angle_ends_where_its_period_began) {
   problem.limits.swing["front"] = 1.5;
   problem.cost_weights.displacement.setZero();
   EXPECT_EQ(price_refused(problem), "");
+  problem.cost_weights.transport = 1.0;
+  const auto asked = problem.goal;
+  problem.goal->move = {std::nullopt, std::nullopt, std::nullopt};
+  EXPECT_NE(price_refused(problem).find("cost.transport: found a price of each metre, but a single joint angle"),
+            std::string::npos);
+  problem.cost_weights = {};
+  problem.goal = asked;
   problem.goal->periodic = false;
   problem.goal->rest = true;
   EXPECT_NE(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none).find("scallop"), std::string::npos);

@@ -144,7 +144,9 @@ void expect_one_proof_at_all_scales(maneuver::Problem problem) {
   options.refinement = false;
   std::vector<double> smallest;
   for (const double scale : {0x1p-10, 1.0, 0x1p10}) {
-    const maneuver::Problem asked = scaled(problem, scale);
+    maneuver::Problem asked = scaled(problem, scale);
+    asked.cost_weights.work *= std::pow(scale, 5);
+    asked.cost_weights.transport *= std::pow(scale, 6);
     const study::Answer answer = study::answer(model::System(asked.swimmer), asked, options);
     EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << scale << ": " << answer.solution.message;
     ASSERT_TRUE(answer.certificate.second_order);
@@ -157,6 +159,27 @@ void expect_one_proof_at_all_scales(maneuver::Problem problem) {
 TEST(Scale, of_length_changes_no_proof_of_a_gait_within_limits) {
   maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/examples/gait_within_limits.toml");
   problem.steps = 100;
+  expect_one_proof_at_all_scales(problem);
+}
+
+// Costs have states of their own, moments and work, beside turns and displacements.
+TEST(Scale, of_length_changes_no_proof_of_other_costs) {
+  maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/bench/problems/three_hinges.toml");
+  problem.steps = 60;
+  problem.cost_weights.smoothness = 1e-3;
+  expect_one_proof_at_all_scales(problem);
+  problem.cost_weights.power = 0.1;
+  problem.cost_weights.work = 1e-3;
+  expect_one_proof_at_all_scales(problem);
+  problem.cost_weights = {};
+  problem.goal->move = {problem.goal->move[0], std::nullopt, std::nullopt};
+  problem.cost_weights.transport = 1e-4;
+  expect_one_proof_at_all_scales(problem);
+  problem.cost_weights = {};
+  problem.cost_weights.smoothness = 1e-3;
+  problem.goal->periodic = problem.start.free_shape = true;
+  problem.goal->rest = false;
+  for (const char* joint : {"b1", "b2"}) problem.limits.angle[joint] = {{-1.2, 1.2}};
   expect_one_proof_at_all_scales(problem);
 }
 

@@ -46,6 +46,62 @@ TEST(UnusualGoals, where_the_swimmer_rests_cost_nothing) {
       }
 }
 
+// Where a joint's angle is called zero is nobody's way: its goal may be on the other side of half a turn.
+TEST(UnusualGoals, do_not_depend_on_where_angles_begin) {
+  for (const model::JointKind kind : {model::JointKind::hinge, model::JointKind::universal})
+    for (const bool fine : {false, true})
+      for (const bool within : {false, true}) {
+        std::vector<double> costs;
+        for (const double zero : {0.0, std::numbers::pi}) {
+          maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/bench/problems/three_hinges.toml");
+          model::JointDescription& joint = problem.swimmer.joints[0];
+          if (kind == model::JointKind::universal) {
+            joint.kind = kind;
+            joint.axes = {{Vector3d(0.0, 0.0, 1.0), Vector3d(0.0, 1.0, 0.0)}};
+            joint.axis.reset();
+          }
+          joint.reference_rotation = Vector3d(0.0, 0.0, zero);
+          problem.start.rotation[1] = Vector3d(0.0, 0.0, 3.0);
+          problem.goal->move = {std::nullopt, std::nullopt, std::nullopt};
+          problem.goal->turn = Vector3d::Zero();
+          problem.goal->rotation = {{"b1", Vector3d(0.0, 0.0, -3.0)}, {"b2", std::nullopt}};
+          problem.scheme = fine ? maneuver::Scheme::order4 : maneuver::Scheme::trapezoid;
+          if (fine) problem.rule.reset();
+          if (within && !fine && kind == model::JointKind::hinge && zero == 0.0)
+            problem.limits.angle["b1"] = {{-3.1, 3.1}};
+          problem.steps = 40;
+          problem.search.starts = 3;
+          const study::Answer answer = answered(problem);
+          EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+          costs.push_back(answer.solution.cost);
+        }
+        if (within && !fine && kind == model::JointKind::hinge)
+          EXPECT_GT(costs[0] / costs[1], 10.0) << "a limit keeps it from the shorter way";
+        else
+          EXPECT_NEAR(costs[0] / costs[1], 1.0, 1e-8);
+      }
+}
+
+// Times that differ by round-off are one: what is asked at both is asked there.
+TEST(UnusualGoals, of_waypoints_at_one_time_are_all_met) {
+  maneuver::Problem problem = planar_chain();
+  problem.goal->turn = Vector3d::Zero();
+  problem.goal->move[0] = 0.3;
+  maneuver::Waypoint front, back;
+  front.time = 0.3 * problem.duration.value;
+  back.time = std::nextafter(front.time, 2.0);
+  front.rotation["front"] = Vector3d(0.0, 0.0, 0.5);
+  back.rotation["back"] = Vector3d(0.0, 0.0, -0.4);
+  for (const bool swapped : {false, true}) {
+    problem.waypoints = swapped ? std::vector{back, front} : std::vector{front, back};
+    const study::Answer answer = answered(problem);
+    EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+    const auto turned = [&](std::size_t body) { return lie::log(answer.solution.rotation[12][body])[2]; };
+    EXPECT_NEAR(turned(1), 0.5, 1e-8);
+    EXPECT_NEAR(turned(2), -0.4, 1e-8);
+  }
+}
+
 // What a given duration costs is no reason to search otherwise.
 TEST(UnusualGoals, in_a_given_duration_are_searched_alike_whatever_time_costs) {
   for (maneuver::Scheme scheme : {maneuver::Scheme::trapezoid, maneuver::Scheme::order4}) {
