@@ -72,6 +72,15 @@ MatrixXd condensed_rows(const MatrixXd& rows) {
   return qr.matrixQR().topRows(rows.cols()).triangularView<Eigen::Upper>();
 }
 
+void normalize_rows(Eigen::Ref<MatrixXd> rows, double threshold) {
+  if (rows.rows() == 0) return;
+  const double longest = rows.rowwise().norm().maxCoeff();
+  for (Eigen::Index r = 0; r < rows.rows(); ++r) {
+    const double length = rows.row(r).norm();
+    rows.row(r) *= length > threshold * longest ? 1.0 / length : 0.0;
+  }
+}
+
 VectorXd beyond_rows(const VectorXd& g, const MatrixXd& rows, double threshold) {
   if (rows.rows() == 0) return g;
   const Pivoted qr = factored(rows, threshold);

@@ -29,6 +29,9 @@ MatrixXd span_of_rows(const MatrixXd& rows, double threshold);
 /// At most as many rows as columns whose sums of squares along any direction are those of the rows.
 MatrixXd condensed_rows(const MatrixXd& rows);
 
+/// Makes rows of unit length; those no longer than this share of the longest become 0.
+void normalize_rows(Eigen::Ref<MatrixXd> rows, double threshold);
+
 /// What is left of g when the best combination of the rows is taken off: by an orthonormal basis, so that the
 /// combination's coefficients, which may be large, need not be formed.
 VectorXd beyond_rows(const VectorXd& g, const MatrixXd& rows, double threshold);

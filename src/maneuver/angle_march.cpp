@@ -7,6 +7,7 @@
 #include <sstream>
 #include <utility>
 
+#include "maneuver/end_rows.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/moment_basis.hpp"
 #include "maneuver/motion.hpp"
@@ -319,7 +320,7 @@ Solution march_along(const System& system, const Problem& problem, const JointAn
   for (int k = 0; k < problem.steps && solution.status == Status::simulated; ++k) {
     if (interrupted && interrupted()) {
       solution.status = Status::interrupted;
-      solution.message = "Interrupted at t = " + std::to_string(k * problem.time_step()) + " s.";
+      solution.message = "Interrupted at t = " + in_words(k * problem.time_step()) + " s.";
     } else if (!march.advance(k)) {
       solution.status = Status::stalled;
       solution.message = stopped(k, problem.time_step());
@@ -335,7 +336,7 @@ Solution march_along(const System& system, const Problem& problem, const JointAn
   for (std::size_t k = 0; k < path.control.size(); ++k)
     if (!path.control[k].allFinite()) {
       solution.status = Status::stalled;
-      solution.message = "at t = " + std::to_string(static_cast<double>(k) * problem.time_step()) +
+      solution.message = "at t = " + in_words(static_cast<double>(k) * problem.time_step()) +
                          " s no finite moments turn the joints so: the angles change beyond all numbers; look at "
                          "them at that time";
       return solution;

@@ -11,6 +11,7 @@
 #include "algebra/row_space.hpp"
 #include "integrator/march.hpp"
 #include "integrator/step_derivatives.hpp"
+#include "maneuver/end_rows.hpp"
 #include "optimizer/riccati.hpp"
 
 namespace lamprey::maneuver {
@@ -27,6 +28,7 @@ constexpr int most_gains = 1000;   // intervals between gains
 constexpr int reach_windows = 25;  // over which it is looked what moments can reach
 constexpr int least_window = 6;    // at least so many in each
 constexpr double reach_limit = 1e-10;
+constexpr double no_row = 1e-12;  // of the longest, what moments do that is round-off
 constexpr int cycles_ahead =
     4;  // that a gait's gains look at: more would weigh total momentum, which nothing takes away, without end
 constexpr double obeyed = 1e-7;  // rad, how near a step marched again ends to where it did
@@ -256,7 +258,7 @@ LinearStages linear_stages(const System& system, const Problem& problem, const S
     tangent.B_next = (unit.cwiseInverse().asDiagonal() * tangent.B_next).eval();
     if (!tangent.A.allFinite() || !tangent.B.allFinite() || !tangent.B_next.allFinite())
       throw std::domain_error("the motion passes where its steps or velocities are not defined, near t = " +
-                              std::to_string(solution.time[at(stages.node[m])]) + " s");
+                              in_words(solution.time[at(stages.node[m])]) + " s");
     stages.tangent.push_back(std::move(tangent));
     const double length = solution.time[at(stages.node[m + 1])] - solution.time[at(stages.node[m])];
     stages.weight[m] += 0.5 * length;
@@ -285,7 +287,8 @@ MatrixXd reachable_deviations(const LinearStages& stages) {
       reached = (reached * tangent.A.transpose()).eval();
       MatrixXd by_moments(tangent.B.cols() + tangent.B_next.cols(), size);
       by_moments << tangent.B.transpose(), tangent.B_next.transpose();
-      add_rows(reached, by_moments.rowwise().normalized());
+      algebra::normalize_rows(by_moments, no_row);
+      add_rows(reached, by_moments);
     }
     add_rows(all, reached);
   }

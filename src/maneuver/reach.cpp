@@ -108,17 +108,6 @@ double beyond(const MatrixXd& span, const MatrixXd& rows) {
   return left.rowwise().norm().maxCoeff();
 }
 
-// Rows of no length but round-off are none: next to the longest of their kind, whatever a moment moves a body by.
-template <typename Rows>
-void normalize_rows(Rows&& rows) {
-  if (rows.rows() == 0) return;
-  const double longest = rows.rowwise().norm().maxCoeff();
-  for (Eigen::Index r = 0; r < rows.rows(); ++r) {
-    const double length = rows.row(r).norm();
-    rows.row(r) *= length > dependence_threshold * longest ? 1.0 / length : 0.0;
-  }
-}
-
 // What is missed by no more than round-off is none.
 void normalize_gap(Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> gap) {
   const double length = gap.norm();
@@ -147,8 +136,8 @@ MatrixXd reached_at_end(const StageModel& model) {
   MatrixXd reached(0, model.C.cols());
   for (const Stage& stage : model.stage) {
     MatrixXd moved = reached * stage.A.transpose(), driven = stage.B.transpose();
-    normalize_rows(moved);
-    normalize_rows(driven);
+    algebra::normalize_rows(moved, dependence_threshold);
+    algebra::normalize_rows(driven, dependence_threshold);
     MatrixXd both(moved.rows() + driven.rows(), reached.cols());
     both << moved, driven;
     reached = algebra::span_of_rows(both, reach_threshold).transpose();
@@ -188,8 +177,8 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
       MatrixXd moved = reached * stage.A.transpose();
       MatrixXd driven(sizes.inputs + (unsupported ? 1 : 0), sizes.states);
       driven.topRows(sizes.inputs) = stage.B.transpose();
-      normalize_rows(moved);
-      normalize_rows(driven.topRows(sizes.inputs));
+      algebra::normalize_rows(moved, dependence_threshold);
+      algebra::normalize_rows(driven.topRows(sizes.inputs), dependence_threshold);
       if (unsupported) {
         driven.bottomRows<1>() = stage.gap.transpose();
         normalize_gap(driven.bottomRows<1>());

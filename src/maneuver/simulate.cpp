@@ -7,6 +7,7 @@
 
 #include "integrator/march.hpp"
 #include "lie/so3.hpp"
+#include "maneuver/end_rows.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/motion.hpp"
 
@@ -226,7 +227,7 @@ class Simulation {
   void add_half_of_jump(const mechanics::Moments& after, State& state, mechanics::Moments& moments) const {
     const VectorXd before = mechanics::generalized_force(system_, state.rotation, moments);
     for (std::size_t j = 0; j < moments.size(); ++j) moments[j] = 0.5 * (moments[j] + after[j]);
-    const double acting = 0.5 * h_ * integrator::composition(scheme_).fractions.back();
+    const double acting = 0.5 * last_step_ * integrator::composition(scheme_).fractions.back();
     state.momentum += acting * (mechanics::generalized_force(system_, state.rotation, moments) - before);
   }
 
@@ -269,7 +270,10 @@ class Simulation {
       };
     const StepReport report = march_.advance(span, length, state, witness);
     if (report.converged && keeps_stages()) stages_.commit(part, pieces);
-    if (report.converged) return true;
+    if (report.converged) {
+      last_step_ = length;
+      return true;
+    }
     report_ = report;
     failed_ = span;
     failed_step_ = length;
@@ -334,7 +338,8 @@ class Simulation {
   const NodePath* known_;
   mechanics::Interval known_interval_;
   bool adaptive_;
-  double h_;  // s, of whole steps
+  double h_;                // s, of whole steps
+  double last_step_ = 0.0;  // s, of the latest one, or of the latest part of one
   ControlledMarch march_;
   StageNodes stages_;
   StepReport report_;         // of the part that failed last
@@ -415,7 +420,7 @@ Solution simulate(const System& system, const Problem& problem, const ControlFun
   if (!append(0)) return stop(Status::stalled, "step 0 at t = 0 s cannot begin: " + no_velocity);
   for (int k = 0; k < problem.steps; ++k) {
     if (options.interrupted && options.interrupted())
-      return stop(Status::interrupted, "Interrupted at t = " + std::to_string(k * h) + " s.");
+      return stop(Status::interrupted, "Interrupted at t = " + in_words(k * h) + " s.");
     if (!simulation.advance(k, state, solution))
       return stop(Status::stalled, simulation.failure(k, problem.duration.value, state));
     if (!append(k + 1)) {

@@ -263,7 +263,7 @@ std::string verdict(const file::Results& results) {
         "each other (by {} of the momentum’s scale)",
         words, number(proof.equation_residual, 2));
   std::vector<std::string> parts;
-  const bool missed = proof.goal_error > 1e-9;
+  const bool missed = proof.goal_error > certificate::goal_mark;
   if (!std::isnan(proof.goal_error)) {
     parts.push_back(fmt::format("goal {} {} {}", missed ? "missed by" : "reached within", number(proof.goal_error, 2),
                                 goal_unit(results.problem)));

@@ -142,7 +142,7 @@ namespace {
 // As in problem files: more is meant in degrees.
 void require_turn(const std::string& key, const Eigen::Vector3d& turn) {
   if (turn.cwiseAbs().maxCoeff() <= 2.0 * std::numbers::pi) return;
-  throw InputError(key, "found a turn by " + std::to_string(turn.norm()) +
+  throw InputError(key, "found a turn by " + number(turn.norm(), 6) +
                             " rad; allowed: at most a full turn, 2 pi, along each axis; convert degrees to radians");
 }
 
@@ -225,12 +225,12 @@ Solver::Beginning& Solver::moved_beginning() {
 
 void Solver::set_duration(double duration) {
   if (!(duration > 0.0) || !std::isfinite(duration))
-    throw InputError("duration", "found " + std::to_string(duration) + ", allowed: positive numbers, s");
+    throw InputError("duration", "found " + number(duration, 6) + ", allowed: positive numbers, s");
   if (maneuver_.free_duration)
-    throw InputError("duration", "found " + std::to_string(duration) +
+    throw InputError("duration", "found " + number(duration, 6) +
                                      " where the problem's duration is free; make a new Solver of another problem");
   if (!problem_.waypoints.empty())
-    throw InputError("duration", "found " + std::to_string(duration) +
+    throw InputError("duration", "found " + number(duration, 6) +
                                      " where waypoints are tied to times; make a new Solver of another problem");
   take_duration(duration);
 }
