@@ -23,6 +23,9 @@ using model::Joint;
 using model::System;
 
 constexpr double far_from_displaced = 20.0;  // times heavier or lighter
+constexpr double trimmed = 0.02;             // of what is displaced, that vehicles trim away
+constexpr double gravity = 9.81;             // m/s²
+constexpr double lightest_liquid = 50.0;     // kg/m³
 constexpr double rounded_digits = 0.02;      // of a mass or inertia, by which given matrices may fall short of the body
 constexpr double far_off = 2.0;              // times the way to the body's surface
 constexpr double inertia_range = 1e10;       // of the bodies' J: round-off of the largest covers the smallest
@@ -40,6 +43,28 @@ std::string mass_remark(const Body& body, const model::BodyDescription& describe
   if (ratio < far_from_displaced && ratio > 1.0 / far_from_displaced) return "";
   return fmt::format("{} has {} kg and displaces {} kg of fluid; are mass, semi_axes (m) and density (kg/m³) meant so?",
                      printable(body.name), short_number(body.mass), short_number(displaced));
+}
+
+// Bodies of given mass matrices are anybody's; those that state nothing float.
+std::string weight_remark(const Problem& problem, const System& system) {
+  double mass = 0.0, displaced = 0.0;
+  for (int i = 0; i < system.body_count(); ++i) {
+    if (problem.swimmer.bodies[at(i)].mass_matrix) return "";
+    mass += system.body(i).mass;
+    displaced += system.density() * system.body(i).volume;
+  }
+  if (displaced == 0.0 || std::abs(mass - displaced) <= trimmed * displaced) return "";
+  return fmt::format("the bodies have {} kg and displace {} kg of fluid: {} N of {}, which the model leaves out",
+                     short_number(mass), short_number(displaced), short_number(gravity * std::abs(mass - displaced)),
+                     mass > displaced ? "weight" : "buoyancy");
+}
+
+std::string density_remark(const Problem& problem) {
+  const auto& bodies = problem.swimmer.bodies;
+  const double density = problem.swimmer.density;
+  const bool computed = std::any_of(bodies.begin(), bodies.end(), [](const auto& body) { return !body.mass_matrix; });
+  if (!computed || density == 0.0 || density >= lightest_liquid) return "";
+  return fmt::format("a fluid of {} kg/m³ is a gas; water has 1000 kg/m³, which is 1 g/cm³", short_number(density));
 }
 
 std::string total_remark(const Body& body, bool given, const char* key, const Matrix3d& total, const Matrix3d& alone,
@@ -104,6 +129,8 @@ std::vector<std::string> model_remarks(const Problem& problem, const System& sys
     add(offset_remark(joint, "parent_offset", joint.parent_offset, system.body(joint.parent)));
     add(offset_remark(joint, "child_offset", joint.child_offset, system.body(joint.child)));
   }
+  add(weight_remark(problem, system));
+  add(density_remark(problem));
   add(range_remark(system));
   add(goal_remark(problem, system));
   if (problem.goal && problem.goal->turn) add(turn_remark("goal.turn", *problem.goal->turn));

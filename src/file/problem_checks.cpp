@@ -25,7 +25,6 @@ using maneuver::Problem;
 using model::JointDescription;
 using model::SwimmerDescription;
 
-constexpr double angle_tolerance = 1e-9;     // rad, for rotations and axes that people write with 16 digits
 constexpr double velocity_tolerance = 1e-9;  // relative
 constexpr double symmetry_tolerance = 1e-9;  // relative
 
@@ -216,7 +215,8 @@ void check_joint_axes(const JointDescription& joint, std::size_t j) {
            "axes orthogonal at zero angle (second turned by reference_rotation)", "turn one of them");
 }
 
-// rad: how far the rotation child → parent is from those the joint can take.
+}  // namespace
+
 double misfit(const JointDescription& joint, const Matrix3d& child_to_parent) {
   const Matrix3d from_zero = lie::exp(joint.reference_rotation).transpose() * child_to_parent;
   switch (joint.kind) {
@@ -235,6 +235,8 @@ double misfit(const JointDescription& joint, const Matrix3d& child_to_parent) {
   }
   return 0.0;
 }
+
+namespace {
 
 Matrix3d start_rotation(const Problem& problem, const Index& index, const std::string& body) {
   return lie::exp(problem.start.rotation[index.at(body)]);
@@ -409,7 +411,10 @@ void check_start(const Problem& problem) {
              fmt::format("start rotations that are {:.4g} rad outside what the {} joint {} allows", off,
                          word(joint.kind), in_quotes(joint.name)),
              "start rotations that fit the joints",
-             "turn this body or its parent, or set the joint's reference_rotation");
+             fmt::format("turn this body or its parent, or set the joint's reference_rotation{}",
+                         joint.kind == JointKind::hinge || joint.kind == JointKind::universal
+                             ? "; " + key_path("start.angle", joint.name) + " in its place always fits"
+                             : ""));
   }
   check_start_velocities(problem, index);
   if (problem.start.free_shape && !(problem.goal && problem.goal->periodic))

@@ -22,6 +22,11 @@ void check_bodies(const model::SwimmerDescription& swimmer);
 /// Axes are what the joint's kind needs: present, non-zero, independent, orthogonal at zero angle.
 void check_joints(const model::SwimmerDescription& swimmer);
 
+inline constexpr double angle_tolerance = 1e-9;  // rad, for rotations and axes that people write with 16 digits
+
+/// rad: how far a rotation child → parent is from those the joint can take.
+double misfit(const model::JointDescription& joint, const Eigen::Matrix3d& child_to_parent);
+
 /// Start rotations and angular velocities fit the joints; free_shape goes with a periodic goal.
 void check_start(const maneuver::Problem& problem);
 

@@ -9,6 +9,7 @@
 #include "file/plane_checks.hpp"
 #include "file/problem_checks.hpp"
 #include "file/problem_limits.hpp"
+#include "file/problem_start.hpp"
 #include "file/text_file.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
@@ -148,48 +149,6 @@ std::vector<std::string> body_names(const Problem& problem) {
   return names;
 }
 
-std::vector<Vector3d> read_by_body(const TableReader& table, const std::vector<std::string>& names,
-                                   const Range& range) {
-  table.allow_only(names);
-  std::vector<Vector3d> values;
-  for (const std::string& name : names) values.push_back(table.vector(name, range).value_or(Vector3d::Zero()));
-  return values;
-}
-
-// A body that its joint leads and whose angular velocity the file does not state moves with its parent.
-void carry_led_bodies(const model::SwimmerDescription& swimmer, const TableReader& angular_velocity,
-                      maneuver::Start& start) {
-  std::map<std::string, std::size_t> index;
-  for (std::size_t i = 0; i < swimmer.bodies.size(); ++i) index[swimmer.bodies[i].name] = i;
-  std::vector<const model::JointDescription*> led(swimmer.bodies.size(), nullptr);
-  for (const model::JointDescription& joint : swimmer.joints)
-    if (joint.kind != JointKind::ball && !angular_velocity.find(joint.child)) led[index.at(joint.child)] = &joint;
-  for (std::size_t i = 0; i < led.size(); ++i) {
-    std::vector<std::size_t> line = {i};  // up to a body that is known
-    while (led[line.back()]) line.push_back(index.at(led[line.back()]->parent));
-    for (std::size_t n = line.size() - 1; n-- > 0;) {
-      const std::size_t child = line[n];
-      const std::size_t parent = line[n + 1];
-      start.angular_velocity[child] = lie::exp(start.rotation[child]).transpose() *
-                                      (lie::exp(start.rotation[parent]) * start.angular_velocity[parent]);
-      led[child] = nullptr;
-    }
-  }
-}
-
-void read_start(const TableReader& table, Problem& problem) {
-  table.allow_only({"position", "rotation", "angular_velocity", "linear_velocity", "free_shape"});
-  const std::vector<std::string> names = body_names(problem);
-  maneuver::Start& start = problem.start;
-  start.position = table.vector("position", any_number("m")).value_or(Vector3d::Zero());
-  start.rotation = read_by_body(table.table("rotation"), names, turn());
-  const TableReader angular_velocity = table.table("angular_velocity");
-  start.angular_velocity = read_by_body(angular_velocity, names, any_number("rad/s"));
-  carry_led_bodies(problem.swimmer, angular_velocity, start);
-  start.linear_velocity = table.vector("linear_velocity", any_number("m/s")).value_or(Vector3d::Zero());
-  start.free_shape = table.boolean("free_shape").value_or(false);
-}
-
 void read_goal(const TableReader& table, Problem& problem) {
   if (!table.present()) return;
   table.allow_only({"move", "turn", "rotation", "rest", "periodic"});
@@ -291,6 +250,7 @@ Problem read_document(const TableReader& document, const std::string& path) {
   read_search(document.table("search"), problem);
   require_plane(problem);
   check_statement(problem);
+  balance_start(document.table("start"), problem);
   return problem;
 }
 

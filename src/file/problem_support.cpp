@@ -7,7 +7,7 @@
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
 #include "fluid/gap.hpp"
-#include "maneuver/limit_rows.hpp"
+#include "maneuver/ends_within_limits.hpp"
 #include "maneuver/maneuver.hpp"
 
 namespace lamprey::file {
@@ -21,9 +21,8 @@ namespace {
                        allowed, cure));
 }
 
-constexpr double small_ball = 1e-3;    // of a body's least semi-axis, that stands for a point
-constexpr double start_breaks = 1e-9;  // of a limit's unit, rad of a swing: beyond round-off
-constexpr double no_cosine = 1e-15;    // of a cosine
+constexpr double hardly = 1e-9;      // of what joints leave
+constexpr double small_ball = 1e-3;  // of a body's least semi-axis, that stands for a point
 
 constexpr const char* only_by_newton =
     "remove this key, or set control.kind = \"steps\" without --solver ipopt and begin without momentum";
@@ -110,44 +109,10 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
                          "effort and time alone", mend);
 }
 
-// One end of the motion.
-struct End {
-  const char* what;
-  const mechanics::Rotations& rotation;
-  const Eigen::Vector3d& position;
-  std::vector<bool> turned;  // [bodies] whose rotations are known
-  bool placed;               // whether the position is
-  const char* allowed;
-  // Whether a limit depends on nothing else.
-  bool shows(const model::System& system, const maneuver::LimitRow& row) const {
-    using Kind = maneuver::LimitRow::Kind;
-    if (row.joint >= 0) {
-      const model::Joint& joint = system.joint(row.joint);
-      return turned[model::at(joint.parent)] && turned[model::at(joint.child)];
-    }
-    const bool keeps_out = row.kind == Kind::sphere || row.kind == Kind::half_space;
-    return std::all_of(turned.begin(), turned.end(), [](bool known) { return known; }) && (placed || !keeps_out);
-  }
-};
-
-void require_within_limits(const ProblemFile& file, const model::System& system, const End& end) {
-  using Kind = maneuver::LimitRow::Kind;
-  const maneuver::Problem& problem = file.problem;
-  const Eigen::VectorXd still = Eigen::VectorXd::Zero(system.control_count());
-  const maneuver::LimitedNode node{end.rotation, end.rotation,        end.position,
-                                   still,        problem.time_step(), problem.duration.value};
-  for (const maneuver::LimitRow& row : maneuver::limit_rows(system, problem)) {
-    if (row.of_moments() || row.of_duration() || row.equality() || row.kind == Kind::speed) continue;
-    if (!end.shows(system, row)) continue;
-    const double value = maneuver::limit_value(system, row, node, 1.0);
-    const double excess = value < 0.0 ? row.excess(-value, problem.time_step()) : 0.0;
-    if (row.kind == Kind::swing ? excess <= start_breaks + no_cosine / row.unit : value >= -start_breaks) continue;
-    const bool listed = row.kind == Kind::sphere || row.kind == Kind::half_space;
-    const std::string key = listed ? fmt::format("{}[{}]", row.key, row.component) : row.key;
-    throw located(model::InputError(key, fmt::format("found a {} that breaks this limit by {:.3g} {}; allowed: {}",
-                                                     end.what, excess, row.unit_name(), end.allowed)),
-                  file);
-  }
+void refuse_end(const char* end, const maneuver::BrokenLimit& broken, const char* mend) {
+  const maneuver::LimitRow& row = *broken.row;
+  refuse(row.listed_key(), fmt::format("a {} that breaks this limit by {:.3g} {}", end, broken.excess, row.unit_name()),
+         fmt::format("a {} within the limits", end), mend);
 }
 
 // m, how far a body is from a point that moves with it, seen from its mass centre; 0 inside.
@@ -167,7 +132,7 @@ void require_clearance_of_joined(const ProblemFile& file) {
     const model::Joint& joint = system.joint(j);
     const model::Body &parent = system.body(joint.parent), &child = system.body(joint.child);
     const double most = distance_to(parent, joint.parent_offset) + distance_to(child, joint.child_offset);
-    if (*problem.limits.clearance <= most * (1.0 + start_breaks)) continue;
+    if (*problem.limits.clearance <= most * (1.0 + hardly)) continue;
     throw model::InputError(
         "limits.clearance",
         fmt::format("found {} m; allowed: at most {:.4g} m, which joint {} leaves between {} and {} however it bends; "
@@ -185,27 +150,16 @@ void require_ends_within_limits(const ProblemFile& file) {
   const maneuver::Maneuver maneuver =
       maneuver::make_maneuver(system, problem, problem.steps);  // refuses contradictions
   if (problem.start.free_shape) return;
-  const integrator::State start = maneuver::start_state(system, problem.start);
-  require_within_limits(file, system,
-                        {"start", start.rotation, start.position, std::vector<bool>(start.rotation.size(), true), true,
-                         "a start within the limits, or start.free_shape; widen the limit or change [start]"});
-  if (problem.goal->periodic) return;
-  mechanics::Rotations rotation = start.rotation;
-  std::vector<bool> turned;
-  for (std::size_t i = 0; i < rotation.size(); ++i) {
-    turned.push_back(maneuver.end_rotation[i].has_value());
-    if (turned[i]) rotation[i] = *maneuver.end_rotation[i];
+  const std::vector<maneuver::LimitRow> rows = maneuver::limit_rows(system, problem);
+  try {
+    if (const auto broken = maneuver::broken_by_start(system, maneuver, rows))
+      refuse_end("start", *broken, "change [start], let start.free_shape be true, or widen the limit");
+    if (problem.goal->periodic) return;
+    if (const auto broken = maneuver::broken_by_goal(system, maneuver, rows))
+      refuse_end("goal", *broken, "change [goal], or widen the limit");
+  } catch (const model::InputError& error) {
+    throw located(error, file);
   }
-  Eigen::Vector3d position = start.position;
-  bool placed = true;
-  for (int c = 0; c < 3; ++c) {
-    const auto& end = maneuver.end_position[model::at(c)];
-    placed = placed && end;
-    if (end) position[c] = *end;
-  }
-  require_within_limits(
-      file, system,
-      {"goal", rotation, position, turned, placed, "a goal within the limits; widen the limit or change [goal]"});
 }
 
 void require_supported(const ProblemFile& file, Purpose purpose) {

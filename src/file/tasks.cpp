@@ -139,11 +139,16 @@ class Resolving {
     for (Results& other : results.others) kept.push_back({std::move(other), asked_.problem.steps});
     results.others.clear();
     kept.insert(kept.begin(), {std::move(results), asked_.problem.steps});
-    for (int round = 0; round < most_resolving_rounds && has_time(); ++round) {
+    for (int round = 0;; ++round) {
       int steps = 0;
       for (const Kept& each : kept) steps = std::max(steps, steps_for(each));
       const auto lags = [&](const Kept& each) { return each.arrived && each.steps < steps; };
       if (std::none_of(kept.begin(), kept.end(), lags)) break;
+      if (round == most_resolving_rounds || !has_time()) {
+        for (Kept& each : kept)
+          if (lags(each)) tell_untried(each, steps);
+        break;
+      }
       if (options_.progress) options_.progress(fmt::format("not all of it is resolved: again on {} steps", steps));
       for (Kept& each : kept)
         if (lags(each) && has_time()) solve_again(each, steps);
@@ -170,12 +175,24 @@ class Resolving {
                         : 0;
   }
 
+  void tell_untried(Kept& kept, int steps) {
+    kept.results.solution.message +=
+        fmt::format(" {} steps were not tried: {}.", steps,
+                    has_time() ? "--resolve goes on no further" : "the time was over (search.time_limit)");
+  }
+
   void solve_again(Kept& kept, int steps) {
     finer_.problem.steps = steps;
     Results again = solve_task(finer_, options_, command_, StoredMotion{kept.results, "the answer on fewer steps"});
     kept.arrived = again.solution.status == maneuver::Status::optimal;
     if (!kept.arrived) {
-      kept.results.solution.message += fmt::format(" From it the search on {} steps did not arrive.", steps);
+      const bool late = again.solution.status == maneuver::Status::time_limit;
+      kept.results.solution.message +=
+          late ? fmt::format(
+                     " The time was over before the search on {} steps arrived: give it more than {:.0f} s "
+                     "(search.time_limit).",
+                     steps, std::ceil(*asked_.problem.search.time_limit))
+               : fmt::format(" From it the search on {} steps did not arrive.", steps);
       return;
     }
     again.solution.message +=
@@ -233,8 +250,10 @@ class Resolving {
 
 Results resolve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command,
                      const std::optional<StoredMotion>& first) {
-  Resolving resolving(file, options, command);
-  return resolving.from(solve_task(file, options, command, first));
+  study::SolveOptions to_begin_with = options;
+  to_begin_with.resolving = true;
+  Resolving resolving(file, to_begin_with, command);
+  return resolving.from(solve_task(file, to_begin_with, command, first));
 }
 
 Results certified(const Results& results) {

@@ -61,7 +61,8 @@ class JointPaths {
       const auto& child_end = maneuver.end_rotation[at(joint.child)];
       const Matrix3d end = parent_end && child_end ? Matrix3d(parent_end->transpose() * *child_end) : start;
       start_.push_back(start);
-      way_.push_back(way_between(joint, start, end, maneuver.may_turn_round[at(j)]));
+      way_.push_back(
+          way_between(joint, start, end, !maneuver.may_turn_round.empty() && maneuver.may_turn_round[at(j)]));
     }
   }
 

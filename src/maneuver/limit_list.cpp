@@ -148,6 +148,11 @@ void add_waypoint_rows(const System& system, const Problem& problem, std::vector
 
 }  // namespace
 
+std::string LimitRow::listed_key() const {
+  const bool listed = kind == Kind::sphere || kind == Kind::half_space;
+  return listed ? key + "[" + std::to_string(component) + "]" : key;
+}
+
 const char* LimitRow::unit_name() const {
   switch (kind) {
     case Kind::torque:

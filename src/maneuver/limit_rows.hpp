@@ -48,6 +48,8 @@ struct LimitRow {
   double time_before = -1.0;              // s of the waypoint before it; negative: there is none
   bool equality() const { return kind == Kind::pass_position || kind == Kind::pass_turn; }
   bool upper() const { return kind == Kind::angle_below || kind == Kind::rate_below || kind == Kind::not_longer; }
+  /// As the problem file has it: of keep-outs with their number.
+  std::string listed_key() const;
   /// What the bound is counted in, and by how much of it a limit is exceeded where its value is −`missing`; rates as means over a
   /// step of `time_step` s.
   const char* unit_name() const;

@@ -26,9 +26,10 @@ struct Maneuver {
   bool free_shape = false;     // whether the shape at the start of a periodic motion is free too
   bool free_duration = false;  // `duration` is a first guess
   bool whole_turns = false;    // whether nothing but whole turns of its only joint angle gets the swimmer anywhere
-  std::vector<char> may_turn_round;  // [joints] whether nothing keeps one from turning all the way round
-  double time_weight = 0.0;          // (N m)², what a second costs
-  CostWeights cost_weights;          // of the other costs; of a given distance its share in work
+  std::vector<char>
+      may_turn_round;        // [joints] whether nothing keeps one from turning all the way round; empty: none may
+  double time_weight = 0.0;  // (N m)², what a second costs
+  CostWeights cost_weights;  // of the other costs; of a given distance its share in work
   mechanics::DiscreteLagrangian lagrangian = mechanics::DiscreteLagrangian::trapezoid;
   double duration = 1.0;  // s
   int steps = 0;

@@ -195,7 +195,8 @@ std::optional<int> steps_to_resolve(const Problem& problem, const Certificate& p
   return steps <= most_steps_proposed ? std::optional(static_cast<int>(steps)) : std::nullopt;
 }
 
-std::string advice_on_steps(const Problem& problem, const Certificate& proof, const Solution& solution) {
+std::string advice_on_steps(const Problem& problem, const Certificate& proof, const Solution& solution,
+                            bool resolving) {
   std::string missed = unresolved(problem, solution, proof);
   const auto& replay = proof.replay;
   const bool lost = replay && replay->feedback_rotation_error > certificate::feedback_mark;
@@ -206,7 +207,7 @@ std::string advice_on_steps(const Problem& problem, const Certificate& proof, co
     missed = "its replay with feedback ends " + number(replay->feedback_rotation_error) + " rad beside it";
   if (missed.empty()) return "";
   const std::string mend = "try [time] steps = " + std::to_string(problem.steps * more_steps(problem, proof)) +
-                           " or more (lamprey solve --resolve goes on to them by itself)";
+                           " or more" + (resolving ? "" : " (lamprey solve --resolve goes on to them by itself)");
   return " These steps do not resolve the motion: " + missed + "; " +
          (mostly_work(problem, solution) && unseen_work(proof, solution).empty()
               ? "work is least in impulses, which finer steps only make shorter: more weight on cost.effort" +

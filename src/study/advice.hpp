@@ -16,9 +16,9 @@ std::string advice(const maneuver::Problem& problem, const certificate::Certific
                    const maneuver::Solution& solution);
 
 /// What of an optimal answer more steps or smoother moments would mend, as a sentence after a blank. Empty where its replays keep to
-/// their marks.
+/// their marks. `resolving`: the search goes on to more steps by itself.
 std::string advice_on_steps(const maneuver::Problem& problem, const certificate::Certificate& certificate,
-                            const maneuver::Solution& solution);
+                            const maneuver::Solution& solution, bool resolving);
 
 /// Where joints could turn all the way round and no first guess has them do so, as a sentence after a blank; empty where it is too
 /// few guesses for that, or where what is asked leaves no joint free to.

@@ -91,13 +91,13 @@ void add_to(Answer& best, const Problem& problem, const Completion& found_out) {
   if (found_out.refinement) message += refinement_words(*found_out.refinement);
 }
 
-std::string words_on_steps(const Problem& problem, const Answer& of) {
-  return advice_on_steps(problem, of.certificate, of.solution) + unseen_work(of.certificate, of.solution);
+std::string words_on_steps(const Problem& problem, const Answer& of, bool resolving) {
+  return advice_on_steps(problem, of.certificate, of.solution, resolving) + unseen_work(of.certificate, of.solution);
 }
 
 // Of candidates in order of worth those after the first that are to be kept, each minimum once.
 std::vector<Answer> others(const model::System& system, const Problem& problem,
-                           const std::vector<const Certified*>& order, int workers, Parts& parts) {
+                           const std::vector<const Certified*>& order, const SolveOptions& options, Parts& parts) {
   std::vector<Answer> kept;
   const auto known = [&](double cost) {
     return same_minimum(order.front()->answer.solution.cost, cost) ||
@@ -108,8 +108,8 @@ std::vector<Answer> others(const model::System& system, const Problem& problem,
     if (static_cast<int>(kept.size()) + 1 >= problem.search.keep) break;
     if (one->answer.solution.status != Status::optimal || known(one->answer.solution.cost)) continue;
     Answer other = one->answer;
-    add_to(other, problem, complete(system, problem, other, {}, workers, parts));
-    other.solution.message += words_on_steps(problem, other);
+    add_to(other, problem, complete(system, problem, other, {}, options.workers, parts));
+    other.solution.message += words_on_steps(problem, other, options.resolving);
     other.solution.solver.total_wall_seconds = parts.seconds();
     kept.push_back(std::move(other));
   }
@@ -182,9 +182,9 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   }
   best.solution.message += cheaper_ones(problem, found, best.solution);
   if (optimal)
-    best.solution.message += words_on_steps(problem, best) + few_arrivals(best.solution) +
+    best.solution.message += words_on_steps(problem, best, options.resolving) + few_arrivals(best.solution) +
                              (options.solver == Backend::ipopt ? "" : untried_turns(system, problem));
-  if (optimal) best.others = others(system, problem, order, options.workers, parts);
+  if (optimal) best.others = others(system, problem, order, options, parts);
   parts.tell(candidates.unsearched, best.solution);
   best.solution.solver.total_wall_seconds = parts.seconds();
   return best;

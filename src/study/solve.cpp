@@ -309,6 +309,21 @@ class Search {
     std::vector<double> costs_;
   };
 
+  // Adds a candidate; where it arrived, but less near to stationary than is asked, once more from there on. Returns whether it is
+  // accepted.
+  bool take_candidate(const Found& fine) {
+    const auto add = [&](const Found& found) {
+      solutions_.push_back(describe(found));
+      found_.push_back(found);
+      return options_.accept && options_.accept(solutions_.back());
+    };
+    if (add(fine)) return true;
+    if (solutions_.back().status != maneuver::Status::feasible || !fine.converged() || budget_.stopped()) return false;
+    const Found again = method_->carry(fine, full_.steps);
+    count_effort(again.outcome);
+    return again.converged() && same_minimum(again.cost, fine.cost) && add(again);
+  }
+
   // Candidates at full resolution, where costs can be compared, two at a time by rising coarse cost, until as many accepted ones as
   // are to be kept cost less than those still waiting; then spare ones, until one is accepted.
   void refine_candidates() {
@@ -326,9 +341,7 @@ class Search {
       for (const Found& fine : refined) {
         count_effort(fine.outcome);
         if (fine.path.rotation.empty()) continue;
-        solutions_.push_back(describe(fine));
-        found_.push_back(fine);
-        if (options_.accept && options_.accept(solutions_.back())) accepted.add(solutions_.back().cost);
+        if (take_candidate(fine)) accepted.add(solutions_.back().cost);
         if (solutions_.back().status == maneuver::Status::optimal)
           arrived_cost = std::min(arrived_cost, solutions_.back().cost);
       }

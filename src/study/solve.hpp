@@ -21,6 +21,7 @@ struct SolveOptions {
   Backend solver = Backend::automatic;
   std::optional<FirstMotion> first = {};             // what the first of the first guesses is; else they are random
   bool first_alone = false;                          // no other first guesses, and no strokes, where it does not arrive
+  bool resolving = false;                            // whether more steps follow where these do not resolve the answer
   int workers = 1;                                   // threads (Ipopt: processes); the answer does not depend on it
   std::function<void(const std::string&)> progress;  // a line for people, may be empty
   std::function<bool()> interrupted;                 // asked often; may be empty

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "maneuver/ends_within_limits.hpp"
 #include "maneuver/feedback.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/seen_shape.hpp"
@@ -35,6 +36,7 @@ constexpr double same_turn = 1e-10;          // rad
 constexpr double same_answer = 1e-6;         // relative difference of cost
 constexpr double least_of_most = 1e-3;       // least duration over the most, where the least asked for has passed
 constexpr double most_beyond = 0.1;          // rad, of a joint seen beyond its limit
+constexpr double most_inside = 0.01;         // swimmer's sizes, of a body seen beyond a limit of place or clearance
 constexpr double nothing_left = 1e-6;        // of the time
 constexpr double least_stirred = 1e-6;       // of the way that the shapes led before
 constexpr int most_polishing = 5;            // iterations at an answer
@@ -139,6 +141,11 @@ void Solver::learn_from_answer() {
 
 namespace {
 
+void refuse_end(const char* end, const maneuver::BrokenLimit& broken, const char* mend) {
+  throw InputError(end, "found a " + std::string(end) + " that breaks " + broken.row->listed_key() + " by " +
+                            number(broken.excess, 3) + " " + broken.row->unit_name() + "; " + mend);
+}
+
 // As in problem files: more is meant in degrees.
 void require_turn(const std::string& key, const Eigen::Vector3d& turn) {
   if (turn.cwiseAbs().maxCoeff() <= 2.0 * std::numbers::pi) return;
@@ -167,6 +174,10 @@ void Solver::set_goal(const Goal& goal) {
   moved.end_rotation = asked.end_rotation;
   moved.end_position = asked.end_position;
   moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
+  if (!moved.periodic) {
+    if (const auto broken = maneuver::broken_by_goal(system_, moved, program_.limit_rows()))
+      refuse_end("goal", *broken, "give a goal within the limits");
+  }
   maneuver_ = moved;
   answers_ = false;
 }
@@ -184,6 +195,9 @@ void Solver::set_start(const integrator::State& start) {
                        "found a rotation beside what its joint allows; make the state by start_without_momentum");
   Maneuver moved = maneuver_;
   moved.start = kept_within_limits(start);
+  const auto broken = maneuver::broken_by_start(system_, moved, program_.limit_rows());
+  if (broken && broken->row->of_gap() && broken->excess > most_inside * system_.size())
+    refuse_end("start", *broken, "no motion leads out of there in a step");
   moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
   Beginning& beginning = moved_beginning();
   beginning.path = maneuver::led_to_start(system_, beginning.path, moved.start.rotation);

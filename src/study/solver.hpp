@@ -20,13 +20,13 @@ class Solver {
   /// bodies.
   Solver(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution);
 
-  /// Another goal, seen from the problem's own start. Throws model::InputError where it contradicts mechanics or asks for
-  /// what the first goal did not: rows stay what they were, only their values move.
+  /// Another goal, seen from the problem's own start. Throws model::InputError where it contradicts mechanics, breaks a limit or asks
+  /// for what the first goal did not: rows stay what they were, only their values move.
   void set_goal(const maneuver::Goal& goal);
 
   /// Another start without total momentum; the goal stays where it is in the world. The motion's shapes follow it, less and
   /// less towards the end. Joints seen beyond a limit of angle, swing or twist begin at it, still. Throws model::InputError where
-  /// one is by more than 0.1 rad, where there is momentum and for periodic goals.
+  /// one is by more than 0.1 rad, where bodies are beyond a clearance or a keep-out by more than a hundredth of the swimmer's size, where there is momentum and for periodic goals.
   void set_start(const integrator::State& start);
 
   /// Another duration in as many steps, s: the time that is left. Moments stretch with it. Throws model::InputError where it is free

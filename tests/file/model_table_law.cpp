@@ -167,6 +167,9 @@ TEST(ModelRemarks, tell_of_slips) {
   for (const auto& [change, words] : std::vector<std::pair<Change, std::string>>{
            {body([](auto& b) { b.mass = 1e-30; }), "tail has 1e-30 kg and displaces 83.7758 kg"},
            {body([](auto& b) { b.mass = 83.8e3; }), "tail has 83800 kg"},
+           {body([](auto& b) { b.mass = 100.0; }), "N of weight, which the model leaves out"},
+           {body([](auto& b) { b.mass = 70.0; }), "N of buoyancy, which the model leaves out"},
+           {[](maneuver::Problem& p) { p.swimmer.density = 1.025; }, "a fluid of 1.025 kg/m³ is a gas"},
            {body([](auto& b) { b.mass_matrix = 10.0 * Eigen::Matrix3d::Identity(); }), "tail.mass_matrix is less"},
            {body([](auto& b) { b.inertia_matrix = 0.1 * Eigen::Matrix3d::Identity(); }), "tail.inertia_matrix is less"},
            {body([](auto& b) { b.semi_axes *= 1e-3; }), "inertias of head and tail differ by a factor of"},

@@ -251,7 +251,10 @@ TEST(GoalBeyondALimit, is_told_at_the_limit_where_the_goal_fixes_what_it_limits)
        {std::tuple(bent, "angle.neck = [-0.6, 0.6]\n", "limits.angle.neck",
                    "found a goal that breaks this limit by 0.2 rad"),
         std::tuple(bent + "move = [0.0, 0.0, 0.5]\n", "half_space = [{ point = [0, 0, 0.3], normal = [0, 0, -1] }]\n",
-                   "limits.half_space[0]", "found a goal")}) {
+                   "limits.half_space[0]", "found a goal"),
+        std::tuple(bent + "move = [\"free\", \"free\", 0.5]\n",
+                   "half_space = [{ point = [0, 0, 0.3], normal = [0, 0, -1] }]\n", "limits.half_space[0]",
+                   "found a goal")}) {
     try {
       file::require_ends_within_limits(problem(goal, limits));
       ADD_FAILURE() << limits << " was taken as kept";

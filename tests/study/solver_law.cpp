@@ -744,6 +744,34 @@ TEST(SolverRefusals, name_what_a_problem_has_that_no_solver_takes) {
   EXPECT_NE(refusal(other).find("momentum"), std::string::npos) << refusal(other);
 }
 
+// As problem files are: a search for what limits forbid would take all its time.
+TEST(SolverRefusals, name_the_limit_that_a_goal_or_a_start_breaks) {
+  Problem problem = example_with("translation", 50);
+  problem.limits.half_spaces.push_back({Eigen::Vector3d(40.0, 0.0, 0.0), Eigen::Vector3d(-1.0, 0.0, 0.0)});
+  const model::System system(problem.swimmer);
+  study::SolveOptions options;
+  options.refinement = false;
+  const Solution solution = study::solve(system, problem, options).front();
+  study::Solver solver(system, problem, solution);
+  const auto refused = [](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const model::InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  Goal goal = *problem.goal;
+  goal.move[0] = 60.0;
+  EXPECT_NE(refused([&] { solver.set_goal(goal); }).find("goal that breaks limits.half_space[0]"), std::string::npos);
+  maneuver::Start start = start_of(system, solver.maneuver().start);
+  start.position[0] += 60.0;
+  const std::string of_start = refused([&] { solver.set_start(maneuver::start_without_momentum(system, start)); });
+  EXPECT_NE(of_start.find("start that breaks limits.half_space[0]"), std::string::npos) << of_start;
+  solver.set_goal(*problem.goal);
+  EXPECT_EQ(solver.solve().termination, Termination::converged) << "what was refused left its mark";
+}
+
 TEST(SolverRefusals, goals_out_of_the_plane_that_moments_keep_are_out_of_reach) {
   const Solved solved("translation", 30);
   study::Solver solver(solved.system, solved.problem, solved.solution);
