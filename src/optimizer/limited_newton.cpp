@@ -94,6 +94,15 @@ int most_iterations(const StageProgram& program, const Options& options) {
 
 namespace {
 
+// What finds the limits that hold brings round-off into their multipliers: a last step at the least weight of theirs, from this one up
+// to that of landings, that leaves the Hessian definite.
+void settle_landed(StageNewton& newton, StageProgram& program, double least, Outcome& outcome) {
+  program.weigh_landed(least);
+  for (double weight = least; !newton.step_once_more(program, outcome) && weight < 1.0; weight *= more_weight)
+    program.weigh_landed(more_weight);
+  program.renew_limits(false);
+}
+
 // Rounds of searches, between which limits' multipliers and weights are renewed.
 void search_in_rounds(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
                       Outcome& outcome) {
@@ -126,11 +135,7 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
     const bool kept = program.limit_violation() <= limit_tolerance, met = found <= limit_tolerance;
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
     const bool done = met && converged && round.tolerance == finest;
-    if (done && program.landed()) {  // what finds the limits that hold brings round-off into their multipliers
-      program.weigh_landed(settling_weight / landing.grown);
-      newton.step_once_more(program, outcome);
-      program.renew_limits(false);
-    }
+    if (done && program.landed()) settle_landed(newton, program, settling_weight / landing.grown, outcome);
     if (done && (program.landed() || !landing.worth_trying(found))) return;
     if (outcome.iterations >= options.most_iterations) {
       outcome.termination = Termination::stalled;

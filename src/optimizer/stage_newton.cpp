@@ -402,10 +402,11 @@ void StageNewton::solve(StageProgram& program, const Options& options, Outcome& 
   }
 }
 
-void StageNewton::step_once_more(StageProgram& program, Outcome& outcome) {
+bool StageNewton::step_once_more(StageProgram& program, Outcome& outcome) {
   program.linearize(model_);
   factored_ = settle(program, moved_by_weights, outcome);
   if (factored_) multiplier_ = step_.end_multiplier;
+  return factored_;
 }
 
 bool StageNewton::foresee(StageProgram& program) {

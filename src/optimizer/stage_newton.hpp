@@ -23,8 +23,8 @@ class StageNewton {
   bool foresee(StageProgram& program);
 
   /// At a solution, where the program weighs what it asks otherwise than in the solve that found it: one Newton step, if the Hessian
-  /// is positive definite there too.
-  void step_once_more(StageProgram& program, Outcome& outcome);
+  /// is positive definite there too; whether it is.
+  bool step_once_more(StageProgram& program, Outcome& outcome);
 
   /// Length that the program would take of its first step, at most 1; 0 where there is none.
   double first_length(StageProgram& program);
