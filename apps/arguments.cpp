@@ -88,7 +88,8 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
       ->required();
   CLI::Option* controls = simulate->add_option(
       "--controls", arguments.simulate.controls,
-      "solution.json, or CSV: t, then 3 columns for each joint: N m on the parent, in the parent's frame with "
+      "solution.json or its folder, or CSV: t, then 3 columns for each joint: N m on the parent, in the parent's frame "
+      "with "
       "the joint at its zero angle; what the joint cannot exert is left out. A header names joints in any order: "
       "\"fin x\", or a hinge's name alone for its moment along its axis");
   simulate
@@ -99,7 +100,8 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
       ->needs(controls);
   CLI::Option* angles = simulate->add_option(
       "--angles", arguments.simulate.angles,
-      "solution.json, or CSV: t, then the angle of each hinge (rad), two of a universal joint, of a ball joint x, y, z "
+      "solution.json or its folder, or CSV: t, then the angle of each hinge (rad), two of a universal joint, of a ball "
+      "joint x, y, z "
       "of its "
       "rotation vector: the march follows them, a cubic from row to row, and finds the moments. A header names "
       "joints in any order: \"tail\", \"fin 1\", \"spine x (deg)\"; joints with actuated = false that it leaves out "

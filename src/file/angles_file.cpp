@@ -48,7 +48,8 @@ AngleSamples parse_angles(const std::string& bytes, const std::string& path, con
 }
 
 AngleSamples read_angles(const std::string& path, const Joints& joints) {
-  return parse_angles(read_bytes(path, table_byte_limit), path, joints);
+  const std::string file = motion_file(path);
+  return parse_angles(read_bytes(file, table_byte_limit), file, joints);
 }
 
 namespace {

@@ -200,7 +200,8 @@ std::string left_out(const ControlSamples& samples, const std::vector<ResolvedJo
 }
 
 ControlSamples read_controls(const std::string& path, const Joints& joints) {
-  return parse_controls(read_bytes(path, table_byte_limit), path, joints);
+  const std::string file = motion_file(path);
+  return parse_controls(read_bytes(file, table_byte_limit), file, joints);
 }
 
 }  // namespace lamprey::file

@@ -81,7 +81,8 @@ void require_followed(const Results& results, const std::string& path, const mod
   require_same_tree(results, path, follower, true);
   if (results.solution.feedback.gain.empty())
     refuse_motion(path, "/feedback", "no gains", "those that lamprey solve stores with optimal maneuvers",
-                  "solve the maneuver again, with a longer search.time_limit where that has ended the search");
+                  "solve the maneuver again to its end: a search that was interrupted, or ended by its time limit, may "
+                  "leave none");
   const double end = results.solution.time.back();
   if (from > 0.0 && results.problem.goal && results.problem.goal->periodic)
     refuse_motion(path, "/problem/goal", fmt::format("a gait, where the march begins at {} s of it", from),

@@ -14,6 +14,7 @@
 #include "maneuver/energy_balance.hpp"
 #include "maneuver/feedback.hpp"
 #include "maneuver/gait_cycles.hpp"
+#include "maneuver/goal_miss.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/motor_limits.hpp"
 #include "maneuver/random.hpp"
@@ -406,6 +407,34 @@ std::string remark_on_energy(const model::System& system, const Results& results
       energy->unworked, 4 * results.problem.steps);
 }
 
+// How far it ends from the goal of its problem.
+std::string remark_on_goal(const model::System& system, const Problem& asked, const maneuver::Solution& solution) {
+  if (solution.status != maneuver::Status::simulated) return "";
+  const auto miss = maneuver::goal_miss(system, asked, solution);
+  if (!miss || (miss->body < 0 && !miss->moves)) return "";
+  std::string words;
+  if (miss->body >= 0) words += fmt::format("{:.3g} rad ({})", miss->rotation, system.body(miss->body).name);
+  if (miss->moves) words += fmt::format("{}{:.3g} m", words.empty() ? "" : " and ", miss->position);
+  return fmt::format(" It ends {} beside the goal.", words);
+}
+
+// A table or a stored motion of another length than the march.
+std::string remark_on_length(const MarchOptions& options, const maneuver::Duration& asked, double marched) {
+  constexpr double same = 1e-9;
+  if (options.controls) {
+    const double whole = options.controls->time.back();
+    if (whole <= (1.0 + same) * marched) return "";
+    return fmt::format(
+        " The moments go on until {:.4g} s, of which this march has the first {:.4g} s; --duration {:.4g} marches the "
+        "whole.",
+        whole, marched, whole);
+  }
+  if (!options.angles || options.duration > 0.0 || asked.free || options.cycles > 1) return "";
+  if (std::abs(marched - asked.value) <= same * asked.value) return "";
+  return fmt::format(" The angles take {:.4g} s, and so does this march; the file's duration is {:.4g} s.", marched,
+                     asked.value);
+}
+
 // What people should know of a march, as further sentences.
 std::string remarks_on(const MarchOptions& options, const model::System& system, const Problem& problem,
                        const Results& results) {
@@ -455,11 +484,13 @@ void describe_as_marched(bool spline, Results& results) {
 }  // namespace
 
 Results march_task(ProblemFile file, MarchOptions options, const std::string& command) {
+  const maneuver::Duration asked = file.problem.duration;
   lay_out(options, file.problem);
   const std::vector<double> factors = perturb_inertia(options, file);
   const model::System system = system_of(file);
   const std::unique_ptr<Followed> followed = followed_from_start(options, system, file.problem);
   if (options.controls) begin_as(*options.controls, file.problem);
+  const Problem with_goal = file.problem;
   file.problem.goal.reset();  // marching seeks no goal
   perturb(options, system, followed.get(), file.problem);
   std::optional<maneuver::JointAngles> along;
@@ -468,7 +499,9 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   results.solution = along ? maneuver::march_along(system, file.problem, *along, options.interrupted)
                            : march(options, system, file.problem, followed.get());
   const std::string remarks = perturbed_words(factors, file.problem) +
-                              remarks_on(options, system, file.problem, results) + remark_on_energy(system, results);
+                              remarks_on(options, system, file.problem, results) +
+                              remark_on_length(options, asked, file.problem.duration.value) +
+                              remark_on_goal(system, with_goal, results.solution) + remark_on_energy(system, results);
   if (std::string& message = results.solution.message; !remarks.empty())
     message += (message.ends_with('.') ? "" : ".") + remarks;
   describe_as_marched(!along && !options.control && !followed &&

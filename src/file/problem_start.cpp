@@ -53,7 +53,7 @@ std::vector<Vector3d> read_by_body(const TableReader& table, const Bodies& bodie
 }
 
 // rad, of a hinge or of a universal joint's two axes.
-std::optional<std::array<double, 2>> read_angles(const TableReader& table, const JointDescription& joint) {
+std::optional<std::array<double, 2>> stated_angles(const TableReader& table, const JointDescription& joint) {
   const TomlValue* value = table.find(joint.name);
   if (!value) return std::nullopt;
   if (joint.kind == JointKind::hinge) return {{*table.number(joint.name, turn()), 0.0}};
@@ -88,7 +88,7 @@ void read_shape(const TableReader& table, const Bodies& bodies, Problem& problem
   for (const JointDescription* joint : from_the_root(problem.swimmer)) {
     const std::size_t child = bodies.at(joint->child);
     const Matrix3d parent = lie::exp(start[bodies.at(joint->parent)]);
-    const auto angles = read_angles(angle, *joint);
+    const auto angles = stated_angles(angle, *joint);
     const bool stated = rotation.find(joint->child) != nullptr;
     if (angles && stated)
       refuse(angle.key(joint->name), fmt::format("an angle beside {}", rotation.key(joint->child)), "one of the two",

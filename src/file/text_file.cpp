@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -53,6 +54,12 @@ std::string read_bytes(const std::string& path, std::size_t limit) {
           path, 1, 1, "file",
           fmt::format("found more than {} bytes; allowed: at most {} MiB; shorten the file", limit, limit >> 20));
   }
+}
+
+std::string motion_file(const std::string& path) {
+  const std::filesystem::path stored = std::filesystem::path(path) / "solution.json";
+  std::error_code none;
+  return std::filesystem::is_regular_file(stored, none) ? stored.string() : path;
 }
 
 std::string sha256(const std::string& bytes) {

@@ -19,19 +19,6 @@ using model::System;
 constexpr double no_rate = 1e-12;    // of what bodies turn at, that joints turn at
 constexpr double most_misfit = 0.1;  // rad, of a measured rotation beside its joint
 
-std::vector<std::optional<Matrix3d>> end_rotations(const System& system, const Goal& goal,
-                                                   const mechanics::Rotations& start) {
-  std::vector<std::optional<Matrix3d>> ends(start.size());
-  for (std::size_t i = 0; i < start.size(); ++i) {
-    if (goal.turn) ends[i] = lie::exp(*goal.turn) * start[i];
-    const auto named = goal.rotation.find(system.bodies()[i].name);
-    if (named == goal.rotation.end()) continue;
-    ends[i] = std::nullopt;
-    if (named->second) ends[i] = lie::exp(*named->second);
-  }
-  return ends;
-}
-
 // Whether a single joint angle is all that moves and nothing keeps it from turning right round, where the goal asks for a
 // displacement that ends in the first shape: to and fro it gets nowhere.
 bool needs_whole_turns(const System& system, const Problem& problem, const Maneuver& maneuver) {
@@ -136,6 +123,19 @@ integrator::State start_state(const System& system, const Start& start) {
   const VectorXd velocity =
       mechanics::velocity_of_bodies(system, rotation, start.angular_velocity, start.linear_velocity);
   return integrator::state_of_velocity(system, rotation, start.position, velocity);
+}
+
+std::vector<std::optional<Matrix3d>> end_rotations(const System& system, const Goal& goal,
+                                                   const mechanics::Rotations& start) {
+  std::vector<std::optional<Matrix3d>> ends(start.size());
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (goal.turn) ends[i] = lie::exp(*goal.turn) * start[i];
+    const auto named = goal.rotation.find(system.bodies()[i].name);
+    if (named == goal.rotation.end()) continue;
+    ends[i] = std::nullopt;
+    if (named->second) ends[i] = lie::exp(*named->second);
+  }
+  return ends;
 }
 
 void fit_to_joints(const System& system, mechanics::Rotations& R) {

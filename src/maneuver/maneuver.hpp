@@ -43,6 +43,10 @@ struct Maneuver {
 /// Start state of a problem.
 integrator::State start_state(const model::System& system, const Start& start);
 
+/// How a goal asks bodies to end that are turned so at the start, [bodies] body → world; nothing: free.
+std::vector<std::optional<Matrix3d>> end_rotations(const model::System& system, const Goal& goal,
+                                                   const mechanics::Rotations& start);
+
 /// Bodies that joints lead follow their parents at the angles nearest to what they have.
 void fit_to_joints(const model::System& system, mechanics::Rotations& rotation);
 

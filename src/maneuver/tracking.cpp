@@ -4,6 +4,7 @@
 
 #include "algebra/row_space.hpp"
 #include "lie/so3.hpp"
+#include "maneuver/maneuver.hpp"
 #include "maneuver/random.hpp"
 
 namespace lamprey::maneuver {

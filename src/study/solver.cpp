@@ -169,7 +169,11 @@ void Solver::set_goal(const Goal& goal) {
     same = same && asked.end_rotation[i].has_value() == maneuver_.end_rotation[i].has_value();
   for (std::size_t c = 0; c < 3; ++c)
     same = same && asked.end_position[c].has_value() == maneuver_.end_position[c].has_value();
-  if (!same) throw InputError("goal", "found other numbers free than in the goal before; make a new Solver for it");
+  if (!same)
+    throw InputError(
+        "goal",
+        "found a goal that leaves other attitudes or axes of move free than the problem's; give those it gives, or "
+        "make a new Solver of another problem");
   Maneuver moved = maneuver_;
   moved.end_rotation = asked.end_rotation;
   moved.end_position = asked.end_position;

@@ -120,7 +120,7 @@ TEST(ProblemFile, the_other_sections_hold_the_numbers_of_the_file) {
   EXPECT_EQ(problem.limits.spheres[0].radius, 0.75);
   ASSERT_EQ(problem.limits.half_spaces.size(), 1U);
   EXPECT_EQ(problem.limits.half_spaces[0].point, Vector3d(0.0, 0.0, -5.0));
-  EXPECT_EQ(problem.limits.half_spaces[0].normal, Vector3d(0.0, 0.5, 2.0));
+  EXPECT_LT((problem.limits.half_spaces[0].normal - Vector3d(0.0, 0.5, 2.0).normalized()).norm(), 1e-15);
   EXPECT_EQ(problem.time_weight, 12.5);
   EXPECT_EQ(problem.cost_weights.work, 2.5);
   EXPECT_EQ(problem.cost_weights.power, 0.25);
