@@ -10,8 +10,6 @@ namespace lamprey::maneuver {
 
 namespace {
 
-constexpr double unit = 100.0;  // N m, of the variables; of the objective (N m)² s
-
 using model::at;
 
 // Quaternion of the error R_goalᵀ R, of the sign with scalar part ≥ 0.
@@ -24,6 +22,8 @@ Eigen::Vector4d error_quaternion(const Matrix3d& goal, const Matrix3d& R) {
 Shooting::Shooting(const model::System& system, const Maneuver& maneuver, std::vector<GoalRow> goal_rows)
     : system_(system),
       maneuver_(maneuver),
+      scale_(inertia_scale(system, maneuver)),
+      unit_(100.0 * scale_),
       goal_rows_(std::move(goal_rows)),
       points_(maneuver.spline_points),
       controls_(system.control_count()),
@@ -34,21 +34,30 @@ Shooting::Shooting(const model::System& system, const Maneuver& maneuver, std::v
     for (int v = 0; v < variable_count(); ++v) jacobian_pattern_.add(r, v);
 }
 
+VectorXd Shooting::constraint_units() const {
+  VectorXd units = VectorXd::Ones(constraint_count());
+  for (int r = 0; r < constraint_count(); ++r) {
+    if (goal_rows_[at(r)].kind == GoalRow::Kind::position) units[r] = system_.length_unit();
+    if (goal_rows_[at(r)].kind == GoalRow::Kind::rest) units[r] = scale_ * maneuver_.duration;
+  }
+  return units;
+}
+
 VectorXd Shooting::node_control(const VectorXd& x, int node) const {
-  return unit * (Eigen::Map<const MatrixXd>(x.data(), points_, controls_).transpose() * basis_.row(node).transpose());
+  return unit_ * (Eigen::Map<const MatrixXd>(x.data(), points_, controls_).transpose() * basis_.row(node).transpose());
 }
 
 double Shooting::objective(const VectorXd& x) {
   double cost = 0.0;
   for (int k = 0; k <= maneuver_.steps; ++k) cost += 0.5 * maneuver_.node_weight[k] * node_control(x, k).squaredNorm();
-  return cost / unit;
+  return cost / (unit_ * scale_);
 }
 
 void Shooting::gradient(const VectorXd& x, VectorXd& g) {
   MatrixXd by_points = MatrixXd::Zero(points_, controls_);
   for (int k = 0; k <= maneuver_.steps; ++k)
     by_points += maneuver_.node_weight[k] * basis_.row(k).transpose() * node_control(x, k).transpose();
-  g = by_points.reshaped();
+  g = by_points.reshaped() / scale_;
 }
 
 bool Shooting::march(const VectorXd& x) {
@@ -130,7 +139,7 @@ void Shooting::jacobian(const VectorXd& x, VectorXd& values) {
   for (int r = 0; r < constraint_count(); ++r) {
     const VectorXd row = by_nodes.row(r);
     const Eigen::Map<const MatrixXd> by_node(row.data(), controls_, maneuver_.steps + 1);
-    const MatrixXd by_points = unit * (basis_.transpose() * by_node.transpose());
+    const MatrixXd by_points = unit_ * (basis_.transpose() * by_node.transpose());
     values.segment(r * variable_count(), variable_count()) = by_points.reshaped();
   }
 }
@@ -149,7 +158,7 @@ double Shooting::goal_error(const VectorXd& x) {
 
 VectorXd Shooting::pack(const NodePath& path) const {
   MatrixXd samples(maneuver_.steps + 1, controls_);
-  for (int k = 0; k <= maneuver_.steps; ++k) samples.row(k) = path.control[at(k)].transpose() / unit;
+  for (int k = 0; k <= maneuver_.steps; ++k) samples.row(k) = path.control[at(k)].transpose() / unit_;
   return spline_points(basis_, samples).reshaped();
 }
 

@@ -16,6 +16,7 @@ class Shooting : public optimizer::Program {
   int constraint_count() const override { return static_cast<int>(goal_rows_.size()); }
   const VectorXd& constraint_lower() const override { return zero_; }
   const VectorXd& constraint_upper() const override { return zero_; }
+  VectorXd constraint_units() const override;
   double objective(const VectorXd& x) override;
   void gradient(const VectorXd& x, VectorXd& g) override;
   /// Not a number where the march fails: solvers take a shorter step then.
@@ -38,6 +39,8 @@ class Shooting : public optimizer::Program {
 
   const model::System& system_;
   Maneuver maneuver_;
+  double scale_;  // inertia_scale
+  double unit_;   // N m, of the variables
   std::vector<GoalRow> goal_rows_;
   int points_, controls_;
   MatrixXd basis_;  // [N+1][points]

@@ -24,7 +24,8 @@ bool is_ancestor(const System& system, int ancestor, int body) {
   return false;
 }
 
-// Moments that turn the whole about in the time, in units of 100 N m: 1 for the paper's swimmer.
+}  // namespace
+
 double inertia_scale(const System& system, const Maneuver& maneuver) {
   const std::vector<Vector3d> centres = system.mass_centres(maneuver.start.rotation, maneuver.start.position);
   double inertia = 0.0;
@@ -35,8 +36,6 @@ double inertia_scale(const System& system, const Maneuver& maneuver) {
   }
   return inertia / (300.0 * maneuver.duration * maneuver.duration);
 }
-
-}  // namespace
 
 Transcription::Transcription(const System& system, const Maneuver& maneuver, std::vector<GoalRow> goal_rows,
                              std::vector<LimitRow> limits)
@@ -108,6 +107,25 @@ void Transcription::lay_out() {
   for (int i = 0; i < bodies_; ++i)
     for (int a = 0; a < bodies_; ++a) related_[at(i)][at(a)] = is_ancestor(system_, a, i) || is_ancestor(system_, i, a);
   start_momentum_ = start_momenta();
+}
+
+VectorXd Transcription::variable_units() const {
+  const double length = system_.length_unit();
+  if (length == 1.0) return {};
+  VectorXd units = VectorXd::Ones(variable_count_);
+  for (int k = 1; k <= steps_; ++k) units.segment<3>(position_variable(k)).setConstant(length);
+  return units;
+}
+
+// Beside angular momenta, which are of order one, linear ones are of one over a length.
+VectorXd Transcription::constraint_units() const {
+  const double length = system_.length_unit();
+  if (length == 1.0) return {};
+  VectorXd units = VectorXd::Ones(constraint_count_);
+  for (int k = 0; k < steps_; ++k) units.segment<3>(momentum_row(k)).setConstant(1.0 / length);
+  for (std::size_t r = 0; r < goal_rows_.size(); ++r)
+    if (goal_rows_[r].kind == GoalRow::Kind::position) units[goal_row() + static_cast<int>(r)] = length;
+  return units;
 }
 
 // The derivative functions themselves record their pattern, at an arbitrary point: order and places never depend on it.

@@ -33,6 +33,9 @@ struct GoalRow {
   int component;  // 0, 1, 2
 };
 
+/// Moments that turn the whole about in the time, in units of 100 N m: 1 for the paper's swimmer.
+double inertia_scale(const model::System& system, const Maneuver& maneuver);
+
 /// Every end condition a maneuver states, redundant ones included.
 std::vector<GoalRow> stated_goal_rows(const model::System& system, const Maneuver& maneuver);
 
@@ -45,6 +48,9 @@ class Transcription : public optimizer::Program {
   int constraint_count() const override { return constraint_count_; }
   const VectorXd& constraint_lower() const override { return lower_; }
   const VectorXd& constraint_upper() const override { return upper_; }
+  /// Lengths in the swimmer's.
+  VectorXd variable_units() const override;
+  VectorXd constraint_units() const override;
   double objective(const VectorXd& x) override;
   void gradient(const VectorXd& x, VectorXd& g) override;
   void constraints(const VectorXd& x, VectorXd& c) override;

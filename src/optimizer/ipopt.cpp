@@ -54,6 +54,17 @@ class Adapter : public Ipopt::TNLP {
     return true;
   }
 
+  bool get_scaling_parameters(Number& of_objective, bool& use_x, Index n, Number* x, bool& use_c, Index m,
+                              Number* c) override {
+    const VectorXd variable = program_.variable_units(), constraint = program_.constraint_units();
+    of_objective = 1.0;
+    use_x = variable.size() == n;
+    use_c = constraint.size() == m;
+    for (Index i = 0; use_x && i < n; ++i) x[i] = 1.0 / variable[i];
+    for (Index r = 0; use_c && r < m; ++r) c[r] = 1.0 / constraint[r];
+    return true;
+  }
+
   bool get_starting_point(Index n, bool, Number* x, bool init_z, Number* z_lower, Number* z_upper, Index m,
                           bool init_lambda, Number* lambda) override {
     std::copy_n(x_.data(), n, x);
@@ -124,9 +135,9 @@ class Adapter : public Ipopt::TNLP {
     outcome_.multipliers = Eigen::Map<const VectorXd>(lambda, m);
     outcome_.objective = objective;
     const Eigen::Map<const VectorXd> values(c, m);
-    outcome_.infeasibility = m == 0 ? 0.0
-                                    : std::max((program_.constraint_lower() - values).maxCoeff(),
-                                               (values - program_.constraint_upper()).maxCoeff());
+    VectorXd missed = (program_.constraint_lower() - values).cwiseMax(values - program_.constraint_upper());
+    if (const VectorXd unit = program_.constraint_units(); unit.size() == m) missed = missed.cwiseQuotient(unit);
+    outcome_.infeasibility = m == 0 ? 0.0 : missed.maxCoeff();
   }
 
   // One point more after the tolerance is met: Newton's last step goes to round-off, further ones only stir it.
@@ -162,7 +173,8 @@ void set_options(Ipopt::OptionsList& list, const Program& program, const Options
   list.SetStringValue("sb", "yes");
   list.SetIntegerValue("print_level", 0);
   list.SetStringValue("linear_solver", "mumps");
-  list.SetStringValue("nlp_scaling_method", "none");
+  const bool in_units = program.variable_units().size() > 0 || program.constraint_units().size() > 0;
+  list.SetStringValue("nlp_scaling_method", in_units ? "user-scaling" : "none");
   list.SetNumericValue("constr_viol_tol", options.tolerance);
   list.SetNumericValue("dual_inf_tol", 1.0);
   list.SetNumericValue("tol", 1e-3 * options.tolerance);  // the adapter stops earlier, by its own test

@@ -32,6 +32,10 @@ class Program {
   /// Whether any constraint is more than an equation.
   bool has_inequalities() const { return constraint_lower() != constraint_upper(); }
 
+  /// What solvers measure variables and constraints in, so that they are of order one; empty: in 1.
+  virtual VectorXd variable_units() const { return {}; }
+  virtual VectorXd constraint_units() const { return {}; }
+
   virtual double objective(const VectorXd& x) = 0;
   virtual void gradient(const VectorXd& x, VectorXd& g) = 0;
   virtual void constraints(const VectorXd& x, VectorXd& c) = 0;

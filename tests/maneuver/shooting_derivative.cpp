@@ -35,8 +35,9 @@ TEST_P(ShootingDerivatives, adjoint_gradients_match_central_differences_at_secon
   maneuver::Shooting program(system, maneuver, maneuver::stated_goal_rows(system, maneuver));
   Random random(4);
   VectorXd x(program.variable_count()), direction(program.variable_count());
-  for (double& v : x) v = 0.2 * random.normal();
-  for (double& v : direction) v = random.normal();
+  const double size = std::pow(maneuver.duration, 2);  // of moments, in the program's units for so short a time
+  for (double& v : x) v = 0.2 * size * random.normal();
+  for (double& v : direction) v = size * random.normal();
   VectorXd values, gradient(x.size());
   program.jacobian(x, values);
   program.gradient(x, gradient);

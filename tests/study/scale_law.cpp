@@ -183,6 +183,35 @@ TEST(Scale, of_length_changes_no_proof_of_other_costs) {
   expect_one_proof_at_all_scales(problem);
 }
 
+// Ipopt's search, too: on splines, by shooting, and of a start in motion.
+TEST(Scale, of_length_changes_nothing_but_units_for_ipopt) {
+  for (const char* kind : {"spline", "shooting", "motion"}) {
+    maneuver::Problem problem = swimmer(1.0, 1.0, false);
+    problem.search.starts = 1;
+    problem.steps = 40;
+    const bool moving = kind == std::string("motion");
+    if (moving) {
+      problem.start.linear_velocity = Vector3d(0.01, 0.0, 0.0);
+      problem.goal->rest = false;
+    } else {
+      problem.scheme = maneuver::Scheme::paper;
+      problem.control = maneuver::ControlKind::spline;
+      problem.points = 11;
+      if (kind == std::string("shooting")) problem.search.method = maneuver::SearchMethod::shooting;
+    }
+    std::vector<maneuver::Solution> found;
+    for (const double scale : {1.0, 0x1p-8, 0x1p8}) {
+      maneuver::Problem asked = scaled(problem, scale);
+      asked.start.linear_velocity *= scale;
+      found.push_back(study::solve(model::System(asked.swimmer), asked, study::SolveOptions()).front());
+      EXPECT_EQ(found.back().status, found.front().status) << kind << " at " << scale << ": " << found.back().message;
+      EXPECT_NEAR(found.back().cost / std::pow(scale, 10), found.front().cost, tolerance(1e-8) * found.front().cost)
+          << kind << " at " << scale;
+    }
+    EXPECT_EQ(found.front().status, maneuver::Status::optimal) << kind << ": " << found.front().message;
+  }
+}
+
 // Rates that hold from the first step on are kept by the moments of the start alone.
 TEST(Scale, of_length_changes_no_proof_within_rates) {
   maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/bench/problems/three_hinges.toml");
