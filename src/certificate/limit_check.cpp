@@ -275,8 +275,57 @@ double density(const StoredMotion& motion, const Bound& bound, double multiplier
 
 }  // namespace
 
+namespace {
+
+constexpr double at_the_limit = 1e-3;  // of what a margin is large or small beside
+
+// Gathers how near a motion comes to its limits, those of one key together.
+class Reaches {
+ public:
+  void add(const StoredMotion& motion, const Bound& bound, int node, double margin) {
+    const bool keep_out = bound.kind == Kind::sphere || bound.kind == Kind::half_space;
+    const int which = keep_out ? bound.component : -1;
+    const auto [place, is_new] = place_.try_emplace({bound.key, which}, gathered_.size());
+    if (is_new) gathered_.push_back({{bound.key, bound.kind, which}, {}});
+    auto& [reach, nodes] = gathered_[place->second];
+    const double violation = -margin / unit_of(bound);
+    if (is_new || violation > reach.violation) {
+      reach.violation = violation, reach.margin = margin;
+      reach.bound = bound.value, reach.time = node * motion.time_step;
+    }
+    if (margin <= at_the_limit * scale_of(motion, bound)) nodes.insert(node);
+  }
+
+  std::vector<LimitReach> finished(int steps) const {
+    std::vector<LimitReach> reaches;
+    for (const Gathered& one : gathered_) {
+      reaches.push_back(one.reach);
+      reaches.back().share = static_cast<double>(one.nodes.size()) / (steps + 1);
+    }
+    return reaches;
+  }
+
+ private:
+  struct Gathered {
+    LimitReach reach;
+    std::set<int> nodes;  // at which the limit is reached
+  };
+  std::map<std::pair<std::string, int>, std::size_t> place_;
+  std::vector<Gathered> gathered_;
+};
+
+}  // namespace
+
+std::vector<double> margins(const StoredMotion& motion, const Bound& bound) {
+  std::vector<double> values;
+  for (int k = 0; k <= motion.steps; ++k)
+    values.push_back(applies(motion, bound, k) ? margin(motion, bound, place_of(motion, k)) : unset);
+  return values;
+}
+
 LimitCheck check_limits(const StoredMotion& motion) {
   LimitCheck check;
+  Reaches reaches;
   double largest = 0.0;
   const double cost_rate = std::max(spent_rate(motion), 1e-300);
   std::map<std::string, std::set<int>> nodes;  // where limits of one key nearly hold
@@ -288,7 +337,9 @@ LimitCheck check_limits(const StoredMotion& motion) {
       const double violation = (bound.equality() ? std::abs(own) : -own) / unit_of(bound);
       if (violation > check.violation || !std::isfinite(violation))
         check.violation = violation, check.key = bound.key, check.time = k * motion.time_step;
+      if (bound.equality()) check.missed = std::max(check.missed, std::abs(own));
       if (bound.equality()) continue;
+      reaches.add(motion, bound, k, own);
       if (own <= nearly_reached * scale_of(motion, bound)) nodes[bound.key].insert(k);
       if (!multipliers || !applies(motion, bound, k)) continue;
       const double pull = density(motion, bound, (*multipliers)[at(k)]);
@@ -298,6 +349,7 @@ LimitCheck check_limits(const StoredMotion& motion) {
     }
   }
   if (largest > 0.0) check.negative /= largest;
+  check.reaches = reaches.finished(motion.steps);
   for (const auto& [key, there] : nodes) check.reached[key] = static_cast<double>(there.size()) / (motion.steps + 1);
   return check;
 }

@@ -10,6 +10,19 @@
 
 namespace lamprey::certificate {
 
+/// How near a motion comes to limits of one key; of keep-outs to one of them.
+struct LimitReach {
+  std::string key;  // of the problem file
+  Bound::Kind kind;
+  int which = -1;          // of limits.sphere and limits.half_space, from 0
+  double bound = 0.0;      // of the tightest place, in the unit of the problem file; of keep-outs 0
+  double margin = 0.0;     // there, in that unit; negative: broken
+  double time = 0.0;       // s, of that place
+  double violation = 0.0;  // there, as LimitCheck counts it; not above 0: kept
+  double share = 0.0;      // of the nodes, at which a limit of this key is reached or broken
+  bool reached() const { return share > 0.0; }
+};
+
 /// The tightest place of all limits.
 struct LimitCheck {
   double violation =
@@ -19,9 +32,14 @@ struct LimitCheck {
   double complementarity = 0.0;  // largest |multiplier · margin| over the nodes, against the cost over the duration
   double negative = 0.0;         // most negative multiplier of a limit, against the largest
   std::map<std::string, double> reached = {};  // key of a limit that nearly holds somewhere → share of the nodes
+  std::vector<LimitReach> reaches = {};        // all limits, in the order of the file's keys
+  double missed = 0.0;                         // rad or m, of waypoints at most
 };
 
 LimitCheck check_limits(const StoredMotion& motion);
+
+/// [N + 1] how far a bound is from being broken at the nodes, in its own unit; NaN where it asks for nothing.
+std::vector<double> margins(const StoredMotion& motion, const Bound& bound);
 
 /// Gradient of Σ multiplier · time · margin by what the margins look at.
 struct LimitPulls {
