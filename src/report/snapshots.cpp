@@ -176,7 +176,7 @@ std::string half_plane_drawing(const PaperHalfPlane& half, const Paper& paper) {
     path += fmt::format("M{:.1f} {:.1f}L{:.1f} {:.1f}", paper.x(root.x()), paper.y(root.y()), paper.x(tip.x()),
                         paper.y(tip.y()));
   }
-  return fmt::format(R"(<path class="keep-out" d="{}" fill="none" stroke-width="1"/>)", path);
+  return fmt::format(R"(<path class="keep-out-face" d="{}" fill="none" stroke-width="1"/>)", path);
 }
 
 std::string obstacle_drawings(const Obstacles& obstacles, const Paper& paper) {
@@ -279,7 +279,7 @@ std::string snapshot_svg(const file::Results& results) {
       R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 980 {0:.1f}" width="980" height="{0:.1f}" role="img" )"
       R"(font-family="system-ui, 'DejaVu Sans', sans-serif"><title>{1}: seen from above, e₁ to the right</title><style>)"
       "text{{fill:#5a6472}}.start,.scale{{stroke:#5a6472}}.joint{{fill:#1c2430}}"
-      ".keep-out{{fill:#b3261e;stroke:#b3261e}}.waypoint{{fill:#f0286a;stroke:#1c2430}}"
+      ".keep-out,.keep-out-face{{stroke:#b3261e}}.keep-out{{fill:#b3261e}}.waypoint{{fill:#f0286a;stroke:#1c2430}}"
       ".body0{{fill:#3b7fb5;stroke:#2f6590}}.body1{{fill:#e39a2e;stroke:#b57a22}}.body2{{fill:#2a9d7c;stroke:#217d63}}"
       ".body3{{fill:#b8689a;stroke:#93537b}}.body4{{fill:#6fb1d8;stroke:#588dac}}.body5{{fill:#a8a03a;stroke:#86802e}}"
       "</style><rect width=\"980\" height=\"{0:.1f}\" rx=\"10\" fill=\"#ffffff\"/>\n",
