@@ -99,8 +99,10 @@ class Obstacles {
     this.group = new Group();
     this.seen = [];  // points that the picture should hold
     this.face = new MeshLambertMaterial({ transparent: true, opacity: 0.3, depthWrite: false, side: DoubleSide });
+    this.wide_face = this.face.clone();  // of a half-space: there is much of it
+    this.wide_face.opacity = 0.14;
     this.edge = new LineBasicMaterial();
-    this.mark = new MeshBasicMaterial();
+    this.mark = new MeshBasicMaterial({ depthTest: false, transparent: true });  // bodies pass waypoints with their middles
     const room = box.clone().expandByScalar(0.3 * radius);
     obstacles.sphere.forEach((sphere) => this.add_sphere(sphere, room));
     obstacles.half_space.forEach((half) => this.add_half_space(half, box, radius));
@@ -108,6 +110,7 @@ class Obstacles {
     for (const { position } of obstacles.waypoint) {
       const mesh = new Mesh(marker, this.mark);
       mesh.position.fromArray(position);
+      mesh.renderOrder = 3;
       this.group.add(mesh);
       this.seen.push(mesh.position);
     }
@@ -136,7 +139,7 @@ class Obstacles {
     const middle = box.getCenter(new Vector3());
     if (Math.abs(face.distanceToPoint(middle)) > 2 * radius) return;
     const half = 1.1 * radius, depth = 0.06 * radius, square = new Group(), strokes = [];
-    square.add(new Mesh(new PlaneGeometry(2 * half, 2 * half), this.face));
+    square.add(new Mesh(new PlaneGeometry(2 * half, 2 * half), this.wide_face));
     const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [x * half, y * half]);
     square.add(new LineLoop(lines(corners.flatMap(([x, y]) => [x, y, 0])), this.edge));
     corners.forEach(([x, y], n) => {
@@ -154,6 +157,7 @@ class Obstacles {
 
   recolor() {
     this.face.color.set(color("keep-out"));
+    this.wide_face.color.set(color("keep-out"));
     this.edge.color.set(color("keep-out"));
     this.mark.color.set(color("path"));
   }
