@@ -40,7 +40,9 @@ std::string length(double metres) {
   return number(std::abs(metres) <= certificate::limit_mark ? 0.0 : metres, 3) + " m";
 }
 
-std::string percent(double share) { return number(100.0 * share, 2) + " % of the time"; }
+std::string percent(double share) {
+  return fmt::format("{} % of the time", share > 0.1 ? fmt::format("{:.0f}", 100.0 * share) : number(100.0 * share, 2));
+}
 
 std::string time_words(const LimitReach& reach) { return number(reach.time, 4) + " s"; }
 
@@ -82,7 +84,7 @@ std::string used_words(const LimitReach& reach) {
     case Kind::angular_velocity:
       return of_bound("joints’ rates", "rad/s");
     case Kind::angle_rate:
-      return fmt::format("angles’ rates {} rad/s below their bound", number(reach.margin, 3));
+      return of_bound("rates of angles", "rad/s");
     case Kind::angle:
       return fmt::format("angles {} rad within their bounds", number(reach.margin, 3));
     case Kind::duration:
@@ -173,7 +175,11 @@ std::vector<std::string> march_faults(const file::Results& results) {
   if (const auto gap = march_clearance(results); gap && gap->gap < 0.0)
     faults.emplace_back("bodies pass through each other");
   if (const auto check = limits_seen(results))
-    if (const auto worst = worst_broken(check->reaches)) faults.push_back(worst->key + " is broken");
+    if (const auto worst = worst_broken(check->reaches)) {
+      const auto others = std::count_if(check->reaches.begin(), check->reaches.end(), broken) - 1;
+      faults.push_back(others == 0 ? worst->key + " is broken"
+                                   : fmt::format("{} limits are broken, {} most", others + 1, worst->key));
+    }
   if (results.solution.tracking && results.solution.tracking->lost()) faults.emplace_back("feedback has lost the plan");
   return faults;
 }

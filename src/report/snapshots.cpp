@@ -27,10 +27,18 @@ struct Shape {
   Ellipse outline;
 };
 
+/// From where to where bodies reach towards the eye, m.
+struct DepthRange {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  void add(double from, double to) { low = std::min(low, from), high = std::max(high, to); }
+};
+
 struct Snapshot {
   double time = 0.0;  // s
   std::vector<Shape> shapes;
   std::vector<Eigen::Vector2d> joints;
+  DepthRange depth;
 };
 
 /// What lies in the way, on paper.
@@ -38,6 +46,7 @@ struct Obstacles {
   struct Circle {
     Eigen::Vector2d centre;
     double radius;
+    double depth;  // m, of the centre, towards the eye
   };
   std::vector<Circle> spheres;
   std::vector<PaperHalfPlane> half_planes;
@@ -50,6 +59,7 @@ struct Strip {
   Obstacles obstacles;  // that lie in the box
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector2d high = -low;
+  DepthRange depth;
   Eigen::Vector2d start = Eigen::Vector2d::Zero();  // the root's mass centre at the start
 };
 
@@ -66,20 +76,26 @@ std::vector<std::size_t> chosen_nodes(const std::vector<double>& time) {
   return nodes;
 }
 
+Eigen::Vector3d towards_eye(const View& view) {
+  return Eigen::Vector3d(view.row(0)).cross(Eigen::Vector3d(view.row(1)));
+}
+
 Snapshot draw_node(const file::Results& results, const std::vector<int>& order, std::size_t node, const View& view) {
   const auto& bodies = results.problem.bodies;
   const auto& rotation = results.solution.rotation[node];
   const auto centres = body_centres(results.problem, order, results.solution.position[node], rotation);
-  const Eigen::Vector3d towards_eye = Eigen::Vector3d(view.row(0)).cross(Eigen::Vector3d(view.row(1)));
+  const Eigen::Vector3d eye = towards_eye(view);
   std::vector<std::size_t> depth(bodies.size());
   std::iota(depth.begin(), depth.end(), std::size_t{0});
-  std::stable_sort(depth.begin(), depth.end(), [&](std::size_t a, std::size_t b) {
-    return towards_eye.dot(centres[a]) < towards_eye.dot(centres[b]);
-  });
+  std::stable_sort(depth.begin(), depth.end(),
+                   [&](std::size_t a, std::size_t b) { return eye.dot(centres[a]) < eye.dot(centres[b]); });
   Snapshot snapshot;
   snapshot.time = results.solution.time[node];
   for (const std::size_t i : depth) {
     snapshot.shapes.push_back({i, projected_outline(bodies[i].semi_axes, rotation[i], centres[i], view)});
+    const double middle = eye.dot(centres[i]),
+                 half = bodies[i].semi_axes.cwiseProduct(rotation[i].transpose() * eye).norm();
+    snapshot.depth.add(middle - half, middle + half);
   }
   for (const file::ResolvedJoint& joint : results.problem.joints) {
     const auto parent = static_cast<std::size_t>(joint.parent);
@@ -91,7 +107,7 @@ Snapshot draw_node(const file::Results& results, const std::vector<int>& order, 
 Obstacles obstacles_on_paper(const file::Results& results, const View& view) {
   Obstacles obstacles;
   for (const maneuver::KeepOutSphere& sphere : results.problem.limits.spheres)
-    obstacles.spheres.push_back({view * sphere.centre, sphere.radius});
+    obstacles.spheres.push_back({view * sphere.centre, sphere.radius, towards_eye(view).dot(sphere.centre)});
   for (const maneuver::KeepOutHalfSpace& half : results.problem.limits.half_spaces)
     if (const auto seen = cut(half, view, results.solution.position.front())) obstacles.half_planes.push_back(*seen);
   for (const PassedPoint& passed : passed_points(results)) obstacles.waypoints.emplace_back(view * passed.position);
@@ -110,7 +126,10 @@ void make_room(Strip& strip) {
   };
   Obstacles& all = strip.obstacles;
   std::erase_if(all.spheres, [&](const Obstacles::Circle& circle) {
-    return (circle.centre - circle.centre.cwiseMax(lowest).cwiseMin(highest)).norm() >= circle.radius;
+    const bool beside_in_depth =
+        circle.depth + circle.radius < strip.depth.low - room || circle.depth - circle.radius > strip.depth.high + room;
+    return beside_in_depth ||
+           (circle.centre - circle.centre.cwiseMax(lowest).cwiseMin(highest)).norm() >= circle.radius;
   });
   for (const Obstacles::Circle& circle : all.spheres) {
     widen(circle.centre.array() - circle.radius);
@@ -131,6 +150,7 @@ Strip make_strip(const file::Results& results, const View& view) {
   strip.start = view * results.solution.position.front();
   for (const std::size_t node : chosen_nodes(results.solution.time)) {
     strip.snapshots.push_back(draw_node(results, order, node, view));
+    strip.depth.add(strip.snapshots.back().depth.low, strip.snapshots.back().depth.high);
     for (const Shape& shape : strip.snapshots.back().shapes) {
       strip.low = strip.low.cwiseMin(shape.outline.centre - shape.outline.half_extent());
       strip.high = strip.high.cwiseMax(shape.outline.centre + shape.outline.half_extent());

@@ -66,11 +66,12 @@ function draw_bounds(bounds) {
 // "limit ±0.8 rad, dashed", or where none lies in the picture "beyond this picture".
 function bounds_text(bounds, unit, range) {
   const values = [...new Set(bounds.map(({ value }) => value))].sort((a, b) => a - b);
-  const both = values.length === 2 && values[0] === -values[1];
   const shown = values.filter((value) => value >= range[0] && value <= range[1]).length;
-  const words = both ? `±${number_text(values[1])}` : values.map((value) => number_text(value)).join(", ");
+  const pairs = values.filter((value) => value > 0 && values.includes(-value));
+  const alone = values.filter((value) => !pairs.includes(Math.abs(value)));
+  const names = [...pairs.map((value) => `±${number_text(value)}`), ...alone.map((value) => number_text(value))];
   const where = shown === 0 ? "beyond this picture" : shown < values.length ? "dashed where they are in this picture" : "dashed";
-  return `${values.length > 1 && !both ? "limits" : "limit"} ${words} ${unit}, ${where}`;
+  return `${names.length > 1 ? "limits" : "limit"} ${names.join(", ")} ${unit}, ${where}`;
 }
 
 function add_time_mark(chart, clock) {
