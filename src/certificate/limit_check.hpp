@@ -7,21 +7,9 @@
 #include <vector>
 
 #include "certificate/bounds.hpp"
+#include "certificate/limit_reach.hpp"
 
 namespace lamprey::certificate {
-
-/// How near a motion comes to limits of one key; of keep-outs to one of them.
-struct LimitReach {
-  std::string key;  // of the problem file
-  Bound::Kind kind;
-  int which = -1;          // of limits.sphere and limits.half_space, from 0
-  double bound = 0.0;      // of the tightest place, in the unit of the problem file; of keep-outs 0
-  double margin = 0.0;     // there, in that unit; negative: broken
-  double time = 0.0;       // s, of that place
-  double violation = 0.0;  // there, as LimitCheck counts it; not above 0: kept
-  double share = 0.0;      // of the nodes, at which a limit of this key is reached or broken
-  bool reached() const { return share > 0.0; }
-};
 
 /// The tightest place of all limits.
 struct LimitCheck {

@@ -24,8 +24,8 @@ struct LimitCurve {
 /// Of limits of moments, angles, swing, twist and rates, in the order of the joints.
 std::vector<LimitCurve> limit_curves(const certificate::StoredMotion& motion);
 
-/// [N + 1][joints] N m: moments as joint_angle has its angles: of the motor of a hinge, of the two of a universal joint, of a ball
-/// joint along x, y, z of its parent's frame.
+/// [N + 1][joints] N m: moments as joint_angle has its angles: of the motor of a hinge, of the two of a universal joint,
+/// of a ball joint along x, y, z of its parent's frame.
 std::vector<std::vector<Eigen::Vector3d>> joint_moments(const certificate::StoredMotion& motion);
 
 }  // namespace lamprey::report

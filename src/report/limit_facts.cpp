@@ -56,9 +56,12 @@ std::string obstacle(const std::vector<LimitReach>& reaches, const LimitReach& r
 
 std::string length_words(const std::vector<LimitReach>& reaches, const LimitReach& reach) {
   const std::string there = reach.reached() ? fmt::format(", there over {}", percent(reach.share)) : "";
-  if (reach.kind == Kind::clearance)
-    return fmt::format("bodies {} apart at {} ({} asked for){}", length(reach.bound + reach.margin), time_words(reach),
+  if (reach.kind == Kind::clearance) {
+    const double gap = reach.bound + reach.margin;
+    return fmt::format("bodies {} at {} ({} asked for){}",
+                       gap < 0.0 ? "overlap by " + length(-gap) : length(gap) + " apart", time_words(reach),
                        length(reach.bound), there);
+  }
   const std::string name = obstacle(reaches, reach);
   if (std::abs(reach.margin) <= certificate::limit_mark)
     return fmt::format("touches {} at {}{}", name, time_words(reach), there);

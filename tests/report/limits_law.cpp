@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "file/resolve.hpp"
 #include "file/task_words.hpp"
 #include "file/text_table.hpp"
 #include "report/limit_facts.hpp"
@@ -132,6 +133,26 @@ TEST(LimitReaches, count_the_time_at_a_limit_and_tell_what_is_broken) {
   EXPECT_EQ(fact(results, "Limits").rfind("limits.torque.front is broken by 1 times its bound", 0), 0U);
   results.problem.limits = {};
   EXPECT_EQ(fact(results, "Limits"), "");
+}
+
+// Pairs that are far apart are not looked at closely, and none that matters is left out.
+TEST(LimitReaches, of_clearance_are_those_of_the_nearest_pair) {
+  file::Results results = moving();
+  for (file::ResolvedBody& body : results.problem.bodies) body.semi_axes *= 0.4;
+  for (const double asked : {1e-3, 2.0, 6.0}) {
+    results.problem.limits.clearance = asked;
+    const maneuver::Problem problem = file::problem_of(results);
+    const model::System system(problem.swimmer);
+    const certificate::StoredMotion motion(system, problem, results.solution);
+    double least = 1e300;
+    for (const certificate::Bound& bound : certificate::bounds_of(motion))
+      for (const double margin : certificate::margins(motion, bound))
+        if (!std::isnan(margin)) least = std::min(least, margin);
+    const auto check = certificate::check_limits(motion);
+    EXPECT_EQ(reach_of(check, "limits.clearance").margin, least);
+    EXPECT_EQ(check.violation, std::max(0.0, -least));
+    EXPECT_EQ(reach_of(check, "limits.clearance").reached(), least <= 1e-3 * system.length_unit());
+  }
 }
 
 // What a march looks like where nobody should overlook something.
