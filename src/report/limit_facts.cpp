@@ -89,9 +89,9 @@ std::string used_words(const LimitReach& reach) {
     case Kind::angle_rate:
       return of_bound("rates of angles", "rad/s");
     case Kind::angle:
-      return fmt::format("angles {} rad within their bounds", number(reach.margin, 3));
+      return fmt::format("angles {} rad or more from their bounds", number(reach.margin, 3));
     case Kind::duration:
-      return fmt::format("duration {} s within its bounds", number(reach.margin, 3));
+      return fmt::format("duration {} s from {}", number(reach.margin, 3), reach.key);
     default:
       return "";
   }
