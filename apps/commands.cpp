@@ -46,11 +46,21 @@ int exit_code(Status status) {
   }
 }
 
+// A fact on one line, or, where that is long, a line for each of its parts.
+void print_fact(const std::string& name, const std::string& value) {
+  constexpr std::size_t long_value = 110;  // bytes
+  std::string lines = value;
+  if (value.size() > long_value)
+    for (std::size_t at = lines.find("; "); at != std::string::npos; at = lines.find("; ", at + 1))
+      lines.replace(at, 2, ";\n" + std::string(31, ' '));
+  fmt::print("  {:<28} {}\n", name, lines);
+}
+
 void print_verdict(const Results& results, const std::string& folder) {
   fmt::print("{}\n  {}\n", results.name, report::verdict(results));
   if (results.solution.status != Status::simulated) fmt::print("{}", file::wrapped(report::remarks(results)));
   for (const std::string& line : report::momentum_lines(results)) fmt::print("  {}\n", line);
-  for (const auto& [name, value] : report::facts(results)) fmt::print("  {:<28} {}\n", name, value);
+  for (const auto& [name, value] : report::facts(results)) print_fact(name, value);
   const std::string here = folder.empty() ? "." : folder;
   fmt::print("  {:<28} {}/report.html\n", "report", here);
   for (std::size_t n = 0; n < results.others.size(); ++n)

@@ -84,4 +84,16 @@ std::vector<Bound> bounds_of(const StoredMotion& motion) {
   return bounds;
 }
 
+double unit_of(const Bound& bound) {
+  const bool relative = bound.kind == Kind::torque || bound.kind == Kind::torque_component || bound.of_rate() ||
+                        bound.kind == Kind::duration;
+  return relative ? bound.value : 1.0;
+}
+
+double scale_of(const StoredMotion& motion, const Bound& bound) {
+  const bool length = bound.kind == Kind::clearance || bound.kind == Kind::sphere || bound.kind == Kind::half_space ||
+                      bound.kind == Kind::pass_position;
+  return length ? motion.system.length_unit() : unit_of(bound);
+}
+
 }  // namespace lamprey::certificate

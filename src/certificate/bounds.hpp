@@ -39,4 +39,10 @@ struct Bound {
 /// All of a problem's, in the order of the file's keys.
 std::vector<Bound> bounds_of(const StoredMotion& motion);
 
+/// What violations are counted in: moments, rates and durations against their bound.
+double unit_of(const Bound& bound);
+
+/// What its margin is large or small beside: lengths beside the swimmer.
+double scale_of(const StoredMotion& motion, const Bound& bound);
+
 }  // namespace lamprey::certificate

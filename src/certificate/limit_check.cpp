@@ -247,21 +247,7 @@ void add_gradient(const StoredMotion& motion, const Bound& bound, int node, doub
         by([c](Place& place, double e) { place.position[c] += e; }, displacement);
 }
 
-// What violations are counted in: moments, rates and durations against their bound.
-double unit_of(const Bound& bound) {
-  const bool relative = bound.kind == Kind::torque || bound.kind == Kind::torque_component || bound.of_rate() ||
-                        bound.kind == Kind::duration;
-  return relative ? bound.value : 1.0;
-}
-
-// What its margin is large or small beside: lengths beside the swimmer.
-double scale_of(const StoredMotion& motion, const Bound& bound) {
-  const bool length = bound.kind == Kind::clearance || bound.kind == Kind::sphere || bound.kind == Kind::half_space ||
-                      bound.kind == Kind::pass_position;
-  return length ? motion.system.length_unit() : unit_of(bound);
-}
-
-constexpr double nearly_reached = 1e-2;  // of that
+constexpr double nearly_reached = 1e-2;  // of what a margin is large or small beside
 
 // Nodes of a gait whose first shape is free too: what keeps its shape keeps that at the end, not where it is.
 bool seen_at_start(const StoredMotion& motion, const Bound& bound) {
@@ -275,21 +261,36 @@ double density(const StoredMotion& motion, const Bound& bound, double multiplier
 
 }  // namespace
 
+std::vector<double> margins(const StoredMotion& motion, const Bound& bound) {
+  std::vector<double> values;
+  for (int k = 0; k <= motion.steps; ++k)
+    values.push_back(applies(motion, bound, k) ? margin(motion, bound, place_of(motion, k)) : unset);
+  return values;
+}
+
 LimitCheck check_limits(const StoredMotion& motion) {
   LimitCheck check;
+  LimitReaches reaches;
   double largest = 0.0;
   const double cost_rate = std::max(spent_rate(motion), 1e-300);
   std::map<std::string, std::set<int>> nodes;  // where limits of one key nearly hold
-  for (const Bound& bound : bounds_of(motion)) {
+  const std::vector<Bound> bounds = bounds_of(motion);
+  const BallMargins balls(motion, bounds);
+  for (const Bound& bound : bounds) {
     const std::vector<double>* multipliers = multipliers_of(motion, bound);
+    const double near = nearly_reached * scale_of(motion, bound);
     for (int k = 0; k <= motion.steps; ++k) {
       if (!applies(motion, bound, k) && !(k == 0 && seen_at_start(motion, bound))) continue;
+      const bool pulls = multipliers && (*multipliers)[at(k)] != 0.0;
+      if (!pulls && balls.least(bound, k) > std::max(near, reaches.tightest(bound))) continue;
       const double own = margin(motion, bound, place_of(motion, k));
       const double violation = (bound.equality() ? std::abs(own) : -own) / unit_of(bound);
       if (violation > check.violation || !std::isfinite(violation))
         check.violation = violation, check.key = bound.key, check.time = k * motion.time_step;
+      if (bound.equality()) check.missed = std::max(check.missed, std::abs(own));
       if (bound.equality()) continue;
-      if (own <= nearly_reached * scale_of(motion, bound)) nodes[bound.key].insert(k);
+      reaches.add(motion, bound, k, own);
+      if (own <= near) nodes[bound.key].insert(k);
       if (!multipliers || !applies(motion, bound, k)) continue;
       const double pull = density(motion, bound, (*multipliers)[at(k)]);
       check.complementarity = std::max(check.complementarity, std::abs(pull * own) / cost_rate);
@@ -298,6 +299,7 @@ LimitCheck check_limits(const StoredMotion& motion) {
     }
   }
   if (largest > 0.0) check.negative /= largest;
+  check.reaches = reaches.finished(motion.steps);
   for (const auto& [key, there] : nodes) check.reached[key] = static_cast<double>(there.size()) / (motion.steps + 1);
   return check;
 }

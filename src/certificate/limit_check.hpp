@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "certificate/bounds.hpp"
+#include "certificate/limit_reach.hpp"
 
 namespace lamprey::certificate {
 
@@ -19,9 +20,14 @@ struct LimitCheck {
   double complementarity = 0.0;  // largest |multiplier · margin| over the nodes, against the cost over the duration
   double negative = 0.0;         // most negative multiplier of a limit, against the largest
   std::map<std::string, double> reached = {};  // key of a limit that nearly holds somewhere → share of the nodes
+  std::vector<LimitReach> reaches = {};        // all limits, in the order of the file's keys
+  double missed = 0.0;                         // rad or m, of waypoints at most
 };
 
 LimitCheck check_limits(const StoredMotion& motion);
+
+/// [N + 1] how far a bound is from being broken at the nodes, in its own unit; NaN where it asks for nothing.
+std::vector<double> margins(const StoredMotion& motion, const Bound& bound);
 
 /// Gradient of Σ multiplier · time · margin by what the margins look at.
 struct LimitPulls {

@@ -63,6 +63,7 @@ class TableParser {
       const std::string_view content = trimmed(line);
       if (!content.empty() && content.front() != '#') read_row(cells_of(line));
     }
+    require_agreement();
     if (table_.time.size() < 2) refuse(1, "t", fmt::format("{} rows", table_.time.size()), "at least two", "add rows");
     return table_;
   }
@@ -137,8 +138,35 @@ class TableParser {
     table_.value.emplace_back(joints_.size());
     for (Vector3d& value : table_.value.back()) value.setZero();
     for (std::size_t n = 1; n < numbers.size(); ++n)
-      table_.value.back()[columns_[n - 1].joint] += numbers[n] * columns_[n - 1].direction;
+      if (columns_[n - 1].again)
+        restated_.push_back({line_, cells[n].column, n - 1, table_.time.size() - 1, numbers[n]});
+      else
+        table_.value.back()[columns_[n - 1].joint] += numbers[n] * columns_[n - 1].direction;
   }
+
+  // Motors' moments beside x, y and z: who changes the one without the other cannot mean both.
+  void require_agreement() {
+    constexpr double rounding = 1e-3;  // of the joint's largest moment
+    std::vector<double> largest(joints_.size(), 0.0);
+    for (const auto& row : table_.value)
+      for (std::size_t j = 0; j < joints_.size(); ++j) largest[j] = std::max(largest[j], row[j].norm());
+    for (const Restated& one : restated_) {
+      const TableColumn& column = columns_[one.of];
+      const double moment = column.direction.dot(table_.value[one.row][column.joint]);
+      if (std::abs(one.number - moment) <= rounding * largest[column.joint]) continue;
+      line_ = one.line;
+      refuse(one.column, column_name(one.of + 1),
+             fmt::format("{} N m beside x, y and z that make {} N m", one.number, moment), "the same moment both ways",
+             "change both, or leave the columns of one way out");
+    }
+  }
+
+  // A moment that other columns hold, too.
+  struct Restated {
+    int line, column;     // where it stands
+    std::size_t of, row;  // which of columns_, which of the rows
+    double number;        // N m
+  };
 
   TableKind kind_;
   const std::string& path_;
@@ -147,6 +175,7 @@ class TableParser {
   bool named_ = false;                // by a header
   int line_ = 0;
   bool header_possible_ = true;
+  std::vector<Restated> restated_;
   JointTable table_;
 };
 

@@ -1,6 +1,8 @@
 #include "file/joint_table_header.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <initializer_list>
 #include <numbers>
 #include <utility>
@@ -36,9 +38,19 @@ Label label_of(std::string_view cell) {
 
 // What a column may hold of a joint.
 struct Part {
-  std::string_view suffix;  // behind the joint's name; empty: the name alone, in the place of all other parts
+  std::string_view suffix;  // behind the joint's name; empty: the name alone
   Vector3d direction;
+  bool of_motor = false;  // a moment along an axis of the joint: all of these say the same as all the others
 };
+
+// Of its motors, parent's frame at zero angle, unit, orthogonal.
+std::array<Vector3d, 2> moment_axes(const model::JointDescription& universal) {
+  const std::array<Vector3d, 2> axes =
+      universal.axes.value_or(std::array<Vector3d, 2>{Vector3d::Zero(), Vector3d::Zero()});
+  const Vector3d first = axes[0].stableNormalized();
+  const Vector3d second = lie::exp(universal.reference_rotation) * axes[1].stableNormalized();
+  return {first, (second - first * first.dot(second)).stableNormalized()};
+}
 
 // Those that stand one beside the other come first, in the order of tables without names.
 std::vector<Part> parts_of(TableKind kind, const model::JointDescription& joint) {
@@ -51,11 +63,14 @@ std::vector<Part> parts_of(TableKind kind, const model::JointDescription& joint)
     return axes;
   }
   std::vector<Part> parts = axes;
-  if (hinge) parts.push_back({"", moment_axis(joint)});
+  if (hinge) parts.push_back({"", moment_axis(joint), true});
+  if (joint.kind == JointKind::universal) {
+    const auto [first, second] = moment_axes(joint);
+    parts.push_back({"1", first, true});
+    parts.push_back({"2", second, true});
+  }
   return parts;
 }
-
-bool alone(const Part& part) { return part.suffix.empty(); }
 
 struct JointPart {
   std::size_t joint, part;
@@ -88,7 +103,7 @@ class Columns {
 
   std::string name(const JointPart& place) const {
     const std::string& joint = joints_[place.joint].name;
-    return alone(part(place)) ? joint : fmt::format("{} {}", joint, part(place).suffix);
+    return part(place).suffix.empty() ? joint : fmt::format("{} {}", joint, part(place).suffix);
   }
 
   // Whether it seems to mean a joint, such as "elbow_deg".
@@ -104,7 +119,7 @@ class Columns {
     std::vector<JointPart> places;
     for (std::size_t j = 0; j < parts_.size(); ++j)
       for (std::size_t p = 0; p < parts_[j].size(); ++p)
-        if (!alone(parts_[j][p]) || parts_[j].size() == 1) places.push_back({j, p});
+        if (!parts_[j][p].of_motor) places.push_back({j, p});
     return places;
   }
 
@@ -126,12 +141,13 @@ struct Wording {
 };
 
 const Wording& wording(TableKind kind) {
-  static const Wording moments{{"N m", "Nm", "N*m", "N·m", "N.m"},
-                               "moments",
-                               "N m",
-                               "convert the column to newton metres",
-                               "each joint's x, y and z once, or of a hinge its name alone",
-                               "add it (zeros where it exerts nothing)"};
+  static const Wording moments{
+      {"N m", "Nm", "N*m", "N·m", "N.m"},
+      "moments",
+      "N m",
+      "convert the column to newton metres",
+      "each joint's x, y and z once, or of a hinge its name alone, of a universal joint 1 and 2",
+      "add it (zeros where it exerts nothing)"};
   static const Wording angles{
       {"rad", "deg", "°"},
       "angles",
@@ -159,18 +175,57 @@ std::optional<HeaderFault> wrong_unit(TableKind kind, const std::vector<Label>& 
 // In the unit that samples have.
 double in_unit(std::string_view unit) { return unit == "deg" || unit == "°" ? std::numbers::pi / 180.0 : 1.0; }
 
+// Which parts of one joint a header holds, so far or in all.
+class Held {
+ public:
+  explicit Held(const std::vector<Part>& parts) : parts_(parts), held_(parts.size(), false) {}
+  bool add(std::size_t part) {
+    const bool is_new = !held_[part];
+    held_[part] = true;
+    return is_new;
+  }
+  bool any(bool of_motors) const { return count(of_motors, true) > 0; }
+  bool all(bool of_motors) const { return count(of_motors, false) == 0; }
+  bool both() const { return any(true) && any(false); }
+  /// What is still lacking: of the way that is begun, or of x, y, z.
+  std::optional<std::size_t> lacking() const {
+    const bool of_motors = any(true) && !any(false);
+    for (std::size_t p = 0; p < held_.size(); ++p)
+      if (!held_[p] && parts_[p].of_motor == of_motors) return p;
+    return std::nullopt;
+  }
+
+ private:
+  std::ptrdiff_t count(bool of_motors, bool held) const {
+    std::ptrdiff_t number = 0;
+    for (std::size_t p = 0; p < held_.size(); ++p) number += parts_[p].of_motor == of_motors && held_[p] == held;
+    return number;
+  }
+  const std::vector<Part>& parts_;
+  std::vector<bool> held_;
+};
+
+std::vector<Held> nothing_held(const Columns& known, const Joints& joints) {
+  std::vector<Held> held;
+  for (std::size_t j = 0; j < joints.size(); ++j) held.emplace_back(known.parts(j));
+  return held;
+}
+
+HeaderFault beside_another(std::size_t cell, const std::string& text, const model::JointDescription& joint) {
+  const bool hinge = joint.kind == JointKind::hinge;
+  return {cell, fmt::format("{} beside another column of that {}", text, hinge ? "hinge" : "joint"),
+          fmt::format("its x, y and z, or {}, or both", hinge ? "its name alone" : "1 and 2"),
+          "remove one of the two, or add what lacks"};
+}
+
 // What of each joint the header names, each part once, and what is wrong with it.
 std::optional<HeaderFault> incomplete(TableKind kind, const Columns& known, const Joints& joints,
                                       const std::vector<std::string_view>& cells,
                                       const std::vector<std::optional<JointPart>>& place) {
   const Wording& words = wording(kind);
-  std::vector<std::vector<bool>> held;
-  for (std::size_t j = 0; j < joints.size(); ++j) held.emplace_back(known.parts(j).size(), false);
-  const auto holds = [&](std::size_t joint, bool the_name_alone) {
-    for (std::size_t p = 0; p < held[joint].size(); ++p)
-      if (held[joint][p] && alone(known.parts(joint)[p]) == the_name_alone) return true;
-    return false;
-  };
+  std::vector<Held> in_all = nothing_held(known, joints), held = in_all;
+  for (const auto& one : place)
+    if (one) in_all[one->joint].add(one->part);
   for (std::size_t n = 0; n < place.size(); ++n) {
     const std::string cell = in_quotes(cells[n + 1]);
     if (!place[n]) {
@@ -179,22 +234,19 @@ std::optional<HeaderFault> incomplete(TableKind kind, const Columns& known, cons
                          "name this column too, or none"};
     }
     const auto [joint, part] = *place[n];
-    if (held[joint][part])
+    if (!held[joint].add(part))
       return HeaderFault{n + 1, cell + " a second time", std::string(words.once),
                          "rename or remove one of the two columns"};
-    held[joint][part] = true;
-    if (holds(joint, true) && holds(joint, false))
-      return HeaderFault{n + 1, cell + " beside another column of that hinge", "its x, y and z, or its name alone",
-                         "remove one of the two"};
+    if (held[joint].both() && !(in_all[joint].all(true) && in_all[joint].all(false)))
+      return beside_another(n + 1, cell, joints[joint]);
   }
-  const auto idle = [&](std::size_t joint) {
-    const bool exerts = joints[joint].actuated && joints[joint].kind != JointKind::fixed;
-    return !exerts && !holds(joint, false) && !holds(joint, true);
-  };
-  for (const JointPart& needed : known.in_order())
-    if (!held[needed.joint][needed.part] && !holds(needed.joint, true) && !idle(needed.joint))
-      return HeaderFault{0, "no column " + in_quotes(known.name(needed)), std::string(words.once),
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const bool exerts = joints[j].actuated && joints[j].kind != JointKind::fixed;
+    const bool named = held[j].any(true) || held[j].any(false);
+    if (const auto part = held[j].lacking(); part && (exerts || named))
+      return HeaderFault{0, "no column " + in_quotes(known.name({j, *part})), std::string(words.once),
                          std::string(words.zeros)};
+  }
   return std::nullopt;
 }
 
@@ -227,7 +279,12 @@ TableHeader read_table_header(TableKind kind, const std::vector<std::string_view
   if (header.named) {
     if ((header.fault = incomplete(kind, known, joints, cells, place))) return header;
     header.columns.clear();
-    for (const auto& one : place) header.columns.push_back({one->joint, known.part(*one).direction});
+    std::vector<bool> along_axes(joints.size(), false);
+    for (const auto& one : place)
+      if (!known.part(*one).of_motor) along_axes[one->joint] = true;
+    for (const auto& one : place)
+      header.columns.push_back(
+          {one->joint, known.part(*one).direction, known.part(*one).of_motor && along_axes[one->joint]});
   }
   for (std::size_t n = 0; n < std::min(header.columns.size(), labels.size() - 1); ++n)
     header.columns[n].direction *= in_unit(labels[n + 1].unit);
@@ -246,6 +303,18 @@ std::vector<std::string> column_names(TableKind kind, const Joints& joints) {
   std::vector<std::string> names;
   for (const JointPart& place : known.in_order()) names.push_back(known.name(place));
   return names;
+}
+
+std::vector<NamedColumn> columns_to_write(TableKind kind, const Joints& joints) {
+  const Columns known(kind, joints);
+  std::vector<NamedColumn> columns;
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    for (std::size_t p = 0; p < known.parts(j).size(); ++p) {
+      const Part& part = known.parts(j)[p];
+      if (!part.of_motor || joints[j].actuated)
+        columns.push_back({known.name({j, p}), {j, part.direction, part.of_motor}});
+    }
+  return columns;
 }
 
 std::string header_in_order(TableKind kind, const Joints& joints) {

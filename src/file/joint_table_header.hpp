@@ -26,7 +26,13 @@ struct HeaderFault {
 struct TableColumn {
   std::size_t joint;
   Eigen::Vector3d
-      direction;  // moments: unit, parent's frame with the joint at its zero angle; angles: [3] of joint_angle
+      direction;       // moments: unit, parent's frame with the joint at its zero angle; angles: [3] of joint_angle
+  bool again = false;  // a motor's moment where x, y and z hold it, too
+};
+
+struct NamedColumn {
+  std::string name;  // without unit
+  TableColumn column;
 };
 
 struct TableHeader {
@@ -43,13 +49,18 @@ Eigen::Vector3d moment_axis(const model::JointDescription& joint);
 std::vector<TableColumn> columns_in_order(TableKind kind, const std::vector<model::JointDescription>& joints);
 
 /// Columns by name where the header has names: "front x", "front.x" or "front_x", with the unit "(N m)" behind it or none, in
-/// any order; a hinge's name alone is its moment along its axis, in the place of its x, y and z, or its angle; angles of a universal
-/// joint are "fin 1" and "fin 2"; of a single joint "x" is enough. Joints that exert no moments may be left out. A header in which no cell names a joint leaves columns in the joints' order.
+/// any order; a hinge's name alone is its motor's moment along its axis, or its angle; "fin 1" and "fin 2" are those of
+/// the motors of a universal joint, or its angles; motors' moments stand in the place of x, y and z, or beside them; of
+/// a single joint "x" is enough. Joints that exert no moments may be left out. A header in which no cell names a joint leaves columns in the joints' order.
 TableHeader read_table_header(TableKind kind, const std::vector<std::string_view>& cells,
                               const std::vector<model::JointDescription>& joints);
 
 /// Names of the columns in the joints' order, without units.
 std::vector<std::string> column_names(TableKind kind, const std::vector<model::JointDescription>& joints);
+
+/// What a table of a motion holds: the columns in the joints' order, and after those of each joint the moments of its
+/// motors.
+std::vector<NamedColumn> columns_to_write(TableKind kind, const std::vector<model::JointDescription>& joints);
 
 /// The header that says the same as the joints' order: "t, front x, front y, front z, back x, ...", the first few of it.
 std::string header_in_order(TableKind kind, const std::vector<model::JointDescription>& joints);

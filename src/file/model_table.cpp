@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "file/model_remarks.hpp"
+#include "file/task_words.hpp"
 #include "file/text_table.hpp"
 #include "file/words.hpp"
 #include "fluid/ellipse.hpp"
@@ -238,57 +239,8 @@ void add_goal(TextTable& table, const Problem& problem) {
   table.add_row({"", goal.rest ? "ends at rest" : "velocities at the end are free"});
 }
 
-void add_limits(TextTable& table, const maneuver::Limits& limits) {
-  std::vector<std::string> lines;
-  if (limits.torque) lines.push_back(fmt::format("moment at each joint up to {} N m", short_number(*limits.torque)));
-  for (const auto& [name, value] : limits.joint_torque)
-    lines.push_back(fmt::format("moment at {} up to {} N m", printable(name), short_number(value)));
-  if (limits.torque_component)
-    lines.push_back(fmt::format("each component of the moments up to {} N m", short_number(*limits.torque_component)));
-  for (const auto& [name, value] : limits.joint_torque_component)
-    lines.push_back(fmt::format("each component at {} up to {} N m", printable(name), short_number(value)));
-  if (limits.angular_velocity)
-    lines.push_back(fmt::format("joints turn by up to {} rad/s", short_number(*limits.angular_velocity)));
-  for (const auto& [name, value] : limits.joint_angular_velocity)
-    lines.push_back(fmt::format("{} turns by up to {} rad/s", printable(name), short_number(value)));
-  if (limits.angular_velocity_component)
-    lines.push_back(
-        fmt::format("each angle of the joints by up to {} rad/s", short_number(*limits.angular_velocity_component)));
-  for (const auto& [name, value] : limits.joint_angular_velocity_component)
-    lines.push_back(fmt::format("each angle of {} by up to {} rad/s", printable(name), short_number(value)));
-  for (const auto& [name, value] : limits.swing)
-    lines.push_back(fmt::format("swing of {} up to {} rad", printable(name), short_number(value)));
-  for (const auto& [name, value] : limits.twist)
-    lines.push_back(fmt::format("twist of {} up to {} rad", printable(name), short_number(value)));
-  for (const auto& [name, bounds] : limits.angle)
-    for (std::size_t axis = 0; axis < bounds.size(); ++axis)
-      lines.push_back(fmt::format("{} of {} in [{}, {}] rad",
-                                  bounds.size() == 1 ? "angle"
-                                  : axis == 0        ? "first angle"
-                                                     : "second angle",
-                                  printable(name), short_number(bounds[axis][0]), short_number(bounds[axis][1])));
-  if (limits.clearance) lines.push_back(fmt::format("bodies stay {} m apart", short_number(*limits.clearance)));
-  for (const maneuver::KeepOutSphere& sphere : limits.spheres)
-    lines.push_back(fmt::format("bodies stay out of the sphere of {} m about {} m", short_number(sphere.radius),
-                                vector_text(sphere.centre)));
-  for (const maneuver::KeepOutHalfSpace& half : limits.half_spaces)
-    lines.push_back(fmt::format("bodies stay beyond the plane through {} m, on the side of {}", vector_text(half.point),
-                                vector_text(half.normal)));
-  if (lines.empty()) lines.push_back("none");
-  for (std::size_t n = 0; n < lines.size(); ++n) table.add_row({n == 0 ? "limits" : "", lines[n]});
-}
-
-void add_waypoints(TextTable& table, const std::vector<maneuver::Waypoint>& waypoints) {
-  for (std::size_t n = 0; n < waypoints.size(); ++n) {
-    const maneuver::Waypoint& waypoint = waypoints[n];
-    std::string text = fmt::format("at {} s:", short_number(waypoint.time));
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (waypoint.move[axis]) text += fmt::format(" e_{} by {} m", axis + 1, short_number(*waypoint.move[axis]));
-    if (waypoint.turn) text += fmt::format(" every body turned by {} rad", vector_text(*waypoint.turn));
-    for (const auto& [name, rotation] : waypoint.rotation)
-      text += fmt::format(" {} at {} rad", printable(name), vector_text(rotation));
-    table.add_row({n == 0 ? "waypoints" : "", text});
-  }
+void add_lines(TextTable& table, const std::string& name, const std::vector<std::string>& lines) {
+  for (std::size_t n = 0; n < lines.size(); ++n) table.add_row({n == 0 ? name : "", lines[n]});
 }
 
 std::string time_text(const Problem& problem) {
@@ -331,8 +283,9 @@ std::string task_section(const Problem& problem) {
       {"cost", fmt::format("{}, {} rule", cost_words(problem.effort, problem.time_weight, problem.cost_weights),
                            integrator::single_step(problem.scheme) ? word(problem.cost_rule()) : "the scheme's own")});
   table.add_row({"control", control_kind_text(problem)});
-  add_limits(table, problem.limits);
-  add_waypoints(table, problem.waypoints);
+  const std::vector<std::string> limits = limit_lines(problem.limits, short_number);
+  add_lines(table, "limits", limits.empty() ? std::vector<std::string>{"none"} : limits);
+  add_lines(table, "waypoints", waypoint_lines(problem.waypoints, short_number));
   table.add_row({"search", search_text(problem.search)});
   return "\nTask\n" + table.text();
 }

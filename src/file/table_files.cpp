@@ -15,10 +15,10 @@ namespace lamprey::file {
 namespace {
 
 // Nothing where names are such that nobody could read them back, as with commas in them.
-std::string header(TableKind kind, const Joints& joints) {
+std::string header(TableKind kind, const std::vector<NamedColumn>& columns, const Joints& joints) {
   std::vector<std::string> cells = {"t"};
-  for (const std::string& name : column_names(kind, joints))
-    cells.push_back(name + (kind == TableKind::angles ? " (rad)" : " (N m)"));
+  for (const NamedColumn& column : columns)
+    cells.push_back(column.name + (kind == TableKind::angles ? " (rad)" : " (N m)"));
   const TableHeader read = read_table_header(kind, {cells.begin(), cells.end()}, joints);
   const bool plain = std::none_of(cells.begin(), cells.end(), [](const std::string& cell) {
     return cell.find_first_of(",;\"\r\n#") != std::string::npos;
@@ -28,11 +28,13 @@ std::string header(TableKind kind, const Joints& joints) {
 
 std::string table_text(TableKind kind, const Joints& joints, const std::string& remark, const std::vector<double>& time,
                        const std::vector<std::vector<Eigen::Vector3d>>& value) {
-  const std::vector<TableColumn> columns = columns_in_order(kind, joints);
-  std::string text = "# " + remark + "\n" + header(kind, joints);
+  std::vector<NamedColumn> columns = columns_to_write(kind, joints);
+  const std::string names = header(kind, columns, joints);
+  if (names.empty()) std::erase_if(columns, [](const NamedColumn& one) { return one.column.again; });
+  std::string text = "# " + remark + "\n" + names;
   for (std::size_t k = 0; k < time.size(); ++k) {
     text += fmt::format("{}", time[k]);
-    for (const TableColumn& column : columns)
+    for (const auto& [name, column] : columns)
       text += fmt::format(",{}", column.direction.dot(value[k][column.joint]) + 0.0);  // no −0
     text += "\n";
   }
@@ -53,7 +55,10 @@ std::string remark_on_angles(const Joints& joints) {
 
 // A table does not tell in which shape, and how fast, a gait begins.
 std::string remark_on_moments(const Results& results) {
-  const std::string what = "moments on the parents, parents' frames at zero angles, linear between rows; ";
+  const std::string what =
+      "moments on the parents, x, y, z in the parents' frames at zero angles, of hinges and universal joints also "
+      "those "
+      "of their motors, linear between rows; ";
   if (results.problem.goal && results.problem.goal->periodic)
     return what +
            "lamprey simulate P.toml --controls solution.json begins as the gait does, --controls moments.csv "

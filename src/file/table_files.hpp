@@ -12,8 +12,8 @@ namespace lamprey::file {
 /// `path` names them.
 PendingFile angles_table(const Results& results, const std::string& path);
 
-/// moments.csv: t, then x, y, z of each joint's moment on its parent, N m, in the parent's frame with the joint at its zero angle,
-/// linear between nodes. Nothing of schemes above order 2, whose moments are polynomials over the stages of each step.
+/// moments.csv: t, then x, y, z of each joint's moment on its parent, N m, in the parent's frame with the joint at its
+/// zero angle, and after them the moments of its motors: "fin" of a hinge, "fin 1" and "fin 2" of a universal joint; linear between nodes. Nothing of schemes above order 2, whose moments are polynomials over the stages of each step.
 std::optional<PendingFile> moments_table(const Results& results, const std::string& path);
 
 }  // namespace lamprey::file

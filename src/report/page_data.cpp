@@ -1,14 +1,18 @@
 #include "report/page_data.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "file/resolve.hpp"
 #include "lie/so3.hpp"
 #include "report/joint_demands.hpp"
+#include "report/limit_curves.hpp"
+#include "report/obstacles.hpp"
 #include "report/poses.hpp"
 #include "report/shape_loop.hpp"
 #include "report/summary.hpp"
@@ -116,14 +120,46 @@ std::string momentum_columns(const maneuver::MomentumHistory& momentum, const No
                      column(momentum.fluid, nodes), column(momentum.total, nodes));
 }
 
-std::string frames_text(const file::Results& results, const Nodes& nodes) {
+/// Of each joint the bounds that its curves have, and the curves that only a limit asks for.
+std::string limit_curves_text(const std::vector<LimitCurve>& curves, const Nodes& nodes) {
+  constexpr std::array kinds{"angle", "moment", "rate"};
+  std::string text = "[";
+  for (const LimitCurve& curve : curves) {
+    json words = {
+        {"joint", curve.joint}, {"kind", kinds[static_cast<std::size_t>(curve.kind)]}, {"bounds", curve.bounds}};
+    if (curve.line)
+      words["line"] = *curve.line;
+    else
+      words["label"] = curve.label;
+    std::string object = words.dump();
+    if (!curve.line) object.insert(object.size() - 1, ",\"values\":" + column(curve.values, nodes));
+    text += (text.size() > 1 ? "," : "") + object;
+  }
+  return text + "]";
+}
+
+/// What lies in the swimmer's way, and what it passes.
+json obstacles_of(const file::Results& results) {
+  json obstacles = {{"sphere", json::array()}, {"half_space", json::array()}, {"waypoint", json::array()}};
+  for (const maneuver::KeepOutSphere& sphere : results.problem.limits.spheres)
+    obstacles["sphere"].push_back({{"centre", triple(sphere.centre)}, {"radius", sphere.radius}});
+  for (const maneuver::KeepOutHalfSpace& half : results.problem.limits.half_spaces)
+    obstacles["half_space"].push_back(
+        {{"point", triple(half.point)}, {"normal", triple(half.normal.stableNormalized())}});
+  for (const PassedPoint& passed : passed_points(results))
+    obstacles["waypoint"].push_back({{"time", passed.time}, {"position", triple(passed.position)}});
+  return obstacles;
+}
+
+std::string frames_text(const file::Results& results, const std::vector<std::vector<Eigen::Vector3d>>& joint_moment,
+                        const Nodes& nodes) {
   const maneuver::Solution& s = results.solution;
   return fmt::format(
-      R"({{"time":{},"position":{},"rotation":{},"control":{},"joint_angle":{},"linear_velocity":{},"angular_velocity":{},)"
+      R"({{"time":{},"position":{},"rotation":{},"joint_moment":{},"joint_angle":{},"linear_velocity":{},"angular_velocity":{},)"
       R"("linear_momentum":{},"angular_momentum":{}}})",
-      column(s.time, nodes), column(s.position, nodes), quaternion_column(s.rotation, nodes), column(s.control, nodes),
-      s.joint_angle.empty() ? "[]" : column(s.joint_angle, nodes), column(s.linear_velocity, nodes),
-      column(s.angular_velocity, nodes), momentum_columns(s.linear_momentum, nodes),
+      column(s.time, nodes), column(s.position, nodes), quaternion_column(s.rotation, nodes),
+      column(joint_moment, nodes), s.joint_angle.empty() ? "[]" : column(s.joint_angle, nodes),
+      column(s.linear_velocity, nodes), column(s.angular_velocity, nodes), momentum_columns(s.linear_momentum, nodes),
       momentum_columns(s.angular_momentum, nodes));
 }
 
@@ -203,6 +239,7 @@ json words_of(const file::Results& results) {
               {"verdict", verdict(results)},
               {"message", remarks(results)},
               {"facts", pairs(facts(results))},
+              {"obstacles", obstacles_of(results)},
               {"problem", problem_of(results.problem)},
               {"provenance", pairs(provenance_rows(results.provenance))},
               {"joint_order", joint_order(results.problem)},
@@ -243,6 +280,11 @@ json words_of(const file::Results& results) {
   return run;
 }
 
+std::size_t curves_with_values(const std::vector<LimitCurve>& curves) {
+  return static_cast<std::size_t>(
+      std::count_if(curves.begin(), curves.end(), [](const LimitCurve& curve) { return !curve.line; }));
+}
+
 void escape_less_than(std::string& text) {
   for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at))
     text.replace(at, 1, "\\u003c");
@@ -267,11 +309,17 @@ std::string page_data(const std::vector<const file::Results*>& runs) {
     escape_less_than(words);
     if (run != runs.front()) text += ',';
     words.back() = ',';
-    const std::size_t numbers = 25 + 7 * run->problem.bodies.size() + 6 * run->problem.joints.size();
+    const maneuver::Problem problem = file::problem_of(*run);
+    const model::System system(problem.swimmer);
+    const certificate::StoredMotion motion(system, problem, run->solution);
+    const std::vector<LimitCurve> curves = limit_curves(motion);
+    const std::size_t numbers =
+        25 + 7 * run->problem.bodies.size() + 6 * run->problem.joints.size() + curves_with_values(curves);
     const Nodes nodes = drawn_nodes(run->solution.time.size(), numbers);
     std::string heights = heights_text(*run, nodes);
     escape_less_than(heights);
-    text += words + "\"heights\":" + heights + ",\"frames\":" + frames_text(*run, nodes) + "}";
+    text += words + "\"heights\":" + heights + ",\"limit_curves\":" + limit_curves_text(curves, nodes) +
+            ",\"frames\":" + frames_text(*run, joint_moments(motion), nodes) + "}";
   }
   return text + "]}";
 }

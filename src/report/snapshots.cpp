@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "report/obstacles.hpp"
 #include "report/poses.hpp"
 #include "report/report.hpp"
 #include "report/wording.hpp"
@@ -26,17 +27,39 @@ struct Shape {
   Ellipse outline;
 };
 
+/// From where to where bodies reach towards the eye, m.
+struct DepthRange {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  void add(double from, double to) { low = std::min(low, from), high = std::max(high, to); }
+};
+
 struct Snapshot {
   double time = 0.0;  // s
   std::vector<Shape> shapes;
   std::vector<Eigen::Vector2d> joints;
+  DepthRange depth;
+};
+
+/// What lies in the way, on paper.
+struct Obstacles {
+  struct Circle {
+    Eigen::Vector2d centre;
+    double radius;
+    double depth;  // m, of the centre, towards the eye
+  };
+  std::vector<Circle> spheres;
+  std::vector<PaperHalfPlane> half_planes;
+  std::vector<Eigen::Vector2d> waypoints;
 };
 
 /// The snapshots of one view and the box, in m on paper, that holds them all.
 struct Strip {
   std::vector<Snapshot> snapshots;
+  Obstacles obstacles;  // that lie in the box
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector2d high = -low;
+  DepthRange depth;
   Eigen::Vector2d start = Eigen::Vector2d::Zero();  // the root's mass centre at the start
 };
 
@@ -53,20 +76,26 @@ std::vector<std::size_t> chosen_nodes(const std::vector<double>& time) {
   return nodes;
 }
 
+Eigen::Vector3d towards_eye(const View& view) {
+  return Eigen::Vector3d(view.row(0)).cross(Eigen::Vector3d(view.row(1)));
+}
+
 Snapshot draw_node(const file::Results& results, const std::vector<int>& order, std::size_t node, const View& view) {
   const auto& bodies = results.problem.bodies;
   const auto& rotation = results.solution.rotation[node];
   const auto centres = body_centres(results.problem, order, results.solution.position[node], rotation);
-  const Eigen::Vector3d towards_eye = Eigen::Vector3d(view.row(0)).cross(Eigen::Vector3d(view.row(1)));
+  const Eigen::Vector3d eye = towards_eye(view);
   std::vector<std::size_t> depth(bodies.size());
   std::iota(depth.begin(), depth.end(), std::size_t{0});
-  std::stable_sort(depth.begin(), depth.end(), [&](std::size_t a, std::size_t b) {
-    return towards_eye.dot(centres[a]) < towards_eye.dot(centres[b]);
-  });
+  std::stable_sort(depth.begin(), depth.end(),
+                   [&](std::size_t a, std::size_t b) { return eye.dot(centres[a]) < eye.dot(centres[b]); });
   Snapshot snapshot;
   snapshot.time = results.solution.time[node];
   for (const std::size_t i : depth) {
     snapshot.shapes.push_back({i, projected_outline(bodies[i].semi_axes, rotation[i], centres[i], view)});
+    const double middle = eye.dot(centres[i]),
+                 half = bodies[i].semi_axes.cwiseProduct(rotation[i].transpose() * eye).norm();
+    snapshot.depth.add(middle - half, middle + half);
   }
   for (const file::ResolvedJoint& joint : results.problem.joints) {
     const auto parent = static_cast<std::size_t>(joint.parent);
@@ -75,17 +104,60 @@ Snapshot draw_node(const file::Results& results, const std::vector<int>& order, 
   return snapshot;
 }
 
+Obstacles obstacles_on_paper(const file::Results& results, const View& view) {
+  Obstacles obstacles;
+  for (const maneuver::KeepOutSphere& sphere : results.problem.limits.spheres)
+    obstacles.spheres.push_back({view * sphere.centre, sphere.radius, towards_eye(view).dot(sphere.centre)});
+  for (const maneuver::KeepOutHalfSpace& half : results.problem.limits.half_spaces)
+    if (const auto seen = cut(half, view, results.solution.position.front())) obstacles.half_planes.push_back(*seen);
+  for (const PassedPoint& passed : passed_points(results)) obstacles.waypoints.emplace_back(view * passed.position);
+  return obstacles;
+}
+
+// Widens the box towards what lies near it, by no more than a part of its own size, and leaves out what lies further off.
+void make_room(Strip& strip) {
+  constexpr double most = 0.25;  // of the motion's extent, on each side
+  const Eigen::Vector2d low = strip.low, high = strip.high;
+  const double room = most * (high - low).maxCoeff(), beside = 0.3 * room;
+  const Eigen::Vector2d lowest = low.array() - room, highest = high.array() + room;
+  const auto widen = [&](const Eigen::Vector2d& point) {
+    strip.low = strip.low.cwiseMin(point.cwiseMax(lowest));
+    strip.high = strip.high.cwiseMax(point.cwiseMin(highest));
+  };
+  Obstacles& all = strip.obstacles;
+  std::erase_if(all.spheres, [&](const Obstacles::Circle& circle) {
+    const bool beside_in_depth =
+        circle.depth + circle.radius < strip.depth.low - room || circle.depth - circle.radius > strip.depth.high + room;
+    return beside_in_depth ||
+           (circle.centre - circle.centre.cwiseMax(lowest).cwiseMin(highest)).norm() >= circle.radius;
+  });
+  for (const Obstacles::Circle& circle : all.spheres) {
+    widen(circle.centre.array() - circle.radius);
+    widen(circle.centre.array() + circle.radius);
+  }
+  std::erase_if(all.half_planes, [&](const PaperHalfPlane& half) { return !line_in_box(half, lowest, highest); });
+  for (const PaperHalfPlane& half :
+       all.half_planes) {  // towards its line, where it is beyond the motion, and a little on
+    const Eigen::Vector2d middle = 0.5 * (low + high);
+    widen(middle + (half.offset - beside - half.normal.dot(middle)) * half.normal);
+  }
+  for (const Eigen::Vector2d& point : all.waypoints) widen(point);
+}
+
 Strip make_strip(const file::Results& results, const View& view) {
   Strip strip;
   const std::vector<int> order = joint_order(results.problem);
   strip.start = view * results.solution.position.front();
   for (const std::size_t node : chosen_nodes(results.solution.time)) {
     strip.snapshots.push_back(draw_node(results, order, node, view));
+    strip.depth.add(strip.snapshots.back().depth.low, strip.snapshots.back().depth.high);
     for (const Shape& shape : strip.snapshots.back().shapes) {
       strip.low = strip.low.cwiseMin(shape.outline.centre - shape.outline.half_extent());
       strip.high = strip.high.cwiseMax(shape.outline.centre + shape.outline.half_extent());
     }
   }
+  strip.obstacles = obstacles_on_paper(results, view);
+  make_room(strip);
   const double margin = 0.04 * (strip.high - strip.low).maxCoeff();
   strip.low.array() -= margin;
   strip.high.array() += margin;
@@ -100,32 +172,87 @@ double round_length(double length) {
   return power;
 }
 
+/// Where a point of the drawing lies in a cell, px.
+struct Paper {
+  const Strip& strip;
+  double scale;  // px/m
+  double x(double metres) const { return scale * (metres - strip.low.x()); }
+  double y(double metres) const { return label_height + scale * (strip.high.y() - metres); }
+};
+
+/// A line with short strokes towards what is forbidden.
+std::string half_plane_drawing(const PaperHalfPlane& half, const Paper& paper) {
+  constexpr double every = 7.0, stroke = 6.0;  // px
+  const auto ends = line_in_box(half, paper.strip.low, paper.strip.high);
+  if (!ends) return "";
+  const auto& [from, to] = *ends;
+  const double length = (to - from).norm();
+  const Eigen::Vector2d along = (to - from) / length,
+                        into = stroke / paper.scale * (along - half.normal) / std::numbers::sqrt2;
+  std::string path = fmt::format("M{:.1f} {:.1f}L{:.1f} {:.1f}", paper.x(from.x()), paper.y(from.y()), paper.x(to.x()),
+                                 paper.y(to.y()));
+  for (double done = 0.0; done < length; done += every / paper.scale) {
+    const Eigen::Vector2d root = from + done * along, tip = root + into;
+    path += fmt::format("M{:.1f} {:.1f}L{:.1f} {:.1f}", paper.x(root.x()), paper.y(root.y()), paper.x(tip.x()),
+                        paper.y(tip.y()));
+  }
+  return fmt::format(R"(<path class="keep-out-face" d="{}" fill="none" stroke-width="1"/>)", path);
+}
+
+std::string obstacle_drawings(const Obstacles& obstacles, const Paper& paper) {
+  std::string svg;
+  for (const Obstacles::Circle& circle : obstacles.spheres)
+    svg += fmt::format(R"(<circle class="keep-out" cx="{:.2f}" cy="{:.2f}" r="{:.2f}" fill-opacity="0.25"/>)",
+                       paper.x(circle.centre.x()), paper.y(circle.centre.y()), paper.scale * circle.radius);
+  for (const PaperHalfPlane& half : obstacles.half_planes) svg += half_plane_drawing(half, paper);
+  return svg;
+}
+
+std::string waypoint_drawings(const Obstacles& obstacles, const Paper& paper) {
+  std::string svg;
+  for (const Eigen::Vector2d& point : obstacles.waypoints)
+    svg += fmt::format(R"(<path class="waypoint" d="M{:.2f} {:.2f}l3 3l-3 3l-3 -3z" stroke-width="1"/>)",
+                       paper.x(point.x()), paper.y(point.y()) - 3.0);
+  return svg;
+}
+
+std::string scale_bar(const Strip& strip, double width, double scale, double height) {
+  const double bar = round_length(0.35 * (strip.high.x() - strip.low.x()));
+  return fmt::format(R"(<path class="scale" d="M{0:.2f} {1:.2f}h{2:.2f}" fill="none" stroke-width="1.4"/>)"
+                     R"(<text x="{3:.2f}" y="13" font-size="11" text-anchor="end">{4:g} m</text>)",
+                     width - 6.0 - scale * bar, std::min(17.0, height - 2.0), scale * bar, width - 6.0, bar);
+}
+
 /// The inside of one cell, `width` px wide; the drawing lies below its label.
 std::string cell_content(const Strip& strip, const Snapshot& snapshot, double width) {
-  const double scale = width / (strip.high.x() - strip.low.x());
-  const double height = label_height + scale * (strip.high.y() - strip.low.y());
-  const auto px = [&](double x) { return scale * (x - strip.low.x()); };
-  const auto py = [&](double y) { return label_height + scale * (strip.high.y() - y); };
-  std::string svg = fmt::format(R"(<text x="6" y="13" font-size="11">{:.4g} s</text>)", snapshot.time);
+  const Paper paper{strip, width / (strip.high.x() - strip.low.x())};
+  const double height = label_height + paper.scale * (strip.high.y() - strip.low.y());
+  std::string svg = obstacle_drawings(strip.obstacles, paper);
+  svg += fmt::format(R"(<text x="6" y="13" font-size="11">{:.4g} s</text>)", snapshot.time);
   svg += fmt::format(R"(<path class="start" d="M{0:.2f} {1:.2f}h8m-4 -4v8" fill="none" stroke-width="0.8"/>)",
-                     px(strip.start.x()) - 4.0, py(strip.start.y()));
+                     paper.x(strip.start.x()) - 4.0, paper.y(strip.start.y()));
   for (const Shape& shape : snapshot.shapes) {
     const Ellipse& e = shape.outline;
     svg += fmt::format(R"(<ellipse class="body{}" rx="{:.2f}" ry="{:.2f}" fill-opacity="0.5" stroke-width="1" )"
                        R"svg(transform="translate({:.2f} {:.2f}) rotate({:.2f})"/>)svg",
-                       shape.body % 6, scale * e.major, scale * e.minor, px(e.centre.x()), py(e.centre.y()),
-                       -e.angle * 180.0 / std::numbers::pi);
+                       shape.body % 6, paper.scale * e.major, paper.scale * e.minor, paper.x(e.centre.x()),
+                       paper.y(e.centre.y()), -e.angle * 180.0 / std::numbers::pi);
   }
   for (const Eigen::Vector2d& joint : snapshot.joints) {
-    svg += fmt::format(R"(<circle class="joint" cx="{:.2f}" cy="{:.2f}" r="1.6"/>)", px(joint.x()), py(joint.y()));
+    svg += fmt::format(R"(<circle class="joint" cx="{:.2f}" cy="{:.2f}" r="1.6"/>)", paper.x(joint.x()),
+                       paper.y(joint.y()));
   }
-  if (&snapshot == &strip.snapshots.front()) {
-    const double bar = round_length(0.35 * (strip.high.x() - strip.low.x()));
-    svg += fmt::format(R"(<path class="scale" d="M{0:.2f} {1:.2f}h{2:.2f}" fill="none" stroke-width="1.4"/>)"
-                       R"(<text x="{3:.2f}" y="13" font-size="11" text-anchor="end">{4:g} m</text>)",
-                       width - 6.0 - scale * bar, std::min(17.0, height - 2.0), scale * bar, width - 6.0, bar);
-  }
+  svg += waypoint_drawings(strip.obstacles, paper);
+  if (&snapshot == &strip.snapshots.front()) svg += scale_bar(strip, width, paper.scale, height);
   return svg;
+}
+
+/// What of the pictures is no body.
+std::string obstacle_words(const Obstacles& obstacles) {
+  std::string words;
+  if (!obstacles.spheres.empty() || !obstacles.half_planes.empty()) words += "; red: to keep out of";
+  if (!obstacles.waypoints.empty()) words += "; ◆ waypoints of the root’s mass centre";
+  return words;
 }
 
 double cell_height(const Strip& strip, double width) {
@@ -139,9 +266,9 @@ std::string figure(const file::Results& results, const View& view, const char* t
   const double width = is_narrow(strip) ? 124.0 : 240.0;
   std::string html = fmt::format(
       "<figure class=\"snapshots\"><figcaption>{} <span>{}; + marks where the root’s mass centre "
-      "started</span></figcaption>"
+      "started{}</span></figcaption>"
       "<div class=\"cells{}\">\n",
-      title, axes, is_narrow(strip) ? " narrow" : "");
+      title, axes, obstacle_words(strip.obstacles), is_narrow(strip) ? " narrow" : "");
   for (const Snapshot& snapshot : strip.snapshots) {
     html += fmt::format(R"(<svg viewBox="0 0 {0:g} {1:.1f}" role="img" aria-label="{2} at {3:.4g} s">)", width,
                         cell_height(strip, width), title, snapshot.time);
@@ -172,6 +299,7 @@ std::string snapshot_svg(const file::Results& results) {
       R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 980 {0:.1f}" width="980" height="{0:.1f}" role="img" )"
       R"(font-family="system-ui, 'DejaVu Sans', sans-serif"><title>{1}: seen from above, e₁ to the right</title><style>)"
       "text{{fill:#5a6472}}.start,.scale{{stroke:#5a6472}}.joint{{fill:#1c2430}}"
+      ".keep-out,.keep-out-face{{stroke:#b3261e}}.keep-out{{fill:#b3261e}}.waypoint{{fill:#f0286a;stroke:#1c2430}}"
       ".body0{{fill:#3b7fb5;stroke:#2f6590}}.body1{{fill:#e39a2e;stroke:#b57a22}}.body2{{fill:#2a9d7c;stroke:#217d63}}"
       ".body3{{fill:#b8689a;stroke:#93537b}}.body4{{fill:#6fb1d8;stroke:#588dac}}.body5{{fill:#a8a03a;stroke:#86802e}}"
       "</style><rect width=\"980\" height=\"{0:.1f}\" rx=\"10\" fill=\"#ffffff\"/>\n",
@@ -181,10 +309,10 @@ std::string snapshot_svg(const file::Results& results) {
     const double x = gap + static_cast<double>(column) * (width + gap);
     const double y = gap + static_cast<double>(row) * (height + gap);
     svg += fmt::format(
-        "<g transform=\"translate({:.1f} {:.1f})\"><rect width=\"{:.1f}\" height=\"{:.1f}\" rx=\"5\" "
-        "fill=\"none\" stroke=\"#dfe2e4\"/>",
+        "<g transform=\"translate({0:.1f} {1:.1f})\"><rect width=\"{2:.1f}\" height=\"{3:.1f}\" rx=\"5\" "
+        "fill=\"none\" stroke=\"#dfe2e4\"/><svg width=\"{2:.1f}\" height=\"{3:.1f}\">",
         x, y, width, height);
-    svg += cell_content(strip, strip.snapshots[k], width) + "</g>\n";
+    svg += cell_content(strip, strip.snapshots[k], width) + "</svg></g>\n";
   }
   return svg + "</svg>\n";
 }

@@ -1,5 +1,6 @@
 #include "report/summary.hpp"
 #include "report/cost_shares.hpp"
+#include "report/limit_facts.hpp"
 #include "report/transport.hpp"
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "certificate/limit_words.hpp"
 #include "file/model_table.hpp"
 #include "file/resolve.hpp"
+#include "file/task_words.hpp"
 #include "file/words.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/energy_balance.hpp"
@@ -131,7 +133,7 @@ void append_tracking(const maneuver::Tracking& tracking, std::vector<std::pair<s
 }  // namespace
 
 bool succeeded(const file::Results& results) {
-  if (results.solution.status == Status::simulated) return true;
+  if (results.solution.status == Status::simulated) return march_faults(results).empty();
   const auto& proof = results.certificate;
   const bool unresolved = proof && proof->replay && !(proof->replay->rotation_error <= certificate::replay_mark);
   return results.solution.status == Status::optimal && !unresolved;
@@ -144,18 +146,11 @@ bool without_motion(const file::Results& results) {
 
 namespace {
 
-constexpr double same_place = 1e-9;  // of the swimmer's size: a displacement that is none
-
-constexpr std::size_t most_bodies_placed = 100'000;  // at all nodes, between which a summary looks for overlaps
-
 // J, of the joints by the replay where the nodes show other: moments that come and go within a step.
 std::optional<double> work_by_replay(const std::optional<Certificate>& proof, double at_nodes) {
   if (!proof || !proof->replay || !proof->replay->works_otherwise(at_nodes)) return std::nullopt;
   return proof->replay->work;
 }
-
-// m, of the swimmer: below a small part of it nothing has moved.
-double size_of(const file::Results& results) { return model::System(file::problem_of(results).swimmer).size(); }
 
 std::string work_words(double at_nodes, std::optional<double> by_replay) {
   const std::string words = number(at_nodes, 5) + " J";
@@ -177,22 +172,6 @@ std::optional<Transport> transport_as_weighed(const file::Results& results) {
   const auto& parts = results.solution.cost_parts;
   if (moved && parts && weights.work + weights.transport > 0.0) moved->work = parts->work;
   return moved;
-}
-
-// What a march, which knows of no limits, makes of them, and whether its bodies pass through each other.
-void append_obstacles(const model::System& system, const maneuver::Problem& problem, const file::Results& results,
-                      std::vector<std::pair<std::string, std::string>>& rows) {
-  const maneuver::Solution& solution = results.solution;
-  const certificate::StoredMotion motion(system, problem, solution);
-  if (solution.time.size() * static_cast<std::size_t>(system.body_count()) <= most_bodies_placed)
-    if (const auto gap = certificate::clearance(motion))
-      rows.emplace_back("Clearance", clearance_words(*gap, results.problem));
-  if (!problem.limits.any()) return;
-  const certificate::LimitCheck check = certificate::check_limits(motion);
-  rows.emplace_back("Limits", check.violation > certificate::limit_mark
-                                  ? certificate::violation_in_words(check.key, check.violation, check.time) +
-                                        ": a march does not keep limits"
-                                  : "kept");
 }
 
 // How the root has turned: with all turns where it does about one axis, else from its first attitude to its last.
@@ -226,14 +205,15 @@ void append_march(const file::Results& results, std::vector<std::pair<std::strin
   rows.emplace_back("Turn of " + results.problem.bodies.front().name, turn_words(solution));
   const maneuver::Problem problem = file::problem_of(results);
   const model::System system(problem.swimmer);
-  append_obstacles(system, problem, results, rows);
+  if (const auto gap = march_clearance(results)) rows.emplace_back("Clearance", clearance_words(*gap, results.problem));
+  for (const auto& row : limit_facts(results)) rows.push_back(row);
   if (const auto energy = maneuver::energy_balance(system, solution))
     rows.emplace_back("Energy",
                       fmt::format("{} J at the start, {} J at the end, between {} and {} J", number(energy->first),
                                   number(energy->last), number(energy->least), number(energy->most)));
   if (const std::optional<Transport> moved = transport(results); moved && moved->work > 0.0) {
     rows.emplace_back("Work of the joints", work_words(moved->work, std::nullopt));
-    if (moved->distance > same_place * system.size() && !maneuver::has_momentum(system, problem.start))
+    if (goes_a_way(results) && !maneuver::has_momentum(system, problem.start))
       rows.emplace_back("Cost of transport", transport_words(*moved, std::nullopt));
   }
 }
@@ -246,7 +226,11 @@ std::string verdict(const file::Results& results) {
     words = file::word(*results.certificate->verdict);
     words[0] = static_cast<char>(std::toupper(words[0]));
   }
-  if (results.solution.status == Status::simulated || !results.certificate) return words;
+  if (results.solution.status == Status::simulated) {
+    const std::vector<std::string> faults = march_faults(results);
+    return faults.empty() ? words : fmt::format("{}, but {}", words, fmt::join(faults, " and "));
+  }
+  if (!results.certificate) return words;
   const Certificate& proof = *results.certificate;
   if (results.solution.status == Status::optimal && proof.replay &&
       !(proof.replay->rotation_error <= certificate::replay_mark))
@@ -302,6 +286,8 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   }
   if (moves && results.certificate && results.certificate->clearance)
     rows.emplace_back("Clearance", clearance_words(*results.certificate->clearance, problem));
+  if (sought && moves)
+    for (const auto& row : limit_facts(results)) rows.push_back(row);
   if (const std::optional<Transport> moved = transport_as_weighed(results); sought && moves && moved) {
     const std::optional<double> by_replay = work_by_replay(results.certificate, moved->work);
     rows.emplace_back("Work of the joints", work_words(moved->work, by_replay));
@@ -310,7 +296,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
       rows.emplace_back("Displacement", vector(way) + " m");
     if (problem.goal && problem.goal->periodic && !problem.goal->turn && solution.rotation.size() > 1)
       rows.emplace_back("Turn of " + problem.bodies.front().name, turn_words(solution));
-    if (problem.goal && problem.goal->periodic && moved->distance > same_place * size_of(results))
+    if (problem.goal && problem.goal->periodic && goes_a_way(results))
       rows.emplace_back("Cost of transport", transport_words(*moved, by_replay));
   }
   if (!sought) append_march(results, rows);
@@ -342,10 +328,28 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   return rows;
 }
 
+namespace {
+
+void append_lines(const std::string& name, const std::vector<std::string>& lines,
+                  std::vector<std::pair<std::string, std::string>>& rows) {
+  for (std::size_t n = 0; n < lines.size(); ++n) rows.emplace_back(n == 0 ? name : "", lines[n]);
+}
+
+std::string fluid_words(double density) {
+  return density > 0.0 ? fmt::format("perfect, of density {} kg/m³", number(density)) : "none: a vacuum";
+}
+
+}  // namespace
+
 std::vector<std::pair<std::string, std::string>> problem_settings(const file::ResolvedProblem& problem) {
   std::vector<std::pair<std::string, std::string>> rows;
+  if (problem.density) rows.emplace_back("Fluid", fluid_words(*problem.density));
   if (problem.goal) rows.emplace_back("Goal", goal_words(*problem.goal));
-  rows.emplace_back("Duration", number(problem.duration) + " s");
+  rows.emplace_back("Duration",
+                    number(problem.duration) + " s" +
+                        (problem.free_duration ? fmt::format(", free between {} and {} s", number(problem.between[0]),
+                                                             number(problem.between[1]))
+                                               : ""));
   rows.emplace_back("Time step", fmt::format("{} s, {} steps", number(problem.time_step), problem.steps));
   rows.emplace_back("Scheme", scheme_name(problem.scheme));
   rows.emplace_back("Control", problem.control == maneuver::ControlKind::spline
@@ -357,6 +361,9 @@ std::vector<std::pair<std::string, std::string>> problem_settings(const file::Re
                                   (trapezoid ? ", effort by the trapezoid rule"
                                              : ", effort by the rectangle rule, every node of weight h"));
   }
+  const auto digits = [](double value) { return number(value); };
+  append_lines("Limits", file::limit_lines(problem.limits, digits), rows);
+  append_lines("Waypoints", file::waypoint_lines(problem.waypoints, digits), rows);
   return rows;
 }
 

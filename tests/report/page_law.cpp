@@ -134,7 +134,7 @@ TEST(PageData, holds_the_stored_motion_to_seven_digits) {
       const auto row = static_cast<Eigen::Index>(axis);
       const double moment = results.solution.control[k][1][row];
       EXPECT_NEAR(frames["position"][3 * k + axis].get<double>(), results.solution.position[k][row], tolerance);
-      EXPECT_NEAR(frames["control"][6 * k + 3 + axis].get<double>(), moment, tolerance * (1.0 + std::abs(moment)));
+      EXPECT_NEAR(frames["joint_moment"][6 * k + 3 + axis].get<double>(), moment, tolerance * (1.0 + std::abs(moment)));
     }
     for (std::size_t i = 0; i < 3; ++i) {
       const auto q = [&](std::size_t part) { return frames["rotation"][4 * (3 * k + i) + part].get<double>(); };

@@ -25,13 +25,53 @@ function axis(scale, label, options = {}) {
     values: (chart, splits) => splits.map((split) => (split === null ? "" : number_text(split, 6))), ...options };
 }
 
-// A range with some air, never narrower than what is round-off beside `floor`, the largest value of its kind.
-function padded_range(floor) {
+const ROOM_FOR_BOUNDS = 0.35;  // of a curve's own range, on each side
+
+// A range with some air, never narrower than what is round-off beside `floor`, the largest value of its kind. It widens towards
+// bounds that are near, and leaves out those that would press the curve flat.
+function padded_range(floor, bounds = []) {
   return (chart, low, high) => {
     if (low === null) return [0, 1];
     const middle = 0.5 * (low + high), half = Math.max(0.54 * (high - low), 1e-6 * floor || 1e-12);
-    return [middle - half, middle + half];
+    const range = [middle - half, middle + half];
+    for (const { value } of bounds) {
+      if (Math.abs(value - middle) > (1 + 2 * ROOM_FOR_BOUNDS) * half) continue;
+      range[0] = Math.min(range[0], value - 0.06 * half);
+      range[1] = Math.max(range[1], value + 0.06 * half);
+    }
+    return range;
   };
+}
+
+// Dashed lines at the bounds that lie in the picture.
+function draw_bounds(bounds) {
+  return (chart) => {
+    const { ctx, bbox } = chart, ratio = devicePixelRatio;
+    ctx.save();
+    ctx.setLineDash([5 * ratio, 4 * ratio]);
+    ctx.lineWidth = 1.25 * ratio;
+    for (const { value, color: colour } of bounds) {
+      const y = chart.valToPos(value, "y", true);
+      if (!(y >= bbox.top && y <= bbox.top + bbox.height)) continue;
+      ctx.strokeStyle = colour();
+      ctx.beginPath();
+      ctx.moveTo(bbox.left, y);
+      ctx.lineTo(bbox.left + bbox.width, y);
+      ctx.stroke();
+    }
+    ctx.restore();
+  };
+}
+
+// "limit ±0.8 rad, dashed", or where none lies in the picture "beyond this picture".
+function bounds_text(bounds, unit, range) {
+  const values = [...new Set(bounds.map(({ value }) => value))].sort((a, b) => a - b);
+  const shown = values.filter((value) => value >= range[0] && value <= range[1]).length;
+  const pairs = values.filter((value) => value > 0 && values.includes(-value));
+  const alone = values.filter((value) => !pairs.includes(Math.abs(value)));
+  const names = [...pairs.map((value) => `±${number_text(value)}`), ...alone.map((value) => number_text(value))];
+  const where = shown === 0 ? "beyond this picture" : shown < values.length ? "dashed where they are in this picture" : "dashed";
+  return `${names.length > 1 ? "limits" : "limit"} ${names.join(", ")} ${unit}, ${where}`;
 }
 
 function add_time_mark(chart, clock) {
@@ -71,11 +111,11 @@ function draw(entry) {
 }
 
 // make() → {options, data} in today's colours; clock: none where the abscissa is not time.
-function figure(title, make, clock) {
+function figure(title, make, clock, note = "") {
   const canvas_home = element("div", { class: "chart", role: "img", "aria-label": `Chart: ${title}` });
   const entry = { make, clock, canvas_home };
   made.push(entry);
-  const node = element("figure", {}, element("figcaption", {}, title), canvas_home);
+  const node = element("figure", {}, element("figcaption", {}, title, note ? element("span", {}, ` ${note}`) : ""), canvas_home);
   new ResizeObserver(() => {
     if (!canvas_home.clientWidth) return;
     if (!entry.chart) draw(entry);
@@ -90,8 +130,9 @@ export function follow_clock(clock) {
   clock.listen(() => made.forEach((entry) => entry.chart && entry.follow()));
 }
 
-// curves: for each run {time, columns: [values, …]}; lines: [{label, color: () => colour, width}] for the columns of a run.
-export function time_chart(title, unit, floor, lines, curves, clock) {
+// curves: for each run {time, columns: [values, …]}; lines: [{label, color: () => colour, width}] for the columns of a run;
+// bounds: [{value, color: () => colour}].
+export function time_chart(title, unit, floor, lines, curves, clock, bounds = []) {
   const make = () => {
     const tables = curves.map(({ time, columns }) => [time, ...columns]);
     const series = curves.flatMap((curve, run) => lines.map((line) => ({
@@ -101,14 +142,28 @@ export function time_chart(title, unit, floor, lines, curves, clock) {
     return {
       data: tables.length > 1 ? uPlot.join(tables) : tables[0],
       options: {
-        scales: { x: { time: false, range: (chart, low, high) => [low, high] }, y: { range: padded_range(floor) } },
+        scales: { x: { time: false, range: (chart, low, high) => [low, high] }, y: { range: padded_range(floor, bounds) } },
+        hooks: { draw: [draw_bounds(bounds)] },
         axes: [axis("x", "time [s]", { size: 34 }), axis("y", unit, { size: 58 })],
         series: [{ label: "t [s]", value: (chart, value) => number_text(value) }, ...series],
         cursor: { sync: { key: "time" }, y: false, points: { size: 6 } }, legend: { markers: { width: 3, dash: (chart, index) => (chart.series[index].dash ? "dashed" : "solid") } },
       },
     };
   };
-  return figure(title, make, clock);
+  if (!bounds.length) return figure(title, make, clock);
+  const extent = extent_of(curves);
+  return figure(title, make, clock, bounds_text(bounds, unit, padded_range(floor, bounds)(null, ...extent)));
+}
+
+// Least and largest value of all columns.
+function extent_of(curves) {
+  let low = null, high = null;
+  for (const { columns } of curves) for (const values of columns) for (const value of values) {
+    if (value === null) continue;
+    if (low === null || value < low) low = value;
+    if (high === null || value > high) high = value;
+  }
+  return [low, high];
 }
 
 // Powers of ten from low to high, at most about eight of them.

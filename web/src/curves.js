@@ -8,6 +8,9 @@ const FIRST_SHOWN = 8;
 const components = ["first", "second", "third"].map((name, k) => ({ label: AXES[k], color: () => color(name) }));
 // What the entries of a joint's angle are, by its kind.
 const TURNS = { hinge: ["θ"], universal: ["θ₁", "θ₂"], ball: AXES, fixed: [] };
+// What those of its moment are.
+const MOMENTS = { hinge: ["axis"], universal: ["axis 1", "axis 2"], ball: AXES, fixed: [] };
+const OWN_CURVES = ["ink", "muted"];  // colours of what only limits ask for
 const shares = [
   { label: "bodies", color: () => color("first") }, { label: "fluid", color: () => color("second") },
   { label: "total", color: () => color("ink"), width: 2.25 },
@@ -29,13 +32,44 @@ function vector_chart(title, unit, runs, pick, count, index, clock) {
   return time_chart(title, unit, largest(runs, pick), components, curves, clock);
 }
 
+// Bounds of a chart: each in its curve's colour, or, where several curves share it, in none.
+function bounds_of(limits, colours) {
+  const users = new Map();
+  limits.forEach((limit, n) => limit.bounds.forEach((value) => users.set(value, [...(users.get(value) ?? []), colours[n]])));
+  return [...users].map(([value, its]) => ({ value, color: its.length > 1 ? () => color("muted") : its[0] }));
+}
+
+// Curves of one joint, with the bounds that limits set them and the curves that only limits ask for.
+function joint_chart({ title, unit, kind, labels, pick, floor }, index, runs, clock) {
+  const count = runs[0].joints.length;
+  const lines = labels.map((label, k) => ({ ...components[k], label }));
+  const limits = runs[0].limit_curves.filter((limit) => limit.joint === index && limit.kind === kind);
+  const own = limits.filter((limit) => limit.line === undefined);
+  const own_lines = own.map(({ label }, n) => ({ label, color: () => color(lines.length ? OWN_CURVES[n % 2] : ["first", "second", "third"][n % 3]) }));
+  const in_run = (run, wanted) => run.limit_curves.find((limit) => limit.joint === index && limit.kind === kind && limit.label === wanted.label);
+  const curves = runs.map((run) => ({ time: run.frames.time, columns: [
+    ...lines.map((line, k) => column(pick(run.frames), 3 * count, 3 * index + k)),
+    ...own.map((wanted) => in_run(run, wanted)?.values ?? run.frames.time.map(() => null))] }));
+  const colours = limits.map((limit) => (limit.line === undefined ? own_lines[own.indexOf(limit)].color : components[limit.line].color));
+  return time_chart(title, unit, floor, [...lines, ...own_lines], curves, clock, bounds_of(limits, colours));
+}
+
 // How far a joint has turned from its zero angle.
-function angle_chart(joint, index, runs, count, clock) {
-  const lines = TURNS[joint.kind].map((label, k) => ({ ...components[k], label }));
-  const curves = runs.map(({ frames }) => ({ time: frames.time,
-    columns: lines.map((line, k) => column(frames.joint_angle, 3 * count, 3 * index + k)) }));
+function angle_chart(joint, index, runs, clock) {
   const what = joint.kind === "ball" ? "rotation vector" : joint.kind === "hinge" ? "angle" : "angles";
-  return time_chart(`${joint.name}: ${what} from zero`, "rad", largest(runs, (f) => f.joint_angle), lines, curves, clock);
+  return joint_chart({ title: `${joint.name}: ${what} from zero`, unit: "rad", kind: "angle", labels: TURNS[joint.kind],
+    pick: (f) => f.joint_angle, floor: largest(runs, (f) => f.joint_angle) }, index, runs, clock);
+}
+
+function moment_chart(joint, index, runs, clock) {
+  const parent = runs[0].bodies[joint.parent].name;
+  const what = joint.kind === "hinge" ? "moment of its motor" : joint.kind === "universal" ? "moments of its motors" : "moment";
+  return joint_chart({ title: `${joint.name}: ${what} on ${parent}${joint.kind === "ball" ? ", its frame" : ""}`, unit: "N m", kind: "moment",
+    labels: MOMENTS[joint.kind], pick: (f) => f.joint_moment, floor: largest(runs, (f) => f.joint_moment) }, index, runs, clock);
+}
+
+function rate_chart(joint, index, runs, clock) {
+  return joint_chart({ title: `${joint.name}: rate, mean over the step before`, unit: "rad/s", kind: "rate", labels: [], floor: 0 }, index, runs, clock);
 }
 
 function momentum_chart(kind, unit, preposition, runs, axis, clock) {
@@ -95,11 +129,12 @@ export function show_curves(runs, clock) {
     show("curves", heading("What the motion asks of the joints"), ...asked.flatMap((run) => [
       runs.length > 1 ? element("p", {}, `${"AB"[runs.indexOf(run)]}: ${run.name}`) : "", table(run.demand_heads, run.demands, "numbers")]));
   }
-  const moving = joints.map((joint, j) => [joint, j]).filter(([joint]) => TURNS[joint.kind].length);
+  const all = joints.map((joint, j) => [joint, j]), moving = all.filter(([joint]) => TURNS[joint.kind].length);
+  const limited = all.filter(([, j]) => runs[0].limit_curves.some((limit) => limit.joint === j && limit.kind === "rate"));
+  const charts = (chart, chosen) => many((i) => chart(...chosen[i], runs, clock), chosen.length, "joints");
   if (moving.length && runs.every(({ frames }) => frames.joint_angle.length)) {
-    show("curves", heading("Joint angles"), ...many((i) => angle_chart(...moving[i], runs, joints.length, clock), moving.length, "joints"));
+    show("curves", heading("Joint angles"), ...charts(angle_chart, moving));
   }
-  show("curves", heading("Control moments"), ...many((j) => vector_chart(
-    `${joints[j].name}: moment on ${bodies[joints[j].parent].name}, its frame`, "N m", runs, (f) => f.control, joints.length, j, clock),
-  joints.length, "joints"));
+  if (limited.length) show("curves", heading("Joint rates"), ...charts(rate_chart, limited));
+  if (moving.length) show("curves", heading("Control moments"), ...charts(moment_chart, moving));
 }

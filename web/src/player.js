@@ -101,6 +101,17 @@ function time_bar(clock, frames, periodic) {
   return element("div", { class: "bar" }, play, slider, readout, speed_menu(clock), loop);
 }
 
+// What of the picture lies in the way.
+function obstacle_key({ sphere, half_space, waypoint }) {
+  const item = (name, words) => {
+    const mark = swatch(color(name));
+    on_theme_change(() => mark.style.setProperty("--color", color(name)));
+    return element("li", {}, mark, words);
+  };
+  return [sphere.length + half_space.length ? item("keep-out", "to keep out of") : null, waypoint.length ? item("path", "waypoints") : null]
+    .filter((one) => one);
+}
+
 function key(runs, has_picture) {
   const bodies = runs[0].bodies;
   const shown = bodies.slice(0, 12).map((body, i) => ({ body, mark: swatch(body_color(i)), i }));
@@ -111,6 +122,7 @@ function key(runs, has_picture) {
     const path = swatch(color("path"), "line");
     on_theme_change(() => path.style.setProperty("--color", color("path")));
     items.push(element("li", {}, path, "path of the root’s mass centre"), element("li", {}, "pale: the start"));
+    items.push(...obstacle_key(runs[0].obstacles));
   }
   if (runs.length > 1) items.push(element("li", {}, "solid: A, translucent: B"));
   return element("ul", { class: "key" }, ...items);

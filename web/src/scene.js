@@ -1,8 +1,8 @@
 // The three-dimensional picture: ellipsoids, joints, a ghost of the start, the root's path, a grid.
 import {
-  Box3, BufferGeometry, DirectionalLight, Float32BufferAttribute, Group, HemisphereLight, Line, LineBasicMaterial,
-  LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Scene, SphereGeometry,
-  Vector3, WebGLRenderer,
+  Box3, BufferGeometry, DirectionalLight, DoubleSide, Float32BufferAttribute, Group, HemisphereLight, Line,
+  LineBasicMaterial, LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, OctahedronGeometry,
+  PerspectiveCamera, PlaneGeometry, Plane, Quaternion, Scene, Sphere, SphereGeometry, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { Motion } from "./motion.js";
@@ -93,6 +93,76 @@ class Swimmer {
   }
 }
 
+// Keep-outs and waypoints of a run, as far as they lie near its motion: `box`, of `radius`.
+class Obstacles {
+  constructor({ obstacles }, box, radius) {
+    this.group = new Group();
+    this.seen = [];  // points that the picture should hold
+    this.face = new MeshLambertMaterial({ transparent: true, opacity: 0.3, depthWrite: false, side: DoubleSide });
+    this.wide_face = this.face.clone();  // of a half-space: there is much of it
+    this.wide_face.opacity = 0.14;
+    this.edge = new LineBasicMaterial();
+    this.mark = new MeshBasicMaterial({ depthTest: false, transparent: true });  // bodies pass waypoints with their middles
+    const room = box.clone().expandByScalar(0.3 * radius);
+    obstacles.sphere.forEach((sphere) => this.add_sphere(sphere, room));
+    obstacles.half_space.forEach((half) => this.add_half_space(half, box, radius));
+    const marker = new OctahedronGeometry(0.025 * radius);
+    for (const { position } of obstacles.waypoint) {
+      const mesh = new Mesh(marker, this.mark);
+      mesh.position.fromArray(position);
+      mesh.renderOrder = 3;
+      this.group.add(mesh);
+      this.seen.push(mesh.position);
+    }
+  }
+
+  add_sphere({ centre, radius }, room) {
+    const middle = new Vector3(...centre);
+    if (!room.intersectsSphere(new Sphere(middle, radius))) return;
+    const mesh = new Mesh(new SphereGeometry(radius, 64, 40), this.face);
+    mesh.position.copy(middle);
+    for (const [first, second] of [[0, 1], [0, 2], [1, 2]]) {
+      const loop = new LineLoop(ring(first, second), this.edge);
+      loop.scale.setScalar(radius);
+      mesh.add(loop);
+    }
+    this.group.add(mesh);
+    for (let axis = 0; axis < 3; ++axis) for (const side of [-1, 1]) {
+      const end = new Vector3().setComponent(axis, side * radius).add(middle);
+      this.seen.push(end.clamp(room.min, room.max));
+    }
+  }
+
+  // A square of its face, as wide as the motion, with short strokes into what is forbidden.
+  add_half_space({ point, normal }, box, radius) {
+    const out = new Vector3(...normal), face = new Plane().setFromNormalAndCoplanarPoint(out, new Vector3(...point));
+    const middle = box.getCenter(new Vector3());
+    if (Math.abs(face.distanceToPoint(middle)) > 2 * radius) return;
+    const half = 1.1 * radius, depth = 0.06 * radius, square = new Group(), strokes = [];
+    square.add(new Mesh(new PlaneGeometry(2 * half, 2 * half), this.wide_face));
+    const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [x * half, y * half]);
+    square.add(new LineLoop(lines(corners.flatMap(([x, y]) => [x, y, 0])), this.edge));
+    corners.forEach(([x, y], n) => {
+      const [next_x, next_y] = corners[(n + 1) % 4];
+      for (let k = 0; k < 24; ++k) {
+        const at = [x + (next_x - x) * k / 24, y + (next_y - y) * k / 24];
+        strokes.push(...at, 0, ...at, -depth);
+      }
+    });
+    square.add(new LineSegments(lines(strokes), this.edge));
+    square.quaternion.copy(new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), out));
+    square.position.copy(face.projectPoint(middle, new Vector3()));
+    this.group.add(square);
+  }
+
+  recolor() {
+    this.face.color.set(color("keep-out"));
+    this.wide_face.color.set(color("keep-out"));
+    this.edge.color.set(color("keep-out"));
+    this.mark.color.set(color("path"));
+  }
+}
+
 // The tips of every body at some 40 times of the motion.
 function tips(run) {
   const motion = new Motion(run), duration = motion.time[motion.time.length - 1], points = [];
@@ -147,8 +217,11 @@ export class Picture {
     this.colored = [...this.swimmers, ghost];
     this.tips = runs.flatMap(tips);
     this.box = new Box3().setFromPoints(this.tips);
-    this.centre = this.box.getCenter(new Vector3());
     this.radius = 0.5 * this.box.getSize(new Vector3()).length();
+    const obstacles = new Obstacles(runs[0], this.box, this.radius);
+    this.tips.push(...obstacles.seen);
+    this.colored.push(obstacles);
+    this.centre = this.box.getCenter(new Vector3());
     this.grid_step = round_step(this.radius / 5);
     this.grid = new LineSegments(grid_lines(this.box, this.grid_step), new LineBasicMaterial());
     this.paths = runs.map((run) => new Line(lines(run.frames.position), new LineBasicMaterial({ depthTest: false })));

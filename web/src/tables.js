@@ -4,6 +4,7 @@ import { element, section, show, table } from "./dom.js";
 
 const MARKS = { true: "✓", false: "✗", null: "" };
 const READINGS = { true: "holds", false: "does not hold", null: "" };
+const LONG_FACT = 90;  // letters, beyond which it has a line of its own
 const label = (runs, index) => (runs.length > 1 ? `${"AB"[index]}: ` : "");
 
 function verdict_card(run, prefix) {
@@ -13,7 +14,7 @@ function verdict_card(run, prefix) {
     element("p", { class: `status ${run.good ? "good" : "poor"}` },
       element("span", { class: "badge", "aria-hidden": "true" }, run.good ? "✓" : "!"), run.verdict),
     run.message ? element("p", { class: "message" }, run.message) : null,
-    element("dl", { class: "facts" }, ...run.facts.map(([name, value]) => element("div", {},
+    element("dl", { class: "facts" }, ...run.facts.map(([name, value]) => element("div", { class: value.length > LONG_FACT ? "long" : "" },
       element("dt", {}, name), element("dd", { class: name === "Cost" ? "cost" : "" }, value)))));
 }
 

@@ -1,0 +1,20 @@
+// Limits and waypoints of a problem in words, wherever people read of them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "maneuver/problem.hpp"
+
+namespace lamprey::file {
+
+/// How numbers are written, such as short_number.
+using NumberText = std::string (*)(double);
+
+/// One line for each limit, with its unit: "moment at each joint up to 400 N m"; none where there are no limits.
+std::vector<std::string> limit_lines(const maneuver::Limits& limits, NumberText number);
+
+/// One line for each waypoint: "at 0.5 s: 0.2 m along e₃ from the start".
+std::vector<std::string> waypoint_lines(const std::vector<maneuver::Waypoint>& waypoints, NumberText number);
+
+}  // namespace lamprey::file

@@ -1,0 +1,31 @@
+// Which curves of the report limits apply to, and those that only limits ask for.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "certificate/stored_motion.hpp"
+
+namespace lamprey::report {
+
+enum class CurveKind { angle, moment, rate };
+
+/// A curve of a joint with its bounds.
+struct LimitCurve {
+  int joint;
+  CurveKind kind;
+  std::optional<int> line;     // the entry of joint_angle or of joint_moments that it is; else it has values
+  std::string label;           // with values: what they are called
+  std::vector<double> values;  // [N + 1] rad, N m or rad/s; NaN where a limit asks for nothing
+  std::vector<double> bounds;  // in the same unit
+};
+
+/// Of limits of moments, angles, swing, twist and rates, in the order of the joints.
+std::vector<LimitCurve> limit_curves(const certificate::StoredMotion& motion);
+
+/// [N + 1][joints] N m: moments as joint_angle has its angles: of the motor of a hinge, of the two of a universal joint,
+/// of a ball joint along x, y, z of its parent's frame.
+std::vector<std::vector<Eigen::Vector3d>> joint_moments(const certificate::StoredMotion& motion);
+
+}  // namespace lamprey::report
