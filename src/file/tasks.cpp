@@ -17,6 +17,7 @@
 #include "file/solution_file.hpp"
 #include "file/stored_question.hpp"
 #include "file/trajectory_file.hpp"
+#include "lie/so3.hpp"
 #include "study/advice.hpp"
 #include "study/answer.hpp"
 #include "study/faults.hpp"
@@ -59,7 +60,7 @@ void add_false_turns(const Results& stored, std::vector<certificate::FalseClaim>
     for (std::size_t k = 0; k + 1 < angle.size(); ++k)
       for (int axis = 0; axis < 2; ++axis) {
         const double before = angle[k][j][axis], told = angle[k + 1][j][axis];
-        const double turn = std::remainder(told - before, 2.0 * std::numbers::pi);
+        const double turn = lie::shorter_way(told - before);
         if (std::abs(told - before) <= std::numbers::pi) continue;
         claims.push_back({fmt::format("joint_angle[{}][{}][{}]", k + 1, j, axis), told, before + turn});
         return;

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/LU>
 
 #include "mechanics/joint_moments.hpp"
+#include "mechanics/tree_motion.hpp"
 
 namespace lamprey::integrator {
 
@@ -42,8 +42,6 @@ struct Cubic {
   }
 };
 
-double wrapped(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
-
 Vector3d angles_of(const System& system, const Rotations& R, int body) {
   const model::Joint& joint = system.joint(system.body(body).joint);
   return mechanics::joint_angles(joint, mechanics::child_to_parent(R, joint));
@@ -51,9 +49,8 @@ Vector3d angles_of(const System& system, const Rotations& R, int body) {
 
 // Change of a led body's joint angles from one configuration to another, the shorter way round.
 Vector3d angle_change(const System& system, const Rotations& from, const Rotations& to, int body) {
-  Vector3d change = angles_of(system, to, body) - angles_of(system, from, body);
-  for (double& angle : change) angle = wrapped(angle);
-  return change;
+  const model::Joint& joint = system.joint(system.body(body).joint);
+  return mechanics::turn_between(joint, mechanics::child_to_parent(from, joint), mechanics::child_to_parent(to, joint));
 }
 
 // A body's freedoms in a generalised vector, [3]; entries beyond are 0.

@@ -1,6 +1,9 @@
 // The rotation group SO(3): kernels on fixed-size arrays. Perturbations act on the body side, δR = R η̂, everywhere.
 #pragma once
 
+#include <cmath>
+#include <numbers>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -9,6 +12,9 @@ namespace lamprey::lie {
 using Vector3 = Eigen::Vector3d;
 using Vector4 = Eigen::Vector4d;  // quaternion as (scalar, vector)
 using Matrix3 = Eigen::Matrix3d;
+
+/// rad: a turn by this angle, the shorter way round.
+inline double shorter_way(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
 
 /// The skew matrix v̂ with v̂ w = v × w.
 inline Matrix3 hat(const Vector3& v) {

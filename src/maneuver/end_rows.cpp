@@ -4,6 +4,8 @@
 #include <numbers>
 #include <sstream>
 
+#include "lie/so3.hpp"
+
 namespace lamprey::maneuver {
 
 namespace {
@@ -185,7 +187,7 @@ double closure_row(const System& system, const EndRow& row, const mechanics::Rot
   };
   by_last[place + row.component] = 1.0;
   by_first[place + row.component] = -1.0;
-  return std::remainder(angle(last) - angle(first), 2.0 * std::numbers::pi);
+  return lie::shorter_way(angle(last) - angle(first));
 }
 
 }  // namespace lamprey::maneuver

@@ -2,8 +2,8 @@
 // 9.25), and springs and dampers of angles (8.16, 8.17).
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "lie/so3.hpp"
 #include "maneuver/four_steps.hpp"
 #include "maneuver/step_lanes.hpp"
 
@@ -80,7 +80,7 @@ void FourSteps::take_compliant_angles(const ForFour<const Rotations*>& left, con
       };
       angle.left[l] = at_end(*left[l]);
       angle.right[l] = at_end(*right[l]);
-      angle.turn[l] = std::remainder(angle.right[l] - angle.left[l], 2.0 * std::numbers::pi);
+      angle.turn[l] = lie::shorter_way(angle.right[l] - angle.left[l]);
     }
   }
 }

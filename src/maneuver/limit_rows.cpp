@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "fluid/gap.hpp"
+#include "lie/so3.hpp"
 #include "maneuver/joint_angle.hpp"
 
 namespace lamprey::maneuver {
@@ -247,7 +248,7 @@ double angle_change(const System& system, const LimitRow& row, const LimitedNode
   const Vector3d axis = angle_axis(joint, row.freedom());
   const double now = twist_about(axis, joint, mechanics::child_to_parent(node.rotation, joint));
   const double before = twist_about(axis, joint, mechanics::child_to_parent(node.rotation_before, joint));
-  return std::remainder(now - before, 2.0 * std::numbers::pi);
+  return lie::shorter_way(now - before);
 }
 
 // Of 1 ± change/(bound h), by equation 10.2 at both ends of the step.

@@ -2,8 +2,8 @@
 // its zero angle, and over the steps that meet at the node.
 #include <array>
 #include <cmath>
-#include <numbers>
 
+#include "lie/so3.hpp"
 #include "maneuver/joint_angle.hpp"
 #include "maneuver/transcription.hpp"
 
@@ -64,8 +64,7 @@ std::vector<Transcription::Compliance> Transcription::compliance(int node, const
   };
   if (joint.stiffness > 0.0) add(spring, 0.0, node, angle(node));
   for (const StepAbout& about : steps) {  // of its two ends the difference is the shorter way round
-    const double before = angle(about.step),
-                 turn = std::remainder(angle(about.step + 1) - before, 2.0 * std::numbers::pi);
+    const double before = angle(about.step), turn = lie::shorter_way(angle(about.step + 1) - before);
     add(0.0, -damper, about.step, before);
     add(0.0, damper, about.step + 1, before + turn);
   }

@@ -283,7 +283,7 @@ void gather_second_rate(const System& system, const Rotations& R, const Vectors&
 Vector3d turn_between(const model::Joint& joint, const Matrix3d& from, const Matrix3d& to) {
   if (joint.free()) return lie::log(from.transpose() * to);
   Vector3d turn = joint_angles(joint, to) - joint_angles(joint, from);
-  for (double& angle : turn) angle = std::remainder(angle, 2.0 * std::numbers::pi);
+  for (double& angle : turn) angle = lie::shorter_way(angle);
   return turn;
 }
 

@@ -46,12 +46,13 @@ std::string percent(double share) {
 
 std::string time_words(const LimitReach& reach) { return number(reach.time, 4) + " s"; }
 
-// "the sphere", or, of several, "sphere 2".
+// "the sphere", or, of several, "sphere[1]" as messages name them.
 std::string obstacle(const std::vector<LimitReach>& reaches, const LimitReach& reach) {
-  const std::string name = reach.kind == Kind::sphere ? "sphere" : "half-space";
+  const bool sphere = reach.kind == Kind::sphere;
   const auto alike =
       std::count_if(reaches.begin(), reaches.end(), [&](const LimitReach& other) { return other.kind == reach.kind; });
-  return alike == 1 ? "the " + name : fmt::format("{} {}", name, reach.which + 1);
+  if (alike == 1) return sphere ? "the sphere" : "the half-space";
+  return fmt::format("{}[{}]", sphere ? "sphere" : "half_space", reach.which);
 }
 
 std::string length_words(const std::vector<LimitReach>& reaches, const LimitReach& reach) {

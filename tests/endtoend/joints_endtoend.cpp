@@ -405,7 +405,7 @@ TEST(BallJoints, with_springs_and_dampers_cost_the_same_by_the_other_solver) {
 // By the full transcription, where what joints hold are equations and moments of their own, with hops.
 TEST(LedJoints, flip_the_cat_for_the_same_cost_by_the_other_solver) {
   const Folder folder;
-  const std::string problem = varied_example(folder, "falling_cat_flip", {{"starts", "1\nhops = 2"}});
+  const std::string problem = varied_example(folder, "falling_cat_flip", {{"starts", "4\nhops = 2"}});
   const ProgramRun run = lamprey(folder, "solve --solver ipopt " + problem + " --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const Results results = file::read_solution(folder / "run");

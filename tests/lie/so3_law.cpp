@@ -192,4 +192,12 @@ TEST(Renormalized, is_a_rotation_as_near_as_the_matrix_was_to_one) {
   }
 }
 
+TEST(ShorterWay, ends_where_the_angle_does_and_is_no_more_than_half_a_turn) {
+  for (double angle = -20.0; angle <= 20.0; angle += 0.1) {
+    const double way = shorter_way(angle);
+    EXPECT_LE(std::abs(way), std::numbers::pi);
+    EXPECT_NEAR(std::cos(way - angle), 1.0, 1e-14) << angle;
+  }
+}
+
 }  // namespace lamprey::lie

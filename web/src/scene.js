@@ -100,7 +100,7 @@ class Obstacles {
     this.seen = [];  // points that the picture should hold
     this.face = new MeshLambertMaterial({ transparent: true, opacity: 0.3, depthWrite: false, side: DoubleSide });
     this.wide_face = this.face.clone();  // of a half-space: there is much of it
-    this.wide_face.opacity = 0.14;
+    this.wide_face.opacity = obstacles.half_space.length > 2 ? 0.06 : 0.14;  // through the walls of a tank one looks in
     this.edge = new LineBasicMaterial();
     this.mark = new MeshBasicMaterial({ depthTest: false, transparent: true });  // bodies pass waypoints with their middles
     const room = box.clone().expandByScalar(0.3 * radius);
