@@ -405,7 +405,8 @@ class Solver:
         Another goal, in the words of [goal] and seen from the problem's own start; what is left out stays.
 
         move: three entries, m or "free", world frame. turn: rotation vector, rad, world frame. rotation: absolute rotation vectors,
-        body → world, by body. Rows stay what they were, only their values move: InputError otherwise.
+        body → world, by body. Rows stay what they were, only their values move: InputError otherwise, and where the goal breaks a limit.
+        A goal where the swimmer rests is answered by staying.
         """
 
     def set_start(self, rotation: numpy.typing.ArrayLike, position: numpy.typing.ArrayLike, angular_velocity: numpy.typing.ArrayLike | None = None) -> None:
@@ -416,7 +417,7 @@ class Solver:
         angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. Only the joints' rates count: the whole then moves as
         total momentum zero demands, which moments cannot change. Rotations off their joints by less than 0.1 rad are
         led back onto them, and joints seen beyond a limit of angle, swing or twist by less than that begin at it, still;
-        InputError beyond. After advance, which sets a start of its own. Not for periodic goals.
+        InputError beyond, and where bodies are beyond a clearance or a keep-out by more than a hundredth of the swimmer's size. After advance, which sets a start of its own. Not for periodic goals.
         """
 
     def set_duration(self, duration: float) -> None:

@@ -280,7 +280,7 @@ void bind_study(nb::module_& module) {
            "move: three entries, m or \"free\", world frame. turn: rotation vector, rad, world frame. rotation: "
            "absolute "
            "rotation vectors,\nbody → world, by body. Rows stay what they were, only their values move: InputError "
-           "otherwise.")
+           "otherwise, and where the goal breaks a limit.\nA goal where the swimmer rests is answered by staying.")
       .def("set_start", &Solver::set_start, "rotation"_a, "position"_a, "angular_velocity"_a = nb::none(),
            nb::sig("def set_start(self, rotation: numpy.typing.ArrayLike, position: numpy.typing.ArrayLike, "
                    "angular_velocity: "
@@ -293,7 +293,9 @@ void bind_study(nb::module_& module) {
            "less than "
            "0.1 rad are\nled back onto them, and joints seen beyond a limit of angle, swing or twist by less than that "
            "begin at it, "
-           "still;\nInputError beyond. After advance, which sets a start of its own. Not for periodic goals.")
+           "still;\nInputError beyond, and where bodies are beyond a clearance or a keep-out by more than a hundredth "
+           "of "
+           "the swimmer's size. After advance, which sets a start of its own. Not for periodic goals.")
       .def("set_duration", &Solver::set_duration, "duration"_a,
            "Another duration in as many steps, s: the time that is left. Moments stretch with it.\n\nInputError where "
            "it "
