@@ -52,20 +52,36 @@ std::vector<Vector3d> read_by_body(const TableReader& table, const Bodies& bodie
   return values;
 }
 
-// rad, of a hinge or of a universal joint's two axes.
-std::optional<std::array<double, 2>> stated_angles(const TableReader& table, const JointDescription& joint) {
+// Of a hinge or of a universal joint's two axes: angles, rad, or their rates, rad/s.
+std::optional<std::array<double, 2>> about_axes(const TableReader& table, const JointDescription& joint,
+                                                const Range& range, const char* instead) {
   const TomlValue* value = table.find(joint.name);
   if (!value) return std::nullopt;
-  if (joint.kind == JointKind::hinge) return {{*table.number(joint.name, turn()), 0.0}};
+  if (joint.kind == JointKind::hinge) return {{*table.number(joint.name, range), 0.0}};
   if (joint.kind != JointKind::universal)
-    refuse(table.key(joint.name), fmt::format("an angle of a {} joint", word(joint.kind)),
-           "angles of hinges and universal joints",
-           fmt::format("state start.{} instead", key_path("rotation", joint.child)));
-  const std::string allowed = "two angles (rad), one about each axis";
+    refuse(table.key(joint.name), fmt::format("a number about the axes of a {} joint", word(joint.kind)),
+           "those of hinges and universal joints",
+           fmt::format("state start.{} instead", key_path(instead, joint.child)));
+  const std::string allowed = fmt::format("two numbers ({}), one about each axis", range.unit);
   if (value->kind != TomlValue::Kind::array || value->items.size() != 2)
     refuse(table.key(joint.name), shown(*value), allowed, "write them in brackets, as in [0.1, 0.0]");
-  return {{table.number_in(value->items[0], joint.name, turn(), *value, allowed),
-           table.number_in(value->items[1], joint.name, turn(), *value, allowed)}};
+  return {{table.number_in(value->items[0], joint.name, range, *value, allowed),
+           table.number_in(value->items[1], joint.name, range, *value, allowed)}};
+}
+
+// A joint's numbers stand in the place of its child's.
+void refuse_both(const TableReader& by_joint, const TableReader& by_body, const JointDescription& joint) {
+  if (!by_body.find(joint.child)) return;
+  refuse(by_joint.key(joint.name), fmt::format("it beside {}", by_body.key(joint.child)), "one of the two",
+         "remove one");
+}
+
+TableReader table_of_joints(const TableReader& table, const char* name, const model::SwimmerDescription& swimmer) {
+  std::vector<std::string> joints;
+  for (const JointDescription& joint : swimmer.joints) joints.push_back(joint.name);
+  const TableReader of_joints = table.table(name);
+  of_joints.allow_only(joints);
+  return of_joints;
 }
 
 // Child → parent at these angles.
@@ -79,36 +95,42 @@ Matrix3d turned(const JointDescription& joint, const std::array<double, 2>& angl
 
 // Bodies of which nothing is stated are turned as the world is, or where their joints do not allow that, as these have it at zero angle.
 void read_shape(const TableReader& table, const Bodies& bodies, Problem& problem) {
-  const TableReader rotation = table.table("rotation"), angle = table.table("angle");
+  const TableReader rotation = table.table("rotation"), angle = table_of_joints(table, "angle", problem.swimmer);
   std::vector<Vector3d>& start = problem.start.rotation;
   start = read_by_body(rotation, bodies, turn());
-  std::vector<std::string> joints;
-  for (const JointDescription& joint : problem.swimmer.joints) joints.push_back(joint.name);
-  angle.allow_only(joints);
   for (const JointDescription* joint : from_the_root(problem.swimmer)) {
     const std::size_t child = bodies.at(joint->child);
     const Matrix3d parent = lie::exp(start[bodies.at(joint->parent)]);
-    const auto angles = stated_angles(angle, *joint);
+    const auto angles = about_axes(angle, *joint, turn(), "rotation");
+    if (angles) refuse_both(angle, rotation, *joint);
     const bool stated = rotation.find(joint->child) != nullptr;
-    if (angles && stated)
-      refuse(angle.key(joint->name), fmt::format("an angle beside {}", rotation.key(joint->child)), "one of the two",
-             "remove one");
     const bool fits = misfit(*joint, parent.transpose() * lie::exp(start[child])) <= angle_tolerance;
     if (angles || (!stated && !fits))
       start[child] = lie::log(parent * turned(*joint, angles.value_or(std::array<double, 2>{})));
   }
 }
 
-// A body that its joint leads and whose angular velocity the file does not state moves with its parent.
+// Of a child seen from its parent, in its own frame, rad/s: its joint's angles change at these rates.
+Vector3d turning(const JointDescription& joint, const Matrix3d& child_to_parent, const std::array<double, 2>& rates) {
+  if (joint.kind == JointKind::hinge) return rates[0] * joint.axis->stableNormalized();
+  return rates[0] * (child_to_parent.transpose() * (*joint.axes)[0].stableNormalized()) +
+         rates[1] * (*joint.axes)[1].stableNormalized();
+}
+
+// A body that its joint leads and of which nothing is stated moves with its parent.
 void read_velocities(const TableReader& table, const Bodies& bodies, Problem& problem) {
-  const TableReader angular_velocity = table.table("angular_velocity");
+  const TableReader angular_velocity = table.table("angular_velocity"),
+                    rate = table_of_joints(table, "angle_rate", problem.swimmer);
   maneuver::Start& start = problem.start;
   start.angular_velocity = read_by_body(angular_velocity, bodies, any_number("rad/s"));
   for (const JointDescription* joint : from_the_root(problem.swimmer)) {
+    const auto rates = about_axes(rate, *joint, any_number("rad/s"), "angular_velocity");
+    if (rates) refuse_both(rate, angular_velocity, *joint);
     if (joint->kind == JointKind::ball || angular_velocity.find(joint->child)) continue;
     const std::size_t child = bodies.at(joint->child), parent = bodies.at(joint->parent);
-    start.angular_velocity[child] = lie::exp(start.rotation[child]).transpose() *
-                                    (lie::exp(start.rotation[parent]) * start.angular_velocity[parent]);
+    const Matrix3d Q = lie::exp(start.rotation[parent]).transpose() * lie::exp(start.rotation[child]);
+    start.angular_velocity[child] = Q.transpose() * start.angular_velocity[parent];
+    if (rates) start.angular_velocity[child] += turning(*joint, Q, *rates);
   }
   start.linear_velocity = table.vector("linear_velocity", any_number("m/s")).value_or(Vector3d::Zero());
 }
@@ -116,8 +138,8 @@ void read_velocities(const TableReader& table, const Bodies& bodies, Problem& pr
 }  // namespace
 
 void read_start(const TableReader& table, Problem& problem) {
-  table.allow_only(
-      {"position", "rotation", "angle", "angular_velocity", "linear_velocity", "zero_momentum", "free_shape"});
+  table.allow_only({"position", "rotation", "angle", "angular_velocity", "angle_rate", "linear_velocity",
+                    "zero_momentum", "free_shape"});
   const Bodies bodies = numbered(problem.swimmer);
   problem.start.position = table.vector("position", any_number("m")).value_or(Vector3d::Zero());
   read_shape(table, bodies, problem);

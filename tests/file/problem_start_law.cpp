@@ -85,12 +85,37 @@ TEST(ProblemStart, has_joints_turn_while_the_whole_has_no_momentum) {
   EXPECT_GT(rate(balanced, 0, 3).norm(), 1.9);
 }
 
+TEST(ProblemStart, turns_joints_at_the_rates_that_it_states) {
+  const std::string bent = "rotation.hull = [0.2, -0.4, 1.0]\nangle.tip = -0.6\nangle.arm = [0.5, -0.8]\n";
+  const maneuver::Problem problem = read(bent +
+                                         "angular_velocity.hull = [0.3, 0.1, -0.2]\nangle_rate.arm = [0.7, -1.1]\n"
+                                         "angle_rate.tip = 2.0\n");
+  const model::System system(problem.swimmer);
+  const std::map<std::string, Vector3d> stated = {{"tip", {2.0, 0.0, 0.0}}, {"arm", {0.7, -1.1, 0.0}}};
+  constexpr double step = 1e-4;
+  for (const model::Joint& joint : system.joints()) {
+    const auto angles_at = [&](double t) {
+      const auto turned = [&](int body) {
+        const std::size_t i = model::at(body);
+        return Matrix3d(lie::exp(problem.start.rotation[i]) * lie::exp(t * problem.start.angular_velocity[i]));
+      };
+      return mechanics::joint_angles(joint, turned(joint.parent).transpose() * turned(joint.child));
+    };
+    const auto own = stated.find(joint.name);
+    const Vector3d expected = own != stated.end() ? own->second : Vector3d(Vector3d::Zero());
+    EXPECT_LT(((angles_at(step) - angles_at(-step)) / (2.0 * step) - expected).norm(), 1e-6) << joint.name;
+  }
+}
+
 TEST(ProblemStart, refuses_what_it_states_twice_or_of_other_joints) {
   for (const auto& [start, key, words] :
        {std::tuple("angle.hip = 0.1\nrotation.leg = [0.5, 0.0, 0.0]\n", "start.angle.hip",
-                   "an angle beside start.rotation.leg"),
-        std::tuple("angle.arm = 0.1\n", "start.angle.arm", "two angles"),
-        std::tuple("angle.pod = 0.1\n", "start.angle.pod", "an angle of a fixed joint"),
+                   "it beside start.rotation.leg"),
+        std::tuple("angle.arm = 0.1\n", "start.angle.arm", "two numbers"),
+        std::tuple("angle.pod = 0.1\n", "start.angle.pod", "about the axes of a fixed joint"),
+        std::tuple("angle_rate.hip = 0.1\nangular_velocity.leg = [0.0, 0.0, 0.1]\n", "start.angle_rate.hip",
+                   "it beside start.angular_velocity.leg"),
+        std::tuple("angle_rate.pod = 0.1\n", "start.angle_rate.pod", "about the axes of a fixed joint"),
         std::tuple("angle.leg = 0.1\n", "start.angle.leg", "found"),
         std::tuple("angle.hip = 90.0\n", "start.angle.hip", "rad"),
         std::tuple("linear_velocity = [1.0, 0.0, 0.0]\nzero_momentum = true\n", "start.linear_velocity",
