@@ -29,6 +29,7 @@ constexpr double most_steps_proposed = 1e5;  // to be solved on unasked
 constexpr double enough_digits = 1.0005;     // so that four digits of a time are enough of it
 constexpr double loosest_tolerance = 1e-4;   // of stationarity, that is worth proposing
 constexpr double nearly_there = 1e-3;        // rad or swimmer's sizes, of a goal
+constexpr double roughly_there = 1.0;        // the same, of a motion like one that is asked for
 constexpr double far_away = 1e3;             // swimmer's sizes
 constexpr double other_units = 1e3;  // times a bound on moments, by which motions of these sizes hardly break it
 
@@ -82,12 +83,22 @@ std::string limits_on_haste(const maneuver::Limits& limits) {
   return words;
 }
 
-// In what time the motion that was found would do, where it nearly meets the goal; in brackets after a blank.
+// In what time the motion that was found would do, where it meets the goal nearly or roughly; in brackets after a blank.
 std::string time_for_motion(const Problem& problem, const Certificate& proof, const Solution& solution) {
   const model::System system(problem.swimmer);
-  if (!(proof.goal_error <= nearly_there * std::min(1.0, system.size()))) return "";
-  const std::optional<double> seconds = enough_time(system, problem, solution);
-  return seconds ? " (in " + number(*seconds * enough_digits, 4) + " s the motors are up to this motion)" : "";
+  const double unit = std::min(1.0, system.size());
+  if (!(proof.goal_error <= roughly_there * unit)) return "";
+  const bool nearly = proof.goal_error <= nearly_there * unit;
+  const std::optional<double> seconds = enough_time(system, problem, solution, !nearly);
+  if (!seconds) return "";
+  return nearly ? " (in " + number(*seconds * enough_digits, 4) + " s the motors are up to this motion)"
+                : " (a motion like this one takes these motors some " + number(*seconds, 2) + " s)";
+}
+
+// Where motors are too weak or too slow for the time that there is.
+std::string more_time(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  return (problem.duration.free ? "a larger time.max" : "a longer time.duration") +
+         time_for_motion(problem, proof, solution);
 }
 
 // How many times as many steps would resolve a motion, by the order at which what its replay misses falls.
@@ -125,6 +136,8 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
   std::string words = "try ";
   if (solution.status == Status::time_limit) {  // tells little of what is asked
     words += "a longer search.time_limit";
+    const bool weak = proof.limits && proof.limits->key.starts_with("limits.torque") && proof.limits->violation > 1.0;
+    if (weak) words += ", or " + more_time(problem, proof, solution);
     if (problem.steps > few_steps)
       words += ", or fewer time.steps, whose answer lamprey solve --first begins with on as many as these";
     if (problem.duration.free && !solution.time.empty() &&
@@ -156,9 +169,7 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "other units (its N m, lengths' m, the density's kg/m³, the time's s), ";
   const std::string hurried = limits_on_haste(problem.limits);
   const bool gait = problem.goal && problem.goal->periodic;
-  if (!hurried.empty())
-    words += (problem.duration.free ? "a larger time.max" : "a longer time.duration") +
-             time_for_motion(problem, proof, solution) + ", ";
+  if (!hurried.empty()) words += more_time(problem, proof, solution) + ", ";
   if (broken && proof.limits->key == "time.max" && !hurried.empty()) words += "a looser " + hurried + ", ";
   if (!problem.waypoints.empty()) words += "waypoints farther apart in time, or fewer, ";
   if (broken && !gait) words += "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";

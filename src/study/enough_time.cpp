@@ -37,7 +37,8 @@ bool moves_alike_at_any_speed(const Problem& problem) {
 
 }  // namespace
 
-std::optional<double> enough_time(const model::System& system, const Problem& problem, const Solution& solution) {
+std::optional<double> enough_time(const model::System& system, const Problem& problem, const Solution& solution,
+                                  bool roughly) {
   if (!moves_alike_at_any_speed(problem) || !has_all_nodes(solution)) return std::nullopt;
   const double duration = solution.time.back() - solution.time.front();
   const auto steps = static_cast<int>(solution.time.size()) - 1;
@@ -57,9 +58,9 @@ std::optional<double> enough_time(const model::System& system, const Problem& pr
       const double over = 1.0 + row.excess(missing, duration / steps) / row.bound;
       if (row.of_moments())
         stretch = std::max(stretch, std::sqrt(over));
-      else if (row.kind == LimitRow::Kind::speed)
+      else if (row.of_rate())
         stretch = std::max(stretch, over);
-      else if (missing > kept)
+      else if (!roughly && missing > kept)
         return std::nullopt;
     }
   }

@@ -75,6 +75,7 @@ TEST(EnoughTime, is_none_where_time_does_not_help) {
   maneuver::Problem other = turned.problem;
   other.limits.swing["front"] = 1e-2;
   expect_none(other, "a joint swings too far at any speed");
+  EXPECT_TRUE(study::enough_time(turned.system, other, turned.solution, true)) << "roughly";
   other = turned.problem;
   other.swimmer.joints.front().damping = 1.0;
   expect_none(other, "a damper has a time of its own");
