@@ -28,20 +28,7 @@ using model::SwimmerDescription;
 constexpr double velocity_tolerance = 1e-9;  // relative
 constexpr double symmetry_tolerance = 1e-9;  // relative
 
-using Index = std::map<std::string, std::size_t>;
-
-Index index_bodies(const SwimmerDescription& swimmer) {
-  Index index;
-  for (std::size_t i = 0; i < swimmer.bodies.size(); ++i) {
-    const std::string& name = swimmer.bodies[i].name;
-    if (!index.emplace(name, i).second)
-      refuse(body_key(i, "name"), in_quotes(name) + " a second time", "names that differ",
-             "rename one of the two bodies");
-  }
-  return index;
-}
-
-std::size_t body_named(const Index& index, const std::string& name, const std::string& key) {
+std::size_t body_named(const BodyIndex& index, const std::string& name, const std::string& key) {
   const auto found = index.find(name);
   if (found != index.end()) return found->second;
   std::vector<std::string> names;
@@ -57,7 +44,7 @@ struct Parent {
   std::size_t joint = nobody;
 };
 
-std::vector<Parent> find_parents(const SwimmerDescription& swimmer, const Index& index) {
+std::vector<Parent> find_parents(const SwimmerDescription& swimmer, const BodyIndex& index) {
   std::vector<Parent> parents(swimmer.bodies.size());
   for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
     const JointDescription& joint = swimmer.joints[j];
@@ -217,6 +204,17 @@ void check_joint_axes(const JointDescription& joint, std::size_t j) {
 
 }  // namespace
 
+BodyIndex index_bodies(const SwimmerDescription& swimmer) {
+  BodyIndex index;
+  for (std::size_t i = 0; i < swimmer.bodies.size(); ++i) {
+    const std::string& name = swimmer.bodies[i].name;
+    if (!index.emplace(name, i).second)
+      refuse(body_key(i, "name"), in_quotes(name) + " a second time", "names that differ",
+             "rename one of the two bodies");
+  }
+  return index;
+}
+
 double misfit(const JointDescription& joint, const Matrix3d& child_to_parent) {
   const Matrix3d from_zero = lie::exp(joint.reference_rotation).transpose() * child_to_parent;
   switch (joint.kind) {
@@ -238,7 +236,7 @@ double misfit(const JointDescription& joint, const Matrix3d& child_to_parent) {
 
 namespace {
 
-Matrix3d start_rotation(const Problem& problem, const Index& index, const std::string& body) {
+Matrix3d start_rotation(const Problem& problem, const BodyIndex& index, const std::string& body) {
   return lie::exp(problem.start.rotation[index.at(body)]);
 }
 
@@ -269,7 +267,7 @@ std::string allowed_turns(const JointDescription& joint) {
   }
 }
 
-void check_start_velocities(const Problem& problem, const Index& index) {
+void check_start_velocities(const Problem& problem, const BodyIndex& index) {
   for (const JointDescription& joint : problem.swimmer.joints) {
     if (joint.kind == JointKind::ball) continue;
     const Matrix3d Q =
@@ -289,7 +287,7 @@ void check_start_velocities(const Problem& problem, const Index& index) {
 }
 
 // The end rotation that the goal fixes, if it does.
-std::optional<Matrix3d> end_rotation(const Problem& problem, const Index& index, const std::string& body) {
+std::optional<Matrix3d> end_rotation(const Problem& problem, const BodyIndex& index, const std::string& body) {
   const auto own = problem.goal->rotation.find(body);
   if (own != problem.goal->rotation.end()) return own->second ? std::optional(lie::exp(*own->second)) : std::nullopt;
   if (!problem.goal->turn) return std::nullopt;
@@ -300,7 +298,7 @@ std::string end_key(const Problem& problem, const std::string& body) {
   return problem.goal->rotation.contains(body) ? key_path("goal.rotation", body) : "goal.turn";
 }
 
-void check_goal_against_joints(const Problem& problem, const Index& index) {
+void check_goal_against_joints(const Problem& problem, const BodyIndex& index) {
   for (const JointDescription& joint : problem.swimmer.joints) {
     const std::optional<Matrix3d> parent = end_rotation(problem, index, joint.parent);
     const std::optional<Matrix3d> child = end_rotation(problem, index, joint.child);
@@ -326,7 +324,7 @@ void check_goal_against_joints(const Problem& problem, const Index& index) {
 }
 
 // The bodies of a gait turn alike: its root as goal.turn has it, the others with it.
-void check_turn_of_gait(const Problem& problem, const Index& index) {
+void check_turn_of_gait(const Problem& problem, const BodyIndex& index) {
   const maneuver::Goal& goal = *problem.goal;
   if (!goal.periodic) return;
   for (const model::BodyDescription& body : problem.swimmer.bodies) {
@@ -401,7 +399,7 @@ void check_joints(const SwimmerDescription& swimmer) {
 }
 
 void check_start(const Problem& problem) {
-  const Index index = index_bodies(problem.swimmer);
+  const BodyIndex index = index_bodies(problem.swimmer);
   for (const JointDescription& joint : problem.swimmer.joints) {
     const Matrix3d shape =
         start_rotation(problem, index, joint.parent).transpose() * start_rotation(problem, index, joint.child);

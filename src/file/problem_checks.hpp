@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -12,6 +13,10 @@ namespace lamprey::file {
 /// "joint[j].name" and "body[i].name", as key_positions has them.
 std::string joint_key(std::size_t j, std::string_view name);
 std::string body_key(std::size_t i, std::string_view name);
+
+/// Numbers of the bodies by their names, which are unique.
+using BodyIndex = std::map<std::string, std::size_t>;
+BodyIndex index_bodies(const model::SwimmerDescription& swimmer);
 
 /// Names are unique; every joint joins two known bodies; the joints make one tree whose root is the first body.
 void check_tree(const model::SwimmerDescription& swimmer);

@@ -21,14 +21,6 @@ using maneuver::Problem;
 using model::JointDescription;
 using model::JointKind;
 
-using Bodies = std::map<std::string, std::size_t>;
-
-Bodies numbered(const model::SwimmerDescription& swimmer) {
-  Bodies index;
-  for (std::size_t i = 0; i < swimmer.bodies.size(); ++i) index[swimmer.bodies[i].name] = i;
-  return index;
-}
-
 // Joints from the root on, so that a parent comes before its children.
 std::vector<const JointDescription*> from_the_root(const model::SwimmerDescription& swimmer) {
   std::multimap<std::string, const JointDescription*> below;
@@ -43,7 +35,7 @@ std::vector<const JointDescription*> from_the_root(const model::SwimmerDescripti
   return order;
 }
 
-std::vector<Vector3d> read_by_body(const TableReader& table, const Bodies& bodies, const Range& range) {
+std::vector<Vector3d> read_by_body(const TableReader& table, const BodyIndex& bodies, const Range& range) {
   std::vector<std::string> names(bodies.size());
   for (const auto& [name, body] : bodies) names[body] = name;
   table.allow_only(names);
@@ -94,7 +86,7 @@ Matrix3d turned(const JointDescription& joint, const std::array<double, 2>& angl
 }
 
 // Bodies of which nothing is stated are turned as the world is, or where their joints do not allow that, as these have it at zero angle.
-void read_shape(const TableReader& table, const Bodies& bodies, Problem& problem) {
+void read_shape(const TableReader& table, const BodyIndex& bodies, Problem& problem) {
   const TableReader rotation = table.table("rotation"), angle = table_of_joints(table, "angle", problem.swimmer);
   std::vector<Vector3d>& start = problem.start.rotation;
   start = read_by_body(rotation, bodies, turn());
@@ -118,7 +110,7 @@ Vector3d turning(const JointDescription& joint, const Matrix3d& child_to_parent,
 }
 
 // A body that its joint leads and of which nothing is stated moves with its parent.
-void read_velocities(const TableReader& table, const Bodies& bodies, Problem& problem) {
+void read_velocities(const TableReader& table, const BodyIndex& bodies, Problem& problem) {
   const TableReader angular_velocity = table.table("angular_velocity"),
                     rate = table_of_joints(table, "angle_rate", problem.swimmer);
   maneuver::Start& start = problem.start;
@@ -140,7 +132,7 @@ void read_velocities(const TableReader& table, const Bodies& bodies, Problem& pr
 void read_start(const TableReader& table, Problem& problem) {
   table.allow_only({"position", "rotation", "angle", "angular_velocity", "angle_rate", "linear_velocity",
                     "zero_momentum", "free_shape"});
-  const Bodies bodies = numbered(problem.swimmer);
+  const BodyIndex bodies = index_bodies(problem.swimmer);
   problem.start.position = table.vector("position", any_number("m")).value_or(Vector3d::Zero());
   read_shape(table, bodies, problem);
   read_velocities(table, bodies, problem);

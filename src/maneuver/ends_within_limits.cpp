@@ -11,8 +11,7 @@ using mechanics::Rotations;
 using model::at;
 using model::System;
 
-constexpr double breaks = 1e-9;      // of a limit's unit, rad of a swing: beyond round-off
-constexpr double no_cosine = 1e-15;  // of a cosine, round-off
+constexpr double breaks = 1e-9;  // of a row's unit: beyond round-off
 
 // One end of the motion, and what is known of it.
 struct End {
@@ -45,9 +44,7 @@ std::optional<BrokenLimit> broken_by(const System& system, const Maneuver& maneu
     if (row.of_moments() || row.of_duration() || row.equality() || row.of_rate()) continue;
     if (!end.shows(system, row)) continue;
     const double value = limit_value(system, row, node, 1.0);
-    if (value >= 0.0) continue;
-    const double excess = row.excess(-value, step);
-    if (row.kind == Kind::swing ? excess > breaks + no_cosine / row.unit : value < -breaks) return {{&row, excess}};
+    if (value < -breaks) return {{&row, row.excess(-value, step)}};
   }
   return std::nullopt;
 }

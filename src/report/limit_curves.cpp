@@ -94,6 +94,4 @@ std::vector<LimitCurve> limit_curves(const StoredMotion& motion) {
   return curves;
 }
 
-std::vector<std::vector<Eigen::Vector3d>> joint_moments(const StoredMotion& motion) { return motion.control; }
-
 }  // namespace lamprey::report

@@ -15,17 +15,13 @@ enum class CurveKind { angle, moment, rate };
 struct LimitCurve {
   int joint;
   CurveKind kind;
-  std::optional<int> line;     // the entry of joint_angle or of joint_moments that it is; else it has values
-  std::string label;           // with values: what they are called
+  std::optional<int> line;  // the entry of joint_angle or of the stored motion's control that it is; else it has values
+  std::string label;        // with values: what they are called
   std::vector<double> values;  // [N + 1] rad, N m or rad/s; NaN where a limit asks for nothing
   std::vector<double> bounds;  // in the same unit
 };
 
 /// Of limits of moments, angles, swing, twist and rates, in the order of the joints.
 std::vector<LimitCurve> limit_curves(const certificate::StoredMotion& motion);
-
-/// [N + 1][joints] N m: moments as joint_angle has its angles: of the motor of a hinge, of the two of a universal joint,
-/// of a ball joint along x, y, z of its parent's frame.
-std::vector<std::vector<Eigen::Vector3d>> joint_moments(const certificate::StoredMotion& motion);
 
 }  // namespace lamprey::report

@@ -319,7 +319,7 @@ std::string page_data(const std::vector<const file::Results*>& runs) {
     std::string heights = heights_text(*run, nodes);
     escape_less_than(heights);
     text += words + "\"heights\":" + heights + ",\"limit_curves\":" + limit_curves_text(curves, nodes) +
-            ",\"frames\":" + frames_text(*run, joint_moments(motion), nodes) + "}";
+            ",\"frames\":" + frames_text(*run, motion.control, nodes) + "}";
   }
   return text + "]}";
 }

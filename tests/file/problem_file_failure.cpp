@@ -197,6 +197,19 @@ TEST(StartBeyondALimit, is_told_at_the_limit_with_by_how_much_unless_shapes_are_
       file::require_ends_within_limits(parse_problem(bent_pair("", "angle.neck = [-0.5, 0.5]\n"), "pair.toml")));
 }
 
+// A swing counts by its angle: the cosine of a narrow cone hardly knows what is beyond it.
+TEST(StartBeyondALimit, is_told_of_narrow_swings_too) {
+  const auto start_at = [](const std::string& angle) {
+    std::string text = bent_pair("", "swing.neck = 1e-4\n");
+    const std::string bent = "rotation.b = [0.0, 0.0, 0.5]";
+    file::require_ends_within_limits(parse_problem(
+        text.replace(text.find(bent), bent.size(), "rotation.b = [0.0, 0.0, " + angle + "]"), "pair.toml"));
+  };
+  EXPECT_NO_THROW(start_at("1e-4"));
+  EXPECT_THROW(start_at("1.001e-4"), InputError);
+  EXPECT_THROW(start_at("-1.09e-4"), InputError);
+}
+
 TEST(GaitOfAnyDisplacement, is_refused_where_nothing_pays_for_a_way) {
   const auto problem = [](const std::string& start, const std::string& cost) {
     std::string text = bent_pair(start, "angle.neck = [-1.0, 1.0]\n") + cost;
