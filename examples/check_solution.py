@@ -125,12 +125,12 @@ def read_swimmer(problem):
     s.mass = np.array([body["mass"] for body in bodies], float)
     s.own_inertia, s.J, s.M, s.C = (np.array([body[key] for body in bodies], float) for key in (
         "body_inertia", "inertia_matrix", "mass_matrix", "coupling_matrix"))
-    s.parent, s.joint, s.kind = [-1] * n, [-1] * n, ["free"] * n
+    s.parent, s.joint, s.kind, s.joint_names = [-1] * n, [-1] * n, ["free"] * n, [None] * n
     s.d_pi, s.d_ip, s.Q0, s.a, s.b = np.zeros((n, 3)), np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1)), [0] * n, [0] * n
     s.stiffness, s.damping, bases = np.zeros(n), np.zeros(n), [np.zeros((0, 0))] * n
     for j, joint in enumerate(joints):
         i, axes = joint["child"], np.reshape(np.array(joint["control_axes"], float), (-1, 3))
-        s.parent[i], s.joint[i], s.kind[i] = joint["parent"], j, joint["kind"]
+        s.parent[i], s.joint[i], s.kind[i], s.joint_names[i] = joint["parent"], j, joint["kind"], joint["name"]
         s.d_pi[i], s.d_ip[i] = joint["parent_offset"], joint["child_offset"]
         s.stiffness[i], s.damping[i] = joint["stiffness"], joint["damping"]
         s.Q0[i], frame = rotation(joint["reference_rotation"]), np.eye(3)
@@ -521,9 +521,19 @@ def optimality(s, m, S):
 
 # The checks
 
+def led_by_angle(s, goal, i):
+    """Whether a body hangs below a joint of goal.angle, with no rotation stated of it or of one between."""
+    while s.parent[i] >= 0 and s.names[i] not in goal["rotation"]:
+        if s.joint_names[i] in goal.get("angle", {}):
+            return True
+        i = s.parent[i]
+    return False
+
+
 def targets(s, goal, start):
     """Rotations that the goal asks for, by body."""
-    asked = {} if goal["turn"] is None else {i: rotation(goal["turn"]) @ start[i] for i in range(s.n)}
+    asked = {} if goal["turn"] is None else {
+        i: rotation(goal["turn"]) @ start[i] for i in range(s.n) if not led_by_angle(s, goal, i)}
     if goal["periodic"]:
         asked = {i: R for i, R in asked.items() if i == 0}
     for name, vector in goal["rotation"].items():
@@ -533,9 +543,23 @@ def targets(s, goal, start):
     return asked
 
 
+def joint_targets(s, goal, start):
+    """How joints are to end, child to parent, by child."""
+    asked = {}
+    for i in s.order[1:]:
+        if s.joint_names[i] in goal.get("angle", {}):
+            turns = goal["angle"][s.joint_names[i]]
+            before = {"universal": lambda: turns[0] * s.a[i], "ball": lambda: turns}.get(s.kind[i], lambda: np.zeros(3))()
+            asked[i] = rotation(before) @ s.Q0[i] @ rotation(turns[-1] * s.b[i] if s.led[i] else np.zeros(3))
+        elif goal.get("shape") == "start" or (goal["turn"] is not None and led_by_angle(s, goal, i)):
+            asked[i] = relative(s, start, i)
+    return asked
+
+
 def goal_rows(s, goal, m, R, x):
     """The goal's conditions at the last node, zero where it is met."""
     rows = [vee(E.T @ R[i]) for i, E in targets(s, goal, m.start_R).items()]
+    rows += [vee(E.T @ relative(s, R, i)) for i, E in joint_targets(s, goal, m.start_R).items()]
     rows += [x[c:c + 1] for c in range(3) if goal["move"][c] != "free"]
     return np.concatenate(rows) if rows else np.zeros(0)
 
@@ -629,6 +653,7 @@ def check_motion(s, m, S, report):
     report.error("start_error", max(distance(m.start_R[:bodies], R[0, :bodies]), np.abs(x[0] - m.start_x).max()),
                  certificate["start_error"], 1e-9)
     errors = [distance(E, R[-1, i]) for i, E in targets(s, goal, R[0] if gait else m.start_R).items()]
+    errors += [distance(E, relative(s, R[-1], i)) for i, E in joint_targets(s, goal, m.start_R).items()]
     errors += [abs(x[-1, c] - m.start_x[c] - goal["move"][c]) for c in range(3) if goal["move"][c] != "free"]
     errors += [distance(R[0, 0].T @ R[0], R[-1, 0].T @ R[-1])] if gait else []
     report.error("goal_error", max(errors, default=0.0), certificate["goal_error"], 1e-9)

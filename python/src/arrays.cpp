@@ -77,6 +77,17 @@ Eigen::Vector3d three(nb::handle object, const std::string& key, const std::stri
   return vector;
 }
 
+std::vector<double> several(nb::handle object, std::size_t count, const std::string& key, const std::string& what) {
+  const Numbers given = numbers(object, key);
+  if (given.size() != count || given.ndim() > 1 || (given.ndim() == 0 && count != 1))
+    throw model::InputError(key, "found another shape; allowed: " + what);
+  const std::vector<double> values(given.data(), given.data() + count);
+  for (double value : values)
+    if (!std::isfinite(value))
+      throw model::InputError(key, "found a number that is not finite; allowed: " + what + "; mend it");
+  return values;
+}
+
 std::vector<Eigen::Vector3d> vectors(nb::handle object, std::size_t count, const std::string& key) {
   const Numbers given = numbers(object, key);
   require_shape(given, {count, 3}, key);

@@ -29,6 +29,10 @@ void require_shape(const Numbers& given, const std::vector<std::size_t>& shape, 
 /// Three finite numbers; `what` says which, for the model::InputError naming `key`.
 Eigen::Vector3d three(nanobind::handle object, const std::string& key, const std::string& what);
 
+/// So many finite numbers, of which one may stand alone.
+std::vector<double> several(nanobind::handle object, std::size_t count, const std::string& key,
+                            const std::string& what);
+
 /// model::InputError naming `key` unless the shape is [count][3] or [count][3][3] and every number finite.
 std::vector<Eigen::Vector3d> vectors(nanobind::handle object, std::size_t count, const std::string& key);
 std::vector<Eigen::Matrix3d> rotations(nanobind::handle object, std::size_t count, const std::string& key);

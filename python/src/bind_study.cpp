@@ -84,7 +84,8 @@ class Solver {
   Solver(const Solver&) = delete;
   Solver& operator=(const Solver&) = delete;
 
-  void set_goal(const nb::object& move, const nb::object& turn, const std::map<std::string, nb::object>& rotation) {
+  void set_goal(const nb::object& move, const nb::object& turn, const std::map<std::string, nb::object>& rotation,
+                const std::map<std::string, nb::object>& angle) {
     const std::unique_lock lock = taken();
     maneuver::Goal goal = goal_;
     if (!move.is_none()) goal.move = moves(move);
@@ -93,6 +94,7 @@ class Solver {
       require_body(body);
       goal.rotation[body] = three(vector, "rotation." + body, "a rotation vector (rad)");
     }
+    for (const auto& [joint, angles] : angle) goal.angle[joint] = angles_of(joint, angles);
     solver_->set_goal(goal);
     goal_ = goal;
     look();
@@ -179,6 +181,21 @@ class Solver {
     passed_ = solver_->passed();
   }
 
+  std::vector<double> angles_of(const std::string& name, nb::handle given) const {
+    std::string known;
+    for (const model::Joint& joint : system_.joints()) {
+      const auto freedoms = static_cast<std::size_t>(model::freedoms_of(joint.kind));
+      if (joint.name == name && freedoms > 0)
+        return several(given, freedoms, "angle." + name,
+                       freedoms == 3   ? "three numbers, a ball joint's rotation vector (rad)"
+                       : freedoms == 2 ? "two numbers, an angle about each axis (rad)"
+                                       : "one number, a hinge's angle (rad)");
+      if (freedoms > 0) known += (known.empty() ? "" : ", ") + joint.name;
+    }
+    throw InputError("angle." + name,
+                     "found a name of no joint that turns; allowed: " + known + "; choose one of them");
+  }
+
   void require_body(const std::string& name) const {
     std::string known;
     for (const model::Body& body : system_.bodies()) {
@@ -225,6 +242,15 @@ class Solver {
     const std::size_t told = goal.periodic ? 1 : maneuver.end_rotation.size();  // bodies of a gait turn with the root
     for (std::size_t i = 0; i < told; ++i)
       if (const auto& end = maneuver.end_rotation[i]) goal.rotation[results.problem.bodies[i].name] = lie::log(*end);
+    goal.angle.clear();
+    goal.shape_of_start = false;
+    for (int j = 0; j < system_.joint_count(); ++j) {
+      const model::Joint& joint = system_.joint(j);
+      if (!maneuver.tells_joint(j)) continue;
+      const Eigen::Vector3d turn =
+          mechanics::turn_from_zero(joint, *maneuver.end_joint[model::at(j)], Eigen::Vector3d::Zero());
+      goal.angle[joint.name].assign(turn.data(), turn.data() + model::freedoms_of(joint.kind));
+    }
     for (std::size_t c = 0; c < 3; ++c) {
       goal.move[c] = maneuver.end_position[c];
       if (goal.move[c]) *goal.move[c] -= maneuver.start.position[static_cast<Eigen::Index>(c)];
@@ -273,13 +299,15 @@ void bind_study(nb::module_& module) {
       "or the solution has other nodes or bodies.")
       .def(nb::init<const Problem&, const Solution&>(), "problem"_a, "solution"_a)
       .def("set_goal", &Solver::set_goal, nb::kw_only(), "move"_a = nb::none(), "turn"_a = nb::none(),
-           "rotation"_a = std::map<std::string, nb::object>(),
+           "rotation"_a = std::map<std::string, nb::object>(), "angle"_a = std::map<std::string, nb::object>(),
            nb::sig("def set_goal(self, *, move: typing.Sequence[float | typing.Literal['free']] | None = None, turn: "
-                   "numpy.typing.ArrayLike | None = None, rotation: dict[str, numpy.typing.ArrayLike] = {}) -> None"),
+                   "numpy.typing.ArrayLike | None = None, rotation: dict[str, numpy.typing.ArrayLike] = {}, angle: "
+                   "dict[str, numpy.typing.ArrayLike] = {}) -> None"),
            "Another goal, in the words of [goal] and seen from the problem's own start; what is left out stays.\n\n"
            "move: three entries, m or \"free\", world frame. turn: rotation vector, rad, world frame. rotation: "
            "absolute "
-           "rotation vectors,\nbody → world, by body. Rows stay what they were, only their values move: InputError "
+           "rotation vectors,\nbody → world, by body. angle: rad, by joint, as in [goal] angle. Rows stay what they "
+           "were, only their values move: InputError "
            "otherwise, and where the goal breaks a limit.\nA goal where the swimmer rests is answered by staying.")
       .def("set_start", &Solver::set_start, "rotation"_a, "position"_a, "angular_velocity"_a = nb::none(),
            nb::sig("def set_start(self, rotation: numpy.typing.ArrayLike, position: numpy.typing.ArrayLike, "

@@ -11,7 +11,21 @@ namespace {
 using model::at;
 
 // Largest number of rows a goal can state for a swimmer.
-int row_bound(const model::System& system) { return 6 * system.body_count() + 3; }
+int row_bound(const model::System& system) { return 9 * system.body_count() + 3; }
+
+// Whether a body hangs below a joint that goal.angle tells how to end, and no rotation of its own or of one between is stated.
+bool led_by_angle(const model::System& system, const maneuver::Goal& goal, int i) {
+  for (; system.body(i).parent >= 0; i = system.body(i).parent) {
+    if (goal.rotation.contains(system.body(i).name)) return false;
+    if (goal.angle.contains(system.joint(system.body(i).joint).name)) return true;
+  }
+  return false;
+}
+
+// Child → parent.
+Matrix3d joint_of(const model::Joint& joint, const mechanics::Rotations& R) {
+  return R[at(joint.parent)].transpose() * R[at(joint.child)];
+}
 
 }  // namespace
 
@@ -23,8 +37,28 @@ std::vector<std::optional<Matrix3d>> asked_rotations(const model::System& system
     const auto named = problem.goal->rotation.find(system.body(i).name);
     if (named != problem.goal->rotation.end()) {
       if (named->second) asked[at(i)] = lie::exp(*named->second);
-    } else if (problem.goal->turn) {
+    } else if (problem.goal->turn && !led_by_angle(system, *problem.goal, i)) {
       asked[at(i)] = lie::exp(*problem.goal->turn) * lie::exp(problem.start.rotation[at(i)]);
+    }
+  }
+  return asked;
+}
+
+std::vector<AskedJoint> asked_joints(const model::System& system, const maneuver::Problem& problem) {
+  std::vector<AskedJoint> asked;
+  if (!problem.goal || problem.goal->periodic) return asked;
+  const maneuver::Goal& goal = *problem.goal;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const model::Joint& joint = system.joint(j);
+    const auto angles = goal.angle.find(joint.name);
+    if (angles != goal.angle.end()) {
+      const Eigen::Map<const VectorXd> given(angles->second.data(), static_cast<Eigen::Index>(angles->second.size()));
+      Vector3d turn = Vector3d::Zero();
+      turn.head(given.size()) = given;
+      asked.push_back({j, mechanics::rotation_at_turn(joint, turn)});
+    } else if (goal.shape_of_start || (goal.turn && led_by_angle(system, goal, joint.child))) {
+      asked.push_back({j, lie::exp(problem.start.rotation[at(joint.parent)]).transpose() *
+                              lie::exp(problem.start.rotation[at(joint.child)])});
     }
   }
   return asked;
@@ -36,6 +70,8 @@ double goal_error(const StoredMotion& motion) {
   const auto& end = motion.solution.rotation.back();
   for (std::size_t i = 0; i < asked.size(); ++i)
     if (asked[i]) error.add(lie::rotation_angle(asked[i]->transpose() * end[i]));
+  for (const AskedJoint& joint : asked_joints(motion.system, motion.problem))
+    error.add(lie::rotation_angle(joint.rotation.transpose() * joint_of(motion.system.joint(joint.joint), end)));
   for (int c = 0; c < 3; ++c)
     if (const auto& move = motion.problem.goal->move[at(c)])
       error.add(std::abs(motion.solution.position.back()[c] - motion.problem.start.position[c] - *move));
@@ -70,6 +106,25 @@ GoalRows goal_rows(const model::System& system, const maneuver::Problem& problem
     rows.by_end_state.block(count, 0, 3, layout.position()) =
         lie::exp_tangent(error).inverse() * mechanics::turn_by_freedoms(system, end.rotation, i);
     count += 3;
+  }
+  for (const AskedJoint& asked_joint : asked_joints(system, problem)) {
+    const model::Joint& joint = system.joint(asked_joint.joint);
+    const Matrix3d now = joint_of(joint, end.rotation);
+    const int child = joint.child, freedoms = system.body(child).freedoms;
+    if (freedoms < 3) {
+      const Vector3d angle = mechanics::joint_angles(joint, now),
+                     wanted = mechanics::joint_angles(joint, asked_joint.rotation);
+      for (int f = 0; f < freedoms; ++f) rows.value[count + f] = lie::shorter_way(angle[f] - wanted[f]);
+      rows.by_end_state.block(count, layout.freedom(child), freedoms, freedoms).setIdentity();
+    } else {
+      const Vector3d error = lie::log(asked_joint.rotation.transpose() * now);
+      rows.value.segment<3>(count) = error;
+      rows.by_end_state.block(count, 0, 3, layout.position()) =
+          lie::exp_tangent(error).inverse() *
+          (mechanics::turn_by_freedoms(system, end.rotation, child) -
+           now.transpose() * mechanics::turn_by_freedoms(system, end.rotation, joint.parent));
+    }
+    count += freedoms;
   }
   for (int c = 0; c < 3; ++c) {
     if (!goal.move[at(c)]) continue;

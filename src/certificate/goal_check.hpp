@@ -11,6 +11,15 @@ namespace lamprey::certificate {
 /// Rotations asked for at the end, [bodies] body → world; nothing: free.
 std::vector<std::optional<Matrix3d>> asked_rotations(const model::System& system, const maneuver::Problem& problem);
 
+/// A joint that the goal tells how to end, child → parent.
+struct AskedJoint {
+  int joint;
+  Matrix3d rotation;
+};
+
+/// Those that goal.angle and goal.shape tell, and those that keep their start's angles below joints of goal.angle.
+std::vector<AskedJoint> asked_joints(const model::System& system, const maneuver::Problem& problem);
+
 /// Largest miss over all goal rows: full rotation angle, rad, or displacement along an axis, m. Not of rest.
 double goal_error(const StoredMotion& motion);
 

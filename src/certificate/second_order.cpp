@@ -25,15 +25,16 @@ constexpr double agreed_value = 0.01;
 constexpr double least_row = 1e-9;  // of a bound's gradient, that changes of the moments make of it: less is round-off
 constexpr double needed_pull = 10.0;  // over what the conditions of first order are missed by
 
-// Curvature of the goal's rotations of led bodies along constant freedoms, [turns][turns]; at the goal that of a body
-// that turns on its own vanishes.
+// Curvature of the goal's rotations of led bodies, and of ball joints on them, along constant freedoms, [turns][turns]; at the goal
+// that of a body that turns on its own vanishes.
 MatrixXd goal_curvature(const StoredMotion& motion, const VectorXd& multipliers) {
   const model::System& system = motion.system;
   const Eigen::Index turns = system.velocity_count() - 3;
   const mechanics::Rotations& R = motion.solution.rotation.back();
   MatrixXd form = MatrixXd::Zero(turns, turns);
-  if (system.only_free_joints()) return form;
   const auto asked = asked_rotations(system, motion.problem);
+  const std::vector<AskedJoint> joints = asked_joints(system, motion.problem);
+  if (system.only_free_joints()) return form;
   mechanics::Freedoms first(R.size()), second(R.size());
   mechanics::Vectors first_turns(R.size()), changes(R.size());
   VectorXd unit(system.velocity_count());
@@ -48,6 +49,16 @@ MatrixXd goal_curvature(const StoredMotion& motion, const VectorXd& multipliers)
         if (!asked[i]) continue;
         form(a, b) += multipliers.segment<3>(row).dot(changes[i]);
         row += 3;
+      }
+      for (const AskedJoint& asked_joint : joints) {
+        const model::Joint& joint = system.joint(asked_joint.joint);
+        const int freedoms = system.body(joint.child).freedoms;
+        if (freedoms ==
+            3) {  // where it keeps its rotation what does not commute in it vanishes; angles of others are freedoms
+          const Vector3d bent = changes[at(joint.child)] - asked_joint.rotation.transpose() * changes[at(joint.parent)];
+          form(a, b) += multipliers.segment<3>(row).dot(bent);
+        }
+        row += freedoms;
       }
     }
   return 0.5 * (form + form.transpose());

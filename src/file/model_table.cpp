@@ -225,7 +225,7 @@ void add_goal(TextTable& table, const Problem& problem) {
   const maneuver::Goal& goal = *problem.goal;
   table.add_row({"goal", move_text(goal)});
   if (!goal.turn) {
-    table.add_row({"", "end rotations are free"});
+    if (!goal.of_joints()) table.add_row({"", "end rotations are free"});
   } else if (goal.turn->norm() == 0.0) {
     table.add_row({"", "every body ends with its start rotation"});
   } else {
@@ -235,6 +235,10 @@ void add_goal(TextTable& table, const Problem& problem) {
     table.add_row({"", printable(name) + (rotation ? fmt::format(" ends at {} rad", vector_text(*rotation))
                                                    : " ends freely turned")});
   }
+  for (const auto& [name, angles] : goal.angle)
+    table.add_row({"", fmt::format("joint {} ends at {} rad", printable(name), fmt::join(angles, ", "))});
+  if (goal.shape_of_start)
+    table.add_row({"", goal.angle.empty() ? "ends in the shape of the start" : "other joints end as they begin"});
   if (goal.periodic) table.add_row({"", "shape and shape velocity return to those of the start"});
   table.add_row({"", goal.rest ? "ends at rest" : "velocities at the end are free"});
 }

@@ -73,6 +73,8 @@ void require_plane_goal(const maneuver::Goal& goal) {
   require_plane_end("goal", goal.move, goal.turn);
   for (const auto& [body, rotation] : goal.rotation)
     if (rotation) require_about_normal(key_path("goal.rotation", body), *rotation);
+  for (const auto& [joint, turn] : goal.angle)
+    if (turn.size() == 3) require_about_normal(key_path("goal.angle", joint), Vector3d(turn[0], turn[1], turn[2]));
 }
 
 void require_plane_waypoint(const maneuver::Waypoint& waypoint, std::size_t n) {

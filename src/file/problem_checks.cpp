@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "file/goal_checks.hpp"
 #include "file/problem_limits.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
@@ -286,65 +287,6 @@ void check_start_velocities(const Problem& problem, const BodyIndex& index) {
   }
 }
 
-// The end rotation that the goal fixes, if it does.
-std::optional<Matrix3d> end_rotation(const Problem& problem, const BodyIndex& index, const std::string& body) {
-  const auto own = problem.goal->rotation.find(body);
-  if (own != problem.goal->rotation.end()) return own->second ? std::optional(lie::exp(*own->second)) : std::nullopt;
-  if (!problem.goal->turn) return std::nullopt;
-  return Matrix3d(lie::exp(*problem.goal->turn) * start_rotation(problem, index, body));
-}
-
-std::string end_key(const Problem& problem, const std::string& body) {
-  return problem.goal->rotation.contains(body) ? key_path("goal.rotation", body) : "goal.turn";
-}
-
-void check_goal_against_joints(const Problem& problem, const BodyIndex& index) {
-  for (const JointDescription& joint : problem.swimmer.joints) {
-    const std::optional<Matrix3d> parent = end_rotation(problem, index, joint.parent);
-    const std::optional<Matrix3d> child = end_rotation(problem, index, joint.child);
-    if (!parent || !child) continue;
-    const std::string key =
-        problem.goal->rotation.contains(joint.child) ? end_key(problem, joint.child) : end_key(problem, joint.parent);
-    const Matrix3d end = parent->transpose() * *child;
-    const double off = misfit(joint, end);
-    if (off > angle_tolerance)
-      refuse(key,
-             fmt::format("end rotations that are {:.4g} rad outside what the {} joint {} allows", off, word(joint.kind),
-                         in_quotes(joint.name)),
-             "end rotations that fit the joints", "change this rotation or set one of the two bodies \"free\"");
-    const Matrix3d start =
-        start_rotation(problem, index, joint.parent).transpose() * start_rotation(problem, index, joint.child);
-    const double change = lie::rotation_angle(start.transpose() * end);
-    if (problem.goal->periodic && !problem.start.free_shape && change > angle_tolerance)
-      refuse(
-          key,
-          fmt::format("end rotations that change joint {} by {} rad in a periodic goal", in_quotes(joint.name), change),
-          "the start's shape at the end", "remove periodic, free one rotation, or set start.free_shape = true");
-  }
-}
-
-// The bodies of a gait turn alike: its root as goal.turn has it, the others with it.
-void check_turn_of_gait(const Problem& problem, const BodyIndex& index) {
-  const maneuver::Goal& goal = *problem.goal;
-  if (!goal.periodic) return;
-  for (const model::BodyDescription& body : problem.swimmer.bodies) {
-    const auto& joints = problem.swimmer.joints;
-    const auto own = goal.rotation.find(body.name);
-    if (own == goal.rotation.end() || !own->second) continue;
-    if (std::any_of(joints.begin(), joints.end(), [&](const auto& joint) { return joint.child == body.name; }))
-      refuse(end_key(problem, body.name), "the end of a body that a joint leads, in a periodic goal",
-             "goal.turn or the rotation of the root, with which the bodies of a gait turn alike",
-             "say where the root ends, or remove periodic");
-    if (!goal.turn) continue;
-    const double beside = lie::rotation_angle(
-        (lie::exp(*goal.turn) * start_rotation(problem, index, body.name)).transpose() * lie::exp(*own->second));
-    if (beside > angle_tolerance)
-      refuse(end_key(problem, body.name),
-             fmt::format("an end {:.4g} rad beside goal.turn in a periodic goal, whose bodies turn alike", beside),
-             "the rotation that goal.turn leads to", "remove this key or goal.turn");
-  }
-}
-
 }  // namespace
 
 std::string joint_key(std::size_t j, std::string_view name) { return key_path(fmt::format("joint[{}]", j), name); }
@@ -418,30 +360,6 @@ void check_start(const Problem& problem) {
   if (problem.start.free_shape && !(problem.goal && problem.goal->periodic))
     refuse("start.free_shape", "true without a periodic goal", "only with goal.periodic = true",
            "remove it or add periodic = true to [goal]");
-}
-
-void check_goal(const Problem& problem) {
-  if (!problem.goal) return;
-  const maneuver::Goal& goal = *problem.goal;
-  const bool moves =
-      std::any_of(goal.move.begin(), goal.move.end(), [](const auto& entry) { return entry.has_value(); });
-  const bool rotates = std::any_of(goal.rotation.begin(), goal.rotation.end(),
-                                   [](const auto& entry) { return entry.second.has_value(); });
-  const bool wins = problem.cost_weights.of_displacement();
-  if (!moves && !rotates && !goal.turn && !goal.rest && !goal.periodic && !wins)
-    refuse("goal", "nothing asked for", "at least one of move, turn, rotation.NAME, rest or periodic",
-           "add one, or remove [goal] to simulate");
-  const bool asks = moves || rotates || goal.turn || !problem.waypoints.empty();
-  if (goal.periodic && problem.start.free_shape && !asks && !wins && problem.cost_weights.transport == 0.0)
-    refuse("goal", "a gait of any displacement, of which the cheapest is to stay at rest",
-           "move, turn or rotation.NAME with numbers, a [[waypoint]], or a cost.displacement or cost.transport that "
-           "pays for a way",
-           "say how far a cycle is to go, as in move = [0.05, \"free\", \"free\"]");
-  if (goal.rest && goal.periodic)
-    refuse("goal.rest", "true with goal.periodic = true", "one of the two",
-           "remove rest: a periodic motion ends as it begins, and goes on");
-  check_goal_against_joints(problem, index_bodies(problem.swimmer));
-  check_turn_of_gait(problem, index_bodies(problem.swimmer));
 }
 
 void check_costs(const Problem& problem) {

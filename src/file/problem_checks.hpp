@@ -35,9 +35,6 @@ double misfit(const model::JointDescription& joint, const Eigen::Matrix3d& child
 /// Start rotations and angular velocities fit the joints; free_shape goes with a periodic goal.
 void check_start(const maneuver::Problem& problem);
 
-/// The goal asks for something, names bodies that exist and does not contradict itself, the joints or the start.
-void check_goal(const maneuver::Problem& problem);
-
 /// Cost rule, spline points and search method go with scheme, steps and control kind.
 void check_transcription(const maneuver::Problem& problem);
 

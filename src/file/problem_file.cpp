@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "file/joint_numbers.hpp"
 #include "file/plane_checks.hpp"
 #include "file/problem_checks.hpp"
 #include "file/problem_limits.hpp"
@@ -151,7 +152,7 @@ std::vector<std::string> body_names(const Problem& problem) {
 
 void read_goal(const TableReader& table, Problem& problem) {
   if (!table.present()) return;
-  table.allow_only({"move", "turn", "rotation", "rest", "periodic"});
+  table.allow_only({"move", "turn", "rotation", "angle", "shape", "rest", "periodic"});
   maneuver::Goal goal;
   goal.move = read_move(table);
   goal.turn = read_turn(table);
@@ -163,6 +164,14 @@ void read_goal(const TableReader& table, Problem& problem) {
              "write a rotation vector or \"free\"");
     goal.rotation[member.key] = says_free(member) ? std::nullopt : rotation.vector(member.key, turn());
   }
+  const TableReader angle = table_of_joints(table, "angle", problem.swimmer);
+  for (const model::JointDescription& joint : problem.swimmer.joints) {
+    const auto angles = read_angles(angle, joint);
+    if (!angles) continue;
+    refuse_both(angle, rotation, joint);
+    goal.angle[joint.name] = *angles;
+  }
+  goal.shape_of_start = table.choice("shape", {"start", "free"}) == std::size_t{0};
   goal.periodic = table.boolean("periodic").value_or(false);
   goal.rest = table.boolean("rest").value_or(!goal.periodic);
   problem.goal = goal;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "file/joint_numbers.hpp"
 #include "file/problem_checks.hpp"
 #include "file/words.hpp"
 #include "integrator/step.hpp"
@@ -44,43 +45,12 @@ std::vector<Vector3d> read_by_body(const TableReader& table, const BodyIndex& bo
   return values;
 }
 
-// Of a hinge or of a universal joint's two axes: angles, rad, or their rates, rad/s.
-std::optional<std::array<double, 2>> about_axes(const TableReader& table, const JointDescription& joint,
-                                                const Range& range, const char* instead) {
-  const TomlValue* value = table.find(joint.name);
-  if (!value) return std::nullopt;
-  if (joint.kind == JointKind::hinge) return {{*table.number(joint.name, range), 0.0}};
-  if (joint.kind != JointKind::universal)
-    refuse(table.key(joint.name), fmt::format("a number about the axes of a {} joint", word(joint.kind)),
-           "those of hinges and universal joints",
-           fmt::format("state start.{} instead", key_path(instead, joint.child)));
-  const std::string allowed = fmt::format("two numbers ({}), one about each axis", range.unit);
-  if (value->kind != TomlValue::Kind::array || value->items.size() != 2)
-    refuse(table.key(joint.name), shown(*value), allowed, "write them in brackets, as in [0.1, 0.0]");
-  return {{table.number_in(value->items[0], joint.name, range, *value, allowed),
-           table.number_in(value->items[1], joint.name, range, *value, allowed)}};
-}
-
-// A joint's numbers stand in the place of its child's.
-void refuse_both(const TableReader& by_joint, const TableReader& by_body, const JointDescription& joint) {
-  if (!by_body.find(joint.child)) return;
-  refuse(by_joint.key(joint.name), fmt::format("it beside {}", by_body.key(joint.child)), "one of the two",
-         "remove one");
-}
-
-TableReader table_of_joints(const TableReader& table, const char* name, const model::SwimmerDescription& swimmer) {
-  std::vector<std::string> joints;
-  for (const JointDescription& joint : swimmer.joints) joints.push_back(joint.name);
-  const TableReader of_joints = table.table(name);
-  of_joints.allow_only(joints);
-  return of_joints;
-}
-
 // Child → parent at these angles.
-Matrix3d turned(const JointDescription& joint, const std::array<double, 2>& angles) {
+Matrix3d turned(const JointDescription& joint, const std::vector<double>& angles) {
   const Matrix3d zero = lie::exp(joint.reference_rotation);
+  if (angles.empty()) return zero;
   if (joint.kind == JointKind::hinge) return zero * lie::exp(angles[0] * joint.axis->stableNormalized());
-  if (joint.kind != JointKind::universal) return zero;
+  if (joint.kind == JointKind::ball) return lie::exp(Vector3d(angles[0], angles[1], angles[2])) * zero;
   return lie::exp(angles[0] * (*joint.axes)[0].stableNormalized()) * zero *
          lie::exp(angles[1] * (*joint.axes)[1].stableNormalized());
 }
@@ -93,17 +63,17 @@ void read_shape(const TableReader& table, const BodyIndex& bodies, Problem& prob
   for (const JointDescription* joint : from_the_root(problem.swimmer)) {
     const std::size_t child = bodies.at(joint->child);
     const Matrix3d parent = lie::exp(start[bodies.at(joint->parent)]);
-    const auto angles = about_axes(angle, *joint, turn(), "rotation");
+    const auto angles = read_angles(angle, *joint);
     if (angles) refuse_both(angle, rotation, *joint);
     const bool stated = rotation.find(joint->child) != nullptr;
     const bool fits = misfit(*joint, parent.transpose() * lie::exp(start[child])) <= angle_tolerance;
     if (angles || (!stated && !fits))
-      start[child] = lie::log(parent * turned(*joint, angles.value_or(std::array<double, 2>{})));
+      start[child] = lie::log(parent * turned(*joint, angles.value_or(std::vector<double>())));
   }
 }
 
 // Of a child seen from its parent, in its own frame, rad/s: its joint's angles change at these rates.
-Vector3d turning(const JointDescription& joint, const Matrix3d& child_to_parent, const std::array<double, 2>& rates) {
+Vector3d turning(const JointDescription& joint, const Matrix3d& child_to_parent, const std::vector<double>& rates) {
   if (joint.kind == JointKind::hinge) return rates[0] * joint.axis->stableNormalized();
   return rates[0] * (child_to_parent.transpose() * (*joint.axes)[0].stableNormalized()) +
          rates[1] * (*joint.axes)[1].stableNormalized();
@@ -116,7 +86,7 @@ void read_velocities(const TableReader& table, const BodyIndex& bodies, Problem&
   maneuver::Start& start = problem.start;
   start.angular_velocity = read_by_body(angular_velocity, bodies, any_number("rad/s"));
   for (const JointDescription* joint : from_the_root(problem.swimmer)) {
-    const auto rates = about_axes(rate, *joint, any_number("rad/s"), "angular_velocity");
+    const auto rates = read_angle_rates(rate, *joint, "start.angular_velocity");
     if (rates) refuse_both(rate, angular_velocity, *joint);
     if (joint->kind == JointKind::ball || angular_velocity.find(joint->child)) continue;
     const std::size_t child = bodies.at(joint->child), parent = bodies.at(joint->parent);

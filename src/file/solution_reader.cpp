@@ -120,6 +120,12 @@ maneuver::Goal read_goal(const JsonReader& reader) {
     const JsonReader own = rotation.at(name.c_str());
     goal.rotation[name] = own.is_text("free") ? std::nullopt : std::optional(value_at<Vector3d>(own));
   }
+  if (reader.has("angle"))
+    for (const std::string& name : reader.at("angle").keys()) {
+      const JsonReader own = reader.at("angle").at(name.c_str());
+      for (std::size_t axis = 0; axis < own.size(); ++axis) goal.angle[name].push_back(own.at(axis).number());
+    }
+  goal.shape_of_start = reader.has("shape") && reader.at("shape").is_text("start");
   goal.rest = reader.at("rest").boolean();
   goal.periodic = reader.at("periodic").boolean();
   return goal;

@@ -121,10 +121,18 @@ std::string goal_text(const maneuver::Goal& goal) {
     require_finite(!value || value->allFinite(), "problem.goal.rotation");
     rotation += fmt::format("{}{}: {}", rotation.empty() ? "" : ", ", json(name), free_or(value));
   }
+  std::string angle;
+  for (const auto& [name, values] : goal.angle) {
+    for (double value : values) require_finite(std::isfinite(value), "problem.goal.angle");
+    angle += fmt::format("{}{}: {}", angle.empty() ? "" : ", ", json(name),
+                         json_list(values, [](double value) { return json(value); }));
+  }
   ObjectText text(2);
   text.add("move", json_list(goal.move, free_or));
   text.add("turn", goal.turn ? json(*goal.turn) : "null");
   text.add("rotation", "{" + rotation + "}");
+  if (!goal.angle.empty()) text.add("angle", "{" + angle + "}");
+  if (goal.shape_of_start) text.add("shape", json(std::string("start")));
   text.add("rest", json(goal.rest));
   text.add("periodic", json(goal.periodic));
   return text.finished();

@@ -89,6 +89,22 @@ void require_name(const std::vector<Part>& known, const std::string& name, const
   throw model::InputError(key_path(key, name), fmt::format("found a {} that the swimmer does not have", what));
 }
 
+void require_one_angle_for_each_axis(const model::SwimmerDescription& swimmer,
+                                     const std::map<std::string, std::vector<double>>& angle) {
+  for (const model::JointDescription& joint : swimmer.joints) {
+    const auto angles = angle.find(joint.name);
+    if (angles == angle.end()) continue;
+    const auto axes = static_cast<std::size_t>(model::freedoms_of(joint.kind));
+    if (angles->second.size() != axes || axes == 0)
+      throw model::InputError(
+          key_path("goal.angle", joint.name),
+          fmt::format("found {} angles; allowed: one about each axis, three of a ball joint", angles->second.size()));
+    for (double value : angles->second)
+      require_number(std::abs(value) <= 2.0 * std::numbers::pi, key_path("goal.angle", joint.name).c_str(), value,
+                     "between -2π and 2π (rad)");
+  }
+}
+
 void check_names(const Problem& problem) {
   const model::SwimmerDescription& swimmer = problem.swimmer;
   const auto joints = [&](const auto& by_joint, const char* key) {
@@ -105,7 +121,11 @@ void check_names(const Problem& problem) {
   joints(limits.swing, "limits.swing");
   joints(limits.twist, "limits.twist");
   joints(limits.angle, "limits.angle");
-  if (problem.goal) bodies(problem.goal->rotation, "goal.rotation");
+  if (problem.goal) {
+    bodies(problem.goal->rotation, "goal.rotation");
+    joints(problem.goal->angle, "goal.angle");
+    require_one_angle_for_each_axis(swimmer, problem.goal->angle);
+  }
   for (const maneuver::Waypoint& waypoint : problem.waypoints) bodies(waypoint.rotation, "waypoint.rotation");
 }
 

@@ -28,6 +28,32 @@ void read_turn(const System& system, const mechanics::Rotations& R, int i, Vecto
   }
 }
 
+double angle_of(const model::Joint& joint, const Matrix3d& child_to_parent, int axis) {
+  return mechanics::joint_angles(joint, child_to_parent)[axis];
+}
+
+// Whether it is of a ball joint between two bodies that turn as the root sees them: others change as coordinates do.
+bool bends(const System& system, const EndRow& row) {
+  return row.kind == EndRow::Kind::joint && system.body(row.index).freedoms == 3 && system.body(row.index).parent > 0;
+}
+
+// Its derivative by the shape's coordinates; the root's pose does not count.
+double joint_row(const System& system, const Maneuver& maneuver, const EndRow& row, const mechanics::Rotations& R,
+                 Eigen::Ref<Eigen::RowVectorXd> derivative) {
+  const model::Body& body = system.body(row.index);
+  const model::Joint& joint = system.joint(body.joint);
+  const Matrix3d &asked = *maneuver.end_joint[at(body.joint)], now = mechanics::child_to_parent(R, joint);
+  if (joint.free()) {
+    const Vector3d error = lie::log(asked.transpose() * now);
+    const Vector3d by_turn = lie::log_tangent(error).row(row.component);
+    read_turn(system, R, row.index, by_turn, derivative);
+    read_turn(system, R, joint.parent, -now * by_turn, derivative);
+    return error[row.component];
+  }
+  derivative[shape_offset(body) + row.component] = 1.0;
+  return lie::shorter_way(angle_of(joint, now, row.component) - angle_of(joint, asked, row.component));
+}
+
 // What swings all bodies by a radian and back, once over the duration; a power of two, N m.
 double moment_unit(const System& system, double duration) {
   double inertia = 0.0;
@@ -56,6 +82,9 @@ std::vector<EndRow> stated_end_rows(const System& system, const Maneuver& maneuv
     if (maneuver.end_rotation[at(i)])
       for (int c = 0; c < 3; ++c)
         rows.push_back({i > 0 && root ? EndRow::Kind::shape : EndRow::Kind::orientation, i, c});
+  for (int i = 1; i < system.body_count(); ++i)
+    if (maneuver.tells_joint(system.body(i).joint))
+      for (int c = 0; c < system.body(i).freedoms; ++c) rows.push_back({EndRow::Kind::joint, i, c});
   for (int c = 0; c < 3; ++c)
     if (maneuver.end_position[at(c)]) rows.push_back({EndRow::Kind::position, 0, c, system.length_unit()});
   if (maneuver.rest || maneuver.periodic)
@@ -72,6 +101,7 @@ double end_row(const System& system, const Maneuver& maneuver, const EndRow& row
     derivative[shape + 3 + row.component] = 1.0 / row.unit;
     return (position[row.component] - *maneuver.end_position[at(row.component)]) / row.unit;
   }
+  if (row.kind == EndRow::Kind::joint) return joint_row(system, maneuver, row, R, derivative);
   const Matrix3d& asked = *maneuver.end_rotation[at(row.index)];
   const Matrix3d& now = R[at(row.index)];
   if (row.kind == EndRow::Kind::shape) {
@@ -104,6 +134,7 @@ EndCurvature::EndCurvature(const System& system, const std::vector<EndRow>& rows
   for (const EndRow& row : rows) {
     if (row.kind == EndRow::Kind::orientation) any_ = any_ || row.index > 0;
     if (row.kind == EndRow::Kind::shape) any_ = any_ || system.body(row.index).freedoms < 3;
+    if (bends(system, row)) any_ = true;
   }
 }
 
@@ -113,8 +144,9 @@ void EndCurvature::add(const std::vector<EndRow>& rows, const mechanics::Rotatio
   whole_.setZero();
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const EndRow& row = rows[r];
-    if (row.index == 0 || (row.kind != EndRow::Kind::orientation && row.kind != EndRow::Kind::shape)) continue;
     const Vector3d pull = multipliers[static_cast<Eigen::Index>(r)] * Vector3d::Unit(row.component);
+    if (bends(system_, row)) add_joint(row.index, pull, R);
+    if (row.index == 0 || (row.kind != EndRow::Kind::orientation && row.kind != EndRow::Kind::shape)) continue;
     if (row.kind == EndRow::Kind::shape) {
       add_turns(row.index, pull, R);
     } else {
@@ -154,6 +186,22 @@ void EndCurvature::add_turns(int body, const Vector3d& pull, const mechanics::Ro
   });
 }
 
+// log(exp(−Qᵀŷ) exp(x̂)) = x − Qᵀy − ½ Qᵀy × x + …, y the turn of the parent, x that of the child, each in its own frame.
+void EndCurvature::add_joint(int body, const Vector3d& pull, const mechanics::Rotations& R) {
+  const int parent = system_.body(body).parent, place = shape_offset(system_.body(body));
+  const Matrix3d Q = R[at(parent)].transpose() * R[at(body)];
+  add_turns(parent, -Q * pull, R);
+  for (int c = 0; c < 3; ++c) {
+    // pull · (Qᵀy × e_c) = (e_c × pull) · Qᵀy
+    along_.setZero();
+    read_turn(system_, R, parent, Q * Vector3d::Unit(c).cross(pull), along_);
+    for (int a = 0; a < shape_size(system_); ++a) {
+      whole_(place + c, a) -= 0.5 * along_[a];
+      whole_(a, place + c) -= 0.5 * along_[a];
+    }
+  }
+}
+
 // log(exp(ρ̂) exp(x̂)) = ρ + x + ½ ρ × x + …, x the turn by the shape as the world sees it; pull in the world.
 void EndCurvature::add_root_and_shape(int body, const Vector3d& pull, const mechanics::Rotations& R) {
   const int shape = shape_size(system_);
@@ -183,7 +231,7 @@ double closure_row(const System& system, const EndRow& row, const mechanics::Rot
   }
   const model::Joint& joint = system.joint(body.joint);
   const auto angle = [&](const mechanics::Rotations& R) {
-    return mechanics::joint_angles(joint, mechanics::child_to_parent(R, joint))[row.component];
+    return angle_of(joint, mechanics::child_to_parent(R, joint), row.component);
   };
   by_last[place + row.component] = 1.0;
   by_first[place + row.component] = -1.0;

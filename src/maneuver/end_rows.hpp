@@ -17,9 +17,10 @@ struct EndRow {
   enum class Kind {
     orientation,  // log of the body's rotation against the one asked for, world axes, rad
     shape,        // the same of a body seen from the root, body axes, rad
-    position,     // of the root's mass centre, m
-    moment,       // of an unactuated direction of a joint, N m: rest and periodicity ask for none there
-    closure       // a coordinate of a body's shape at the end against that at the start, rad
+    joint,  // an angle of a body's joint against the one asked for; of a ball joint log(Q_askedᵀ Q), child's frame, rad
+    position,  // of the root's mass centre, m
+    moment,    // of an unactuated direction of a joint, N m: rest and periodicity ask for none there
+    closure    // a coordinate of a body's shape at the end against that at the start, rad
   } kind;
   int index;          // body; of a moment: its place among all moments
   int component;      // 0, 1, 2
@@ -42,8 +43,8 @@ double closure_row(const model::System& system, const EndRow& row, const mechani
                    const mechanics::Rotations& last, Eigen::Ref<Eigen::RowVectorXd> by_first,
                    Eigen::Ref<Eigen::RowVectorXd> by_last);
 
-/// Second derivatives of orientation and shape rows where they hold, by (shape, ρ): turns of led bodies bend with the joints
-/// before them, and a root's turn and a shape's do not commute (equation 9.13).
+/// Second derivatives of orientation, shape and joint rows where they hold, by (shape, ρ): turns of led bodies bend with the joints
+/// before them, and a root's turn and a shape's do not commute (equation 9.13), nor do those of a ball joint's two bodies.
 class EndCurvature {
  public:
   /// Along bases of shapes, [shape_size][f], and poses, [6][p].
@@ -57,6 +58,7 @@ class EndCurvature {
 
  private:
   void add_turns(int body, const Vector3d& pull, const mechanics::Rotations& rotation);
+  void add_joint(int body, const Vector3d& pull, const mechanics::Rotations& rotation);
   void add_root_and_shape(int body, const Vector3d& pull, const mechanics::Rotations& rotation);
 
   const model::System& system_;

@@ -1,4 +1,5 @@
 #include "maneuver/feedback.hpp"
+#include "maneuver/asked_attitudes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -214,13 +215,9 @@ class DeviationCost {
   MatrixXd at_end(const ReferenceState& state) const {
     const int half = system_.velocity_count();
     const auto& goal = problem_.goal;
-    std::vector<char> asked = every_body();
-    for (std::size_t i = 0; i < asked.size() && goal; ++i) {
-      const auto named = goal->rotation.find(system_.bodies()[i].name);
-      asked[i] = named == goal->rotation.end() ? goal->turn.has_value() : named->second.has_value();
-    }
     MatrixXd form = MatrixXd::Zero(2 * half, 2 * half);
-    form.topLeftCorner(half - 3, half - 3) = turn_form(system_, state.rotation, asked);
+    form.topLeftCorner(half - 3, half - 3) =
+        goal ? asked_form(*goal, state.rotation) : turn_form(system_, state.rotation, every_body());
     for (int c = 0; c < 3; ++c)
       if (!goal || goal->move[at(c)]) form(half - 3 + c, half - 3 + c) = 1.0;
     if (!goal || goal->rest)
@@ -229,6 +226,23 @@ class DeviationCost {
   }
 
  private:
+  // Of attitudes in the world, and of joints.
+  MatrixXd asked_form(const Goal& goal, const mechanics::Rotations& R) const {
+    const AskedAttitudes attitudes = asked_attitudes(system_, goal, R);
+    std::vector<char> asked;
+    for (const auto& rotation : attitudes.rotation) asked.push_back(rotation.has_value());
+    MatrixXd form = turn_form(system_, R, asked);
+    for (int j = 0; j < system_.joint_count(); ++j) {
+      if (!attitudes.joint[at(j)]) continue;
+      const model::Joint& joint = system_.joint(j);
+      const MatrixXd turn =
+          mechanics::turn_by_freedoms(system_, R, joint.child) -
+          mechanics::child_to_parent(R, joint).transpose() * mechanics::turn_by_freedoms(system_, R, joint.parent);
+      form += turn.transpose() * turn;
+    }
+    return form;
+  }
+
   std::vector<char> every_body() const { return std::vector<char>(at(system_.body_count()), 1); }
   const System& system_;
   const Problem& problem_;

@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "lie/so3.hpp"
+#include "maneuver/asked_attitudes.hpp"
 #include "maneuver/maneuver.hpp"
+#include "mechanics/tree_motion.hpp"
 
 namespace lamprey::maneuver {
 
@@ -11,15 +13,20 @@ std::optional<GoalMiss> goal_miss(const model::System& system, const Problem& pr
   if (!problem.goal || problem.goal->periodic || motion.rotation.empty()) return std::nullopt;
   mechanics::Rotations start;
   for (const Vector3d& vector : problem.start.rotation) start.push_back(lie::exp(vector));
-  const auto asked = end_rotations(system, *problem.goal, start);
+  const AskedAttitudes asked = asked_attitudes(system, *problem.goal, start);
+  const mechanics::Rotations& end = motion.rotation.back();
   GoalMiss miss;
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    if (!asked[i]) continue;
-    const double off = lie::rotation_angle(asked[i]->transpose() * motion.rotation.back()[i]);
-    if (miss.body >= 0 && off <= miss.rotation) continue;
+  const auto count = [&](int body, const Matrix3d& wanted, const Matrix3d& found) {
+    const double off = lie::rotation_angle(wanted.transpose() * found);
+    if (miss.body >= 0 && off <= miss.rotation) return;
     miss.rotation = off;
-    miss.body = static_cast<int>(i);
-  }
+    miss.body = body;
+  };
+  for (int i = 0; i < system.body_count(); ++i)
+    if (const auto& rotation = asked.rotation[model::at(i)]) count(i, *rotation, end[model::at(i)]);
+  for (int j = 0; j < system.joint_count(); ++j)
+    if (const auto& joint = asked.joint[model::at(j)])
+      count(system.joint(j).child, *joint, mechanics::child_to_parent(end, system.joint(j)));
   Vector3d off = Vector3d::Zero();
   for (int c = 0; c < 3; ++c)
     if (const auto& move = problem.goal->move[model::at(c)]) {

@@ -12,7 +12,7 @@ namespace lamprey::maneuver {
 /// What is free counts as met.
 struct GoalMiss {
   double rotation = 0.0;  // rad, of the body that is off most
-  int body = -1;          // which that is; −1: the goal asks for no attitude
+  int body = -1;          // which that is, or whose joint; −1: the goal asks for no attitude
   double position = 0.0;  // m, the root's, along the axes that the goal asks for
   bool moves = false;     // whether it asks for any
 };

@@ -57,9 +57,7 @@ class JointPaths {
       const model::Joint& joint = system.joint(j);
       const Matrix3d start =
           maneuver.start.rotation[at(joint.parent)].transpose() * maneuver.start.rotation[at(joint.child)];
-      const auto& parent_end = maneuver.end_rotation[at(joint.parent)];
-      const auto& child_end = maneuver.end_rotation[at(joint.child)];
-      const Matrix3d end = parent_end && child_end ? Matrix3d(parent_end->transpose() * *child_end) : start;
+      const Matrix3d end = joint_at_end(system, maneuver, j).value_or(start);
       start_.push_back(start);
       way_.push_back(
           way_between(joint, start, end, !maneuver.may_turn_round.empty() && maneuver.may_turn_round[at(j)]));
@@ -209,6 +207,11 @@ bool rest_meets_goal(const System& system, const Problem& problem, const Maneuve
   for (std::size_t i = 0; i < maneuver.end_rotation.size(); ++i)
     if (const auto& end = maneuver.end_rotation[i])
       away = std::max(away, lie::log(maneuver.start.rotation[i].transpose() * *end).norm());
+  for (int j = 0; j < system.joint_count(); ++j)
+    if (maneuver.tells_joint(j)) {
+      const Matrix3d begins = mechanics::child_to_parent(maneuver.start.rotation, system.joint(j));
+      away = std::max(away, lie::rotation_angle(begins.transpose() * *maneuver.end_joint[at(j)]));
+    }
   for (int c = 0; c < 3; ++c)
     if (const auto& end = maneuver.end_position[at(c)])
       away = std::max(away, std::abs(*end - maneuver.start.position[c]));

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "lie/so3.hpp"
+#include "maneuver/asked_attitudes.hpp"
 #include "mechanics/connection.hpp"
 #include "model/input_error.hpp"
 
@@ -22,7 +23,7 @@ constexpr double most_misfit = 0.1;  // rad, of a measured rotation beside its j
 // Whether a single joint angle is all that moves and nothing keeps it from turning right round, where the goal asks for a
 // displacement that ends in the first shape: to and fro it gets nowhere.
 bool needs_whole_turns(const System& system, const Problem& problem, const Maneuver& maneuver) {
-  if (system.control_count() != 1 || !ends_in_first_shape(maneuver)) return false;
+  if (system.control_count() != 1 || !ends_in_first_shape(system, maneuver)) return false;
   if (!asks_to_move(system, maneuver) && !maneuver.cost_weights.of_displacement()) return false;
   return std::all_of(system.joints().begin(), system.joints().end(), [&](const model::Joint& joint) {
     return joint.kind == model::JointKind::fixed || turns_round(joint, problem.limits);
@@ -125,19 +126,6 @@ integrator::State start_state(const System& system, const Start& start) {
   return integrator::state_of_velocity(system, rotation, start.position, velocity);
 }
 
-std::vector<std::optional<Matrix3d>> end_rotations(const System& system, const Goal& goal,
-                                                   const mechanics::Rotations& start) {
-  std::vector<std::optional<Matrix3d>> ends(start.size());
-  for (std::size_t i = 0; i < start.size(); ++i) {
-    if (goal.turn) ends[i] = lie::exp(*goal.turn) * start[i];
-    const auto named = goal.rotation.find(system.bodies()[i].name);
-    if (named == goal.rotation.end()) continue;
-    ends[i] = std::nullopt;
-    if (named->second) ends[i] = lie::exp(*named->second);
-  }
-  return ends;
-}
-
 void fit_to_joints(const System& system, mechanics::Rotations& R) {
   for (int i : system.root_to_leaves()) {
     const model::Body& body = system.body(i);
@@ -187,7 +175,9 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
   maneuver.start = start_state(system, problem.start);
   maneuver.total =
       mechanics::spatial_momentum(system, maneuver.start.rotation, maneuver.start.position, maneuver.start.momentum);
-  maneuver.end_rotation = end_rotations(system, goal, maneuver.start.rotation);
+  const AskedAttitudes asked = asked_attitudes(system, goal, maneuver.start.rotation);
+  maneuver.end_rotation = asked.rotation;
+  maneuver.end_joint = asked.joint;
   for (int c = 0; c < 3; ++c)
     if (goal.move[static_cast<std::size_t>(c)])
       maneuver.end_position[static_cast<std::size_t>(c)] =
@@ -211,16 +201,22 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
   return maneuver;
 }
 
-bool ends_in_first_shape(const Maneuver& maneuver) {
+bool ends_in_first_shape(const System& system, const Maneuver& maneuver) {
   if (maneuver.periodic) return true;
-  const mechanics::Rotations& start = maneuver.start.rotation;
-  for (std::size_t i = 0; i < start.size(); ++i) {
-    const auto &root = maneuver.end_rotation[0], &end = maneuver.end_rotation[i];
-    if (!root || !end) return false;
-    const Matrix3d first = start[0].transpose() * start[i], last = root->transpose() * *end;
-    if (lie::rotation_angle(first.transpose() * last) > same_pose) return false;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const std::optional<Matrix3d> last = joint_at_end(system, maneuver, j);
+    if (!last) return false;
+    const Matrix3d first = mechanics::child_to_parent(maneuver.start.rotation, system.joint(j));
+    if (lie::rotation_angle(first.transpose() * *last) > same_pose) return false;
   }
   return true;
+}
+
+std::optional<Matrix3d> joint_at_end(const System& system, const Maneuver& maneuver, int j) {
+  const auto &parent = maneuver.end_rotation[at(system.joint(j).parent)],
+             &child = maneuver.end_rotation[at(system.joint(j).child)];
+  if (parent && child) return Matrix3d(parent->transpose() * *child);
+  return maneuver.tells_joint(j) ? maneuver.end_joint[at(j)] : std::nullopt;
 }
 
 bool may_turn_round(const model::Joint& joint, const Limits& limits) {

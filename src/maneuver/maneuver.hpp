@@ -20,6 +20,8 @@ struct Maneuver {
   integrator::State start;                            // configuration and momentum at t = 0
   mechanics::SpatialMomentum total;                   // conserved, world, about the origin
   std::vector<std::optional<Matrix3d>> end_rotation;  // [bodies] body → world; nothing: free
+  /// [joints] child → parent, between bodies that are free; nothing: free. Empty: all are.
+  std::vector<std::optional<Matrix3d>> end_joint;
   std::array<std::optional<double>, 3> end_position;  // m, root's mass centre; nothing: free
   bool rest = true;
   bool periodic = false;       // shape and its velocity at the end are those at the start, and free
@@ -38,14 +40,11 @@ struct Maneuver {
   int spline_points = 0;  // 0: one free value at each node
 
   double time_step() const { return duration / steps; }
+  bool tells_joint(int joint) const { return !end_joint.empty() && end_joint[model::at(joint)].has_value(); }
 };
 
 /// Start state of a problem.
 integrator::State start_state(const model::System& system, const Start& start);
-
-/// How a goal asks bodies to end that are turned so at the start, [bodies] body → world; nothing: free.
-std::vector<std::optional<Matrix3d>> end_rotations(const model::System& system, const Goal& goal,
-                                                   const mechanics::Rotations& start);
 
 /// Bodies that joints lead follow their parents at the angles nearest to what they have.
 void fit_to_joints(const model::System& system, mechanics::Rotations& rotation);
@@ -64,7 +63,10 @@ bool has_momentum(const model::System& system, const Start& start);
 Maneuver make_maneuver(const model::System& system, const Problem& problem, int steps);
 
 /// Whether the goal asks for the shape of the start.
-bool ends_in_first_shape(const Maneuver& maneuver);
+bool ends_in_first_shape(const model::System& system, const Maneuver& maneuver);
+
+/// How a joint is to end, child → parent; nothing: free.
+std::optional<Matrix3d> joint_at_end(const model::System& system, const Maneuver& maneuver, int joint);
 
 /// Whether nothing keeps a joint from turning all the way round: no limit, and no spring, whose moment jumps at half a turn.
 bool may_turn_round(const model::Joint& joint, const Limits& limits);

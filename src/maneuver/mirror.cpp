@@ -45,6 +45,8 @@ bool question_unchanged(const Maneuver& maneuver, const Matrix3d& P, int axis) {
     if (!unchanged(R, P)) return false;
   for (const auto& R : maneuver.end_rotation)
     if (R && !unchanged(*R, P)) return false;
+  for (const auto& Q : maneuver.end_joint)
+    if (Q && !unchanged(*Q, P)) return false;
   const auto& end = maneuver.end_position[at(axis)];
   return !end || *end == maneuver.start.position[axis];
 }

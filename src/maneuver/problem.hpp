@@ -34,8 +34,13 @@ struct Goal {
   std::array<std::optional<double>, 3> move;                       // m, world; nothing: free
   std::optional<Eigen::Vector3d> turn;                             // rad, world-frame rotation vector
   std::map<std::string, std::optional<Eigen::Vector3d>> rotation;  // rad by body, absolute; nothing: "free"
+  std::map<std::string, std::vector<double>>
+      angle;                    // rad by joint, about each of its axes; of a ball joint as log(Q Q_0ᵀ)
+  bool shape_of_start = false;  // joints end as they begin, but those of `angle`
   bool rest = true;
   bool periodic = false;
+  /// Whether joints are told how to end.
+  bool of_joints() const { return shape_of_start || !angle.empty(); }
   /// m, where all of move is given.
   std::optional<double> distance() const {
     if (!move[0] || !move[1] || !move[2]) return std::nullopt;

@@ -28,8 +28,8 @@ constexpr const char* goes_back_in_words =
     "nothing has moved or turned (scallop theorem)";
 
 // Whether it does.
-bool goes_back(const Maneuver& maneuver, const ShapeCoordinates& coordinates) {
-  return coordinates.shape.cols() == 1 && !maneuver.whole_turns && ends_in_first_shape(maneuver);
+bool goes_back(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates) {
+  return coordinates.shape.cols() == 1 && !maneuver.whole_turns && ends_in_first_shape(system, maneuver);
 }
 
 // What can be reached does not depend on what it costs, and costs beside effort have states of their own.
@@ -198,7 +198,7 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
 
 void refuse_price_of_no_displacement(const System& system, const Maneuver& maneuver,
                                      const ShapeCoordinates& coordinates) {
-  if (!goes_back(maneuver, coordinates)) return;
+  if (!goes_back(system, maneuver, coordinates)) return;
   const auto refuse = [](const char* key, const char* found) {
     throw model::InputError(key, std::string("found ") + found + ", but " + goes_back_in_words +
                                      "; leave it out, or add a second joint or axis");
@@ -210,7 +210,7 @@ void refuse_price_of_no_displacement(const System& system, const Maneuver& maneu
 
 std::string out_of_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                          const NodePath& path) {
-  if (goes_back(maneuver, coordinates) && asks_to_move(system, maneuver))
+  if (goes_back(system, maneuver, coordinates) && asks_to_move(system, maneuver))
     return std::string(goes_back_in_words) + "; a second joint or axis would change that";
   const MatrixXd turns = algebra::span_of_rows(coordinates.pose.topRows<3>().transpose(), reach_threshold);
   const MatrixXd shifts = algebra::span_of_rows(coordinates.pose.bottomRows<3>().transpose(), reach_threshold);

@@ -31,6 +31,7 @@ double ShapeProgram::value_of(const EndRow& row, const Motion& motion) {
       return closure_row(system_, row, motion.shape.front(), motion.shape.back(), by_first_, by_last_);
     case EndRow::Kind::orientation:
     case EndRow::Kind::shape:
+    case EndRow::Kind::joint:
     case EndRow::Kind::position:
       break;
   }
@@ -66,6 +67,8 @@ std::string ShapeProgram::largest_miss() const {
       return "joints that nothing drives do not end as asked by themselves: it would take a moment of " + size + " N m";
     case EndRow::Kind::closure:
       return "the shape of " + system_.body(row.index).name + " does not close by " + size + " rad";
+    case EndRow::Kind::joint:
+      return "the end of joint " + system_.joint(system_.body(row.index).joint).name + " is missed by " + size + " rad";
     case EndRow::Kind::orientation:
     case EndRow::Kind::shape:
       break;

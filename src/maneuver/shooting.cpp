@@ -93,11 +93,20 @@ void Shooting::constraints(const VectorXd& x, VectorXd& c) {
     if (row.kind == GoalRow::Kind::rotation)
       c[r] =
           2.0 * error_quaternion(*maneuver_.end_rotation[at(row.body)], end_.rotation[at(row.body)])[1 + row.component];
+    else if (row.kind == GoalRow::Kind::joint)
+      c[r] = 2.0 * joint_error(row.body)[1 + row.component];
     else if (row.kind == GoalRow::Kind::position)
       c[r] = end_.position[row.component] - *maneuver_.end_position[at(row.component)];
     else
       c[r] = end_.momentum[3 * row.body + row.component];
   }
+}
+
+// How far a body's joint ends from what is asked for.
+Eigen::Vector4d Shooting::joint_error(int body) const {
+  const int joint = system_.body(body).joint;
+  return error_quaternion(*maneuver_.end_joint[at(joint)],
+                          mechanics::child_to_parent(end_.rotation, system_.joint(joint)));
 }
 
 // Gradients of the goal rows by the end state.
@@ -110,6 +119,13 @@ MatrixXd Shooting::end_rows() const {
       const Eigen::Vector4d q = error_quaternion(*maneuver_.end_rotation[at(row.body)], end_.rotation[at(row.body)]);
       const Matrix3d by_turn = q[0] * Matrix3d::Identity() + lie::hat(q.tail<3>());
       rows.block<1, 3>(r, layout.freedom(row.body)) = by_turn.row(row.component);
+    } else if (row.kind == GoalRow::Kind::joint) {
+      const Eigen::Vector4d q = joint_error(row.body);
+      const Matrix3d by_turn = q[0] * Matrix3d::Identity() + lie::hat(q.tail<3>());
+      const Matrix3d seen = mechanics::child_to_parent(end_.rotation, system_.joint(system_.body(row.body).joint));
+      rows.block<1, 3>(r, layout.freedom(row.body)) = by_turn.row(row.component);
+      rows.block<1, 3>(r, layout.freedom(system_.body(row.body).parent)) =
+          -by_turn.row(row.component) * seen.transpose();
     } else if (row.kind == GoalRow::Kind::position) {
       rows(r, layout.position() + row.component) = 1.0;
     } else {
@@ -150,6 +166,8 @@ double Shooting::goal_error(const VectorXd& x) {
   for (int i = 0; i < system_.body_count(); ++i)
     if (maneuver_.end_rotation[at(i)])
       error = std::max(error, lie::rotation_angle(maneuver_.end_rotation[at(i)]->transpose() * end_.rotation[at(i)]));
+  for (int i = 1; i < system_.body_count(); ++i)
+    if (maneuver_.tells_joint(system_.body(i).joint)) error = std::max(error, 2.0 * joint_error(i).tail<3>().norm());
   for (int c = 0; c < 3; ++c)
     if (maneuver_.end_position[at(c)])
       error = std::max(error, std::abs(end_.position[c] - *maneuver_.end_position[at(c)]));

@@ -36,6 +36,7 @@ class Shooting : public optimizer::Program {
   VectorXd node_control(const VectorXd& x, int node) const;
   bool march(const VectorXd& x);
   MatrixXd end_rows() const;
+  Eigen::Vector4d joint_error(int body) const;
 
   const model::System& system_;
   Maneuver maneuver_;

@@ -27,6 +27,7 @@ struct GoalRow {
     position,  // a coordinate of x_N against the goal's
     rest,      // a component of a body's end momentum after the last moments' half impulse, kg m²/s
     closure,   // 2 vec(Q_0* ∘ Q_N)_c of a body seen from the root
+    joint,     // 2 vec(Q*_goal ∘ Q_N)_c of a body seen from its parent
     recurrence  // a component of a body's momentum at the end against that at the start, each without its moments' half impulse
   } kind;
   int body;       // of all but position
@@ -177,17 +178,22 @@ class Transcription : public optimizer::Program {
   std::vector<std::pair<int, double>> end_force_rows(int node, int body, int component) const;
 
   double value_of(const GoalRow& row) const;
+  Eigen::Vector4d end_of_joint(int body) const;
+  int parent_of(int body) const { return system_.body(body).parent; }
   void emit_step_jacobian(int k, BlockSink& sink);
   void emit_kinematics(int k, BlockSink& sink) const;
   void emit_force_jacobian(int node, BlockSink& sink) const;
   void emit_goal_jacobian(BlockSink& sink) const;
   void emit_closure_jacobian(int constraint, const GoalRow& row, BlockSink& sink) const;
+  void emit_joint_jacobian(int constraint, const GoalRow& row, BlockSink& sink) const;
   void emit_step_hessian(int k, const VectorXd& multiplier, BlockSink& sink);
   void expand_step(int k, const VectorXd& multiplier);
   void scatter_step_hessian(int k, const MatrixXd& local, BlockSink& sink) const;
   void add_kinematic_curvature(int k, const VectorXd& multiplier, MatrixXd& local) const;
   void emit_force_hessian(int node, const VectorXd& multiplier, BlockSink& sink) const;
   void emit_closure_hessian(const VectorXd& multiplier, BlockSink& sink) const;
+  void emit_joint_hessian(const VectorXd& multiplier, BlockSink& sink) const;
+  std::optional<Eigen::Vector4d> pull_of_goal(GoalRow::Kind kind, int body, const VectorXd& multiplier) const;
   mechanics::StepDirection direction_of(int k, const VectorXd& multiplier) const;
   Vector3d balance_multiplier(int node, int body, const VectorXd& multiplier) const;
 

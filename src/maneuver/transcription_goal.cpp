@@ -21,6 +21,9 @@ std::vector<GoalRow> stated_goal_rows(const System& system, const Maneuver& mane
   for (int i = 0; i < (maneuver.periodic ? 1 : system.body_count()); ++i)
     if (maneuver.end_rotation[at(i)])
       for (int c = 0; c < 3; ++c) rows.push_back({Kind::rotation, i, c});
+  for (int i = 1; i < system.body_count(); ++i)
+    if (maneuver.tells_joint(system.body(i).joint))
+      for (int c = 0; c < 3; ++c) rows.push_back({Kind::joint, i, c});
   for (int c = 0; c < 3; ++c)
     if (maneuver.end_position[at(c)]) rows.push_back({Kind::position, 0, c});
   if (maneuver.periodic)
@@ -28,6 +31,17 @@ std::vector<GoalRow> stated_goal_rows(const System& system, const Maneuver& mane
   else if (maneuver.rest)
     add_bodies(Kind::rest);
   return rows;
+}
+
+namespace {
+
+const Vector4d unturned = Vector4d::Unit(0);
+
+}  // namespace
+
+// Child → parent as asked for.
+Vector4d Transcription::end_of_joint(int body) const {
+  return lie::quaternion_of_rotation(*maneuver_.end_joint[at(system_.body(body).joint)]);
 }
 
 double Transcription::value_of(const GoalRow& row) const {
@@ -47,6 +61,9 @@ double Transcription::value_of(const GoalRow& row) const {
     case GoalRow::Kind::closure:
       return 2.0 * shape_difference(quaternion(0, row.body), quaternion(0, 0), quaternion(steps_, 0),
                                     quaternion(steps_, row.body))[1 + row.component];
+    case GoalRow::Kind::joint:
+      return 2.0 * shape_difference(end_of_joint(row.body), unturned, quaternion(steps_, parent_of(row.body)),
+                                    quaternion(steps_, row.body))[1 + row.component];
     case GoalRow::Kind::recurrence:
       return momenta_.back().plus[at(row.body)][row.component] + force_at(steps_) -
              momenta_.front().minus[at(row.body)][row.component] + force_at(0);
@@ -61,6 +78,11 @@ double Transcription::goal_error(const VectorXd& x) {
     if (maneuver_.end_rotation[at(i)])
       error = std::max(error, lie::rotation_angle(maneuver_.end_rotation[at(i)]->transpose() *
                                                   lie::rotation_of_quaternion(quaternion(steps_, i))));
+  for (int j = 0; j < system_.joint_count(); ++j)
+    if (maneuver_.tells_joint(j)) {
+      const Matrix3d now = mechanics::child_to_parent(rotations(steps_), system_.joint(j));
+      error = std::max(error, lie::rotation_angle(maneuver_.end_joint[at(j)]->transpose() * now));
+    }
   for (int c = 0; c < 3; ++c)
     if (maneuver_.end_position[at(c)])
       error = std::max(error, std::abs(position(steps_)[c] - *maneuver_.end_position[at(c)]));
@@ -83,6 +105,7 @@ void Transcription::emit_goal_jacobian(BlockSink& sink) const {
     if (row.kind == GoalRow::Kind::position)
       sink.add(constraint, position_variable(steps_) + row.component, Eigen::Matrix<double, 1, 1>::Identity());
     if (row.kind == GoalRow::Kind::closure) emit_closure_jacobian(constraint, row, sink);
+    if (row.kind == GoalRow::Kind::joint) emit_joint_jacobian(constraint, row, sink);
   }
   if (maneuver_.spline_points == 0) return;
   for (int k = 0; k <= steps_; ++k)
@@ -107,6 +130,21 @@ void Transcription::emit_closure_jacobian(int constraint, const GoalRow& row, Bl
   if (const int q = quaternion_variable(0, row.body); q >= 0) sink.add(constraint, q, by_first);
   sink.add(constraint, quaternion_variable(steps_, 0), by_root);
   sink.add(constraint, quaternion_variable(steps_, row.body), by_last);
+}
+
+// It is linear in both.
+void Transcription::emit_joint_jacobian(int constraint, const GoalRow& row, BlockSink& sink) const {
+  const int above = parent_of(row.body);
+  const Vector4d asked = end_of_joint(row.body), parent = quaternion(steps_, above),
+                 child = quaternion(steps_, row.body);
+  Eigen::RowVector4d by_parent, by_child;
+  for (int e = 0; e < 4; ++e) {
+    const Vector4d one = Vector4d::Unit(e);
+    by_parent[e] = 2.0 * shape_difference(asked, unturned, one, child)[1 + row.component];
+    by_child[e] = 2.0 * shape_difference(asked, unturned, parent, one)[1 + row.component];
+  }
+  sink.add(constraint, quaternion_variable(steps_, above), by_parent);
+  sink.add(constraint, quaternion_variable(steps_, row.body), by_child);
 }
 
 }  // namespace lamprey::maneuver

@@ -69,6 +69,7 @@ void Transcription::hessian(const VectorXd& x, double factor, const VectorXd& mu
                          multiplier[length_row(i)] * Eigen::Matrix4d::Identity());
   emit_limit_hessian(multiplier, sink);
   emit_closure_hessian(multiplier, sink);
+  emit_joint_hessian(multiplier, sink);
   emit_cost_hessian(factor, sink);
   emit_cost_rows_hessian(multiplier, sink);
   if (stretch_variable_ < 0) return;
@@ -216,18 +217,24 @@ void Transcription::emit_force_hessian(int node, const VectorXd& multiplier, Blo
   }
 }
 
+// What the rows of a kind pull at twice a body's quaternion; nothing where it has none.
+std::optional<Vector4d> Transcription::pull_of_goal(GoalRow::Kind kind, int body, const VectorXd& multiplier) const {
+  std::optional<Vector4d> pull;
+  for (std::size_t r = 0; r < goal_rows_.size(); ++r) {
+    const GoalRow& row = goal_rows_[r];
+    if (row.kind != kind || row.body != body) continue;
+    if (!pull) pull = Vector4d::Zero();
+    (*pull)[1 + row.component] = 2.0 * multiplier[goal_row() + static_cast<int>(r)];
+  }
+  return pull;
+}
+
 // Pairs of the three quaternions of a closure row; in each it is linear.
 void Transcription::emit_closure_hessian(const VectorXd& multiplier, BlockSink& sink) const {
   for (int i = 1; i < bodies_; ++i) {
-    Vector4d pull = Vector4d::Zero();
-    bool any = false;
-    for (std::size_t r = 0; r < goal_rows_.size(); ++r) {
-      const GoalRow& row = goal_rows_[r];
-      if (row.kind != GoalRow::Kind::closure || row.body != i) continue;
-      pull[1 + row.component] = 2.0 * multiplier[goal_row() + static_cast<int>(r)];
-      any = true;
-    }
-    if (!any) continue;
+    const std::optional<Vector4d> pulled = pull_of_goal(GoalRow::Kind::closure, i, multiplier);
+    if (!pulled) continue;
+    const Vector4d& pull = *pulled;
     const Vector4d first = quaternion(0, i), root = quaternion(0, 0), root_end = quaternion(steps_, 0),
                    last = quaternion(steps_, i);
     Eigen::Matrix4d root_last, first_root, first_last;
@@ -244,6 +251,21 @@ void Transcription::emit_closure_hessian(const VectorXd& multiplier, BlockSink& 
     if (start < 0) continue;
     sink.add_symmetric(start, root_variable, first_root);
     sink.add_symmetric(start, last_variable, first_last);
+  }
+}
+
+// The two quaternions of a joint's end; in each the row is linear.
+void Transcription::emit_joint_hessian(const VectorXd& multiplier, BlockSink& sink) const {
+  for (int i = 1; i < bodies_; ++i) {
+    const std::optional<Vector4d> pull = pull_of_goal(GoalRow::Kind::joint, i, multiplier);
+    if (!pull) continue;
+    const Vector4d asked = end_of_joint(i);
+    Eigen::Matrix4d parent_child;
+    for (int a = 0; a < 4; ++a)
+      for (int b = 0; b < 4; ++b)
+        parent_child(a, b) =
+            pull->dot(shape_difference(asked, Vector4d::Unit(0), Vector4d::Unit(a), Vector4d::Unit(b)));
+    sink.add_symmetric(quaternion_variable(steps_, parent_of(i)), quaternion_variable(steps_, i), parent_child);
   }
 }
 

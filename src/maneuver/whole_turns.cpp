@@ -14,12 +14,12 @@ namespace {
 using model::at;
 
 constexpr double full_turn = 2.0 * std::numbers::pi;
-constexpr double least_turn = 1e-3;   // rad, of a goal that turns count for
-constexpr double spread = 0.7;        // of the logarithms of how much joints take part
-constexpr double slight = 0.02;       // rad
-constexpr double half_the_way = 0.5;  // that what was drawn may be off
-constexpr double most_beside = 2.0;   // rad, that a goal without a turn leaves to strokes
-constexpr double damping = 1e-6;      // of the largest effect
+constexpr double least_turn = 1e-3;      // rad, of a goal that turns count for
+constexpr double spread = 0.7;           // of the logarithms of how much joints take part
+constexpr double slight = 0.02;          // rad
+constexpr double half_the_way = 0.5;     // that what was drawn may be off
+constexpr double most_beside = 2.0;      // rad, that a goal without a turn leaves to strokes
+constexpr double slight_damping = 1e-6;  // of the largest effect
 
 // What joints that turn round do to where a body's rotation ends.
 class EndTurns {
@@ -82,7 +82,7 @@ VectorXd numbers_of_turns(const MatrixXd& effect, const Vector3d& way, Random& r
   MatrixXd rows(3 + count, count);
   rows.topRows(3) = effect * part.asDiagonal();
   const double largest = rows.topRows(3).colwise().norm().maxCoeff();
-  rows.bottomRows(count) = damping * largest * MatrixXd::Identity(count, count);
+  rows.bottomRows(count) = slight_damping * largest * MatrixXd::Identity(count, count);
   VectorXd values = VectorXd::Zero(3 + count);
   values.head(3) = way;
   if (!(largest > 0.0)) return VectorXd::Zero(count);

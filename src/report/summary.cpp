@@ -84,7 +84,7 @@ const char* goal_unit(const file::ResolvedProblem& problem) {
   if (!problem.goal) return "(rad, m)";
   bool moves = false;
   for (const auto& component : problem.goal->move) moves = moves || component.has_value();
-  const bool turns = problem.goal->turn.has_value() || !problem.goal->rotation.empty();
+  const bool turns = problem.goal->turn.has_value() || !problem.goal->rotation.empty() || problem.goal->of_joints();
   if (moves && turns) return "(rad, m)";
   return moves ? "m" : "rad";
 }
@@ -108,6 +108,10 @@ std::string goal_words(const maneuver::Goal& goal) {
   for (const auto& [body, rotation] : goal.rotation) {
     parts.push_back(rotation ? fmt::format("{} ends at {} rad", body, vector(*rotation)) : body + " turns freely");
   }
+  for (const auto& [joint, angles] : goal.angle)
+    parts.push_back(fmt::format("joint {} ends at {} rad", joint, fmt::join(angles, ", ")));
+  if (goal.shape_of_start)
+    parts.emplace_back(goal.angle.empty() ? "end in the start's shape" : "other joints end as they begin");
   if (goal.periodic) parts.emplace_back("shape and its velocity repeat");
   parts.emplace_back(goal.rest ? "end at rest" : "end velocities free");
   return fmt::format("{}", fmt::join(parts, "; "));

@@ -216,7 +216,7 @@ class NewtonMethod : public Method {
     if (!(weights.work > 0.0 || weights.power > 0.0 || weights.transport > 0.0)) return false;
     const auto& move = problem.goal->move;
     const bool moves = std::any_of(move.begin(), move.end(), [](const auto& along) { return along.has_value(); });
-    return moves || problem.goal->turn || !problem.goal->rotation.empty();
+    return moves || problem.goal->turn || !problem.goal->rotation.empty() || problem.goal->of_joints();
   }
 
   // The problem without what searches from afar may stall at, and in a given duration.

@@ -59,13 +59,15 @@ Problem cycle_of(const Problem& whole, int cycles, double strokes) {
   if (cycle.goal->turn) *cycle.goal->turn /= strokes;
   cycle.goal->periodic = cycle.start.free_shape = true;
   cycle.goal->rest = false;
+  cycle.goal->shape_of_start = false;  // as gaits do anyway
   return cycle;
 }
 
 bool has_parts(const Problem& whole) {
   if (!whole.goal || !whole.goal->rest || whole.goal->periodic) return false;
   const auto still = [](const Eigen::Vector3d& rate) { return rate.isZero(0.0); };
-  return whole.goal->rotation.empty() && whole.waypoints.empty() && whole.start.linear_velocity.isZero(0.0) &&
+  return whole.goal->rotation.empty() && whole.goal->angle.empty() && whole.waypoints.empty() &&
+         whole.start.linear_velocity.isZero(0.0) &&
          std::all_of(whole.start.angular_velocity.begin(), whole.start.angular_velocity.end(), still);
 }
 

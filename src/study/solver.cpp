@@ -167,15 +167,18 @@ void Solver::set_goal(const Goal& goal) {
   bool same = true;
   for (std::size_t i = 0; i < asked.end_rotation.size(); ++i)
     same = same && asked.end_rotation[i].has_value() == maneuver_.end_rotation[i].has_value();
+  for (std::size_t j = 0; j < asked.end_joint.size(); ++j)
+    same = same && asked.end_joint[j].has_value() == maneuver_.end_joint[j].has_value();
   for (std::size_t c = 0; c < 3; ++c)
     same = same && asked.end_position[c].has_value() == maneuver_.end_position[c].has_value();
   if (!same)
-    throw InputError(
-        "goal",
-        "found a goal that leaves other attitudes or axes of move free than the problem's; give those it gives, or "
-        "make a new Solver of another problem");
+    throw InputError("goal",
+                     "found a goal that leaves other attitudes, joints or axes of move free than the problem's; give "
+                     "those it gives, or "
+                     "make a new Solver of another problem");
   Maneuver moved = maneuver_;
   moved.end_rotation = asked.end_rotation;
+  moved.end_joint = asked.end_joint;
   moved.end_position = asked.end_position;
   moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
   if (!moved.periodic) {
@@ -474,6 +477,9 @@ void Solver::keep_answer() {
 void Solver::answer_what_is_reached() {
   for (std::size_t i = 0; i < answered_.end_rotation.size(); ++i)
     if (auto& end = answered_.end_rotation[i]) end = last_.path.rotation.back()[i];
+  for (int j = 0; j < system_.joint_count(); ++j)
+    if (auto& end = answered_.end_joint[static_cast<std::size_t>(j)])
+      end = mechanics::child_to_parent(last_.path.rotation.back(), system_.joint(j));
   for (std::size_t c = 0; c < 3; ++c)
     if (auto& end = answered_.end_position[c]) end = last_.path.position.back()[static_cast<Eigen::Index>(c)];
 }

@@ -243,6 +243,23 @@ TEST(SecondOrder, of_mixed_joints_with_springs_and_dampers_is_that_of_difference
   expect_eigenvalues(problem, solution, dense_eigenvalues(problem, solution));
 }
 
+// A ball joint alone, below a body that another joint leads: what all joints keep would turn as one body.
+TEST(SecondOrder, where_a_joint_is_told_how_to_end_is_that_of_differences_of_the_gradient) {
+  maneuver::Problem problem = of_mixed_joints(24);
+  problem.goal->turn.reset();
+  problem.goal->angle = {{problem.swimmer.joints[2].name, {0.4, 0.8, -0.6}}};
+  const maneuver::Solution solution = solved(problem);
+  expect_eigenvalues(problem, solution, dense_eigenvalues(problem, solution));
+}
+
+TEST(SecondOrder, where_the_shape_of_the_start_is_asked_for_is_that_of_the_transcription) {
+  maneuver::Problem problem = in_space(24);
+  problem.goal->turn.reset();
+  problem.goal->shape_of_start = true;
+  const maneuver::Solution solution = solved(problem);
+  expect_eigenvalues(problem, solution, transcribed_eigenvalues(problem, solution));
+}
+
 TEST(SecondOrder, on_splines_is_that_of_the_transcription) {
   for (const maneuver::CostRule rule : {maneuver::CostRule::rectangle, maneuver::CostRule::trapezoid}) {
     maneuver::Problem problem = in_space(24);

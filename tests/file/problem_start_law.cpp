@@ -1,6 +1,7 @@
 // What a start states of bodies, of joint angles and of how joints turn is what the swimmer begins with.
 #include <gtest/gtest.h>
 
+#include "file/legged.hpp"
 #include "file/problem_file.hpp"
 #include "integrator/step.hpp"
 #include "lie/so3.hpp"
@@ -13,24 +14,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-// A hull with a hinge, a universal and a fixed joint, all with reference rotations; the last leg hangs on the first, which comes later.
-std::string legged(const std::string& start) {
-  std::string text = "schema = 1\n[fluid]\ndensity = 1000.0\n";
-  for (const char* body : {"hull", "tip", "arm", "leg", "pod"})
-    text += std::string("[[body]]\nname = \"") + body + "\"\nsemi_axes = [0.3, 0.1, 0.08]\n";
-  const auto joint = [&](const char* parent, const char* child, const char* more) {
-    text += std::string("[[joint]]\nparent = \"") + parent + "\"\nchild = \"" + child +
-            "\"\nparent_offset = [0.4, 0.1, 0.0]\nchild_offset = [-0.4, 0.0, 0.1]\n" + more;
-  };
-  joint("leg", "tip", "kind = \"hinge\"\naxis = [0.0, 2.0, 0.0]\nreference_rotation = [0.0, 0.3, 0.4]\n");
-  joint("hull", "arm",
-        "kind = \"universal\"\naxes = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]\nreference_rotation = [0.0, 0.0, 0.7]\n");
-  joint("hull", "leg",
-        "kind = \"hinge\"\nname = \"hip\"\naxis = [0.0, 0.0, 1.0]\nreference_rotation = [0.5, 0.0, 0.0]\n");
-  joint("hull", "pod", "kind = \"fixed\"\nreference_rotation = [0.0, 0.3, 0.0]\n");
-  return text + "[start]\n" + start + "[time]\nduration = 1.0\nsteps = 10\n";
-}
 
 maneuver::Problem read(const std::string& start) { return file::parse_problem(legged(start), "legged.toml").problem; }
 
@@ -112,7 +95,7 @@ TEST(ProblemStart, refuses_what_it_states_twice_or_of_other_joints) {
        {std::tuple("angle.hip = 0.1\nrotation.leg = [0.5, 0.0, 0.0]\n", "start.angle.hip",
                    "it beside start.rotation.leg"),
         std::tuple("angle.arm = 0.1\n", "start.angle.arm", "two numbers"),
-        std::tuple("angle.pod = 0.1\n", "start.angle.pod", "about the axes of a fixed joint"),
+        std::tuple("angle.pod = 0.1\n", "start.angle.pod", "angles of a fixed joint"),
         std::tuple("angle_rate.hip = 0.1\nangular_velocity.leg = [0.0, 0.0, 0.1]\n", "start.angle_rate.hip",
                    "it beside start.angular_velocity.leg"),
         std::tuple("angle_rate.pod = 0.1\n", "start.angle_rate.pod", "about the axes of a fixed joint"),

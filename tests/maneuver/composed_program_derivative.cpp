@@ -29,6 +29,7 @@ struct ComposedSetting {
   bool rest;
   bool of_leaves = false;  // the goal asks for all bodies but the root and its children
   unsigned seed = 29;
+  bool of_joints = false;  // it tells how joints end, and no attitude
 };
 
 // N m, of random moments: what the longer stages of order 6 still march.
@@ -54,7 +55,10 @@ class ComposedDerivatives : public ::testing::TestWithParam<ComposedSetting> {
     maneuver_.steps = steps;
     maneuver_.node_weight = maneuver::node_weights(maneuver::CostRule::trapezoid, 1.0, 0.1, steps);
     const NodePath path = marched();
-    for (int i = 0; i < system_.body_count(); ++i)
+    if (GetParam().of_joints)
+      for (const model::Joint& joint : system_.joints())
+        maneuver_.end_joint.emplace_back(mechanics::child_to_parent(path.rotation.back(), joint));
+    for (int i = 0; i < system_.body_count() && !GetParam().of_joints; ++i)
       if (GetParam().of_leaves ? system_.body(i).parent > 0 : i == 0 || (i == 1 && system_.body(1).freedoms == 3))
         maneuver_.end_rotation[model::at(i)] = path.rotation.back()[model::at(i)];
     maneuver_.end_position = {1.0, std::nullopt, -0.5};
@@ -293,6 +297,11 @@ INSTANTIATE_TEST_SUITE_P(
                                       Scheme::order6, false},
                       ComposedSetting{"in_the_plane", ComposedSwimmer::in_the_plane, Scheme::order4, true},
                       ComposedSetting{"any_joint_by_order4", ComposedSwimmer::any_joint, Scheme::order4, true},
+                      ComposedSetting{.name = "ends_of_any_joint",
+                                      .swimmer = ComposedSwimmer::any_joint,
+                                      .scheme = Scheme::order4,
+                                      .rest = true,
+                                      .of_joints = true},
                       ComposedSetting{"any_joint_by_order6", ComposedSwimmer::any_joint, Scheme::order6, true},
                       ComposedSetting{"leaves_of_any_joint", ComposedSwimmer::any_joint, Scheme::order4, true, true},
                       ComposedSetting{"in_fours_by_order4", ComposedSwimmer::in_fours, Scheme::order4, true, false, 4},

@@ -11,19 +11,26 @@ namespace {
 using Eigen::VectorXd;
 using maneuver::EndRow;
 
-class EndRows : public ::testing::TestWithParam<bool> {};  // whether the root's rotation is asked for
+enum class AskedEnd { all, but_the_root, joints };
+
+class EndRows : public ::testing::TestWithParam<AskedEnd> {};
 
 // Far from the goal, where the logarithm's tangent is not the identity.
 TEST_P(EndRows, derivatives_match_central_differences_far_from_the_goal) {
   for (unsigned seed : {1U, 2U, 3U}) {
     Random random(seed);
-    const model::System system(random_swimmer(random, 4));
+    const model::System system(random_swimmer(random, 6));
     const mechanics::Rotations R = random_rotations(random, system);
     const mechanics::Rotations asked = random_rotations(random, system);
     const Vector3d position = random.vector();
     maneuver::Maneuver maneuver;
     for (const Matrix3d& rotation : asked) maneuver.end_rotation.emplace_back(rotation);
-    if (!GetParam()) maneuver.end_rotation[0].reset();
+    if (GetParam() == AskedEnd::but_the_root) maneuver.end_rotation[0].reset();
+    if (GetParam() == AskedEnd::joints) {
+      maneuver.end_rotation.assign(asked.size(), std::nullopt);
+      for (const model::Joint& joint : system.joints())
+        maneuver.end_joint.emplace_back(mechanics::child_to_parent(asked, joint));
+    }
     maneuver.end_position = {0.5, std::nullopt, -0.25};
     const std::vector<EndRow> rows = maneuver::stated_end_rows(system, maneuver, {});
     const auto count = static_cast<Eigen::Index>(rows.size());
@@ -57,8 +64,13 @@ TEST_P(EndRows, derivatives_match_central_differences_far_from_the_goal) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Root, EndRows, ::testing::Bool(),
-                         [](const auto& instance) { return instance.param ? "asked_for" : "free"; });
+INSTANTIATE_TEST_SUITE_P(Of, EndRows, ::testing::Values(AskedEnd::all, AskedEnd::but_the_root, AskedEnd::joints),
+                         [](const auto& instance) {
+                           const bool all = instance.param == AskedEnd::all;
+                           return all                                  ? "bodies"
+                                  : instance.param == AskedEnd::joints ? "joints"
+                                                                       : "bodies_but_the_root";
+                         });
 
 }  // namespace
 }  // namespace lamprey::tests

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "chains.hpp"
@@ -35,6 +36,7 @@ struct ShapeSetting {
   unsigned seed = 23;
   bool turning = false;      // work's terms past where powers have any slope
   bool angle_rates = false;  // limits of angles' rates, too
+  bool of_joints = false;    // the goal tells how joints end, and no attitude
 };
 
 const maneuver::CostWeights of_power{0.0, 3.0, 0.0, 0.0};
@@ -118,7 +120,15 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     ShapeProgram unasked(system_, maneuver_, ShapeCoordinates(system_), {});
     EXPECT_TRUE(unasked.go_to(path));
     path = unasked.path();
-    for (int i = 0; i < system_.body_count(); ++i)
+    if (GetParam().of_joints) {
+      EXPECT_TRUE(std::any_of(system_.joints().begin(), system_.joints().end(), [](const model::Joint& joint) {
+        return joint.free() && joint.parent > 0;
+      })) << "no end that bends";
+    }
+    if (GetParam().of_joints)
+      for (const model::Joint& joint : system_.joints())
+        maneuver_.end_joint.emplace_back(mechanics::child_to_parent(path.rotation.back(), joint));
+    for (int i = 0; i < system_.body_count() && !GetParam().of_joints; ++i)
       if (GetParam().of_leaves ? system_.body(i).parent > 0 : i == 0 || (i == 1 && system_.body(1).freedoms == 3))
         maneuver_.end_rotation[model::at(i)] = path.rotation.back()[model::at(i)];
     maneuver_.end_position = {1.0, std::nullopt, -0.5};
@@ -364,6 +374,19 @@ INSTANTIATE_TEST_SUITE_P(
                      false,
                      {},
                      true},
+        ShapeSetting{.name = "ends_of_any_joint",
+                     .swimmer = Swimmer::any_joint,
+                     .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                     .rest = true,
+                     .seed = 24,
+                     .of_joints = true},
+        ShapeSetting{.name = "ends_of_any_joint_in_free_time",
+                     .swimmer = Swimmer::any_joint,
+                     .lagrangian = mechanics::DiscreteLagrangian::midpoint,
+                     .rest = false,
+                     .free_duration = true,
+                     .seed = 24,
+                     .of_joints = true},
         ShapeSetting{"paper_chain_within_limits", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true,
                      true},
         ShapeSetting{"any_joint_within_limits", Swimmer::any_joint, mechanics::DiscreteLagrangian::midpoint, true,

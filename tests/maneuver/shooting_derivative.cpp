@@ -27,31 +27,42 @@ maneuver::Maneuver spline_maneuver(const model::System& system, mechanics::Discr
   return maneuver;
 }
 
+// The same end of its joints, at any attitude.
+void ask_for_joints(const model::System& system, maneuver::Maneuver& maneuver) {
+  for (const model::Joint& joint : system.joints())
+    maneuver.end_joint.emplace_back(lie::exp(Vector3d(0.2, -0.1, 0.3)) *
+                                    mechanics::child_to_parent(maneuver.start.rotation, joint));
+  maneuver.end_rotation.assign(maneuver.end_rotation.size(), std::nullopt);
+}
+
 class ShootingDerivatives : public ::testing::TestWithParam<mechanics::DiscreteLagrangian> {};
 
 TEST_P(ShootingDerivatives, adjoint_gradients_match_central_differences_at_second_order) {
   const model::System system(paper_chain());
-  const maneuver::Maneuver maneuver = spline_maneuver(system, GetParam());
-  maneuver::Shooting program(system, maneuver, maneuver::stated_goal_rows(system, maneuver));
-  Random random(4);
-  VectorXd x(program.variable_count()), direction(program.variable_count());
-  const double size = std::pow(maneuver.duration, 2);  // of moments, in the program's units for so short a time
-  for (double& v : x) v = 0.2 * size * random.normal();
-  for (double& v : direction) v = size * random.normal();
-  VectorXd values, gradient(x.size());
-  program.jacobian(x, values);
-  program.gradient(x, gradient);
-  const Eigen::Map<const Eigen::Matrix<double, -1, -1, Eigen::RowMajor>> jacobian(
-      values.data(), program.constraint_count(), program.variable_count());
-  VectorXd expected(program.constraint_count() + 1);
-  expected << jacobian * direction, gradient.dot(direction);
-  const auto along = [&](double t) {
-    VectorXd all(program.constraint_count() + 1), c(program.constraint_count());
-    program.constraints(x + t * direction, c);
-    all << c, program.objective(x + t * direction);
-    return all;
-  };
-  expect_second_order_differences(along, expected, 1e-9, 0.002);
+  for (const bool joints : {false, true}) {
+    maneuver::Maneuver maneuver = spline_maneuver(system, GetParam());
+    if (joints) ask_for_joints(system, maneuver);
+    maneuver::Shooting program(system, maneuver, maneuver::stated_goal_rows(system, maneuver));
+    Random random(4);
+    VectorXd x(program.variable_count()), direction(program.variable_count());
+    const double size = std::pow(maneuver.duration, 2);  // of moments, in the program's units for so short a time
+    for (double& v : x) v = 0.2 * size * random.normal();
+    for (double& v : direction) v = size * random.normal();
+    VectorXd values, gradient(x.size());
+    program.jacobian(x, values);
+    program.gradient(x, gradient);
+    const Eigen::Map<const Eigen::Matrix<double, -1, -1, Eigen::RowMajor>> jacobian(
+        values.data(), program.constraint_count(), program.variable_count());
+    VectorXd expected(program.constraint_count() + 1);
+    expected << jacobian * direction, gradient.dot(direction);
+    const auto along = [&](double t) {
+      VectorXd all(program.constraint_count() + 1), c(program.constraint_count());
+      program.constraints(x + t * direction, c);
+      all << c, program.objective(x + t * direction);
+      return all;
+    };
+    expect_second_order_differences(along, expected, 1e-9, 0.002);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Lagrangians, ShootingDerivatives,

@@ -38,6 +38,7 @@ struct Setting {
   bool periodic = false;
   bool limited = false;
   bool all_costs = false;
+  bool of_joints = false;  // the goal tells how joints end, and no attitude
 };
 
 class TranscriptionDerivatives : public ::testing::TestWithParam<Setting> {
@@ -84,6 +85,14 @@ class TranscriptionDerivatives : public ::testing::TestWithParam<Setting> {
     maneuver_.total = mechanics::spatial_momentum(system_, maneuver_.start.rotation, maneuver_.start.position,
                                                   maneuver_.start.momentum);
     for (int i = 0; i < system_.body_count(); ++i) maneuver_.end_rotation.push_back(random_.rotation());
+    if (GetParam().of_joints) {
+      for (const model::Joint& joint : system_.joints()) {
+        const auto &parent = maneuver_.end_rotation[model::at(joint.parent)],
+                   &child = maneuver_.end_rotation[model::at(joint.child)];
+        maneuver_.end_joint.emplace_back(parent->transpose() * *child);
+      }
+      maneuver_.end_rotation.assign(maneuver_.end_rotation.size(), std::nullopt);
+    }
     maneuver_.end_position = {1.0, std::nullopt, -0.5};
     maneuver_.rest = !GetParam().moving;
     maneuver_.periodic = maneuver_.free_shape = GetParam().periodic;
@@ -198,6 +207,14 @@ INSTANTIATE_TEST_SUITE_P(
         Setting{"paper_scheme", Build::paper_chain, DiscreteLagrangian::paper},
         Setting{"spline", Build::paper_chain, DiscreteLagrangian::trapezoid, false, 4},
         Setting{"tree", Build::tree, DiscreteLagrangian::trapezoid},
+        Setting{.name = "joints_of_a_tree",
+                .build = Build::tree,
+                .lagrangian = DiscreteLagrangian::trapezoid,
+                .of_joints = true},
+        Setting{.name = "joints_of_any_joint",
+                .build = Build::any_joint,
+                .lagrangian = DiscreteLagrangian::trapezoid,
+                .of_joints = true},
         Setting{"moving_tree", Build::tree, DiscreteLagrangian::paper, true},
         Setting{"any_joint", Build::any_joint, DiscreteLagrangian::trapezoid},
         Setting{"any_joint_moving_for_a_free_duration", Build::any_joint, DiscreteLagrangian::trapezoid, true, 0, true},

@@ -1,0 +1,67 @@
+#include "maneuver/asked_attitudes.hpp"
+
+#include "lie/so3.hpp"
+#include "mechanics/tree_motion.hpp"
+
+namespace lamprey::maneuver {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using model::at;
+using model::System;
+
+// Child → parent at the angles stated of a joint.
+Matrix3d turned(const model::Joint& joint, const std::vector<double>& angles) {
+  Vector3d turn = Vector3d::Zero();
+  for (std::size_t axis = 0; axis < angles.size(); ++axis) turn[static_cast<Eigen::Index>(axis)] = angles[axis];
+  return mechanics::rotation_at_turn(joint, turn);
+}
+
+// Of bodies as the goal states them, and of joints, those included that keep their start's angles below others that do not.
+AskedAttitudes stated_attitudes(const System& system, const Goal& goal, const mechanics::Rotations& start) {
+  AskedAttitudes asked{std::vector<std::optional<Matrix3d>>(start.size()),
+                       std::vector<std::optional<Matrix3d>>(at(system.joint_count()))};
+  std::vector<char> led(start.size());  // below a joint of goal.angle
+  for (int i : system.root_to_leaves()) {
+    const model::Body& body = system.body(i);
+    const auto named = goal.rotation.find(body.name);
+    const bool stated = named != goal.rotation.end();
+    if (stated && named->second) asked.rotation[at(i)] = lie::exp(*named->second);
+    if (body.parent >= 0) {
+      const model::Joint& joint = system.joint(body.joint);
+      const auto angles = goal.angle.find(joint.name);
+      led[at(i)] = angles != goal.angle.end() || (led[at(body.parent)] && !stated);
+      const bool as_begun = goal.shape_of_start || (goal.turn && led[at(i)]);
+      if (angles != goal.angle.end())
+        asked.joint[at(body.joint)] = turned(joint, angles->second);
+      else if (as_begun)
+        asked.joint[at(body.joint)] = mechanics::child_to_parent(start, joint);
+    }
+    if (!stated && goal.turn && !led[at(i)]) asked.rotation[at(i)] = lie::exp(*goal.turn) * start[at(i)];
+  }
+  return asked;
+}
+
+}  // namespace
+
+AskedAttitudes asked_attitudes(const System& system, const Goal& goal, const mechanics::Rotations& start) {
+  AskedAttitudes asked = stated_attitudes(system, goal, start);
+  bool more = goal.of_joints();
+  while (more) {
+    more = false;
+    for (int j = 0; j < system.joint_count(); ++j) {
+      auto& joint = asked.joint[at(j)];
+      auto &parent = asked.rotation[at(system.joint(j).parent)], &child = asked.rotation[at(system.joint(j).child)];
+      if (!joint || (!parent && !child)) continue;
+      if (!child) child = *parent * *joint;
+      if (!parent) parent = *child * joint->transpose();
+      joint.reset();
+      more = true;
+    }
+  }
+  return asked;
+}
+
+}  // namespace lamprey::maneuver
