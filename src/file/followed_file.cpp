@@ -81,8 +81,11 @@ void require_followed(const Results& results, const std::string& path, const mod
   require_same_tree(results, path, follower, true);
   if (results.solution.feedback.gain.empty())
     refuse_motion(path, "/feedback", "no gains", "those that lamprey solve stores with optimal maneuvers",
-                  "solve the maneuver again to its end: a search that was interrupted, or ended by its time limit, may "
-                  "leave none");
+                  results.solution.status == maneuver::Status::optimal
+                      ? "solve the maneuver again to its end: a search that was interrupted, or ended by its time "
+                        "limit, may leave none"
+                      : fmt::format("this one is not optimal but \"{}\": its message says what may help",
+                                    word(results.solution.status)));
   const double end = results.solution.time.back();
   if (from > 0.0 && results.problem.goal && results.problem.goal->periodic)
     refuse_motion(path, "/problem/goal", fmt::format("a gait, where the march begins at {} s of it", from),

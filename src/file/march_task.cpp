@@ -154,7 +154,8 @@ void require_whole_march(const std::vector<double>& time, const std::string& wha
   throw model::InputError(
       path, "t",
       fmt::format("found {} from {} s to {} s; allowed: those of the whole march, from 0 to {} s; {}", what, first,
-                  last, duration, first > round_off ? "add a row at 0 s" : "add rows, or set a shorter --duration"));
+                  last, std::max(last, duration),
+                  first > round_off ? "add a row at 0 s" : "add rows, or set a shorter --duration"));
 }
 
 // How fast a gait begins, and with a free shape how it is bent, is part of its answer, not of the problem: where the problem

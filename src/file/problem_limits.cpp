@@ -164,9 +164,12 @@ std::array<std::optional<double>, 3> read_move(const TableReader& table) {
   const std::string allowed = "three entries, each a number (m) or \"free\"";
   if (value->kind != TomlValue::Kind::array || value->items.size() != 3)
     refuse(table.key("move"), shown(*value), allowed, "as in [2.0, \"free\", \"free\"]");
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (!says_free(value->items[axis]))
-      move[axis] = table.number_in(value->items[axis], "move", any_number("m"), *value, allowed);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const TomlValue& entry = value->items[axis];
+    if (entry.kind == TomlValue::Kind::string && !says_free(entry))
+      refuse(table.key("move"), shown(*value), allowed, "write a number without quotes, or \"free\" in small letters");
+    if (!says_free(entry)) move[axis] = table.number_in(entry, "move", any_number("m"), *value, allowed);
+  }
   return move;
 }
 

@@ -109,9 +109,11 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
                          "effort and time alone", mend);
 }
 
-void refuse_end(const char* end, const maneuver::BrokenLimit& broken, const char* mend) {
+void refuse_end(const model::System& system, const char* end, const maneuver::BrokenLimit& broken, const char* mend) {
   const maneuver::LimitRow& row = *broken.row;
-  refuse(row.listed_key(), fmt::format("a {} that breaks this limit by {:.3g} {}", end, broken.excess, row.unit_name()),
+  refuse(row.listed_key(),
+         fmt::format("a {} that breaks this limit{} by {:.3g} {}", end, row.bearer(system), broken.excess,
+                     row.unit_name()),
          fmt::format("a {} within the limits", end), mend);
 }
 
@@ -153,10 +155,10 @@ void require_ends_within_limits(const ProblemFile& file) {
   const std::vector<maneuver::LimitRow> rows = maneuver::limit_rows(system, problem);
   try {
     if (const auto broken = maneuver::broken_by_start(system, maneuver, rows))
-      refuse_end("start", *broken, "change [start], let start.free_shape be true, or widen the limit");
+      refuse_end(system, "start", *broken, "change [start], let start.free_shape be true, or widen the limit");
     if (problem.goal->periodic) return;
     if (const auto broken = maneuver::broken_by_goal(system, maneuver, rows))
-      refuse_end("goal", *broken, "change [goal], or widen the limit");
+      refuse_end(system, "goal", *broken, "change [goal], or widen the limit");
   } catch (const model::InputError& error) {
     throw located(error, file);
   }

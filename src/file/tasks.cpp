@@ -215,6 +215,8 @@ class Resolving {
       return a.steps == b.steps && study::same_minimum(a.results.solution.cost, b.results.solution.cost);
     };
     kept.erase(std::unique(kept.begin(), kept.end(), same), kept.end());
+    if (std::ssize(kept) > asked_.problem.search.keep)
+      kept.erase(kept.begin() + asked_.problem.search.keep, kept.end());
     Results results = std::move(kept.front().results);
     for (auto other = kept.begin() + 1; other != kept.end(); ++other)
       results.others.push_back(std::move(other->results));

@@ -177,11 +177,23 @@ std::string guessed_key(std::string_view text, int line) {
 
 constexpr const char* syntax_allowed = "allowed: TOML, as in key = 1.0, \"text\" or [1, 2, 3]; mend this line";
 
+// Of a table in single brackets beside others of its name, or of one that has no other way to be written; nothing: others.
+std::string many_tables(const std::string& key) {
+  const std::string name = key.substr(0, key.find('['));
+  return name == "body" || name == "joint" || name == "waypoint" ? name : "";
+}
+
 [[noreturn]] void refuse_syntax(const toml::parse_error& error, const std::string& text, const std::string& path) {
   const Position place = position_of(error.source());
   const std::string key = guessed_key(text, place.line);
   const std::string description = in_quotes(error.description());
   const bool redefined = description.find("redefine") != std::string::npos;
+  if (const std::string many = many_tables(key); redefined && !many.empty())
+    throw InputError(
+        path, place.line, place.column, key,
+        fmt::format("found [{0}] as a table and a second time; allowed: any number of [[{0}]]; begin each with [[{0}]] "
+                    "in double brackets",
+                    many));
   const std::string message =
       redefined ? "found this key a second time; allowed: once in a table; remove one of the two (" + description + ")"
                 : "found what TOML cannot read (" + description + "); " + syntax_allowed;

@@ -153,6 +153,14 @@ std::string LimitRow::listed_key() const {
   return listed ? key + "[" + std::to_string(component) + "]" : key;
 }
 
+std::string LimitRow::bearer(const model::System& system) const {
+  std::string words;
+  if (joint >= 0) words = " at joint " + system.joint(joint).name;
+  if (body >= 0) words = " of " + system.body(body).name;
+  if (other_body >= 0) words += " and " + system.body(other_body).name;
+  return words;
+}
+
 const char* LimitRow::unit_name() const {
   switch (kind) {
     case Kind::torque:

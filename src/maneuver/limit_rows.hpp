@@ -50,6 +50,8 @@ struct LimitRow {
   bool upper() const { return kind == Kind::angle_below || kind == Kind::rate_below || kind == Kind::not_longer; }
   /// As the problem file has it: of keep-outs with their number.
   std::string listed_key() const;
+  /// " at joint NAME", " of BODY" or " of BODY and BODY"; nothing where it is of the whole.
+  std::string bearer(const model::System& system) const;
   /// What the bound is counted in, and by how much of it a limit is exceeded where its value is −`missing`; rates as means over a
   /// step of `time_step` s.
   const char* unit_name() const;

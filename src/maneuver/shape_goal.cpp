@@ -81,11 +81,7 @@ std::string ShapeProgram::largest_violation(bool cut_short) const {
   const LimitError worst = limits_.violation(now_.limit_value);
   if (worst.value < worth_telling || worst.row < 0) return "";
   const LimitRow& row = limits_.rows()[at(worst.row)];
-  std::string who;
-  if (row.joint >= 0) who = " at joint " + system_.joint(row.joint).name;
-  if (row.body >= 0) who = " of " + system_.body(row.body).name;
-  if (row.other_body >= 0) who += " and " + system_.body(row.other_body).name;
-  return row.key + who +
+  return row.key + row.bearer(system_) +
          (cut_short ? " is not kept yet: broken by " : " was kept by no motion that was tried: broken by ") +
          in_words(row.excess(worst.value, h_ * now_.stretch)) + " " + row.unit_name() + " at " +
          in_words(worst.node * h_ * now_.stretch) + " s";

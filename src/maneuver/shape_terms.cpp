@@ -46,6 +46,7 @@ void ShapeProgram::take_off() {
 }
 
 void ShapeProgram::weigh_landed(double times) {
+  limits_.renew(now_.limit_value, spent(now_));  // what heavier ones pulled is their multipliers'
   limits_.weigh(times);
   measure(now_);
 }

@@ -100,7 +100,6 @@ void settle_landed(StageNewton& newton, StageProgram& program, double least, Out
   program.weigh_landed(least);
   for (double weight = least; !newton.step_once_more(program, outcome) && weight < 1.0; weight *= more_weight)
     program.weigh_landed(more_weight);
-  program.renew_limits(false);
 }
 
 // Rounds of searches, between which limits' multipliers and weights are renewed.
@@ -133,9 +132,9 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
     idle = found < idle_share * best ? 0 : idle + 1;
     best = std::min(best, found);
     const bool kept = program.limit_violation() <= limit_tolerance, met = found <= limit_tolerance;
-    program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
     const bool done = met && converged && round.tolerance == finest;
     if (done && program.landed()) settle_landed(newton, program, settling_weight / landing.grown, outcome);
+    program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
     if (done && (program.landed() || !landing.worth_trying(found))) return;
     if (outcome.iterations >= options.most_iterations) {
       outcome.termination = Termination::stalled;

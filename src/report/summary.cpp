@@ -300,7 +300,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
       rows.emplace_back("Displacement", vector(way) + " m");
     if (problem.goal && problem.goal->periodic && !problem.goal->turn && solution.rotation.size() > 1)
       rows.emplace_back("Turn of " + problem.bodies.front().name, turn_words(solution));
-    if (problem.goal && problem.goal->periodic && goes_a_way(results))
+    if (problem.goal && goes_a_way(results) && (problem.goal->periodic || distance_asked(problem)))
       rows.emplace_back("Cost of transport", transport_words(*moved, by_replay));
   }
   if (!sought) append_march(results, rows);

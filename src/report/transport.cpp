@@ -19,13 +19,13 @@ double size_of(const file::ResolvedProblem& problem) {
   return size;
 }
 
+}  // namespace
+
 bool distance_asked(const file::ResolvedProblem& problem) {
   const auto moves = [](const std::optional<double>& move) { return move && *move != 0.0; };
   return (problem.goal && std::any_of(problem.goal->move.begin(), problem.goal->move.end(), moves)) ||
          problem.cost_weights.transport > 0.0 || !problem.cost_weights.displacement.isZero(0.0);
 }
-
-}  // namespace
 
 bool goes_a_way(const file::Results& results) {
   const maneuver::Vectors& position = results.solution.position;

@@ -12,6 +12,9 @@ struct Transport {
   double distance;  // m, of the root's mass centre from start to end
 };
 
+/// Whether a distance is asked for, by the goal or by a cost.
+bool distance_asked(const file::ResolvedProblem& problem);
+
 /// Whether work per distance says something: a distance is asked for, by the goal or by a cost, or the way is at least
 /// a tenth of the swimmer's size.
 bool goes_a_way(const file::Results& results);

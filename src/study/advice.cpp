@@ -49,8 +49,10 @@ std::string advice_where_met(const Problem& problem, const Certificate& proof, c
     return words + "limits.angular_velocity = " + number(*held, 6) + ", or " +
            (solution.status == Status::time_limit ? "a longer search.time_limit" : finer);
   if (!far_turn(problem, solution).empty()) words += finer + ", ";
-  if (problem.cost_weights.work > 0.0 || problem.cost_weights.transport > 0.0)
-    words += "a little cost.smoothness, which rounds what work leaves sharp, ";
+  const bool sharp = problem.cost_weights.work > 0.0 || problem.cost_weights.transport > 0.0;
+  if (sharp)
+    words += std::string(problem.cost_weights.smoothness > 0.0 ? "more" : "a little") +
+             " cost.smoothness, which rounds what work leaves sharp, ";
   words += problem.search.starts == 1 ? "[search] starts = 8, another seed" : "more starts, another seed";
   if (proof.kkt > problem.search.tolerance && proof.kkt <= loosest_tolerance)
     words += "; where so much is enough, [search] tolerance = " + number(rounded_up(proof.kkt)) + " accepts it" +

@@ -39,20 +39,50 @@ struct Certified {
   Answer answer;
 };
 
-// Why motions that cost less than the answer are not the answer.
-std::string cheaper_ones(const Problem& problem, const std::vector<Certified>& found, const Solution& best) {
-  std::string words;
-  for (const auto& [candidate, other] : found) {
-    if (!(other.solution.cost < best.cost) || same_minimum(other.solution.cost, best.cost)) continue;
-    const std::string cheaper = " A cheaper motion (cost " + number(other.solution.cost, 6) + ") ";
-    const std::string coarse = unresolved(problem, other.solution, other.certificate);
-    if (other.solution.status == Status::optimal && !coarse.empty())
-      words += cheaper + "was set aside: " + coarse + ", so these steps are too coarse for it.";
-    if (other.solution.status == Status::feasible && best.status == Status::optimal &&
-        unmet(problem, other.certificate).empty())
-      words += cheaper + "meets all that is asked, too, but " + unsettled(problem, other.certificate) + ".";
+// Candidates that cost less than the answer, each once, in order of worth.
+std::vector<const Answer*> cheaper_ones(const std::vector<const Certified*>& order, const Solution& best) {
+  std::vector<const Answer*> cheaper;
+  for (const Certified* one : order) {
+    const double cost = one->answer.solution.cost;
+    if (!(cost < best.cost) || same_minimum(cost, best.cost)) continue;
+    const bool told = std::any_of(cheaper.begin(), cheaper.end(),
+                                  [&](const Answer* other) { return same_minimum(other->solution.cost, cost); });
+    if (!told) cheaper.push_back(&one->answer);
   }
-  return words;
+  return cheaper;
+}
+
+// Whether it would be the answer if its steps resolved it.
+bool set_aside(const Problem& problem, const Answer& cheaper) {
+  return cheaper.solution.status == Status::optimal &&
+         !unresolved(problem, cheaper.solution, cheaper.certificate).empty();
+}
+
+// Why they are not the answer: the cheapest of those that more steps may resolve, and each that is not stationary.
+std::string words_of_cheaper_ones(const Problem& problem, const std::vector<const Answer*>& cheaper_ones,
+                                  const Solution& best, bool resolving) {
+  const auto opening = [](const Answer& other) {
+    return " A cheaper motion (cost " + number(other.solution.cost, 6) + ") ";
+  };
+  std::string words;
+  std::vector<const Answer*> coarse;
+  for (const Answer* other : cheaper_ones) {
+    if (set_aside(problem, *other)) coarse.push_back(other);
+    if (other->solution.status == Status::feasible && best.status == Status::optimal &&
+        unmet(problem, other->certificate).empty())
+      words += opening(*other) + "meets all that is asked, too, but " + unsettled(problem, other->certificate) + ".";
+  }
+  if (coarse.empty()) return words;
+  const Answer& other = *coarse.front();
+  const std::size_t more = coarse.size() - 1;
+  words += opening(other) + "was set aside: " + unresolved(problem, other.solution, other.certificate) +
+           ", so these steps are too coarse for it" +
+           (more > 0 ? ", as for " + std::to_string(more) + (more > 1 ? " others" : " other") : "");
+  const std::optional<int> steps = steps_to_resolve(problem, other.certificate, other.solution);
+  if (steps && !resolving)
+    words += "; on [time] steps = " + std::to_string(*steps) +
+             " or more it may be the answer (lamprey solve --resolve goes on to them by itself)";
+  return words + ".";
 }
 
 // Whether nearly every search ended somewhere else, so that others would, too.
@@ -95,7 +125,8 @@ std::string words_on_steps(const Problem& problem, const Answer& of, bool resolv
   return advice_on_steps(problem, of.certificate, of.solution, resolving) + unseen_work(of.certificate, of.solution);
 }
 
-// Of candidates in order of worth those after the first that are to be kept, each minimum once.
+// Of candidates in order of worth those after the first that are to be kept, each minimum once; where more steps follow, what costs
+// less than the first is kept for them as well.
 std::vector<Answer> others(const model::System& system, const Problem& problem,
                            const std::vector<const Certified*>& order, const SolveOptions& options, Parts& parts) {
   std::vector<Answer> kept;
@@ -105,7 +136,8 @@ std::vector<Answer> others(const model::System& system, const Problem& problem,
                        [&](const Answer& of) { return same_minimum(of.solution.cost, cost); });
   };
   for (const Certified* one : order) {
-    if (static_cast<int>(kept.size()) + 1 >= problem.search.keep) break;
+    const bool cheaper = options.resolving && one->answer.solution.cost < order.front()->answer.solution.cost;
+    if (static_cast<int>(kept.size()) + 1 >= problem.search.keep && !cheaper) continue;
     if (one->answer.solution.status != Status::optimal || known(one->answer.solution.cost)) continue;
     Answer other = one->answer;
     add_to(other, problem, complete(system, problem, other, {}, options.workers, parts));
@@ -180,7 +212,10 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
       };
     add_to(best, problem, complete(system, problem, best, cost_on_grid, options.workers, parts));
   }
-  best.solution.message += cheaper_ones(problem, found, best.solution);
+  best.solution.message +=
+      words_of_cheaper_ones(problem, cheaper_ones(order, best.solution), best.solution, options.resolving);
+  if (best.solution.status == Status::feasible)
+    best.solution.message += words_on_steps(problem, best, options.resolving);
   if (optimal)
     best.solution.message += words_on_steps(problem, best, options.resolving) + few_arrivals(best.solution) +
                              (options.solver == Backend::ipopt ? "" : untried_turns(system, problem));

@@ -23,6 +23,7 @@ constexpr int first_steps = 25;                       // of the grid on which a 
 constexpr int finest_first_steps = 4 * coarse_steps;  // where those show too little
 constexpr int carried_iterations = 100;  // to another grid, where the same solution is near or is not found
 constexpr double rough_tolerance = 1e-4;
+constexpr double more_worth = 10.0;  // times what a displacement is
 
 class NewtonMethod : public Method {
  public:
@@ -158,6 +159,7 @@ class NewtonMethod : public Method {
     begin_on_more_steps(start, found);
     begin_by_effort(start, found);
     begin_in_given_durations(start, found);
+    begin_by_more_worth(start, found);
     if (!whirls(grids_, found)) return found;
     return solve_with_slower_joints(grids_, first_guess(grids_.grid(grids_.coarse()), start), grids_.coarse(), found);
   }
@@ -207,6 +209,18 @@ class NewtonMethod : public Method {
     }
   }
 
+  // Where a displacement is to be won a search from afar may come down to a stroke that wins next to nothing, and stay there. What is
+  // worth ten times as much leads to longer ones.
+  void begin_by_more_worth(int start, Found& found) const {
+    const bool wins = grids_.problem().cost_weights.of_displacement();
+    if (!wins || start % 2 != 0 || begins_as_asked(start) || grids_.budget().closing()) return;
+    Found again = solve_by_way_of(worth_more(), start, grids_.coarse(), found.outcome);
+    if (again.converged() && !(found.converged() && found.cost <= again.cost))
+      found = std::move(again);
+    else
+      take_effort(again, found);
+  }
+
   // Costs of work have kinks at which a search from afar may stall. Where the goal asks for a motion, the one of least effort, which
   // has none, is a place to begin with.
   bool may_begin_by_effort(const Found& found) const {
@@ -224,6 +238,11 @@ class NewtonMethod : public Method {
     Problem eased = grids_.problem();
     eased.cost_weights.work = eased.cost_weights.power = eased.cost_weights.transport = 0.0;
     return eased;
+  }
+  Problem worth_more() const {
+    Problem dearer = grids_.problem();
+    dearer.cost_weights.displacement *= more_worth;
+    return dearer;
   }
   Problem held_at(double duration) const {
     Problem held = grids_.problem();

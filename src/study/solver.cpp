@@ -141,9 +141,10 @@ void Solver::learn_from_answer() {
 
 namespace {
 
-void refuse_end(const char* end, const maneuver::BrokenLimit& broken, const char* mend) {
-  throw InputError(end, "found a " + std::string(end) + " that breaks " + broken.row->listed_key() + " by " +
-                            number(broken.excess, 3) + " " + broken.row->unit_name() + "; " + mend);
+void refuse_end(const System& system, const char* end, const maneuver::BrokenLimit& broken, const char* mend) {
+  throw InputError(end, "found a " + std::string(end) + " that breaks " + broken.row->listed_key() +
+                            broken.row->bearer(system) + " by " + number(broken.excess, 3) + " " +
+                            broken.row->unit_name() + "; " + mend);
 }
 
 // As in problem files: more is meant in degrees.
@@ -183,7 +184,7 @@ void Solver::set_goal(const Goal& goal) {
   moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
   if (!moved.periodic) {
     if (const auto broken = maneuver::broken_by_goal(system_, moved, program_.limit_rows()))
-      refuse_end("goal", *broken, "give a goal within the limits");
+      refuse_end(system_, "goal", *broken, "give a goal within the limits");
   }
   maneuver_ = moved;
   answers_ = false;
@@ -204,7 +205,7 @@ void Solver::set_start(const integrator::State& start) {
   moved.start = kept_within_limits(start);
   const auto broken = maneuver::broken_by_start(system_, moved, program_.limit_rows());
   if (broken && broken->row->of_gap() && broken->excess > most_inside * system_.size())
-    refuse_end("start", *broken, "no motion leads out of there in a step");
+    refuse_end(system_, "start", *broken, "no motion leads out of there in a step");
   moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
   Beginning& beginning = moved_beginning();
   beginning.path = maneuver::led_to_start(system_, beginning.path, moved.start.rotation);

@@ -285,6 +285,25 @@ TEST(Resolving, goes_on_to_steps_that_show_the_motion) {
   EXPECT_GT(second.problem.steps, 60);
 }
 
+// A motion that costs far less than the answer, and needs more steps than these, is told of and found.
+TEST(Resolving, takes_along_cheaper_motions_that_were_set_aside) {
+  const Folder folder;
+  const std::string path = std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/furthest_of_two_arms.toml";
+  ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "coarse")).exit_code, 0);
+  const file::Results first = file::read_solution(folder / "coarse");
+  EXPECT_LE(first.certificate->replay->rotation_error, certificate::replay_mark);
+  EXPECT_NE(first.solution.message.find(" was set aside: its replay misses by "), std::string::npos)
+      << first.solution.message;
+  EXPECT_NE(first.solution.message.find("--resolve"), std::string::npos) << first.solution.message;
+  const ProgramRun run = lamprey(folder, "solve " + path + " --no-refinement --resolve --out " + (folder / "fine"));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const file::Results fine = file::read_solution(folder / "fine");
+  EXPECT_LE(fine.certificate->replay->rotation_error, certificate::replay_mark);
+  EXPECT_EQ(fine.certificate->verdict, certificate::Verdict::proved);
+  EXPECT_LT(fine.solution.cost, 10.0 * first.solution.cost) << "both below zero: it wins ten times as much";
+  EXPECT_FALSE(std::filesystem::exists(folder / "fine/minimum_2")) << "one was asked for";
+}
+
 // Coarse steps tell minima apart that are one on finer steps. On equal steps their costs can be compared, so that it is told once.
 TEST(Resolving, keeps_minima_on_equal_steps_each_once) {
   const Folder folder;
