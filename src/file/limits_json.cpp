@@ -142,14 +142,26 @@ Limits read_limits(const JsonReader& reader) {
   return limits;
 }
 
+std::string move_text(const std::array<std::optional<double>, 3>& move) {
+  std::string text;
+  for (const auto& entry : move)
+    text += (text.empty() ? "" : ", ") + (entry ? json_number(*entry) : std::string("\"free\""));
+  return "[" + text + "]";
+}
+
+std::array<std::optional<double>, 3> read_move(const JsonReader& reader) {
+  std::array<std::optional<double>, 3> move;
+  reader.require_array(3);
+  for (std::size_t c = 0; c < 3; ++c)
+    if (!reader.at(c).is_text("free")) move[c] = reader.at(c).number();
+  return move;
+}
+
 std::string waypoints_text(const std::vector<Waypoint>& waypoints) {
   return one_line_each(waypoints, "      ", [](const Waypoint& waypoint) {
     Members members, rotation;
     members.add("time", json_number(waypoint.time));
-    std::string move;
-    for (const auto& entry : waypoint.move)
-      move += (move.empty() ? "" : ", ") + (entry ? json_number(*entry) : std::string("\"free\""));
-    members.add("move", "[" + move + "]");
+    members.add("move", move_text(waypoint.move));
     members.add("turn", waypoint.turn ? json(*waypoint.turn) : "null");
     for (const auto& [name, value] : waypoint.rotation) rotation.add(name, json(value));
     members.add("rotation", rotation.finished());
@@ -164,9 +176,7 @@ std::vector<Waypoint> read_waypoints(const JsonReader& reader) {
     const JsonReader own = reader.at(n);
     Waypoint waypoint;
     waypoint.time = own.at("time").number();
-    own.at("move").require_array(3);
-    for (std::size_t c = 0; c < 3; ++c)
-      if (!own.at("move").at(c).is_text("free")) waypoint.move[c] = own.at("move").at(c).number();
+    waypoint.move = read_move(own.at("move"));
     if (!own.at("turn").is_null()) waypoint.turn = vector_of(own.at("turn"));
     for (const std::string& name : own.at("rotation").keys())
       waypoint.rotation[name] = vector_of(own.at("rotation").at(name.c_str()));

@@ -1,6 +1,8 @@
 // Limits, waypoints and the multipliers of limits as solution.json holds them: the words of the problem file.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 
 #include "file/json_document.hpp"
@@ -12,6 +14,10 @@ namespace lamprey::file {
 /// One JSON object on one line; keys that the problem file left out are left out.
 std::string limits_text(const maneuver::Limits& limits);
 maneuver::Limits read_limits(const JsonReader& reader);
+
+/// The displacement of a goal or a waypoint: three entries, each a number or "free".
+std::string move_text(const std::array<std::optional<double>, 3>& move);
+std::array<std::optional<double>, 3> read_move(const JsonReader& reader);
 
 /// A JSON array of objects, one line each.
 std::string waypoints_text(const std::vector<maneuver::Waypoint>& waypoints);

@@ -112,8 +112,8 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
 void refuse_end(const model::System& system, const char* end, const maneuver::BrokenLimit& broken, const char* mend) {
   const maneuver::LimitRow& row = *broken.row;
   refuse(row.listed_key(),
-         fmt::format("a {} that breaks this limit{} by {:.3g} {}", end, row.bearer(system), broken.excess,
-                     row.unit_name()),
+         fmt::format("a {} that breaks this limit{} by {:.3g} {}", end, row.body >= 0 ? row.bearer(system) : "",
+                     broken.excess, row.unit_name()),
          fmt::format("a {} within the limits", end), mend);
 }
 

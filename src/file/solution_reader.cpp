@@ -4,7 +4,9 @@
 
 #include <fmt/format.h>
 
+#include "file/certificate_reader.hpp"
 #include "file/json_document.hpp"
+#include "file/json_words.hpp"
 #include "file/limits_json.hpp"
 #include "file/result_shapes.hpp"
 #include "file/solution_file.hpp"
@@ -20,17 +22,6 @@ using Eigen::Vector3d;
 
 constexpr std::size_t solution_byte_limit = std::size_t{1} << 30;
 constexpr int largest = std::numeric_limits<int>::max();
-
-template <class Entries>
-auto read_word(const JsonReader& reader, const Entries& entries) {
-  const std::string text = reader.text();
-  std::string allowed;
-  for (const auto& entry : entries) {
-    if (entry.text == text) return entry.value;
-    allowed += fmt::format("{}\"{}\"", allowed.empty() ? "" : ", ", entry.text);
-  }
-  reader.refuse(allowed);
-}
 
 void read(const JsonReader& reader, double& value) { value = reader.number(); }
 
@@ -110,10 +101,7 @@ ResolvedJoint read_joint(const JsonReader& reader, int bodies) {
 
 maneuver::Goal read_goal(const JsonReader& reader) {
   maneuver::Goal goal;
-  const JsonReader move = reader.at("move");
-  move.require_array(3);
-  for (std::size_t i = 0; i < 3; ++i)
-    if (!move.at(i).is_text("free")) goal.move[i] = move.at(i).number();
+  goal.move = read_move(reader.at("move"));
   if (!reader.at("turn").is_null()) goal.turn = value_at<Vector3d>(reader.at("turn"));
   const JsonReader rotation = reader.at("rotation");
   for (const std::string& name : rotation.keys()) {
@@ -295,92 +283,6 @@ void read_motion(const JsonReader& reader, const ResolvedProblem& problem, maneu
   read_momentum(reader.at("momentum").at("angular"), nodes, solution.angular_momentum);
 }
 
-certificate::Refinement read_refinement(const JsonReader& reader) {
-  certificate::Refinement result;
-  result.cost_half_step = reader.at("cost_half_step").number_or_nan();
-  result.observed_order = reader.at("observed_order").number_or_nan();
-  if (!reader.has("grids")) return result;
-  result.cost_limit = reader.at("cost_limit").number_or_nan();
-  result.cost_error = reader.at("cost_error").number_or_nan();
-  const JsonReader grids = reader.at("grids");
-  grids.require_array();
-  for (std::size_t i = 0; i < grids.size(); ++i)
-    result.grids.push_back({grids.at(i).at("steps").integer(1, largest), grids.at(i).at("cost").number_or_nan()});
-  return result;
-}
-
-certificate::SecondOrder read_curvature(const JsonReader& reader) {
-  certificate::SecondOrder result{
-      reader.at("smallest_eigenvalue").number_or_nan(), reader.at("positive").boolean(), {}};
-  if (reader.has("negative_eigenvalues") && !reader.at("negative_eigenvalues").is_null())
-    result.negative_eigenvalues = reader.at("negative_eigenvalues").integer(0, largest);
-  return result;
-}
-
-certificate::Certificate read_certificate(const JsonReader& reader, int bodies) {
-  certificate::Certificate result;
-  result.goal_error = reader.at("goal_error").number_or_nan();
-  result.rest_error = reader.at("rest_error").number_or_nan();
-  result.momentum_drift = reader.at("momentum_drift").number_or_nan();
-  if (reader.has("momentum_round_off")) result.momentum_round_off = reader.at("momentum_round_off").number_or_nan();
-  result.rotation_drift = reader.at("rotation_drift").number_or_nan();
-  if (reader.has("iterates_momentum")) result.iterates_momentum = reader.at("iterates_momentum").number_or_nan();
-  if (reader.has("equation_residual")) result.equation_residual = reader.at("equation_residual").number_or_nan();
-  if (reader.has("start_error")) result.start_error = reader.at("start_error").number_or_nan();
-  if (reader.has("control_error")) result.control_error = reader.at("control_error").number_or_nan();
-  if (reader.has("time_error")) result.time_error = reader.at("time_error").number_or_nan();
-  if (reader.has("velocity_error")) result.velocity_error = reader.at("velocity_error").number_or_nan();
-  if (reader.has("cost_error")) result.cost_error = reader.at("cost_error").number_or_nan();
-  if (reader.has("clearance") && !reader.at("clearance").is_null()) {
-    const JsonReader clearance = reader.at("clearance");
-    const JsonReader pair = clearance.at("bodies");
-    pair.require_array(2);
-    result.clearance = certificate::Clearance{clearance.at("gap").number_or_nan(), clearance.at("time").number_or_nan(),
-                                              pair.at(std::size_t{0}).integer(-1, bodies - 1),
-                                              pair.at(std::size_t{1}).integer(-1, bodies - 1)};
-  }
-  result.kkt = reader.at("kkt").number_or_nan();
-  if (const JsonReader second = reader.at("second_order"); !second.is_null())
-    result.second_order = read_curvature(second);
-  if (reader.has("second_order_all_axes") && !reader.at("second_order_all_axes").is_null()) {
-    const JsonReader all = reader.at("second_order_all_axes");
-    result.all_axes = {all.at("kkt").number_or_nan(), read_curvature(all)};
-  }
-  if (reader.has("verdict") && !reader.at("verdict").is_null())
-    result.verdict = read_word(reader.at("verdict"), verdicts);
-  if (const JsonReader replay = reader.at("replay"); !replay.is_null()) {
-    result.replay = {replay.at("scheme").text(),
-                     replay.at("window").number_or_nan(),
-                     replay.at("rotation_error").number_or_nan(),
-                     replay.at("position_error").number_or_nan(),
-                     replay.at("whole_rotation_error").number_or_nan(),
-                     replay.at("whole_position_error").number_or_nan(),
-                     replay.at("growth_rate").number_or_nan()};
-    if (replay.has("work")) result.replay->work = replay.at("work").number_or_nan();
-    if (replay.has("feedback_rotation_error")) {
-      result.replay->feedback_rotation_error = replay.at("feedback_rotation_error").number_or_nan();
-      result.replay->feedback_position_error = replay.at("feedback_position_error").number_or_nan();
-    }
-    if (replay.has("servo_rotation_error")) {
-      result.replay->servo_rotation_error = replay.at("servo_rotation_error").number_or_nan();
-      result.replay->servo_position_error = replay.at("servo_position_error").number_or_nan();
-    }
-  }
-  if (reader.has("resolved") && !reader.at("resolved").is_null() && result.replay &&
-      reader.at("resolved").boolean() != (result.replay->rotation_error <= certificate::replay_mark))
-    reader.at("resolved").refuse("true where replay.rotation_error is at most 1e-3 rad, else false");
-  if (reader.has("costs"))
-    result.costs = {reader.at("costs").at("error").number_or_nan(), reader.at("costs").at("signs").number_or_nan()};
-  if (reader.has("limits")) {
-    const JsonReader limits = reader.at("limits");
-    result.limits = {limits.at("violation").number_or_nan(), limits.at("key").text(), limits.at("time").number_or_nan(),
-                     limits.at("complementarity").number_or_nan(), limits.at("negative").number_or_nan()};
-  }
-  if (const JsonReader refinement = reader.at("refinement"); !refinement.is_null())
-    result.refinement = read_refinement(refinement);
-  return result;
-}
-
 maneuver::SearchRecord read_search(const JsonReader& reader) {
   maneuver::SearchRecord search;
   search.starts = reader.at("starts").integer(0, largest);
@@ -394,6 +296,11 @@ maneuver::SearchRecord read_search(const JsonReader& reader) {
     search.minima.push_back({minimum.at("cost").number_or_nan(), minimum.at("count").integer(0, largest)});
     maneuver::Minimum& read = search.minima.back();
     if (minimum.has("by_ipopt")) read.by_ipopt = minimum.at("by_ipopt").integer(0, read.count);
+  }
+  if (reader.has("set_aside")) {
+    const JsonReader aside = reader.at("set_aside");
+    search.set_aside = {aside.at("cost").number(), {}};
+    if (!aside.at("steps").is_null()) search.set_aside->steps = aside.at("steps").integer(1, largest);
   }
   long long counted = 0;
   for (const maneuver::Minimum& minimum : search.minima) counted += minimum.count;

@@ -128,7 +128,7 @@ std::string goal_text(const maneuver::Goal& goal) {
                          json_list(values, [](double value) { return json(value); }));
   }
   ObjectText text(2);
-  text.add("move", json_list(goal.move, free_or));
+  text.add("move", move_text(goal.move));
   text.add("turn", goal.turn ? json(*goal.turn) : "null");
   text.add("rotation", "{" + rotation + "}");
   if (!goal.angle.empty()) text.add("angle", "{" + angle + "}");
@@ -279,6 +279,9 @@ std::string search_text(const maneuver::SearchRecord& search) {
   if (search.hops > 0) text.add("hops", json(search.hops));
   text.add("solved", json(search.solved));
   text.add("minima", json_list(search.minima, minimum));
+  if (const auto& aside = search.set_aside)
+    text.add("set_aside", fmt::format("{{\"cost\": {}, \"steps\": {}}}", json(aside->cost),
+                                      aside->steps ? json(*aside->steps) : "null"));
   return text.finished();
 }
 

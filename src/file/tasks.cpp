@@ -235,6 +235,7 @@ class Resolving {
   // Of the search that found it, and what all of it took.
   void take_record(const maneuver::Solution& before, maneuver::Solution& after) const {
     after.search = before.search;
+    after.search.set_aside.reset();  // what these steps do not resolve has its own search on more
     after.solver.iterations += before.solver.iterations;
     after.solver.evaluations += before.solver.evaluations;
     after.solver.wall_seconds += before.solver.wall_seconds;

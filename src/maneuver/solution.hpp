@@ -55,12 +55,19 @@ struct Minimum {
   std::optional<int> by_ipopt = {};  // of the count, where both solvers searched
 };
 
+/// The cheapest motion that costs less than the answer, and that the steps do not resolve.
+struct SetAside {
+  double cost = 0.0;
+  std::optional<int> steps = {};  // that would resolve it; nothing: not known
+};
+
 struct SearchRecord {
   int starts = 0;
   int strokes = 0;  // of the starts, those that begin with many strokes
   int hops = 0;     // solves from perturbed copies of the best minimum
   int solved = 0;
   std::vector<Minimum> minima;  // by rising cost
+  std::optional<SetAside> set_aside = {};
 };
 
 /// Where a march had to divide its steps; empty for motions that were not marched so.

@@ -240,6 +240,9 @@ std::string verdict(const file::Results& results) {
       !(proof.replay->rotation_error <= certificate::replay_mark))
     words += fmt::format(", on steps too coarse to resolve it (replay off by {} rad)",
                          number(proof.replay->rotation_error, 2));
+  if (const auto& aside = results.solution.search.set_aside; aside && results.solution.status == Status::optimal)
+    words += fmt::format(", dearer than a motion of cost {} that takes {} steps", grouped(aside->cost),
+                         aside->steps ? std::to_string(*aside->steps) : "more");
   const auto& parts_of_cost = results.solution.cost_parts;
   if (results.solution.status == Status::optimal && proof.replay && parts_of_cost &&
       proof.replay->works_otherwise(parts_of_cost->work))

@@ -147,7 +147,7 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
       words += ", or a larger time.max";
     const bool placed = problem.goal && std::any_of(problem.goal->move.begin(), problem.goal->move.end(),
                                                     [](const auto& along) { return along.has_value(); });
-    if (placed && (problem.goal->turn || !problem.goal->rotation.empty()) &&
+    if (placed && (problem.goal->turn || !problem.goal->rotation.empty() || problem.goal->of_joints()) &&
         !(proof.goal_error <= certificate::goal_mark))
       words += ", or first the same with goal.move \"free\", which shows where such motions go by themselves";
     return words;

@@ -58,6 +58,15 @@ bool set_aside(const Problem& problem, const Answer& cheaper) {
          !unresolved(problem, cheaper.solution, cheaper.certificate).empty();
 }
 
+// Of those that more steps may resolve the cheapest.
+std::optional<maneuver::SetAside> cheapest_set_aside(const Problem& problem,
+                                                     const std::vector<const Answer*>& cheaper_ones) {
+  for (const Answer* other : cheaper_ones)
+    if (set_aside(problem, *other))
+      return maneuver::SetAside{other->solution.cost, steps_to_resolve(problem, other->certificate, other->solution)};
+  return std::nullopt;
+}
+
 // Why they are not the answer: the cheapest of those that more steps may resolve, and each that is not stationary.
 std::string words_of_cheaper_ones(const Problem& problem, const std::vector<const Answer*>& cheaper_ones,
                                   const Solution& best, bool resolving) {
@@ -212,8 +221,9 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
       };
     add_to(best, problem, complete(system, problem, best, cost_on_grid, options.workers, parts));
   }
-  best.solution.message +=
-      words_of_cheaper_ones(problem, cheaper_ones(order, best.solution), best.solution, options.resolving);
+  const std::vector<const Answer*> cheaper = cheaper_ones(order, best.solution);
+  best.solution.search.set_aside = cheapest_set_aside(problem, cheaper);
+  best.solution.message += words_of_cheaper_ones(problem, cheaper, best.solution, options.resolving);
   if (best.solution.status == Status::feasible)
     best.solution.message += words_on_steps(problem, best, options.resolving);
   if (optimal)

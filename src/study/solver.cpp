@@ -143,8 +143,8 @@ namespace {
 
 void refuse_end(const System& system, const char* end, const maneuver::BrokenLimit& broken, const char* mend) {
   throw InputError(end, "found a " + std::string(end) + " that breaks " + broken.row->listed_key() +
-                            broken.row->bearer(system) + " by " + number(broken.excess, 3) + " " +
-                            broken.row->unit_name() + "; " + mend);
+                            (broken.row->body >= 0 ? broken.row->bearer(system) : std::string()) + " by " +
+                            number(broken.excess, 3) + " " + broken.row->unit_name() + "; " + mend);
 }
 
 // As in problem files: more is meant in degrees.

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "report/cost_shares.hpp"
+#include "report/summary.hpp"
 #include "solved_example.hpp"
 
 namespace lamprey::tests {
@@ -295,12 +296,17 @@ TEST(Resolving, takes_along_cheaper_motions_that_were_set_aside) {
   EXPECT_NE(first.solution.message.find(" was set aside: its replay misses by "), std::string::npos)
       << first.solution.message;
   EXPECT_NE(first.solution.message.find("--resolve"), std::string::npos) << first.solution.message;
+  ASSERT_TRUE(first.solution.search.set_aside);
+  EXPECT_LT(first.solution.search.set_aside->cost, 10.0 * first.solution.cost);
+  EXPECT_GT(first.solution.search.set_aside->steps.value_or(0), first.problem.steps);
+  EXPECT_NE(report::verdict(first).find("dearer than a motion of cost"), std::string::npos) << report::verdict(first);
   const ProgramRun run = lamprey(folder, "solve " + path + " --no-refinement --resolve --out " + (folder / "fine"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const file::Results fine = file::read_solution(folder / "fine");
   EXPECT_LE(fine.certificate->replay->rotation_error, certificate::replay_mark);
   EXPECT_EQ(fine.certificate->verdict, certificate::Verdict::proved);
   EXPECT_LT(fine.solution.cost, 10.0 * first.solution.cost) << "both below zero: it wins ten times as much";
+  EXPECT_FALSE(fine.solution.search.set_aside);
   EXPECT_FALSE(std::filesystem::exists(folder / "fine/minimum_2")) << "one was asked for";
 }
 

@@ -263,8 +263,10 @@ TEST(GoalBeyondALimit, is_told_at_the_limit_where_the_goal_fixes_what_it_limits)
   for (const auto& [goal, limits, key, fragment] :
        {std::tuple(bent, "angle.neck = [-0.6, 0.6]\n", "limits.angle.neck",
                    "found a goal that breaks this limit by 0.2 rad"),
+        std::tuple(std::string("angle.neck = 0.8\n"), "angle.neck = [-0.6, 0.6]\n", "limits.angle.neck",
+                   "found a goal that breaks this limit by 0.2 rad"),
         std::tuple(bent + "move = [0.0, 0.0, 0.5]\n", "half_space = [{ point = [0, 0, 0.3], normal = [0, 0, -1] }]\n",
-                   "limits.half_space[0]", "found a goal"),
+                   "limits.half_space[0]", "found a goal that breaks this limit of a by "),
         std::tuple(bent + "move = [\"free\", \"free\", 0.5]\n",
                    "half_space = [{ point = [0, 0, 0.3], normal = [0, 0, -1] }]\n", "limits.half_space[0]",
                    "found a goal")}) {

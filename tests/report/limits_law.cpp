@@ -193,6 +193,9 @@ TEST(CostOfTransport, is_told_where_a_distance_is_asked_for_or_gone) {
   EXPECT_FALSE(goes(0.09 * size) || told());
   results.problem.goal->move[0] = 1e-3;
   EXPECT_TRUE(goes(1e-3) && told());
+  results.problem.goal->periodic = false;
+  EXPECT_TRUE(goes(1e-3) && told()) << "from rest to rest, too";
+  results.problem.goal->periodic = true;
   EXPECT_FALSE(goes(0.0) || told());
   results.problem.goal->move = {};
   results.problem.cost_weights.transport = 1.0;
