@@ -40,6 +40,11 @@ def hat(v):
     return np.stack([cross(v, e) for e in np.eye(3)], -1)
 
 
+def share(part, whole):
+    """part / whole; of nothing 0."""
+    return part / whole if part else 0.0
+
+
 def vee(A):
     """sin(angle) times the axis, of a rotation."""
     return 0.5 * np.stack([A[..., 2, 1] - A[..., 1, 2], A[..., 0, 2] - A[..., 2, 0], A[..., 1, 0] - A[..., 0, 1]], -1)
@@ -516,7 +521,7 @@ def optimality(s, m, S):
     u = u[:, sizes > 1e-10 * sizes[0]]
     left = shift - u @ (u.T @ shift)
     left -= u @ (u.T @ left)
-    return np.abs(left).max() / np.abs(gradient).max(), None
+    return share(np.abs(left).max(), np.abs(gradient).max()), None
 
 
 # The checks
@@ -683,6 +688,7 @@ def check_motion(s, m, S, report):
     reach = largest(x - x[0]) + np.array([path_length(s, i) for i in range(s.n)])
     norm = lambda A: np.linalg.norm(A, axis=(1, 2))
     sizes = norm(s.J) + norm(s.M) * (s.length + reach) * (reach + largest(x))
+    scale = max(scale, 16 * 2.0**-52 * sizes.max() / h)  # at rest all is round-off
     round_off = min(1e-8, 16 * 2.0**-52 * sizes.max() / (h * scale))  # (6.22)
     report.same("momentum_round_off", round_off, certificate["momentum_round_off"], 1e-6)
     residual = max(size(left[1:] - right[:-1] - h * U[1:-1]) if N > 1 else 0.0, size(ends)) / scale

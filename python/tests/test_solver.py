@@ -140,6 +140,24 @@ def test_the_certificate_sees_a_goal_that_was_not_met(translation, solver):
     assert abs(before.position[-1, 0] - 2.0) < 1e-10  # the last answer stays
 
 
+def test_ends_of_joints_are_goals_too(root):
+    problem = lp.load(root / "examples" / "hinge_fins.toml").changed(time={"steps": 60}, search={"starts": 2})
+    joints = [joint["name"] for joint in problem.resolved["joints"] if joint["kind"] == "hinge"]
+    name = joints[0]
+    problem = problem.changed(goal={"turn": None, "rotation": {}, "angle": {name: 0.3}, "move": ["free"] * 3})
+    solver = lp.Solver(problem, lp.solve(problem))
+    solver.set_goal(angle={name: 0.32})
+    assert solver.solve().status == "optimal"
+    told = solver.solution()
+    assert told.problem["goal"]["angle"] == {name: [0.32]}
+    assert lp.certify(told).certificate["goal_error"] < 1e-9
+    for wrong, words in (([0.1, 0.2], "one number"), (float("nan"), "not finite"), (40.0, "2 pi")):
+        with pytest.raises(lp.InputError, match=words):
+            solver.set_goal(angle={name: wrong})
+    with pytest.raises(lp.InputError, match="no joint that turns"):
+        solver.set_goal(angle={"nobody": 0.1})
+
+
 def test_turns_and_named_rotations_are_goals_too(solver):
     solver.set_goal(turn=[0.0, 0.0, 0.02])
     assert solver.solve().status == "optimal"

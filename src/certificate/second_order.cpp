@@ -32,9 +32,9 @@ MatrixXd goal_curvature(const StoredMotion& motion, const VectorXd& multipliers)
   const Eigen::Index turns = system.velocity_count() - 3;
   const mechanics::Rotations& R = motion.solution.rotation.back();
   MatrixXd form = MatrixXd::Zero(turns, turns);
+  if (system.only_free_joints()) return form;
   const auto asked = asked_rotations(system, motion.problem);
   const std::vector<AskedJoint> joints = asked_joints(system, motion.problem);
-  if (system.only_free_joints()) return form;
   mechanics::Freedoms first(R.size()), second(R.size());
   mechanics::Vectors first_turns(R.size()), changes(R.size());
   VectorXd unit(system.velocity_count());
@@ -53,8 +53,8 @@ MatrixXd goal_curvature(const StoredMotion& motion, const VectorXd& multipliers)
       for (const AskedJoint& asked_joint : joints) {
         const model::Joint& joint = system.joint(asked_joint.joint);
         const int freedoms = system.body(joint.child).freedoms;
-        if (freedoms ==
-            3) {  // where it keeps its rotation what does not commute in it vanishes; angles of others are freedoms
+        // where it keeps its rotation what does not commute in it vanishes; angles of other joints are freedoms
+        if (freedoms == 3) {
           const Vector3d bent = changes[at(joint.child)] - asked_joint.rotation.transpose() * changes[at(joint.parent)];
           form(a, b) += multipliers.segment<3>(row).dot(bent);
         }

@@ -13,7 +13,7 @@ namespace lamprey::file {
 TableReader table_of_joints(const TableReader& table, const char* name, const model::SwimmerDescription& swimmer);
 
 /// Of a hinge one number, of a universal joint two, of a ball joint the three of its rotation vector from its zero angle; none of a
-/// fixed joint. `table` is `key`.
+/// fixed joint.
 std::optional<std::vector<double>> read_angles(const TableReader& table, const model::JointDescription& joint);
 
 /// The rates of a hinge's or a universal joint's angles, rad/s. `instead`: the table by body that serves others.

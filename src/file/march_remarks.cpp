@@ -96,9 +96,11 @@ std::string remark_on_energy(const model::System& system, const Results& results
 std::string remark_on_goal(const model::System& system, const Problem& asked, const maneuver::Solution& solution) {
   if (solution.status != maneuver::Status::simulated) return "";
   const auto miss = maneuver::goal_miss(system, asked, solution);
-  if (!miss || (miss->body < 0 && !miss->moves)) return "";
+  if (!miss || (!miss->turns() && !miss->moves)) return "";
   std::string words;
-  if (miss->body >= 0) words += fmt::format("{:.3g} rad ({})", miss->rotation, system.body(miss->body).name);
+  if (miss->turns())
+    words += fmt::format("{:.3g} rad ({})", miss->rotation,
+                         miss->joint >= 0 ? "joint " + system.joint(miss->joint).name : system.body(miss->body).name);
   if (miss->moves) words += fmt::format("{}{:.3g} m", words.empty() ? "" : " and ", miss->position);
   return fmt::format(" It ends {} beside the goal.", words);
 }

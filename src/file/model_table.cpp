@@ -217,26 +217,31 @@ std::string move_text(const maneuver::Goal& goal) {
   return fmt::format("root's mass centre moves {}", fmt::join(parts, ", "));
 }
 
+std::string angles_text(const std::vector<double>& angles) {
+  return angles.size() == 1 ? short_number(angles[0]) : fmt::format("({})", fmt::join(angles, ", "));
+}
+
 void add_goal(TextTable& table, const Problem& problem) {
   if (!problem.goal) {
     table.add_row({"goal", "none"});
     return;
   }
   const maneuver::Goal& goal = *problem.goal;
+  const std::string all_bodies = goal.angle.empty() ? "every body" : "every body not below the joints that follow";
   table.add_row({"goal", move_text(goal)});
   if (!goal.turn) {
     if (!goal.of_joints()) table.add_row({"", "end rotations are free"});
   } else if (goal.turn->norm() == 0.0) {
-    table.add_row({"", "every body ends with its start rotation"});
+    table.add_row({"", all_bodies + " ends with its start rotation"});
   } else {
-    table.add_row({"", fmt::format("every body turns by {} rad", vector_text(*goal.turn))});
+    table.add_row({"", fmt::format("{} turns by {} rad", all_bodies, vector_text(*goal.turn))});
   }
   for (const auto& [name, rotation] : goal.rotation) {
     table.add_row({"", printable(name) + (rotation ? fmt::format(" ends at {} rad", vector_text(*rotation))
                                                    : " ends freely turned")});
   }
   for (const auto& [name, angles] : goal.angle)
-    table.add_row({"", fmt::format("joint {} ends at {} rad", printable(name), fmt::join(angles, ", "))});
+    table.add_row({"", fmt::format("joint {} ends at {} rad", printable(name), angles_text(angles))});
   if (goal.shape_of_start)
     table.add_row({"", goal.angle.empty() ? "ends in the shape of the start" : "other joints end as they begin"});
   if (goal.periodic) table.add_row({"", "shape and shape velocity return to those of the start"});

@@ -111,9 +111,14 @@ maneuver::Goal read_goal(const JsonReader& reader) {
   if (reader.has("angle"))
     for (const std::string& name : reader.at("angle").keys()) {
       const JsonReader own = reader.at("angle").at(name.c_str());
-      for (std::size_t axis = 0; axis < own.size(); ++axis) goal.angle[name].push_back(own.at(axis).number());
+      own.require_array();
+      std::vector<double>& angles = goal.angle[name];
+      for (std::size_t axis = 0; axis < own.size(); ++axis) angles.push_back(own.at(axis).number());
     }
-  goal.shape_of_start = reader.has("shape") && reader.at("shape").is_text("start");
+  if (reader.has("shape")) {
+    if (!reader.at("shape").is_text("start")) reader.at("shape").refuse("\"start\"");
+    goal.shape_of_start = true;
+  }
   goal.rest = reader.at("rest").boolean();
   goal.periodic = reader.at("periodic").boolean();
   return goal;

@@ -177,8 +177,9 @@ std::string guessed_key(std::string_view text, int line) {
 
 constexpr const char* syntax_allowed = "allowed: TOML, as in key = 1.0, \"text\" or [1, 2, 3]; mend this line";
 
-// Of a table in single brackets beside others of its name, or of one that has no other way to be written; nothing: others.
+// The name of a table that stands in double brackets, where one in single brackets is what was read; nothing: another key.
 std::string many_tables(const std::string& key) {
+  if (key.find('.') != std::string::npos) return "";
   const std::string name = key.substr(0, key.find('['));
   return name == "body" || name == "joint" || name == "waypoint" ? name : "";
 }

@@ -1,7 +1,10 @@
 #include "maneuver/asked_attitudes.hpp"
 
+#include <sstream>
+
 #include "lie/so3.hpp"
 #include "mechanics/tree_motion.hpp"
+#include "model/input_error.hpp"
 
 namespace lamprey::maneuver {
 
@@ -33,7 +36,7 @@ AskedAttitudes stated_attitudes(const System& system, const Goal& goal, const me
       const model::Joint& joint = system.joint(body.joint);
       const auto angles = goal.angle.find(joint.name);
       led[at(i)] = angles != goal.angle.end() || (led[at(body.parent)] && !stated);
-      const bool as_begun = goal.shape_of_start || (goal.turn && led[at(i)]);
+      const bool as_begun = goal.shape_of_start || (goal.turn && led[at(i)]) || joint.kind == model::JointKind::fixed;
       if (angles != goal.angle.end())
         asked.joint[at(body.joint)] = turned(joint, angles->second);
       else if (as_begun)
@@ -42,6 +45,16 @@ AskedAttitudes stated_attitudes(const System& system, const Goal& goal, const me
     if (!stated && goal.turn && !led[at(i)]) asked.rotation[at(i)] = lie::exp(*goal.turn) * start[at(i)];
   }
   return asked;
+}
+
+// Of a joint that is told how to end and both of whose bodies are.
+void refuse_contradiction(const model::Joint& joint, double off) {
+  constexpr double round_off = 1e-9;  // rad
+  if (off <= round_off || joint.kind == model::JointKind::fixed) return;
+  std::ostringstream text;
+  text << "found an end of joint " << joint.name << " " << off
+       << " rad beside the one that the rotations of its two bodies make; state one of them";
+  throw model::InputError("goal", text.str());
 }
 
 }  // namespace
@@ -55,12 +68,18 @@ AskedAttitudes asked_attitudes(const System& system, const Goal& goal, const mec
       auto& joint = asked.joint[at(j)];
       auto &parent = asked.rotation[at(system.joint(j).parent)], &child = asked.rotation[at(system.joint(j).child)];
       if (!joint || (!parent && !child)) continue;
-      if (!child) child = *parent * *joint;
-      if (!parent) parent = *child * joint->transpose();
+      if (!child)
+        child = *parent * *joint;
+      else if (!parent)
+        parent = *child * joint->transpose();
+      else
+        refuse_contradiction(system.joint(j), lie::rotation_angle(joint->transpose() * (parent->transpose() * *child)));
       joint.reset();
       more = true;
     }
   }
+  for (int j = 0; j < system.joint_count(); ++j)
+    if (system.joint(j).kind == model::JointKind::fixed) asked.joint[at(j)].reset();  // which end as they begin
   return asked;
 }
 

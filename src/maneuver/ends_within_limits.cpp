@@ -75,7 +75,7 @@ std::optional<BrokenLimit> broken_by_goal(const System& system, const Maneuver& 
     if (maneuver.end_rotation[at(i)])
       end.rotation[at(i)] = *maneuver.end_rotation[at(i)];
     else if (body.parent >= 0 && end.led[at(body.joint)])
-      end.rotation[at(i)] = end.rotation[at(body.parent)] * *maneuver.end_joint[at(body.joint)];
+      end.rotation[at(i)] = end.rotation[at(body.parent)] * *joint_at_end(system, maneuver, body.joint);
   }
   for (int c = 0; c < 3; ++c) {
     const auto& there = maneuver.end_position[at(c)];

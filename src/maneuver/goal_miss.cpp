@@ -16,17 +16,18 @@ std::optional<GoalMiss> goal_miss(const model::System& system, const Problem& pr
   const AskedAttitudes asked = asked_attitudes(system, *problem.goal, start);
   const mechanics::Rotations& end = motion.rotation.back();
   GoalMiss miss;
-  const auto count = [&](int body, const Matrix3d& wanted, const Matrix3d& found) {
+  const auto count = [&](int body, int joint, const Matrix3d& wanted, const Matrix3d& found) {
     const double off = lie::rotation_angle(wanted.transpose() * found);
-    if (miss.body >= 0 && off <= miss.rotation) return;
+    if (miss.turns() && off <= miss.rotation) return;
     miss.rotation = off;
     miss.body = body;
+    miss.joint = joint;
   };
   for (int i = 0; i < system.body_count(); ++i)
-    if (const auto& rotation = asked.rotation[model::at(i)]) count(i, *rotation, end[model::at(i)]);
+    if (const auto& rotation = asked.rotation[model::at(i)]) count(i, -1, *rotation, end[model::at(i)]);
   for (int j = 0; j < system.joint_count(); ++j)
     if (const auto& joint = asked.joint[model::at(j)])
-      count(system.joint(j).child, *joint, mechanics::child_to_parent(end, system.joint(j)));
+      count(-1, j, *joint, mechanics::child_to_parent(end, system.joint(j)));
   Vector3d off = Vector3d::Zero();
   for (int c = 0; c < 3; ++c)
     if (const auto& move = problem.goal->move[model::at(c)]) {

@@ -216,6 +216,8 @@ std::optional<Matrix3d> joint_at_end(const System& system, const Maneuver& maneu
   const auto &parent = maneuver.end_rotation[at(system.joint(j).parent)],
              &child = maneuver.end_rotation[at(system.joint(j).child)];
   if (parent && child) return Matrix3d(parent->transpose() * *child);
+  if (system.joint(j).kind == model::JointKind::fixed)
+    return mechanics::child_to_parent(maneuver.start.rotation, system.joint(j));
   return maneuver.tells_joint(j) ? maneuver.end_joint[at(j)] : std::nullopt;
 }
 

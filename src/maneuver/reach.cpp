@@ -62,18 +62,41 @@ double beyond_shifts(const Maneuver& maneuver, const MatrixXd& shifts) {
   return algebra::beyond_rows(distance, rows.transpose(), reach_threshold).norm();
 }
 
-// A body whose end attitude, unlike all those it takes along the motion, moves this axis of its start; nobody: -1.
-int turned_out_of(const Maneuver& maneuver, const Vector3d& axis, const NodePath& motion) {
-  const auto keeps = [&](std::size_t i, const Matrix3d& R) {
-    return (R * (maneuver.start.rotation[i].transpose() * axis) - axis).norm() < reach_threshold;
-  };
-  for (std::size_t i = 0; i < maneuver.end_rotation.size(); ++i) {
-    const bool kept = std::all_of(motion.rotation.begin(), motion.rotation.end(),
-                                  [&](const mechanics::Rotations& R) { return keeps(i, R[i]); });
-    if (kept && maneuver.end_rotation[i] && !keeps(i, *maneuver.end_rotation[i])) return static_cast<int>(i);
+// What keeps an axis of the world along a motion.
+class KeptAxis {
+ public:
+  KeptAxis(const Maneuver& maneuver, const Vector3d& axis, const NodePath& motion)
+      : maneuver_(maneuver), axis_(axis), kept_(maneuver.start.rotation.size()) {
+    for (std::size_t i = 0; i < kept_.size(); ++i)
+      kept_[i] = std::all_of(motion.rotation.begin(), motion.rotation.end(),
+                             [&](const mechanics::Rotations& R) { return keeps(i, R[i]); });
   }
-  return -1;
-}
+
+  // A body whose end attitude, unlike all those it takes along the motion, moves the axis; nobody: −1.
+  int body_turned_out() const {
+    for (std::size_t i = 0; i < kept_.size(); ++i)
+      if (kept_[i] && maneuver_.end_rotation[i] && !keeps(i, *maneuver_.end_rotation[i])) return static_cast<int>(i);
+    return -1;
+  }
+
+  // The same of a joint's end; none: −1.
+  int joint_bent_out(const System& system) const {
+    for (int j = 0; j < system.joint_count(); ++j) {
+      const std::size_t parent = at(system.joint(j).parent), child = at(system.joint(j).child);
+      if (!maneuver_.tells_joint(j) || !kept_[parent] || !kept_[child]) continue;
+      if ((*maneuver_.end_joint[at(j)] * seen(child) - seen(parent)).norm() >= reach_threshold) return j;
+    }
+    return -1;
+  }
+
+ private:
+  Vector3d seen(std::size_t body) const { return maneuver_.start.rotation[body].transpose() * axis_; }
+  bool keeps(std::size_t body, const Matrix3d& R) const { return (R * seen(body) - axis_).norm() < reach_threshold; }
+
+  const Maneuver& maneuver_;
+  Vector3d axis_;
+  std::vector<char> kept_;  // [bodies]
+};
 
 // Gram and Schmidt's rows.
 MatrixXd orthonormal(MatrixXd rows) {
@@ -227,10 +250,16 @@ std::string out_of_reach(const System& system, const Maneuver& maneuver, const S
   }
   ShapeProgram program(system, maneuver, coordinates, {}, {}, Steps::rough);
   if (turns.cols() != 1 || !program.go_to(path)) return "";
-  const int body = turned_out_of(maneuver, turns.col(0), program.path());
-  if (body < 0) return "";
-  return "the joints' moments turn " + system.body(body).name + " about " + axis_in_words(turns.col(0)) +
-         " alone, and the attitude that the goal asks of it is turned otherwise" + cure;
+  const NodePath motion = program.path();
+  const KeptAxis kept(maneuver, turns.col(0), motion);
+  const std::string about = " about " + axis_in_words(turns.col(0)) + " alone, and the ";
+  if (const int body = kept.body_turned_out(); body >= 0)
+    return "the joints' moments turn " + system.body(body).name + about +
+           "attitude that the goal asks of it is turned otherwise" + cure;
+  if (const int joint = kept.joint_bent_out(system); joint >= 0)
+    return "the joints' moments bend joint " + system.joint(joint).name + about +
+           "end that the goal asks of it is bent otherwise" + cure;
+  return "";
 }
 
 std::vector<EndRow> all_end_rows(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates) {

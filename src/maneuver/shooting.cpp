@@ -167,7 +167,10 @@ double Shooting::goal_error(const VectorXd& x) {
     if (maneuver_.end_rotation[at(i)])
       error = std::max(error, lie::rotation_angle(maneuver_.end_rotation[at(i)]->transpose() * end_.rotation[at(i)]));
   for (int i = 1; i < system_.body_count(); ++i)
-    if (maneuver_.tells_joint(system_.body(i).joint)) error = std::max(error, 2.0 * joint_error(i).tail<3>().norm());
+    if (const int joint = system_.body(i).joint; maneuver_.tells_joint(joint)) {
+      const Matrix3d now = mechanics::child_to_parent(end_.rotation, system_.joint(joint));
+      error = std::max(error, lie::rotation_angle(maneuver_.end_joint[at(joint)]->transpose() * now));
+    }
   for (int c = 0; c < 3; ++c)
     if (maneuver_.end_position[at(c)])
       error = std::max(error, std::abs(end_.position[c] - *maneuver_.end_position[at(c)]));

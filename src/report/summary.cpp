@@ -104,12 +104,15 @@ std::string goal_words(const maneuver::Goal& goal) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (goal.move[axis]) parts.push_back(fmt::format("move {} m along {}", number(*goal.move[axis]), names[axis]));
   }
-  if (goal.turn) parts.push_back(fmt::format("turn every body by {} rad", vector(*goal.turn)));
+  if (goal.turn)
+    parts.push_back(fmt::format("turn every body{} by {} rad",
+                                goal.angle.empty() ? "" : " not below the joints that follow", vector(*goal.turn)));
   for (const auto& [body, rotation] : goal.rotation) {
     parts.push_back(rotation ? fmt::format("{} ends at {} rad", body, vector(*rotation)) : body + " turns freely");
   }
   for (const auto& [joint, angles] : goal.angle)
-    parts.push_back(fmt::format("joint {} ends at {} rad", joint, fmt::join(angles, ", ")));
+    parts.push_back(fmt::format("joint {} ends at {} rad", joint,
+                                angles.size() == 1 ? number(angles[0]) : fmt::format("({})", fmt::join(angles, ", "))));
   if (goal.shape_of_start)
     parts.emplace_back(goal.angle.empty() ? "end in the start's shape" : "other joints end as they begin");
   if (goal.periodic) parts.emplace_back("shape and its velocity repeat");

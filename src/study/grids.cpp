@@ -242,8 +242,10 @@ maneuver::Steps steps_for(int steps) {
 Reached::Reached(const System& system, const Problem& problem) : coordinates(system) {
   for (const int steps : reach_steps) {
     const Maneuver probe = maneuver::make_maneuver(system, problem, steps);
+    Maneuver swinging = probe;  // as moments bend joints, not as the goal asks of them
+    swinging.end_joint.clear();
     for (int start = 0; start < reach_guesses; ++start) {
-      const NodePath guess = maneuver::random_guess(system, probe, seed_of_start(problem, start));
+      const NodePath guess = maneuver::random_guess(system, swinging, seed_of_start(problem, start));
       const auto moved = maneuver::reachable_coordinates(system, probe, guess);
       if (!moved) continue;
       const auto met = maneuver::independent_end_rows(system, probe, *moved, guess);

@@ -5,6 +5,7 @@
 
 #include "maneuver/gait_cycles.hpp"
 #include "maneuver/guess.hpp"
+#include "model/input_error.hpp"
 #include "study/smaller_problem.hpp"
 
 namespace lamprey::study {
@@ -54,10 +55,22 @@ Found solve_from_part(const Grids& grids, int parts) {
   return found;
 }
 
+// Parts tell attitudes that the whole may leave free, which mechanics may refuse.
+bool may_be_divided(const Grids& grids) {
+  if (!has_parts(grids.problem())) return false;
+  try {
+    const Problem half = part_of(grids.problem(), 2);
+    static_cast<void>(maneuver::make_maneuver(grids.system(), half, half.steps));
+    return true;
+  } catch (const model::InputError&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 std::vector<Found> solve_in_parts(const Grids& grids) {
-  if (!has_parts(grids.problem())) return {};
+  if (!may_be_divided(grids)) return {};
   std::vector<int> counts;
   for (int parts : part_counts)
     if (parts * least_steps_of_part <= grids.problem().steps) counts.push_back(parts);

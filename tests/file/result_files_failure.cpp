@@ -173,6 +173,12 @@ TEST(SolutionReader, what_is_wrong_is_told_by_file_and_json_pointer) {
             std::string::npos);
   EXPECT_NE(refusal(edited("\"position\": [\n    [", "\"position\": [\n    [[], ")).find("/position/0"),
             std::string::npos);
+  EXPECT_NE(refusal(edited("\"rest\": ", "\"angle\": {\"front\": 0.5}, \"rest\": "))
+                .find("/problem/goal/angle/front: found 0.5; allowed: an array"),
+            std::string::npos);
+  EXPECT_NE(refusal(edited("\"rest\": ", "\"shape\": \"begin\", \"rest\": "))
+                .find("/problem/goal/shape: found \"begin\"; allowed: \"start\""),
+            std::string::npos);
   EXPECT_NE(refusal(edited("\"schema\": 1", "\"schema\": 2")).find("/schema: found 2; allowed: 1"), std::string::npos);
   EXPECT_NE(refusal(edited("\"provenance\"", "\"provenience\"")).find("/provenance: found nothing"), std::string::npos);
 }

@@ -117,6 +117,61 @@ TEST(JointGoals, of_one_joint_leave_the_others_free_and_hold_for_the_other_solve
   }
 }
 
+// What moments never bend otherwise is out of reach, and told so.
+TEST(JointGoals, beside_the_axis_that_moments_bend_about_are_out_of_reach) {
+  maneuver::Problem problem = turning_chain(maneuver::Scheme::trapezoid);
+  for (model::JointDescription& joint : problem.swimmer.joints) joint.control_axes = {Vector3d(0.0, 0.0, 1.0)};
+  problem.goal->turn.reset();
+  const std::string joint = problem.swimmer.joints[0].name;
+  problem.goal->angle[joint] = {0.3, 0.2, 0.1};
+  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
+  EXPECT_EQ(answer.solution.status, maneuver::Status::infeasible);
+  EXPECT_NE(answer.solution.message.find("bend joint " + joint + " about e_3 alone"), std::string::npos)
+      << answer.solution.message;
+  problem.goal->angle[joint] = {0.0, 0.0, 0.3};
+  proven(problem);
+}
+
+// A fixed joint ends as it begins, whatever is told of the others: with one hinge more that is a shape.
+TEST(JointGoals, of_the_only_hinge_that_ends_as_it_begins_get_nowhere) {
+  maneuver::Problem problem = turning_chain(maneuver::Scheme::trapezoid);
+  model::JointDescription &hinge = problem.swimmer.joints[0], &fixed = problem.swimmer.joints[1];
+  hinge.kind = model::JointKind::hinge;
+  hinge.axis = Vector3d(0.0, 0.0, 1.0);
+  fixed.kind = model::JointKind::fixed;
+  fixed.reference_rotation = problem.start.rotation[2];
+  problem.limits.angle[hinge.name] = {{-1.0, 2.0}};
+  problem.goal->turn.reset();
+  for (const bool by_shape : {false, true}) {
+    problem.goal->shape_of_start = by_shape;
+    problem.goal->angle = {};
+    if (!by_shape) problem.goal->angle[hinge.name] = {0.0};
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
+    EXPECT_NE(answer.solution.message.find("scallop"), std::string::npos) << answer.solution.message;
+  }
+}
+
+// Parts of a way tell attitudes, which in a vacuum tell where the root is: there a goal that leaves them free has none.
+TEST(JointGoals, in_a_vacuum_are_searched_without_parts) {
+  maneuver::Problem problem = turning_chain(maneuver::Scheme::trapezoid);
+  problem.swimmer.density = 0.0;
+  for (model::BodyDescription& body : problem.swimmer.bodies) {
+    body.mass = 1.0;
+    body.mass_matrix.reset();
+    body.inertia_matrix.reset();
+  }
+  for (model::JointDescription& joint : problem.swimmer.joints) {
+    joint.kind = model::JointKind::hinge;
+    joint.axis = Vector3d(0.0, 0.0, 1.0);
+    problem.limits.angle[joint.name] = {{-0.9, 0.9}};
+  }
+  problem.goal->turn.reset();
+  problem.goal->shape_of_start = true;
+  problem.goal->move = {-4.0, std::nullopt, std::nullopt};
+  problem.search.time_limit = 10.0;
+  EXPECT_NO_THROW(study::answer(model::System(problem.swimmer), problem, {}));
+}
+
 // A vehicle that folds while it swims: the joint's goal moves, from the last answer on.
 TEST(JointGoals, move_in_a_solver) {
   maneuver::Problem problem = turning_chain(maneuver::Scheme::trapezoid);
@@ -140,6 +195,8 @@ TEST(JointGoals, move_in_a_solver) {
   EXPECT_LT(miss->rotation, 1e-9);
   moved.angle[problem.swimmer.joints[1].name] = {0.1, 0.0, 0.0};
   EXPECT_THROW(solver.set_goal(moved), model::InputError) << "it was free";
+  moved.angle = {{hinge, {40.0}}};
+  EXPECT_THROW(solver.set_goal(moved), model::InputError) << "meant in degrees";
 }
 
 }  // namespace
