@@ -400,12 +400,12 @@ class Solver:
 
     def __init__(self, problem: Problem, solution: Solution) -> None: ...
 
-    def set_goal(self, *, move: Sequence[float | Literal['free']] | None = None, turn: numpy.typing.ArrayLike | None = None, rotation: dict[str, numpy.typing.ArrayLike] = {}) -> None:
+    def set_goal(self, *, move: Sequence[float | Literal['free']] | None = None, turn: numpy.typing.ArrayLike | None = None, rotation: dict[str, numpy.typing.ArrayLike] = {}, angle: dict[str, numpy.typing.ArrayLike] = {}) -> None:
         """
         Another goal, in the words of [goal] and seen from the problem's own start; what is left out stays.
 
         move: three entries, m or "free", world frame. turn: rotation vector, rad, world frame. rotation: absolute rotation vectors,
-        body → world, by body. Rows stay what they were, only their values move: InputError otherwise, and where the goal breaks a limit.
+        body → world, by body. angle: rad, by joint, as in [goal] angle. Rows stay what they were, only their values move: InputError otherwise, and where the goal breaks a limit.
         A goal where the swimmer rests is answered by staying.
         """
 
