@@ -181,6 +181,12 @@ std::optional<Transport> transport_as_weighed(const file::Results& results) {
   return moved;
 }
 
+// Whether the goal leaves open how the root ends turned.
+bool turns_freely(const file::ResolvedProblem& problem) {
+  const auto own = problem.goal->rotation.find(problem.bodies.front().name);
+  return own == problem.goal->rotation.end() ? !problem.goal->turn : !own->second;
+}
+
 // How the root has turned: with all turns where it does about one axis, else from its first attitude to its last.
 std::string turn_words(const maneuver::Solution& solution) {
   constexpr double off_axis = 1e-6;  // of the turns
@@ -304,7 +310,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
     const Eigen::Vector3d way = solution.position.back() - solution.position.front();
     if (problem.goal && (problem.goal->periodic || !problem.goal->distance()))
       rows.emplace_back("Displacement", vector(way) + " m");
-    if (problem.goal && problem.goal->periodic && !problem.goal->turn && solution.rotation.size() > 1)
+    if (problem.goal && turns_freely(problem) && solution.rotation.size() > 1)
       rows.emplace_back("Turn of " + problem.bodies.front().name, turn_words(solution));
     if (problem.goal && goes_a_way(results) && (problem.goal->periodic || distance_asked(problem)))
       rows.emplace_back("Cost of transport", transport_words(*moved, by_replay));

@@ -192,6 +192,26 @@ TEST(Facts, give_the_cost_of_transport_by_the_work_that_the_replay_sees_between_
   EXPECT_NE(both.find("by the replay's work, " + at_nodes + " by the nodes'"), std::string::npos) << both;
 }
 
+TEST(Facts, tell_how_the_root_has_turned_where_the_goal_leaves_that_open) {
+  file::Results results = tests::sample_results(5);
+  const std::string root = results.problem.bodies.front().name;
+  const auto told = [&] {
+    for (const auto& [key, value] : report::facts(results))
+      if (key == "Turn of " + root) return true;
+    return false;
+  };
+  results.problem.goal->turn = Eigen::Vector3d::Zero();
+  EXPECT_FALSE(told());
+  results.problem.goal->rotation = {{root, std::nullopt}};
+  EXPECT_TRUE(told());
+  results.problem.goal->turn.reset();
+  results.problem.goal->rotation = {{root, Eigen::Vector3d::Zero()}};
+  EXPECT_FALSE(told());
+  results.problem.goal->rotation = {};
+  results.problem.goal->shape_of_start = true;
+  EXPECT_TRUE(told());
+}
+
 TEST(MomentumLines, tell_signs_of_motions_that_arrive_alone) {
   file::Results results = tests::sample_results(5);
   EXPECT_EQ(report::momentum_lines(results).size(), 3U);
