@@ -18,6 +18,16 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
+// Of a single joint angle long steps reach poses, by their own error, that no motion does.
+std::string why_curvature_is_not_told(const Problem& problem, bool worked) {
+  constexpr int steps_that_tell = 200;
+  if (worked) return "where powers vanish second derivatives may differ from side to side";
+  std::string words = "its second derivatives may be lost in round-off";
+  if (problem.steps < steps_that_tell)
+    words += ", or in the error of long steps: [time] steps = " + std::to_string(steps_that_tell) + " may show it";
+  return words;
+}
+
 // What is particular about where a search ended.
 std::string where_it_ended(const Problem& problem, const Solution& solution) {
   return far_turn(problem, solution) + spring_at_its_jump(problem, solution) + fading(problem, solution);
@@ -106,9 +116,7 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   const bool worked = weights.work > 0.0 || weights.power > 0.0 || weights.transport > 0.0;
   std::string words;
   if (!proof.second_order)
-    words = std::string(" Whether it is a minimum cannot be told: ") +
-            (worked ? "where powers vanish second derivatives may differ from side to side."
-                    : "its second derivatives may be lost in round-off.");
+    words = " Whether it is a minimum cannot be told: " + why_curvature_is_not_told(problem, worked) + ".";
   else if (proof.second_order->positive)
     words = proof.kkt <= certificate::proof_mark
                 ? words_of_minimum(proof)

@@ -36,6 +36,27 @@ TEST(TwoBodies, on_one_angle_are_proved_from_every_guess) {
       expect_proved(answered(joint, second, "[0.0, 0.0, 0.1]", 100, 24), 24);
 }
 
+// Where it is too much to tell what moments reach the message says how many steps may.
+TEST(TwoBodies, on_one_angle_in_few_steps_are_told_in_how_many_they_are_proved) {
+  const auto folded = [](int steps) {
+    const std::string text = fmt::format(
+        "schema = 1\n[fluid]\ndensity = 1000.0\n[[body]]\nname = \"a\"\nsemi_axes = [0.12, 0.03, 0.05]\n[[body]]\nname "
+        "= "
+        "\"b\"\nsemi_axes = [0.2, 0.03, 0.05]\n[[joint]]\nkind = \"hinge\"\naxis = [0, 0, 1]\nparent = \"a\"\nchild = "
+        "\"b\"\nparent_offset = [0.13, 0, 0]\nchild_offset = [-0.13, 0, 0]\n[goal]\nangle.b = 0.4\n[time]\nduration = "
+        "1.0\nsteps = {}\n",
+        steps);
+    const maneuver::Problem problem = file::parse_problem(text, "folded.toml").problem;
+    study::SolveOptions options;
+    options.refinement = false;
+    return study::answer(model::System(problem.swimmer), problem, options);
+  };
+  const study::Answer few = folded(30);
+  EXPECT_EQ(few.certificate.verdict, certificate::Verdict::stationary) << few.solution.message;
+  EXPECT_NE(few.solution.message.find("[time] steps = 200 may show it"), std::string::npos) << few.solution.message;
+  expect_proved(folded(200), 1);
+}
+
 // In a twentieth of the steps of a slow motion little is reached of what brackets of moments reach.
 TEST(TwoBodies, on_a_ball_joint_are_proved_in_few_steps_and_many) {
   for (const int steps : {50, 400, 800})
