@@ -22,11 +22,6 @@ bool led_by_angle(const model::System& system, const maneuver::Goal& goal, int i
   return false;
 }
 
-// Child → parent.
-Matrix3d joint_of(const model::Joint& joint, const mechanics::Rotations& R) {
-  return R[at(joint.parent)].transpose() * R[at(joint.child)];
-}
-
 }  // namespace
 
 std::vector<std::optional<Matrix3d>> asked_rotations(const model::System& system, const maneuver::Problem& problem) {
@@ -48,18 +43,14 @@ std::vector<AskedJoint> asked_joints(const model::System& system, const maneuver
   std::vector<AskedJoint> asked;
   if (!problem.goal || problem.goal->periodic) return asked;
   const maneuver::Goal& goal = *problem.goal;
+  mechanics::Rotations start;
+  for (const Vector3d& vector : problem.start.rotation) start.push_back(lie::exp(vector));
   for (int j = 0; j < system.joint_count(); ++j) {
     const model::Joint& joint = system.joint(j);
-    const auto angles = goal.angle.find(joint.name);
-    if (angles != goal.angle.end()) {
-      const Eigen::Map<const VectorXd> given(angles->second.data(), static_cast<Eigen::Index>(angles->second.size()));
-      Vector3d turn = Vector3d::Zero();
-      turn.head(given.size()) = given;
-      asked.push_back({j, mechanics::rotation_at_turn(joint, turn)});
-    } else if (goal.shape_of_start || (goal.turn && led_by_angle(system, goal, joint.child))) {
-      asked.push_back({j, lie::exp(problem.start.rotation[at(joint.parent)]).transpose() *
-                              lie::exp(problem.start.rotation[at(joint.child)])});
-    }
+    if (const auto turn = goal.turn_of_joint(joint.name))
+      asked.push_back({j, mechanics::rotation_at_turn(joint, *turn)});
+    else if (goal.shape_of_start || (goal.turn && led_by_angle(system, goal, joint.child)))
+      asked.push_back({j, mechanics::child_to_parent(start, joint)});
   }
   return asked;
 }
@@ -71,7 +62,8 @@ double goal_error(const StoredMotion& motion) {
   for (std::size_t i = 0; i < asked.size(); ++i)
     if (asked[i]) error.add(lie::rotation_angle(asked[i]->transpose() * end[i]));
   for (const AskedJoint& joint : asked_joints(motion.system, motion.problem))
-    error.add(lie::rotation_angle(joint.rotation.transpose() * joint_of(motion.system.joint(joint.joint), end)));
+    error.add(lie::rotation_angle(joint.rotation.transpose() *
+                                  mechanics::child_to_parent(end, motion.system.joint(joint.joint))));
   for (int c = 0; c < 3; ++c)
     if (const auto& move = motion.problem.goal->move[at(c)])
       error.add(std::abs(motion.solution.position.back()[c] - motion.problem.start.position[c] - *move));
@@ -109,7 +101,7 @@ GoalRows goal_rows(const model::System& system, const maneuver::Problem& problem
   }
   for (const AskedJoint& asked_joint : asked_joints(system, problem)) {
     const model::Joint& joint = system.joint(asked_joint.joint);
-    const Matrix3d now = joint_of(joint, end.rotation);
+    const Matrix3d now = mechanics::child_to_parent(end.rotation, joint);
     const int child = joint.child, freedoms = system.body(child).freedoms;
     if (freedoms < 3) {
       const Vector3d angle = mechanics::joint_angles(joint, now),

@@ -140,7 +140,7 @@ std::vector<std::string> model_remarks(const Problem& problem, const System& sys
   if (problem.goal)
     for (const auto& [joint, angles] : problem.goal->angle)
       if (angles.size() == 3)
-        add(turn_remark(printable(key_path("goal.angle", joint)), Vector3d(angles[0], angles[1], angles[2])));
+        add(turn_remark(printable(key_path("goal.angle", joint)), *problem.goal->turn_of_joint(joint)));
   return remarks;
 }
 

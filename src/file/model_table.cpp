@@ -217,10 +217,6 @@ std::string move_text(const maneuver::Goal& goal) {
   return fmt::format("root's mass centre moves {}", fmt::join(parts, ", "));
 }
 
-std::string angles_text(const std::vector<double>& angles) {
-  return angles.size() == 1 ? short_number(angles[0]) : fmt::format("({})", fmt::join(angles, ", "));
-}
-
 void add_goal(TextTable& table, const Problem& problem) {
   if (!problem.goal) {
     table.add_row({"goal", "none"});
@@ -240,10 +236,7 @@ void add_goal(TextTable& table, const Problem& problem) {
     table.add_row({"", printable(name) + (rotation ? fmt::format(" ends at {} rad", vector_text(*rotation))
                                                    : " ends freely turned")});
   }
-  for (const auto& [name, angles] : goal.angle)
-    table.add_row({"", fmt::format("joint {} ends at {} rad", printable(name), angles_text(angles))});
-  if (goal.shape_of_start)
-    table.add_row({"", goal.angle.empty() ? "ends in the shape of the start" : "other joints end as they begin"});
+  for (const std::string& line : joint_end_lines(goal, short_number)) table.add_row({"", line});
   if (goal.periodic) table.add_row({"", "shape and shape velocity return to those of the start"});
   table.add_row({"", goal.rest ? "ends at rest" : "velocities at the end are free"});
 }

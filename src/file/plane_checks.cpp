@@ -74,7 +74,7 @@ void require_plane_goal(const maneuver::Goal& goal) {
   for (const auto& [body, rotation] : goal.rotation)
     if (rotation) require_about_normal(key_path("goal.rotation", body), *rotation);
   for (const auto& [joint, turn] : goal.angle)
-    if (turn.size() == 3) require_about_normal(key_path("goal.angle", joint), Vector3d(turn[0], turn[1], turn[2]));
+    if (turn.size() == 3) require_about_normal(key_path("goal.angle", joint), *goal.turn_of_joint(joint));
 }
 
 void require_plane_waypoint(const maneuver::Waypoint& waypoint, std::size_t n) {

@@ -1,7 +1,5 @@
 #include "file/problem_start.hpp"
 
-#include <map>
-
 #include <fmt/format.h>
 
 #include "file/joint_numbers.hpp"
@@ -19,22 +17,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using maneuver::Problem;
+using model::at;
 using model::JointDescription;
-using model::JointKind;
-
-// Joints from the root on, so that a parent comes before its children.
-std::vector<const JointDescription*> from_the_root(const model::SwimmerDescription& swimmer) {
-  std::multimap<std::string, const JointDescription*> below;
-  for (const JointDescription& joint : swimmer.joints) below.emplace(joint.parent, &joint);
-  std::vector<const JointDescription*> order;
-  const auto add_below = [&](const std::string& parent) {
-    const auto [first, last] = below.equal_range(parent);
-    for (auto own = first; own != last; ++own) order.push_back(own->second);
-  };
-  add_below(swimmer.bodies.front().name);
-  for (std::size_t n = 0; n < order.size(); ++n) add_below(order[n]->child);
-  return order;
-}
+using model::System;
 
 std::vector<Vector3d> read_by_body(const TableReader& table, const BodyIndex& bodies, const Range& range) {
   std::vector<std::string> names(bodies.size());
@@ -45,54 +30,43 @@ std::vector<Vector3d> read_by_body(const TableReader& table, const BodyIndex& bo
   return values;
 }
 
-// Child → parent at these angles.
-Matrix3d turned(const JointDescription& joint, const std::vector<double>& angles) {
-  const Matrix3d zero = lie::exp(joint.reference_rotation);
-  if (angles.empty()) return zero;
-  if (joint.kind == JointKind::hinge) return zero * lie::exp(angles[0] * joint.axis->stableNormalized());
-  if (joint.kind == JointKind::ball) return lie::exp(Vector3d(angles[0], angles[1], angles[2])) * zero;
-  return lie::exp(angles[0] * (*joint.axes)[0].stableNormalized()) * zero *
-         lie::exp(angles[1] * (*joint.axes)[1].stableNormalized());
-}
-
 // Bodies of which nothing is stated are turned as the world is, or where their joints do not allow that, as these have it at zero angle.
-void read_shape(const TableReader& table, const BodyIndex& bodies, Problem& problem) {
+void read_shape(const TableReader& table, const BodyIndex& bodies, const System& system, Problem& problem) {
   const TableReader rotation = table.table("rotation"), angle = table_of_joints(table, "angle", problem.swimmer);
   std::vector<Vector3d>& start = problem.start.rotation;
   start = read_by_body(rotation, bodies, turn());
-  for (const JointDescription* joint : from_the_root(problem.swimmer)) {
-    const std::size_t child = bodies.at(joint->child);
-    const Matrix3d parent = lie::exp(start[bodies.at(joint->parent)]);
-    const auto angles = read_angles(angle, *joint);
-    if (angles) refuse_both(angle, rotation, *joint);
-    const bool stated = rotation.find(joint->child) != nullptr;
-    const bool fits = misfit(*joint, parent.transpose() * lie::exp(start[child])) <= angle_tolerance;
+  for (int i : system.root_to_leaves()) {
+    if (system.body(i).parent < 0) continue;
+    const model::Joint& own = system.joint(system.body(i).joint);
+    const JointDescription& joint = problem.swimmer.joints[at(system.body(i).joint)];
+    const Matrix3d parent = lie::exp(start[at(own.parent)]);
+    const auto angles = read_angles(angle, joint);
+    if (angles) refuse_both(angle, rotation, joint);
+    const bool stated = rotation.find(joint.child) != nullptr;
+    const bool fits = misfit(joint, parent.transpose() * lie::exp(start[at(i)])) <= angle_tolerance;
     if (angles || (!stated && !fits))
-      start[child] = lie::log(parent * turned(*joint, angles.value_or(std::vector<double>())));
+      start[at(i)] = lie::log(
+          parent * mechanics::rotation_at_turn(own, maneuver::about_axes(angles.value_or(std::vector<double>()))));
   }
 }
 
-// Of a child seen from its parent, in its own frame, rad/s: its joint's angles change at these rates.
-Vector3d turning(const JointDescription& joint, const Matrix3d& child_to_parent, const std::vector<double>& rates) {
-  if (joint.kind == JointKind::hinge) return rates[0] * joint.axis->stableNormalized();
-  return rates[0] * (child_to_parent.transpose() * (*joint.axes)[0].stableNormalized()) +
-         rates[1] * (*joint.axes)[1].stableNormalized();
-}
-
 // A body that its joint leads and of which nothing is stated moves with its parent.
-void read_velocities(const TableReader& table, const BodyIndex& bodies, Problem& problem) {
+void read_velocities(const TableReader& table, const BodyIndex& bodies, const System& system, Problem& problem) {
   const TableReader angular_velocity = table.table("angular_velocity"),
                     rate = table_of_joints(table, "angle_rate", problem.swimmer);
   maneuver::Start& start = problem.start;
   start.angular_velocity = read_by_body(angular_velocity, bodies, any_number("rad/s"));
-  for (const JointDescription* joint : from_the_root(problem.swimmer)) {
-    const auto rates = read_angle_rates(rate, *joint, "start.angular_velocity");
-    if (rates) refuse_both(rate, angular_velocity, *joint);
-    if (joint->kind == JointKind::ball || angular_velocity.find(joint->child)) continue;
-    const std::size_t child = bodies.at(joint->child), parent = bodies.at(joint->parent);
-    const Matrix3d Q = lie::exp(start.rotation[parent]).transpose() * lie::exp(start.rotation[child]);
-    start.angular_velocity[child] = Q.transpose() * start.angular_velocity[parent];
-    if (rates) start.angular_velocity[child] += turning(*joint, Q, *rates);
+  for (int i : system.root_to_leaves()) {
+    if (system.body(i).parent < 0) continue;
+    const model::Joint& own = system.joint(system.body(i).joint);
+    const JointDescription& joint = problem.swimmer.joints[at(system.body(i).joint)];
+    const auto rates = read_angle_rates(rate, joint, "start.angular_velocity");
+    if (rates) refuse_both(rate, angular_velocity, joint);
+    if (own.free() || angular_velocity.find(joint.child)) continue;
+    const mechanics::JointFrame frame =
+        mechanics::joint_frame(own, lie::exp(start.rotation[at(own.parent)]), lie::exp(start.rotation[at(i)]));
+    start.angular_velocity[at(i)] = frame.child_to_parent.transpose() * start.angular_velocity[at(own.parent)];
+    if (rates) start.angular_velocity[at(i)] += frame.axes * maneuver::about_axes(*rates);
   }
   start.linear_velocity = table.vector("linear_velocity", any_number("m/s")).value_or(Vector3d::Zero());
 }
@@ -104,8 +78,9 @@ void read_start(const TableReader& table, Problem& problem) {
                     "zero_momentum", "free_shape"});
   const BodyIndex bodies = index_bodies(problem.swimmer);
   problem.start.position = table.vector("position", any_number("m")).value_or(Vector3d::Zero());
-  read_shape(table, bodies, problem);
-  read_velocities(table, bodies, problem);
+  const System system(problem.swimmer);
+  read_shape(table, bodies, system, problem);
+  read_velocities(table, bodies, system, problem);
   problem.start.free_shape = table.boolean("free_shape").value_or(false);
 }
 
@@ -114,7 +89,7 @@ void balance_start(const TableReader& table, Problem& problem) {
   if (const TomlValue* stated = table.find("linear_velocity"))
     refuse(table.key("linear_velocity"), shown(*stated) + " beside zero_momentum = true", "one of the two",
            "remove it: the whole moves as zero momentum demands");
-  const model::System system(problem.swimmer);
+  const System system(problem.swimmer);
   maneuver::Start& start = problem.start;
   const integrator::State balanced = maneuver::start_without_momentum(system, start);
   const Eigen::VectorXd velocity = integrator::velocity_of_state(system, balanced);

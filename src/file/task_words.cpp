@@ -91,4 +91,17 @@ Lines waypoint_lines(const std::vector<maneuver::Waypoint>& waypoints, NumberTex
   return lines;
 }
 
+std::vector<std::string> joint_end_lines(const maneuver::Goal& goal, NumberText number) {
+  std::vector<std::string> lines;
+  for (const auto& [joint, angles] : goal.angle) {
+    std::string values;
+    for (double angle : angles) values += (values.empty() ? "" : ", ") + number(angle);
+    if (angles.size() > 1) values = "(" + values + ")";
+    lines.push_back(fmt::format("joint {} ends at {} rad", printable(joint), values));
+  }
+  if (goal.shape_of_start)
+    lines.emplace_back(goal.angle.empty() ? "ends in the shape of the start" : "other joints end as they begin");
+  return lines;
+}
+
 }  // namespace lamprey::file

@@ -1,4 +1,4 @@
-// Limits and waypoints of a problem in words, wherever people read of them.
+// Limits, waypoints and ends of joints of a problem in words, wherever people read of them.
 #pragma once
 
 #include <string>
@@ -16,5 +16,8 @@ std::vector<std::string> limit_lines(const maneuver::Limits& limits, NumberText 
 
 /// One line for each waypoint: "at 0.5 s: 0.2 m along e₃ from the start".
 std::vector<std::string> waypoint_lines(const std::vector<maneuver::Waypoint>& waypoints, NumberText number);
+
+/// How joints are told to end: "joint fin ends at 0.4 rad", "other joints end as they begin"; none where they are not.
+std::vector<std::string> joint_end_lines(const maneuver::Goal& goal, NumberText number);
 
 }  // namespace lamprey::file

@@ -215,27 +215,19 @@ class Resolving {
       return a.steps == b.steps && study::same_minimum(a.results.solution.cost, b.results.solution.cost);
     };
     kept.erase(std::unique(kept.begin(), kept.end(), same), kept.end());
-    if (std::ssize(kept) > asked_.problem.search.keep) {
-      const auto first_left_out = kept.begin() + asked_.problem.search.keep;
-      tell_of_cheaper_ones(first_left_out, kept.end(), kept.front());
-      kept.erase(first_left_out, kept.end());
-    }
+    for (; std::ssize(kept) > asked_.problem.search.keep; kept.pop_back())
+      kept.front().results.solution.message += words_of(kept.back(), kept.front());
     Results results = std::move(kept.front().results);
     for (auto other = kept.begin() + 1; other != kept.end(); ++other)
       results.others.push_back(std::move(other->results));
     return results;
   }
 
-  // What would be the answer, had it arrived on steps that resolve it.
-  template <typename Place>
-  static void tell_of_cheaper_ones(Place left_out, Place end, Kept& answer) {
-    std::string& message = answer.results.solution.message;
-    for (; left_out != end; ++left_out) {
-      const maneuver::Solution& is = left_out->results.solution;
-      if (!left_out->arrived && is.cost < answer.results.solution.cost)
-        message += fmt::format(" A cheaper motion (cost {:.6g}, on {} steps) did not arrive on more.", is.cost,
-                               left_out->steps);
-    }
+  // What is left out and would be the answer, had it arrived on steps that resolve it.
+  static std::string words_of(const Kept& left_out, const Kept& answer) {
+    const maneuver::Solution& is = left_out.results.solution;
+    if (left_out.arrived || !(is.cost < answer.results.solution.cost)) return "";
+    return fmt::format(" A cheaper motion (cost {:.6g}, on {} steps) did not arrive on more.", is.cost, left_out.steps);
   }
 
   bool has_time() {

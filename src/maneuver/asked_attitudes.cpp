@@ -11,16 +11,8 @@ namespace lamprey::maneuver {
 namespace {
 
 using Eigen::Matrix3d;
-using Eigen::Vector3d;
 using model::at;
 using model::System;
-
-// Child → parent at the angles stated of a joint.
-Matrix3d turned(const model::Joint& joint, const std::vector<double>& angles) {
-  Vector3d turn = Vector3d::Zero();
-  for (std::size_t axis = 0; axis < angles.size(); ++axis) turn[static_cast<Eigen::Index>(axis)] = angles[axis];
-  return mechanics::rotation_at_turn(joint, turn);
-}
 
 // Of bodies as the goal states them, and of joints, those included that keep their start's angles below others that do not.
 AskedAttitudes stated_attitudes(const System& system, const Goal& goal, const mechanics::Rotations& start) {
@@ -34,11 +26,11 @@ AskedAttitudes stated_attitudes(const System& system, const Goal& goal, const me
     if (stated && named->second) asked.rotation[at(i)] = lie::exp(*named->second);
     if (body.parent >= 0) {
       const model::Joint& joint = system.joint(body.joint);
-      const auto angles = goal.angle.find(joint.name);
-      led[at(i)] = angles != goal.angle.end() || (led[at(body.parent)] && !stated);
+      const std::optional<Eigen::Vector3d> turn = goal.turn_of_joint(joint.name);
+      led[at(i)] = turn || (led[at(body.parent)] && !stated);
       const bool as_begun = goal.shape_of_start || (goal.turn && led[at(i)]) || joint.kind == model::JointKind::fixed;
-      if (angles != goal.angle.end())
-        asked.joint[at(body.joint)] = turned(joint, angles->second);
+      if (turn)
+        asked.joint[at(body.joint)] = mechanics::rotation_at_turn(joint, *turn);
       else if (as_begun)
         asked.joint[at(body.joint)] = mechanics::child_to_parent(start, joint);
     }

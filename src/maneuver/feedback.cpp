@@ -1,5 +1,4 @@
 #include "maneuver/feedback.hpp"
-#include "maneuver/asked_attitudes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "algebra/row_space.hpp"
 #include "integrator/march.hpp"
 #include "integrator/step_derivatives.hpp"
+#include "maneuver/asked_attitudes.hpp"
 #include "maneuver/end_rows.hpp"
 #include "optimizer/riccati.hpp"
 

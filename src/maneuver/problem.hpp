@@ -30,15 +30,26 @@ struct Start {
   bool free_shape = false;
 };
 
+/// Numbers about a joint's axes, zeros behind.
+inline Eigen::Vector3d about_axes(const std::vector<double>& numbers) {
+  Eigen::Vector3d three = Eigen::Vector3d::Zero();
+  for (std::size_t axis = 0; axis < numbers.size(); ++axis) three[static_cast<Eigen::Index>(axis)] = numbers[axis];
+  return three;
+}
+
 struct Goal {
   std::array<std::optional<double>, 3> move;                       // m, world; nothing: free
   std::optional<Eigen::Vector3d> turn;                             // rad, world-frame rotation vector
   std::map<std::string, std::optional<Eigen::Vector3d>> rotation;  // rad by body, absolute; nothing: "free"
-  std::map<std::string, std::vector<double>>
-      angle;                    // rad by joint, about each of its axes; of a ball joint as log(Q Q_0ᵀ)
-  bool shape_of_start = false;  // joints end as they begin, but those of `angle`
+  std::map<std::string, std::vector<double>> angle;  // rad by joint, as mechanics::turn_from_zero has them
+  bool shape_of_start = false;                       // joints end as they begin, but those of `angle`
   bool rest = true;
   bool periodic = false;
+  /// rad, how far from its zero angle a joint is to end; nothing: `angle` has none of it.
+  std::optional<Eigen::Vector3d> turn_of_joint(const std::string& name) const {
+    const auto own = angle.find(name);
+    return own == angle.end() ? std::nullopt : std::optional(about_axes(own->second));
+  }
   /// Whether joints are told how to end.
   bool of_joints() const { return shape_of_start || !angle.empty(); }
   /// m, where all of move is given.

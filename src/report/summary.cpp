@@ -110,11 +110,8 @@ std::string goal_words(const maneuver::Goal& goal) {
   for (const auto& [body, rotation] : goal.rotation) {
     parts.push_back(rotation ? fmt::format("{} ends at {} rad", body, vector(*rotation)) : body + " turns freely");
   }
-  for (const auto& [joint, angles] : goal.angle)
-    parts.push_back(fmt::format("joint {} ends at {} rad", joint,
-                                angles.size() == 1 ? number(angles[0]) : fmt::format("({})", fmt::join(angles, ", "))));
-  if (goal.shape_of_start)
-    parts.emplace_back(goal.angle.empty() ? "end in the start's shape" : "other joints end as they begin");
+  for (const std::string& line : file::joint_end_lines(goal, [](double value) { return number(value); }))
+    parts.push_back(line);
   if (goal.periodic) parts.emplace_back("shape and its velocity repeat");
   parts.emplace_back(goal.rest ? "end at rest" : "end velocities free");
   return fmt::format("{}", fmt::join(parts, "; "));

@@ -224,11 +224,11 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   const std::vector<const Answer*> cheaper = cheaper_ones(order, best.solution);
   best.solution.search.set_aside = cheapest_set_aside(problem, cheaper);
   best.solution.message += words_of_cheaper_ones(problem, cheaper, best.solution, options.resolving);
-  if (best.solution.status == Status::feasible)
+  if (optimal || best.solution.status == Status::feasible)
     best.solution.message += words_on_steps(problem, best, options.resolving);
   if (optimal)
-    best.solution.message += words_on_steps(problem, best, options.resolving) + few_arrivals(best.solution) +
-                             (options.solver == Backend::ipopt ? "" : untried_turns(system, problem));
+    best.solution.message +=
+        few_arrivals(best.solution) + (options.solver == Backend::ipopt ? "" : untried_turns(system, problem));
   if (optimal) best.others = others(system, problem, order, options, parts);
   parts.tell(candidates.unsearched, best.solution);
   best.solution.solver.total_wall_seconds = parts.seconds();
