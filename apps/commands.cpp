@@ -10,6 +10,7 @@
 
 #include "certificate/claims.hpp"
 #include "file/controls_file.hpp"
+#include "file/finer_steps.hpp"
 #include "file/io_error.hpp"
 #include "file/model_remarks.hpp"
 #include "file/model_table.hpp"

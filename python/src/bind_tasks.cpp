@@ -14,6 +14,7 @@
 
 #include "arrays.hpp"
 #include "bound.hpp"
+#include "file/finer_steps.hpp"
 #include "file/joint_table_header.hpp"
 #include "file/solution_file.hpp"
 #include "file/tasks.hpp"

@@ -36,11 +36,6 @@ struct StoredMotion {
 Results solve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command,
                    const std::optional<StoredMotion>& first = {});
 
-/// The same, and where its steps do not resolve the answer from it on once more on as many as its replay proposes, until they do: a few
-/// times, within the time limit, while searches arrive. The results are then of more steps than the file's, and their message says so.
-Results resolve_task(const ProblemFile& file, const study::SolveOptions& options, const std::string& command,
-                     const std::optional<StoredMotion>& first = {});
-
 struct MarchOptions {
   std::optional<maneuver::Scheme> scheme = {};  // instead of the file's
   int steps = 0;                                // 0: the file's

@@ -1,0 +1,104 @@
+// What is said of an answer whose search on more steps could not be finished.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "file/finer_steps.hpp"
+#include "program.hpp"
+#include "study/budget.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+constexpr double limit = 3.0;  // s, several times what the first look takes
+
+// The problem on few steps, without a look at other grids.
+file::ProblemFile few_steps(const Folder& folder) {
+  file::ProblemFile file =
+      file::read_problem_file(varied_example(folder, "rotation", {{"steps", "60"}, {"starts", "4"}}));
+  file.problem.search.hops = file.problem.search.whole_turns = 0;
+  return file;
+}
+
+// Once a line of progress holds `word` it happens, before the next line.
+struct Once {
+  std::string word;
+  std::function<void()> happens;
+  void operator()(const std::string& line) {
+    if (line.find(word) != std::string::npos && happens) std::exchange(happens, {})();
+  }
+};
+
+// Also the time by which the best motion is refined late.
+void wait_until_time_is_over() {
+  std::this_thread::sleep_for(std::chrono::duration<double>(1.1 * study::late_share * limit));
+}
+
+file::Results resolved(const file::ProblemFile& file, const std::function<void(const std::string&)>& progress,
+                       const std::function<bool()>& interrupted = {}) {
+  study::SolveOptions options;
+  options.refinement = false;
+  options.progress = progress;
+  options.interrupted = interrupted;
+  return file::resolve_task(file, options, "test");
+}
+
+void expect_first_look(const file::Results& results, const file::ProblemFile& file, const std::string& words) {
+  EXPECT_EQ(results.problem.steps, file.problem.steps);
+  EXPECT_EQ(results.solution.status, maneuver::Status::optimal);
+  EXPECT_NE(results.solution.message.find(words), std::string::npos) << results.solution.message;
+}
+
+TEST(FinerSteps, that_time_left_no_room_for_are_named) {
+  const Folder folder;
+  file::ProblemFile file = few_steps(folder);
+  file.problem.search.time_limit = limit;
+  const file::Results before = resolved(file, Once{"not all of it is resolved", wait_until_time_is_over});
+  expect_first_look(before, file, " steps were not tried: the time was over (search.time_limit).");
+  const auto within = [begun = false](const std::string& line) mutable {
+    if (begun && line.find("start 1") != std::string::npos) wait_until_time_is_over();
+    begun = begun || line.find("not all of it is resolved") != std::string::npos;
+  };
+  expect_first_look(resolved(file, within), file, " steps arrived: give it more than 3 s (search.time_limit).");
+}
+
+TEST(FinerSteps, that_an_interruption_left_undone_are_named_without_a_time_limit) {
+  const Folder folder;
+  const file::ProblemFile file = few_steps(folder);
+  bool stop = false;
+  const file::Results before =
+      resolved(file, Once{"not all of it is resolved", [&stop] { stop = true; }}, [&stop] { return stop; });
+  expect_first_look(before, file, " steps were not tried: it was interrupted.");
+  stop = false;
+  bool begun = false;
+  const auto within = [&](const std::string& line) {
+    stop = stop || (begun && line.find("start 1") != std::string::npos);
+    begun = begun || line.find("not all of it is resolved") != std::string::npos;
+  };
+  expect_first_look(resolved(file, within, [&stop] { return stop; }), file,
+                    " It was interrupted before the search on ");
+}
+
+// It is dropped where one minimum is asked for, but not in silence.
+TEST(FinerSteps, that_a_cheaper_motion_needs_are_told_with_the_answer) {
+  const file::ProblemFile file =
+      file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/furthest_of_two_arms.toml");
+  for (const std::string word : {"not all of it is resolved", "refined"}) {
+    bool stop = false, begun = false;
+    const auto progress = [&](const std::string& line) {
+      begun = begun || line.find("not all of it is resolved") != std::string::npos;
+      stop = stop || (begun && line.find(word) != std::string::npos);
+    };
+    const file::Results results = resolved(file, progress, [&stop] { return stop; });
+    ASSERT_TRUE(stop);
+    EXPECT_EQ(results.problem.steps, file.problem.steps);
+    const std::string& message = results.solution.message;
+    const std::size_t found = message.find(" A cheaper motion (cost ");
+    ASSERT_NE(found, std::string::npos) << message;
+    EXPECT_NE(message.find("interrupted", found), std::string::npos) << message;
+  }
+}
+
+}  // namespace
+}  // namespace lamprey::tests
