@@ -9,6 +9,9 @@
 
 #include "file/text_table.hpp"
 #include "file/toml_document.hpp"
+#include "lie/so3.hpp"
+#include "mechanics/continuous.hpp"
+#include "mechanics/joint_moments.hpp"
 
 namespace lamprey::file {
 
@@ -31,6 +34,7 @@ constexpr double far_off = 2.0;              // times the way to the body's surf
 constexpr double inertia_range = 1e10;       // of the bodies' J: round-off of the largest covers the smallest
 constexpr double far_goal = 5.0;             // lengths of the swimmer
 constexpr double half_turn_slack = 1e-3;     // rad, of a half turn that was rounded
+constexpr double much_easier = 1e3;          // times as far as another joint's, that a moment bends a joint
 
 double least_eigenvalue(const Matrix3d& m) {
   return Eigen::SelfAdjointEigenSolver<Matrix3d>(m, Eigen::EigenvaluesOnly).eigenvalues()[0];
@@ -101,6 +105,57 @@ std::string goal_remark(const Problem& problem, const System& system) {
   return fmt::format("goal.move is {:.3g} lengths of the swimmer, who gains a fraction of one in a stroke", lengths);
 }
 
+// How fast a moment of 1 N m, about the axis that it turns most easily, makes each joint's rate grow at the start, [joints] 1/(kg m²);
+// 0 of joints without motors.
+std::vector<double> ease_of_joints(const Problem& problem, const System& system) {
+  mechanics::Rotations R(at(system.body_count()), Matrix3d::Identity());
+  for (std::size_t i = 0; i < problem.start.rotation.size(); ++i) R[i] = lie::exp(problem.start.rotation[i]);
+  const auto force = [&](const Eigen::VectorXd& control) {
+    return mechanics::generalized_force(system, R, mechanics::joint_moments(system, control));
+  };
+  const Eigen::VectorXd springs = force(Eigen::VectorXd::Zero(system.control_count()));
+  std::vector<double> ease;
+  Eigen::Index control = 0;
+  for (const Joint& joint : system.joints()) {
+    double most = 0.0;
+    for (Eigen::Index c = 0; c < joint.actuation.cols(); ++c, ++control) {
+      const Eigen::VectorXd own = force(Eigen::VectorXd::Unit(system.control_count(), control)) - springs;
+      most = std::max(most, own.dot(mechanics::velocity_of_momentum(system, R, own)));
+    }
+    ease.push_back(most);
+  }
+  return ease;
+}
+
+double one_digit(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  return power * std::round(value / power);
+}
+
+// Effort weighs the moments of all joints alike.
+std::string light_remark(const Problem& problem, const System& system) {
+  const maneuver::Limits& limits = problem.limits;
+  if (!problem.goal || limits.angular_velocity || limits.angular_velocity_component) return "";
+  const std::vector<double> ease = ease_of_joints(problem, system);
+  std::optional<std::size_t> lightest, heaviest;
+  for (std::size_t j = 0; j < ease.size(); ++j) {
+    if (ease[j] == 0.0) continue;
+    if (!heaviest || ease[j] < ease[*heaviest]) heaviest = j;
+    const std::string& name = system.joint(static_cast<int>(j)).name;
+    if (limits.joint_angular_velocity.count(name) + limits.joint_angular_velocity_component.count(name) > 0) continue;
+    if (!lightest || ease[j] > ease[*lightest]) lightest = j;
+  }
+  if (!lightest || ease[*lightest] < much_easier * ease[*heaviest]) return "";
+  const std::string name = printable(system.joint(static_cast<int>(*lightest)).name);
+  return fmt::format(
+      "a moment turns what joint {} moves some {} times as fast as one at joint {}: cost.effort weighs it next to "
+      "nothing, "
+      "so that the cheapest motions whirl it as fast as steps show, and searches may find no end; give it "
+      "limits.angular_velocity.{}, or have it follow (actuated = false, with stiffness and damping)",
+      name, short_number(one_digit(ease[*lightest] / ease[*heaviest])),
+      printable(system.joint(static_cast<int>(*heaviest)).name), name);
+}
+
 // Rotations turn by half a turn at most: beyond it a vector means the shorter way back.
 std::string turn_remark(const std::string& key, const Vector3d& turn) {
   const double angle = turn.norm(), whole = 2.0 * std::numbers::pi;
@@ -132,6 +187,7 @@ std::vector<std::string> model_remarks(const Problem& problem, const System& sys
   add(weight_remark(problem, system));
   add(density_remark(problem));
   add(range_remark(system));
+  add(light_remark(problem, system));
   add(goal_remark(problem, system));
   if (problem.goal && problem.goal->turn) add(turn_remark("goal.turn", *problem.goal->turn));
   if (problem.goal)

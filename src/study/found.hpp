@@ -26,6 +26,8 @@ struct Found {
   std::optional<double> joint_rate;  // rad/s that joints were held to beyond what is asked, where they were
   bool by_second = false;            // whether the second solver found it, where two searched
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }
+  /// Whether it is a minimum with joints held to that rate, and meets all else that is asked.
+  bool held() const { return joint_rate && outcome.termination == optimizer::Termination::feasible; }
 };
 
 /// To stay as a maneuver of the problem starts, and what that costs: an outcome that has converged for this reason.
@@ -37,6 +39,9 @@ bool same_minimum(double cost, double other);
 
 /// Whether any of them has arrived.
 bool any_converged(const std::vector<Found>& all);
+
+/// The same, or has with joints held: where that is so, faster ones lead to turns that no step shows, from wherever they begin.
+bool any_converged_or_held(const std::vector<Found>& all);
 
 /// Adds the iterations and evaluations of one search to those of another; their histories stay their own.
 void count_effort(const optimizer::Outcome& other, optimizer::Outcome& outcome);

@@ -181,7 +181,8 @@ std::vector<Found> Grids::in_threads(int count, const char* what, const std::fun
   run_in_threads(count, options_.workers, [&](int n) {
     if (budget_.closing() && n > 0) return;
     all[static_cast<std::size_t>(n)] = task(n);
-    if (all[static_cast<std::size_t>(n)]->converged()) budget_.arrived();
+    const Found& found = *all[static_cast<std::size_t>(n)];
+    if (found.converged() || found.held()) budget_.arrived();
     const std::scoped_lock lock(telling);
     ++done;
     if (options_.progress && *what != '\0')

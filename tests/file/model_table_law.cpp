@@ -190,6 +190,45 @@ TEST(ModelRemarks, tell_of_slips) {
   }
 }
 
+// A third body at the end of the second one, so many times smaller.
+maneuver::Problem with_a_fin(double times) {
+  maneuver::Problem problem = two_bodies();
+  model::BodyDescription fin = problem.swimmer.bodies[1];
+  fin.name = "fin";
+  fin.semi_axes /= times;
+  model::JointDescription root = problem.swimmer.joints[0];
+  root.name = "root";
+  root.parent = problem.swimmer.bodies[1].name;
+  root.child = fin.name;
+  root.parent_offset = -root.child_offset;
+  root.child_offset /= times;
+  problem.swimmer.bodies.push_back(fin);
+  problem.swimmer.joints.push_back(root);
+  problem.start.rotation.push_back(Eigen::Vector3d::Zero());
+  return problem;
+}
+
+// Inertia about a joint grows with the fifth power of length: 1,000 times of it are 4 times of that.
+TEST(ModelRemarks, tell_of_bodies_whose_moments_cost_next_to_nothing) {
+  EXPECT_TRUE(remarks_of(with_a_fin(2.0)).empty()) << remarks_of(with_a_fin(2.0))[0];
+  maneuver::Problem problem = with_a_fin(8.0);
+  const std::vector<std::string> remarks = remarks_of(problem);
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_TRUE(contains(remarks[0], "a moment turns what joint root moves some ")) << remarks[0];
+  EXPECT_TRUE(contains(remarks[0], " times as fast as one at joint hip: ")) << remarks[0];
+  EXPECT_TRUE(contains(remarks[0], "limits.angular_velocity.root")) << remarks[0];
+  const auto remains = [&](const std::function<void(maneuver::Problem&)>& mend) {
+    maneuver::Problem mended = problem;
+    mend(mended);
+    return !remarks_of(mended).empty();
+  };
+  EXPECT_FALSE(remains([](auto& p) { p.limits.angular_velocity = 6.0; }));
+  EXPECT_FALSE(remains([](auto& p) { p.limits.joint_angular_velocity["root"] = 6.0; }));
+  EXPECT_TRUE(remains([](auto& p) { p.limits.joint_angular_velocity["hip"] = 6.0; }));
+  EXPECT_FALSE(remains([](auto& p) { p.swimmer.joints[1].actuated = false; }));
+  EXPECT_FALSE(remains([](auto& p) { p.goal.reset(); }));
+}
+
 class WidthOfTable : public ::testing::TestWithParam<maneuver::Problem> {};
 INSTANTIATE_TEST_SUITE_P(ModelTable, WidthOfTable, ::testing::Values(two_bodies(), hinged_bodies()),
                          [](const auto& instance) { return instance.index == 0 ? "ball" : "hinge"; });
