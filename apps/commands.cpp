@@ -113,15 +113,6 @@ void choose_interpolation(const std::string& asked, file::ControlSamples& sample
                report::number(reach.between, 3), report::number(reach.rows, 3));
 }
 
-// A file may be valid, and `simulate` take it, where `solve` does not.
-void print_whether_solved(const file::ProblemFile& problem) {
-  try {
-    file::require_supported(problem, file::Purpose::solve);
-  } catch (const model::InputError& refusal) {
-    fmt::print("\nNot for lamprey solve\n{}", file::wrapped(refusal.what()));
-  }
-}
-
 }  // namespace
 
 int solve(const SolveArguments& arguments) {
@@ -200,11 +191,7 @@ int simulate(const SimulateArguments& arguments) {
 }
 
 int check(const std::string& problem) {
-  const file::ProblemFile problem_file = file::read_problem_file(problem);
-  const model::System system = file::system_of(problem_file);
-  file::require_ends_within_limits(problem_file);
-  fmt::print("{}", file::model_table(problem_file.problem, system));
-  if (problem_file.problem.goal) print_whether_solved(problem_file);
+  fmt::print("{}", file::check_task(file::read_problem_file(problem)));
   return done;
 }
 

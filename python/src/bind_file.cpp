@@ -109,8 +109,10 @@ void bind_file(nb::module_& module) {
           "scheme", [](const Problem& self) { return std::string(file::word(self.file.problem.scheme)); },
           "paper, trapezoid, midpoint, order4 or order6.")
       .def(
-          "check", [](const Problem& self) { return file::model_table(self.file.problem, file::system_of(self.file)); },
-          "The resolved model as a table for people: what `lamprey check` prints.")
+          "check", [](const Problem& self) { return file::check_task(self.file); },
+          "The resolved model as a table for people, and where solve does not take the problem why: what `lamprey "
+          "check` "
+          "prints.\n\nRaises InputError where the start or the goal breaks a limit.")
       .def("__repr__", &shown)
       .def("__getstate__", [](const Problem& self) { return std::pair(self.text, self.file.path); })
       .def("__setstate__", [](Problem& self, const std::pair<std::string, std::string>& state) {

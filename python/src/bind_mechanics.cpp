@@ -12,6 +12,7 @@
 #include "arrays.hpp"
 #include "bound.hpp"
 #include "file/tasks.hpp"
+#include "maneuver/maneuver.hpp"
 #include "mechanics/connection.hpp"
 #include "mechanics/height_functions.hpp"
 #include "model/input_error.hpp"
@@ -53,7 +54,10 @@ nb::object matrices(const Eigen::MatrixXd* first, std::size_t count) {
 }
 
 mechanics::Rotations shape_of(const System& system, nb::handle rotation) {
-  return rotations(rotation, static_cast<std::size_t>(system.body_count()), "rotation");
+  constexpr double written = 1e-6;  // rad, of numbers with some digits
+  return maneuver::fitted_to_joints(system,
+                                    rotations(rotation, static_cast<std::size_t>(system.body_count()), "rotation"),
+                                    written, "rotation of ", "");
 }
 
 nb::dict connection(const Problem& problem, nb::handle rotation) {

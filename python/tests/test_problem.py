@@ -117,6 +117,30 @@ def test_the_local_connection_moves_the_root_as_marches_do(root):
         problem.connection(np.zeros((2, 3, 3)))
 
 
+def test_a_check_is_what_the_command_line_prints(root):
+    problem = lp.load(root / "examples/translation.toml")
+    spline = problem.changed(control={"kind": "spline", "points": 5}, limits={"torque": 100.0})
+    assert "Not for lamprey solve" in spline.check() and "Not for lamprey solve" not in problem.check()
+    hinges = lp.load(root / "examples/hinge_fins.toml")
+    name = hinges.joints[0]
+    settings = hinges.settings
+    settings["goal"] = {"move": [0.1, "free", "free"]}
+    settings["limits"] = {"angle": {name: [0.5, 1.0]}}
+    with pytest.raises(lp.InputError, match=rf"breaks this limit by .* rad, bent by .* rad.*set start\.angle\.{name}"):
+        lp.Problem(settings).check()
+
+
+def test_shapes_that_joints_do_not_allow_have_no_connection(root):
+    problem = lp.load(root / "examples/three_links.toml")
+    shape = np.stack([np.eye(3)] * 3)
+    problem.connection(shape), problem.connection_curvature(shape)
+    c, s = np.cos(0.2), np.sin(0.2)
+    shape[2] = [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]
+    for of in problem.connection, problem.connection_curvature:
+        with pytest.raises(lp.InputError, match="rotation of tail: found tail turned by 0.2 rad beside what joint tail"):
+            of(shape)
+
+
 def test_the_curvature_is_that_of_height_functions(root):
     problem = lp.load(root / "examples/three_links.toml")
     heights = problem.height_functions("head", "tail", (-1.0, 1.0), (-0.8, 1.2), points=21)

@@ -22,6 +22,7 @@ using model::System;
 
 constexpr double dependent_row = 1e-11;  // of the largest pivot
 constexpr int most_segments = 20;        // a growth of 1e20 over the whole is 10 over each
+constexpr double coasting = 1e-3;        // of what would bring a motion to rest in its time: moments that hardly act
 
 // Largest difference of the stored moments from given ones along the axes, relative to the largest moment.
 double difference(const StoredMotion& motion, const MatrixXd& moments) {
@@ -232,6 +233,17 @@ Conditions spanning_conditions(const Tables& tables, const MatrixXd& end_rows, c
   return conditions;
 }
 
+// What moments that hardly act make of the cost's gradient, at most: a motion that goes on by itself is not judged by theirs.
+double gradient_of_coasting(const StoredMotion& motion, const std::vector<integrator::State>& states) {
+  Largest momentum;
+  for (const integrator::State& state : states) {
+    momentum.add(state.momentum.head(state.momentum.size() - 3).lpNorm<Eigen::Infinity>());
+    momentum.add(motion.system.length_unit() * state.momentum.tail<3>().lpNorm<Eigen::Infinity>());
+  }
+  const double duration = motion.steps * motion.time_step;
+  return coasting * node_weights(motion).maxCoeff() * momentum.value() / duration;
+}
+
 Tables tables_of(const StoredMotion& motion) {
   return {motion, node_states(motion), actuated_moments(motion).transpose(), timed_impulses(motion)};
 }
@@ -339,6 +351,7 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
     left.add(std::abs(entry));
   for (double entry : order.gradient) whole.add(std::abs(entry));
   whole.add(worth_by_duration(motion));
+  whole.add(gradient_of_coasting(motion, tables.state));
   if (motion.problem.cost_weights.of_displacement())  // against which rest, without moments, is stationary
     for (double entry : order.conditions.shift) whole.add(std::abs(entry));
   return left.relative_to(whole.value());

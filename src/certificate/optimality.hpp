@@ -40,7 +40,8 @@ MatrixXd control_jacobian(const StoredMotion& motion, const ControlSpace& space,
 MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, const MatrixXd& end_rows);
 
 /// ‖∇cost + Aᵀλ‖∞/‖∇cost‖∞ (equation 6.5) with λ by rank-revealing least squares; `momentum_scale` makes goal rows
-/// comparable.
+/// comparable. Where moments hardly act on a motion that goes on by itself, the gradient is at least that of a thousandth of what
+/// would bring it to rest in its time.
 /// Limits and waypoints count with the multipliers that the solution gives; a free duration and a periodic motion's free
 /// start are columns beside the moments.
 double kkt_residual(const StoredMotion& motion, const ControlSpace& space, double momentum_scale);

@@ -23,6 +23,11 @@ namespace {
 
 constexpr double whole_turn = 2.0 * std::numbers::pi;
 
+// Whether nothing drives a joint that may bend: its angles are an outcome.
+bool moves_by_itself(const model::JointDescription& joint) {
+  return !joint.actuated && joint.kind != model::JointKind::fixed;
+}
+
 }  // namespace
 
 AngleSamples angles_of_results(const Results& results, const std::string& path, const Joints& joints) {
@@ -31,7 +36,10 @@ AngleSamples angles_of_results(const Results& results, const std::string& path, 
     throw InputError(
         path, "/joint_angle",
         "found none; allowed: the angles at each node; write the file anew (lamprey simulate, lamprey solve)");
-  return {.time = results.solution.time, .angle = results.solution.joint_angle};
+  AngleSamples samples{
+      .time = results.solution.time, .angle = results.solution.joint_angle, .first = first_node(results.solution)};
+  for (const auto& joint : joints) samples.passive.push_back(moves_by_itself(joint));
+  return samples;
 }
 
 AngleSamples parse_angles(const std::string& bytes, const std::string& path, const Joints& joints) {

@@ -16,7 +16,8 @@ struct AngleSamples {
   std::vector<double> time;                         // s, rising strictly, at least two
   std::vector<std::vector<Eigen::Vector3d>> angle;  // [time][joints] rad, as `joint_angle` of a solution
   std::vector<bool> passive = {};  // [joints] which say nothing of a joint that no moment drives; empty: none
-  std::string remark = {};         // of a table: what its reader should be told; may be empty
+  std::optional<maneuver::Start> first = {};  // of a stored motion: its first node
+  std::string remark = {};                    // of a table: what its reader should be told; may be empty
 };
 
 /// Reads a solution.json (text that begins with '{') or a CSV table: t, then the angles of each joint, in the problem's order or as
@@ -26,7 +27,7 @@ AngleSamples read_angles(const std::string& path, const Joints& joints);
 /// The same from the file's bytes; `path` only names them.
 AngleSamples parse_angles(const std::string& bytes, const std::string& path, const Joints& joints);
 
-/// The angles of a motion that is already there.
+/// The angles of a motion that is already there; of joints that nothing drives they say nothing but how a gait begins.
 AngleSamples angles_of_results(const Results& results, const std::string& path, const Joints& joints);
 
 /// So many periods one after the other; whole turns about a joint's axes go on. model::InputError where the last angles are not the

@@ -67,15 +67,6 @@ void take_stages(const Results& results, ControlSamples& samples) {
   }
 }
 
-maneuver::Start first_node(const maneuver::Solution& solution) {
-  maneuver::Start first;
-  first.position = solution.position.front();
-  for (const Eigen::Matrix3d& R : solution.rotation.front()) first.rotation.push_back(lie::log(R));
-  first.angular_velocity = solution.angular_velocity.front();
-  first.linear_velocity = solution.rotation.front()[0] * solution.linear_velocity.front();
-  return first;
-}
-
 }  // namespace
 
 ControlSamples controls_of_results(const Results& results, const std::string& path, const Joints& joints) {

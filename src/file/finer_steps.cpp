@@ -11,7 +11,7 @@
 
 #include "study/advice.hpp"
 #include "study/faults.hpp"
-#include "study/found.hpp"
+#include "study/minima.hpp"
 
 namespace lamprey::file {
 
@@ -88,7 +88,7 @@ class Resolving {
     finer_.problem.steps = steps;
     Results again = solve_task(finer_, options_, command_, StoredMotion{kept.results, "the answer on fewer steps"});
     if (again.solution.status != maneuver::Status::optimal) {
-      leave(kept, unfinished(again.solution.status, steps));
+      leave(kept, unfinished(again, steps));
       return;
     }
     again.solution.message +=
@@ -98,14 +98,22 @@ class Resolving {
     kept.steps = steps;
   }
 
-  std::string unfinished(maneuver::Status status, int steps) const {
-    if (status == maneuver::Status::interrupted)
-      return fmt::format(" It was interrupted before the search on {} steps arrived.", steps);
-    if (status != maneuver::Status::time_limit)
-      return fmt::format(" From it the search on {} steps did not arrive.", steps);
-    return fmt::format(
-        " The time was over before the search on {} steps arrived: give it more than {:.0f} s (search.time_limit).",
-        steps, std::ceil(*asked_.problem.search.time_limit));
+  std::string unfinished(const Results& again, int steps) const {
+    switch (again.solution.status) {
+      case maneuver::Status::interrupted:
+        return fmt::format(" It was interrupted before the search on {} steps arrived.", steps);
+      case maneuver::Status::time_limit:
+        return fmt::format(
+            " The time was over before the search on {} steps arrived: give it more than {:.0f} s (search.time_limit).",
+            steps, std::ceil(*asked_.problem.search.time_limit));
+      default: {
+        const std::string words = fmt::format(" From it the search on {} steps did not arrive", steps);
+        const std::string tolerance = study::words_on_tolerance(asked_.problem, *again.certificate);
+        if (again.solution.status != maneuver::Status::feasible || tolerance.empty()) return words + ".";
+        return fmt::format("{}, but at a cost of {:.6g} that is stationary to {:.3g}: {}.", words, again.solution.cost,
+                           again.certificate->kkt, tolerance);
+      }
+    }
   }
 
   // Proved ones first, of these what their steps resolve, by rising cost. What were two minima on fewer steps may be one.

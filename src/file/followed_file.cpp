@@ -4,6 +4,7 @@
 
 #include "file/toml_document.hpp"
 #include "file/words.hpp"
+#include "lie/so3.hpp"
 #include "model/input_error.hpp"
 
 namespace lamprey::file {
@@ -96,6 +97,15 @@ void require_followed(const Results& results, const std::string& path, const mod
                               from > 0.0 ? fmt::format(" from {} s on", from) : ""),
                   "a maneuver that does not end before the march",
                   from > 0.0 ? "set a shorter --duration, or leave it out" : "set a shorter --duration");
+}
+
+maneuver::Start first_node(const maneuver::Solution& solution) {
+  maneuver::Start first;
+  first.position = solution.position.front();
+  for (const Eigen::Matrix3d& R : solution.rotation.front()) first.rotation.push_back(lie::log(R));
+  first.angular_velocity = solution.angular_velocity.front();
+  first.linear_velocity = solution.rotation.front()[0] * solution.linear_velocity.front();
+  return first;
 }
 
 }  // namespace lamprey::file

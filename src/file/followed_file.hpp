@@ -20,6 +20,9 @@ void require_same_tree(const Results& results, const std::string& path, const mo
 /// Refuses a march that ended before its duration as the first guess of a maneuver: its motion is none to begin with.
 void require_whole(const Results& results, const std::string& path);
 
+/// A start like a motion's first node.
+maneuver::Start first_node(const maneuver::Solution& solution);
+
 /// Holds a maneuver to the swimmer that shall follow it for `duration` s from `from` s of its time on: the same tree, gains, and an end
 /// not before the march's; gaits are followed from their beginning. model::InputError with the field where it does not fit; `path`
 /// names the maneuver there.

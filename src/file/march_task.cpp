@@ -160,15 +160,14 @@ void require_whole_march(const std::vector<double>& time, const std::string& wha
 
 // How fast a gait begins, and with a free shape how it is bent, is part of its answer, not of the problem: where the problem
 // asks for one its first node does, placed and headed as the problem says.
-void begin_as(const ControlSamples& gait, Problem& problem) {
+void begin_as(const std::optional<maneuver::Start>& gait, Problem& problem) {
   maneuver::Start& start = problem.start;
-  if (!gait.first || !problem.goal || !problem.goal->periodic || gait.first->rotation.size() != start.rotation.size())
-    return;
-  const Eigen::Matrix3d heading = lie::exp(start.rotation[0]) * lie::exp(gait.first->rotation[0]).transpose();
+  if (!gait || !problem.goal || !problem.goal->periodic || gait->rotation.size() != start.rotation.size()) return;
+  const Eigen::Matrix3d heading = lie::exp(start.rotation[0]) * lie::exp(gait->rotation[0]).transpose();
   for (std::size_t i = 0; i < start.rotation.size(); ++i)
-    start.rotation[i] = lie::log(heading * lie::exp(gait.first->rotation[i]));
-  start.angular_velocity = gait.first->angular_velocity;
-  start.linear_velocity = heading * gait.first->linear_velocity;
+    start.rotation[i] = lie::log(heading * lie::exp(gait->rotation[i]));
+  start.angular_velocity = gait->angular_velocity;
+  start.linear_velocity = heading * gait->linear_velocity;
   start.free_shape = false;
 }
 
@@ -329,7 +328,7 @@ std::unique_ptr<Followed> followed_from_start(MarchOptions& options, const model
   require_followed(*options.followed, options.followed_path, system, options.followed_from, problem.duration.value);
   place_gait(problem, *options.followed);
   auto followed = std::make_unique<Followed>(*options.followed, options.followed_path, options.followed_from);
-  begin_as(followed->plan, problem);
+  begin_as(followed->plan.first, problem);
   return followed;
 }
 
@@ -354,7 +353,8 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   const std::vector<double> factors = perturb_inertia(options, file);
   const model::System system = system_of(file);
   const std::unique_ptr<Followed> followed = followed_from_start(options, system, file.problem);
-  if (options.controls) begin_as(*options.controls, file.problem);
+  if (options.controls) begin_as(options.controls->first, file.problem);
+  if (options.angles) begin_as(options.angles->first, file.problem);
   const Problem with_goal = file.problem;
   file.problem.goal.reset();  // marching seeks no goal
   perturb(options, system, followed.get(), file.problem);

@@ -287,7 +287,7 @@ std::string task_section(const Problem& problem) {
   table.add_row({"control", control_kind_text(problem)});
   const std::vector<std::string> limits = limit_lines(problem.limits, short_number);
   add_lines(table, "limits", limits.empty() ? std::vector<std::string>{"none"} : limits);
-  add_lines(table, "waypoints", waypoint_lines(problem.waypoints, short_number));
+  add_lines(table, "waypoints", waypoint_lines(problem.waypoints, problem.start.free_shape, short_number));
   table.add_row({"search", search_text(problem.search)});
   return "\nTask\n" + table.text();
 }

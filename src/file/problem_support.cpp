@@ -109,12 +109,24 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
                          "effort and time alone", mend);
 }
 
-void refuse_end(const model::System& system, const char* end, const maneuver::BrokenLimit& broken, const char* mend) {
+void refuse_end(const model::System& system, const char* end, const maneuver::BrokenLimit& broken,
+                const std::string& bent, const std::string& mend) {
   const maneuver::LimitRow& row = *broken.row;
   refuse(row.listed_key(),
-         fmt::format("a {} that breaks this limit{} by {:.3g} {}", end, row.body >= 0 ? row.bearer(system) : "",
-                     broken.excess, row.unit_name()),
+         fmt::format("a {} that breaks this limit{} by {:.3g} {}{}", end, row.body >= 0 ? row.bearer(system) : "",
+                     broken.excess, row.unit_name(), bent),
          fmt::format("a {} within the limits", end), mend);
+}
+
+// How a joint that breaks a limit begins, ", bent by 1.571 rad"; empty where no joint does.
+std::string bent_at_start(const model::System& system, const maneuver::Maneuver& maneuver, int joint) {
+  if (joint < 0) return "";
+  const model::Joint& own = system.joint(joint);
+  const Eigen::Vector3d angles = mechanics::joint_angles(own, mechanics::child_to_parent(maneuver.start.rotation, own));
+  const int count = own.free() ? 3 : system.body(own.child).freedoms;
+  std::string words;
+  for (int axis = 0; axis < count; ++axis) words += fmt::format("{}{:.4g}", axis > 0 ? ", " : "", angles[axis]);
+  return fmt::format(", bent by {} rad", count > 1 ? "(" + words + ")" : words);
 }
 
 // m, how far a body is from a point that moves with it, seen from its mass centre; 0 inside.
@@ -154,11 +166,16 @@ void require_ends_within_limits(const ProblemFile& file) {
   if (problem.start.free_shape) return;
   const std::vector<maneuver::LimitRow> rows = maneuver::limit_rows(system, problem);
   try {
-    if (const auto broken = maneuver::broken_by_start(system, maneuver, rows))
-      refuse_end(system, "start", *broken, "change [start], let start.free_shape be true, or widen the limit");
+    if (const auto broken = maneuver::broken_by_start(system, maneuver, rows)) {
+      const int joint = broken->row->joint;
+      const std::string own = joint >= 0 ? key_path("start.angle", system.joint(joint).name) : "[start]";
+      refuse_end(
+          system, "start", *broken, bent_at_start(system, maneuver, joint),
+          fmt::format("{} {}, let start.free_shape be true, or widen the limit", joint >= 0 ? "set" : "change", own));
+    }
     if (problem.goal->periodic) return;
     if (const auto broken = maneuver::broken_by_goal(system, maneuver, rows))
-      refuse_end(system, "goal", *broken, "change [goal], or widen the limit");
+      refuse_end(system, "goal", *broken, "", "change [goal], or widen the limit");
   } catch (const model::InputError& error) {
     throw located(error, file);
   }

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <thread>
 
+#include "file/followed_file.hpp"
 #include "lie/so3.hpp"
 
 namespace lamprey::file {
@@ -97,16 +98,13 @@ namespace {
 
 // As asked for; of files of early versions, which do not tell, what the first node shows if there is one.
 maneuver::Start start_of(const Results& results) {
-  maneuver::Start start;
-  const maneuver::Solution& motion = results.solution;
   const std::optional<ResolvedStart>& asked = results.problem.start;
-  if (!asked && motion.rotation.empty()) return start;
-  for (const Eigen::Matrix3d& R : asked ? asked->rotation : motion.rotation.front())
-    start.rotation.push_back(lie::log(R));
-  start.position = asked ? asked->position : motion.position.front();
-  start.angular_velocity = asked ? asked->angular_velocity : motion.angular_velocity.front();
-  start.linear_velocity =
-      asked ? asked->linear_velocity : Eigen::Vector3d(motion.rotation.front()[0] * motion.linear_velocity.front());
+  if (!asked) return results.solution.rotation.empty() ? maneuver::Start() : first_node(results.solution);
+  maneuver::Start start;
+  for (const Eigen::Matrix3d& R : asked->rotation) start.rotation.push_back(lie::log(R));
+  start.position = asked->position;
+  start.angular_velocity = asked->angular_velocity;
+  start.linear_velocity = asked->linear_velocity;
   return start;
 }
 

@@ -74,7 +74,7 @@ Lines limit_lines(const maneuver::Limits& limits, NumberText number) {
   return lines;
 }
 
-Lines waypoint_lines(const std::vector<maneuver::Waypoint>& waypoints, NumberText number) {
+Lines waypoint_lines(const std::vector<maneuver::Waypoint>& waypoints, bool free_shape, NumberText number) {
   constexpr std::array axes{"e₁", "e₂", "e₃"};
   Lines lines;
   for (const maneuver::Waypoint& waypoint : waypoints) {
@@ -83,7 +83,8 @@ Lines waypoint_lines(const std::vector<maneuver::Waypoint>& waypoints, NumberTex
       if (waypoint.move[axis])
         parts.push_back(fmt::format("{} m along {} from the start", number(*waypoint.move[axis]), axes[axis]));
     if (waypoint.turn)
-      parts.push_back(fmt::format("every body turned by {} rad", vector_words(*waypoint.turn, number)));
+      parts.push_back(fmt::format("{} turned by {} rad", free_shape ? "the root" : "every body",
+                                  vector_words(*waypoint.turn, number)));
     for (const auto& [name, rotation] : waypoint.rotation)
       parts.push_back(fmt::format("{} at {} rad", printable(name), vector_words(rotation, number)));
     lines.push_back(fmt::format("at {} s: {}", number(waypoint.time), fmt::join(parts, ", ")));

@@ -10,6 +10,7 @@
 
 #include "certificate/certify.hpp"
 #include "file/followed_file.hpp"
+#include "file/model_table.hpp"
 #include "file/problem_difference.hpp"
 #include "file/resolve.hpp"
 #include "file/solution_file.hpp"
@@ -79,6 +80,19 @@ model::System system_of(const ProblemFile& file) {
   } catch (const model::InputError& error) {
     throw located(error, file);
   }
+}
+
+std::string check_task(const ProblemFile& file) {
+  const model::System system = system_of(file);
+  require_ends_within_limits(file);
+  std::string text = model_table(file.problem, system);
+  if (!file.problem.goal) return text;
+  try {
+    require_supported(file, Purpose::solve);
+  } catch (const model::InputError& refusal) {  // a file may be valid, and simulate take it
+    text += "\nNot for lamprey solve\n" + wrapped(refusal.what());
+  }
+  return text;
 }
 
 Results begun_results(const ProblemFile& file, const model::System& system, const std::string& command) {

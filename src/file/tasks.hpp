@@ -22,6 +22,10 @@ namespace lamprey::file {
 /// The system of a problem file; what is wrong with it is told with its place in the file.
 model::System system_of(const ProblemFile& file);
 
+/// What `lamprey check` prints: the resolved model as a table, and where `lamprey solve` does not take the problem why. Throws
+/// model::InputError, with its place, where the start or the goal breaks a limit.
+std::string check_task(const ProblemFile& file);
+
 /// What is known of an answer before it is sought; `command` goes into its provenance.
 Results begun_results(const ProblemFile& file, const model::System& system, const std::string& command);
 

@@ -124,9 +124,6 @@ void stand_still(Interval& interval) {
   interval.displacement.setZero();
 }
 
-// R (3I − RᵀR)/2: takes the round-off out of a rotation that a product has left.
-Matrix3d refreshed(const Matrix3d& R) { return R * (1.5 * Matrix3d::Identity() - 0.5 * (R.transpose() * R)); }
-
 // Keeps a led body's rotation on its joint: takes out what round-off has turned across the axes.
 Matrix3d realigned(const Joint& joint, const Matrix3d& R_parent, const Matrix3d& R_child) {
   if (joint.kind == JointKind::fixed) return R_parent * joint.reference_rotation;
@@ -134,7 +131,7 @@ Matrix3d realigned(const Joint& joint, const Matrix3d& R_parent, const Matrix3d&
   const Vector3d carried = R_child * joint.child_axis;
   Vector3d turn = carried.cross(axis);
   if (joint.kind == JointKind::universal) turn *= -carried.dot(axis) / turn.squaredNorm();
-  return refreshed(R_child + lie::hat(turn) * R_child);
+  return lie::renormalized(R_child + lie::hat(turn) * R_child);
 }
 
 // Newton's residual stays in the momentum, turned on with its body: totals stay what they are to round-off. What p_x
@@ -150,7 +147,7 @@ void carry_residual(const System& system, const Vector3d& linear, StepWorkspace&
 void accept(const System& system, double h, const Moments& control_next, State& state, StepWorkspace& work) {
   for (int i : system.root_to_leaves()) {
     const Body& body = system.body(i);
-    state.rotation[at(i)] = body.freedoms == 3 ? refreshed(work.interval.next_rotation[at(i)])
+    state.rotation[at(i)] = body.freedoms == 3 ? lie::renormalized(work.interval.next_rotation[at(i)])
                                                : realigned(system.joint(body.joint), state.rotation[at(body.parent)],
                                                            work.interval.next_rotation[at(i)]);
   }

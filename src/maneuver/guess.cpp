@@ -19,7 +19,7 @@ using model::System;
 
 constexpr int harmonics = 4;
 constexpr double amplitude = 0.8;     // rad, of the first harmonic; 0.3 to 0.8 serve alike
-constexpr double same_place = 1e-12;  // rad, m
+constexpr double same_place = 1e-12;  // rad, units of length
 
 using model::at;
 
@@ -203,7 +203,7 @@ bool rest_meets_goal(const System& system, const Problem& problem, const Maneuve
   double stiffness = 0.0;  // N m/rad, of springs that must be at rest, too
   for (const model::Joint& joint : system.joints()) stiffness += joint.stiffness;
   if (mechanics::spring_energy(system, maneuver.start.rotation) > stiffness * same_place * same_place) return false;
-  double away = 0.0;  // rad, m
+  double away = 0.0;  // rad, units of length
   for (std::size_t i = 0; i < maneuver.end_rotation.size(); ++i)
     if (const auto& end = maneuver.end_rotation[i])
       away = std::max(away, lie::log(maneuver.start.rotation[i].transpose() * *end).norm());
@@ -214,7 +214,7 @@ bool rest_meets_goal(const System& system, const Problem& problem, const Maneuve
     }
   for (int c = 0; c < 3; ++c)
     if (const auto& end = maneuver.end_position[at(c)])
-      away = std::max(away, std::abs(*end - maneuver.start.position[c]));
+      away = std::max(away, std::abs(*end - maneuver.start.position[c]) / system.length_unit());
   return away <= same_place;
 }
 

@@ -133,13 +133,11 @@ void add_waypoint_rows(const System& system, const Problem& problem, std::vector
     row.kind = Kind::pass_turn;
     row.unit = 1.0;
     for (int i = 0; i < system.body_count(); ++i) {
+      if (!waypoint.turns(system.body(i).name, system.body(i).parent < 0, problem.start)) continue;
       const auto own = waypoint.rotation.find(system.body(i).name);
-      if (own != waypoint.rotation.end())
-        row.asked = lie::exp(own->second);
-      else if (waypoint.turn)
-        row.asked = lie::exp(*waypoint.turn) * lie::exp(problem.start.rotation[at(i)]);
-      else
-        continue;
+      row.asked = own != waypoint.rotation.end()
+                      ? lie::exp(own->second)
+                      : Matrix3d(lie::exp(*waypoint.turn) * lie::exp(problem.start.rotation[at(i)]));
       row.body = i;
       for (row.component = 0; row.component < 3; ++row.component) rows.push_back(row);
     }

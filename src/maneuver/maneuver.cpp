@@ -136,34 +136,46 @@ void fit_to_joints(const System& system, mechanics::Rotations& R) {
   }
 }
 
-integrator::State start_without_momentum(const System& system, const Start& start) {
-  mechanics::Rotations seen;
-  for (const Vector3d& vector : start.rotation) seen.push_back(lie::exp(vector));
+mechanics::Rotations fitted_to_joints(const System& system, const mechanics::Rotations& seen, double most,
+                                      const std::string& key, const std::string& as) {
   mechanics::Rotations rotation = seen;
   fit_to_joints(system, rotation);
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const double off = lie::rotation_angle(seen[i].transpose() * rotation[i]);
-    if (off <= most_misfit) continue;
+    if (off <= most) continue;
     const model::Body& body = system.body(static_cast<int>(i));
     std::ostringstream text;
     text << "found " << body.name << " turned by " << off << " rad beside what joint " << system.joint(body.joint).name
-         << " allows; allowed: up to " << most_misfit
-         << " rad, as measurements have it; mend this rotation or its parent's";
-    throw InputError("start.rotation." + body.name, text.str());
+         << " allows; allowed: up to " << most << " rad" << as << "; mend this rotation or its parent's";
+    throw InputError(key + body.name, text.str());
   }
+  return rotation;
+}
+
+integrator::State start_without_momentum(const System& system, const Start& start) {
+  mechanics::Rotations seen;
+  for (const Vector3d& vector : start.rotation) seen.push_back(lie::exp(vector));
+  const mechanics::Rotations rotation =
+      fitted_to_joints(system, seen, most_misfit, "start.rotation.", ", as measurements have it");
   const VectorXd moving = mechanics::velocity_of_bodies(system, rotation, start.angular_velocity, Vector3d::Zero());
   // twice: of joints that hardly turn the round-off of the whole would be left
-  const VectorXd once = mechanics::with_momentum(system, rotation, start.position, moving, {});
-  VectorXd velocity = mechanics::with_momentum(system, rotation, start.position, once, {});
+  const VectorXd once = mechanics::with_momentum(system, rotation, Vector3d::Zero(), moving, {});
+  VectorXd velocity = mechanics::with_momentum(system, rotation, Vector3d::Zero(), once, {});
   if (velocity.lpNorm<Eigen::Infinity>() <= no_rate * moving.lpNorm<Eigen::Infinity>()) velocity.setZero();
   return integrator::state_of_velocity(system, rotation, start.position, velocity);
 }
 
 bool has_momentum(const System& system, const integrator::State& state) {
   constexpr double round_off = 1e-10;  // of what the bodies have: velocities that cancel are known to some digits
-  const auto total = mechanics::spatial_momentum(system, state.rotation, state.position, state.momentum);
-  const double largest = std::max(total.linear.lpNorm<Eigen::Infinity>(), total.angular.lpNorm<Eigen::Infinity>());
-  return largest > round_off * state.momentum.lpNorm<Eigen::Infinity>();
+  const Eigen::Index turns = state.momentum.size() - 3;
+  const double length = system.length_unit();
+  // about the root's mass centre, however far from the world's origin that is
+  const auto total = mechanics::spatial_momentum(system, state.rotation, Vector3d::Zero(), state.momentum);
+  const double largest =
+      std::max(length * total.linear.lpNorm<Eigen::Infinity>(), total.angular.lpNorm<Eigen::Infinity>());
+  const double own = std::max(length * state.momentum.tail<3>().lpNorm<Eigen::Infinity>(),
+                              state.momentum.head(turns).lpNorm<Eigen::Infinity>());
+  return largest > round_off * own;
 }
 
 bool has_momentum(const System& system, const Start& start) { return has_momentum(system, start_state(system, start)); }

@@ -49,6 +49,11 @@ integrator::State start_state(const model::System& system, const Start& start);
 /// Bodies that joints lead follow their parents at the angles nearest to what they have.
 void fit_to_joints(const model::System& system, mechanics::Rotations& rotation);
 
+/// The same of rotations that joints allow but for `most` rad. Throws model::InputError, its key `key` and the body's name, of others;
+/// `as` says what errs so much.
+mechanics::Rotations fitted_to_joints(const model::System& system, const mechanics::Rotations& seen, double most,
+                                      const std::string& key, const std::string& as);
+
 /// Start state whose joints turn as in `start`, while the whole moves as total momentum zero demands: what is seen of a
 /// swimmer's shape and its rates, made to fit joints and law. The start's linear velocity says nothing.
 /// Throws model::InputError where a body is turned by more beside its joint than a measurement errs.

@@ -111,8 +111,13 @@ struct Limits {
 struct Waypoint {
   double time;                                      // s
   std::array<std::optional<double>, 3> move;        // m, as in Goal
-  std::optional<Eigen::Vector3d> turn;              // rad, as in Goal
+  std::optional<Eigen::Vector3d> turn;              // rad, as in Goal; where the first shape is free of the root alone
   std::map<std::string, Eigen::Vector3d> rotation;  // rad by body, absolute
+
+  /// Whether it says how a body is turned.
+  bool turns(const std::string& body, bool root, const Start& start) const {
+    return rotation.contains(body) || (turn && (root || !start.free_shape));
+  }
 };
 
 struct Search {
@@ -163,7 +168,10 @@ struct Problem : ProblemStatement {
   std::optional<CostRule> rule;  // absent: trapezoid
   Search search;
 
-  CostRule cost_rule() const { return rule.value_or(CostRule::trapezoid); }
+  /// Over a closed period both rules are one sum: what the ends share counts once.
+  CostRule cost_rule() const {
+    return goal && goal->periodic ? CostRule::trapezoid : rule.value_or(CostRule::trapezoid);
+  }
   double time_step() const { return duration.value / steps; }
 };
 

@@ -137,16 +137,23 @@ StrokeLimits stroke_limits(const System& system, const Problem& problem, const i
   const double rate = 2.0 * std::numbers::pi * strokes / duration;  // 1/s
   StrokeLimits result;
   for (const model::Joint& joint : system.joints()) {
-    double swing = most_swing, velocity = limits.angular_velocity.value_or(most_amplitude * rate);
-    const auto take = [&](const std::map<std::string, double>& by_joint, double share, double& smallest) {
-      if (const auto found = by_joint.find(joint.name); found != by_joint.end())
-        smallest = std::min(smallest, share * found->second);
+    // a joint's own bound stands in the place of that of all
+    const auto of_joint = [&](const std::optional<double>& all, const std::map<std::string, double>& by_joint) {
+      const auto own = by_joint.find(joint.name);
+      return own != by_joint.end() ? std::optional(own->second) : all;
     };
-    take(limits.joint_angular_velocity, 1.0, velocity);
-    if (limits.angular_velocity_component) velocity = std::min(velocity, *limits.angular_velocity_component);
-    take(limits.joint_angular_velocity_component, 1.0, velocity);
-    take(limits.swing, within_limits, swing);
-    take(limits.twist, within_limits, swing);
+    double swing = most_swing;
+    double velocity = of_joint(limits.angular_velocity, limits.joint_angular_velocity).value_or(most_amplitude * rate);
+    if (!joint.free())
+      velocity = std::min(
+          velocity,
+          of_joint(limits.angular_velocity_component, limits.joint_angular_velocity_component).value_or(velocity));
+    const auto stay_within = [&](const std::map<std::string, double>& by_joint) {
+      if (const auto found = by_joint.find(joint.name); found != by_joint.end())
+        swing = std::min(swing, within_limits * found->second);
+    };
+    stay_within(limits.swing);
+    stay_within(limits.twist);
     if (const auto angle = limits.angle.find(joint.name); angle != limits.angle.end()) {
       const Matrix3d Q = mechanics::child_to_parent(start.rotation, joint);
       const Vector3d first = mechanics::joint_angles(joint, Q);

@@ -70,6 +70,8 @@ class Transcription : public optimizer::Program {
   NodePath unpack(const VectorXd& x) const;
   /// What the cost is made of, where more than effort and time is asked for.
   std::optional<CostParts> cost_parts(const VectorXd& x);
+  /// The cost of a point's motion, in the units of the problem: where a search ends early the objective's own powers are not that.
+  double cost(const VectorXd& x);
   /// s, of the motion.
   double duration(const VectorXd& x) const { return maneuver_.duration * stretch(x); }
   /// What the constraints' multipliers say about limits, as LimitTerms has it.

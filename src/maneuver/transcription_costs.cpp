@@ -366,6 +366,12 @@ void Transcription::pack_costs(VectorXd& x) {
   point_.resize(0);
 }
 
+double Transcription::cost(const VectorXd& x) {
+  VectorXd exact = x;
+  pack_costs(exact);
+  return objective(exact) * cost_unit();
+}
+
 std::optional<CostParts> Transcription::cost_parts(const VectorXd& x) {
   if (joint_turn_variable_ < 0) return std::nullopt;
   VectorXd exact = x;

@@ -72,12 +72,6 @@ void four_momenta(const System& system, DiscreteLagrangian lagrangian, double h,
   four.write(shares.R * impulse, momenta.subtree_linear);
 }
 
-// rad, to (−π, π].
-double wrapped(double angle) {
-  constexpr double pi = std::numbers::pi;
-  return angle - 2.0 * pi * std::ceil((angle - pi) / (2.0 * pi));
-}
-
 }  // namespace
 
 Interval::Interval(int bodies)
@@ -136,7 +130,7 @@ void interval_between(const System& system, const Rotations& rotation, const Rot
     const auto angles = [&](const Rotations& R) {
       return joint_angles(joint, R[at(body.parent)].transpose() * R[at(i)]);
     };
-    step.joint_turn[at(i)] = (angles(next_rotation) - angles(rotation)).unaryExpr(&wrapped);
+    step.joint_turn[at(i)] = (angles(next_rotation) - angles(rotation)).unaryExpr(&lie::shorter_way);
   }
   update_interval(system, step);
 }

@@ -122,8 +122,8 @@ std::vector<std::pair<double, double>> swept(const file::Results& results, const
   std::vector<std::pair<double, double>> angles(kind == model::JointKind::universal ? 2 : 1, {most, -most});
   for (const maneuver::Vectors& turns : solution.joint_angle) {
     for (std::size_t axis = 0; axis < angles.size(); ++axis) {
-      const double angle = ball ? std::abs(lie::shorter_way(turns[joint].norm()))
-                                : turns[joint][static_cast<Eigen::Index>(axis)];
+      const double angle =
+          ball ? std::abs(lie::shorter_way(turns[joint].norm())) : turns[joint][static_cast<Eigen::Index>(axis)];
       angles[axis] = {std::min(angles[axis].first, angle), std::max(angles[axis].second, angle)};
     }
   }

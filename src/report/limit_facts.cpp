@@ -142,7 +142,9 @@ std::string reaches_in_words(const std::vector<LimitReach>& reaches) {
     LimitReach tightest = reach;
     for (const LimitReach& other : reaches)
       if (other.kind == reach.kind && !other.reached() && other.violation > tightest.violation) tightest = other;
-    parts.push_back(used_words(tightest));
+    const bool others =
+        std::any_of(reached.begin(), reached.end(), [&](const LimitReach& other) { return other.kind == reach.kind; });
+    parts.push_back((others ? "other " : "") + used_words(tightest));
   }
   return fmt::format("{}", fmt::join(parts, "; "));
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "certificate/certificate.hpp"
+#include "lie/so3.hpp"
 #include "report/summary.hpp"
 #include "report/wording.hpp"
 
@@ -50,17 +51,28 @@ std::string zero_line(const MomentumHistory& linear, const MomentumHistory& angu
                      share < std::max(1e-9, allowed) ? "✓" : "✗", share);
 }
 
-// Where the whole does not move on, the fluid's momentum is against the bodies': the move has their sign.
-std::string linear_line(double mean, double asked) {
-  return fmt::format("{} mean linear momentum of the bodies along e₁ is {} kg m/s, the sign of the move",
-                     mean * asked > 0.0 ? "✓" : "✗", with_sign(mean));
+std::string sign_words(double mean, double asked) { return mean * asked > 0.0 ? "the sign" : "against the sign"; }
+
+// Bodies that end turned as they began have all moved as the root has: the mean of their momentum has the sign of the move. Of others
+// no law asks it.
+std::string linear_line(double mean, double asked, bool by_law) {
+  const char* mark = mean * asked > 0.0 ? "✓" : by_law ? "✗" : "·";
+  return fmt::format("{} mean linear momentum of the bodies along e₁ is {} kg m/s, {} of the move", mark,
+                     with_sign(mean), sign_words(mean, asked));
 }
 
 // Turns have the sign of the bodies' momentum in the paper's maneuver; no law asks it of all.
 std::string angular_line(double mean, double asked) {
-  const bool same = mean * asked > 0.0;
-  return fmt::format("{} mean angular momentum of the bodies about e₁ is {} kg m²/s, {} of the turn", same ? "✓" : "·",
-                     with_sign(mean), same ? "the sign" : "against the sign");
+  return fmt::format("{} mean angular momentum of the bodies about e₁ is {} kg m²/s, {} of the turn",
+                     mean * asked > 0.0 ? "✓" : "·", with_sign(mean), sign_words(mean, asked));
+}
+
+bool ends_turned_as_it_began(const maneuver::Solution& solution) {
+  constexpr double same = 1e-6;  // rad
+  const auto &first = solution.rotation.front(), &last = solution.rotation.back();
+  for (std::size_t i = 0; i < first.size(); ++i)
+    if (lie::rotation_angle(first[i].transpose() * last[i]) > same) return false;
+  return true;
 }
 
 // There the bodies' momentum is the total, and nothing is left to compare it with.
@@ -86,7 +98,8 @@ std::vector<std::string> momentum_lines(const file::Results& results) {
   if (!results.certificate || !(results.certificate->goal_error <= certificate::goal_mark)) return lines;
   const maneuver::Goal& goal = *results.problem.goal;
   if (goal.move[0] && *goal.move[0] != 0.0)
-    lines.push_back(linear_line(mean_along_e1(solution.linear_momentum.bodies), *goal.move[0]));
+    lines.push_back(
+        linear_line(mean_along_e1(solution.linear_momentum.bodies), *goal.move[0], ends_turned_as_it_began(solution)));
   if (goal.turn && (*goal.turn)[0] != 0.0)
     lines.push_back(angular_line(mean_along_e1(solution.angular_momentum.bodies), (*goal.turn)[0]));
   return lines;

@@ -376,7 +376,7 @@ std::vector<std::pair<std::string, std::string>> problem_settings(const file::Re
   }
   const auto digits = [](double value) { return number(value); };
   append_lines("Limits", file::limit_lines(problem.limits, digits), rows);
-  append_lines("Waypoints", file::waypoint_lines(problem.waypoints, digits), rows);
+  append_lines("Waypoints", file::waypoint_lines(problem.waypoints, problem.free_shape, digits), rows);
   return rows;
 }
 

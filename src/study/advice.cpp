@@ -54,10 +54,19 @@ std::string advice_where_met(const Problem& problem, const Certificate& proof, c
     words += std::string(problem.cost_weights.smoothness > 0.0 ? "more" : "a little") +
              " cost.smoothness, which rounds what work leaves sharp, ";
   words += problem.search.starts == 1 ? "[search] starts = 8, another seed" : "more starts, another seed";
-  if (proof.kkt > problem.search.tolerance && proof.kkt <= loosest_tolerance)
-    words += "; where so much is enough, [search] tolerance = " + number(rounded_up(proof.kkt)) + " accepts it" +
-             (proof.kkt > certificate::proof_mark ? ", unproved" : "");
+  if (const std::string looser = words_on_tolerance(problem, proof); !looser.empty())
+    words += "; where so much is enough, " + looser;
   return words;
+}
+
+// Whether the goal asks for more than a place that rest would not meet.
+bool asks_beside_place(const Problem& problem) {
+  const auto& move = problem.goal->move;
+  if (std::none_of(move.begin(), move.end(), [](const auto& along) { return along.has_value(); })) return false;
+  Problem placeless = problem;
+  placeless.goal->move = {};
+  const model::System system(problem.swimmer);
+  return !maneuver::rest_meets_goal(system, placeless, maneuver::make_maneuver(system, placeless, problem.steps));
 }
 
 // Positions end at their last digit, which far from the world's origin is a velocity from step to step.
@@ -131,6 +140,12 @@ bool mostly_work(const Problem& problem, const Solution& solution) {
 
 }  // namespace
 
+std::string words_on_tolerance(const Problem& problem, const Certificate& proof) {
+  if (!(proof.kkt > problem.search.tolerance && proof.kkt <= loosest_tolerance)) return "";
+  return "[search] tolerance = " + number(rounded_up(proof.kkt)) + " accepts it" +
+         (proof.kkt > certificate::proof_mark ? ", unproved" : "");
+}
+
 std::string advice(const Problem& problem, const Certificate& proof, const Solution& solution) {
   if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
   const bool resolved = unmet(problem, proof).empty() && fading(problem, solution).empty();
@@ -145,10 +160,7 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     if (problem.duration.free && !solution.time.empty() &&
         solution.time.back() > problem.duration.max * (1.0 + limit_mark))
       words += ", or a larger time.max";
-    const bool placed = problem.goal && std::any_of(problem.goal->move.begin(), problem.goal->move.end(),
-                                                    [](const auto& along) { return along.has_value(); });
-    if (placed && (problem.goal->turn || !problem.goal->rotation.empty() || problem.goal->of_joints()) &&
-        !(proof.goal_error <= certificate::goal_mark))
+    if (problem.goal && !(proof.goal_error <= certificate::goal_mark) && asks_beside_place(problem))
       words += ", or first the same with goal.move \"free\", which shows where such motions go by themselves";
     return words;
   }

@@ -27,6 +27,9 @@ std::string untried_turns(const model::System& system, const maneuver::Problem& 
 /// Where the joints do other work within steps than the nodes show, as sentences after a blank. Empty where both agree.
 std::string unseen_work(const certificate::Certificate& certificate, const maneuver::Solution& solution);
 
+/// Which tolerance accepts an answer that is nearly stationary; empty where it is so to the one asked for, or not nearly.
+std::string words_on_tolerance(const maneuver::Problem& problem, const certificate::Certificate& proof);
+
 /// On how many steps an optimal answer may be resolved; nothing where it is, or where finer steps do not mend it.
 std::optional<int> steps_to_resolve(const maneuver::Problem& problem, const certificate::Certificate& proof,
                                     const maneuver::Solution& solution);

@@ -10,6 +10,7 @@
 #include "study/advice.hpp"
 #include "study/answer_parts.hpp"
 #include "study/faults.hpp"
+#include "study/minima.hpp"
 #include "study/plain_words.hpp"
 #include "study/verdict.hpp"
 
@@ -67,6 +68,8 @@ std::optional<maneuver::SetAside> cheapest_set_aside(const Problem& problem,
   return std::nullopt;
 }
 
+std::string in_brackets(const std::string& words) { return words.empty() ? "" : " (" + words + ")"; }
+
 // Why they are not the answer: the cheapest of those that more steps may resolve, and each that is not stationary.
 std::string words_of_cheaper_ones(const Problem& problem, const std::vector<const Answer*>& cheaper_ones,
                                   const Solution& best, bool resolving) {
@@ -79,7 +82,8 @@ std::string words_of_cheaper_ones(const Problem& problem, const std::vector<cons
     if (set_aside(problem, *other)) coarse.push_back(other);
     if (other->solution.status == Status::feasible && best.status == Status::optimal &&
         unmet(problem, other->certificate).empty())
-      words += opening(*other) + "meets all that is asked, too, but " + unsettled(problem, other->certificate) + ".";
+      words += opening(*other) + "meets all that is asked, too, but " + unsettled(problem, other->certificate) +
+               in_brackets(words_on_tolerance(problem, other->certificate)) + ".";
   }
   if (coarse.empty()) return words;
   const Answer& other = *coarse.front();
@@ -120,7 +124,7 @@ void add_to(Answer& best, const Problem& problem, const Completion& found_out) {
   std::string& message = best.solution.message;
   if (found_out.curved) {
     best.certificate = *found_out.curved;
-    message += curvature_words(problem, best.certificate);
+    message += curvature_words(problem, best.solution, best.certificate);
   }
   const Followed& followed = found_out.followed;
   best.solution.feedback = followed.feedback;
@@ -139,15 +143,18 @@ std::string words_on_steps(const Problem& problem, const Answer& of, bool resolv
 std::vector<Answer> others(const model::System& system, const Problem& problem,
                            const std::vector<const Certified*>& order, const SolveOptions& options, Parts& parts) {
   std::vector<Answer> kept;
-  const auto known = [&](double cost) {
-    return same_minimum(order.front()->answer.solution.cost, cost) ||
-           std::any_of(kept.begin(), kept.end(),
-                       [&](const Answer& of) { return same_minimum(of.solution.cost, cost); });
+  const auto minimum = [&](const Answer& of) {
+    return minimum_of(system, problem, of.solution.cost, of.solution.rotation);
+  };
+  const auto known = [&](const Answer& other) {
+    const Minimum own = minimum(other);
+    return same_minimum(minimum(order.front()->answer), own) ||
+           std::any_of(kept.begin(), kept.end(), [&](const Answer& of) { return same_minimum(minimum(of), own); });
   };
   for (const Certified* one : order) {
     const bool cheaper = options.resolving && one->answer.solution.cost < order.front()->answer.solution.cost;
     if (static_cast<int>(kept.size()) + 1 >= problem.search.keep && !cheaper) continue;
-    if (one->answer.solution.status != Status::optimal || known(one->answer.solution.cost)) continue;
+    if (one->answer.solution.status != Status::optimal || known(one->answer)) continue;
     Answer other = one->answer;
     add_to(other, problem, complete(system, problem, other, {}, options.workers, parts));
     other.solution.message += words_on_steps(problem, other, options.resolving);

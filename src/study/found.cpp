@@ -93,11 +93,6 @@ Found staying(const System& system, const maneuver::Problem& problem, const Mane
   return still;
 }
 
-bool same_minimum(double cost, double other) {
-  constexpr double relative = 1e-6;
-  return std::abs(cost - other) <= relative * std::max(std::abs(cost), std::abs(other));
-}
-
 bool any_converged(const std::vector<Found>& all) {
   return std::any_of(all.begin(), all.end(), [](const Found& found) { return found.converged(); });
 }

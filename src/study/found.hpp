@@ -34,9 +34,6 @@ struct Found {
 Found staying(const model::System& system, const maneuver::Problem& problem, const maneuver::Maneuver& maneuver,
               const std::string& reason);
 
-/// Whether minima of these costs are one.
-bool same_minimum(double cost, double other);
-
 /// Whether any of them has arrived.
 bool any_converged(const std::vector<Found>& all);
 

@@ -139,6 +139,7 @@ class IpoptMethod : public Method {
       last.cost = last.outcome.objective * program.cost_unit();
       for (optimizer::Iteration& step : last.outcome.history) step.objective *= program.cost_unit();
       if (last.outcome.point.size() == 0) continue;
+      last.cost = program.cost(last.outcome.point);
       last.path = program.unpack(last.outcome.point);
       last.duration = program.duration(last.outcome.point);
       last.cost_parts = program.cost_parts(last.outcome.point);

@@ -40,16 +40,17 @@ class NewtonMethod : public Method {
   bool has_strokes() const override {
     const bool single = grids_.reached().coordinates.shape.cols() == 1;  // which wins nothing by strokes
     const Problem& problem = grids_.problem();
-    return !single && problem.goal && (problem.goal->periodic || !grids_.passive());
+    return !single && problem.goal;
   }
 
   std::vector<Found> solve_strokes() override {
     if (!has_strokes() || grids_.budget().closing()) return {};
     if (grids_.problem().goal->periodic) return solve_cycles(grids_);
     std::vector<Found> found = solve_in_parts(grids_);
-    if (!any_converged(found) && !grids_.budget().closing()) append(solve_swum_strokes(grids_), found);
-    if (!any_converged(found) && !grids_.budget().closing()) append(solve_whole_turns(grids_), found);
-    if (!any_converged(found) && !grids_.budget().closing()) append(solve_gaits_from_rest(grids_), found);
+    const auto ends = [&] { return any_converged(found) || grids_.budget().closing(); };
+    if (!ends() && !grids_.passive()) append(solve_swum_strokes(grids_), found);  // which bend every joint
+    if (!ends() && !grids_.passive()) append(solve_whole_turns(grids_), found);
+    if (!ends()) append(solve_gaits_from_rest(grids_), found);
     return found;
   }
 

@@ -39,11 +39,17 @@ maneuver::LimitMultipliers multipliers_held_to(const Grids& grids, std::optional
   return maneuver::of_rows(found.limit_multipliers, rows(found.joint_rate), rows(joint_rate));
 }
 
+std::string at_rate(const Found& held) {
+  std::ostringstream words;
+  words << "with limits.angular_velocity = " << *held.joint_rate;
+  return words.str();
+}
+
 // Why the motion shown is one with joints held.
 std::string reason_of(const Found& held, const optimizer::Outcome& freer) {
   const bool cut_short = freer.termination == Termination::time_limit || freer.termination == Termination::interrupted;
   std::ostringstream reason;
-  reason << "with limits.angular_velocity = " << *held.joint_rate << " it is a minimum, and without that ";
+  reason << at_rate(held) << " it is a minimum, and without that ";
   if (cut_short)
     reason << "there was no time to solve it";
   else
@@ -95,7 +101,10 @@ Found refine_with_slower_joints(const Grids& grids, const Found& coarse) {
   Found found = coarse;
   found.outcome.termination = Termination::converged;
   found = grids.with(held_to(grids, coarse.joint_rate)).refine(found);
-  if (found.converged()) found = let_go(grids, std::move(found));
+  if (found.converged())
+    found = let_go(grids, std::move(found));
+  else
+    found.outcome.reason = at_rate(coarse) + ", to which this search held them, " + found.outcome.reason;
   found.limit_multipliers = multipliers_held_to(grids, std::nullopt, found);
   return found;
 }

@@ -15,6 +15,7 @@
 #include "model/input_error.hpp"
 #include "optimizer/ipopt.hpp"
 #include "study/method.hpp"
+#include "study/minima.hpp"
 
 namespace lamprey::study {
 
@@ -256,21 +257,25 @@ class Search {
   // Distinct costs; the first start that ended at each is a candidate.
   void count_minima() {
     const std::vector<std::size_t> order = by_rising_cost();
+    std::vector<Minimum> known;
     record_.starts = first_hop_;
     record_.strokes = first_hop_ - guesses_;
     record_.hops = static_cast<int>(starts_.size()) - first_hop_;
     for (std::size_t s : order) {
       if (!starts_[s].converged()) continue;
-      const double cost = starts_[s].cost;
+      const Minimum own = minimum_of(system_, problem_, starts_[s].cost, starts_[s].path.rotation);
       ++record_.solved;
-      if (!record_.minima.empty() && same_minimum(record_.minima.back().cost, cost)) {
-        ++record_.minima.back().count;
-      } else {
-        record_.minima.push_back({cost, 1});
+      const auto same =
+          std::find_if(known.begin(), known.end(), [&](const Minimum& other) { return same_minimum(other, own); });
+      const auto place = static_cast<std::size_t>(same - known.begin());
+      if (place == known.size()) {
+        known.push_back(own);
+        record_.minima.push_back({own.cost, 0});
         if (second_) record_.minima.back().by_ipopt = 0;
         candidates_.push_back(s);
       }
-      if (starts_[s].by_second) ++*record_.minima.back().by_ipopt;
+      ++record_.minima[place].count;
+      if (starts_[s].by_second) ++*record_.minima[place].by_ipopt;
     }
   }
 
@@ -295,19 +300,20 @@ class Search {
       options_.progress("interrupted: the best motion is refined, for 20 s at most; interrupt again to end without it");
   }
 
-  // Costs of accepted candidates, each minimum once.
-  class AcceptedCosts {
+  // Accepted candidates, each minimum once.
+  class AcceptedMinima {
    public:
-    void add(double cost) {
-      if (std::none_of(costs_.begin(), costs_.end(), [&](double own) { return same_minimum(own, cost); }))
-        costs_.push_back(cost);
+    void add(Minimum minimum) {
+      if (std::none_of(all_.begin(), all_.end(), [&](const Minimum& own) { return same_minimum(own, minimum); }))
+        all_.push_back(std::move(minimum));
     }
     int below(double cost) const {
-      return static_cast<int>(std::count_if(costs_.begin(), costs_.end(), [&](double own) { return own < cost; }));
+      return static_cast<int>(
+          std::count_if(all_.begin(), all_.end(), [&](const Minimum& own) { return own.cost < cost; }));
     }
 
    private:
-    std::vector<double> costs_;
+    std::vector<Minimum> all_;
   };
 
   // Adds a candidate; where it arrived, but less near to stationary than is asked, once more from there on. Returns whether it is
@@ -328,7 +334,7 @@ class Search {
   // Candidates at full resolution, where costs can be compared, two at a time by rising coarse cost, until as many accepted ones as
   // are to be kept cost less than those still waiting; then spare ones, until one is accepted.
   void refine_candidates() {
-    AcceptedCosts accepted;
+    AcceptedMinima accepted;
     double arrived_cost = std::numeric_limits<double>::infinity();
     for (std::size_t first = 0, end = 0; first < candidates_.size(); first = end) {
       const bool spare = first >= firsts_;
@@ -342,7 +348,8 @@ class Search {
       for (const Found& fine : refined) {
         count_effort(fine.outcome);
         if (fine.path.rotation.empty()) continue;
-        if (take_candidate(fine)) accepted.add(solutions_.back().cost);
+        if (take_candidate(fine))
+          accepted.add(minimum_of(system_, problem_, solutions_.back().cost, solutions_.back().rotation));
         if (solutions_.back().status == maneuver::Status::optimal)
           arrived_cost = std::min(arrived_cost, solutions_.back().cost);
       }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "certificate/certify.hpp"
+#include "mechanics/continuous.hpp"
 #include "study/advice.hpp"
 #include "study/faults.hpp"
 #include "study/plain_words.hpp"
@@ -26,6 +27,18 @@ std::string why_curvature_is_not_told(const Problem& problem, bool worked) {
   if (problem.steps < steps_that_tell)
     words += ", or in the error of long steps: [time] steps = " + std::to_string(steps_that_tell) + " may show it";
   return words;
+}
+
+// Of a motion that goes on by itself: moments that do no more than a share of its energy, which is all round-off.
+bool costs_nothing(const Problem& problem, const Solution& solution) {
+  constexpr double share = 1e-8;
+  if (problem.cost_weights.of_displacement() || solution.time.empty()) return false;
+  const model::System system(problem.swimmer);
+  const mechanics::Rotations& R = solution.rotation.front();
+  const Eigen::VectorXd velocity = mechanics::velocity_of_bodies(system, R, solution.angular_velocity.front(),
+                                                                 R[0] * solution.linear_velocity.front());
+  const double moments = share * mechanics::kinetic_energy(system, R, velocity);
+  return solution.cost <= problem.effort * moments * moments * (solution.time.back() - solution.time.front());
 }
 
 // What is particular about where a search ended.
@@ -104,7 +117,7 @@ void judge_march(const Certificate& proof, Solution& solution) {
   solution.message = "No march: " + missing + ".";
 }
 
-std::string curvature_words(const Problem& problem, const Certificate& proof) {
+std::string curvature_words(const Problem& problem, const Solution& solution, const Certificate& proof) {
   const auto saddle = [](const certificate::SecondOrder& second) {
     return second.negative_eigenvalues && *second.negative_eigenvalues > 0;
   };
@@ -115,7 +128,9 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   const maneuver::CostWeights& weights = problem.cost_weights;
   const bool worked = weights.work > 0.0 || weights.power > 0.0 || weights.transport > 0.0;
   std::string words;
-  if (!proof.second_order)
+  if (!proof.second_order && costs_nothing(problem, solution))
+    words = " It goes on by itself, and costs nothing but round-off: no motion costs less.";
+  else if (!proof.second_order)
     words = " Whether it is a minimum cannot be told: " + why_curvature_is_not_told(problem, worked) + ".";
   else if (proof.second_order->positive)
     words = proof.kkt <= certificate::proof_mark

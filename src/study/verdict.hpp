@@ -18,6 +18,7 @@ void judge(const maneuver::Problem& problem, const certificate::Certificate& cer
 void judge_march(const certificate::Certificate& certificate, maneuver::Solution& solution);
 
 /// What second derivatives say, as sentences after a blank.
-std::string curvature_words(const maneuver::Problem& problem, const certificate::Certificate& certificate);
+std::string curvature_words(const maneuver::Problem& problem, const maneuver::Solution& solution,
+                            const certificate::Certificate& certificate);
 
 }  // namespace lamprey::study

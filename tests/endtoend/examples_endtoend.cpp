@@ -262,6 +262,23 @@ TEST(Export, writes_tables_that_simulate_reads) {
   EXPECT_EQ(lamprey(folder, "export " + (folder / "nowhere")).exit_code, 6);
 }
 
+// What nothing drives moves as it does: a stored gait is marched along the angles of its motors alone, and comes to itself but for the
+// rates that a spline gives them at first.
+TEST(Marches, along_stored_angles_leave_passive_joints_to_themselves) {
+  const Folder folder;
+  const std::string path = varied_example(folder, "compliant_tail", {{"steps", "100"}});
+  ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "run")).exit_code, 0);
+  const file::Results found = file::read_solution(folder / "run");
+  ASSERT_TRUE(std::any_of(found.problem.joints.begin(), found.problem.joints.end(),
+                          [](const auto& joint) { return !joint.actuated; }));
+  const ProgramRun run =
+      lamprey(folder, "simulate " + path + " --angles " + (folder / "run") + " --out " + (folder / "again"));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const file::Results again = file::read_solution(folder / "again");
+  for (std::size_t k = 0; k < found.solution.time.size(); ++k)
+    EXPECT_LT((again.solution.position[k] - found.solution.position[k]).norm(), 1e-3 * 0.05) << k;
+}
+
 // Steps that do not resolve the answer are taken for a first look: the answer is then found on as many as do.
 TEST(Resolving, goes_on_to_steps_that_show_the_motion) {
   const Folder folder;

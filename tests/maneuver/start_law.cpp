@@ -56,6 +56,17 @@ TEST(StartWithoutMomentum, leaves_a_start_alone_that_has_none) {
   EXPECT_LT((twice.momentum - once.momentum).norm(), tolerance(1e-13) * once.momentum.norm());
 }
 
+// Places in the world have no part in it: map coordinates are millions of metres.
+TEST(StartWithoutMomentum, has_none_wherever_it_begins) {
+  const model::System system(paper_chain());
+  maneuver::Start far = tumbling();
+  far.position = {5e6, -4e6, 100.0};
+  const integrator::State state = maneuver::start_without_momentum(system, far);
+  EXPECT_FALSE(maneuver::has_momentum(system, state));
+  EXPECT_EQ(state.momentum, maneuver::start_without_momentum(system, tumbling()).momentum);
+  EXPECT_TRUE(maneuver::has_momentum(system, maneuver::start_state(system, far)));
+}
+
 // What a camera sees fits no hinge to the last digit.
 TEST(StartWithoutMomentum, makes_measured_rotations_fit_their_joints) {
   Random random(11);

@@ -98,6 +98,21 @@ TEST(Strokes, are_limited_alike_by_a_rate_of_each_joint_and_of_all) {
   EXPECT_LT(one.amplitude[0], 2.0 * 20.0 / (2.0 * std::numbers::pi * 10));
 }
 
+// As in the search, and what is said of angles is not said of ball joints.
+TEST(Strokes, are_limited_by_a_joints_own_rate_in_the_place_of_that_of_all) {
+  maneuver::Problem own = hull_with_paddles(0.3), faster = own;
+  for (maneuver::Problem* problem : {&own, &faster}) problem->limits.angular_velocity = 2.0;
+  const std::string& name = own.swimmer.joints[0].name;
+  own.limits.joint_angular_velocity[name] = faster.limits.joint_angular_velocity[name] = 3.0;
+  for (const model::JointDescription& joint : faster.swimmer.joints)
+    if (joint.name != name) faster.limits.joint_angular_velocity[joint.name] = 2.0;
+  const model::System system(own.swimmer);
+  const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, own, 100);
+  const maneuver::StrokeLimits one = maneuver::stroke_limits(system, own, maneuver.start, maneuver.duration, 10);
+  EXPECT_EQ(one.amplitude, maneuver::stroke_limits(system, faster, maneuver.start, maneuver.duration, 10).amplitude);
+  EXPECT_NEAR(one.amplitude[0], 1.5 * one.amplitude[1], tolerance(1e-14));
+}
+
 TEST(Strokes, are_the_same_for_the_same_seed) {
   const Rowed one = rowed(hull_with_paddles(0.2), 4, false, 3), same = rowed(hull_with_paddles(0.2), 4, false, 3),
               other = rowed(hull_with_paddles(0.2), 4, false, 4);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <tuple>
 
+#include "lie/so3.hpp"
 #include "report/cost_shares.hpp"
 #include "report/joint_demands.hpp"
 #include "report/momentum_lines.hpp"
@@ -217,6 +218,22 @@ TEST(MomentumLines, tell_signs_of_motions_that_arrive_alone) {
   EXPECT_EQ(report::momentum_lines(results).size(), 3U);
   results.certificate->goal_error = 0.1;
   EXPECT_EQ(report::momentum_lines(results).size(), 1U);
+}
+
+// Bodies that end turned otherwise have moved by another way than the root: no law gives their momentum the move's sign.
+TEST(MomentumLines, find_fault_with_signs_where_a_law_gives_them_alone) {
+  file::Results results = tests::sample_results(5);
+  const auto mark = [&] {
+    const std::string line = report::momentum_lines(results)[1];
+    EXPECT_NE(line.find("mean linear momentum"), std::string::npos) << line;
+    return line.substr(0, line.find(' '));
+  };
+  results.solution.rotation.back() = results.solution.rotation.front();
+  EXPECT_EQ(mark(), "✓");
+  for (Eigen::Vector3d& bodies : results.solution.linear_momentum.bodies) bodies = -bodies;
+  EXPECT_EQ(mark(), "✗");
+  results.solution.rotation.back()[0] = results.solution.rotation.front()[0] * lie::exp(Eigen::Vector3d(0.0, 0.0, 0.5));
+  EXPECT_EQ(mark(), "·");
 }
 
 // Joints at mass centres, a swimmer far from the origin: what is compared has a size all the same.

@@ -1,0 +1,29 @@
+// Which minima are one. Costs tell them apart, up to the symmetries of a problem; but a gait may begin at any phase, which on a grid
+// makes it a little dearer or cheaper.
+#pragma once
+
+#include <vector>
+
+#include "maneuver/problem.hpp"
+#include "mechanics/tree_motion.hpp"
+
+namespace lamprey::study {
+
+/// What is known of a minimum, that others which are the same have, too.
+struct Minimum {
+  double cost = 0.0;
+  Eigen::VectorXd
+      turning;  // [joints] rad², N Σ|turn of a step|², however a gait's phase may lie; empty where it is none
+};
+
+/// Of the motion through these nodes, [N + 1][bodies].
+Minimum minimum_of(const model::System& system, const maneuver::Problem& problem, double cost,
+                   const std::vector<mechanics::Rotations>& rotation);
+
+/// Whether minima of these costs are one.
+bool same_minimum(double cost, double other);
+
+/// The same; gaits are one where their costs are near and their joints turn alike.
+bool same_minimum(const Minimum& one, const Minimum& other);
+
+}  // namespace lamprey::study

@@ -1,0 +1,72 @@
+// What is asked of a gait beside its goal: its first shape is an unknown, and its ends are one node.
+#include <gtest/gtest.h>
+
+#include "certificate/bounds.hpp"
+#include "file/problem_file.hpp"
+#include "maneuver/limit_rows.hpp"
+#include "study/solve.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+maneuver::Problem gait(double first_guess) {
+  maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/gait.toml");
+  problem.steps = 40;
+  problem.search.starts = 1;
+  problem.start.rotation.back().z() += first_guess;
+  return problem;
+}
+
+maneuver::Solution solved(const maneuver::Problem& problem) {
+  return study::solve(model::System(problem.swimmer), problem, study::SolveOptions()).front();
+}
+
+double bent(const model::System& system, const maneuver::Solution& solution, std::size_t node) {
+  const model::Joint& joint = system.joint(1);
+  return lie::rotation_angle(mechanics::child_to_parent(solution.rotation[node], joint));
+}
+
+// A first guess of the shape says nothing of where bodies are later.
+TEST(GaitTerms, waypoints_turn_the_root_alone_where_the_first_shape_is_free) {
+  maneuver::Problem problem = gait(0.0);
+  ASSERT_TRUE(problem.start.free_shape);
+  const model::System system(problem.swimmer);
+  problem.waypoints.push_back(
+      {.time = 0.5 * problem.duration.value, .move = {}, .turn = Eigen::Vector3d(0.0, 0.0, 0.1), .rotation = {}});
+  const auto turned = [&] {
+    std::size_t rows = 0;
+    for (const maneuver::LimitRow& row : maneuver::limit_rows(system, problem))
+      rows += row.kind == maneuver::LimitRow::Kind::pass_turn ? 1 : 0;
+    return rows;
+  };
+  EXPECT_EQ(turned(), 3U);
+  const maneuver::Solution one = solved(problem);
+  ASSERT_EQ(one.status, maneuver::Status::optimal) << one.message;
+  const std::size_t middle = one.rotation.size() / 2;
+  EXPECT_LT((lie::log(one.rotation[middle][0]) - Eigen::Vector3d(0.0, 0.0, 0.1)).norm(), tolerance(1e-9));
+  EXPECT_GT(std::abs(bent(system, one, middle) - lie::log(lie::exp(problem.start.rotation.back())).norm()), 1e-3)
+      << "bent as the first guess";
+  problem.waypoints[0].rotation[system.body(1).name] = Eigen::Vector3d(0.0, 0.0, 0.2);
+  EXPECT_EQ(turned(), 6U) << "what is said of a body is said of it";
+  problem.start.free_shape = false;
+  EXPECT_EQ(turned(), 3U * static_cast<std::size_t>(system.body_count()));
+}
+
+// Over a closed period the rectangle's sum is the trapezoid's: the moment that its ends share counts once.
+TEST(GaitTerms, cost_the_same_by_either_rule) {
+  maneuver::Problem problem = gait(0.0);
+  const maneuver::Solution trapezoid = solved(problem);
+  problem.rule = maneuver::CostRule::rectangle;
+  const maneuver::Solution rectangle = solved(problem);
+  ASSERT_EQ(trapezoid.status, maneuver::Status::optimal) << trapezoid.message;
+  EXPECT_EQ(rectangle.cost, trapezoid.cost);
+  double sum = 0.0;
+  for (std::size_t k = 1; k < rectangle.control.size(); ++k)
+    for (const Eigen::Vector3d& moment : rectangle.control[k])
+      sum += 0.5 * problem.effort * moment.squaredNorm() * rectangle.time.back() / problem.steps;
+  EXPECT_NEAR(rectangle.cost, sum, tolerance(1e-12) * sum);
+}
+
+}  // namespace
+}  // namespace lamprey::tests

@@ -1,0 +1,37 @@
+// Which minima are told apart.
+#include <gtest/gtest.h>
+
+#include "file/problem_file.hpp"
+#include "study/minima.hpp"
+#include "study/solve.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+// A gait that begins some nodes later is the same one, as dear to a few digits.
+TEST(Minima, of_gaits_do_not_depend_on_where_they_begin) {
+  maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/gait.toml");
+  problem.steps = 40;
+  problem.search.starts = 1;
+  const model::System system(problem.swimmer);
+  const maneuver::Solution gait = study::solve(system, problem, study::SolveOptions()).front();
+  ASSERT_EQ(gait.status, maneuver::Status::optimal) << gait.message;
+  std::vector<mechanics::Rotations> later(gait.rotation.begin() + 7, gait.rotation.end());
+  later.insert(later.end(), gait.rotation.begin() + 1, gait.rotation.begin() + 8);
+  ASSERT_EQ(later.size(), gait.rotation.size());
+  const study::Minimum one = study::minimum_of(system, problem, gait.cost, gait.rotation);
+  const study::Minimum same = study::minimum_of(system, problem, gait.cost * (1.0 + 2e-5), later);
+  EXPECT_TRUE(same_minimum(one, same));
+  EXPECT_FALSE(study::same_minimum(one.cost, same.cost));
+  study::Minimum other = same;
+  other.turning[0] *= 1.01;
+  EXPECT_FALSE(same_minimum(one, other)) << "as dear, but by other strokes";
+  EXPECT_FALSE(same_minimum(one, study::minimum_of(system, problem, gait.cost * 1.001, later)));
+  problem.goal->periodic = false;
+  EXPECT_FALSE(same_minimum(study::minimum_of(system, problem, gait.cost, gait.rotation),
+                            study::minimum_of(system, problem, gait.cost * (1.0 + 2e-5), later)))
+      << "maneuvers begin where they are told to";
+}
+
+}  // namespace
+}  // namespace lamprey::tests
