@@ -75,7 +75,11 @@ class Problem:
         """paper, trapezoid, midpoint, order4 or order6."""
 
     def check(self) -> str:
-        """The resolved model as a table for people: what `lamprey check` prints."""
+        """
+        The resolved model as a table for people, and where solve does not take the problem why: what `lamprey check` prints.
+
+        Raises InputError where the start or the goal breaks a limit.
+        """
 
     def __repr__(self) -> str: ...
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
@@ -11,10 +12,11 @@ namespace lamprey::optimizer {
 namespace {
 
 constexpr int most_rounds = 60;
-constexpr int most_landings = 6;                         // sets of limits that hold, before a search returns
+constexpr int most_landings = 24;                        // sets of limits that hold, before a search returns
 constexpr int landing_iterations = 20;                   // with one of them
 constexpr double settling_weight = 1e-2;                 // of that of landings
 constexpr double landing_share = 0.5;                    // of a set's error, that the next one may leave
+constexpr double near_cost = 1e-3;                       // relative, by which its cost may differ where it leaves more
 constexpr double slow_share = 0.2;                       // of the error before a landing, from where its weight grows
 constexpr double more_weight = 10.0, most_weight = 1e3;  // times it
 constexpr double first_landing = 1e-5;                   // error, of other costs' kinks too, from which sets are tried
@@ -59,6 +61,7 @@ struct Landing {
   int left;                                                // sets of such limits that are tried
   double from = first_landing;                             // error
   double error = std::numeric_limits<double>::infinity();  // of the last one
+  double cost = std::numeric_limits<double>::infinity();   // likewise
   double grown = 1.0;                                      // how many times the weight is that of a landing
 
   bool worth_trying(double found) const { return left > 0 && found < from; }
@@ -69,7 +72,7 @@ struct Landing {
     if (!program.landed()) {
       if (!kept || !converged || !worth_trying(found)) return false;
       from = next_landing * found;
-      error = std::numeric_limits<double>::infinity();
+      error = cost = std::numeric_limits<double>::infinity();
       grown = 1.0;
       if (!program.land()) left = 0;
       return left > 0;
@@ -80,7 +83,9 @@ struct Landing {
       program.weigh_landed(more_weight);
       return false;
     }
-    if (--left > 0 && converged && found < landing_share * before) return false;
+    const double cost_before = std::exchange(cost, program.cost());
+    const bool near = std::abs(cost - cost_before) <= near_cost * std::abs(cost);  // a node may be all that is missing
+    if (--left > 0 && converged && (found < landing_share * before || near)) return false;
     program.take_off();
     return true;
   }
@@ -129,9 +134,10 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
     const bool converged = outcome.termination == Termination::converged;
     rounds_astray = !converged && outcome.infeasibility > astray ? rounds_astray + 1 : 0;
     const double found = program.limit_error();
-    idle = found < idle_share * best ? 0 : idle + 1;
-    best = std::min(best, found);
     const bool kept = program.limit_violation() <= limit_tolerance, met = found <= limit_tolerance;
+    const bool tries_sets = program.landed() && !kept;  // so many of them as `landing` has
+    idle = found < idle_share * best || tries_sets ? 0 : idle + 1;
+    best = std::min(best, found);
     const bool done = met && converged && round.tolerance == finest;
     if (done && program.landed()) settle_landed(newton, program, settling_weight / landing.grown, outcome);
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
