@@ -101,7 +101,7 @@ void refuse_keys_of_other_kinds(const TableReader& table, JointKind kind) {
 }
 
 std::optional<std::array<Vector3d, 2>> read_axes(const TableReader& table) {
-  const std::optional<std::vector<Vector3d>> axes = table.vectors("axes", any_number(""));
+  const std::optional<std::vector<Vector3d>> axes = table.vectors("axes", any_number(""), "give two");
   if (!axes) return std::nullopt;
   if (axes->size() != 2)
     refuse(table.key("axes"), shown(*table.find("axes")), "two vectors: parent's frame, child's frame", "give two");
@@ -124,7 +124,7 @@ model::JointDescription read_joint(const TableReader& table) {
   joint.axis = table.vector("axis", any_number(""));
   joint.axes = read_axes(table);
   joint.actuated = table.boolean("actuated").value_or(true);
-  joint.control_axes = table.vectors("control_axes", any_number(""));
+  joint.control_axes = table.vectors("control_axes", any_number(""), "a joint without motors has actuated = false");
   joint.stiffness = table.number("stiffness", not_negative("N m/rad")).value_or(0.0);
   joint.damping = table.number("damping", not_negative("N m s/rad")).value_or(0.0);
   return joint;

@@ -262,13 +262,16 @@ std::optional<Vector3d> TableReader::vector(std::string_view name, const Range& 
   return vector_in(*value, name, range);
 }
 
-std::optional<std::vector<Vector3d>> TableReader::vectors(std::string_view name, const Range& range) const {
+std::optional<std::vector<Vector3d>> TableReader::vectors(std::string_view name, const Range& range,
+                                                          const std::string& for_none) const {
   const TomlValue* value = find(name);
   if (!value) return std::nullopt;
   const bool of_arrays =
       value->kind == Kind::array && std::all_of(value->items.begin(), value->items.end(),
                                                 [](const TomlValue& item) { return item.kind == Kind::array; });
-  if (!of_arrays || value->items.empty())
+  if (value->kind == Kind::array && value->items.empty())
+    refuse(key(name), "[]", "at least one vector of three numbers", for_none);
+  if (!of_arrays)
     refuse(key(name), shown(*value), "a list of vectors of three numbers",
            "write double brackets, as in [[0.0, 0.0, 1.0]]");
   std::vector<Vector3d> vectors;

@@ -74,7 +74,9 @@ class TableReader {
   std::optional<std::int64_t> integer(std::string_view name, std::int64_t low, std::int64_t high) const;
   std::optional<double> number(std::string_view name, const Range& range) const;
   std::optional<Eigen::Vector3d> vector(std::string_view name, const Range& range) const;
-  std::optional<std::vector<Eigen::Vector3d>> vectors(std::string_view name, const Range& range) const;
+  /// At least one; `for_none` says how to mend an empty list.
+  std::optional<std::vector<Eigen::Vector3d>> vectors(std::string_view name, const Range& range,
+                                                      const std::string& for_none) const;
   /// A 3×3 matrix from three numbers (its diagonal) or three rows.
   std::optional<Eigen::Matrix3d> matrix(std::string_view name, std::string_view unit) const;
 

@@ -83,8 +83,8 @@ struct Landing {
       program.weigh_landed(more_weight);
       return false;
     }
-    const double cost_before = std::exchange(cost, program.cost());
-    const bool near = std::abs(cost - cost_before) <= near_cost * std::abs(cost);  // a node may be all that is missing
+    const double cost_before = std::exchange(cost, program.cost()), changed = std::abs(cost - cost_before);
+    const bool near = changed > 0.0 && changed <= near_cost * std::abs(cost);  // a node may be all that is missing
     if (--left > 0 && converged && (found < landing_share * before || near)) return false;
     program.take_off();
     return true;

@@ -233,7 +233,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   best.solution.message += words_of_cheaper_ones(problem, cheaper, best.solution, options.resolving);
   if (optimal || best.solution.status == Status::feasible)
     best.solution.message += words_on_steps(problem, best, options.resolving);
-  if (optimal)
+  if (optimal && !costs_nothing(problem, best.solution))
     best.solution.message +=
         few_arrivals(best.solution) + (options.solver == Backend::ipopt ? "" : untried_turns(system, problem));
   if (optimal) best.others = others(system, problem, order, options, parts);

@@ -29,18 +29,6 @@ std::string why_curvature_is_not_told(const Problem& problem, bool worked) {
   return words;
 }
 
-// Of a motion that goes on by itself: moments that do no more than a share of its energy, which is all round-off.
-bool costs_nothing(const Problem& problem, const Solution& solution) {
-  constexpr double share = 1e-8;
-  if (problem.cost_weights.of_displacement() || solution.time.empty()) return false;
-  const model::System system(problem.swimmer);
-  const mechanics::Rotations& R = solution.rotation.front();
-  const Eigen::VectorXd velocity = mechanics::velocity_of_bodies(system, R, solution.angular_velocity.front(),
-                                                                 R[0] * solution.linear_velocity.front());
-  const double moments = share * mechanics::kinetic_energy(system, R, velocity);
-  return solution.cost <= problem.effort * moments * moments * (solution.time.back() - solution.time.front());
-}
-
 // What is particular about where a search ended.
 std::string where_it_ended(const Problem& problem, const Solution& solution) {
   return far_turn(problem, solution) + spring_at_its_jump(problem, solution) + fading(problem, solution);
@@ -115,6 +103,17 @@ void judge_march(const Certificate& proof, Solution& solution) {
   if (missing.empty()) return;
   solution.status = Status::stalled;
   solution.message = "No march: " + missing + ".";
+}
+
+bool costs_nothing(const Problem& problem, const Solution& solution) {
+  constexpr double share = 1e-8;
+  if (problem.cost_weights.of_displacement() || solution.time.empty()) return false;
+  const model::System system(problem.swimmer);
+  const mechanics::Rotations& R = solution.rotation.front();
+  const Eigen::VectorXd velocity = mechanics::velocity_of_bodies(system, R, solution.angular_velocity.front(),
+                                                                 R[0] * solution.linear_velocity.front());
+  const double moments = share * mechanics::kinetic_energy(system, R, velocity);
+  return solution.cost <= problem.effort * moments * moments * (solution.time.back() - solution.time.front());
 }
 
 std::string curvature_words(const Problem& problem, const Solution& solution, const Certificate& proof) {

@@ -76,6 +76,7 @@ CASES = {
     "axes_one_only": ("axes = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]", "axes = [[0.0, 0.0, 1.0]]", "axes = [[0.0, 0.0, 1.0]]", "joint[2].axes", ["found [[0, 0, 1]]", "two vectors", "give two"]),
     "control_axes_dependent": ("[[0.0, 0.0, 1.0], [0.0, 1.0, 1.0]]", "[[0.0, 1.0, 1.0], [0.0, -2.0, -2.0]]", "control_axes", "joint[0].control_axes", ["found [[0, 1, 1], [0, -2, -2]]", "linearly independent", "remove"]),
     "control_axes_zero": ("[[0.0, 0.0, 1.0], [0.0, 1.0, 1.0]]", "[[0.0, 0.0, 0.0]]", "control_axes", "joint[0].control_axes", ["found [[0, 0, 0]]", "non-zero", "remove"]),
+    "control_axes_none": ("[[0.0, 0.0, 1.0], [0.0, 1.0, 1.0]]", "[]", "control_axes", "joint[0].control_axes", ["found []", "at least one vector", "actuated = false"]),
     "control_axes_flat": ("[[0.0, 0.0, 1.0], [0.0, 1.0, 1.0]]", "[0.0, 0.0, 1.0]", "control_axes", "joint[0].control_axes", ["found [0, 0, 1]", "a list of vectors", "double brackets"]),
     "control_axes_not_actuated": ("actuated = false", "actuated = false\ncontrol_axes = [[0, 0, 1]]", "control_axes = [[0, 0, 1]]", "joint[1].control_axes", ["actuated = false", "only on actuated joints", "remove one"]),
     "actuated_a_number": ("actuated = false", "actuated = 0", "actuated = 0", "joint[1].actuated", ["found 0", "true or false", "without quotes"]),
