@@ -187,6 +187,34 @@ TEST(LimitedNewton, returns_where_it_does_not_find_them) {
   EXPECT_EQ(program.returns, 1);
 }
 
+// Of the limits that hold each set finds one more, which is broken as far as the ones before it were.
+class OneMoreByEachSet : public Landing {
+ public:
+  explicit OneMoreByEachSet(double changes) : Landing(true), changes_(changes) {}
+  double limit_error() const override { return landed() && tried_ < needed ? 1.0 : 0.0; }
+  double cost() const override { return 1.0 + changes_ * tried_; }
+  void renew_limits(bool) override { tried_ += landed() ? 1 : 0; }
+
+ private:
+  static constexpr int needed = 12;
+  double changes_;
+  int tried_ = 0;
+};
+
+// Errors do not tell that they come nearer: costs do, which hardly change.
+TEST(LimitedNewton, goes_on_from_set_to_set_while_costs_hardly_change) {
+  OneMoreByEachSet program(1e-5);
+  EXPECT_EQ(solve(program, {}).termination, Termination::converged);
+  EXPECT_TRUE(program.landed());
+  EXPECT_EQ(program.landings, 1);
+  EXPECT_EQ(program.returns, 0);
+  for (const double changes : {0.0, 0.1}) {
+    OneMoreByEachSet lost(changes);
+    solve(lost, {});
+    EXPECT_GE(lost.returns, 1) << "of cost by " << changes;
+  }
+}
+
 // Limits that are met from the beginning, beside kinks of the cost that settle slowly: before they have, which limits hold changes.
 class LandingBesideKinks : public SlowLimit {
  public:
