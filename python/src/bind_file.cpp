@@ -9,7 +9,6 @@
 
 #include "arrays.hpp"
 #include "bound.hpp"
-#include "file/model_table.hpp"
 #include "file/tasks.hpp"
 #include "file/text_file.hpp"
 #include "file/words.hpp"

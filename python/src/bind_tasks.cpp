@@ -269,7 +269,7 @@ void take_angles(const nb::object& angles, const file::Joints& joints, file::Mar
     };
   } else if (nb::isinstance<nb::tuple>(angles) && nb::len(angles) == 2) {
     std::vector<bool> idle;
-    for (const auto& joint : joints) idle.push_back(!joint.actuated && joint.kind != model::JointKind::fixed);
+    for (const auto& joint : joints) idle.push_back(joint.passive());
     Rows rows = rows_of(angles, count, axes, "angles", "angles", idle);
     options.angles = file::AngleSamples{
         .time = std::move(rows.time), .angle = std::move(rows.value), .passive = std::move(rows.missing)};
@@ -458,7 +458,8 @@ void bind_tasks(nb::module_& module) {
       "Trajectory, a path (solution.json or CSV),\na pair (time (rows,) s, angles (rows, joints, 3) rad as "
       "Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone\n(rows, "
       "joints) and (joints,) will do. Joints with actuated = false whose angles are NaN in all rows, or left out of a "
-      "CSV's header, move as they do. Root and total momentum begin as the problem says, steps are as long as the "
+      "CSV's header, and all such joints of a stored motion move as they do. Root and total momentum begin as the "
+      "problem says, steps are as long as the "
       "problem's up to the last row; cycles repeats angles that "
       "close.\n\n"
       "A march that does not get on ends with status \"stalled\" and the nodes before. Ctrl-C raises "

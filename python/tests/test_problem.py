@@ -126,7 +126,7 @@ def test_a_check_is_what_the_command_line_prints(root):
     settings = hinges.settings
     settings["goal"] = {"move": [0.1, "free", "free"]}
     settings["limits"] = {"angle": {name: [0.5, 1.0]}}
-    with pytest.raises(lp.InputError, match=rf"breaks this limit by .* rad, bent by .* rad.*set start\.angle\.{name}"):
+    with pytest.raises(lp.InputError, match=rf"breaks this limit by .* rad, bent by .* rad.*change start\.angle\.{name}"):
         lp.Problem(settings).check()
 
 

@@ -108,6 +108,17 @@ VectorXd node_weights(const StoredMotion& motion) {
   return weights;
 }
 
+double gradient_of_coasting(const StoredMotion& motion) {
+  if (!periodic(motion)) return 0.0;
+  Largest momentum;
+  for (const integrator::State& state : node_states(motion)) {
+    momentum.add(state.momentum.head(state.momentum.size() - 3).lpNorm<Eigen::Infinity>());
+    momentum.add(motion.system.length_unit() * state.momentum.tail<3>().lpNorm<Eigen::Infinity>());
+  }
+  const double duration = motion.steps * motion.time_step;
+  return coasting * node_weights(motion).maxCoeff() * momentum.value() / duration;
+}
+
 VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space) {
   const int controls = motion.system.control_count();
   if (space.basis.size() == 0)
@@ -233,17 +244,6 @@ Conditions spanning_conditions(const Tables& tables, const MatrixXd& end_rows, c
   return conditions;
 }
 
-// What moments that hardly act make of the cost's gradient, at most: a motion that goes on by itself is not judged by theirs.
-double gradient_of_coasting(const StoredMotion& motion, const std::vector<integrator::State>& states) {
-  Largest momentum;
-  for (const integrator::State& state : states) {
-    momentum.add(state.momentum.head(state.momentum.size() - 3).lpNorm<Eigen::Infinity>());
-    momentum.add(motion.system.length_unit() * state.momentum.tail<3>().lpNorm<Eigen::Infinity>());
-  }
-  const double duration = motion.steps * motion.time_step;
-  return coasting * node_weights(motion).maxCoeff() * momentum.value() / duration;
-}
-
 Tables tables_of(const StoredMotion& motion) {
   return {motion, node_states(motion), actuated_moments(motion).transpose(), timed_impulses(motion)};
 }
@@ -351,7 +351,7 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
     left.add(std::abs(entry));
   for (double entry : order.gradient) whole.add(std::abs(entry));
   whole.add(worth_by_duration(motion));
-  whole.add(gradient_of_coasting(motion, tables.state));
+  whole.add(gradient_of_coasting(motion));
   if (motion.problem.cost_weights.of_displacement())  // against which rest, without moments, is stationary
     for (double entry : order.conditions.shift) whole.add(std::abs(entry));
   return left.relative_to(whole.value());

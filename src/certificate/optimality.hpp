@@ -26,6 +26,10 @@ VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space);
 /// What a free duration makes ∇cost worth at least by a moment, (N m) s: the time's cost over Σ|u|; 0 where it is given.
 double worth_by_duration(const StoredMotion& motion);
 
+/// What ∇cost is at least in a gait, (N m) s, which may go on by itself at no cost: that of moments a thousandth of what would bring it
+/// to rest in its time. 0 of other motions.
+double gradient_of_coasting(const StoredMotion& motion);
+
 /// Typical size of each entry of a state's perturbation when turns and shifts, by the unit of length, are of size 1 over `duration` s.
 VectorXd state_scale(const StoredMotion& motion, double duration);
 
@@ -40,8 +44,7 @@ MatrixXd control_jacobian(const StoredMotion& motion, const ControlSpace& space,
 MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, const MatrixXd& end_rows);
 
 /// ‖∇cost + Aᵀλ‖∞/‖∇cost‖∞ (equation 6.5) with λ by rank-revealing least squares; `momentum_scale` makes goal rows
-/// comparable. Where moments hardly act on a motion that goes on by itself, the gradient is at least that of a thousandth of what
-/// would bring it to rest in its time.
+/// comparable. ‖∇cost‖∞ is at least worth_by_duration and gradient_of_coasting.
 /// Limits and waypoints count with the multipliers that the solution gives; a free duration and a periodic motion's free
 /// start are columns beside the moments.
 double kkt_residual(const StoredMotion& motion, const ControlSpace& space, double momentum_scale);

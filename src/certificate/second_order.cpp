@@ -199,6 +199,8 @@ std::optional<SecondOrder> eigenvalues_by_one_sweep(const Chain& chain, double c
   if (std::isnan(result.smallest_eigenvalue)) return std::nullopt;
   result.positive = smallest.bound >= curvature_mark || solver.factor(curvature_mark) == 0;
   result.negative_eigenvalues = result.positive ? 0 : solver.factor(-curvature_mark);  // a flat direction is no descent
+  // round-off may count fewer than rows take
+  if (result.negative_eigenvalues.value_or(0) < 0) result.negative_eigenvalues = std::nullopt;
   return result;
 }
 
@@ -265,7 +267,7 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   const bool beside = weights.any() || weights.of_displacement();
   const CostGradient others = beside ? cost_gradient_beside_effort(motion) : CostGradient();
   for (std::size_t k = 0; k < others.by_control.size(); ++k) gradient.by_input[k] += others.by_control[k];
-  double whole = worth_by_duration(motion);
+  double whole = std::max(worth_by_duration(motion), gradient_of_coasting(motion));
   for (const VectorXd& entry : gradient.by_input) whole = std::max(whole, entry.lpNorm<Eigen::Infinity>());
   std::vector<VectorXd> pulled = pull_on_states(motion, bounds, gradient.by_input);
   for (std::size_t k = 0; k < others.by_state.size(); ++k) pulled[k] += others.by_state[k];

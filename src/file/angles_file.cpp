@@ -23,11 +23,6 @@ namespace {
 
 constexpr double whole_turn = 2.0 * std::numbers::pi;
 
-// Whether nothing drives a joint that may bend: its angles are an outcome.
-bool moves_by_itself(const model::JointDescription& joint) {
-  return !joint.actuated && joint.kind != model::JointKind::fixed;
-}
-
 }  // namespace
 
 AngleSamples angles_of_results(const Results& results, const std::string& path, const Joints& joints) {
@@ -38,7 +33,7 @@ AngleSamples angles_of_results(const Results& results, const std::string& path, 
         "found none; allowed: the angles at each node; write the file anew (lamprey simulate, lamprey solve)");
   AngleSamples samples{
       .time = results.solution.time, .angle = results.solution.joint_angle, .first = first_node(results.solution)};
-  for (const auto& joint : joints) samples.passive.push_back(moves_by_itself(joint));
+  for (const auto& joint : joints) samples.passive.push_back(joint.passive());
   return samples;
 }
 

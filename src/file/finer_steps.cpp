@@ -124,8 +124,13 @@ class Resolving {
                         !study::unresolved(problem_of(each), is.solution, *is.certificate).empty(), is.solution.cost);
     };
     std::stable_sort(kept.begin(), kept.end(), [&](const Kept& a, const Kept& b) { return order(a) < order(b); });
-    const auto same = [](const Kept& a, const Kept& b) {
-      return a.steps == b.steps && study::same_minimum(a.results.solution.cost, b.results.solution.cost);
+    const model::System system = system_of(asked_);
+    const auto minimum = [&](const Kept& each) {
+      const maneuver::Solution& is = each.results.solution;
+      return study::minimum_of(system, asked_.problem, is.cost, is.rotation);
+    };
+    const auto same = [&](const Kept& a, const Kept& b) {
+      return a.steps == b.steps && same_minimum(minimum(a), minimum(b));
     };
     kept.erase(std::unique(kept.begin(), kept.end(), same), kept.end());
     for (; std::ssize(kept) > asked_.problem.search.keep; kept.pop_back())

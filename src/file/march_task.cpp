@@ -270,7 +270,8 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
 }
 
 // And the problem begins as they do.
-maneuver::JointAngles angles_to_follow(const MarchOptions& options, const model::System& system, ProblemFile& file) {
+maneuver::JointAngles angles_to_follow(const MarchOptions& options, const model::System& system, bool gait,
+                                       ProblemFile& file) {
   Problem& problem = file.problem;
   if (!maneuver::follows_angles(problem.scheme)) {
     const std::string message = fmt::format(
@@ -282,6 +283,7 @@ maneuver::JointAngles angles_to_follow(const MarchOptions& options, const model:
   }
   require_freedoms(*options.angles, options.angles_path, problem.swimmer.joints);
   maneuver::JointAngles along = angle_function(*options.angles);
+  if (gait) along.passive_start = options.angles->first;
   problem.start = maneuver::start_along(system, problem, along);
   return along;
 }
@@ -354,12 +356,11 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   const model::System system = system_of(file);
   const std::unique_ptr<Followed> followed = followed_from_start(options, system, file.problem);
   if (options.controls) begin_as(options.controls->first, file.problem);
-  if (options.angles) begin_as(options.angles->first, file.problem);
   const Problem with_goal = file.problem;
   file.problem.goal.reset();  // marching seeks no goal
   perturb(options, system, followed.get(), file.problem);
   std::optional<maneuver::JointAngles> along;
-  if (options.angles) along = angles_to_follow(options, system, file);
+  if (options.angles) along = angles_to_follow(options, system, with_goal.goal && with_goal.goal->periodic, file);
   Results results = begun_results(file, system, command);
   results.solution = along ? maneuver::march_along(system, file.problem, *along, options.interrupted)
                            : march(options, system, file.problem, followed.get());

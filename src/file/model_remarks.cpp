@@ -135,14 +135,17 @@ double one_digit(double value) {
 // Effort weighs the moments of all joints alike.
 std::string light_remark(const Problem& problem, const System& system) {
   const maneuver::Limits& limits = problem.limits;
-  if (!problem.goal || limits.angular_velocity || limits.angular_velocity_component) return "";
+  if (!problem.goal || problem.cost_weights.any() || limits.angular_velocity || limits.angular_velocity_component)
+    return "";
   const std::vector<double> ease = ease_of_joints(problem, system);
   std::optional<std::size_t> lightest, heaviest;
   for (std::size_t j = 0; j < ease.size(); ++j) {
     if (ease[j] == 0.0) continue;
     if (!heaviest || ease[j] < ease[*heaviest]) heaviest = j;
     const std::string& name = system.joint(static_cast<int>(j)).name;
-    if (limits.joint_angular_velocity.count(name) + limits.joint_angular_velocity_component.count(name) > 0) continue;
+    if (limits.joint_angular_velocity.contains(name) || limits.joint_angular_velocity_component.contains(name) ||
+        limits.joint_torque.contains(name) || limits.joint_torque_component.contains(name))
+      continue;
     if (!lightest || ease[j] > ease[*lightest]) lightest = j;
   }
   if (!lightest || ease[*lightest] < much_easier * ease[*heaviest]) return "";
@@ -150,7 +153,7 @@ std::string light_remark(const Problem& problem, const System& system) {
   return fmt::format(
       "a moment turns what joint {} moves some {} times as fast as one at joint {}: cost.effort weighs it next to "
       "nothing, "
-      "so that the cheapest motions whirl it as fast as steps show, and searches may find no end; give it "
+      "so that the cheapest motions may whirl it as fast as steps show; where searches find no end give it "
       "limits.angular_velocity.{}, or have it follow (actuated = false, with stiffness and damping)",
       name, short_number(one_digit(ease[*lightest] / ease[*heaviest])),
       printable(system.joint(static_cast<int>(*heaviest)).name), name);

@@ -122,7 +122,8 @@ void refuse_end(const model::System& system, const char* end, const maneuver::Br
 std::string bent_at_start(const model::System& system, const maneuver::Maneuver& maneuver, int joint) {
   if (joint < 0) return "";
   const model::Joint& own = system.joint(joint);
-  const Eigen::Vector3d angles = mechanics::joint_angles(own, mechanics::child_to_parent(maneuver.start.rotation, own));
+  const Eigen::Vector3d angles =
+      mechanics::turn_from_zero(own, mechanics::child_to_parent(maneuver.start.rotation, own), Eigen::Vector3d::Zero());
   const int count = own.free() ? 3 : system.body(own.child).freedoms;
   std::string words;
   for (int axis = 0; axis < count; ++axis) words += fmt::format("{}{:.4g}", axis > 0 ? ", " : "", angles[axis]);
@@ -168,10 +169,11 @@ void require_ends_within_limits(const ProblemFile& file) {
   try {
     if (const auto broken = maneuver::broken_by_start(system, maneuver, rows)) {
       const int joint = broken->row->joint;
-      const std::string own = joint >= 0 ? key_path("start.angle", system.joint(joint).name) : "[start]";
-      refuse_end(
-          system, "start", *broken, bent_at_start(system, maneuver, joint),
-          fmt::format("{} {}, let start.free_shape be true, or widen the limit", joint >= 0 ? "set" : "change", own));
+      const std::string own = joint < 0 ? "[start]"
+                                        : key_path("start.angle", system.joint(joint).name) + " or " +
+                                              key_path("start.rotation", system.body(system.joint(joint).child).name);
+      refuse_end(system, "start", *broken, bent_at_start(system, maneuver, joint),
+                 fmt::format("change {}, let start.free_shape be true, or widen the limit", own));
     }
     if (problem.goal->periodic) return;
     if (const auto broken = maneuver::broken_by_goal(system, maneuver, rows))

@@ -45,7 +45,7 @@ std::string table_text(TableKind kind, const Joints& joints, const std::string& 
 std::string remark_on_angles(const Joints& joints) {
   std::vector<std::string> passive;
   for (const model::JointDescription& joint : joints)
-    if (!joint.actuated && joint.kind != model::JointKind::fixed) passive.push_back(joint.name);
+    if (joint.passive()) passive.push_back(joint.name);
   if (passive.empty()) return "joint angles from zero; lamprey simulate P.toml --angles angles.csv";
   return fmt::format(
       "joint angles from zero; as no moment leads {}, lamprey simulate marches the moments instead, or these without "

@@ -64,8 +64,9 @@ class AngleMarch {
     const integrator::State asked = start_state(system, problem.start);
     total_ = mechanics::spatial_momentum(system, asked.rotation, asked.position, asked.momentum);
     first_passive_.resize(at(system.joint_count()));
+    const integrator::State bent = angles.passive_start ? start_state(system, *angles.passive_start) : asked;
     for (int j = 0; j < system.joint_count(); ++j)
-      if (passive(j)) first_passive_[at(j)] = motion_of_joint(system, j, asked);
+      if (passive(j)) first_passive_[at(j)] = motion_of_joint(system, j, bent);
     passive_turn_.push_back(passive_numbers([&](int j) { return first_passive_[at(j)].turn; }));
     last_rate_ = passive_numbers([&](int j) { return first_passive_[at(j)].rate; });
     Rotations first = shape_at(0.0, passive_turn_.front());

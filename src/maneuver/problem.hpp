@@ -168,10 +168,7 @@ struct Problem : ProblemStatement {
   std::optional<CostRule> rule;  // absent: trapezoid
   Search search;
 
-  /// Over a closed period both rules are one sum: what the ends share counts once.
-  CostRule cost_rule() const {
-    return goal && goal->periodic ? CostRule::trapezoid : rule.value_or(CostRule::trapezoid);
-  }
+  CostRule cost_rule() const { return rule.value_or(CostRule::trapezoid); }
   double time_step() const { return duration.value / steps; }
 };
 

@@ -42,6 +42,8 @@ struct JointDescription {
   double stiffness = 0.0;                                    // N m/rad about the zero angle
   double damping = 0.0;                                      // N m s/rad
   bool compliant() const { return stiffness > 0.0 || damping > 0.0; }
+  /// Whether nothing drives it though it may bend: its angles are an outcome.
+  bool passive() const { return !actuated && kind != JointKind::fixed; }
 };
 
 struct SwimmerDescription {

@@ -142,6 +142,9 @@ bool mostly_work(const Problem& problem, const Solution& solution) {
 
 std::string words_on_tolerance(const Problem& problem, const Certificate& proof) {
   if (!(proof.kkt > problem.search.tolerance && proof.kkt <= loosest_tolerance)) return "";
+  Problem looser = problem;
+  looser.search.tolerance = rounded_up(proof.kkt);
+  if (!certificate::stationary(looser, proof)) return "";
   return "[search] tolerance = " + number(rounded_up(proof.kkt)) + " accepts it" +
          (proof.kkt > certificate::proof_mark ? ", unproved" : "");
 }

@@ -41,13 +41,18 @@ struct Certified {
 };
 
 // Candidates that cost less than the answer, each once, in order of worth.
-std::vector<const Answer*> cheaper_ones(const std::vector<const Certified*>& order, const Solution& best) {
+std::vector<const Answer*> cheaper_ones(const model::System& system, const Problem& problem,
+                                        const std::vector<const Certified*>& order, const Solution& best) {
+  const auto same = [&](const Solution& one, const Solution& other) {
+    return same_minimum(minimum_of(system, problem, one.cost, one.rotation),
+                        minimum_of(system, problem, other.cost, other.rotation));
+  };
   std::vector<const Answer*> cheaper;
   for (const Certified* one : order) {
-    const double cost = one->answer.solution.cost;
-    if (!(cost < best.cost) || same_minimum(cost, best.cost)) continue;
-    const bool told = std::any_of(cheaper.begin(), cheaper.end(),
-                                  [&](const Answer* other) { return same_minimum(other->solution.cost, cost); });
+    const Solution& is = one->answer.solution;
+    if (!(is.cost < best.cost) || same(is, best)) continue;
+    const bool told =
+        std::any_of(cheaper.begin(), cheaper.end(), [&](const Answer* other) { return same(other->solution, is); });
     if (!told) cheaper.push_back(&one->answer);
   }
   return cheaper;
@@ -228,7 +233,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
       };
     add_to(best, problem, complete(system, problem, best, cost_on_grid, options.workers, parts));
   }
-  const std::vector<const Answer*> cheaper = cheaper_ones(order, best.solution);
+  const std::vector<const Answer*> cheaper = cheaper_ones(system, problem, order, best.solution);
   best.solution.search.set_aside = cheapest_set_aside(problem, cheaper);
   best.solution.message += words_of_cheaper_ones(problem, cheaper, best.solution, options.resolving);
   if (optimal || best.solution.status == Status::feasible)

@@ -97,10 +97,6 @@ bool any_converged(const std::vector<Found>& all) {
   return std::any_of(all.begin(), all.end(), [](const Found& found) { return found.converged(); });
 }
 
-bool any_converged_or_held(const std::vector<Found>& all) {
-  return std::any_of(all.begin(), all.end(), [](const Found& found) { return found.converged() || found.held(); });
-}
-
 void count_effort(const optimizer::Outcome& other, optimizer::Outcome& outcome) {
   outcome.iterations += other.iterations;
   outcome.evaluations += other.evaluations;

@@ -37,9 +37,6 @@ Found staying(const model::System& system, const maneuver::Problem& problem, con
 /// Whether any of them has arrived.
 bool any_converged(const std::vector<Found>& all);
 
-/// The same, or has with joints held: where that is so, faster ones lead to turns that no step shows, from wherever they begin.
-bool any_converged_or_held(const std::vector<Found>& all);
-
 /// Adds the iterations and evaluations of one search to those of another; their histories stay their own.
 void count_effort(const optimizer::Outcome& other, optimizer::Outcome& outcome);
 

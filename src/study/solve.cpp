@@ -193,9 +193,8 @@ class Search {
       append(method_->solve_starts(static_cast<int>(starts_.size()), 1), starts_);
     budget_.enter(Budget::Stage::guessing);
     std::vector<Found> strokes;
-    if (!any_converged_or_held(starts_) && method_->has_strokes() && !options_.first_alone)
-      strokes = method_->solve_strokes();
-    if (left > 0 && !any_converged_or_held(starts_) && !any_converged(strokes) && !budget_.closing())
+    if (!any_converged(starts_) && method_->has_strokes() && !options_.first_alone) strokes = method_->solve_strokes();
+    if (left > 0 && !any_converged(starts_) && !any_converged(strokes) && !budget_.closing())
       append(method_->solve_starts(begun, left), starts_);
     guesses_ = static_cast<int>(starts_.size());
     append(std::move(strokes), starts_);

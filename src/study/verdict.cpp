@@ -107,7 +107,8 @@ void judge_march(const Certificate& proof, Solution& solution) {
 
 bool costs_nothing(const Problem& problem, const Solution& solution) {
   constexpr double share = 1e-8;
-  if (problem.cost_weights.of_displacement() || solution.time.empty()) return false;
+  const bool gait = problem.goal && problem.goal->periodic;
+  if (!gait || problem.cost_weights.of_displacement() || solution.time.empty()) return false;
   const model::System system(problem.swimmer);
   const mechanics::Rotations& R = solution.rotation.front();
   const Eigen::VectorXd velocity = mechanics::velocity_of_bodies(system, R, solution.angular_velocity.front(),

@@ -1,4 +1,4 @@
-// What is asked of a gait beside its goal: its first shape is an unknown, and its ends are one node.
+// What is asked of a gait beside its goal: its first shape is an unknown.
 #include <gtest/gtest.h>
 
 #include "certificate/bounds.hpp"
@@ -51,21 +51,6 @@ TEST(GaitTerms, waypoints_turn_the_root_alone_where_the_first_shape_is_free) {
   EXPECT_EQ(turned(), 6U) << "what is said of a body is said of it";
   problem.start.free_shape = false;
   EXPECT_EQ(turned(), 3U * static_cast<std::size_t>(system.body_count()));
-}
-
-// Over a closed period the rectangle's sum is the trapezoid's: the moment that its ends share counts once.
-TEST(GaitTerms, cost_the_same_by_either_rule) {
-  maneuver::Problem problem = gait(0.0);
-  const maneuver::Solution trapezoid = solved(problem);
-  problem.rule = maneuver::CostRule::rectangle;
-  const maneuver::Solution rectangle = solved(problem);
-  ASSERT_EQ(trapezoid.status, maneuver::Status::optimal) << trapezoid.message;
-  EXPECT_EQ(rectangle.cost, trapezoid.cost);
-  double sum = 0.0;
-  for (std::size_t k = 1; k < rectangle.control.size(); ++k)
-    for (const Eigen::Vector3d& moment : rectangle.control[k])
-      sum += 0.5 * problem.effort * moment.squaredNorm() * rectangle.time.back() / problem.steps;
-  EXPECT_NEAR(rectangle.cost, sum, tolerance(1e-12) * sum);
 }
 
 }  // namespace
