@@ -350,7 +350,7 @@ def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | 
     moments and gains; feedback_from: s of its time, at which the march begins, from the problem's start, without a duration for the rest of it. perturb: rad, by which each body is turned at the start about a random axis drawn by `seed`. perturb_inertia: share of itself by which each body's mass and inertia, fluid included, differ at most from the problem's, drawn by `seed`.
     angles: joint angles to march along, in the place of moments, which are then found: a Solution or Trajectory, a path (solution.json or CSV),
     a pair (time (rows,) s, angles (rows, joints, 3) rad as Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone
-    (rows, joints) and (joints,) will do. Joints with actuated = false whose angles are NaN in all rows, or left out of a CSV's header, move as they do. Root and total momentum begin as the problem says, steps are as long as the problem's up to the last row; cycles repeats angles that close.
+    (rows, joints) and (joints,) will do. Joints with actuated = false whose angles are NaN in all rows, or left out of a CSV's header, and all such joints of a stored motion move as they do. Root and total momentum begin as the problem says, steps are as long as the problem's up to the last row; cycles repeats angles that close.
 
     A march that does not get on ends with status "stalled" and the nodes before. Ctrl-C raises KeyboardInterrupt; its attribute
     `solution` holds the nodes so far.

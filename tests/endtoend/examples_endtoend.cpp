@@ -262,6 +262,20 @@ TEST(Export, writes_tables_that_simulate_reads) {
   EXPECT_EQ(lamprey(folder, "export " + (folder / "nowhere")).exit_code, 6);
 }
 
+// Where round-off hides how many directions lower the cost, the file says so, and is read again (it held −1 of them).
+TEST(Gaits, whose_curvature_is_lost_in_round_off_are_read_again) {
+  const Folder folder;
+  for (const char* steps : {"100", "120"}) {
+    const std::string path = varied_example(folder, "gait", {{"steps", steps}, {"starts", "1"}});
+    ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "run")).exit_code, 0);
+    const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
+    EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+    const auto& second = file::read_solution(folder / "run").certificate->second_order;
+    ASSERT_TRUE(second);
+    EXPECT_FALSE(second->positive);
+  }
+}
+
 // What nothing drives moves as it does: a stored gait is marched along the angles of its motors alone, and comes to itself but for the
 // rates that a spline gives them at first.
 TEST(Marches, along_stored_angles_leave_passive_joints_to_themselves) {
