@@ -270,9 +270,9 @@ TEST(Gaits, whose_curvature_is_lost_in_round_off_are_read_again) {
     ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "run")).exit_code, 0);
     const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
     EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
-    const auto& second = file::read_solution(folder / "run").certificate->second_order;
-    ASSERT_TRUE(second);
-    EXPECT_FALSE(second->positive);
+    const file::Results results = file::read_solution(folder / "run");
+    ASSERT_TRUE(results.certificate->second_order);
+    EXPECT_FALSE(results.certificate->second_order->positive);
   }
 }
 
