@@ -76,7 +76,7 @@ class Problem:
 
     def check(self) -> str:
         """
-        The resolved model as a table for people, and where solve does not take the problem why: what `lamprey check` prints.
+        What `lamprey check` prints: the resolved model as a table for people, and where solve does not take the problem why.
 
         Raises InputError where the start or the goal breaks a limit.
         """

@@ -109,9 +109,8 @@ void bind_file(nb::module_& module) {
           "paper, trapezoid, midpoint, order4 or order6.")
       .def(
           "check", [](const Problem& self) { return file::check_task(self.file); },
-          "The resolved model as a table for people, and where solve does not take the problem why: what `lamprey "
-          "check` "
-          "prints.\n\nRaises InputError where the start or the goal breaks a limit.")
+          "What `lamprey check` prints: the resolved model as a table for people, and where solve does not take the "
+          "problem why.\n\nRaises InputError where the start or the goal breaks a limit.")
       .def("__repr__", &shown)
       .def("__getstate__", [](const Problem& self) { return std::pair(self.text, self.file.path); })
       .def("__setstate__", [](Problem& self, const std::pair<std::string, std::string>& state) {

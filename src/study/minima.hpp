@@ -12,8 +12,7 @@ namespace lamprey::study {
 /// What is known of a minimum, that others which are the same have, too.
 struct Minimum {
   double cost = 0.0;
-  Eigen::VectorXd
-      turning;  // [joints] rad², N Σ|turn of a step|², however a gait's phase may lie; empty where it is none
+  Eigen::VectorXd turning;  // [joints] rad², N Σ|turn of a step|² of a gait, wherever it begins; else empty
 };
 
 /// Of the motion through these nodes, [N + 1][bodies].
