@@ -6,7 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "file/problem_checks.hpp"
 #include "file/words.hpp"
+#include "lie/so3.hpp"
 
 namespace lamprey::file {
 
@@ -126,15 +128,30 @@ void refuse_moments_of(const JointDescription& joint, const Limits& limits) {
              "on joints that exert moments", "remove it");
 }
 
+// Of which body one waypoint's turn and the other's rotation say otherwise; empty: of none.
+std::string turned_otherwise(const Problem& problem, const maneuver::Waypoint& turned, const maneuver::Waypoint& told) {
+  for (std::size_t i = 0; turned.turn && i < problem.start.rotation.size(); ++i) {
+    const std::string& body = problem.swimmer.bodies[i].name;
+    const auto own = told.rotation.find(body);
+    if (own == told.rotation.end() || turned.rotation.contains(body) || !turned.turns(body, i == 0, problem.start))
+      continue;
+    const Eigen::Matrix3d R = lie::exp(*turned.turn) * lie::exp(problem.start.rotation[i]);
+    if (lie::rotation_angle(R.transpose() * lie::exp(own->second)) > angle_tolerance) return body;
+  }
+  return "";
+}
+
 // What two waypoints at one time ask for differently, as a key; empty: nothing.
-std::string contradiction(const maneuver::Waypoint& first, const maneuver::Waypoint& second) {
+std::string contradiction(const Problem& problem, const maneuver::Waypoint& first, const maneuver::Waypoint& second) {
   for (std::size_t c = 0; c < 3; ++c)
     if (first.move[c] && second.move[c] && *first.move[c] != *second.move[c]) return "move";
   if (first.turn && second.turn && *first.turn != *second.turn) return "turn";
   for (const auto& [body, rotation] : first.rotation)
     if (const auto other = second.rotation.find(body); other != second.rotation.end() && other->second != rotation)
       return key_path("rotation", body);
-  return "";
+  if (const std::string body = turned_otherwise(problem, first, second); !body.empty())
+    return key_path("rotation", body);
+  return turned_otherwise(problem, second, first).empty() ? "" : "turn";
 }
 
 void check_waypoints_agree(const Problem& problem) {
@@ -145,7 +162,7 @@ void check_waypoints_agree(const Problem& problem) {
   for (auto one = order.begin(); one != order.end(); ++one)
     for (auto next = one + 1; next != order.end() && time(*next) - time(*one) < 0.5 * problem.time_step(); ++next) {
       const auto [m, n] = std::minmax(*one, *next);
-      const std::string what = contradiction(problem.waypoints[m], problem.waypoints[n]);
+      const std::string what = contradiction(problem, problem.waypoints[m], problem.waypoints[n]);
       if (!what.empty())
         refuse(fmt::format("waypoint[{}].{}", n, what),
                fmt::format("another {} than that of waypoint[{}], at the same time", what, m),
