@@ -122,5 +122,25 @@ TEST(SearchInParts, arrives_within_limits_and_costs_less_than_its_parts) {
   EXPECT_LT(cheapest, 0.9 * 8.0 * eighth.cost) << "began from eight of them, each at rest at both ends";
 }
 
+// A minimum with joints held to a rate is a way that was found, not an end: parts are tried beside it, and lead to one without that.
+TEST(Parts, are_tried_where_first_guesses_lead_to_held_joints_alone) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/whipping_tail.toml");
+  problem.start.free_shape = false;
+  problem.goal = maneuver::Goal();
+  problem.goal->turn = Vector3d(0.0, 0.0, 1.2);
+  problem.search.starts = 2;
+  const model::System system(problem.swimmer);
+  const study::SolveOptions options;
+  const study::Budget budget(problem, options);
+  const auto method = study::newton_method(system, problem, options, budget);
+  const std::vector<study::Found> starts = method->solve_starts(0, 2);
+  ASSERT_FALSE(study::any_converged(starts));
+  ASSERT_TRUE(std::any_of(starts.begin(), starts.end(), [](const auto& found) { return found.held(); }));
+  const maneuver::Solution solution = study::solve(system, problem, options).front();
+  EXPECT_EQ(solution.status, maneuver::Status::optimal) << solution.message;
+  EXPECT_FALSE(solution.solver.held_joint_rate);
+}
+
 }  // namespace
 }  // namespace lamprey::tests
