@@ -459,9 +459,7 @@ void bind_tasks(nb::module_& module) {
       "Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone\n(rows, "
       "joints) and (joints,) will do. Joints with actuated = false whose angles are NaN in all rows, or left out of a "
       "CSV's header, and all such joints of a stored motion move as they do. Root and total momentum begin as the "
-      "problem says, steps are as long as the "
-      "problem's up to the last row; cycles repeats angles that "
-      "close.\n\n"
+      "problem says, steps are as long as the problem's up to the last row; cycles repeats angles that close.\n\n"
       "A march that does not get on ends with status \"stalled\" and the nodes before. Ctrl-C raises "
       "KeyboardInterrupt; "
       "its attribute\n`solution` holds the nodes so far.");

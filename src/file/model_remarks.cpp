@@ -152,8 +152,7 @@ std::string light_remark(const Problem& problem, const System& system) {
   const std::string name = printable(system.joint(static_cast<int>(*lightest)).name);
   return fmt::format(
       "a moment turns what joint {} moves some {} times as fast as one at joint {}: cost.effort weighs it next to "
-      "nothing, "
-      "so that the cheapest motions may whirl it as fast as steps show; where searches find no end give it "
+      "nothing, so that the cheapest motions may whirl it as fast as steps show; where searches find no end give it "
       "limits.angular_velocity.{}, or have it follow (actuated = false, with stiffness and damping)",
       name, short_number(one_digit(ease[*lightest] / ease[*heaviest])),
       printable(system.joint(static_cast<int>(*heaviest)).name), name);

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <tuple>
 
+#include "mechanics/continuous.hpp"
 #include "study/advice.hpp"
 #include "study/answer_parts.hpp"
 #include "study/faults.hpp"
@@ -109,6 +110,19 @@ bool met_once(const maneuver::SearchRecord& search) {
          few_arrived * search.solved < (few_arrived + 1) * static_cast<int>(search.minima.size());
 }
 
+// Of a gait that goes on by itself: moments that do no more than a share of its energy, which is all round-off. None costs less.
+bool costs_nothing(const Problem& problem, const Solution& solution) {
+  constexpr double share = 1e-8;
+  const bool gait = problem.goal && problem.goal->periodic;
+  if (!gait || problem.cost_weights.of_displacement() || solution.time.empty()) return false;
+  const model::System system(problem.swimmer);
+  const mechanics::Rotations& R = solution.rotation.front();
+  const Eigen::VectorXd velocity = mechanics::velocity_of_bodies(system, R, solution.angular_velocity.front(),
+                                                                 R[0] * solution.linear_velocity.front());
+  const double moments = share * mechanics::kinetic_energy(system, R, velocity);
+  return solution.cost <= problem.effort * moments * moments * (solution.time.back() - solution.time.front());
+}
+
 // Where few first guesses arrived, or the best minimum was met by one of many only, as a sentence.
 std::string few_arrivals(const Solution& solution) {
   const auto& search = solution.search;
@@ -129,7 +143,7 @@ void add_to(Answer& best, const Problem& problem, const Completion& found_out) {
   std::string& message = best.solution.message;
   if (found_out.curved) {
     best.certificate = *found_out.curved;
-    message += curvature_words(problem, best.solution, best.certificate);
+    message += curvature_words(problem, best.certificate);
   }
   const Followed& followed = found_out.followed;
   best.solution.feedback = followed.feedback;

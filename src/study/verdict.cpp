@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "certificate/certify.hpp"
-#include "mechanics/continuous.hpp"
 #include "study/advice.hpp"
 #include "study/faults.hpp"
 #include "study/plain_words.hpp"
@@ -105,19 +104,7 @@ void judge_march(const Certificate& proof, Solution& solution) {
   solution.message = "No march: " + missing + ".";
 }
 
-bool costs_nothing(const Problem& problem, const Solution& solution) {
-  constexpr double share = 1e-8;
-  const bool gait = problem.goal && problem.goal->periodic;
-  if (!gait || problem.cost_weights.of_displacement() || solution.time.empty()) return false;
-  const model::System system(problem.swimmer);
-  const mechanics::Rotations& R = solution.rotation.front();
-  const Eigen::VectorXd velocity = mechanics::velocity_of_bodies(system, R, solution.angular_velocity.front(),
-                                                                 R[0] * solution.linear_velocity.front());
-  const double moments = share * mechanics::kinetic_energy(system, R, velocity);
-  return solution.cost <= problem.effort * moments * moments * (solution.time.back() - solution.time.front());
-}
-
-std::string curvature_words(const Problem& problem, const Solution& solution, const Certificate& proof) {
+std::string curvature_words(const Problem& problem, const Certificate& proof) {
   const auto saddle = [](const certificate::SecondOrder& second) {
     return second.negative_eigenvalues && *second.negative_eigenvalues > 0;
   };
@@ -128,9 +115,7 @@ std::string curvature_words(const Problem& problem, const Solution& solution, co
   const maneuver::CostWeights& weights = problem.cost_weights;
   const bool worked = weights.work > 0.0 || weights.power > 0.0 || weights.transport > 0.0;
   std::string words;
-  if (!proof.second_order && costs_nothing(problem, solution))
-    words = " It goes on by itself, and costs nothing but round-off: no motion costs less.";
-  else if (!proof.second_order)
+  if (!proof.second_order)
     words = " Whether it is a minimum cannot be told: " + why_curvature_is_not_told(problem, worked) + ".";
   else if (proof.second_order->positive)
     words = proof.kkt <= certificate::proof_mark

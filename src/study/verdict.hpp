@@ -17,12 +17,7 @@ void judge(const maneuver::Problem& problem, const certificate::Certificate& cer
 /// far as the certificate can tell, else stalled with the reason as message.
 void judge_march(const certificate::Certificate& certificate, maneuver::Solution& solution);
 
-/// Whether a gait goes on by itself: its moments do no more than a share of its energy that is all round-off, and no motion costs
-/// less.
-bool costs_nothing(const maneuver::Problem& problem, const maneuver::Solution& solution);
-
 /// What second derivatives say, as sentences after a blank.
-std::string curvature_words(const maneuver::Problem& problem, const maneuver::Solution& solution,
-                            const certificate::Certificate& certificate);
+std::string curvature_words(const maneuver::Problem& problem, const certificate::Certificate& certificate);
 
 }  // namespace lamprey::study

@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 #include <thread>
+
+#include <fmt/format.h>
 
 #include "file/finer_steps.hpp"
 #include "program.hpp"
@@ -10,8 +13,6 @@
 
 namespace lamprey::tests {
 namespace {
-
-constexpr double limit = 3.0;  // s, several times what the first look takes
 
 // The problem on few steps, without a look at other grids.
 file::ProblemFile few_steps(const Folder& folder) {
@@ -30,8 +31,17 @@ struct Once {
   }
 };
 
+// s: several times what the first look takes here.
+double limit_of(const file::ProblemFile& file) {
+  const auto begin = std::chrono::steady_clock::now();
+  study::SolveOptions options;
+  options.refinement = false;
+  file::solve_task(file, options, "test");
+  return std::ceil(3.0 + 5.0 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+}
+
 // Also the time by which the best motion is refined late.
-void wait_until_time_is_over() {
+void wait_until_over(double limit) {
   std::this_thread::sleep_for(std::chrono::duration<double>(1.1 * study::late_share * limit));
 }
 
@@ -53,14 +63,16 @@ void expect_first_look(const file::Results& results, const file::ProblemFile& fi
 TEST(FinerSteps, that_time_left_no_room_for_are_named) {
   const Folder folder;
   file::ProblemFile file = few_steps(folder);
+  const double limit = limit_of(file);
   file.problem.search.time_limit = limit;
-  const file::Results before = resolved(file, Once{"not all of it is resolved", wait_until_time_is_over});
+  const file::Results before = resolved(file, Once{"not all of it is resolved", [limit] { wait_until_over(limit); }});
   expect_first_look(before, file, " steps were not tried: the time was over (search.time_limit).");
-  const auto within = [begun = false](const std::string& line) mutable {
-    if (begun && line.find("start 1") != std::string::npos) wait_until_time_is_over();
+  const auto within = [limit, begun = false](const std::string& line) mutable {
+    if (begun && line.find("start 1") != std::string::npos) wait_until_over(limit);
     begun = begun || line.find("not all of it is resolved") != std::string::npos;
   };
-  expect_first_look(resolved(file, within), file, " steps arrived: give it more than 3 s (search.time_limit).");
+  expect_first_look(resolved(file, within), file,
+                    fmt::format(" steps arrived: give it more than {:.0f} s (search.time_limit).", limit));
 }
 
 TEST(FinerSteps, that_an_interruption_left_undone_are_named_without_a_time_limit) {
