@@ -63,7 +63,8 @@ double parts_difference(const maneuver::CostParts& stored, const maneuver::CostP
   double largest = 0.0;
   for (double maneuver::CostParts::*part :
        {&maneuver::CostParts::effort, &maneuver::CostParts::work, &maneuver::CostParts::power,
-        &maneuver::CostParts::smoothness, &maneuver::CostParts::time, &maneuver::CostParts::transport})
+        &maneuver::CostParts::smoothness, &maneuver::CostParts::angular_velocity, &maneuver::CostParts::time,
+        &maneuver::CostParts::transport})
     if (stored.*part != recomputed.*part && !(std::isnan(stored.*part) && !std::isfinite(recomputed.*part)))
       largest = std::max(largest, relative_difference(stored.*part, recomputed.*part));
   return largest;

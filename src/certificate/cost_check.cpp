@@ -181,6 +181,12 @@ std::vector<mechanics::Vectors> pulls_on_turns(const StoredMotion& motion, const
   const double h = motion.time_step, weight = weight_of_work(motion, powers);
   const int N = motion.steps;
   std::vector<mechanics::Vectors> pulls(at(N), mechanics::Vectors(at(motion.system.joint_count()), Vector3d::Zero()));
+  const double stiff = motion.problem.cost_weights.angular_velocity / h;
+  for (int k = 0; k < N && stiff > 0.0; ++k)
+    for (int j = 0; j < motion.system.joint_count(); ++j) {
+      const model::Axes& axes = motion.system.joint(j).actuation;
+      pulls[at(k)][at(j)] = stiff * (axes * (axes.transpose() * powers.turn[at(k)][at(j)]));
+    }
   for (int k = 0; k <= N; ++k)
     for (int d = 0; d < motion.system.drive_count(); ++d) {
       const model::Drive& drive = motion.system.drive(d);
@@ -214,16 +220,20 @@ CostCheck check_cost(const StoredMotion& motion) {
       check.parts.work += powers.time[k] * mean_size(value, change);
       check.parts.power += powers.time[k] * (value * value + change * change / 3.0);
     }
-    if (k < motion.steps)
+    if (k < motion.steps) {
       check.parts.smoothness +=
           0.5 * (moments_at(motion, k + 1) - moments_at(motion, k)).squaredNorm() / motion.time_step;
+      check.parts.angular_velocity +=
+          0.5 * mechanics::along_actuation(motion.system, powers.turn[at(k)]).squaredNorm() / motion.time_step;
+    }
   }
   check.parts.time = motion.time_step * motion.steps;
   check.parts.transport = maneuver::work_per_distance(check.parts.work, powers.distance, motion.system.length_unit());
   const double weight = weight_of_work(motion, powers);
   const double spent = problem.effort * check.parts.effort + problem.time_weight * check.parts.time +
                        weight * check.parts.work + weights.power * check.parts.power +
-                       weights.smoothness * check.parts.smoothness;
+                       weights.smoothness * check.parts.smoothness +
+                       weights.angular_velocity * check.parts.angular_velocity;
   check.cost = spent - won(motion);
   if (weight == 0.0) return check;
   const VectorXd largest = largest_powers(motion, powers);
@@ -314,6 +324,7 @@ CostGradient cost_gradient_beside_effort(const StoredMotion& motion) {
   const double weight = weight_of_work(motion, powers);
   for (int k = 0; k <= N; ++k) add_powers_at_node(motion, powers, weight, k, gradient);
   for (int k = 0; k < N; ++k) add_smoothness(motion, k, gradient);
+  gradient.by_log_time_step -= motion.problem.cost_weights.angular_velocity * check_cost(motion).parts.angular_velocity;
   const std::vector<mechanics::Vectors> pulls = pulls_on_turns(motion, powers);
   for (int k = 0; k < N; ++k) add_pulls_by_shapes(motion, powers, pulls[at(k)], k, gradient);
   add_displacement(motion, powers, gradient);

@@ -65,7 +65,7 @@ double won(const StoredMotion& motion);
 /// Of a given distance transport is work.
 double weight_of_work(const StoredMotion& motion, const Powers& powers);
 
-/// Gradient of the costs of power and work by the turns over the steps, [N][joints].
+/// Gradient of the costs of power, work and angular velocity by the turns over the steps, [N][joints].
 std::vector<mechanics::Vectors> pulls_on_turns(const StoredMotion& motion, const Powers& powers);
 
 /// Columns of its joint's actuation that are a drive's.

@@ -206,7 +206,18 @@ class CostStages {
     map.bottomLeftCorner(turns_, states_) = there * stage(k).A.topRows(reached_);
     map.bottomRightCorner(turns_, controls_) = there * stage(k).B.topRows(reached_);
     form += map.transpose() * turn.curvature * map;
-    return turn.slope * map;
+    MatrixXd turned = turn.slope * map;
+    add_angular_velocity(k, turned, form);
+    return turned;
+  }
+
+  // ½|ψ|²/h of the joints' turns over the step after a node, which change so.
+  void add_angular_velocity(int k, const MatrixXd& turned, MatrixXd& form) const {
+    const double stiff = motion_.problem.cost_weights.angular_velocity / motion_.time_step;
+    if (stiff == 0.0) return;
+    const VectorXd turn = mechanics::along_actuation(motion_.system, powers_.turn[at(k)]);
+    form += stiff * turned.transpose() * turned;
+    if (timed_) add_time_change(1.0, 0.5 * stiff * turn.squaredNorm(), stiff * turn.transpose() * turned, time_, form);
   }
 
   MatrixXd turned_by(int node) const {

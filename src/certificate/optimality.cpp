@@ -119,6 +119,32 @@ double gradient_of_coasting(const StoredMotion& motion) {
   return coasting * node_weights(motion).maxCoeff() * momentum.value() / duration;
 }
 
+double gradient_by_later_turns(const StoredMotion& motion) {
+  const double weight = motion.problem.cost_weights.angular_velocity;
+  if (weight == 0.0) return 0.0;
+  const System& system = motion.system;
+  const mechanics::Rotations& first = motion.solution.rotation.front();
+  const std::vector<mechanics::Vectors> turns = powers_of(motion).turn;
+  MatrixXd turned = MatrixXd::Zero(system.control_count(), motion.steps + 1);
+  for (int k = 0; k < motion.steps; ++k)
+    turned.col(k + 1) = turned.col(k) + mechanics::along_actuation(system, turns[at(k)]);
+  const VectorXd most = turned.rowwise().maxCoeff() - turned.rowwise().minCoeff();
+  const auto force = [&](const VectorXd& control) {
+    return mechanics::generalized_force(system, first, mechanics::joint_moments(system, control));
+  };
+  const VectorXd springs = force(VectorXd::Zero(most.size()));
+  Largest gradient;
+  for (Eigen::Index c = 0; c < most.size(); ++c) {
+    const VectorXd own = force(VectorXd::Unit(most.size(), c)) - springs;
+    gradient.add(most[c] * own.dot(mechanics::velocity_of_momentum(system, first, own)));
+  }
+  return weight * motion.time_step * gradient.value();
+}
+
+double least_gradient(const StoredMotion& motion) {
+  return std::max({worth_by_duration(motion), gradient_of_coasting(motion), gradient_by_later_turns(motion)});
+}
+
 VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space) {
   const int controls = motion.system.control_count();
   if (space.basis.size() == 0)
@@ -350,8 +376,7 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
        algebra::beyond_rows(order.gradient + order.conditions.shift, order.conditions.rows, dependent_row))
     left.add(std::abs(entry));
   for (double entry : order.gradient) whole.add(std::abs(entry));
-  whole.add(worth_by_duration(motion));
-  whole.add(gradient_of_coasting(motion));
+  whole.add(least_gradient(motion));
   if (motion.problem.cost_weights.of_displacement())  // against which rest, without moments, is stationary
     for (double entry : order.conditions.shift) whole.add(std::abs(entry));
   return left.relative_to(whole.value());

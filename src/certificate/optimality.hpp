@@ -30,6 +30,13 @@ double worth_by_duration(const StoredMotion& motion);
 /// to rest in its time. 0 of other motions.
 double gradient_of_coasting(const StoredMotion& motion);
 
+/// What ∇cost is at least where turns of the joints cost, (N m) s: a moment at one node turns its joint ever after, as if nothing else
+/// acted; 0 without a weight of angular velocity.
+double gradient_by_later_turns(const StoredMotion& motion);
+
+/// The largest of these three.
+double least_gradient(const StoredMotion& motion);
+
 /// Typical size of each entry of a state's perturbation when turns and shifts, by the unit of length, are of size 1 over `duration` s.
 VectorXd state_scale(const StoredMotion& motion, double duration);
 
@@ -44,7 +51,7 @@ MatrixXd control_jacobian(const StoredMotion& motion, const ControlSpace& space,
 MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, const MatrixXd& end_rows);
 
 /// ‖∇cost + Aᵀλ‖∞/‖∇cost‖∞ (equation 6.5) with λ by rank-revealing least squares; `momentum_scale` makes goal rows
-/// comparable. ‖∇cost‖∞ is at least worth_by_duration and gradient_of_coasting.
+/// comparable. ‖∇cost‖∞ is at least least_gradient.
 /// Limits and waypoints count with the multipliers that the solution gives; a free duration and a periodic motion's free
 /// start are columns beside the moments.
 double kkt_residual(const StoredMotion& motion, const ControlSpace& space, double momentum_scale);

@@ -267,7 +267,7 @@ Costates costates_by_least_squares(const StoredMotion& motion, const EffortChain
   const bool beside = weights.any() || weights.of_displacement();
   const CostGradient others = beside ? cost_gradient_beside_effort(motion) : CostGradient();
   for (std::size_t k = 0; k < others.by_control.size(); ++k) gradient.by_input[k] += others.by_control[k];
-  double whole = std::max(worth_by_duration(motion), gradient_of_coasting(motion));
+  double whole = least_gradient(motion);
   for (const VectorXd& entry : gradient.by_input) whole = std::max(whole, entry.lpNorm<Eigen::Infinity>());
   std::vector<VectorXd> pulled = pull_on_states(motion, bounds, gradient.by_input);
   for (std::size_t k = 0; k < others.by_state.size(); ++k) pulled[k] += others.by_state[k];

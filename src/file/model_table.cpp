@@ -318,7 +318,8 @@ std::string cost_words(double effort, double time_weight, const maneuver::CostWe
   std::string text = fmt::format("{} × ∫ ½ Σ|u|² dt", short_number(effort));
   for (const auto& [weight, term] :
        {std::pair(weights.work, "∫ Σ|u·ω| dt"), std::pair(weights.power, "∫ Σ(u·ω)² dt"),
-        std::pair(weights.smoothness, "∫ ½ Σ|du/dt|² dt"), std::pair(weights.transport, "∫ Σ|u·ω| dt per distance")})
+        std::pair(weights.smoothness, "∫ ½ Σ|du/dt|² dt"), std::pair(weights.angular_velocity, "∫ ½ Σ|ω|² dt"),
+        std::pair(weights.transport, "∫ Σ|u·ω| dt per distance")})
     if (weight > 0.0) text += fmt::format(" + {} × {}", short_number(weight), term);
   if (time_weight > 0.0) text += fmt::format(" + {} × ∫ dt", short_number(time_weight));
   for (int c = 0; c < 3; ++c)

@@ -209,12 +209,14 @@ void read_time(const TableReader& table, Problem& problem) {
 
 void read_transcription(const TableReader& document, Problem& problem) {
   const TableReader cost = document.table("cost");
-  cost.allow_only({"effort", "time", "work", "power", "smoothness", "transport", "displacement", "rule"});
+  cost.allow_only(
+      {"effort", "time", "work", "power", "smoothness", "angular_velocity", "transport", "displacement", "rule"});
   problem.effort = cost.number("effort", positive("weight, however small")).value_or(1.0);
   maneuver::CostWeights& weights = problem.cost_weights;
   weights.work = cost.number("work", not_negative("(N m)² s/J")).value_or(0.0);
   weights.power = cost.number("power", not_negative("(N m)²/W²")).value_or(0.0);
   weights.smoothness = cost.number("smoothness", not_negative("s²")).value_or(0.0);
+  weights.angular_velocity = cost.number("angular_velocity", not_negative("(N m)² s²/rad²")).value_or(0.0);
   weights.transport = cost.number("transport", not_negative("(N m)² s m/J")).value_or(0.0);
   weights.displacement = cost.vector("displacement", any_number("(N m)² s/m")).value_or(Eigen::Vector3d::Zero());
   problem.time_weight = cost.number("time", not_negative("(N m)²")).value_or(0.0);

@@ -103,7 +103,8 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
   const maneuver::CostWeights& weights = problem.cost_weights;
   for (const auto& [key, weight] :
        {std::pair("cost.work", weights.work), std::pair("cost.power", weights.power),
-        std::pair("cost.smoothness", weights.smoothness), std::pair("cost.transport", weights.transport)})
+        std::pair("cost.smoothness", weights.smoothness), std::pair("cost.angular_velocity", weights.angular_velocity),
+        std::pair("cost.transport", weights.transport)})
     if (weight > 0.0)
       refuse_unsupported(key, shown(weight) + (composed || spline ? "" : " with a universal joint"),
                          "effort and time alone", mend);

@@ -99,6 +99,11 @@ ResolvedJoint read_joint(const JsonReader& reader, int bodies) {
   return joint;
 }
 
+// Of weights or parts of the cost; files that are older than it have none.
+double angular_velocity_in(const JsonReader& costs) {
+  return costs.has("angular_velocity") ? costs.at("angular_velocity").number() : 0.0;
+}
+
 maneuver::Goal read_goal(const JsonReader& reader) {
   maneuver::Goal goal;
   goal.move = read_move(reader.at("move"));
@@ -176,8 +181,11 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   if (reader.has("time_weight")) problem.time_weight = reader.at("time_weight").number();
   if (reader.has("cost_weights")) {
     const JsonReader weights = reader.at("cost_weights");
-    problem.cost_weights = {weights.at("work").number(), weights.at("power").number(),
-                            weights.at("smoothness").number(), weights.at("transport").number()};
+    problem.cost_weights = {.work = weights.at("work").number(),
+                            .power = weights.at("power").number(),
+                            .smoothness = weights.at("smoothness").number(),
+                            .angular_velocity = angular_velocity_in(weights),
+                            .transport = weights.at("transport").number()};
   }
   if (reader.has("displacement_weight"))
     problem.cost_weights.displacement = value_at<Vector3d>(reader.at("displacement_weight"));
@@ -379,9 +387,13 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
   read_motion(reader, results.problem, results.solution);
   if (reader.has("cost_parts")) {
     const JsonReader parts = reader.at("cost_parts");
-    results.solution.cost_parts = {parts.at("effort").number(), parts.at("work").number(),
-                                   parts.at("power").number(),  parts.at("smoothness").number(),
-                                   parts.at("time").number(),   parts.at("transport").number_or_nan()};
+    results.solution.cost_parts = {.effort = parts.at("effort").number(),
+                                   .work = parts.at("work").number(),
+                                   .power = parts.at("power").number(),
+                                   .smoothness = parts.at("smoothness").number(),
+                                   .angular_velocity = angular_velocity_in(parts),
+                                   .time = parts.at("time").number(),
+                                   .transport = parts.at("transport").number_or_nan()};
   }
   const auto read_multipliers = [&](const char* field, std::vector<std::vector<double>>& values) {
     if (!reader.has(field)) return;

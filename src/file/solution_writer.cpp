@@ -173,9 +173,11 @@ std::string problem_text(const ResolvedProblem& problem) {
   const maneuver::CostWeights& weights = problem.cost_weights;
   if (weights.of_displacement()) text.add("displacement_weight", json(weights.displacement));
   if (weights.any())
-    text.add("cost_weights",
-             fmt::format("{{\"work\": {}, \"power\": {}, \"smoothness\": {}, \"transport\": {}}}", json(weights.work),
-                         json(weights.power), json(weights.smoothness), json(weights.transport)));
+    text.add(
+        "cost_weights",
+        fmt::format("{{\"work\": {}, \"power\": {}, \"smoothness\": {}, \"angular_velocity\": {}, \"transport\": {}}}",
+                    json(weights.work), json(weights.power), json(weights.smoothness), json(weights.angular_velocity),
+                    json(weights.transport)));
   if (problem.limits.any()) text.add("limits", limits_text(problem.limits));
   if (!problem.waypoints.empty()) text.add("waypoints", waypoints_text(problem.waypoints));
   if (problem.free_duration)
@@ -406,13 +408,15 @@ std::string solution_text(const Results& results) {
   text.add("message", json(solution.message));
   text.add("cost", json(solution.cost));
   if (const auto& parts = solution.cost_parts) {
-    for (const double part : {parts->effort, parts->work, parts->power, parts->smoothness, parts->time})
+    for (const double part :
+         {parts->effort, parts->work, parts->power, parts->smoothness, parts->angular_velocity, parts->time})
       require_finite(std::isfinite(part), "cost_parts");
     text.add("cost_parts",
-             fmt::format(
-                 "{{\"effort\": {}, \"work\": {}, \"power\": {}, \"smoothness\": {}, \"time\": {}, \"transport\": {}}}",
-                 json(parts->effort), json(parts->work), json(parts->power), json(parts->smoothness), json(parts->time),
-                 json(parts->transport)));
+             fmt::format("{{\"effort\": {}, \"work\": {}, \"power\": {}, \"smoothness\": {}, \"angular_velocity\": {}, "
+                         "\"time\": {}, "
+                         "\"transport\": {}}}",
+                         json(parts->effort), json(parts->work), json(parts->power), json(parts->smoothness),
+                         json(parts->angular_velocity), json(parts->time), json(parts->transport)));
   }
   text.add("problem", problem_text(results.problem));
   const std::vector<ShapedArray> arrays = shaped_arrays(results);

@@ -37,6 +37,7 @@ void check_numbers(const Problem& problem) {
   weight("cost.work", problem.cost_weights.work);
   weight("cost.power", problem.cost_weights.power);
   weight("cost.smoothness", problem.cost_weights.smoothness);
+  weight("cost.angular_velocity", problem.cost_weights.angular_velocity);
   weight("cost.transport", problem.cost_weights.transport);
   const double tolerance = problem.search.tolerance;
   require_number(tolerance > 0.0 && tolerance <= loosest_tolerance, "search.tolerance", tolerance,

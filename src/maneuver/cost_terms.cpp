@@ -141,10 +141,12 @@ void CostTerms::measure(const CostedMotion& motion, CostValues& values) {
   for (int k = 0; k < steps_; ++k) {
     find_difference(motion, k);
     values.parts.smoothness += 0.5 * difference_.squaredNorm() / motion.time_step;
+    values.parts.angular_velocity += 0.5 * values.turn.col(k).squaredNorm() / motion.time_step;
   }
   values.distance = (motion.position.back() - motion.position.front()).norm();
   values.parts.transport = work_per_distance(values.parts.work, values.distance, system_.length_unit());
-  const double others = weights_.power * values.parts.power + weights_.smoothness * values.parts.smoothness;
+  const double others = weights_.power * values.parts.power + weights_.smoothness * values.parts.smoothness +
+                        weights_.angular_velocity * values.parts.angular_velocity;
   values.cost = others + work_weight(values) * values.parts.work;
   values.merit = others + work_weight(values) * values.reached;
 }
@@ -274,7 +276,7 @@ void CostTerms::add_to_model(const CostedMotion& motion, const CostValues& value
     const bool last = k == steps_;
     MatrixXd& Q = last ? model.Q_end : model.stage[at(places.leads + k)].Q;
     VectorXd& q = last ? model.q_end : model.stage[at(places.leads + k)].q;
-    if (k > 0) add_step_form(motion, values, k - 1, Q, q);
+    if (k > 0) add_step_form(motion, values, k - 1, places.tau, Q, q);
     if (places.tau >= 0) add_duration(motion, values, k, q[places.tau]);
     form_.setZero(all, all);
     work_.setZero();
@@ -286,15 +288,34 @@ void CostTerms::add_to_model(const CostedMotion& motion, const CostValues& value
 }
 
 // The joints' turns over a step, with the state at its end.
-void CostTerms::add_step_form(const CostedMotion& motion, const CostValues& values, int step, MatrixXd& Q,
+void CostTerms::add_step_form(const CostedMotion& motion, const CostValues& values, int step, int tau, MatrixXd& Q,
                               VectorXd& q) {
   const double half = 0.5 / motion.time_step;
   const Eigen::Index ends = turns_before_.cols();
   pull_.setZero();
+  if (weights_.angular_velocity > 0.0) add_angular_velocity(motion, values, step, tau, Q, q);
   add_by_rates(motion, values, step, {half, half});
   add_by_rates(motion, values, step + 1, {half, -half});
   turns_.add_curvature(motion.step[at(step)].interval, pull_, Q.topLeftCorner(ends, ends));
   optimizer::add_transposed_image(1.0, turns_before_, pull_, q.head(ends));
+}
+
+// ½ w|ψ|²/h of the joints' turns over a step; what it pulls with goes to pull_.
+void CostTerms::add_angular_velocity(const CostedMotion& motion, const CostValues& values, int step, int tau,
+                                     MatrixXd& Q, VectorXd& q) {
+  const double stiff = weights_.angular_velocity / motion.time_step;
+  const Eigen::Index ends = turns_before_.cols();
+  const auto turn = values.turn.col(step);
+  algebra::add_multiple(stiff, turn, pull_);
+  algebra::add_product(stiff, turns_before_.transpose(), turns_before_, Q.topLeftCorner(ends, ends));
+  if (tau < 0) return;
+  const double value = 0.5 * stiff * turn.squaredNorm();
+  turned_pull_.setZero(ends);
+  optimizer::add_transposed_image(1.0, turns_before_, pull_, turned_pull_);
+  algebra::add_multiple(-1.0, turned_pull_, Q.col(tau).head(ends));
+  algebra::add_multiple(-1.0, turned_pull_.transpose(), Q.row(tau).head(ends));
+  q[tau] -= value;
+  Q(tau, tau) += value;
 }
 
 // Of the turns over the steps before and after a node.

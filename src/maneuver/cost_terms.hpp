@@ -111,7 +111,9 @@ class CostTerms {
   void add_node_form(const CostedMotion& motion, const CostValues& values, int node, int tau);
   void add_difference_form(const CostedMotion& motion, int step, const MatrixXd& difference_by, int tau);
   void add_duration(const CostedMotion& motion, const CostValues& values, int node, double& slope);
-  void add_step_form(const CostedMotion& motion, const CostValues& values, int step, MatrixXd& Q, VectorXd& q);
+  void add_step_form(const CostedMotion& motion, const CostValues& values, int step, int tau, MatrixXd& Q, VectorXd& q);
+  void add_angular_velocity(const CostedMotion& motion, const CostValues& values, int step, int tau, MatrixXd& Q,
+                            VectorXd& q);
   void add_to_stage(const CostedMotion& motion, const CostValues& values, const Places& places, int node,
                     optimizer::Stage& stage);
   void add_to_end(const CostedMotion& motion, const CostValues& values, const Places& places,
@@ -149,6 +151,7 @@ class CostTerms {
   MatrixXd form_;                                      // [n + controls + 1] squared, of (state, input, 1)
   std::array<VectorXd, kinds> power_by_;               // [n + controls + 1]
   VectorXd work_, slower_, away_;                      // [n + controls + 1]
+  VectorXd turned_pull_;                               // [2 f] of the joints' turns over a step
 };
 
 }  // namespace lamprey::maneuver

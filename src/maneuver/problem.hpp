@@ -134,14 +134,17 @@ struct Search {
 
 /// Weights of the costs beside effort and time.
 struct CostWeights {
-  double work = 0.0;        // (N m)² s/J, of ∫ Σ_j |u_j·ω_j| dt
-  double power = 0.0;       // (N m)²/W², of ∫ Σ_j (u_j·ω_j)² dt
-  double smoothness = 0.0;  // s², of ∫ ½ Σ_j |du_j/dt|² dt
-  double transport = 0.0;   // (N m)² s m/J, of work per distance that the root's mass centre ends from where it began
+  double work = 0.0;              // (N m)² s/J, of ∫ Σ_j |u_j·ω_j| dt
+  double power = 0.0;             // (N m)²/W², of ∫ Σ_j (u_j·ω_j)² dt
+  double smoothness = 0.0;        // s², of ∫ ½ Σ_j |du_j/dt|² dt
+  double angular_velocity = 0.0;  // (N m)² s²/rad², of ∫ ½ Σ_j |ω_j|² dt
+  double transport = 0.0;  // (N m)² s m/J, of work per distance that the root's mass centre ends from where it began
   /// (N m)² s/m, what each metre wins that the root's mass centre ends further along each world axis.
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
   /// Whether any but displacement, which counts at the end alone.
-  bool any() const { return work > 0.0 || power > 0.0 || smoothness > 0.0 || transport > 0.0; }
+  bool any() const {
+    return work > 0.0 || power > 0.0 || smoothness > 0.0 || angular_velocity > 0.0 || transport > 0.0;
+  }
   bool of_displacement() const { return !displacement.isZero(0.0); }
 };
 

@@ -114,12 +114,13 @@ struct Tracking {
 
 /// What a motion costs by each measure, before weighting.
 struct CostParts {
-  double effort = 0.0;      // (N m)² s, ∫ ½ Σ_j |u_j|² dt
-  double work = 0.0;        // J, ∫ Σ_j |u_j·ω_j| dt
-  double power = 0.0;       // W² s, ∫ Σ_j (u_j·ω_j)² dt
-  double smoothness = 0.0;  // (N m)²/s, ∫ ½ Σ_j |du_j/dt|² dt
-  double time = 0.0;        // s
-  double transport = 0.0;   // J/m, work per distance; NaN where there is none
+  double effort = 0.0;            // (N m)² s, ∫ ½ Σ_j |u_j|² dt
+  double work = 0.0;              // J, ∫ Σ_j |u_j·ω_j| dt
+  double power = 0.0;             // W² s, ∫ Σ_j (u_j·ω_j)² dt
+  double smoothness = 0.0;        // (N m)²/s, ∫ ½ Σ_j |du_j/dt|² dt
+  double angular_velocity = 0.0;  // rad²/s, ∫ ½ Σ_j |ω_j|² dt
+  double time = 0.0;              // s
+  double transport = 0.0;         // J/m, work per distance; NaN where there is none
 };
 
 /// J/m; NaN where the distance is no way beside the swimmer's length unit, m, but round-off.

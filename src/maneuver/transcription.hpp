@@ -115,8 +115,8 @@ class Transcription : public optimizer::Program {
 
   // Costs beside effort and time, weighted, in units of control_unit.
   struct OtherCosts {
-    double work = 0.0, power = 0.0, smoothness = 0.0, transport = 0.0;
-    double sum() const { return work + power + smoothness + transport; }
+    double work = 0.0, power = 0.0, smoothness = 0.0, angular_velocity = 0.0, transport = 0.0;
+    double sum() const { return work + power + smoothness + angular_velocity + transport; }
   };
 
   // positions of variables: node, turns, next quaternions, next position of each stage; then the last node; then the shape at the
@@ -248,6 +248,7 @@ class Transcription : public optimizer::Program {
   BallTurn turn_over(int k, const model::Joint& joint) const;
   std::vector<Charted> charted(int k, const model::Joint& joint) const;
   OtherCosts other_costs(const VectorXd& x) const;
+  double rate_weight(double stretch) const;
   double won(const VectorXd& x) const;  // by the displacement, in units of cost_unit
   void add_cost_gradient(const VectorXd& x, VectorXd& g) const;
   void emit_cost_hessian(double factor, BlockSink& sink) const;

@@ -26,6 +26,7 @@ Vector3d counted_along(const Joint& joint, Eigen::Index moment) {
 constexpr int settlings = 10;  // of slopes of the work by powers, each of which takes off up to a half of their error
 constexpr double work_slows = 2.0;   // powers of the stretch that costs fall with
 constexpr double other_slows = 5.0;  // squared power and smoothness
+constexpr double rate_slows = 1.0;   // squared angular velocity
 
 }  // namespace
 
@@ -90,6 +91,11 @@ BallTurn Transcription::turn_over(int k, const Joint& joint) const {
 
 // ---- the cost itself: Σ w_i s^(−r_i) f_i ----
 
+// Of a joint's squared turn over a step, twice.
+double Transcription::rate_weight(double stretch) const {
+  return maneuver_.cost_weights.angular_velocity / (h_ * cost_unit()) * std::pow(stretch, -rate_slows);
+}
+
 Transcription::OtherCosts Transcription::other_costs(const VectorXd& x) const {
   OtherCosts costs;
   if (joint_turn_variable_ < 0) return costs;
@@ -105,6 +111,7 @@ Transcription::OtherCosts Transcription::other_costs(const VectorXd& x) const {
     costs.smoothness +=
         0.5 / h_ *
         (x.segment(control_variable(k + 1), controls_) - x.segment(control_variable(k), controls_)).squaredNorm();
+  costs.angular_velocity = 0.5 * rate_weight(s) * x.segment(joint_turn_variable_, steps_ * controls_).squaredNorm();
   costs.work *= weights.work / scale_ * std::pow(s, -work_slows);
   costs.power *= unit * weights.power * std::pow(s, -other_slows);
   costs.smoothness *= unit * weights.smoothness * std::pow(s, -other_slows);
@@ -135,13 +142,15 @@ void Transcription::add_cost_gradient(const VectorXd& x, VectorXd& g) const {
     g.segment(control_variable(k + 1), controls_) += change;
     g.segment(control_variable(k), controls_) -= change;
   }
+  g.segment(joint_turn_variable_, steps_ * controls_) +=
+      rate_weight(s) * x.segment(joint_turn_variable_, steps_ * controls_);
   if (whole_variable_ >= 0) {
     g[whole_variable_] += costs.transport / x[whole_variable_];
     g[whole_variable_ + 1] -= costs.transport / x[whole_variable_ + 1];
   }
   if (stretch_variable_ >= 0)
-    g[stretch_variable_] -=
-        work_slows * (costs.work + costs.transport) + other_slows * (costs.power + costs.smoothness);
+    g[stretch_variable_] -= work_slows * (costs.work + costs.transport) +
+                            other_slows * (costs.power + costs.smoothness) + rate_slows * costs.angular_velocity;
 }
 
 // Of the work at a node, ½e(1 + S²).
@@ -187,6 +196,11 @@ void Transcription::emit_cost_hessian(double factor, BlockSink& sink) const {
       by_stretch(there, change);
       by_stretch(here, -change);
     }
+  const double by_rate = factor * rate_weight(s);
+  for (int turn = joint_turn_variable_; turn < power_variable_ && by_rate > 0.0; ++turn) {
+    sink.add(turn, turn, scalar(by_rate));
+    by_stretch(turn, -rate_slows * by_rate * point_[turn]);
+  }
   if (whole_variable_ >= 0) {
     const double work = point_[whole_variable_], distance = point_[whole_variable_ + 1];
     const double value = factor * costs.transport;
@@ -196,7 +210,8 @@ void Transcription::emit_cost_hessian(double factor, BlockSink& sink) const {
     by_stretch(whole_variable_ + 1, work_slows * value / distance);
   }
   by_stretch(stretch_variable_, factor * (work_slows * work_slows * (costs.work + costs.transport) +
-                                          other_slows * other_slows * (costs.power + costs.smoothness)));
+                                          other_slows * other_slows * (costs.power + costs.smoothness) +
+                                          rate_slows * rate_slows * costs.angular_velocity));
 }
 
 // ---- what the variables are ----
@@ -387,6 +402,7 @@ std::optional<CostParts> Transcription::cost_parts(const VectorXd& x) {
       parts.power += power_time(k) * (power[0] * power[0] + power[1] * power[1] / 3.0);
     }
   }
+  parts.angular_velocity = 0.5 / h_ / s * exact.segment(joint_turn_variable_, steps_ * controls_).squaredNorm();
   for (int k = 0; k < steps_; ++k)
     parts.smoothness +=
         0.5 / h_ * control_unit() * control_unit() *

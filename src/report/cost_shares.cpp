@@ -17,6 +17,7 @@ std::vector<std::pair<std::string, double>> cost_shares(const file::Results& res
     add("work", weights.work, parts->work);
     add("power", weights.power, parts->power);
     add("smoothness", weights.smoothness, parts->smoothness);
+    add("angular velocity", weights.angular_velocity, parts->angular_velocity);
     add("transport", weights.transport, parts->transport);
   } else {
     shares.emplace_back("effort", solution.cost - results.problem.time_weight * time + won);

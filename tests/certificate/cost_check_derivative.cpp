@@ -58,7 +58,7 @@ void check_gradient(MarchedAnswer answer, const maneuver::CostWeights& weights, 
     moved.solution.position.back() += t * shift;
     return VectorXd::Constant(1, certificate::check_cost(StoredMotion(system, moved.problem, moved.solution)).cost);
   };
-  if (weights.power + weights.smoothness > 0.0) {
+  if (weights.power + weights.smoothness + weights.angular_velocity > 0.0) {
     expect_second_order_differences(cost_at, VectorXd::Constant(1, slope), 1e-6);
   } else {  // short of the kinks, where nothing but round-off would be left of the order
     const auto difference = [&](double t) { return (cost_at(t) - cost_at(-t))[0] / (2.0 * t); };
@@ -71,14 +71,16 @@ TEST(CostGradient, matches_central_differences_of_the_cost_for_every_joint_and_w
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const MarchedAnswer answer = any_tree(seed, integrator::Scheme::trapezoid, few_steps);
     for (const bool periodic : {false, true})
-      for (const maneuver::CostWeights& weights : {maneuver::CostWeights{3.0, 0.0, 0.0, 0.0},
-                                                   {0.0, 2.0, 0.0, 0.0},
-                                                   {0.0, 0.0, 0.1, 0.0},
-                                                   {0.0, 0.0, 0.0, 2.0},
-                                                   {0.0, 0.0, 0.0, 0.0, Vector3d(5.0, -3.0, 2.0)}}) {
-        SCOPED_TRACE(::testing::Message() << "seed " << seed << ", periodic " << periodic << ", work " << weights.work
-                                          << ", power " << weights.power << ", smoothness " << weights.smoothness
-                                          << ", displacement " << weights.displacement.transpose());
+      for (const maneuver::CostWeights& weights : {maneuver::CostWeights{.work = 3.0},
+                                                   {.power = 2.0},
+                                                   {.smoothness = 0.1},
+                                                   {.angular_velocity = 50.0},
+                                                   {.transport = 2.0},
+                                                   {.displacement = Vector3d(5.0, -3.0, 2.0)}}) {
+        SCOPED_TRACE(::testing::Message()
+                     << "seed " << seed << ", periodic " << periodic << ", work " << weights.work << ", power "
+                     << weights.power << ", smoothness " << weights.smoothness << ", angular velocity "
+                     << weights.angular_velocity << ", displacement " << weights.displacement.transpose());
         check_gradient(answer, weights, periodic, seed);
       }
   }

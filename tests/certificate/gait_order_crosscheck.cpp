@@ -174,6 +174,9 @@ class DenseMotion {
     const Eigen::Index controls = system_.control_count(), later = moments.size() - controls;
     cost += (weights.work + weights.transport / distance) * work +
             0.5 * weights.smoothness / h * (moments.tail(later) - moments.head(later)).squaredNorm();
+    for (int k = 0; k < N; ++k)
+      for (const model::Joint& joint : system_.joints())
+        cost += 0.5 * weights.angular_velocity / h * (joint.actuation.transpose() * turn(k, joint)).squaredNorm();
     return powers;
   }
 
@@ -515,6 +518,25 @@ TEST(CostOrder, of_maneuvers_with_power_and_smoothness_is_that_of_second_differe
   expect_eigenvalues_with_power_and_smoothness(rest_to_rest(14));
 }
 
+TEST(CostOrder, of_gaits_with_angular_velocity_is_that_of_second_differences) {
+  maneuver::Problem problem = gait_in_the_plane(16);
+  problem.cost_weights.angular_velocity = 0.02 * solved_gait(problem).cost;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+}
+
+TEST(CostOrder, of_maneuvers_with_angular_velocity_is_that_of_second_differences) {
+  maneuver::Problem problem = rest_to_rest(14);
+  problem.cost_weights.angular_velocity = 0.02 * solved_gait(problem).cost;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+}
+
+TEST(CostOrder, of_gaits_of_mixed_joints_in_space_with_angular_velocity_is_that_of_second_differences) {
+  maneuver::Problem problem = mixed_joints(6);
+  problem.goal->move = {0.1, std::nullopt, -0.05};
+  problem.cost_weights.angular_velocity = 0.1 * solved_gait(problem).cost;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+}
+
 TEST(CostOrder, of_gaits_of_mixed_joints_in_space_with_power_is_that_of_second_differences) {
   maneuver::Problem problem = mixed_joints(6);
   problem.goal->move = {0.1, std::nullopt, -0.05};
@@ -529,6 +551,7 @@ TEST(CostOrder, of_free_durations_with_all_costs_is_that_of_second_differences) 
   problem.cost_weights.smoothness = 1e-3;
   problem.cost_weights.work = 0.05 * cost;
   problem.cost_weights.transport = 0.01 * cost;
+  problem.cost_weights.angular_velocity = 0.01 * cost;
   problem.duration.free = true;
   problem.duration.min = 0.2;
   problem.duration.max = 5.0;

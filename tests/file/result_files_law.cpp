@@ -250,8 +250,8 @@ TEST(SolutionFile, a_simulation_has_null_where_a_number_would_mean_nothing) {
 
 TEST(SolutionFile, costs_beside_effort_come_back_as_they_were) {
   file::Results results = tests::sample_results(2);
-  results.problem.cost_weights = {1.5, 0.25, 0.125, 3.0, Vector3d(0.5, 0.0, -2.0)};
-  results.solution.cost_parts = maneuver::CostParts{1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
+  results.problem.cost_weights = {1.5, 0.25, 0.125, 0.75, 3.0, Vector3d(0.5, 0.0, -2.0)};
+  results.solution.cost_parts = maneuver::CostParts{1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
   results.solution.work_multipliers.assign(results.problem.joints.size(),
                                            std::vector<double>(results.solution.time.size(), -0.5));
   results.certificate->costs = certificate::CostsKept{1e-16, 1e-9};
@@ -260,7 +260,9 @@ TEST(SolutionFile, costs_beside_effort_come_back_as_they_were) {
   EXPECT_EQ(file::solution_text(back), text);
   EXPECT_EQ(back.problem.cost_weights.transport, 3.0);
   EXPECT_EQ(back.problem.cost_weights.displacement, Vector3d(0.5, 0.0, -2.0));
-  EXPECT_EQ(back.solution.cost_parts->transport, 6.0);
+  EXPECT_EQ(back.problem.cost_weights.angular_velocity, 0.75);
+  EXPECT_EQ(back.solution.cost_parts->angular_velocity, 5.0);
+  EXPECT_EQ(back.solution.cost_parts->transport, 7.0);
   EXPECT_EQ(back.solution.work_multipliers.back().back(), -0.5);
   EXPECT_EQ(json::parse(text)["cost_parts"]["work"], 2.0);
 }

@@ -39,13 +39,14 @@ struct ShapeSetting {
   bool of_joints = false;    // the goal tells how joints end, and no attitude
 };
 
-const maneuver::CostWeights of_power{0.0, 3.0, 0.0, 0.0};
-const maneuver::CostWeights of_smoothness{0.0, 0.0, 0.01, 0.0};
-const maneuver::CostWeights of_work{40.0, 0.0, 0.0, 0.0};
-const maneuver::CostWeights of_transport{0.0, 0.0, 0.0, 30.0};
-const maneuver::CostWeights of_all{20.0, 2.0, 0.02, 20.0};
-const maneuver::CostWeights of_displacement{0.0, 0.0, 0.0, 0.0, Vector3d(300.0, -200.0, 100.0)};
-const maneuver::CostWeights of_displacement_too{20.0, 2.0, 0.02, 20.0, Vector3d(100.0, 200.0, -300.0)};
+const maneuver::CostWeights of_power{.power = 3.0};
+const maneuver::CostWeights of_smoothness{.smoothness = 0.01};
+const maneuver::CostWeights of_work{.work = 40.0};
+const maneuver::CostWeights of_transport{.transport = 30.0};
+const maneuver::CostWeights of_angular_velocity{.angular_velocity = 5.0};
+const maneuver::CostWeights of_all{20.0, 2.0, 0.02, 5.0, 20.0};
+const maneuver::CostWeights of_displacement{.displacement = Vector3d(300.0, -200.0, 100.0)};
+const maneuver::CostWeights of_displacement_too{20.0, 2.0, 0.02, 5.0, 20.0, Vector3d(100.0, 200.0, -300.0)};
 
 // Every limit and two waypoints, about where random motions are.
 maneuver::Problem limited_problem(const model::SwimmerDescription& swimmer, const ShapeSetting& setting) {
@@ -431,6 +432,10 @@ INSTANTIATE_TEST_SUITE_P(
                      false, false, false, of_power},
         ShapeSetting{"smoothness_of_any_joint", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid, true,
                      false, false, false, of_smoothness},
+        ShapeSetting{"angular_velocity", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true, false,
+                     false, false, of_angular_velocity},
+        ShapeSetting{"angular_velocity_of_a_periodic_motion_of_any_joint_in_free_time", Swimmer::any_joint,
+                     mechanics::DiscreteLagrangian::midpoint, false, false, true, true, of_angular_velocity},
         ShapeSetting{"work_of_any_joint", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid, true, false,
                      false, false, of_work},
         ShapeSetting{"work_with_a_free_end", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid, false, false,

@@ -98,7 +98,7 @@ class TranscriptionDerivatives : public ::testing::TestWithParam<Setting> {
     maneuver_.periodic = maneuver_.free_shape = GetParam().periodic;
     maneuver_.free_duration = GetParam().free_duration;
     maneuver_.time_weight = GetParam().free_duration ? 3000.0 : 0.0;
-    if (GetParam().all_costs) maneuver_.cost_weights = {70.0, 0.04, 0.3, 200.0, Vector3d(900.0, -700.0, 500.0)};
+    if (GetParam().all_costs) maneuver_.cost_weights = {70.0, 0.04, 0.3, 2.0, 200.0, Vector3d(900.0, -700.0, 500.0)};
     maneuver_.lagrangian = GetParam().lagrangian;
     maneuver_.duration = 0.5;
     maneuver_.steps = 5;
