@@ -150,12 +150,15 @@ std::string light_remark(const Problem& problem, const System& system) {
   }
   if (!lightest || ease[*lightest] < much_easier * ease[*heaviest]) return "";
   const std::string name = printable(system.joint(static_cast<int>(*lightest)).name);
+  const double duration = problem.duration.free ? problem.duration.max : problem.duration.value;
+  const double weight = problem.effort * std::pow(ease[*heaviest] * duration, -2);  // turns cost as the effort for them
   return fmt::format(
       "a moment turns what joint {} moves some {} times as fast as one at joint {}: cost.effort weighs it next to "
-      "nothing, so that the cheapest motions may whirl it as fast as steps show; where searches find no end give it "
-      "limits.angular_velocity.{}, or have it follow (actuated = false, with stiffness and damping)",
+      "nothing, so that the cheapest motions may whirl it as fast as steps show; where searches find no end let rates "
+      "cost (cost.angular_velocity = {}), give it limits.angular_velocity.{}, or have it follow (actuated = false, with "
+      "stiffness and damping)",
       name, short_number(one_digit(ease[*lightest] / ease[*heaviest])),
-      printable(system.joint(static_cast<int>(*heaviest)).name), name);
+      printable(system.joint(static_cast<int>(*heaviest)).name), short_number(one_digit(weight)), name);
 }
 
 // Rotations turn by half a turn at most: beyond it a vector means the shorter way back.

@@ -161,6 +161,7 @@ CASES = {
     "limit_torque_component_zero": ("torque_component = 900.0", "torque_component = 0", "torque_component", "limits.torque_component", ["found 0", "a number > 0 (N m)", "choose"]),
     "cost_work_negative": ("work = 2.5", "work = -1", "work = -1", "cost.work", ["found -1", "a number ≥ 0 ((N m)² s/J)", "choose"]),
     "cost_power_is_a_text": ("power = 0.25", "power = \"low\"", "power", "cost.power", ["found \"low\"", "a number", "without quotes"]),
+    "cost_angular_velocity_negative": ("angular_velocity = 1.25", "angular_velocity = -1", "angular_velocity = -1", "cost.angular_velocity", ["found -1", "a number ≥ 0 ((N m)² s²/rad²)", "choose"]),
     "cost_key_unknown": ("smoothness = 0.125", "smothness = 1.0", "smothness", "cost.smothness", ["unknown key", "smoothness", "nearest known key is \"smoothness\""]),
     "cost_transport_infinite": ("transport = 3.5", "transport = inf", "transport", "cost.transport", ["found inf", "≥ 0", "finite"]),
     "displacement_of_a_given_axis": ("displacement = [0.0, 1.5, 0.0]", "displacement = [1.5, 0, 0]", "displacement", "cost.displacement", ["metres along x", "goal.move fixes", "\"free\" for x"]),

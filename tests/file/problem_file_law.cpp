@@ -125,6 +125,7 @@ TEST(ProblemFile, the_other_sections_hold_the_numbers_of_the_file) {
   EXPECT_EQ(problem.cost_weights.work, 2.5);
   EXPECT_EQ(problem.cost_weights.power, 0.25);
   EXPECT_EQ(problem.cost_weights.smoothness, 0.125);
+  EXPECT_EQ(problem.cost_weights.angular_velocity, 1.25);
   EXPECT_EQ(problem.cost_weights.transport, 3.5);
   EXPECT_EQ(problem.cost_weights.displacement, Vector3d(0.0, 1.5, 0.0));
   EXPECT_EQ(problem.search.starts, 16);
