@@ -129,6 +129,7 @@ int solve(const SolveArguments& arguments) {
   if (arguments.solver == "both") options.solver = study::Backend::both;
   options.refinement = arguments.refinement;
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
+  watch_for_interrupt();
   options.interrupted = interrupted;
   std::optional<file::StoredMotion> first;
   if (!arguments.first.empty()) first = {file::read_solution(arguments.first), arguments.first + "/solution.json"};
@@ -156,6 +157,7 @@ int simulate(const SimulateArguments& arguments) {
                              .perturb = arguments.perturb,
                              .perturb_inertia = arguments.perturb_inertia,
                              .seed = arguments.seed};
+  watch_for_interrupt();
   options.interrupted = interrupted;
   if (!arguments.controls.empty()) {
     options.controls_path = arguments.controls;

@@ -1,4 +1,4 @@
-// Ctrl-C: the first asks long work to stop with its best point, the second ends the program.
+// Ctrl-C where work that is long looks for it: the first asks it to stop with its best point, the second ends the program.
 #pragma once
 
 namespace lamprey::app {

@@ -69,7 +69,6 @@ int run(int count, char** words) {
     return app.exit(error) == 0 ? done : usage;
   }
   arguments.solve.command = arguments.simulate.command = typed(count, words);
-  watch_for_interrupt();
   return dispatch(app, arguments, words[0]);
 }
 

@@ -2,7 +2,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/string.h>
 
-#include <filesystem>
+#include <cerrno>
 
 #include "bound.hpp"
 #include "file/io_error.hpp"
@@ -35,9 +35,10 @@ void raise_input_error(const model::InputError& thrown) {
 }
 
 void raise_io_error(const file::IoError& error) {
-  std::error_code unused;
-  const bool missing = !std::filesystem::exists(error.path, unused);
-  PyErr_SetString(missing ? PyExc_FileNotFoundError : PyExc_OSError, error.what());
+  PyErr_SetString(error.cause == ENOENT                           ? PyExc_FileNotFoundError
+                  : error.cause == EACCES || error.cause == EPERM ? PyExc_PermissionError
+                                                                  : PyExc_OSError,
+                  error.what());
 }
 
 }  // namespace

@@ -168,9 +168,12 @@ void from_state(Motion& self, const nb::bytes& text) {
 }  // namespace
 
 nb::object Trajectory::array(const std::string& path) const {
-  if (arrays_.empty())
+  if (arrays_.empty()) {  // making them may let other threads in
+    std::map<std::string, nb::object> arrays;
     for (file::ShapedArray& made : file::shaped_arrays(*results_))
-      arrays_[made.path()] = python::array(std::move(made.values), made.shape);
+      arrays[made.path()] = python::array(std::move(made.values), made.shape);
+    arrays_ = std::move(arrays);
+  }
   const auto found = arrays_.find(path);
   return found == arrays_.end() ? nb::none() : found->second;
 }
@@ -180,7 +183,7 @@ nb::object Trajectory::entry(const std::string& key) const {
     const std::string text = file::solution_text(without_arrays(*results_));
     document_ = nb::module_::import_("json").attr("loads")(text);
   }
-  return document_.attr("get")(key);
+  return nb::module_::import_("copy").attr("deepcopy")(document_.attr("get")(key));  // the caller's own
 }
 
 #define LAMPREY_ARRAY(name) "def " name "(self) -> numpy.typing.NDArray[numpy.float64]"
@@ -281,10 +284,10 @@ void bind_results(nb::module_& module) {
       .def_prop_ro(
           "cost", [](const Solution& self) { return self.results().solution.cost; },
           "By the problem's rule; of effort alone in (N m)² s.")
-      .def_prop_ro(
-          "cost_parts", said("cost_parts"), nb::sig("def cost_parts(self) -> dict[str, float] | None"),
-          "effort, work, power, smoothness, angular_velocity, time, transport before weighting, where more than effort and time is "
-          "asked for.")
+      .def_prop_ro("cost_parts", said("cost_parts"), nb::sig("def cost_parts(self) -> dict[str, float] | None"),
+                   "effort, work, power, smoothness, angular_velocity, time, transport before weighting, where more "
+                   "than effort and time is "
+                   "asked for.")
       .def_prop_ro("search", said("search"), nb::sig("def search(self) -> dict[str, typing.Any] | None"),
                    "starts, solved, minima [{cost, count, by_ipopt where both solvers searched}].")
       .def_prop_ro(

@@ -57,12 +57,12 @@ double shortest_step(const StoredMotion& motion) {
   return least * motion.time_step;
 }
 
-// Stored rotations and positions end at their last digit: over a step that is a momentum (equation 6.22).
-double momentum_of_last_digits(const StoredMotion& motion) {
+// Stored rotations and positions, these so far from the origin, end at their last digit: over a step that is a momentum
+// (equation 6.22).
+double momentum_of_last_digits(const StoredMotion& motion, double distance) {
   const double unit = motion.system.length_unit();
-  double distance = 0.0, way = 0.0, inertia = 0.0;
+  double way = 0.0, inertia = 0.0;
   for (const Vector3d& x : motion.solution.position) {
-    distance = std::max(distance, x.norm());
     way = std::max(way, (x - motion.problem.start.position).norm());
   }
   for (const model::Body& body : motion.system.bodies()) {
@@ -74,9 +74,16 @@ double momentum_of_last_digits(const StoredMotion& motion) {
   return last_digits * std::numeric_limits<double>::epsilon() * inertia / shortest_step(motion);
 }
 
-// Where nothing but round-off moves, the scale of the slowest motion that the steps could tell from rest.
+double farthest_from_origin(const StoredMotion& motion) {
+  double distance = 0.0;
+  for (const Vector3d& x : motion.solution.position) distance = std::max(distance, x.norm());
+  return distance;
+}
+
+// Where nothing but round-off moves, the scale of the slowest motion that the steps could tell from rest, were the origin near: a
+// motion that is only too far from it is none of these.
 double scale_of(const StoredMotion& motion, const Largest& momenta) {
-  const double digits = momentum_of_last_digits(motion);
+  const double digits = momentum_of_last_digits(motion, 0.0);
   return momenta.value() > digits ? momenta.value() : digits / most_round_off;
 }
 
@@ -149,7 +156,8 @@ double largest_part(const model::System& system, const VectorXd& v) {
 Balance check_balance(const StoredMotion& motion) {
   const integrator::State start = start_of(motion.system, motion.problem.start);
   Balance balance = motion.steps_known ? check_steps(motion, start) : check_nodes(motion, start);
-  balance.round_off = std::min(momentum_of_last_digits(motion) / balance.scale, most_round_off);
+  balance.round_off =
+      std::min(momentum_of_last_digits(motion, farthest_from_origin(motion)) / balance.scale, most_round_off);
   balance.rotation_drift = rotation_drift(motion.solution);
   return balance;
 }

@@ -69,6 +69,10 @@ struct Replay {
   double work =
       unset;  // J, ∫ Σ_j |u_j·ω_j| dt, each step from its stored state; where costs beside effort are asked for
 
+  bool cut_short = false;  // its time was over before it was done: what is unset is not known
+  /// Whether it says that the steps do not resolve the motion: it misses, or broke off by itself.
+  bool misses() const { return !cut_short && !(rotation_error <= replay_mark); }
+
   /// Whether the joints do other work than that at the nodes, J.
   bool works_otherwise(double at_nodes) const { return std::abs(work - at_nodes) > work_mark * work; }
 };

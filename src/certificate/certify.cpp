@@ -126,7 +126,7 @@ void certify_stages(const StoredMotion& motion, const Options& options, double s
   proof.control_error = stages->control_error;
   proof.time_error = std::max(proof.time_error, stages->time_error / motion.solution.time.back());
   proof.velocity_error = velocity_error(motion, stages->node, scale);
-  proof.cost_error = relative_difference(motion.solution.cost, cost_of_steps(motion, *stages));
+  proof.cost_error = cost_error(motion, cost_of_steps(motion, *stages));
   if (options.optimality) proof.kkt = kkt_residual(motion, *stages, scale);
   if (options.replay) proof.replay = replay(motion, *stages, {options.replay_tolerance, options.stopped});
 }
@@ -173,9 +173,8 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   }
   const CostCheck cost = check_cost(motion);
   proof.velocity_error = velocity_error(motion, node_states(motion), balance.scale);
-  const double won = certificate::won(motion);  // beside which little may be left
-  proof.cost_error = relative_difference(solution.cost + won, cost.cost + won);
-  if (solution.cost_parts && problem.cost_weights.any())
+  proof.cost_error = cost_error(motion, cost.cost);
+  if (solution.cost_parts)
     proof.cost_error = std::max(proof.cost_error, parts_difference(*solution.cost_parts, cost.parts));
   if (problem.cost_weights.any()) proof.costs = {proof.cost_error, cost.signs};
   if (options.optimality) proof.kkt = kkt_residual(motion, space, balance.scale);

@@ -14,9 +14,10 @@ using model::at;
 using model::Joint;
 using model::System;
 
-constexpr double turn_step = 2e-4;    // rad, of differences of order four
-constexpr int halvings = 60;          // of an interval of slopes
-constexpr double least_power = 1e-9;  // of the swimmer's largest, that a drive's is measured by
+constexpr double turn_step = 2e-4;      // rad, of differences of order four
+constexpr double digits_of_sums = 4.0;  // in which sums may differ
+constexpr int halvings = 60;            // of an interval of slopes
+constexpr double least_power = 1e-9;    // of the swimmer's largest, that a drive's is measured by
 
 // Work that moments do: they act on the parent, their opposites on the child.
 double work_of(const Vector3d& moment, const Vector3d& turn) { return -moment.dot(turn); }
@@ -44,6 +45,10 @@ mechanics::Vectors turns_between(const System& system, const Rotations& left, co
   mechanics::Vectors turns;
   for (const Joint& joint : system.joints()) turns.push_back(turn_between(joint, left, right));
   return turns;
+}
+
+double cost_of_duration(const StoredMotion& motion) {
+  return motion.problem.time_weight * motion.time_step * motion.steps;
 }
 
 // Moment of a drive at a node, as its joint's is stored.
@@ -206,6 +211,21 @@ double won(const StoredMotion& motion) {
                                                       motion.solution.position.front());
 }
 
+double cost_error(const StoredMotion& motion, double recomputed) {
+  const double given = cost_of_duration(motion) - cost_of_free_duration(motion);
+  const double digits = digits_of_sums * std::numeric_limits<double>::epsilon() * given;
+  const double difference = std::abs(motion.solution.cost - recomputed) - digits;
+  return std::max(difference, 0.0) / std::max(std::abs(spent(motion, recomputed)), 1e-300);
+}
+
+double cost_of_free_duration(const StoredMotion& motion) {
+  return motion.problem.duration.free && !duration_holds(motion) ? cost_of_duration(motion) : 0.0;
+}
+
+double spent(const StoredMotion& motion, double cost) {
+  return cost + won(motion) - cost_of_duration(motion) + cost_of_free_duration(motion);
+}
+
 CostCheck check_cost(const StoredMotion& motion) {
   const maneuver::Problem& problem = motion.problem;
   const maneuver::CostWeights& weights = problem.cost_weights;
@@ -230,11 +250,10 @@ CostCheck check_cost(const StoredMotion& motion) {
   check.parts.time = motion.time_step * motion.steps;
   check.parts.transport = maneuver::work_per_distance(check.parts.work, powers.distance, motion.system.length_unit());
   const double weight = weight_of_work(motion, powers);
-  const double spent = problem.effort * check.parts.effort + problem.time_weight * check.parts.time +
-                       weight * check.parts.work + weights.power * check.parts.power +
-                       weights.smoothness * check.parts.smoothness +
-                       weights.angular_velocity * check.parts.angular_velocity;
-  check.cost = spent - won(motion);
+  check.cost = problem.effort * check.parts.effort + problem.time_weight * check.parts.time +
+               weight * check.parts.work + weights.power * check.parts.power +
+               weights.smoothness * check.parts.smoothness + weights.angular_velocity * check.parts.angular_velocity -
+               won(motion);
   if (weight == 0.0) return check;
   const VectorXd largest = largest_powers(motion, powers);
   for (int k = periodic(motion) ? 1 : 0; k <= motion.steps; ++k)

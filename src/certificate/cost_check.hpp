@@ -62,6 +62,15 @@ double room_of(const WorkSlopes& slopes);
 /// What the displacement takes off the cost, (N m)² s.
 double won(const StoredMotion& motion);
 
+/// What the duration costs where that is up to the motion: free, and not held at a bound.
+double cost_of_free_duration(const StoredMotion& motion);
+
+/// A cost without what a duration that is not free adds, before what the displacement takes off: what it is up to the motion.
+double spent(const StoredMotion& motion, double cost);
+
+/// Difference of the stored cost from a recomputed one, of what is spent. Last digits of what a given duration adds are none.
+double cost_error(const StoredMotion& motion, double recomputed);
+
 /// Of a given distance transport is work.
 double weight_of_work(const StoredMotion& motion, const Powers& powers);
 

@@ -159,7 +159,7 @@ class CostStages {
         chain_(chain),
         powers_(powers_of(motion)),
         pulls_(pulls_on_turns(motion, powers_)),
-        spent_(check_cost(motion).cost + won(motion)),
+        spent_(spent(motion, check_cost(motion).cost)),
         columns_(columns_after(motion, chain.end_form.rows())),
         unit_(moment_unit(motion)),
         timed_(duration.has_value()),

@@ -26,9 +26,10 @@ constexpr double difference_step = 2e-4;        // rad, of a length or relative;
 constexpr double share_of_turn = 5e-3;          // the same of a joint's turn over a step, for its rate
 constexpr double least_difference_step = 1e-7;  // rad
 
-// (N m)²: the cost over the duration, before what the displacement takes off it.
+// (N m)²: what is spent over the duration; 0 where nothing pulls, as in pictures of motions without moments.
 double spent_rate(const StoredMotion& motion) {
-  return std::abs(motion.solution.cost + won(motion)) / (motion.time_step * motion.steps);
+  if (motion.solution.limit_multipliers.empty()) return 0.0;
+  return std::abs(spent(motion, check_cost(motion).cost)) / (motion.time_step * motion.steps);
 }
 
 // What a margin looks at.
@@ -429,10 +430,10 @@ PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int n
 }
 
 // Whether a bound leaves no room at a node: strictly, so that what hardly pulls counts as free.
-bool holds(const StoredMotion& motion, const Bound& bound, int k, double multiplier) {
+bool holds(const StoredMotion& motion, const Bound& bound, int k, double multiplier, double cost_rate) {
   if (bound.equality()) return true;
   const double unit = scale_of(motion, bound);
-  return multiplier * unit > least_pull * spent_rate(motion) &&
+  return multiplier * unit > least_pull * cost_rate &&
          std::abs(margin(motion, bound, place_of(motion, k))) <= at_the_bound * unit;
 }
 
@@ -441,6 +442,7 @@ bool holds(const StoredMotion& motion, const Bound& bound, int k, double multipl
 std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
   std::vector<PullingBound> result;
   const std::vector<Bound> bounds = bounds_of(motion);
+  const double cost_rate = spent_rate(motion);
   const auto pull_of = [&](const Bound& bound, double multiplier) {  // by what its margin is large or small beside
     return std::abs(density(motion, bound, multiplier)) * scale_of(motion, bound);
   };
@@ -458,7 +460,7 @@ std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
           multipliers ? (*multipliers)[at(k)] : 0.0;  // a waypoint that pulls nothing is kept, too
       if (!bound.equality() && !(pull_of(bound, multiplier) > least_pull * largest)) continue;
       result.push_back(pulling_bound(motion, bound, k, multiplier * node_time(motion, bound, k)));
-      result.back().holds = holds(motion, bound, k, multiplier);
+      result.back().holds = holds(motion, bound, k, multiplier, cost_rate);
       result.back().equality = bound.equality();
     }
   }
@@ -472,7 +474,8 @@ bool duration_holds(const StoredMotion& motion) {
     if (!multipliers) continue;
     const double duration = motion.time_step * motion.steps;
     const bool there = std::abs(margin(motion, bound, place_of(motion, motion.steps))) <= at_the_bound * duration;
-    if (there && multipliers->back() > least_worth * spent_rate(motion)) return true;
+    if (there && multipliers->back() * duration > least_worth * std::abs(check_cost(motion).cost + won(motion)))
+      return true;
   }
   return false;
 }

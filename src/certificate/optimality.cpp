@@ -54,10 +54,6 @@ MatrixXd by_free_numbers(const StoredMotion& motion, const ControlSpace& space, 
   return by_points;
 }
 
-double cost_of_free_duration(const StoredMotion& motion) {
-  return motion.problem.duration.free ? motion.problem.time_weight * motion.time_step * motion.steps : 0.0;
-}
-
 integrator::SweptGradients sweep(const StoredMotion& motion, integrator::StepRange range, const MatrixXd& end_rows) {
   return integrator::gradient_sweep(
       motion.system, motion.lagrangian, motion.time_step,

@@ -4,8 +4,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -15,10 +15,6 @@
 namespace lamprey::file {
 
 namespace {
-
-[[noreturn]] void refuse_io(const std::string& path, const std::string& action) {
-  throw IoError(path, fmt::format("{}: {}", action, std::strerror(errno)));
-}
 
 class WrittenFile {
  public:
@@ -86,7 +82,8 @@ std::filesystem::path target_of(const std::string& folder) {
 }
 
 std::string write_temporary(const std::filesystem::path& folder, const PendingFile& file, Undo& undo) {
-  const std::string temporary = (folder / fmt::format(".{}.{}.partial", file.name, ::getpid())).string();
+  static std::atomic<unsigned> written = 0;  // by threads of this process, side by side
+  const std::string temporary = (folder / fmt::format(".{}.{}.{}.partial", file.name, ::getpid(), written++)).string();
   ::unlink(temporary.c_str());
   if (const int made = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666); made < 0)
     refuse_io(folder.string(), "no file can be made in this folder");

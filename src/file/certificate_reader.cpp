@@ -1,5 +1,6 @@
 #include "file/certificate_reader.hpp"
 
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -110,8 +111,8 @@ Certificate read_certificate(const JsonReader& reader, int bodies) {
   if (told(reader, "clearance")) result.clearance = read_clearance(reader.at("clearance"), bodies);
   read_optimality(reader, result);
   if (const JsonReader replay = reader.at("replay"); !replay.is_null()) result.replay = read_replay(replay);
-  if (told(reader, "resolved") && result.replay &&
-      reader.at("resolved").boolean() != (result.replay->rotation_error <= certificate::replay_mark))
+  if (result.replay) result.replay->cut_short = std::isnan(result.replay->rotation_error) && !told(reader, "resolved");
+  if (told(reader, "resolved") && result.replay && reader.at("resolved").boolean() == result.replay->misses())
     reader.at("resolved").refuse("true where replay.rotation_error is at most 1e-3 rad, else false");
   if (reader.has("costs"))
     result.costs = {reader.at("costs").at("error").number_or_nan(), reader.at("costs").at("signs").number_or_nan()};

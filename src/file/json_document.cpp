@@ -135,6 +135,15 @@ std::vector<std::string> JsonReader::keys() const {
   return keys;
 }
 
+void JsonReader::allow_only(std::initializer_list<std::string_view> names) const {
+  for (const std::string& key : keys())
+    if (std::find(names.begin(), names.end(), key) == names.end())
+      throw model::InputError(
+          *path_, pointer_ + "/" + key,
+          "found a key that this version does not know; allowed: " + fmt::format("{}", fmt::join(names, ", ")) +
+              "; it may be a later version's, which can read it, or mistyped");
+}
+
 void JsonReader::require_array() const {
   if (!value_->is_array()) refuse("an array");
 }

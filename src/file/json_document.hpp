@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -29,6 +30,8 @@ class JsonReader {
   JsonReader at(const char* name) const;
   JsonReader at(std::size_t index) const;
   std::vector<std::string> keys() const;
+  /// Refuses members of other names, which would be read as nothing.
+  void allow_only(std::initializer_list<std::string_view> names) const;
 
   void require_array() const;
   void require_array(std::size_t length) const;

@@ -103,6 +103,8 @@ std::string limits_text(const Limits& limits) {
 }
 
 Limits read_limits(const JsonReader& reader) {
+  reader.allow_only({"torque", "torque_component", "angular_velocity", "angular_velocity_component", "swing", "twist",
+                     "angle", "clearance", "sphere", "half_space"});
   Limits limits;
   read_for_joints(reader, "torque", limits.torque, limits.joint_torque);
   read_for_joints(reader, "torque_component", limits.torque_component, limits.joint_torque_component);

@@ -39,7 +39,8 @@ void sample_angles(MarchOptions& options, const Problem& problem) {
   AngleSamples samples;
   for (int k = 0; k <= nodes; ++k) {
     samples.time.push_back(k * duration / nodes);
-    samples.angle.push_back(options.angle(samples.time.back()));
+    const bool ends = k > 0 && options.interrupted && options.interrupted();  // the march will not come so far
+    samples.angle.push_back(ends ? samples.angle.back() : options.angle(samples.time.back()));
   }
   options.angles = std::move(samples);
 }

@@ -105,24 +105,29 @@ std::string goal_remark(const Problem& problem, const System& system) {
   return fmt::format("goal.move is {:.3g} lengths of the swimmer, who gains a fraction of one in a stroke", lengths);
 }
 
-// How fast a moment of 1 N m, about the axis that it turns most easily, makes each joint's rate grow at the start, [joints] 1/(kg m²);
-// 0 of joints without motors.
-std::vector<double> ease_of_joints(const Problem& problem, const System& system) {
+// How fast a moment of 1 N m makes a joint's rate grow at the start, 1/(kg m²); 0 of a joint without motors.
+struct Ease {
+  double most = 0.0, least = 0.0;  // about the axes that it turns most easily and least
+};
+
+// [joints]
+std::vector<Ease> ease_of_joints(const Problem& problem, const System& system) {
   mechanics::Rotations R(at(system.body_count()), Matrix3d::Identity());
   for (std::size_t i = 0; i < problem.start.rotation.size(); ++i) R[i] = lie::exp(problem.start.rotation[i]);
   const auto force = [&](const Eigen::VectorXd& control) {
     return mechanics::generalized_force(system, R, mechanics::joint_moments(system, control));
   };
   const Eigen::VectorXd springs = force(Eigen::VectorXd::Zero(system.control_count()));
-  std::vector<double> ease;
+  std::vector<Ease> ease;
   Eigen::Index control = 0;
   for (const Joint& joint : system.joints()) {
-    double most = 0.0;
+    Ease own_ease;
     for (Eigen::Index c = 0; c < joint.actuation.cols(); ++c, ++control) {
       const Eigen::VectorXd own = force(Eigen::VectorXd::Unit(system.control_count(), control)) - springs;
-      most = std::max(most, own.dot(mechanics::velocity_of_momentum(system, R, own)));
+      const double about = own.dot(mechanics::velocity_of_momentum(system, R, own));
+      own_ease = {std::max(own_ease.most, about), c == 0 ? about : std::min(own_ease.least, about)};
     }
-    ease.push_back(most);
+    ease.push_back(own_ease);
   }
   return ease;
 }
@@ -137,27 +142,29 @@ std::string light_remark(const Problem& problem, const System& system) {
   const maneuver::Limits& limits = problem.limits;
   if (!problem.goal || problem.cost_weights.any() || limits.angular_velocity || limits.angular_velocity_component)
     return "";
-  const std::vector<double> ease = ease_of_joints(problem, system);
+  const std::vector<Ease> ease = ease_of_joints(problem, system);
   std::optional<std::size_t> lightest, heaviest;
   for (std::size_t j = 0; j < ease.size(); ++j) {
-    if (ease[j] == 0.0) continue;
-    if (!heaviest || ease[j] < ease[*heaviest]) heaviest = j;
+    if (ease[j].most == 0.0) continue;
+    if (!heaviest || ease[j].most < ease[*heaviest].most) heaviest = j;
     const std::string& name = system.joint(static_cast<int>(j)).name;
     if (limits.joint_angular_velocity.contains(name) || limits.joint_angular_velocity_component.contains(name) ||
         limits.joint_torque.contains(name) || limits.joint_torque_component.contains(name))
       continue;
-    if (!lightest || ease[j] > ease[*lightest]) lightest = j;
+    if (!lightest || ease[j].most > ease[*lightest].most) lightest = j;
   }
-  if (!lightest || ease[*lightest] < much_easier * ease[*heaviest]) return "";
+  if (!lightest || ease[*lightest].most < much_easier * ease[*heaviest].most) return "";
   const std::string name = printable(system.joint(static_cast<int>(*lightest)).name);
   const double duration = problem.duration.free ? problem.duration.max : problem.duration.value;
-  const double weight = problem.effort * std::pow(ease[*heaviest] * duration, -2);  // turns cost as the effort for them
+  const double weight =
+      problem.effort * std::pow(ease[*heaviest].least * duration, -2);  // turns cost as the effort for them
   return fmt::format(
       "a moment turns what joint {} moves some {} times as fast as one at joint {}: cost.effort weighs it next to "
       "nothing, so that the cheapest motions may whirl it as fast as steps show; where searches find no end let rates "
-      "cost (cost.angular_velocity = {}), give it limits.angular_velocity.{}, or have it follow (actuated = false, with "
+      "cost (cost.angular_velocity = {}), give it limits.angular_velocity.{}, or have it follow (actuated = false, "
+      "with "
       "stiffness and damping)",
-      name, short_number(one_digit(ease[*lightest] / ease[*heaviest])),
+      name, short_number(one_digit(ease[*lightest].most / ease[*heaviest].most)),
       printable(system.joint(static_cast<int>(*heaviest)).name), short_number(one_digit(weight)), name);
 }
 

@@ -88,6 +88,7 @@ struct Results {
   std::optional<certificate::Certificate> certificate;
   Provenance provenance;
   std::vector<Results> others = {};  // of other minima that are kept, by rising cost; each in a folder of its own
+  bool alone = false;                // read from a file: whether there are others is not known
 };
 
 }  // namespace lamprey::file

@@ -62,6 +62,8 @@ void read_nodes(const JsonReader& reader, std::size_t nodes, std::size_t count,
 }
 
 ResolvedBody read_body(const JsonReader& reader) {
+  reader.allow_only(
+      {"name", "mass", "semi_axes", "mass_matrix", "inertia_matrix", "body_inertia", "coupling_matrix", "ellipse"});
   ResolvedBody body;
   body.name = reader.at("name").text();
   body.mass = reader.at("mass").number();
@@ -76,6 +78,8 @@ ResolvedBody read_body(const JsonReader& reader) {
 }
 
 ResolvedJoint read_joint(const JsonReader& reader, int bodies) {
+  reader.allow_only({"name", "kind", "parent", "child", "parent_offset", "child_offset", "control_axes",
+                     "reference_rotation", "axis", "axes", "actuated", "stiffness", "damping"});
   ResolvedJoint joint;
   joint.name = reader.at("name").text();
   joint.kind = read_word(reader.at("kind"), joint_kinds);
@@ -105,6 +109,7 @@ double angular_velocity_in(const JsonReader& costs) {
 }
 
 maneuver::Goal read_goal(const JsonReader& reader) {
+  reader.allow_only({"move", "turn", "rotation", "angle", "shape", "rest", "periodic"});
   maneuver::Goal goal;
   goal.move = read_move(reader.at("move"));
   if (!reader.at("turn").is_null()) goal.turn = value_at<Vector3d>(reader.at("turn"));
@@ -138,6 +143,7 @@ Matrix3d rotation_at(const JsonReader& reader) {
 }
 
 ResolvedStart read_start(const JsonReader& reader, std::size_t bodies) {
+  reader.allow_only({"rotation", "position", "linear_velocity", "angular_velocity"});
   ResolvedStart start;
   const JsonReader rotation = reader.at("rotation"), rate = reader.at("angular_velocity");
   rotation.require_array(bodies);
@@ -152,6 +158,10 @@ ResolvedStart read_start(const JsonReader& reader, std::size_t bodies) {
 }
 
 ResolvedProblem read_resolved(const JsonReader& reader) {
+  reader.allow_only({"bodies",   "joints",    "density",       "scheme",       "time_step",
+                     "duration", "steps",     "cost_rule",     "start",        "goal",
+                     "control",  "effort",    "time_weight",   "cost_weights", "displacement_weight",
+                     "limits",   "waypoints", "free_duration", "free_shape",   "tolerance"});
   ResolvedProblem problem;
   const JsonReader bodies = reader.at("bodies");
   bodies.require_array();
@@ -181,6 +191,7 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   if (reader.has("time_weight")) problem.time_weight = reader.at("time_weight").number();
   if (reader.has("cost_weights")) {
     const JsonReader weights = reader.at("cost_weights");
+    weights.allow_only({"work", "power", "smoothness", "angular_velocity", "transport"});
     problem.cost_weights = {.work = weights.at("work").number(),
                             .power = weights.at("power").number(),
                             .smoothness = weights.at("smoothness").number(),
@@ -419,6 +430,7 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
   if (!reader.at("solver").is_null()) results.solution.solver = read_solver(reader.at("solver"));
   if (reader.has("divided_steps")) results.solution.divided = read_divided(reader.at("divided_steps"));
   results.provenance = read_provenance(reader.at("provenance"));
+  results.alone = true;
   return results;
 }
 

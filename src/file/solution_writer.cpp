@@ -263,7 +263,7 @@ std::string certificate_text(const certificate::Certificate& certificate) {
   });
   or_null("verdict", certificate.verdict, [](const auto& verdict) { return json(word(verdict)); });
   or_null("resolved", certificate.replay,
-          [](const auto& replay) { return json(replay.rotation_error <= certificate::replay_mark); });
+          [](const auto& replay) { return replay.cut_short ? "null" : json(!replay.misses()); });
   or_null("replay", certificate.replay, replay_text);
   or_null("refinement", certificate.refinement, refinement_text);
   return text.finished();

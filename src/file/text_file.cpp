@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -37,16 +36,16 @@ class OpenedFile {
 
 std::string read_bytes(const std::string& path, std::size_t limit) {
   const OpenedFile file(path);
-  if (file.value() < 0) throw IoError(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
+  if (file.value() < 0) refuse_io(path, "cannot be opened");
   struct stat status = {};
-  if (::fstat(file.value(), &status) != 0) throw IoError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
+  if (::fstat(file.value(), &status) != 0) refuse_io(path, "cannot be read");
   if (S_ISDIR(status.st_mode)) throw IoError(path, "is a folder; name a file in it");
   std::string bytes;
   std::array<char, 65536> chunk;
   while (true) {
     const ssize_t count = ::read(file.value(), chunk.data(), chunk.size());
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw IoError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
+    if (count < 0) refuse_io(path, "cannot be read");
     if (count == 0) return bytes;
     bytes.append(chunk.data(), static_cast<std::size_t>(count));
     if (bytes.size() > limit)

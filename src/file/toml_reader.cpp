@@ -14,6 +14,8 @@ namespace lamprey::file {
 
 namespace {
 
+constexpr double least_size = 1e-60, largest_size = 1e60;  // of numbers, whose products have to stay numbers
+
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Kind = TomlValue::Kind;
@@ -237,6 +239,10 @@ double TableReader::number_in(const TomlValue& value, std::string_view name, con
     refuse(key(name), shown(whole), allowed,
            degrees ? "write radians: 180 degrees are 3.14159" : "choose a finite value in that range");
   }
+  const double size = std::abs(as_double(value));
+  if (size > largest_size || (size > 0.0 && size < least_size))
+    refuse(key(name), shown(whole), fmt::format("{}, of a size between {} and {}", allowed, least_size, largest_size),
+           "check the units: products of such numbers overflow");
   return as_double(value);
 }
 

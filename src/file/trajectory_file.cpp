@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <mutex>
 
 #include "file/io_error.hpp"
 #include "file/result_shapes.hpp"
@@ -33,18 +34,21 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
-// The library prints its own error stack unless told not to; we report through exceptions.
-class QuietErrors {
+// One thread at a time is in the library, which keeps its open files in one list. It prints its own error stack unless told not to; we
+// report through exceptions.
+class Library {
  public:
-  QuietErrors() {
+  Library() : lock_(mutex_) {
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   }
-  ~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
-  QuietErrors(const QuietErrors&) = delete;
-  QuietErrors& operator=(const QuietErrors&) = delete;
+  ~Library() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
 
  private:
+  static inline std::mutex mutex_;
+  std::scoped_lock<std::mutex> lock_;
   H5E_auto2_t function_ = nullptr;
   void* data_ = nullptr;
 };
@@ -113,7 +117,7 @@ void write_array(hid_t file, const ShapedArray& array, const std::string& path) 
 // Built in memory: a full disk then meets our own writing, not the library, which cannot close a file that it failed to write.
 std::string file_image(const Results& results) {
   const std::vector<ShapedArray> arrays = shaped_arrays(results);
-  const QuietErrors quiet;
+  const Library library;
   const std::string name = "trajectory.h5";
   constexpr std::size_t growth = std::size_t{1} << 20;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, name);
@@ -181,7 +185,7 @@ std::string array_difference(hid_t file, const ShapedArray& array, const std::st
 std::string trajectory_difference(const std::string& folder, const Results& results) {
   const std::string path = (std::filesystem::path(folder) / "trajectory.h5").string();
   if (!std::filesystem::exists(path)) return "";
-  const QuietErrors quiet;
+  const Library library;
   const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, path, unreadable);
   for (const ShapedArray& array : shaped_arrays(results)) {
     const std::string difference = array_difference(file, array, path);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -120,6 +121,14 @@ Rows rows_of_file(const certificate::Certificate& proof, const file::ResolvedPro
   };
 }
 
+// Whether the joints' freedoms are more than the axes along which moments act.
+bool confines_axes(const file::ResolvedProblem& problem) {
+  return std::any_of(problem.joints.begin(), problem.joints.end(), [](const file::ResolvedJoint& joint) {
+    const std::size_t freedoms = joint.kind == model::JointKind::ball ? 3 : 0;
+    return joint.actuated && joint.control_axes.size() < freedoms;
+  });
+}
+
 Rows rows_of_optimality(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
   return {
       held("First-order optimality (KKT)", proof.kkt, "", problem.tolerance,
@@ -127,7 +136,7 @@ Rows rows_of_optimality(const certificate::Certificate& proof, const file::Resol
            "itself."),
       second_order_row(proof.second_order.value_or(certificate::SecondOrder{})),
       {"Curvature, all axes free",
-       proof.all_axes || !proof.second_order
+       proof.all_axes || !proof.second_order || confines_axes(problem)
            ? curvature_value(proof.all_axes.value_or(certificate::AllAxes{}).second_order)
            : "no axes are confined",
        "", std::nullopt,

@@ -69,8 +69,9 @@ void write_results(const std::string& folder, const file::Results& results) {
     write_results((within / folder_of_other(n)).string(), results.others[n]);
   file::write_files(folder, {file::solution_file(results), file::trajectory_file(results),
                              file::finished_file("report.html", report_html(results))});
-  for (std::size_t n = results.others.size(); std::filesystem::exists(within / folder_of_other(n) / "solution.json");
-       ++n)
+  const bool searched = results.solution.search.starts > 0 && !results.alone;  // and these are all that it kept
+  for (std::size_t n = results.others.size();
+       searched && std::filesystem::exists(within / folder_of_other(n) / "solution.json"); ++n)
     remove_results(within / folder_of_other(n));
 }
 

@@ -139,7 +139,7 @@ void append_tracking(const maneuver::Tracking& tracking, std::vector<std::pair<s
 bool succeeded(const file::Results& results) {
   if (results.solution.status == Status::simulated) return march_faults(results).empty();
   const auto& proof = results.certificate;
-  const bool unresolved = proof && proof->replay && !(proof->replay->rotation_error <= certificate::replay_mark);
+  const bool unresolved = proof && proof->replay && proof->replay->misses();
   return results.solution.status == Status::optimal && !unresolved;
 }
 

@@ -22,6 +22,8 @@ std::string part_name(Part part) {
   switch (part) {
     case Part::other_candidate:
       return "the certificate of another candidate";
+    case Part::replay:
+      return "its replay";
     case Part::minimum:
       return "whether it is a minimum";
     case Part::all_axes:
@@ -100,7 +102,7 @@ void Parts::tell(const std::string& unsearched, maneuver::Solution& solution) co
 }
 
 Certificate first_certificate(const model::System& system, const Problem& problem, const Solution& solution,
-                              int workers, const Parts& parts) {
+                              int workers, Parts& parts) {
   certificate::Options options = first_look(parts);
   options.replay = false;
   Certificate proof;
@@ -110,6 +112,7 @@ Certificate first_certificate(const model::System& system, const Problem& proble
     if (part == 1) replay = certificate::certify_replay(system, problem, solution, options);
   });
   proof.replay = replay;
+  if (replay && replay->cut_short) parts.leave_out(Part::replay);
   return proof;
 }
 

@@ -13,7 +13,7 @@
 namespace lamprey::study {
 
 /// What an answer consists of beside a motion and its certificate, in the order in which it is told.
-enum class Part { other_candidate, minimum, all_axes, feedback, followed_replay, other_grids };
+enum class Part { other_candidate, replay, minimum, all_axes, feedback, followed_replay, other_grids };
 
 /// Once the search shall stop no part begins any more, but where only the time is over those that take little and that the answer
 /// is worth most by: whether it is a minimum, and its feedback. They may run side by side.
@@ -52,7 +52,7 @@ class Parts {
 /// The part of a candidate's certificate that decides whether it is accepted: without what takes long. Its replay, which stiff springs
 /// can make long too, goes on for a while where time is up.
 certificate::Certificate first_certificate(const model::System& system, const maneuver::Problem& problem,
-                                           const maneuver::Solution& solution, int workers, const Parts& parts);
+                                           const maneuver::Solution& solution, int workers, Parts& parts);
 
 /// Gains about an answer, and its replay with them; or why there are none.
 struct Followed {

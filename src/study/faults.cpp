@@ -140,10 +140,9 @@ std::string unresolved(const Problem& problem, const Solution& solution, const C
   const double turn = turn_of_steps(problem, solution).angle;
   if (turn > 0.5 * std::numbers::pi) return "a body turns by " + number(turn, 3) + " rad in one of its steps";
   const auto& replay = proof.replay;
-  if (!replay || std::isnan(replay->rotation_error)) return "it was not replayed";
-  if (!(replay->rotation_error <= certificate::replay_mark))
-    return "its replay misses by " + number(replay->rotation_error, 3) + " rad";
-  return "";
+  if (!replay || !replay->misses()) return "";
+  if (std::isnan(replay->rotation_error)) return "its replay breaks off";
+  return "its replay misses by " + number(replay->rotation_error, 3) + " rad";
 }
 
 }  // namespace lamprey::study
