@@ -204,7 +204,7 @@ void ShapeProgram::model_leads(StageModel& model) const {
         stage.R(c, c) = metric_scale_;  // nothing to set
     }
   }
-  if (maneuver_.free_duration) model.metric_end(tau(), tau()) = now_.cost;
+  if (maneuver_.free_duration) model.metric_end(tau(), tau()) = spent(now_);
   if (maneuver_.periodic) {
     const int n = shape_;
     model.metric_end.block(copies(), copies(), 2 * n, 2 * n).setZero();

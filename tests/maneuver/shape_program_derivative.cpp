@@ -46,6 +46,8 @@ const maneuver::CostWeights of_transport{.transport = 30.0};
 const maneuver::CostWeights of_angular_velocity{.angular_velocity = 5.0};
 const maneuver::CostWeights of_all{20.0, 2.0, 0.02, 5.0, 20.0};
 const maneuver::CostWeights of_displacement{.displacement = Vector3d(300.0, -200.0, 100.0)};
+const maneuver::CostWeights of_worthy_displacement{.displacement = Vector3d(1e7, 0.0, 0.0)};
+const maneuver::CostWeights of_worthy_displacement_back{.displacement = Vector3d(-1e7, 0.0, 0.0)};
 const maneuver::CostWeights of_displacement_too{20.0, 2.0, 0.02, 5.0, 20.0, Vector3d(100.0, 200.0, -300.0)};
 
 // Every limit and two waypoints, about where random motions are.
@@ -278,6 +280,26 @@ TEST_P(ShapeDerivatives, limits_change_as_foreseen_to_first_order) {
       pulling_of(changes), 1e-8, 0.5);
 }
 
+// Else no shift of the Hessian would make it positive: where the cost is less than nothing, too.
+TEST_P(ShapeDerivatives, what_a_shift_adds_is_nowhere_negative) {
+  const auto expect_no_less_than_nothing = [](const MatrixXd& metric) {
+    const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(metric, Eigen::EigenvaluesOnly).eigenvalues();
+    EXPECT_GE(values.minCoeff(), -1e-12 * values.cwiseAbs().maxCoeff());
+  };
+  for (const optimizer::Stage& stage : model_->stage) {
+    const Eigen::Index n = stage.metric.rows(), m = stage.metric_input.rows();
+    MatrixXd whole = MatrixXd::Zero(n + m, n + m);
+    whole.topLeftCorner(n, n) = stage.metric;
+    if (m > 0) {
+      whole.bottomLeftCorner(m, n) = stage.metric_mixed;
+      whole.topRightCorner(n, m) = stage.metric_mixed.transpose();
+      whole.bottomRightCorner(m, m) = stage.metric_input;
+    }
+    expect_no_less_than_nothing(whole);
+  }
+  expect_no_less_than_nothing(model_->metric_end);
+}
+
 // First derivatives by themselves are those of the whole model; where the cost has more than effort there are none.
 TEST_P(ShapeDerivatives, first_derivatives_alone_are_those_of_the_model) {
   const ShapeSetting& setting = GetParam();
@@ -426,6 +448,10 @@ INSTANTIATE_TEST_SUITE_P(
                      mechanics::DiscreteLagrangian::trapezoid, true, false, true, false, of_all},
         ShapeSetting{"all_costs_of_a_periodic_motion_of_any_joint_in_free_time", Swimmer::any_joint,
                      mechanics::DiscreteLagrangian::trapezoid, false, false, true, true, of_all},
+        ShapeSetting{"worthy_displacement_in_free_time", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid,
+                     true, false, true, false, of_worthy_displacement},
+        ShapeSetting{"worthy_displacement_back_in_free_time", Swimmer::paper_chain,
+                     mechanics::DiscreteLagrangian::trapezoid, true, false, true, false, of_worthy_displacement_back},
         ShapeSetting{"squared_power", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true, false,
                      false, false, of_power},
         ShapeSetting{"squared_power_of_any_joint", Swimmer::any_joint, mechanics::DiscreteLagrangian::midpoint, true,
