@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "maneuver/coasting.hpp"
 #include "maneuver/goal_rank.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/transcription.hpp"
@@ -24,6 +25,9 @@ using optimizer::Outcome;
 
 constexpr int rank_steps = 20;   // rank does not depend on the resolution
 constexpr int rank_guesses = 4;  // first guesses until one is a motion
+constexpr double calm_share =
+    0.5;  // of a guess's swings beside a momentum that may do the most, in all but one of so many
+constexpr int calm_guesses = 4;
 constexpr int start_iterations = 400;
 constexpr int quick_iterations = 40;    // of a refinement that goes well
 constexpr int refine_iterations = 200;  // of one that does not
@@ -156,7 +160,12 @@ class IpoptMethod : public Method {
     // a motion that obeys the mechanics, where a displacement is to be won: others are let go on the way to one, and end at rest
     std::optional<NodePath> moved;
     if (problem_.cost_weights.of_displacement()) moved = moved_by_shapes(coarse_, start);
-    const NodePath guess = moved ? *moved : this->guess(coarse_, start);
+    NodePath guess = moved ? *moved : this->guess(coarse_, start);
+    const bool drifts = !coarse_.periodic && !coarse_.start.momentum.isZero(0.0);
+    if (drifts && !(start == 0 && options_.first)) {
+      const double share = start % calm_guesses < calm_guesses - 1 ? calm_share : 1.0;
+      guess = maneuver::coasting(system_, problem_, guess, share).value_or(std::move(guess));
+    }
     Outcome before;
     if (newton_) {  // moments on splines from moments free at each node: found in less time than one iteration here takes
       const Found free = newton_->solve_starts(start, 1).front();

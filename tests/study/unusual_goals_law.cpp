@@ -387,6 +387,26 @@ TEST(UnusualGoals, of_light_arms_are_found_from_every_seed) {
   }
 }
 
+// Wide swings on the way of a swimmer that drifts lead searches astray, to whirls or nowhere.
+TEST(UnusualGoals, of_a_swimmer_that_drifts_are_found_from_every_guess) {
+  maneuver::Problem problem = kept_problem("drifting_turn");
+  study::SolveOptions options;
+  options.refinement = false;
+  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+  EXPECT_EQ(answer.solution.search.solved, problem.search.starts);
+  EXPECT_EQ(answer.solution.search.minima.size(), 1U);
+}
+
+TEST(UnusualGoals, of_passive_joints_in_free_time_go_on_to_finer_steps) {
+  maneuver::Problem problem = kept_problem("passive_tail_in_free_time");
+  study::SolveOptions options;
+  options.refinement = false;
+  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+  EXPECT_LT(answer.solution.cost, -0.5);
+}
+
 TEST(UnusualGoals, of_a_gait_that_need_not_move_are_met_at_rest) {
   maneuver::Problem problem = planar_chain();
   problem.goal->rest = false;
