@@ -198,16 +198,29 @@ MatrixXd turn_form(const System& system, const mechanics::Rotations& R, const st
   return form;
 }
 
+bool is_gait(const Problem& problem) { return problem.goal && problem.goal->periodic; }
+
 // What deviations cost, in units.
 class DeviationCost {
  public:
-  DeviationCost(const System& system, const Problem& problem) : system_(system), problem_(problem) {}
+  DeviationCost(const System& system, const Problem& problem, const FeedbackWeights& weights)
+      : system_(system), problem_(problem), whole_(std::pow(weights.path / weights.gait_whole, 2)) {}
 
   MatrixXd along(const ReferenceState& state) const {
     const int half = system_.velocity_count();
     MatrixXd form = MatrixXd::Zero(2 * half, 2 * half);
-    form.topLeftCorner(half - 3, half - 3) = turn_form(system_, state.rotation, every_body());
-    form.block<3, 3>(half - 3, half - 3).setIdentity();
+    auto turns = form.topLeftCorner(half - 3, half - 3);
+    auto shift = form.block<3, 3>(half - 3, half - 3);
+    shift.setIdentity();
+    if (!is_gait(problem_)) {
+      turns = turn_form(system_, state.rotation, every_body());
+      return form;
+    }
+    std::vector<char> root(at(system_.body_count()), 0);
+    root[0] = 1;
+    turns = whole_ * turn_form(system_, state.rotation, root);
+    for (const model::Joint& joint : system_.joints()) turns += joint_form(state.rotation, joint);
+    shift *= whole_;
     return form;
   }
 
@@ -233,19 +246,22 @@ class DeviationCost {
     for (const auto& rotation : attitudes.rotation) asked.push_back(rotation.has_value());
     MatrixXd form = turn_form(system_, R, asked);
     for (int j = 0; j < system_.joint_count(); ++j) {
-      if (!attitudes.joint[at(j)]) continue;
-      const model::Joint& joint = system_.joint(j);
-      const MatrixXd turn =
-          mechanics::turn_by_freedoms(system_, R, joint.child) -
-          mechanics::child_to_parent(R, joint).transpose() * mechanics::turn_by_freedoms(system_, R, joint.parent);
-      form += turn.transpose() * turn;
+      if (attitudes.joint[at(j)]) form += joint_form(R, system_.joint(j));
     }
     return form;
+  }
+
+  MatrixXd joint_form(const mechanics::Rotations& R, const model::Joint& joint) const {
+    const MatrixXd turn =
+        mechanics::turn_by_freedoms(system_, R, joint.child) -
+        mechanics::child_to_parent(R, joint).transpose() * mechanics::turn_by_freedoms(system_, R, joint.parent);
+    return turn.transpose() * turn;
   }
 
   std::vector<char> every_body() const { return std::vector<char>(at(system_.body_count()), 1); }
   const System& system_;
   const Problem& problem_;
+  double whole_;  // share with which squares of a gait's attitude and place count
 };
 
 // Stages in units, with their place in time.
@@ -359,13 +375,13 @@ Feedback design_feedback(const System& system, const Problem& problem, const Sol
   const LinearStages stages = linear_stages(system, problem, solution, unit);
   const MatrixXd basis = reachable_deviations(stages);
   const int controls = system.control_count();
-  const int cycles = problem.goal && problem.goal->periodic ? cycles_ahead : 1, nodes = stages.count() + 1;
+  const int cycles = is_gait(problem) ? cycles_ahead : 1, nodes = stages.count() + 1;
   const optimizer::StageSizes sizes{cycles * nodes, static_cast<int>(basis.cols()), controls, 0};
   const double scale = effort_scale(system, solution);
   const double along = scale / (duration * weights.path * weights.path);
-  const DeviationCost cost(system, problem);
-  const MatrixXd Q_end =
-      scale / (weights.end * weights.end) * basis.transpose() * cost.at_end(stages.state.back()) * basis;
+  const double end = is_gait(problem) ? weights.gait_end : weights.end;
+  const DeviationCost cost(system, problem, weights);
+  const MatrixXd Q_end = scale / (end * end) * basis.transpose() * cost.at_end(stages.state.back()) * basis;
   const MatrixXd onwards = basis.transpose() * seen_by_the_next_cycle(system, solution) * basis;
   optimizer::StageModel model(sizes);
   std::vector<MatrixXd> late;  // B' of the stage before each node

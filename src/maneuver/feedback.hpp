@@ -8,11 +8,13 @@
 namespace lamprey::maneuver {
 
 /// What deviations cost against moments (equation 11.5): each number is the size, in rad, of a deviation that costs as much
-/// as the whole maneuver's effort.
+/// as the whole maneuver's effort. A gait has cycles to come in which its joints, along the path, bring the whole back.
 struct FeedbackWeights {
-  double path = 0.1;    // rad, kept up all along
-  double end = 0.03;    // rad, at the end, in what the goal asks for
-  double rate = 0.001;  // of the duration: the time in which a rate at the end makes the turn that it counts as
+  double path = 0.1;        // rad, kept up all along: of the bodies, of a gait of the joints
+  double gait_whole = 0.3;  // rad, likewise, of a gait as a whole
+  double end = 0.03;        // rad, at the end, in what the goal asks for
+  double gait_end = 0.3;    // rad, likewise of a gait, at the end of each cycle
+  double rate = 0.001;      // of the duration: the time in which a rate at the end makes the turn that it counts as
 };
 
 /// Linear-quadratic regulator about a motion: gains at its nodes, or at every few of them where there are more than

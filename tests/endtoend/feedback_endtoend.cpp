@@ -288,6 +288,21 @@ TEST(FollowedGait, goes_on_for_several_cycles) {
   EXPECT_NE(maneuver.err.find("cycles: found a motion that is not a gait"), std::string::npos) << maneuver.err;
 }
 
+// A gait has cycles to come back in: its gains hold the joints along the path and ask for the whole's way by and by, so that they do not
+// lose the plan where each body begins nearly six degrees off.
+TEST(FollowedGait, comes_back_from_several_degrees) {
+  for (const char* name : {"gait", "gait_within_limits", "compliant_tail"}) {
+    Folder folder;
+    ASSERT_EQ(lamprey(folder, "solve " + example(name) + " --no-refinement --out " + (folder / "solved")).exit_code, 0);
+    const ProgramRun run = lamprey(folder, "simulate " + example(name) + " --cycles 3 --perturb 0.1 --feedback " +
+                                               (folder / "solved") + " --out " + (folder / "run"));
+    ASSERT_EQ(run.exit_code, 0) << name << run.err;
+    const maneuver::Tracking tracking = *file::read_solution(folder / "run").solution.tracking;
+    EXPECT_FALSE(tracking.lost()) << name;
+    EXPECT_LE(tracking.largest_rotation_error, 0.35) << name;
+  }
+}
+
 // A table of moments of one period is that of as many periods written out; one that does not close has none.
 TEST(Simulate, repeats_a_table_that_ends_with_the_moments_it_begins_with) {
   const Folder folder;

@@ -186,7 +186,7 @@ double effort(const Plan& plan) {
 // All moments of a motion that starts off its plan, by one dense system and linear maps from differences, against what
 // the gains answer along that very motion.
 TEST_P(FeedbackOfSchemes, gains_are_the_optimal_answers_of_the_dense_problem) {
-  const FeedbackWeights weights{0.3, 0.1, 0.2};
+  const FeedbackWeights weights{.path = 0.3, .end = 0.1, .rate = 0.2};
   for (unsigned seed : {5U, 8U}) {
     const int steps = 8;
     Plan plan = tree_in_motion(seed, 3, GetParam(), steps, 0.4);
