@@ -266,7 +266,7 @@ class Solution(Trajectory):
     @property
     def cost_parts(self) -> dict[str, float] | None:
         """
-        effort, work, power, smoothness, time, transport before weighting, where more than effort and time is asked for.
+        effort, work, power, smoothness, angular_velocity, time, transport before weighting, where more than effort and time is asked for.
         """
 
     @property

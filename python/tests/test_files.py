@@ -1,4 +1,5 @@
 """Files of a solution: what `lamprey solve --out` writes, read and verified again."""
+import concurrent.futures
 import copy
 import json
 import multiprocessing
@@ -25,6 +26,25 @@ def test_saved_solutions_come_back_the_same(solution, tmp_path):
     assert type(again) is lp.Solution and again.cost == solution.cost
     assert np.array_equal(again.control, solution.control)
     assert (tmp_path / "run" / "trajectory.h5").read_bytes()[:8] == b"\x89HDF\r\n\x1a\n"
+
+
+def test_threads_save_side_by_side_into_folders_of_their_own_and_into_one(solution, tmp_path):
+    def save(n):
+        solution.save(tmp_path / str(n % 3))  # threads 0, 3, 6 into one
+        return lp.load_solution(tmp_path / str(n % 3)).cost
+
+    with concurrent.futures.ThreadPoolExecutor(4) as threads:
+        assert set(threads.map(save, range(24))) == {solution.cost}
+    assert not [path for path in tmp_path.rglob("*.partial")]
+    for n in range(3):
+        assert lp.verify(tmp_path / str(n))["holds"]
+
+
+def test_what_a_caller_does_to_an_entry_stays_with_the_caller(solution):
+    before = solution.certificate["kkt"]
+    solution.certificate["kkt"] = 42.0
+    solution.search["minima"].clear()
+    assert solution.certificate["kkt"] == before and solution.search["minima"]
 
 
 def test_a_stored_march_comes_back_as_a_trajectory(root, tmp_path):

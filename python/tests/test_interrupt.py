@@ -12,12 +12,14 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 LONG = {
     "newton": 'lp.solve(problem.changed(search={"starts": 100000}), solver="newton", workers=2, progress=told)',
     "ipopt": 'lp.solve(problem.changed(search={"starts": 100000}), solver="ipopt", workers=2, progress=told)',
+    "angles": 'lp.simulate(problem, angles=lambda t: told(t) or time.sleep(1e-3) or [[0, 0, 0.1 * t], [0, 0, 0]], steps=20_000)',
     "simulate": 'lp.simulate(problem, lambda t: told(t) or [[0, 0, 1], [0, 0, 1]], steps=10_000_000)',
 }
 # What a shell starts in the background ignores SIGINT, and so does what that starts.
 PROGRAM = """
 import signal
 import sys
+import time
 signal.signal(signal.SIGINT, signal.default_int_handler)
 import lamprey as lp
 problem = lp.load(sys.argv[1]).changed(time={{"steps": 200}})

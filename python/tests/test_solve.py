@@ -89,6 +89,10 @@ def test_other_minima_are_kept_where_they_are_asked_for(root, tmp_path):
     assert all(other.certificate["verdict"] == "proved local minimum" and other.others == [] for other in best.others)
     best.save(tmp_path / "run")
     assert lp.load_solution(tmp_path / "run" / "minimum_3").cost == costs[2]
+    lp.load_solution(tmp_path / "run").save(tmp_path / "run")  # which knows of no others, and leaves them alone
+    assert lp.load_solution(tmp_path / "run" / "minimum_2").cost == costs[1]
+    lp.solve(problem.changed(search={"keep": 1}), refinement=False).save(tmp_path / "run")
+    assert not (tmp_path / "run" / "minimum_2").exists()
 
 
 def test_steps_that_do_not_resolve_an_answer_are_a_first_look(root):

@@ -99,7 +99,7 @@ struct LimitsKept {
   double complementarity = unset;  // largest |multiplier · margin| / (cost / duration)
   double negative = unset;         // most negative multiplier / the largest; 0 where none is
   std::map<std::string, double> reached =
-      {};  // key of a limit that nearly holds somewhere → share of the nodes; not stored
+      {};  // key of a limit that is reached or broken somewhere → share of the nodes; not stored
 };
 
 /// Costs beside effort and time along the stored motion.

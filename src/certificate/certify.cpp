@@ -70,6 +70,14 @@ double parts_difference(const maneuver::CostParts& stored, const maneuver::CostP
   return largest;
 }
 
+// By the limit's key; of keep-outs the one that is reached most.
+std::map<std::string, double> shares_at_limits(const LimitCheck& kept) {
+  std::map<std::string, double> shares;
+  for (const LimitReach& reach : kept.reaches)
+    if (reach.reached()) shares[reach.key] = std::max(shares[reach.key], reach.share);
+  return shares;
+}
+
 // Largest of the iterates; NaN where one was not measured, or there is none.
 double iterates_momentum(const maneuver::SolverRecord& solver) {
   if (solver.history.empty()) return unset;
@@ -169,7 +177,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.control_error = space.outside;
   if (problem.limits.any() || problem.duration.free || !problem.waypoints.empty()) {
     const LimitCheck kept = check_limits(motion);
-    proof.limits = {kept.violation, kept.key, kept.time, kept.complementarity, kept.negative, kept.reached};
+    proof.limits = {kept.violation, kept.key, kept.time, kept.complementarity, kept.negative, shares_at_limits(kept)};
   }
   const CostCheck cost = check_cost(motion);
   proof.velocity_error = velocity_error(motion, node_states(motion), balance.scale);

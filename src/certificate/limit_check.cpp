@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <numbers>
-#include <set>
 #include <tuple>
 
 #include "certificate/certificate.hpp"
@@ -248,8 +246,6 @@ void add_gradient(const StoredMotion& motion, const Bound& bound, int node, doub
         by([c](Place& place, double e) { place.position[c] += e; }, displacement);
 }
 
-constexpr double nearly_reached = 1e-2;  // of what a margin is large or small beside
-
 // Nodes of a gait whose first shape is free too: what keeps its shape keeps that at the end, not where it is.
 bool seen_at_start(const StoredMotion& motion, const Bound& bound) {
   return motion.problem.start.free_shape && (bound.kind == Kind::sphere || bound.kind == Kind::half_space);
@@ -274,12 +270,11 @@ LimitCheck check_limits(const StoredMotion& motion) {
   LimitReaches reaches;
   double largest = 0.0;
   const double cost_rate = std::max(spent_rate(motion), 1e-300);
-  std::map<std::string, std::set<int>> nodes;  // where limits of one key nearly hold
   const std::vector<Bound> bounds = bounds_of(motion);
   const BallMargins balls(motion, bounds);
   for (const Bound& bound : bounds) {
     const std::vector<double>* multipliers = multipliers_of(motion, bound);
-    const double near = nearly_reached * scale_of(motion, bound);
+    const double near = at_the_limit * scale_of(motion, bound);
     for (int k = 0; k <= motion.steps; ++k) {
       if (!applies(motion, bound, k) && !(k == 0 && seen_at_start(motion, bound))) continue;
       const bool pulls = multipliers && (*multipliers)[at(k)] != 0.0;
@@ -291,7 +286,6 @@ LimitCheck check_limits(const StoredMotion& motion) {
       if (bound.equality()) check.missed = std::max(check.missed, std::abs(own));
       if (bound.equality()) continue;
       reaches.add(motion, bound, k, own);
-      if (own <= near) nodes[bound.key].insert(k);
       if (!multipliers || !applies(motion, bound, k)) continue;
       const double pull = density(motion, bound, (*multipliers)[at(k)]);
       check.complementarity = std::max(check.complementarity, std::abs(pull * own) / cost_rate);
@@ -301,7 +295,6 @@ LimitCheck check_limits(const StoredMotion& motion) {
   }
   if (largest > 0.0) check.negative /= largest;
   check.reaches = reaches.finished(motion.steps);
-  for (const auto& [key, there] : nodes) check.reached[key] = static_cast<double>(there.size()) / (motion.steps + 1);
   return check;
 }
 

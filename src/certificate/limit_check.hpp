@@ -2,7 +2,6 @@
 // their multipliers add to the conditions of optimality. Derivatives by central differences of the margins.
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 
@@ -19,9 +18,8 @@ struct LimitCheck {
   double time = 0.0;  // s
   double complementarity = 0.0;  // largest |multiplier · margin| over the nodes, against the cost over the duration
   double negative = 0.0;         // most negative multiplier of a limit, against the largest
-  std::map<std::string, double> reached = {};  // key of a limit that nearly holds somewhere → share of the nodes
-  std::vector<LimitReach> reaches = {};        // all limits, in the order of the file's keys
-  double missed = 0.0;                         // rad or m, of waypoints at most
+  std::vector<LimitReach> reaches = {};  // all limits, in the order of the file's keys
+  double missed = 0.0;                   // rad or m, of waypoints at most
 };
 
 LimitCheck check_limits(const StoredMotion& motion);

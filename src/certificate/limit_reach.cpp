@@ -7,7 +7,6 @@ namespace lamprey::certificate {
 
 namespace {
 
-constexpr double at_the_limit = 1e-3;  // of what a margin is large or small beside
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 // Of keep-outs which of them; others are told by their key alone.

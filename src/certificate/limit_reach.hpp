@@ -11,6 +11,9 @@
 
 namespace lamprey::certificate {
 
+/// Of what a margin is large or small beside: no more than that is left where a limit is reached.
+inline constexpr double at_the_limit = 1e-3;
+
 /// How near a motion comes to limits of one key; of keep-outs to one of them.
 struct LimitReach {
   std::string key;  // of the problem file

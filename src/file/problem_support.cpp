@@ -80,15 +80,16 @@ std::string first_limit(const maneuver::Limits& limits) {
   return "limits.clearance";
 }
 
-void require_supported_maneuver(const maneuver::Problem& problem, bool transcribed) {
+void require_supported_maneuver(const maneuver::Problem& problem, bool transcribed, bool momentum) {
   if (!problem.goal)
     refuse("goal", "no [goal]", "a [goal] with move, turn, rotation.NAME or rest",
            "add one; `lamprey simulate` needs none");
   const bool composed = !integrator::single_step(problem.scheme);
   const bool spline = problem.control == maneuver::ControlKind::spline;
   if (!transcribed && !composed) return;
-  const std::string mend =
-      composed ? "use scheme = \"trapezoid\"" : "use control.kind = \"steps\" without --solver ipopt";
+  const std::string mend = composed   ? "use scheme = \"trapezoid\""
+                           : momentum ? "remove this key, or begin without momentum"
+                                      : "use control.kind = \"steps\" without --solver ipopt";
   if (composed || spline) {
     if (problem.limits.any()) refuse_unsupported(first_limit(problem.limits), "a limit", "no [limits]", mend);
     if (problem.duration.free) refuse_unsupported("time.duration", "\"free\"", "a number > 0 (s)", mend);
@@ -97,6 +98,9 @@ void require_supported_maneuver(const maneuver::Problem& problem, bool transcrib
   }
   if ((composed || spline) && problem.cost_weights.of_displacement())
     refuse_unsupported("cost.displacement", shown(problem.cost_weights.displacement), "effort and time alone", mend);
+  if (momentum && (problem.duration.free || problem.goal->periodic))
+    refuse("start", "total momentum, with which durations and ends cannot be free",
+           "velocities whose total momentum is zero", "take them out, or give a duration and goal.periodic = false");
   const bool universal = std::any_of(problem.swimmer.joints.begin(), problem.swimmer.joints.end(),
                                      [](const auto& joint) { return joint.kind == JointKind::universal; });
   if (!composed && !spline && !universal) return;
@@ -187,12 +191,13 @@ void require_ends_within_limits(const ProblemFile& file) {
 void require_supported(const ProblemFile& file, Purpose purpose) {
   const maneuver::Problem& problem = file.problem;
   try {
-    const bool transcribed = purpose == Purpose::solve_with_ipopt || problem.control == maneuver::ControlKind::spline ||
-                             maneuver::has_momentum(model::System(problem.swimmer), problem.start);
+    const bool momentum = maneuver::has_momentum(model::System(problem.swimmer), problem.start);
+    const bool transcribed =
+        purpose == Purpose::solve_with_ipopt || problem.control == maneuver::ControlKind::spline || momentum;
     if (transcribed) require_supported_swimmer(problem.swimmer);
     if (problem.control == maneuver::ControlKind::spline) require_supported_spline(problem.swimmer);
     require_supported_scheme(problem.scheme, transcribed);
-    require_supported_maneuver(file.problem, transcribed);
+    require_supported_maneuver(file.problem, transcribed, momentum);
     require_clearance_of_joined(file);
     require_ends_within_limits(file);
   } catch (const model::InputError& error) {

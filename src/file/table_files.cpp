@@ -43,9 +43,17 @@ std::string table_text(TableKind kind, const Joints& joints, const std::string& 
 
 // How a table is marched again. Nothing leads passive joints along angles.
 std::string remark_on_angles(const Joints& joints) {
-  std::vector<std::string> passive;
-  for (const model::JointDescription& joint : joints)
+  std::vector<std::string> passive, confined;
+  for (const model::JointDescription& joint : joints) {
     if (joint.passive()) passive.push_back(joint.name);
+    const bool all = !joint.control_axes || joint.control_axes->size() == 3 || joint.kind != model::JointKind::ball;
+    if (joint.actuated && !all) confined.push_back(joint.name);
+  }
+  if (passive.empty() && !confined.empty())
+    return fmt::format(
+        "joint angles from zero; as moments act about some axes of {} alone (control_axes), which seldom lead along "
+        "angles about all, lamprey simulate marches the moments instead",
+        fmt::join(confined, ", "));
   if (passive.empty()) return "joint angles from zero; lamprey simulate P.toml --angles angles.csv";
   return fmt::format(
       "joint angles from zero; as no moment leads {}, lamprey simulate marches the moments instead, or these without "

@@ -207,14 +207,19 @@ std::string untried_turns(const model::System& system, const Problem& problem) {
          std::to_string(search.starts / proposed_share) + " lets as many of them do so).";
 }
 
-std::string unseen_work(const Certificate& proof, const Solution& solution) {
+std::string on_smoothness(const Problem& problem) {
+  return problem.cost_weights.smoothness > 0.0 ? "or on cost.smoothness" : "or one on cost.smoothness";
+}
+
+std::string unseen_work(const Problem& problem, const Certificate& proof, const Solution& solution) {
   const auto& parts = solution.cost_parts;
   const auto& replay = proof.replay;
   if (!parts || !replay || !replay->works_otherwise(parts->work)) return "";
   return " By its replay the joints do " + number(replay->work, 4) + " J of work, by the nodes that the cost counts " +
          number(parts->work, 4) +
          " J: moments change faster than these steps show, and costs of work, power and transport are not what they "
-         "seem. More weight on cost.effort, or one on cost.smoothness, makes moments smoother.";
+         "seem. More weight on cost.effort, " +
+         on_smoothness(problem) + ", makes moments smoother.";
 }
 
 std::optional<int> steps_to_resolve(const Problem& problem, const Certificate& proof, const Solution& solution) {
@@ -237,10 +242,10 @@ std::string advice_on_steps(const Problem& problem, const Certificate& proof, co
   const std::string mend = "try [time] steps = " + std::to_string(problem.steps * more_steps(problem, proof)) +
                            " or more" + (resolving ? "" : " (lamprey solve --resolve goes on to them by itself)");
   return " These steps do not resolve the motion: " + missed + "; " +
-         (mostly_work(problem, solution) && unseen_work(proof, solution).empty()
+         (mostly_work(problem, solution) && unseen_work(problem, proof, solution).empty()
               ? "work is least in impulses, which finer steps only make shorter: more weight on cost.effort" +
-                    effort_to_match(problem, solution) + ", or one on cost.smoothness, makes moments smoother; or " +
-                    mend
+                    effort_to_match(problem, solution) + ", " + on_smoothness(problem) +
+                    ", makes moments smoother; or " + mend
               : mend) +
          (!replay || std::isnan(replay->servo_rotation_error)
               ? "."

@@ -25,7 +25,8 @@ std::string advice_on_steps(const maneuver::Problem& problem, const certificate:
 std::string untried_turns(const model::System& system, const maneuver::Problem& problem);
 
 /// Where the joints do other work within steps than the nodes show, as sentences after a blank. Empty where both agree.
-std::string unseen_work(const certificate::Certificate& certificate, const maneuver::Solution& solution);
+std::string unseen_work(const maneuver::Problem& problem, const certificate::Certificate& certificate,
+                        const maneuver::Solution& solution);
 
 /// Which tolerance accepts an answer that is nearly stationary; empty where it is so to the one asked for, or not nearly.
 std::string words_on_tolerance(const maneuver::Problem& problem, const certificate::Certificate& proof);

@@ -154,7 +154,8 @@ void add_to(Answer& best, const Problem& problem, const Completion& found_out) {
 }
 
 std::string words_on_steps(const Problem& problem, const Answer& of, bool resolving) {
-  return advice_on_steps(problem, of.certificate, of.solution, resolving) + unseen_work(of.certificate, of.solution);
+  return advice_on_steps(problem, of.certificate, of.solution, resolving) +
+         unseen_work(problem, of.certificate, of.solution);
 }
 
 // Of candidates in order of worth those after the first that are to be kept, each minimum once; where more steps follow, what costs

@@ -128,13 +128,14 @@ bool Solver::still() const {
   return true;
 }
 
-// Multipliers and factors at an answer, for what is asked next to begin with.
+// Multipliers and factors at an answer, for what is asked next to begin with. What leads elsewhere was another problem's.
 void Solver::learn_from_answer() {
   optimizer::Options options = newton_options();
   options.max_iterations = most_polishing;
   solve_program(newton_, program_, options, outcome_);
-  if (outcome_.termination != Termination::converged) return;
-  if (std::abs(program_.cost() - last_.cost) > same_answer * std::abs(last_.cost)) return;
+  answers_ = outcome_.termination == Termination::converged &&
+             std::abs(program_.cost() - last_.cost) <= same_answer * std::abs(last_.cost);
+  if (!answers_) return;
   moved_ = false;
   keep_answer();
 }

@@ -6,6 +6,7 @@
 
 #include "file/io_error.hpp"
 #include "file/problem_file.hpp"
+#include "file/tasks.hpp"
 #include "fluid/gap.hpp"
 #include "samples.hpp"
 
@@ -294,6 +295,30 @@ TEST(ProblemLimits, of_rates_of_angles_that_no_joint_has_are_refused) {
     EXPECT_EQ(error.key, "limits.angular_velocity_component");
     EXPECT_NE(error.message.find("limits.angular_velocity"), std::string::npos) << error.what();
   }
+}
+
+TEST(UnsupportedProblem, momentum_leaves_no_duration_and_no_end_free) {
+  const std::string drifting = "[start]\nlinear_velocity = [0.1, 0.0, 0.0]\n";
+  const auto refused = [](const std::string& text) {
+    const file::ProblemFile problem = parse_problem(text, "drifting.toml");
+    try {
+      file::require_supported(problem, file::Purpose::solve);
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.key, "start");
+      EXPECT_NE(file::check_task(problem).find("Not for lamprey solve"), std::string::npos);
+      return true;
+    }
+    return false;
+  };
+  std::string text = tests::bytes_of(LAMPREY_SOURCE_DIR "/bench/problems/three_hinges.toml");
+  text.replace(text.find("[start]\n"), 8, drifting);
+  text.replace(text.find("[goal]\n"), 7, "[goal]\nrest = false\n");
+  EXPECT_FALSE(refused(text));
+  std::string gait = text, free = text;
+  gait.replace(gait.find("rest = false"), 12, "periodic = true");
+  free.replace(free.find("duration = 2.0"), 14, "duration = \"free\"\nmin = 1.0\nmax = 3.0");
+  EXPECT_TRUE(refused(gait));
+  EXPECT_TRUE(refused(free));
 }
 
 TEST(UnsupportedProblem, each_feature_is_refused_at_its_place_until_none_is_left) {

@@ -282,5 +282,34 @@ TEST(Scale, of_length_changes_no_certificate_of_bodies_that_touch_an_obstacle) {
   }
 }
 
+// What a given duration costs is a constant: it changes no motion and no verdict, and hides no limit that pulls where it is not reached.
+TEST(Scale, of_what_a_given_duration_costs_changes_no_verdict) {
+  maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/bench/problems/three_hinges.toml");
+  problem.steps = 60;
+  problem.search.starts = 1;
+  const auto answered = [](const maneuver::Problem& asked) {
+    study::SolveOptions options;
+    options.refinement = false;
+    return study::answer(model::System(asked.swimmer), asked, options);
+  };
+  double widest = 0.0;
+  for (const maneuver::Vectors& angles : answered(problem).solution.joint_angle)
+    widest = std::max(widest, angles[0].cwiseAbs().maxCoeff());
+  const double narrow = 0.8 * widest;
+  problem.limits.angle["b1"] = {{-narrow, narrow}};
+  const study::Answer cheap = answered(problem);
+  ASSERT_EQ(cheap.certificate.verdict, certificate::Verdict::proved) << cheap.solution.message;
+  problem.time_weight = 1e10;
+  const study::Answer dear = answered(problem);
+  EXPECT_EQ(dear.certificate.verdict, certificate::Verdict::proved) << dear.solution.message;
+  EXPECT_NEAR(dear.certificate.second_order->smallest_eigenvalue, cheap.certificate.second_order->smallest_eigenvalue,
+              tolerance(1e-6));
+  EXPECT_NEAR(dear.certificate.limits->complementarity, cheap.certificate.limits->complementarity, 1e-9);
+  maneuver::Problem wider = problem;
+  wider.limits.angle["b1"] = {{-1.2 * narrow, 1.2 * narrow}};
+  const certificate::Certificate forged = certificate::certify(model::System(wider.swimmer), wider, dear.solution);
+  EXPECT_EQ(forged.verdict, certificate::Verdict::not_optimal);
+}
+
 }  // namespace
 }  // namespace lamprey::tests
