@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "file/keep_out_checks.hpp"
 #include "file/problem_file.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
@@ -183,6 +184,7 @@ void require_ends_within_limits(const ProblemFile& file) {
     if (problem.goal->periodic) return;
     if (const auto broken = maneuver::broken_by_goal(system, maneuver, rows))
       refuse_end(system, "goal", *broken, "", "change [goal], or widen the limit");
+    require_room_for_root(system, problem);
   } catch (const model::InputError& error) {
     throw located(error, file);
   }

@@ -297,6 +297,37 @@ TEST(ProblemLimits, of_rates_of_angles_that_no_joint_has_are_refused) {
   }
 }
 
+// However it is turned, a body reaches from its mass centre at least as far as its smallest semi-axis.
+TEST(KeepOut, of_ends_and_waypoints_that_no_attitude_keeps_is_told_before_any_search) {
+  const std::string three = tests::bytes_of(LAMPREY_SOURCE_DIR "/bench/problems/three_hinges.toml");
+  const auto refused = [&](const std::string& more, const std::string& move) -> std::string {
+    std::string text = three + more;
+    const std::string old = "move = [0.05, \"free\", \"free\"]";
+    text.replace(text.find(old), old.size(), "move = " + move);
+    const std::string turn = "turn = [0.0, 0.0, 0.0]\n";
+    text.replace(text.find(turn), turn.size(), "");
+    try {
+      file::require_ends_within_limits(parse_problem(text, "kept_out.toml"));
+    } catch (const InputError& error) {
+      EXPECT_NE(error.message.find("0.03 m before it"), std::string::npos) << error.what();
+      return error.key;
+    }
+    return "";
+  };
+  const std::string wall = "\n[limits]\nhalf_space = [{ point = [0.0, 0.2, 0.0], normal = [0.0, -3.0, 0.0] }]\n";
+  const std::string ball = "\n[limits]\nsphere = [{ centre = [0.0, 1.0, 0.0], radius = 0.5 }]\n";
+  const auto by = [](const std::string& y) {
+    return "[[waypoint]]\ntime = 1.0\nmove = [\"free\", " + y + ", \"free\"]\n";
+  };
+  const std::string anywhere = "[0.05, \"free\", \"free\"]";
+  EXPECT_EQ(refused(wall, "[\"free\", 0.18, \"free\"]"), "goal.move");
+  EXPECT_EQ(refused(wall, "[\"free\", 0.165, \"free\"]"), "");
+  EXPECT_EQ(refused(wall + by("0.3"), anywhere), "waypoint[0].move");
+  EXPECT_EQ(refused(wall + by("0.165"), anywhere), "");
+  EXPECT_EQ(refused(ball, "[0.0, 0.48, 0.0]"), "goal.move");
+  EXPECT_EQ(refused(ball, "[\"free\", 0.48, 0.0]"), "") << "it may pass beside the ball";
+}
+
 TEST(UnsupportedProblem, momentum_leaves_no_duration_and_no_end_free) {
   const std::string drifting = "[start]\nlinear_velocity = [0.1, 0.0, 0.0]\n";
   const auto refused = [](const std::string& text) {

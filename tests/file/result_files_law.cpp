@@ -267,6 +267,27 @@ TEST(SolutionFile, costs_beside_effort_come_back_as_they_were) {
   EXPECT_EQ(json::parse(text)["cost_parts"]["work"], 2.0);
 }
 
+// What is read as nothing would be proved without it.
+TEST(SolutionFile, of_a_question_with_keys_that_nobody_knows_is_not_read) {
+  const std::string text = file::solution_text(tests::sample_results(2));
+  const auto refused_at = [&](const std::vector<const char*>& path, const char* key) -> std::string {
+    json changed = json::parse(text);
+    json* place = &changed["problem"];
+    for (const char* member : path) place = &(*place)[member];
+    (*place)[key] = 0.001;
+    try {
+      file::parse_solution(changed.dump(), "x");
+    } catch (const model::InputError& error) {
+      return error.key;
+    }
+    return "";
+  };
+  EXPECT_EQ(refused_at({}, "gravity"), "/problem/gravity");
+  EXPECT_EQ(refused_at({"limits"}, "torqe"), "/problem/limits/torqe");
+  EXPECT_EQ(refused_at({"goal"}, "angel"), "/problem/goal/angel");
+  EXPECT_EQ(refused_at({"start"}, "spin"), "/problem/start/spin");
+}
+
 TEST(SolutionFile, no_motion_at_all_is_written_as_empty_arrays) {
   file::Results results = tests::sample_results(2);
   const maneuver::Solution full = results.solution;
