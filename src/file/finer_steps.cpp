@@ -109,9 +109,10 @@ class Resolving {
       default: {
         const std::string words = fmt::format(" From it the search on {} steps did not arrive", steps);
         const std::string tolerance = study::words_on_tolerance(asked_.problem, *again.certificate);
-        if (again.solution.status != maneuver::Status::feasible || tolerance.empty()) return words + ".";
-        return fmt::format("{}, but at a cost of {:.6g} that is stationary to {:.3g}: {}.", words, again.solution.cost,
-                           again.certificate->kkt, tolerance);
+        if (again.solution.status != maneuver::Status::feasible) return words + ".";
+        return fmt::format("{}: it meets the goal at a cost of {:.6g}, but {}{}.", words, again.solution.cost,
+                           study::unsettled(asked_.problem, *again.certificate),
+                           tolerance.empty() ? "" : " (" + tolerance + ")");
       }
     }
   }

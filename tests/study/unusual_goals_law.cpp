@@ -29,6 +29,13 @@ study::Answer answered(const maneuver::Problem& problem) {
   return study::answer(model::System(problem.swimmer), problem, {});
 }
 
+// Without its cost on other grids.
+study::Answer answered_on_its_grid(const maneuver::Problem& problem) {
+  study::SolveOptions options;
+  options.refinement = false;
+  return study::answer(model::System(problem.swimmer), problem, options);
+}
+
 // From rest, to rest anywhere or where the swimmer is: nothing is to be done.
 TEST(UnusualGoals, where_the_swimmer_rests_cost_nothing) {
   for (maneuver::Scheme scheme : {maneuver::Scheme::trapezoid, maneuver::Scheme::order4})
@@ -380,29 +387,22 @@ TEST(UnusualGoals, of_light_arms_are_found_from_every_seed) {
   maneuver::Problem problem = kept_problem("two_arms_yaw");
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     problem.search.seed = seed;
-    study::SolveOptions options;
-    options.refinement = false;
-    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+    const study::Answer answer = answered_on_its_grid(problem);
     EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << seed << answer.solution.message;
   }
 }
 
 // Wide swings on the way of a swimmer that drifts lead searches astray, to whirls or nowhere.
 TEST(UnusualGoals, of_a_swimmer_that_drifts_are_found_from_every_guess) {
-  maneuver::Problem problem = kept_problem("drifting_turn");
-  study::SolveOptions options;
-  options.refinement = false;
-  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+  const maneuver::Problem problem = kept_problem("drifting_turn");
+  const study::Answer answer = answered_on_its_grid(problem);
   EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
   EXPECT_EQ(answer.solution.search.solved, problem.search.starts);
   EXPECT_EQ(answer.solution.search.minima.size(), 1U);
 }
 
 TEST(UnusualGoals, of_passive_joints_in_free_time_go_on_to_finer_steps) {
-  maneuver::Problem problem = kept_problem("passive_tail_in_free_time");
-  study::SolveOptions options;
-  options.refinement = false;
-  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+  const study::Answer answer = answered_on_its_grid(kept_problem("passive_tail_in_free_time"));
   EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
   EXPECT_LT(answer.solution.cost, -0.5);
 }
