@@ -96,7 +96,7 @@ struct LimitsKept {
   double violation = unset;  // largest: rad or m, moments, rates and durations against the bound; 0 where all are kept
   std::string key;           // of the worst, as in the problem file
   double time = unset;       // s, of the worst
-  double complementarity = unset;  // largest |multiplier · margin| / (cost / duration)
+  double complementarity = unset;  // largest |multiplier · margin| / (what is spent / duration)
   double negative = unset;         // most negative multiplier / the largest; 0 where none is
   std::map<std::string, double> reached =
       {};  // key of a limit that is reached or broken somewhere → share of the nodes; not stored

@@ -58,14 +58,19 @@ double relative_difference(double stored, double recomputed) {
   return std::abs(stored - recomputed) / std::max(std::abs(recomputed), 1e-300);
 }
 
-// Largest relative difference of stored parts of the cost.
+// Work per distance where there is none, and what files did not tell before it could cost.
+bool may_be_untold(double maneuver::CostParts::*part, const maneuver::CostParts& recomputed) {
+  return part == &maneuver::CostParts::angular_velocity || !std::isfinite(recomputed.*part);
+}
+
+// Largest relative difference of stored parts of the cost that are told.
 double parts_difference(const maneuver::CostParts& stored, const maneuver::CostParts& recomputed) {
   double largest = 0.0;
   for (double maneuver::CostParts::*part :
        {&maneuver::CostParts::effort, &maneuver::CostParts::work, &maneuver::CostParts::power,
         &maneuver::CostParts::smoothness, &maneuver::CostParts::angular_velocity, &maneuver::CostParts::time,
         &maneuver::CostParts::transport})
-    if (stored.*part != recomputed.*part && !(std::isnan(stored.*part) && !std::isfinite(recomputed.*part)))
+    if (stored.*part != recomputed.*part && !(std::isnan(stored.*part) && may_be_untold(part, recomputed)))
       largest = std::max(largest, relative_difference(stored.*part, recomputed.*part));
   return largest;
 }

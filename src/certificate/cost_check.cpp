@@ -343,7 +343,9 @@ CostGradient cost_gradient_beside_effort(const StoredMotion& motion) {
   const double weight = weight_of_work(motion, powers);
   for (int k = 0; k <= N; ++k) add_powers_at_node(motion, powers, weight, k, gradient);
   for (int k = 0; k < N; ++k) add_smoothness(motion, k, gradient);
-  gradient.by_log_time_step -= motion.problem.cost_weights.angular_velocity * check_cost(motion).parts.angular_velocity;
+  for (const mechanics::Vectors& turn : powers.turn)
+    gradient.by_log_time_step -= 0.5 * motion.problem.cost_weights.angular_velocity / motion.time_step *
+                                 mechanics::along_actuation(motion.system, turn).squaredNorm();
   const std::vector<mechanics::Vectors> pulls = pulls_on_turns(motion, powers);
   for (int k = 0; k < N; ++k) add_pulls_by_shapes(motion, powers, pulls[at(k)], k, gradient);
   add_displacement(motion, powers, gradient);

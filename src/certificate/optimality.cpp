@@ -125,15 +125,9 @@ double gradient_by_later_turns(const StoredMotion& motion) {
   for (int k = 0; k < motion.steps; ++k)
     turned.col(k + 1) = turned.col(k) + mechanics::along_actuation(system, turns[at(k)]);
   const VectorXd most = turned.rowwise().maxCoeff() - turned.rowwise().minCoeff();
-  const auto force = [&](const VectorXd& control) {
-    return mechanics::generalized_force(system, first, mechanics::joint_moments(system, control));
-  };
-  const VectorXd springs = force(VectorXd::Zero(most.size()));
+  const VectorXd answer = mechanics::answers_to_moments(system, first);
   Largest gradient;
-  for (Eigen::Index c = 0; c < most.size(); ++c) {
-    const VectorXd own = force(VectorXd::Unit(most.size(), c)) - springs;
-    gradient.add(most[c] * own.dot(mechanics::velocity_of_momentum(system, first, own)));
-  }
+  for (Eigen::Index c = 0; c < most.size(); ++c) gradient.add(most[c] * answer[c]);
   return weight * motion.time_step * gradient.value();
 }
 

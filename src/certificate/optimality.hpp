@@ -30,11 +30,11 @@ double worth_by_duration(const StoredMotion& motion);
 /// to rest in its time. 0 of other motions.
 double gradient_of_coasting(const StoredMotion& motion);
 
-/// What ∇cost is at least where turns of the joints cost, (N m) s: a moment at one node turns its joint ever after, as if nothing else
-/// acted; 0 without a weight of angular velocity.
+/// About what turns of the joints add to ∇cost where they cost, (N m) s: a moment at one node turns its joint ever after, as if nothing
+/// else acted and inertia stayed that of the start; 0 without a weight of angular velocity.
 double gradient_by_later_turns(const StoredMotion& motion);
 
-/// The largest of these three.
+/// The largest of these three, which ∇cost counts as at least.
 double least_gradient(const StoredMotion& motion);
 
 /// Typical size of each entry of a state's perturbation when turns and shifts, by the unit of length, are of size 1 over `duration` s.

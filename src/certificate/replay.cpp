@@ -179,8 +179,8 @@ Replay replayed(Course course, double growth, const ReplayOptions& options) {
   result.window = length * motion.time_step;
   ReferenceIntegrator integrator(motion.system, course.control, options.tolerance);
   replay_windows(course, length, integrator, result);
-  replay_whole(course, integrator, result);
   result.cut_short = std::isnan(result.rotation_error) && course.stopped && course.stopped();
+  replay_whole(course, integrator, result);
   if (motion.problem.cost_weights.any()) result.work = work(course, integrator);
   return result;
 }

@@ -114,17 +114,13 @@ struct Ease {
 std::vector<Ease> ease_of_joints(const Problem& problem, const System& system) {
   mechanics::Rotations R(at(system.body_count()), Matrix3d::Identity());
   for (std::size_t i = 0; i < problem.start.rotation.size(); ++i) R[i] = lie::exp(problem.start.rotation[i]);
-  const auto force = [&](const Eigen::VectorXd& control) {
-    return mechanics::generalized_force(system, R, mechanics::joint_moments(system, control));
-  };
-  const Eigen::VectorXd springs = force(Eigen::VectorXd::Zero(system.control_count()));
+  const Eigen::VectorXd answer = mechanics::answers_to_moments(system, R);
   std::vector<Ease> ease;
   Eigen::Index control = 0;
   for (const Joint& joint : system.joints()) {
     Ease own_ease;
     for (Eigen::Index c = 0; c < joint.actuation.cols(); ++c, ++control) {
-      const Eigen::VectorXd own = force(Eigen::VectorXd::Unit(system.control_count(), control)) - springs;
-      const double about = own.dot(mechanics::velocity_of_momentum(system, R, own));
+      const double about = answer[control];
       own_ease = {std::max(own_ease.most, about), c == 0 ? about : std::min(own_ease.least, about)};
     }
     ease.push_back(own_ease);
@@ -140,6 +136,8 @@ double one_digit(double value) {
 // Effort weighs the moments of all joints alike.
 std::string light_remark(const Problem& problem, const System& system) {
   const maneuver::Limits& limits = problem.limits;
+  if (problem.control != maneuver::ControlKind::steps || !integrator::single_step(problem.scheme))
+    return "";  // which take none of what would help
   if (!problem.goal || problem.cost_weights.any() || limits.angular_velocity || limits.angular_velocity_component)
     return "";
   const std::vector<Ease> ease = ease_of_joints(problem, system);

@@ -81,16 +81,18 @@ std::string first_limit(const maneuver::Limits& limits) {
   return "limits.clearance";
 }
 
-void require_supported_maneuver(const maneuver::Problem& problem, bool transcribed, bool momentum) {
+void require_supported_maneuver(const maneuver::Problem& problem, Purpose purpose, bool momentum) {
   if (!problem.goal)
     refuse("goal", "no [goal]", "a [goal] with move, turn, rotation.NAME or rest",
            "add one; `lamprey simulate` needs none");
   const bool composed = !integrator::single_step(problem.scheme);
   const bool spline = problem.control == maneuver::ControlKind::spline;
-  if (!transcribed && !composed) return;
-  const std::string mend = composed   ? "use scheme = \"trapezoid\""
-                           : momentum ? "remove this key, or begin without momentum"
-                                      : "use control.kind = \"steps\" without --solver ipopt";
+  const bool chosen = spline || purpose == Purpose::solve_with_ipopt;
+  if (!chosen && !momentum && !composed) return;
+  const std::string mend = composed             ? "use scheme = \"trapezoid\""
+                           : chosen && momentum ? "remove this key"
+                           : momentum           ? "remove this key, or begin without momentum"
+                                                : "use control.kind = \"steps\" without --solver ipopt";
   if (composed || spline) {
     if (problem.limits.any()) refuse_unsupported(first_limit(problem.limits), "a limit", "no [limits]", mend);
     if (problem.duration.free) refuse_unsupported("time.duration", "\"free\"", "a number > 0 (s)", mend);
@@ -199,7 +201,7 @@ void require_supported(const ProblemFile& file, Purpose purpose) {
     if (transcribed) require_supported_swimmer(problem.swimmer);
     if (problem.control == maneuver::ControlKind::spline) require_supported_spline(problem.swimmer);
     require_supported_scheme(problem.scheme, transcribed);
-    require_supported_maneuver(file.problem, transcribed, momentum);
+    require_supported_maneuver(file.problem, purpose, momentum);
     require_clearance_of_joined(file);
     require_ends_within_limits(file);
   } catch (const model::InputError& error) {

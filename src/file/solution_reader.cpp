@@ -103,9 +103,9 @@ ResolvedJoint read_joint(const JsonReader& reader, int bodies) {
   return joint;
 }
 
-// Of weights or parts of the cost; files that are older than it have none.
-double angular_velocity_in(const JsonReader& costs) {
-  return costs.has("angular_velocity") ? costs.at("angular_velocity").number() : 0.0;
+// Of weights or parts of the cost, where files that are older than it have another value.
+double angular_velocity_in(const JsonReader& costs, double untold) {
+  return costs.has("angular_velocity") ? costs.at("angular_velocity").number() : untold;
 }
 
 maneuver::Goal read_goal(const JsonReader& reader) {
@@ -195,7 +195,7 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
     problem.cost_weights = {.work = weights.at("work").number(),
                             .power = weights.at("power").number(),
                             .smoothness = weights.at("smoothness").number(),
-                            .angular_velocity = angular_velocity_in(weights),
+                            .angular_velocity = angular_velocity_in(weights, 0.0),
                             .transport = weights.at("transport").number()};
   }
   if (reader.has("displacement_weight"))
@@ -402,7 +402,7 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
                                    .work = parts.at("work").number(),
                                    .power = parts.at("power").number(),
                                    .smoothness = parts.at("smoothness").number(),
-                                   .angular_velocity = angular_velocity_in(parts),
+                                   .angular_velocity = angular_velocity_in(parts, std::nan("")),
                                    .time = parts.at("time").number(),
                                    .transport = parts.at("transport").number_or_nan()};
   }

@@ -408,15 +408,16 @@ std::string solution_text(const Results& results) {
   text.add("message", json(solution.message));
   text.add("cost", json(solution.cost));
   if (const auto& parts = solution.cost_parts) {
-    for (const double part :
-         {parts->effort, parts->work, parts->power, parts->smoothness, parts->angular_velocity, parts->time})
+    for (const double part : {parts->effort, parts->work, parts->power, parts->smoothness, parts->time})
       require_finite(std::isfinite(part), "cost_parts");
+    const std::string rates = std::isnan(parts->angular_velocity)  // read from a file before it could cost
+                                  ? ""
+                                  : fmt::format("\"angular_velocity\": {}, ", json(parts->angular_velocity));
     text.add("cost_parts",
-             fmt::format("{{\"effort\": {}, \"work\": {}, \"power\": {}, \"smoothness\": {}, \"angular_velocity\": {}, "
-                         "\"time\": {}, "
+             fmt::format("{{\"effort\": {}, \"work\": {}, \"power\": {}, \"smoothness\": {}, {}\"time\": {}, "
                          "\"transport\": {}}}",
-                         json(parts->effort), json(parts->work), json(parts->power), json(parts->smoothness),
-                         json(parts->angular_velocity), json(parts->time), json(parts->transport)));
+                         json(parts->effort), json(parts->work), json(parts->power), json(parts->smoothness), rates,
+                         json(parts->time), json(parts->transport)));
   }
   text.add("problem", problem_text(results.problem));
   const std::vector<ShapedArray> arrays = shaped_arrays(results);

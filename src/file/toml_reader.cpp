@@ -240,9 +240,9 @@ double TableReader::number_in(const TomlValue& value, std::string_view name, con
            degrees ? "write radians: 180 degrees are 3.14159" : "choose a finite value in that range");
   }
   const double size = std::abs(as_double(value));
-  if (size > largest_size || (size > 0.0 && size < least_size))
+  if (size > largest_size || (size < least_size && !range.contains(0.0)))
     refuse(key(name), shown(whole), fmt::format("{}, of a size between {} and {}", allowed, least_size, largest_size),
-           "check the units: products of such numbers overflow");
+           "check the units: products of such numbers are none");
   return as_double(value);
 }
 

@@ -197,7 +197,7 @@ void Transcription::emit_cost_hessian(double factor, BlockSink& sink) const {
       by_stretch(here, -change);
     }
   const double by_rate = factor * rate_weight(s);
-  for (int turn = joint_turn_variable_; turn < power_variable_ && by_rate > 0.0; ++turn) {
+  for (int turn = joint_turn_variable_; turn < power_variable_ && weights.angular_velocity > 0.0; ++turn) {
     sink.add(turn, turn, scalar(by_rate));
     by_stretch(turn, -rate_slows * by_rate * point_[turn]);
   }

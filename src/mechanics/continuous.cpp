@@ -170,4 +170,17 @@ SpatialMomentum momentum_of_bodies(const System& system, const Rotations& R, con
   return total;
 }
 
+VectorXd answers_to_moments(const System& system, const Rotations& R) {
+  const auto force = [&](const VectorXd& control) {
+    return generalized_force(system, R, joint_moments(system, control));
+  };
+  const VectorXd springs = force(VectorXd::Zero(system.control_count()));
+  VectorXd answers(system.control_count());
+  for (Eigen::Index c = 0; c < answers.size(); ++c) {
+    const VectorXd own = force(VectorXd::Unit(answers.size(), c)) - springs;
+    answers[c] = own.dot(velocity_of_momentum(system, R, own));
+  }
+  return answers;
+}
+
 }  // namespace lamprey::mechanics

@@ -54,6 +54,9 @@ VectorXd generalized_momentum(const model::System& system, const Rotations& rota
 VectorXd generalized_momentum_rate(const model::System& system, const Rotations& rotation, const VectorXd& velocity,
                                    const Freedoms& turn);
 
+/// How fast 1 N m along each column of Joint::actuation makes its joint's rate along it grow, all else free, [control_count] 1/(kg m²).
+VectorXd answers_to_moments(const model::System& system, const Rotations& rotation);
+
 /// Generalised force U of the controls and of the joints' springs: u on the parent, −R_cᵀR_p u on the child, none on
 /// the position.
 VectorXd generalized_force(const model::System& system, const Rotations& rotation, const Moments& control);

@@ -69,9 +69,9 @@ void write_results(const std::string& folder, const file::Results& results) {
     write_results((within / folder_of_other(n)).string(), results.others[n]);
   file::write_files(folder, {file::solution_file(results), file::trajectory_file(results),
                              file::finished_file("report.html", report_html(results))});
-  const bool searched = results.solution.search.starts > 0 && !results.alone;  // and these are all that it kept
+  // those of what was here before; a motion that was read may have some that it does not know
   for (std::size_t n = results.others.size();
-       searched && std::filesystem::exists(within / folder_of_other(n) / "solution.json"); ++n)
+       !results.alone && std::filesystem::exists(within / folder_of_other(n) / "solution.json"); ++n)
     remove_results(within / folder_of_other(n));
 }
 

@@ -161,7 +161,7 @@ class IpoptMethod : public Method {
     std::optional<NodePath> moved;
     if (problem_.cost_weights.of_displacement()) moved = moved_by_shapes(coarse_, start);
     NodePath guess = moved ? *moved : this->guess(coarse_, start);
-    const bool drifts = !coarse_.periodic && !coarse_.start.momentum.isZero(0.0);
+    const bool drifts = maneuver::has_momentum(system_, problem_.start);
     if (drifts && !(start == 0 && options_.first)) {
       const double share = start % calm_guesses < calm_guesses - 1 ? calm_share : 1.0;
       guess = maneuver::coasting(system_, problem_, guess, share).value_or(std::move(guess));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "certificate/certify.hpp"
 #include "certificate/marched_answers.hpp"
 #include "difference_order.hpp"
 #include "integrator/step_derivatives.hpp"
@@ -84,6 +85,21 @@ TEST(CostGradient, matches_central_differences_of_the_cost_for_every_joint_and_w
         check_gradient(answer, weights, periodic, seed);
       }
   }
+}
+
+TEST(CostGradient, a_part_of_the_cost_that_older_files_do_not_tell_is_no_error) {
+  MarchedAnswer answer = march(chain_problem(few_steps, 0.3), smooth_moments(few_steps, 60.0));
+  answer.problem.cost_weights.work = 1.0;
+  const model::System system(answer.problem.swimmer);
+  const certificate::CostCheck check = certificate::check_cost(StoredMotion(system, answer.problem, answer.solution));
+  answer.solution.cost = check.cost;
+  answer.solution.cost_parts = check.parts;
+  const auto error = [&] { return certificate::certify(system, answer.problem, answer.solution).cost_error; };
+  EXPECT_LE(error(), 1e-12);
+  answer.solution.cost_parts->angular_velocity = std::nan("");
+  EXPECT_LE(error(), 1e-12);
+  answer.solution.cost_parts->angular_velocity = 2.0 * check.parts.angular_velocity;
+  EXPECT_GT(error(), 0.5);
 }
 
 TEST(CostGradient, a_stored_multiplier_that_is_not_the_powers_sign_is_told) {

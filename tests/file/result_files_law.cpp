@@ -267,6 +267,20 @@ TEST(SolutionFile, costs_beside_effort_come_back_as_they_were) {
   EXPECT_EQ(json::parse(text)["cost_parts"]["work"], 2.0);
 }
 
+// Written before angular velocity could cost; read and written again they are what they were.
+TEST(SolutionFile, costs_of_older_files_do_not_tell_of_angular_velocity) {
+  file::Results results = tests::sample_results(2);
+  results.problem.cost_weights.work = 1.5;
+  results.solution.cost_parts = maneuver::CostParts{.effort = 1.0, .work = 2.0, .angular_velocity = 5.0};
+  json older = json::parse(file::solution_text(results));
+  older["cost_parts"].erase("angular_velocity");
+  older["problem"]["cost_weights"].erase("angular_velocity");
+  const file::Results back = file::parse_solution(older.dump(), "x");
+  EXPECT_EQ(back.problem.cost_weights.angular_velocity, 0.0);
+  EXPECT_TRUE(std::isnan(back.solution.cost_parts->angular_velocity));
+  EXPECT_FALSE(json::parse(file::solution_text(back))["cost_parts"].contains("angular_velocity"));
+}
+
 // What is read as nothing would be proved without it.
 TEST(SolutionFile, of_a_question_with_keys_that_nobody_knows_is_not_read) {
   const std::string text = file::solution_text(tests::sample_results(2));

@@ -186,6 +186,18 @@ TEST_P(TranscriptionDerivatives, hessian_matches_central_differences_of_the_jaco
   expect_second_order_differences(along, lower.selfadjointView<Eigen::Lower>() * direction_, 1e-9, first_step());
 }
 
+// Entries have their places whatever the factor: Ipopt asks for constraints alone where it restores feasibility.
+TEST_P(TranscriptionDerivatives, hessian_is_that_of_the_cost_and_that_of_the_constraints) {
+  VectorXd multiplier(transcription_.constraint_count());
+  for (double& v : multiplier) v = random_.normal();
+  VectorXd whole, cost, constraints;
+  transcription_.hessian(point_, 0.7, multiplier, whole);
+  transcription_.hessian(point_, 0.0, multiplier, constraints);
+  transcription_.hessian(point_, 0.7, VectorXd::Zero(multiplier.size()), cost);
+  ASSERT_EQ(whole.size(), constraints.size());
+  EXPECT_LE((cost + constraints - whole).norm(), 1e-12 * whole.norm());
+}
+
 TEST_P(TranscriptionDerivatives, a_packed_motion_comes_back) {
   const VectorXd x = point_;
   const maneuver::NodePath path = transcription_.unpack(x);
