@@ -286,8 +286,7 @@ void bind_results(nb::module_& module) {
           "By the problem's rule; of effort alone in (N m)² s.")
       .def_prop_ro("cost_parts", said("cost_parts"), nb::sig("def cost_parts(self) -> dict[str, float] | None"),
                    "effort, work, power, smoothness, angular_velocity, time, transport before weighting, where more "
-                   "than effort and time is "
-                   "asked for.")
+                   "than effort and time is asked for.")
       .def_prop_ro("search", said("search"), nb::sig("def search(self) -> dict[str, typing.Any] | None"),
                    "starts, solved, minima [{cost, count, by_ipopt where both solvers searched}].")
       .def_prop_ro(

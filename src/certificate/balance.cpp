@@ -62,9 +62,7 @@ double shortest_step(const StoredMotion& motion) {
 double momentum_of_last_digits(const StoredMotion& motion, double distance) {
   const double unit = motion.system.length_unit();
   double way = 0.0, inertia = 0.0;
-  for (const Vector3d& x : motion.solution.position) {
-    way = std::max(way, (x - motion.problem.start.position).norm());
-  }
+  for (const Vector3d& x : motion.solution.position) way = std::max(way, (x - motion.problem.start.position).norm());
   for (const model::Body& body : motion.system.bodies()) {
     double reach = way;
     for (const model::PathPoint& point : body.path) reach += point.offset.norm();

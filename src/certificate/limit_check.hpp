@@ -16,8 +16,9 @@ struct LimitCheck {
       0.0;            // largest: rad or m, of moments, rates and durations against the bound; of waypoints the miss
   std::string key;    // where: of the problem file
   double time = 0.0;  // s
-  double complementarity = 0.0;  // largest |multiplier · margin| over the nodes, against the cost over the duration
-  double negative = 0.0;         // most negative multiplier of a limit, against the largest
+  double complementarity =
+      0.0;                // largest |multiplier · margin| over the nodes, against what is spent over the duration
+  double negative = 0.0;  // most negative multiplier of a limit, against the largest
   std::vector<LimitReach> reaches = {};  // all limits, in the order of the file's keys
   double missed = 0.0;                   // rad or m, of waypoints at most
 };

@@ -140,8 +140,10 @@ void JsonReader::allow_only(std::initializer_list<std::string_view> names) const
     if (std::find(names.begin(), names.end(), key) == names.end())
       throw model::InputError(
           *path_, pointer_ + "/" + key,
-          "found a key that this version does not know; allowed: " + fmt::format("{}", fmt::join(names, ", ")) +
-              "; it may be a later version's, which can read it, or mistyped");
+          fmt::format(
+              "found a key that this version does not know; allowed: {}; it may be a later version's, which can "
+              "read it, or mistyped",
+              fmt::join(names, ", ")));
 }
 
 void JsonReader::require_array() const {

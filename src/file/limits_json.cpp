@@ -176,6 +176,7 @@ std::vector<Waypoint> read_waypoints(const JsonReader& reader) {
   reader.require_array();
   for (std::size_t n = 0; n < reader.size(); ++n) {
     const JsonReader own = reader.at(n);
+    own.allow_only({"time", "move", "turn", "rotation"});
     Waypoint waypoint;
     waypoint.time = own.at("time").number();
     waypoint.move = read_move(own.at("move"));

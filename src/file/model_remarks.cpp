@@ -160,8 +160,7 @@ std::string light_remark(const Problem& problem, const System& system) {
       "a moment turns what joint {} moves some {} times as fast as one at joint {}: cost.effort weighs it next to "
       "nothing, so that the cheapest motions may whirl it as fast as steps show; where searches find no end let rates "
       "cost (cost.angular_velocity = {}), give it limits.angular_velocity.{}, or have it follow (actuated = false, "
-      "with "
-      "stiffness and damping)",
+      "with stiffness and damping)",
       name, short_number(one_digit(ease[*lightest].most / ease[*heaviest].most)),
       printable(system.joint(static_cast<int>(*heaviest)).name), short_number(one_digit(weight)), name);
 }

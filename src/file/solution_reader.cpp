@@ -183,6 +183,7 @@ ResolvedProblem read_resolved(const JsonReader& reader) {
   if (reader.has("start")) problem.start = read_start(reader.at("start"), problem.bodies.size());
   if (!reader.at("goal").is_null()) problem.goal = read_goal(reader.at("goal"));
   if (reader.has("control")) {
+    reader.at("control").allow_only({"kind", "points"});
     problem.control = read_word(reader.at("control").at("kind"), control_kinds);
     const bool spline = problem.control == maneuver::ControlKind::spline;
     problem.points = reader.at("control").at("points").integer(spline ? 2 : 0, spline ? problem.steps + 1 : largest);
