@@ -100,7 +100,7 @@ class Solver {
     look();
   }
 
-  void set_start(nb::handle rotation, nb::handle position, nb::handle angular_velocity) {
+  void set_start(nb::handle rotation, nb::handle position, nb::handle angular_velocity, nb::handle linear_velocity) {
     const std::unique_lock lock = taken();
     const auto bodies = model::at(system_.body_count());
     maneuver::Start start;
@@ -108,7 +108,12 @@ class Solver {
     start.position = three(position, "position", "a position (m)");
     start.angular_velocity.assign(bodies, Eigen::Vector3d::Zero());
     if (!angular_velocity.is_none()) start.angular_velocity = vectors(angular_velocity, bodies, "angular_velocity");
-    solver_->set_start(maneuver::start_without_momentum(system_, start));
+    if (linear_velocity.is_none()) {
+      solver_->set_start(maneuver::start_without_momentum(system_, start));
+    } else {
+      start.linear_velocity = three(linear_velocity, "linear_velocity", "a velocity (m/s)");
+      solver_->set_start(maneuver::start_as_seen(system_, start));
+    }
     look();
   }
 
@@ -310,15 +315,20 @@ void bind_study(nb::module_& module) {
            "were, only their values move: InputError "
            "otherwise, and where the goal breaks a limit.\nA goal where the swimmer rests is answered by staying.")
       .def("set_start", &Solver::set_start, "rotation"_a, "position"_a, "angular_velocity"_a = nb::none(),
-           nb::sig("def set_start(self, rotation: numpy.typing.ArrayLike, position: numpy.typing.ArrayLike, "
-                   "angular_velocity: "
-                   "numpy.typing.ArrayLike | None = None) -> None"),
+           "linear_velocity"_a = nb::none(),
+           nb::sig(
+               "def set_start(self, rotation: numpy.typing.ArrayLike, position: numpy.typing.ArrayLike, "
+               "angular_velocity: "
+               "numpy.typing.ArrayLike | None = None, linear_velocity: numpy.typing.ArrayLike | None = None) -> None"),
            "Another start, such as the state that was just measured; the goal stays where it is in the world.\n\n"
            "rotation: (bodies, 3, 3), body → world. position: (3,) m, mass centre of the root, world frame.\n"
-           "angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. Only the joints' rates count: "
-           "the whole "
-           "then moves as\ntotal momentum zero demands, which moments cannot change. Rotations off their joints by "
-           "less than "
+           "angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints.\n"
+           "linear_velocity: (3,) m/s, mass centre of the root, world frame: the whole moves, and carries momentum, as "
+           "it "
+           "was seen to; for problems\nwhose own start carries some. Left out: only the joints' rates count, and the "
+           "whole "
+           "moves as total momentum\nzero demands, which moments cannot change.\nRotations off their joints by less "
+           "than "
            "0.1 rad are\nled back onto them, and joints seen beyond a limit of angle, swing or twist by less than that "
            "begin at it, "
            "still;\nInputError beyond, and where bodies are beyond a clearance or a keep-out by more than a hundredth "

@@ -25,8 +25,7 @@ namespace {
 constexpr double hardly = 1e-9;      // of what joints leave
 constexpr double small_ball = 1e-3;  // of a body's least semi-axis, that stands for a point
 
-constexpr const char* only_by_newton =
-    "remove this key, or set control.kind = \"steps\" without --solver ipopt and begin without momentum";
+constexpr const char* only_by_newton = "remove this key, or set control.kind = \"steps\" without --solver ipopt";
 
 // What the transcription for Ipopt, and spline moments with it, lack.
 void require_supported_swimmer(const model::SwimmerDescription& swimmer) {
@@ -87,12 +86,8 @@ void require_supported_maneuver(const maneuver::Problem& problem, Purpose purpos
            "add one; `lamprey simulate` needs none");
   const bool composed = !integrator::single_step(problem.scheme);
   const bool spline = problem.control == maneuver::ControlKind::spline;
-  const bool chosen = spline || purpose == Purpose::solve_with_ipopt;
-  if (!chosen && !momentum && !composed) return;
-  const std::string mend = composed             ? "use scheme = \"trapezoid\""
-                           : chosen && momentum ? "remove this key"
-                           : momentum           ? "remove this key, or begin without momentum"
-                                                : "use control.kind = \"steps\" without --solver ipopt";
+  const std::string mend =
+      composed ? "use scheme = \"trapezoid\"" : "use control.kind = \"steps\" without --solver ipopt";
   if (composed || spline) {
     if (problem.limits.any()) refuse_unsupported(first_limit(problem.limits), "a limit", "no [limits]", mend);
     if (problem.duration.free) refuse_unsupported("time.duration", "\"free\"", "a number > 0 (s)", mend);
@@ -104,6 +99,7 @@ void require_supported_maneuver(const maneuver::Problem& problem, Purpose purpos
   if (momentum && (problem.duration.free || problem.goal->periodic))
     refuse("start", "total momentum, with which durations and ends cannot be free",
            "velocities whose total momentum is zero", "take them out, or give a duration and goal.periodic = false");
+  if (!spline && purpose != Purpose::solve_with_ipopt && !composed) return;
   const bool universal = std::any_of(problem.swimmer.joints.begin(), problem.swimmer.joints.end(),
                                      [](const auto& joint) { return joint.kind == JointKind::universal; });
   if (!composed && !spline && !universal) return;
@@ -196,11 +192,10 @@ void require_supported(const ProblemFile& file, Purpose purpose) {
   const maneuver::Problem& problem = file.problem;
   try {
     const bool momentum = maneuver::has_momentum(model::System(problem.swimmer), problem.start);
-    const bool transcribed =
-        purpose == Purpose::solve_with_ipopt || problem.control == maneuver::ControlKind::spline || momentum;
+    const bool transcribed = purpose == Purpose::solve_with_ipopt || problem.control == maneuver::ControlKind::spline;
     if (transcribed) require_supported_swimmer(problem.swimmer);
     if (problem.control == maneuver::ControlKind::spline) require_supported_spline(problem.swimmer);
-    require_supported_scheme(problem.scheme, transcribed);
+    require_supported_scheme(problem.scheme, transcribed || (momentum && !integrator::single_step(problem.scheme)));
     require_supported_maneuver(file.problem, purpose, momentum);
     require_clearance_of_joined(file);
     require_ends_within_limits(file);

@@ -152,11 +152,25 @@ mechanics::Rotations fitted_to_joints(const System& system, const mechanics::Rot
   return rotation;
 }
 
-integrator::State start_without_momentum(const System& system, const Start& start) {
+namespace {
+
+mechanics::Rotations as_measured(const System& system, const Start& start) {
   mechanics::Rotations seen;
   for (const Vector3d& vector : start.rotation) seen.push_back(lie::exp(vector));
-  const mechanics::Rotations rotation =
-      fitted_to_joints(system, seen, most_misfit, "start.rotation.", ", as measurements have it");
+  return fitted_to_joints(system, seen, most_misfit, "start.rotation.", ", as measurements have it");
+}
+
+}  // namespace
+
+integrator::State start_as_seen(const System& system, const Start& start) {
+  const mechanics::Rotations rotation = as_measured(system, start);
+  return integrator::state_of_velocity(
+      system, rotation, start.position,
+      mechanics::velocity_of_bodies(system, rotation, start.angular_velocity, start.linear_velocity));
+}
+
+integrator::State start_without_momentum(const System& system, const Start& start) {
+  const mechanics::Rotations rotation = as_measured(system, start);
   const VectorXd moving = mechanics::velocity_of_bodies(system, rotation, start.angular_velocity, Vector3d::Zero());
   // twice: of joints that hardly turn the round-off of the whole would be left
   const VectorXd once = mechanics::with_momentum(system, rotation, Vector3d::Zero(), moving, {});

@@ -59,6 +59,9 @@ mechanics::Rotations fitted_to_joints(const model::System& system, const mechani
 /// Throws model::InputError where a body is turned by more beside its joint than a measurement errs.
 integrator::State start_without_momentum(const model::System& system, const Start& start);
 
+/// The same of a swimmer whose whole moves as it is seen to, by the root's velocities, and carries the momentum that this makes.
+integrator::State start_as_seen(const model::System& system, const Start& start);
+
 /// Whether the whole has linear or angular momentum, beyond 1e-10 of what the bodies have.
 bool has_momentum(const model::System& system, const integrator::State& state);
 /// The same of a problem's start.

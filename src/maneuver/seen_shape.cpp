@@ -110,11 +110,11 @@ SeenShape held_within_limits(const System& system, const std::vector<LimitRow>& 
   return shape;
 }
 
-integrator::State state_of(const System& system, const Matrix3d& root, const Vector3d& position,
-                           const SeenShape& shape) {
+integrator::State state_of(const System& system, const Matrix3d& root, const Vector3d& position, const SeenShape& shape,
+                           const mechanics::SpatialMomentum& total) {
   const Rotations R = placed(system, root, shape.rotation);
   return integrator::state_of_velocity(system, R, position,
-                                       mechanics::velocity_of_rates(system, R, position, shape.rate, {}));
+                                       mechanics::velocity_of_rates(system, R, position, shape.rate, total));
 }
 
 }  // namespace lamprey::maneuver

@@ -37,8 +37,8 @@ BeyondLimit beyond_limits(const model::System& system, const std::vector<LimitRo
 SeenShape held_within_limits(const model::System& system, const std::vector<LimitRow>& rows, SeenShape shape,
                              const mechanics::Rotations& inside);
 
-/// The state of a shape where the root is, without total momentum.
+/// The state of a shape where the root is, the whole moving as its total momentum demands.
 integrator::State state_of(const model::System& system, const Matrix3d& root, const Vector3d& position,
-                           const SeenShape& shape);
+                           const SeenShape& shape, const mechanics::SpatialMomentum& total);
 
 }  // namespace lamprey::maneuver

@@ -19,6 +19,13 @@ using optimizer::StageSlopes;
 
 }  // namespace
 
+// Derivatives by the root's pose at the beginning become those by its pose at the end.
+void ShapeProgram::turn_to_end(const ShapeStep& step, ShapeTangent& tangent, MatrixXd& hessian) {
+  pose_at_end_.take(tangent, step.interval.displacement);
+  pose_at_end_.turn(hessian);
+  pose_at_end_.turn_rows(tangent.plus);
+}
+
 // Tangents of up to four steps under the moments that the nodes hold and, for a model, their curvature with the nodes'
 // multipliers.
 void ShapeProgram::differentiate_four(int first, StageModel* model) {
@@ -36,7 +43,10 @@ void ShapeProgram::differentiate_four(int first, StageModel* model) {
       kernel_.tangent(h, control, control_next, step, four_tangents_[at(l)]);
       if (!model) continue;
       kernel_.curvature(h, control, control_next, step, multipliers(l), four_hessians_[at(l)]);
-      turn_at_end(four_tangents_[at(l)], four_hessians_[at(l)]);
+      if (drifts_)
+        turn_to_end(step, four_tangents_[at(l)], four_hessians_[at(l)]);
+      else
+        turn_at_end(four_tangents_[at(l)], four_hessians_[at(l)]);
     }
     return;
   }
@@ -89,16 +99,20 @@ void ShapeProgram::add_effort(int first, std::vector<StageSlopes::Slope>& stages
 void ShapeProgram::find_moments_by_shapes(int k) {
   const int n = shape_;
   equations_.topLeftCorner(n, n) = now_.impulse[at(k)];
-  auto solved = equations_.topRightCorner(n, 3 * n);
+  auto solved = equations_.middleCols(n, n + felt()).topRows(n);
   if (k > 0) {
-    solved.leftCols(2 * n) = before_.plus;
+    solved.leftCols(2 * n) = before_.plus.leftCols(2 * n);
     solved.leftCols(2 * n) *= -1.0;
   } else {
     solved.leftCols(2 * n).setZero();
   }
   solved.middleCols(n, n) += after_.minus.leftCols(n);
-  solved.rightCols(n) = after_.minus.rightCols(n);
-  algebra::solve_columns(n, equations_);
+  if (drifts_) {
+    find_impulses_by_pose(k, solved.middleCols(2 * n, pose_));
+    solved.middleCols(2 * n, pose_) *= -1.0;
+  }
+  solved.rightCols(n) = after_.minus.middleCols(n, n);
+  algebra::solve_columns(n, equations_.leftCols(2 * n + felt()));
   moments_by_shapes_ = solved;
   set_transposed(moments_by_shapes_, transposed_);
 }
@@ -112,13 +126,14 @@ void ShapeProgram::model_pose_by_shapes(int k, MatrixXd& A, MatrixXd& B) {
     A.bottomRightCorner(pose_, pose_).setIdentity();
   }
   if (!all_poses_) {
-    pose_step_ = pose_basis_.transpose().lazyProduct(after_.pose);
+    pose_step_ = pose_basis_.transpose().lazyProduct(after_.pose.leftCols(2 * n));
     A.block(2 * n, n, pose_, n) = pose_step_.leftCols(n);
     B.middleRows(2 * n, pose_) = pose_step_.rightCols(n);
     return carry_on(k, A);
   }
   A.block<6, Eigen::Dynamic>(2 * n, n, 6, n) = after_.pose.leftCols(n);
-  B.middleRows<6>(2 * n) = after_.pose.rightCols(n);
+  B.middleRows<6>(2 * n) = after_.pose.middleCols(n, n);
+  if (drifts_) return carry_on(k, A);
   A.block<3, 3>(2 * n + 3, 2 * n) = -lie::hat(now_.step[at(k)].interval.displacement);
 }
 
@@ -137,7 +152,8 @@ void ShapeProgram::model_stage_by_shapes(int k, const NodeModel& node, Stage& st
   if (k == 0) stage.Q.setZero();
   if (effort_in_fours()) return;
   find_moments_by_shapes(k);
-  stage.measured_by_state.leftCols(2 * n) = moments_by_shapes_.leftCols(2 * n);
+  const int s = felt();
+  stage.measured_by_state.leftCols(s) = moments_by_shapes_.leftCols(s);
   stage.measured_by_input = moments_by_shapes_.rightCols(n);
   if (!moments_of_stage_.empty()) moments_of_stage_[at(k)] = moments_by_shapes_;
 
@@ -148,13 +164,13 @@ void ShapeProgram::model_stage_by_shapes(int k, const NodeModel& node, Stage& st
   add_product(1.0, transposed_, weighed_, moment_form_);
   set_transposed(node.control_by_shape, equations_.topLeftCorner(n, n));
   add_product(1.0, equations_.topLeftCorner(n, n), moments_by_shapes_, moment_form_.middleRows(n, n));
-  stage.S.leftCols(2 * n) = moment_form_.bottomLeftCorner(n, 2 * n);
+  stage.S.leftCols(s) = moment_form_.bottomLeftCorner(n, s);
   stage.R = moment_form_.bottomRightCorner(n, n);
   stage.r.setZero();
   optimizer::add_image(1.0, transposed_.bottomRows(n), node.by_control, stage.r);
   if (k == 0) return;  // the first state does not move
-  stage.Q.topLeftCorner(2 * n, 2 * n) += moment_form_.topLeftCorner(2 * n, 2 * n);
-  optimizer::add_image(1.0, transposed_.topRows(2 * n), node.by_control, stage.q.head(2 * n));
+  stage.Q.topLeftCorner(s, s) += moment_form_.topLeftCorner(s, s);
+  optimizer::add_image(1.0, transposed_.topRows(s), node.by_control, stage.q.head(s));
 }
 
 }  // namespace lamprey::maneuver

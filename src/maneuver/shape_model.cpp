@@ -83,12 +83,13 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
     Q.block(ends + 3, 0, 3, ends + 6).setZero();
   } else {
     const MatrixXd& hessian = four_hessians_[at(k % 4)];
-    const auto pose_turn = pose_basis_.topRows<3>();
+    const Eigen::Index by_pose = hessian.cols() - ends;  // the root's turn, or all of its pose
+    const auto pose_turn = pose_basis_.topRows(by_pose);
     Q.topLeftCorner(ends, ends) = hessian.topLeftCorner(ends, ends);
-    Q.block(0, ends, ends, pose_) = hessian.topRightCorner(ends, 3).lazyProduct(pose_turn);
+    Q.block(0, ends, ends, pose_) = hessian.topRightCorner(ends, by_pose).lazyProduct(pose_turn);
     Q.block(ends, 0, pose_, ends) = Q.block(0, ends, ends, pose_).transpose();
-    const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> half =
-        hessian.bottomRightCorner<3, 3>().lazyProduct(pose_turn);
+    const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> half =
+        hessian.bottomRightCorner(by_pose, by_pose).lazyProduct(pose_turn);
     Q.block(ends, ends, pose_, pose_) = pose_turn.transpose().lazyProduct(half);
   }
   if (maneuver_.free_duration) model_impulses_in_time(k, node, next, Q);
@@ -105,23 +106,24 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
 // Where moments at node k lead: the next shape, by shapes and by moments, and the root with it.
 void ShapeProgram::model_motion(int k, MatrixXd& A, MatrixXd& B) {
   const int n = shape_;
-  equations_.topLeftCorner(n, n) = after_.minus.rightCols(n);
-  auto solved = equations_.topRightCorner(n, 3 * n);
+  equations_.topLeftCorner(n, n) = after_.minus.middleCols(n, n);
+  auto solved = equations_.rightCols(n + felt()).topRows(n);
   if (k > 0)
-    solved.leftCols(2 * n) = before_.plus;
+    solved.leftCols(2 * n) = before_.plus.leftCols(2 * n);
   else
     solved.leftCols(2 * n).setZero();
   solved.middleCols(n, n) -= after_.minus.leftCols(n);
+  if (drifts_) find_impulses_by_pose(k, solved.middleCols(2 * n, pose_));
   solved.rightCols(n) = now_.impulse[at(k)];
   algebra::solve_columns(n, equations_);
 
   A.block(0, n, n, n).setIdentity();
-  A.block(n, 0, n, 2 * n) = solved.leftCols(2 * n);
-  B.middleRows(n, n) = solved.middleCols(2 * n, controls_);
+  A.block(n, 0, n, felt()) = solved.leftCols(felt());
+  B.middleRows(n, n) = solved.middleCols(felt(), controls_);
   if (all_poses_)
-    pose_step_ = after_.pose;
+    pose_step_ = after_.pose.leftCols(2 * n);
   else
-    pose_step_ = pose_basis_.transpose().lazyProduct(after_.pose);
+    pose_step_ = pose_basis_.transpose().lazyProduct(after_.pose.leftCols(2 * n));
   auto pose_by_state = A.block(2 * n, 0, pose_, 2 * n);
   pose_by_state.setZero();
   pose_by_state.rightCols(n) = pose_step_.leftCols(n);
@@ -130,6 +132,15 @@ void ShapeProgram::model_motion(int k, MatrixXd& A, MatrixXd& B) {
   pose_by_control.setZero();
   add_product(1.0, pose_step_.rightCols(n), B.middleRows(n, n), pose_by_control);
   carry_on(k, A);
+  if (drifts_)
+    add_product(1.0, pose_step_.rightCols(n), A.block(n, 2 * n, n, pose_), A.block(2 * n, 2 * n, pose_, pose_));
+}
+
+// What the momentum that node k's steps carry adds to its balance as the root's pose changes there.
+void ShapeProgram::find_impulses_by_pose(int k, Eigen::Ref<MatrixXd> impulses) {
+  pose_moments_ = -after_.minus.rightCols<6>();
+  if (k > 0) pose_moments_ += before_.plus.rightCols<6>();
+  impulses = pose_moments_.lazyProduct(pose_basis_);
 }
 
 // And what they cost.
@@ -137,7 +148,7 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   const int n = shape_;
   stage.shifted = n;
   model_motion(k, stage.A, stage.B);
-  const auto by_moments = equations_.topRightCorner(n, n);
+  const auto by_moments = equations_.rightCols(n).topRows(n);
   if (idle() > 0) {
     MatrixXd& by_idle = next_by_idle_[at(k)];
     by_idle.middleRows(n, n) = by_moments.rightCols(idle());
@@ -164,6 +175,11 @@ void ShapeProgram::carry_on(int k, MatrixXd& A) const {
   } else {
     const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6> moved = lever.lazyProduct(pose_basis_.topRows<3>());
     carried -= pose_basis_.bottomRows<3>().transpose().lazyProduct(moved);
+  }
+  if (drifts_) {
+    const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> answer =
+        after_.pose.rightCols<6>().lazyProduct(pose_basis_);
+    carried += pose_basis_.transpose().lazyProduct(answer);
   }
   const int more = states() - tau();
   A.bottomRightCorner(more, more).setIdentity();
@@ -324,6 +340,7 @@ void ShapeProgram::linearize(StageModel& model) {
   if (!terms_.empty()) prepare_terms(model);
   model_goal(model.C, model.c);
   model_limits();
+  for (int first = 0; drifts_ && first < steps_; first += 4) learn_pulls_of_carried(first);
   lay_pose_multipliers(model);
   if (leads_ > 0 || !terms_.empty()) {
     for (Stage& stage : model.stage) {
@@ -380,7 +397,8 @@ void ShapeProgram::add_displacement(VectorXd& gradient) const {
 }
 
 bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
-  if (idle() > 0 || !limits_.empty() || !terms_.empty() || maneuver_.free_duration || maneuver_.periodic) return false;
+  if (idle() > 0 || !limits_.empty() || !terms_.empty() || maneuver_.free_duration || maneuver_.periodic || drifts_)
+    return false;
   model_goal(slopes.C, slopes.c);
   moments_.controls(now_.moment.front(), node_[0].control);
   for (int k = 0; k < steps_; ++k) {
@@ -415,6 +433,23 @@ bool ShapeProgram::differentiate(optimizer::StageSlopes& slopes) {
   return true;
 }
 
+// Of up to four steps that carry momentum: how they answer to the root's pose, moments at their nodes held.
+void ShapeProgram::learn_pulls_of_carried(int first) {
+  if (first == 0) model_node(0, node_[0]);
+  if (first > 0) std::swap(node_[0], node_[4]);
+  const int count = std::min(4, steps_ - first);
+  for (int l = 0; l < count; ++l) model_node(first + l + 1, node_[at(l + 1)]);
+  differentiate_four(first, nullptr);
+  for (int l = 0; l < count; ++l) {
+    const ShapeTangent& tangent = four_tangents_[at(l)];
+    PoseStep& pull = pose_pull_[at(first + l)];
+    pull.pose = carried_pose(now_.step[at(first + l)].interval.displacement) + tangent.pose.rightCols<6>();
+    pull.moment.setZero();
+    optimizer::add_transposed_image(1.0, tangent.minus.rightCols<6>(), node_[at(l)].multiplier, pull.moment);
+    optimizer::add_transposed_image(-1.0, tangent.plus.rightCols<6>(), node_[at(l + 1)].multiplier, pull.moment);
+  }
+}
+
 // Multipliers of the root's pose at the nodes, from the end: a position's stays on the way back, a turn's takes up its lever.
 void ShapeProgram::lay_pose_multipliers(const StageModel& model) {
   pull_.setZero();
@@ -424,7 +459,15 @@ void ShapeProgram::lay_pose_multipliers(const StageModel& model) {
   shift -= maneuver_.cost_weights.displacement;
   if (!terms_.empty()) shift += terms_.pull_at_end(costed(now_), now_.terms);
   for (int k = steps_; k > 0; --k) {
-    if (k < steps_) turn += (now_.position[at(k + 1)] - now_.position[at(k)]).cross(shift);
+    if (k < steps_ && drifts_) {
+      Vector6d there;
+      there << turn, shift;
+      const Vector6d here = pose_pull_[at(k)].pose.transpose() * there + pose_pull_[at(k)].moment;
+      turn = here.head<3>();
+      shift = here.tail<3>();
+    } else if (k < steps_) {
+      turn += (now_.position[at(k + 1)] - now_.position[at(k)]).cross(shift);
+    }
     if (limit_model_[at(k)].any) {
       turn += limit_model_[at(k)].turn;
       shift += limit_model_[at(k)].shift;

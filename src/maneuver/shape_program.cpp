@@ -42,13 +42,14 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       all_poses_(is_identity(pose_basis_)),
       steps_(maneuver.steps),
       use_(use),
+      drifts_(!maneuver.periodic && has_momentum(system, maneuver.start)),
       shape_(static_cast<int>(shape_basis_.cols())),
       pose_(static_cast<int>(pose_basis_.cols())),
       controls_(system.control_count()),
       terms_(system, maneuver, coordinates),
       leads_((own_states() - tau() + controls_ - 1) / controls_),
       h_(maneuver.time_step()),
-      kernel_(system, maneuver.lagrangian, shape_basis_),
+      kernel_(system, maneuver.lagrangian, shape_basis_, drifts_ ? TotalMomentum::any : TotalMomentum::zero),
       moments_(system, shape_basis_, maneuver.start.rotation),
       end_curvature_(system, end_rows_, shape_basis_, pose_basis_),
       limits_(system, std::move(limits), coordinates, maneuver.steps, maneuver.duration),
@@ -69,12 +70,13 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       spread_turn_(spread_),
       work_(shape_size(system), moments_.size()),
       by_shape_(controls_, shape_size(system)),
-      equations_(MatrixXd::Zero(mechanics::rows_for(shape_), 4 * shape_)),
+      equations_(MatrixXd::Zero(mechanics::rows_for(shape_), 2 * shape_ + felt())),
       pose_step_(pose_, 2 * shape_),
-      moments_by_shapes_(shape_, 3 * shape_),
+      pose_moments_(shape_, 6),
+      moments_by_shapes_(shape_, shape_ + felt()),
       weighed_(moments_by_shapes_),
-      transposed_(3 * shape_, shape_),
-      moment_form_(3 * shape_, 3 * shape_),
+      transposed_(shape_ + felt(), shape_),
+      moment_form_(shape_ + felt(), shape_ + felt()),
       pull_(pose_),
       end_by_state_(shape_, states()),
       end_weighed_(controls_, states()),
@@ -93,12 +95,16 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       by_first_(shape_size(system) + 6),
       by_last_(shape_size(system) + 6),
       four_tangents_(4),
-      four_hessians_(4, MatrixXd(2 * shape_ + 3, 2 * shape_ + 3)),
+      four_hessians_(4, MatrixXd(2 * shape_ + (drifts_ ? 6 : 3), 2 * shape_ + (drifts_ ? 6 : 3))),
+      pose_at_end_(2 * shape_ + 6),
+      pose_pull_(drifts_ ? at(steps_) : 0),
       first_node_(node_.front()) {
-  if (FourSteps::serves(system, maneuver.lagrangian)) four_steps_.emplace(system, maneuver.lagrangian, shape_basis_);
+  if (!drifts_ && FourSteps::serves(system, maneuver.lagrangian))
+    four_steps_.emplace(system, maneuver.lagrangian, shape_basis_);
   if (maneuver.free_duration && system.compliant()) compliant_time_.emplace(system);
-  if (limits_.of_moments() && by_shapes()) moments_of_stage_.assign(at(steps_), MatrixXd(shape_, 3 * shape_));
+  if (limits_.of_moments() && by_shapes()) moments_of_stage_.assign(at(steps_), MatrixXd(shape_, shape_ + felt()));
   take_start_impulse();
+  take_total();
   find_idle_violation();
   for (Motion* motion : {&now_, &trial_}) {
     motion->shape.assign(at(steps_ + 1), Rotations(at(system.body_count()), Matrix3d::Identity()));
@@ -119,12 +125,30 @@ void ShapeProgram::take_start_impulse() {
                        start_impulse_);
 }
 
+void ShapeProgram::take_total() {
+  if (!drifts_) return;
+  const auto total =
+      mechanics::spatial_momentum(system_, maneuver_.start.rotation, Vector3d::Zero(), maneuver_.start.momentum);
+  total_angular_ = total.angular;
+  total_linear_ = total.linear;
+}
+
+// Of the whole about the root's mass centre, seen from the root at node k.
+Vector6d ShapeProgram::seen_total(const Motion& motion, int k) const {
+  const Matrix3d& R = motion.rotation[at(k)][0];
+  const Vector3d moved = motion.position[at(k)] - motion.position.front();
+  Vector6d seen;
+  seen << R.transpose() * (total_angular_ - moved.cross(total_linear_)), R.transpose() * total_linear_;
+  return seen;
+}
+
 void ShapeProgram::retarget(const Maneuver& maneuver) {
   maneuver_ = maneuver;
   h_ = maneuver.time_step();
   limits_.take_duration(maneuver.duration);
   terms_.retarget(maneuver);
   take_start_impulse();
+  take_total();
   find_idle_violation();
   if (has_motion_) measure(now_);
 }
@@ -205,7 +229,8 @@ bool ShapeProgram::roll_out(Motion& motion) {
 bool ShapeProgram::solve_step(int k, Motion& motion) {
   ShapeStep& step = motion.step[at(k)];
   if (k > 0 && step.momentum_inverse.isZero(0.0)) step.momentum_inverse = motion.step[at(k - 1)].momentum_inverse;
-  if (!kernel_.solve(h_ * motion.stretch, motion.rotation[at(k)], motion.shape[at(k + 1)], step)) return false;
+  const Vector6d total = drifts_ ? seen_total(motion, k) : Vector6d::Zero();
+  if (!kernel_.solve(h_ * motion.stretch, motion.rotation[at(k)], motion.shape[at(k + 1)], step, total)) return false;
   motion.rotation[at(k + 1)] = step.interval.next_rotation;
   for (Matrix3d& R : motion.rotation[at(k + 1)]) R = lie::renormalized(R);
   motion.position[at(k + 1)] = motion.position[at(k)] + step.interval.displacement;

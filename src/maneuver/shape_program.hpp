@@ -1,4 +1,4 @@
-// A maneuver in the shapes of its nodes alone (chapter 9): total momentum zero fixes the root's motion, inverse dynamics the
+// A maneuver in the shapes of its nodes alone (chapter 9): total momentum fixes the root's motion, inverse dynamics the
 // moments, so that every point of the search is a motion of the swimmer and only the goal remains to be met. As an optimizer::StageProgram: state s_k = (shape k − 1, shape k, root's turn ρ and position χ in the
 // world), input = shape k + 1 where moments can take the joints anywhere and cost effort alone, else moments along the joints'
 // actuation at node k. A free duration adds its logarithm τ to the state, a
@@ -23,12 +23,12 @@ enum class Steps { faithful, rough };
 
 class ShapeProgram : public optimizer::StageProgram {
  public:
-  /// Start must carry no total momentum. Control is free at each node.
+  /// Control is free at each node. A start that carries total momentum is not for rest, periodic goals and free durations.
   ShapeProgram(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                std::vector<EndRow> end_rows, std::vector<LimitRow> limits = {}, Steps use = Steps::faithful);
 
-  /// Takes over another start without total momentum, other targets of the end rows and another duration, of as many steps
-  /// and the same kind. A motion there is gets measured anew by them; where start or duration differ go_to must follow.
+  /// Takes over another start, other targets of the end rows and another duration, of as many steps and the same kind; a start
+  /// carries momentum where the first one does. A motion there is gets measured anew by them; where start or duration differ go_to must follow.
   void retarget(const Maneuver& maneuver);
 
   /// Goes to a motion: its shapes and, as a first guess, its root's motion. Returns false where none is found.
@@ -36,6 +36,10 @@ class ShapeProgram : public optimizer::StageProgram {
   NodePath path() const;
   /// The same into a path of the program's size, without allocation.
   void write_path(NodePath& path) const;
+  /// Whether its first start carries total momentum, and others may.
+  bool carries_momentum() const { return drifts_; }
+  /// The root's turns (rad, world) and displacements (m) that moments change, orthonormal columns.
+  const MatrixXd& pose_basis() const { return pose_basis_; }
   double duration() const { return h_ * now_.stretch * steps_; }
   /// Starts from another duration, where it is free. Before go_to.
   void take_duration(double duration) { now_.stretch = duration / (h_ * steps_); }
@@ -76,7 +80,7 @@ class ShapeProgram : public optimizer::StageProgram {
   const optimizer::Merit& merit() const override { return now_.merit; }
   bool has_multipliers() const override { return end_start_.size() == end_multiplier_.size() && idle() == 0; }
   void linearize(optimizer::StageModel& model) override;
-  /// For effort alone, without limits, free durations, idle joints and periodic goals.
+  /// For effort alone, without momentum, limits, free durations, idle joints and periodic goals.
   bool differentiate(optimizer::StageSlopes& slopes) override;
   const optimizer::Merit* try_step(const optimizer::StageStep& step, double length) override;
   const VectorXd& end_rows() const override { return now_.end_rows; }
@@ -123,6 +127,11 @@ class ShapeProgram : public optimizer::StageProgram {
     double cost = 0.0;     // by its rule alone
     optimizer::Merit merit;
   };
+  // What the root's pose at the beginning of a step that carries momentum changes.
+  struct PoseStep {
+    Matrix6d pose;    // at the end
+    Vector6d moment;  // of the Lagrangian, by what it takes of moments at both ends
+  };
   // A node's part in the model.
   struct NodeModel {
     MatrixXd control_by_shape;  // [controls][f] second derivative of the Lagrangian by controls and shape
@@ -156,6 +165,7 @@ class ShapeProgram : public optimizer::StageProgram {
   bool solve_four(int first, Motion& motion);
   void follow_root(int k, Motion& motion) const;
   void differentiate_four(int first, optimizer::StageModel* model);
+  void turn_to_end(const ShapeStep& step, ShapeTangent& tangent, MatrixXd& hessian);
   MatrixXd& end_form(int k, optimizer::StageModel& model) const;
   void add_effort(int first, std::vector<optimizer::Stage>& stages);
   void add_effort(int first, std::vector<optimizer::StageSlopes::Slope>& stages);
@@ -164,6 +174,7 @@ class ShapeProgram : public optimizer::StageProgram {
   ForFour<NodeEffort> node_efforts(int first) const;
   void model_step(int k, const NodeModel& node, const NodeModel& next, optimizer::StageModel& model);
   void model_motion(int k, MatrixXd& A, MatrixXd& B);
+  void find_impulses_by_pose(int k, Eigen::Ref<MatrixXd> impulses);
   void model_pose_by_shapes(int k, MatrixXd& A, MatrixXd& B);
   void find_moments_by_shapes(int k);
   void model_stage_by_shapes(int k, const NodeModel& node, optimizer::Stage& stage);
@@ -181,6 +192,9 @@ class ShapeProgram : public optimizer::StageProgram {
   void add_gap(int k, const Eigen::Ref<const VectorXd>& idle_moment, optimizer::Stage& stage) const;
   void add_limit_bends(double factor, optimizer::StageModel& model);
   void lay_pose_multipliers(const optimizer::StageModel& model);
+  void learn_pulls_of_carried(int first);
+  void take_total();
+  Vector6d seen_total(const Motion& motion, int k) const;
   LimitedNode limited_node(const Motion& motion, int k) const;
   void add_limits(Motion& motion);
   double won(const Motion& motion) const;  // (N m)² s, by the displacement
@@ -203,6 +217,9 @@ class ShapeProgram : public optimizer::StageProgram {
     return maneuver_.free_duration ? tau() + 1 : tau();
   }  // first of a state, that limits see
   // Whether a node's moments follow from the last state: a periodic motion begins with those of its end.
+  // Coordinates of the root's pose that say what momentum a step carries, and states that a node's moments depend on.
+  int carried() const { return drifts_ ? pose_ : 0; }
+  int felt() const { return 2 * shape_ + carried(); }
   bool of_the_end(int k) const { return k == steps_ || (k == 0 && maneuver_.periodic); }
   int idle() const { return shape_ - controls_; }
   int first_idle_node() const { return maneuver_.periodic ? 1 : 0; }  // the first of a periodic motion is the last
@@ -225,6 +242,8 @@ class ShapeProgram : public optimizer::StageProgram {
   bool all_shapes_, all_poses_;        // whether they are identities
   int steps_;
   Steps use_;
+  bool drifts_;                                                                  // whether total momentum is carried
+  Vector3d total_angular_ = Vector3d::Zero(), total_linear_ = Vector3d::Zero();  // about the root's first place
   int shape_, pose_, controls_;
   CostTerms terms_;
   int leads_;  // stages before the first step
@@ -238,7 +257,8 @@ class ShapeProgram : public optimizer::StageProgram {
   std::optional<LimitMultipliers> limit_start_;  // for the next go_to
   WorkMultipliers work_start_;                   // likewise
   std::vector<LimitModel> limit_model_;          // [N + 1]
-  std::vector<MatrixXd> moments_of_stage_;  // [N][controls][3 f] by shapes k − 1, k, k + 1, where limits are of moments
+  // [N][controls][f + s] by the s first states, which they feel, and shape k + 1, where limits are of moments
+  std::vector<MatrixXd> moments_of_stage_;
   mechanics::Vectors pose_turn_, pose_shift_;  // [N + 1] multipliers of the root's pose at the nodes, world
   Motion now_, trial_;
   Motion aloft_;  // from where a search went on without the barrier of limits
@@ -260,9 +280,10 @@ class ShapeProgram : public optimizer::StageProgram {
   MatrixXd work_, by_shape_;                  // [shape_size][f], [controls][shape_size]
   MatrixXd equations_;                        // [f, up to a multiple of four][4 f]
   MatrixXd pose_step_;                        // [p][2 f]
-  MatrixXd moments_by_shapes_, weighed_;      // [f][3 f] by shapes k − 1, k, k + 1
-  MatrixXd transposed_;                       // [3 f][f]
-  MatrixXd moment_form_;                      // [3 f] squared
+  MatrixXd pose_moments_;                     // [f][6] impulses by the root's pose, where momentum is carried
+  MatrixXd moments_by_shapes_, weighed_;      // [f][f + s] by shapes k − 1 and k, what is carried, and shape k + 1
+  MatrixXd transposed_;                       // [f + s][f]
+  MatrixXd moment_form_;                      // [f + s] squared
   VectorXd pull_;                             // [p]
   MatrixXd end_by_state_;                     // [f][n] the last node's moments by the last state
   MatrixXd end_weighed_, end_transposed_;     // [controls][n], [n][controls]
@@ -276,9 +297,12 @@ class ShapeProgram : public optimizer::StageProgram {
   Eigen::RowVectorXd by_first_, by_last_;  // [shape_size + 6]
   ShapeTangent before_, after_;
   std::vector<ShapeTangent> four_tangents_;  // [4]
-  std::vector<MatrixXd> four_hessians_;      // [4][2 f + 3] squared, by the root's turn at the end
-  MatrixXd first_minus_;                     // [f][2 f] of the first step
-  NodeModel first_node_;                     // of periodic motions
+  // [4][2 f + 3] squared, by the root's turn at the end; where momentum is carried [2 f + 6], by its pose there
+  std::vector<MatrixXd> four_hessians_;
+  PoseAtEnd pose_at_end_;            // where momentum is carried
+  std::vector<PoseStep> pose_pull_;  // [N] the same
+  MatrixXd first_minus_;             // [f][2 f] of the first step
+  NodeModel first_node_;             // of periodic motions
 };
 
 }  // namespace lamprey::maneuver

@@ -61,12 +61,14 @@ ShapeStep ShapeStep::of_root() {
   return step;
 }
 
-ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lagrangian, const MatrixXd& coordinates)
+ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lagrangian, const MatrixXd& coordinates,
+                         TotalMomentum carries)
     : system_(system),
       lagrangian_(lagrangian),
       coordinates_(coordinates),
       noise_(system),
       shape_(static_cast<int>(coordinates.cols())),
+      by_(2 * shape_ + (carries == TotalMomentum::any ? 6 : 0)),
       directions_(2 * shape_ + 6),
       left_rows_(mechanics::rows_for(shape_)),
       rows_(left_rows_ + shape_ + 6),
@@ -82,9 +84,9 @@ ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lag
       minus_(directions_, shape_),
       plus_(directions_, shape_),
       momentum_(directions_, 6),
-      root_(2 * shape_, 6),
-      pose_(2 * shape_, 6),
-      ends_(2 * shape_, shape_),
+      root_(by_, 6),
+      pose_(by_, 6),
+      ends_(by_, shape_),
       multiplier_(system),
       multiplier_rate_(system.body_count()),
       next_(at(system.body_count())),
@@ -98,7 +100,7 @@ ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lag
       left_half_(shape_size(system), shape_),
       turn_right_(MatrixXd::Zero(shape_size(system), 3)),
       turn_shape_(shape_, 3),
-      ends_root_(2 * shape_, 6) {
+      ends_root_(by_, 6) {
   for (int i = 1; i < system.body_count(); ++i)
     for (int f = 0; f < system.body(i).freedoms; ++f) {
       const auto row = coordinates.row(shape_offset(system.body(i)) + f).transpose();
@@ -184,6 +186,7 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
   bool renewed = false;
   Vector6d missed_before = Vector6d::Zero(), moved = Vector6d::Zero();
   find_levers(left);
+  step.carried = total;
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const Matrix3d root = left[0] * step.root_turn;
     for (std::size_t i = 0; i < next_.size(); ++i) next_[i].noalias() = root * next_shape[i];
@@ -302,19 +305,34 @@ void ShapeKernel::tangent(double time_step, const mechanics::Moments& control, c
   find_momentum_inverse(step);
   const Index ends = 2 * shape_;
   root_.setZero();
-  add_product_transposed(-1.0, momentum_.topRows(ends), step.momentum_inverse, root_);
-  tangent.pose.resize(6, ends);
-  tangent.minus.resize(shape_, ends);
-  tangent.plus.resize(shape_, ends);
+  add_product_transposed(-1.0, momentum_.topRows(ends), step.momentum_inverse, root_.topRows(ends));
+  if (by_ > ends) find_carried(step);
+  tangent.pose.resize(6, by_);
+  tangent.minus.resize(shape_, by_);
+  tangent.plus.resize(shape_, by_);
   pose_.leftCols<3>() = root_.leftCols<3>().lazyProduct(step.interval.next_rotation[0].transpose());
   pose_.rightCols<3>() = root_.rightCols<3>().lazyProduct(step.interval.rotation[0].transpose());
   set_transposed(pose_, tangent.pose);
-  ends_ = minus_.topRows(ends);
+  const Index pose = by_ - ends;
+  ends_.topRows(ends) = minus_.topRows(ends);
+  ends_.bottomRows(pose).setZero();
   add_product(1.0, root_, minus_.bottomRows<6>(), ends_);
   set_transposed(ends_, tangent.minus);
-  ends_ = plus_.topRows(ends);
+  ends_.topRows(ends) = plus_.topRows(ends);
+  ends_.bottomRows(pose).setZero();
   add_product(1.0, root_, plus_.bottomRows<6>(), ends_);
   set_transposed(ends_, tangent.plus);
+}
+
+// What is carried, seen from the root at the beginning, as that turns and moves: the root's motion answers.
+void ShapeKernel::find_carried(const ShapeStep& step) {
+  const Matrix3d& R = step.interval.rotation[0];
+  angular_carried_ = R * step.carried.head<3>();
+  linear_carried_ = R * step.carried.tail<3>();
+  Matrix6d seen = Matrix6d::Zero();
+  seen.topLeftCorner<3, 3>() = R.transpose() * hat(angular_carried_);
+  seen.topRightCorner<3, 3>() = seen.bottomLeftCorner<3, 3>() = R.transpose() * hat(linear_carried_);
+  root_.bottomRows<6>() = (step.momentum_inverse * seen).transpose();
 }
 
 // The motion along which the Lagrangian's momenta are weighed.
@@ -368,10 +386,11 @@ void ShapeKernel::read_second_rates(const ShapeStep& step) {
   }
 }
 
-// By both shapes, the root's motion following them.
+// By both shapes and, where momentum is carried, the root's pose, the root's motion following them.
 void ShapeKernel::assemble_hessian(MatrixXd& hessian) {
   const Index n = shape_, ends = 2 * n;
-  auto whole = hessian.topLeftCorner(ends, ends);
+  auto whole = hessian.topLeftCorner(by_, by_);
+  if (by_ > ends) whole.setZero();
   auto left = whole.topLeftCorner(n, n);
   if (all_coordinates()) {
     left = left_left_;
@@ -382,18 +401,19 @@ void ShapeKernel::assemble_hessian(MatrixXd& hessian) {
     algebra::set_product(coordinates_.transpose(), turn_right_, turn_shape_);
   }
   add_symmetric_part(by_left_.topRows(n), left);
-  whole.bottomLeftCorner(n, n) = by_left_.middleRows(n, n);
-  set_transposed(by_left_.middleRows(n, n), whole.topRightCorner(n, n));
-  auto right = whole.bottomRightCorner(n, n);
+  whole.block(n, 0, n, n) = by_left_.middleRows(n, n);
+  set_transposed(by_left_.middleRows(n, n), whole.block(0, n, n, n));
+  auto right = whole.block(n, n, n, n);
   right.setZero();
   add_symmetric_part(by_right_.middleRows(n, n), right);
 
   const Matrix6d root = 0.5 * (by_root_.bottomRows<6>() + by_root_.bottomRows<6>().transpose());
+  ends_root_.bottomRows(by_ - ends).setZero();
   set_transposed(by_left_.bottomRows<6>(), ends_root_.topRows(n));
-  set_transposed(by_right_.bottomRows<6>(), ends_root_.bottomRows(n));
-  ends_root_.bottomRows(n) += by_root_.middleRows(n, n);
-  ends_root_.bottomRows(n) *= 0.5;
-  ends_root_.bottomLeftCorner(n, 3) += turn_shape_;
+  set_transposed(by_right_.bottomRows<6>(), ends_root_.middleRows(n, n));
+  ends_root_.middleRows(n, n) += by_root_.middleRows(n, n);
+  ends_root_.middleRows(n, n) *= 0.5;
+  ends_root_.block(n, 0, n, 3) += turn_shape_;
   add_product(0.5, root_, root, ends_root_);
   add_product_transposed(1.0, ends_root_, root_, whole);
   add_product_transposed(1.0, root_, ends_root_, whole);
@@ -419,6 +439,7 @@ void ShapeKernel::curvature(double time_step, const mechanics::Moments& control,
   add_changes_of_coefficients(step, R * pi.head<3>());
   read_second_rates(step);
   assemble_hessian(hessian);
+  if (by_ > 2 * shape_) return add_changes_of_carried(step, pi, m.turn, m.shift, hessian);
 
   // the world's view: ρ' = ρ + R'φ + ½ ρ × R'φ, x' = x + exp(ρ̂)(Δx + R d)
   const int ends = 2 * shape_;
@@ -427,6 +448,55 @@ void ShapeKernel::curvature(double time_step, const mechanics::Moments& control,
   coupling += pose_.rightCols<3>().lazyProduct(hat(m.shift));
   set_transposed(coupling, hessian.bottomLeftCorner(3, ends));
   hessian.bottomRightCorner<3, 3>() = lie::double_cross(m.shift, step.interval.displacement);
+}
+
+// The world's view where momentum is carried: the root's motion answers to its pose at the beginning as well, and what is carried
+// is seen from there, exp(−ρ̂)(L − χ × P) and exp(−ρ̂) P.
+void ShapeKernel::add_changes_of_carried(const ShapeStep& step, const Vector6d& pi, const Vector3d& turn,
+                                         const Vector3d& shift, MatrixXd& hessian) const {
+  const Index place = 2 * Index{shape_};
+  const MatrixXd& pose = pose_;
+  auto by_turn = hessian.middleCols(place, 3);
+  auto turn_by = hessian.middleRows(place, 3);
+  for (Index r = 0; r < by_; ++r) {
+    const Vector3d coupled = -0.5 * turn.cross(pose.row(r).head<3>().transpose().eval()) -
+                             shift.cross(pose.row(r).tail<3>().transpose().eval());
+    by_turn.row(r) += coupled.transpose();
+    turn_by.col(r) += coupled;
+  }
+  const Matrix3d& R = step.interval.rotation[0];
+  const Vector3d spin = R * pi.head<3>(), push = R * pi.tail<3>();
+  hessian.block<3, 3>(place, place) += lie::double_cross(shift, step.interval.displacement) -
+                                       lie::double_cross(spin, angular_carried_) -
+                                       lie::double_cross(push, linear_carried_);
+  const Matrix3d moved = -hat(linear_carried_) * hat(spin);
+  hessian.block<3, 3>(place + 3, place) += moved;
+  hessian.block<3, 3>(place, place + 3) += moved.transpose();
+}
+
+Matrix6d carried_pose(const Vector3d& displacement) {
+  Matrix6d carried = Matrix6d::Identity();
+  carried.bottomLeftCorner<3, 3>() = -hat(displacement);
+  return carried;
+}
+
+void PoseAtEnd::take(const ShapeTangent& tangent, const Vector3d& displacement) {
+  const Index shapes = before_.cols() - 6;
+  const Matrix6d back = (carried_pose(displacement) + tangent.pose.rightCols<6>()).inverse();
+  before_.setIdentity();
+  before_.bottomRightCorner<6, 6>() = back;
+  before_.bottomLeftCorner(6, shapes) = -back.lazyProduct(tangent.pose.leftCols(shapes));
+}
+
+void PoseAtEnd::turn(MatrixXd& hessian) {
+  algebra::set_product(hessian, before_, half_);
+  algebra::set_product(before_.transpose(), half_, hessian);
+}
+
+void PoseAtEnd::turn_rows(MatrixXd& rows) {
+  auto turned = half_.topRows(rows.rows());
+  algebra::set_product(rows, before_, turned);
+  rows = turned;
 }
 
 void turn_at_end(const ShapeTangent& tangent, MatrixXd& hessian) {
@@ -462,8 +532,9 @@ double momentum_left(const System& system, const std::vector<ShapeStep>& steps, 
   double left = 0.0, scale = 0.0;
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const Matrix3d& R = rotation[k][0];
-    const Vector3d linear = R * steps[k].momentum.tail<3>();
-    const Vector3d angular = R * steps[k].momentum.head<3>() + (position[k] - position[0]).cross(linear);
+    const Vector6d more = steps[k].momentum - steps[k].carried;
+    const Vector3d linear = R * more.tail<3>();
+    const Vector3d angular = R * more.head<3>() + (position[k] - position[0]).cross(linear);
     left = std::max({left, system.length_unit() * linear.norm(), angular.norm()});
     scale = std::max(scale, steps[k].largest_momentum);
   }

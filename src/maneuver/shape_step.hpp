@@ -59,7 +59,8 @@ struct ShapeStep {
   mechanics::Interval interval;          // updated, world; of four steps at once, the root's turns and shift alone
   VectorXd minus;                        // [f] E⁻ along the coordinates at its beginning without controls
   VectorXd plus;                         // [f] E⁺ at its end
-  Vector6d momentum = Vector6d::Zero();  // total, about the root's mass centre, seen from the root: round-off
+  Vector6d momentum = Vector6d::Zero();  // total, about the root's mass centre, seen from the root at its beginning
+  Vector6d carried = Vector6d::Zero();   // what it was to be: the rest is round-off
   double largest_momentum = 0.0;         // |E⁻| of any body
   explicit ShapeStep(const model::System& system) : interval(system.body_count()) {}
   /// Keeps of its interval the root's rotations and displacement alone.
@@ -69,16 +70,40 @@ struct ShapeStep {
   explicit ShapeStep(mechanics::Interval kept) : interval(std::move(kept)) {}
 };
 
-/// First derivatives of a step by the shapes (left, right) at its ends, controls at its ends held.
+/// Whether swimmers may carry momentum. Seen from its root one that carries none moves alike wherever the root is; of one that
+/// does the root's pose says what is carried.
+enum class TotalMomentum { zero, any };
+
+/// First derivatives of a step by the shapes (left, right) at its ends and, where momentum is carried, by the root's world turn
+/// and position at its beginning, controls at its ends held: d = 2 f, or 2 f + 6.
 struct ShapeTangent {
-  MatrixXd pose;   // [6][2 f] what the step adds to the root's turn and position, world
-  MatrixXd minus;  // [f][2 f]
-  MatrixXd plus;   // [f][2 f]
+  MatrixXd pose;   // [6][d] what the step adds to the root's turn and position, world
+  MatrixXd minus;  // [f][d]
+  MatrixXd plus;   // [f][d]
 };
 
 /// A step's Hessian by (left shape, right shape, root's world turn at its beginning), [2 f + 3] squared, becomes that by the
 /// turn at its end, which is the one at its beginning and what the step adds.
 void turn_at_end(const ShapeTangent& tangent, MatrixXd& hessian);
+
+/// The same where momentum is carried: derivatives by (left shape, right shape, root's world turn and position), [2 f + 6], of a
+/// step that moves the root by `displacement`, and E⁺ with them.
+class PoseAtEnd {
+ public:
+  /// d = 2 f + 6.
+  explicit PoseAtEnd(Eigen::Index d) : before_(d, d), half_(d, d) {}
+  /// Takes over how the pose at the end follows from that at the beginning.
+  void take(const ShapeTangent& tangent, const Vector3d& displacement);
+  void turn(MatrixXd& hessian);
+  void turn_rows(MatrixXd& rows);
+
+ private:
+  MatrixXd before_;  // [d][d] shapes and the pose at the beginning by shapes and the pose at the end
+  MatrixXd half_;
+};
+
+/// How the root's pose at the end of a step by `displacement` answers to that at its beginning where nothing else changes.
+Matrix6d carried_pose(const Vector3d& displacement);
 
 /// Multipliers of a step's relations: what its curvature is contracted with.
 struct ShapeMultipliers {
@@ -91,11 +116,11 @@ struct ShapeMultipliers {
 /// Evaluates steps; one for each thread.
 class ShapeKernel {
  public:
-  ShapeKernel(const model::System& system, mechanics::DiscreteLagrangian lagrangian, const MatrixXd& coordinates);
+  ShapeKernel(const model::System& system, mechanics::DiscreteLagrangian lagrangian, const MatrixXd& coordinates,
+              TotalMomentum carries = TotalMomentum::zero);
 
   /// Finds the root's motion from the one that the step holds as a guess, from rotations `left` (world) to `next_shape`;
-  /// then E⁻ and E⁺. Returns false where none is found. `total`: momentum that the swimmer carries, as ShapeStep has it;
-  /// derivatives are of steps that carry none.
+  /// then E⁻ and E⁺. Returns false where none is found. `total`: momentum that the swimmer carries, as ShapeStep has it.
   bool solve(double time_step, const mechanics::Rotations& left, const mechanics::Rotations& next_shape,
              ShapeStep& step, const Vector6d& total = Vector6d::Zero());
 
@@ -105,7 +130,8 @@ class ShapeKernel {
 
   /// After `tangent` of the same step: Hessian of minus·E⁻ − plus·E⁺ + turn·(root's world turn) + shift·(its world
   /// position) by (left shape, right shape, world turn ρ of the whole swimmer at the beginning), shapes moving along
-  /// exponentials, momentum zero throughout: [2 f + 3] squared.
+  /// exponentials, momentum zero throughout: [2 f + 3] squared. Where momentum is carried, total momentum held: by the root's
+  /// position at the beginning as well, [2 f + 6] squared.
   void curvature(double time_step, const mechanics::Moments& control, const mechanics::Moments& control_next,
                  const ShapeStep& step, const ShapeMultipliers& multipliers, MatrixXd& hessian);
 
@@ -120,6 +146,9 @@ class ShapeKernel {
   void add_changes_of_coefficients(const ShapeStep& step, const Vector3d& spin);
   void read_second_rates(const ShapeStep& step);
   void assemble_hessian(MatrixXd& hessian);
+  void find_carried(const ShapeStep& step);
+  void add_changes_of_carried(const ShapeStep& step, const Vector6d& pi, const Vector3d& turn, const Vector3d& shift,
+                              MatrixXd& hessian) const;
   void pack(const mechanics::Rows3& rows, int coordinate, Eigen::Ref<VectorXd> column) const;
   void project_rows(const mechanics::FreedomRows& rows, MatrixXd& result);
   void project(const mechanics::Freedoms& freedoms, VectorXd& coordinates);
@@ -132,6 +161,7 @@ class ShapeKernel {
   MatrixXd coordinates_;  // [shape_size][f]
   MomentumNoise noise_;
   int shape_;               // f
+  Eigen::Index by_;         // d: shapes and, where momentum is carried, the root's pose
   int directions_;          // left shape, right shape, root's turn, root's shift
   Eigen::Index left_rows_;  // of the left shape, padded; those of the others follow
   Eigen::Index rows_;       // of all directions
@@ -142,12 +172,13 @@ class ShapeKernel {
   mechanics::StepDirections direction_;
   mechanics::StepJacobian rate_;
   mechanics::StepHessian second_;
-  mechanics::Rows3 angular_, linear_;  // [rows] of the whole swimmer
-  MatrixXd minus_, plus_;              // [directions][f]
-  MatrixXd momentum_;                  // [directions][6]
-  MatrixXd root_;                      // [2 f][6] how the root's motion answers
-  MatrixXd pose_;                      // [2 f][6] the same in the world
-  MatrixXd ends_;                      // [2 f][f]
+  mechanics::Rows3 angular_, linear_;          // [rows] of the whole swimmer
+  MatrixXd minus_, plus_;                      // [directions][f]
+  MatrixXd momentum_;                          // [directions][6]
+  MatrixXd root_;                              // [d][6] how the root's motion answers
+  MatrixXd pose_;                              // [d][6] the same in the world
+  MatrixXd ends_;                              // [d][f]
+  Vector3d angular_carried_, linear_carried_;  // world, about the root at the beginning
   mechanics::StepVariation multiplier_;
   mechanics::StepRate multiplier_rate_;
   mechanics::Rotations next_;         // [bodies] world

@@ -73,7 +73,7 @@ void ShapeProgram::foresee_moments(int k, const StageStep& step) {
       optimizer::add_image(1.0, end_by_state_.topRows(controls_), step.state.back(), by_moments_);
   } else if (by_shapes()) {
     const MatrixXd& moments = moments_of_stage_[at(k)];
-    optimizer::add_image(1.0, moments.leftCols(2 * shape_), step.state[at(k)].head(2 * shape_), by_moments_);
+    optimizer::add_image(1.0, moments.leftCols(felt()), step.state[at(k)].head(felt()), by_moments_);
     optimizer::add_image(1.0, moments.rightCols(shape_), step.input[at(k)], by_moments_);
   } else {
     by_moments_ = step.input[at(leads_ + k)];
@@ -125,7 +125,7 @@ void ShapeProgram::add_limit_bends(double factor, StageModel& model) {
     } else if (by_shapes()) {
       const MatrixXd& moments = moments_of_stage_[at(k)];
       optimizer::add_transposed_image(1.0, moments.rightCols(shape_), by_moments_, model.stage[at(k)].r);
-      if (k > 0) optimizer::add_transposed_image(1.0, moments.leftCols(2 * shape_), by_moments_, q.head(2 * shape_));
+      if (k > 0) optimizer::add_transposed_image(1.0, moments.leftCols(felt()), by_moments_, q.head(felt()));
     } else {
       model.stage[at(leads_ + k)].r += by_moments_;
     }

@@ -1,11 +1,11 @@
 #include <algorithm>
 
-#include "maneuver/coasting.hpp"
 #include "maneuver/goal_rank.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/transcription.hpp"
 #include "optimizer/feasibility.hpp"
 #include "optimizer/ipopt.hpp"
+#include "study/drifting.hpp"
 #include "study/grids.hpp"
 #include "study/outcome_numbers.hpp"
 #include "study/workers.hpp"
@@ -25,9 +25,6 @@ using optimizer::Outcome;
 
 constexpr int rank_steps = 20;   // rank does not depend on the resolution
 constexpr int rank_guesses = 4;  // first guesses until one is a motion
-constexpr double calm_share =
-    0.5;  // of a guess's swings beside a momentum that may do the most, in all but one of so many
-constexpr int calm_guesses = 4;
 constexpr int start_iterations = 400;
 constexpr int quick_iterations = 40;    // of a refinement that goes well
 constexpr int refine_iterations = 200;  // of one that does not
@@ -161,11 +158,7 @@ class IpoptMethod : public Method {
     std::optional<NodePath> moved;
     if (problem_.cost_weights.of_displacement()) moved = moved_by_shapes(coarse_, start);
     NodePath guess = moved ? *moved : this->guess(coarse_, start);
-    const bool drifts = maneuver::has_momentum(system_, problem_.start);
-    if (drifts && !(start == 0 && options_.first)) {
-      const double share = start % calm_guesses < calm_guesses - 1 ? calm_share : 1.0;
-      guess = maneuver::coasting(system_, problem_, guess, share).value_or(std::move(guess));
-    }
+    if (!(start == 0 && options_.first)) guess = carried_by_momentum(system_, problem_, std::move(guess), start);
     Outcome before;
     if (newton_) {  // moments on splines from moments free at each node: found in less time than one iteration here takes
       const Found free = newton_->solve_starts(start, 1).front();

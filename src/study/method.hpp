@@ -46,8 +46,8 @@ inline constexpr int coarse_steps = 100;
 std::uint64_t seed_of_start(const maneuver::Problem& problem, int start);
 std::uint64_t seed_of_hop(const maneuver::Problem& problem, int hop);
 
-/// Whether the Newton method can take the problem: moments free at each node, no total momentum; above order 2 neither limits,
-/// waypoints, a periodic goal, a free duration nor costs beside effort and time.
+/// Whether the Newton method can take the problem: moments free at each node; with total momentum neither a free duration nor a
+/// periodic goal; above order 2 neither momentum, limits, waypoints, a periodic goal, a free duration nor costs beside effort and time.
 bool newton_takes(const model::System& system, const maneuver::Problem& problem);
 
 std::unique_ptr<Method> newton_method(const model::System& system, const maneuver::Problem& problem,

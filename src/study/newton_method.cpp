@@ -4,6 +4,7 @@
 #include "integrator/scheme.hpp"
 #include "maneuver/guess.hpp"
 #include "maneuver/passive_joints.hpp"
+#include "study/drifting.hpp"
 #include "study/grids.hpp"
 #include "study/parts.hpp"
 #include "study/slower_joints.hpp"
@@ -40,7 +41,7 @@ class NewtonMethod : public Method {
   bool has_strokes() const override {
     const bool single = grids_.reached().coordinates.shape.cols() == 1;  // which wins nothing by strokes
     const Problem& problem = grids_.problem();
-    return !single && problem.goal;
+    return !single && problem.goal && !drifts();
   }
 
   std::vector<Found> solve_strokes() override {
@@ -140,7 +141,7 @@ class NewtonMethod : public Method {
   bool begins_with_turns(int start) const {
     const Problem& problem = grids_.problem();
     return start > 0 && start >= problem.search.starts - problem.search.whole_turns && problem.goal &&
-           !problem.goal->periodic && !grids_.passive();
+           !problem.goal->periodic && !grids_.passive() && !drifts();
   }
 
   Found solve_start(int start) const {
@@ -293,11 +294,15 @@ class NewtonMethod : public Method {
     return found;
   }
 
+  // Strokes from rest and shapes that nothing carries lead nowhere where the whole goes by itself.
+  bool drifts() const { return maneuver::has_momentum(grids_.system(), grids_.problem().start); }
+
   bool begins_as_asked(int start) const { return start == 0 && grids_.options().first.has_value(); }
 
   NodePath first_guess(const Grid& grid, int start) const {
     if (begins_as_asked(start)) return maneuver::refined(grids_.system(), first().path, grid.maneuver.steps);
     NodePath guess = maneuver::random_guess(grids_.system(), grid.maneuver, seed_of_start(grids_.problem(), start));
+    if (drifts()) return carried_by_momentum(grids_.system(), grids_.problem(), std::move(guess), start);
     if (grids_.passive() && !grids_.problem().goal->periodic)
       guess = maneuver::with_passive_joints(grids_.system(), grid.maneuver, grids_.reached().coordinates, guess)
                   .value_or(guess);
@@ -313,8 +318,10 @@ bool newton_takes(const System& system, const Problem& problem) {
   if (problem.control != maneuver::ControlKind::steps) return false;
   const bool more = problem.limits.any() || problem.cost_weights.any() || problem.duration.free ||
                     !problem.waypoints.empty() || (problem.goal && problem.goal->periodic);
-  if (!integrator::single_step(problem.scheme) && more) return false;
-  return !maneuver::has_momentum(system, problem.start);
+  const bool single = integrator::single_step(problem.scheme);
+  if (!single && more) return false;
+  const bool timeless = problem.duration.free || (problem.goal && problem.goal->periodic);
+  return (single && !timeless) || !maneuver::has_momentum(system, problem.start);
 }
 
 std::unique_ptr<Method> newton_method(const System& system, const Problem& problem, const SolveOptions& options,

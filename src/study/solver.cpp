@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "algebra/row_space.hpp"
 #include "maneuver/ends_within_limits.hpp"
 #include "maneuver/feedback.hpp"
 #include "maneuver/guess.hpp"
@@ -37,6 +38,7 @@ constexpr double same_answer = 1e-6;         // relative difference of cost
 constexpr double least_of_most = 1e-3;       // least duration over the most, where the least asked for has passed
 constexpr double most_beyond = 0.1;          // rad, of a joint seen beyond its limit
 constexpr double most_inside = 0.01;         // swimmer's sizes, of a body seen beyond a limit of place or clearance
+constexpr double in_plane = 1e-4;            // share of momentum beside a plane: its square is what derivatives lack
 constexpr double nothing_left = 1e-6;        // of the time
 constexpr double least_stirred = 1e-6;       // of the way that the shapes led before
 constexpr int most_polishing = 5;            // iterations at an answer
@@ -49,7 +51,7 @@ const Problem& taken(const System& system, const Problem& problem) {
   const std::string found = !problem.goal                                      ? "no goal"
                             : problem.control == maneuver::ControlKind::spline ? "spline moments (control.kind)"
                             : !single ? "a scheme above order 2 (integrator.scheme)"
-                                      : "total momentum at the start";
+                                      : "total momentum at the start beside a free duration or a periodic goal";
   throw InputError("problem", "found " + found + ", which a Solver does not take; use solve");
 }
 
@@ -196,8 +198,7 @@ void Solver::set_goal(const Goal& goal) {
 void Solver::set_start(const integrator::State& start) {
   if (maneuver_.periodic)
     throw InputError("start", "found a periodic goal, whose motion begins where it closes; make a new Solver");
-  if (maneuver::has_momentum(system_, start))
-    throw InputError("start", "found total momentum, which joint moments cannot change; give a start without");
+  require_takeable_momentum(start);
   mechanics::Rotations fitting = start.rotation;
   maneuver::fit_to_joints(system_, fitting);
   for (std::size_t i = 0; i < fitting.size(); ++i)
@@ -206,6 +207,7 @@ void Solver::set_start(const integrator::State& start) {
                        "found a rotation beside what its joint allows; make the state by start_without_momentum");
   Maneuver moved = maneuver_;
   moved.start = kept_within_limits(start);
+  moved.total = total_of(moved.start);
   const auto broken = maneuver::broken_by_start(system_, moved, program_.limit_rows());
   if (broken && broken->row->of_gap() && broken->excess > most_inside * system_.size())
     refuse_end(system_, "start", *broken, "no motion leads out of there in a step");
@@ -213,6 +215,35 @@ void Solver::set_start(const integrator::State& start) {
   Beginning& beginning = moved_beginning();
   beginning.path = maneuver::led_to_start(system_, beginning.path, moved.start.rotation);
   maneuver_ = moved;
+}
+
+// With its plane: momentum that leaves it would carry the swimmer along with coordinates that the search does not have.
+void Solver::require_takeable_momentum(const integrator::State& start) const {
+  if (!maneuver::has_momentum(system_, start)) return;
+  if (!program_.carries_momentum())
+    throw InputError(
+        "start",
+        "found total momentum, which joint moments cannot change, and the problem's own start has none; make "
+        "the state by start_without_momentum, or a Solver of a problem that starts with momentum");
+  const auto total = mechanics::spatial_momentum(system_, start.rotation, Eigen::Vector3d::Zero(), start.momentum);
+  const double length = system_.length_unit();
+  Eigen::VectorXd carried(6);
+  carried << total.angular, length * total.linear;
+  Eigen::MatrixXd moved = program_.pose_basis();
+  moved.bottomRows<3>() /= length;
+  if (moved.cols() == 6 ||
+      algebra::beyond_rows(carried, moved.transpose(), in_plane).norm() <= in_plane * carried.norm())
+    return;
+  throw InputError("start",
+                   "found total momentum out of the plane or line in which the problem's own motion stays; take that "
+                   "part out of the velocities, or make a "
+                   "new Solver of a problem that starts so");
+}
+
+// Which joint moments keep; none, to the last digit, where the program has none.
+mechanics::SpatialMomentum Solver::total_of(const integrator::State& state) const {
+  if (!program_.carries_momentum()) return {};
+  return mechanics::spatial_momentum(system_, state.rotation, state.position, state.momentum);
 }
 
 // Joints that are seen a little beyond their limits begin at these, still.
@@ -229,7 +260,7 @@ integrator::State Solver::kept_within_limits(const integrator::State& seen) cons
                          " rad, as measurements have it; mend this rotation or its parent's");
   const mechanics::Rotations& inside = last_.path.rotation[node_before(passed_)];
   return maneuver::state_of(system_, seen.rotation[0], seen.position,
-                            maneuver::held_within_limits(system_, rows, shape, inside));
+                            maneuver::held_within_limits(system_, rows, shape, inside), total_of(seen));
 }
 
 // The node of the last answer at a time, s, or the last one before it.
@@ -290,6 +321,7 @@ void Solver::advance(double elapsed) {
   const double passed = passed_ + elapsed;
   Maneuver moved = maneuver_;
   moved.start = start_at(passed);
+  moved.total = total_of(moved.start);
   moved.cost_weights = maneuver::weights_along(moved, problem_.cost_weights);
   led_ = rest_of_answer(passed, moved.start.rotation);
   passed_ = passed;
@@ -313,7 +345,8 @@ integrator::State Solver::start_at(double time) const {
     shape = maneuver::shape_between(system_, last_.path.rotation[node], last_.path.rotation[node + 1], step,
                                     time / step - static_cast<double>(node));
   }
-  return kept_within_limits(maneuver::state_of(system_, seen.rotation[0], seen.position, shape));
+  return kept_within_limits(
+      maneuver::state_of(system_, seen.rotation[0], seen.position, shape, total_of(answered_.start)));
 }
 
 void Solver::require_left(double elapsed) const {

@@ -24,9 +24,10 @@ class Solver {
   /// for what the first goal did not: rows stay what they were, only their values move.
   void set_goal(const maneuver::Goal& goal);
 
-  /// Another start without total momentum; the goal stays where it is in the world. The motion's shapes follow it, less and
+  /// Another start; the goal stays where it is in the world. The motion's shapes follow it, less and
   /// less towards the end. Joints seen beyond a limit of angle, swing or twist begin at it, still. Throws model::InputError where
-  /// one is by more than 0.1 rad, where bodies are beyond a clearance or a keep-out by more than a hundredth of the swimmer's size, where there is momentum and for periodic goals.
+  /// one is by more than 0.1 rad, where bodies are beyond a clearance or a keep-out by more than a hundredth of the swimmer's size, for periodic goals, and where there is
+  /// total momentum but the problem's own start has none, or none that leaves the plane in which moments keep the swimmer.
   void set_start(const integrator::State& start);
 
   /// Another duration in as many steps, s: the time that is left. Moments stretch with it. Throws model::InputError where it is free
@@ -86,6 +87,8 @@ class Solver {
          const Reached& reached);
   Beginning& moved_beginning();
   integrator::State kept_within_limits(const integrator::State& seen) const;
+  void require_takeable_momentum(const integrator::State& start) const;
+  mechanics::SpatialMomentum total_of(const integrator::State& state) const;
   std::size_t node_before(double time) const;
   integrator::State start_at(double time) const;
   void require_left(double elapsed) const;

@@ -423,21 +423,23 @@ TEST(UnsupportedProblem, each_feature_is_refused_at_its_place_until_none_is_left
   EXPECT_NO_THROW(file::require_supported(parse_problem(text, path), file::Purpose::solve));
 }
 
-TEST(UnsupportedProblem, coupled_inertia_is_refused_where_momentum_at_the_start_leaves_the_solving_to_ipopt) {
+TEST(UnsupportedProblem, coupled_inertia_is_refused_where_ipopt_is_to_solve_alone) {
   std::string text = tests::bytes_of(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml");
   const auto insert = [&](const std::string& behind, const std::string& what) {
     text.insert(text.find('\n', text.find(behind)), "\n" + what);
   };
   insert("name = \"middle\"", "coupling_matrix = [[0.0, 0.1, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]");
   EXPECT_NO_THROW(file::require_supported(parse_problem(text, "coupled.toml"), file::Purpose::solve));
-  insert("[start]", "linear_velocity = [0.5, 0.0, 0.0]");
   try {
-    file::require_supported(parse_problem(text, "coupled.toml"), file::Purpose::solve);
+    file::require_supported(parse_problem(text, "coupled.toml"), file::Purpose::solve_with_ipopt);
     FAIL();
   } catch (const InputError& error) {
     EXPECT_EQ(error.key, "body[0].coupling_matrix") << error.what();
-    EXPECT_NE(error.message.find("begin without momentum"), std::string::npos) << error.what();
+    EXPECT_NE(error.message.find("without --solver ipopt"), std::string::npos) << error.what();
   }
+  insert("[start]", "linear_velocity = [0.5, 0.0, 0.0]");
+  text.replace(text.find("rest = true"), 11, "rest = false");
+  EXPECT_NO_THROW(file::require_supported(parse_problem(text, "coupled.toml"), file::Purpose::solve));
 }
 
 TEST(UnsupportedProblem, an_error_that_knows_only_a_key_gets_the_place_of_the_nearest_enclosing_key) {

@@ -24,7 +24,7 @@ TEST(SeenShape, is_that_of_the_state_it_makes) {
     const ReferenceState at_node = node_state(plan.system, plan.solution, 2);
     const maneuver::SeenShape shape = maneuver::shape_of(
         plan.system, integrator::state_of_velocity(plan.system, at_node.rotation, at_node.position, at_node.velocity));
-    const integrator::State made = maneuver::state_of(plan.system, at_node.rotation[0], at_node.position, shape);
+    const integrator::State made = maneuver::state_of(plan.system, at_node.rotation[0], at_node.position, shape, {});
     EXPECT_FALSE(maneuver::has_momentum(plan.system, made));
     const maneuver::SeenShape again = maneuver::shape_of(plan.system, made);
     for (std::size_t j = 0; j < shape.rate.size(); ++j) {

@@ -27,7 +27,7 @@ struct ShapeSetting {
   std::string name;
   Swimmer swimmer;
   mechanics::DiscreteLagrangian lagrangian;
-  bool rest;
+  bool rest = false;
   bool limited = false;
   bool free_duration = false;
   bool periodic = false;
@@ -37,6 +37,7 @@ struct ShapeSetting {
   bool turning = false;      // work's terms past where powers have any slope
   bool angle_rates = false;  // limits of angles' rates, too
   bool of_joints = false;    // the goal tells how joints end, and no attitude
+  bool drifts = false;       // the start carries momentum
 };
 
 const maneuver::CostWeights of_power{.power = 3.0};
@@ -49,6 +50,12 @@ const maneuver::CostWeights of_displacement{.displacement = Vector3d(300.0, -200
 const maneuver::CostWeights of_worthy_displacement{.displacement = Vector3d(1e7, 0.0, 0.0)};
 const maneuver::CostWeights of_worthy_displacement_back{.displacement = Vector3d(-1e7, 0.0, 0.0)};
 const maneuver::CostWeights of_displacement_too{20.0, 2.0, 0.02, 5.0, 20.0, Vector3d(100.0, 200.0, -300.0)};
+
+const maneuver::CostWeights of_all_but_smoothness{.work = 20.0,
+                                                  .power = 2.0,
+                                                  .angular_velocity = 20.0,
+                                                  .transport = 5.0,
+                                                  .displacement = Vector3d(100.0, 200.0, -300.0)};
 
 // Every limit and two waypoints, about where random motions are.
 maneuver::Problem limited_problem(const model::SwimmerDescription& swimmer, const ShapeSetting& setting) {
@@ -105,6 +112,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
         planar ? mechanics::Rotations(3, Matrix3d::Identity()) : random_rotations(random_, system_);
     maneuver_.start.position = random_.vector();
     maneuver_.start.momentum = VectorXd::Zero(system_.velocity_count());
+    if (GetParam().drifts) carry_momentum();
     maneuver_.end_rotation.assign(maneuver_.start.rotation.size(), std::nullopt);
     maneuver_.rest = GetParam().rest;
     maneuver_.lagrangian = GetParam().lagrangian;
@@ -192,12 +200,27 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     if (GetParam().swimmer == Swimmer::idle_joints && GetParam().limited) size = 0.002;
     const bool of_the_chain = GetParam().swimmer == Swimmer::paper_chain && GetParam().limited;
     if (of_the_chain && (GetParam().free_duration || GetParam().periodic)) size = 0.002;
+    if (GetParam().drifts && GetParam().lagrangian == mechanics::DiscreteLagrangian::paper) size *= 0.3;
     if (model_->stage.back().placed > 0) size = GetParam().limited ? 0.0005 : 0.003;  // rad, not N m
     for (std::size_t n = 0; n < model_->stage.size(); ++n) {
       for (Eigen::Index c = 0; c < sizes.inputs; ++c)
         if (!model_->stage[n].B.col(c).isZero(0.0)) step_->input[n][c] = size * random_.normal();
       step_->state[n + 1] = model_->stage[n].A * step_->state[n] + model_->stage[n].B * step_->input[n];
     }
+  }
+
+  // About as much as what turns by 0.1 rad a step; in the plane that of the plane.
+  void carry_momentum() {
+    Random random(GetParam().seed + 1000);
+    VectorXd velocity = VectorXd::NullaryExpr(system_.velocity_count(), [&] { return 0.3 * random.normal(); });
+    if (GetParam().swimmer == Swimmer::in_the_plane) {
+      const Eigen::Index bodies = velocity.size() / 3 - 1;
+      for (Eigen::Index i = 0; i < bodies; ++i) velocity.segment<2>(3 * i).setZero();
+      velocity[3 * bodies + 2] = 0.0;
+    }
+    maneuver_.start =
+        integrator::state_of_velocity(system_, maneuver_.start.rotation, maneuver_.start.position, velocity);
+    ASSERT_TRUE(maneuver::has_momentum(system_, maneuver_.start));
   }
 
   // Lagrangian and end rows at t along the direction.
@@ -304,7 +327,7 @@ TEST_P(ShapeDerivatives, what_a_shift_adds_is_nowhere_negative) {
 TEST_P(ShapeDerivatives, first_derivatives_alone_are_those_of_the_model) {
   const ShapeSetting& setting = GetParam();
   const bool plain = !setting.limited && !setting.free_duration && !setting.periodic && !setting.costs.any() &&
-                     setting.swimmer != Swimmer::idle_joints;
+                     setting.swimmer != Swimmer::idle_joints && !setting.drifts;
   optimizer::StageSlopes slopes(program_->sizes());
   ASSERT_EQ(program_->differentiate(slopes), plain);
   if (!plain) return;
@@ -550,7 +573,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& instance) { return instance.param.name; });
 
 // Trees of other shapes, joints, springs and dampers.
-std::vector<ShapeSetting> other_trees(bool free_duration, unsigned last) {
+std::vector<ShapeSetting> other_trees(bool free_duration, unsigned last, bool drifts = false) {
   std::vector<ShapeSetting> settings;
   for (unsigned seed = 1; seed <= last; ++seed) {
     Random random(seed);
@@ -560,11 +583,86 @@ std::vector<ShapeSetting> other_trees(bool free_duration, unsigned last) {
     if (seed % 3 == 0) setting.lagrangian = mechanics::DiscreteLagrangian::paper;
     setting.of_leaves = seed % 5 == 0;
     setting.free_duration = free_duration;
+    setting.drifts = drifts;
+    setting.rest = setting.rest && !drifts;
     setting.seed = seed;
     settings.push_back(setting);
   }
   return settings;
 }
+
+INSTANTIATE_TEST_SUITE_P(Drifting, ShapeDerivatives,
+                         ::testing::Values(ShapeSetting{.name = "paper_chain",
+                                                        .swimmer = Swimmer::paper_chain,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "paper_chain_by_the_papers_scheme",
+                                                        .swimmer = Swimmer::paper_chain,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::paper,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "any_joint_by_the_midpoint",
+                                                        .swimmer = Swimmer::any_joint,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::midpoint,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "in_the_plane",
+                                                        .swimmer = Swimmer::in_the_plane,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "paper_chain_within_limits",
+                                                        .swimmer = Swimmer::paper_chain,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                                                        .limited = true,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "any_joint_within_limits",
+                                                        .swimmer = Swimmer::any_joint,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::midpoint,
+                                                        .limited = true,
+                                                        .seed = 26,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "all_costs_of_any_joint",
+                                                        .swimmer = Swimmer::any_joint,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                                                        .costs = of_all_but_smoothness,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "power_of_any_joint",
+                                                        .swimmer = Swimmer::any_joint,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                                                        .costs = of_power,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "work_of_any_joint",
+                                                        .swimmer = Swimmer::any_joint,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                                                        .costs = of_work,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "transport_of_any_joint",
+                                                        .swimmer = Swimmer::any_joint,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                                                        .costs = of_transport,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "angular_velocity_of_any_joint",
+                                                        .swimmer = Swimmer::any_joint,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                                                        .costs = of_angular_velocity,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "displacement_of_any_joint",
+                                                        .swimmer = Swimmer::any_joint,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                                                        .costs = of_displacement,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "idle_joints",
+                                                        .swimmer = Swimmer::idle_joints,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                                                        .drifts = true},
+                                           ShapeSetting{.name = "ends_of_any_joint",
+                                                        .swimmer = Swimmer::any_joint,
+                                                        .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                                                        .seed = 24,
+                                                        .of_joints = true,
+                                                        .drifts = true}),
+                         [](const auto& instance) { return instance.param.name; });
+
+INSTANTIATE_TEST_SUITE_P(DriftingTrees, ShapeDerivatives, ::testing::ValuesIn(other_trees(false, 40, true)),
+                         [](const auto& instance) { return instance.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(Trees, ShapeDerivatives, ::testing::ValuesIn(other_trees(false, 40)),
                          [](const auto& instance) { return instance.param.name; });
