@@ -2,7 +2,7 @@
 
 A tenth of the time after the other the swimmer moves by the plan that it has, is measured, and plans anew from there. It has other
 masses than its plans; how far it misses is printed for one plan from beginning to end, for one plan with its gains, and for plans
-made anew. Run: python3 examples/receding_horizon.py [rotation.toml]
+made anew. Run: python3 examples/receding_horizon.py [rotation.toml | drifting.toml]
 """
 import copy
 import pathlib
@@ -58,6 +58,7 @@ def main(path):
     solution = lp.solve(problem)
     settings, goal = swimmer_of(problem), solution.rotation[-1]
     duration = solution.time[-1]
+    drifts = "linear_velocity" in problem.settings["start"]  # else momentum is none, and what is seen of it an error
     print(f"planned: cost {solution.cost:.6g}, {solution.message}")
 
     for name, way in (("one plan", {"controls": solution}), ("one plan and its gains", {"feedback": solution})):
@@ -72,7 +73,8 @@ def main(path):
         if part + 1 == PARTS:
             break
         solver.advance(duration / PARTS)
-        solver.set_start(seen.rotation[-1], seen.position[-1], seen.velocity["angular"][-1])
+        drift = {"linear_velocity": seen.rotation[-1, 0] @ seen.velocity["linear"][-1]} if drifts else {}
+        solver.set_start(seen.rotation[-1], seen.position[-1], seen.velocity["angular"][-1], **drift)
         outcome = solver.solve()
         if not solver.answered:  # it goes on by the rest of the plan that it has
             print(f"  {(part + 1) * duration / PARTS:.1f} s: {outcome.status}, {outcome.reason}")

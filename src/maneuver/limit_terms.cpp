@@ -35,7 +35,9 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
       pose_basis_(coordinates.pose),
       steps_(steps),
       duration_(duration),
-      turns_(system, coordinates.shape) {
+      turns_(system, coordinates.shape),
+      by_body_(rows_.empty() ? 0 : body_coordinates(system)),
+      by_moment_(rows_.empty() ? 0 : system.control_count()) {
   for (const LimitRow& row : rows_) {
     before_ = before_ || row.of_rate();
     of_moments_ = of_moments_ || row.of_moments();
@@ -145,17 +147,18 @@ void LimitTerms::add_by_moments(int node, const LimitedNode& node_at, const Eige
     if (!rows_[r].of_moments() || !applies(rows_[r], node)) continue;
     const Hold held = hold_in_model(r, node, value[static_cast<Eigen::Index>(r)]);
     if (held.pull == 0.0) continue;
-    torque_derivatives(system_, rows_[r], node_at.moment, slope_, bend_);
-    moment_slopes_[at(node)].row(static_cast<Eigen::Index>(r)) = slope_.transpose();
-    add_row(node_time(rows_[r], node), held, gradient, hessian);
+    torque_derivatives(system_, rows_[r], node_at.moment, by_moment_.slope, by_moment_.bend);
+    moment_slopes_[at(node)].row(static_cast<Eigen::Index>(r)) = by_moment_.slope.transpose();
+    add_row(node_time(rows_[r], node), held, by_moment_, gradient, hessian);
   }
 }
 
-// What a row's derivatives in slope_ and bend_ make of it.
-void LimitTerms::add_row(double time, const Hold& held, VectorXd& gradient, MatrixXd& hessian) const {
-  algebra::add_multiple(-time * held.pull, slope_, gradient);
-  algebra::add_multiple(-time * held.pull, bend_, hessian);
-  algebra::add_product(time * held.stiffness, slope_, slope_.transpose(), hessian);
+// What a row's derivatives make of it.
+void LimitTerms::add_row(double time, const Hold& held, const RowDerivatives& row, VectorXd& gradient,
+                         MatrixXd& hessian) {
+  algebra::add_multiple(-time * held.pull, row.slope, gradient);
+  algebra::add_multiple(-time * held.pull, row.bend, hessian);
+  algebra::add_product(time * held.stiffness, row.slope, row.slope.transpose(), hessian);
 }
 
 void LimitTerms::model(int node, const LimitedNode& node_at, const Eigen::Ref<const VectorXd>& value,
@@ -202,10 +205,10 @@ void LimitTerms::add_rows(int node, const LimitedNode& node_at, const Eigen::Ref
       slope.segment(f, f) = angle_.transpose();
       continue;
     }
-    limit_derivatives(system_, row, node_at, slope_, bend_);
-    add_row(time, held, by_bodies_, bend_bodies_);
+    limit_derivatives(system_, row, node_at, by_body_.slope, by_body_.bend);
+    add_row(time, held, by_body_, by_bodies_, bend_bodies_);
     along_.setZero();
-    optimizer::add_image(1.0, transposed_, slope_, along_);
+    optimizer::add_image(1.0, transposed_, by_body_.slope, along_);
     slope = along_.transpose();
   }
 }

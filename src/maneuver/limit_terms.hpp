@@ -119,6 +119,12 @@ class LimitTerms {
   struct Hold {
     double pull, by_slack, stiffness, cost;
   };
+  // A row's own derivatives, [body_coordinates] or, of moments, [controls]: each has its own, whose size stays.
+  struct RowDerivatives {
+    VectorXd slope;
+    MatrixXd bend;  // squared
+    explicit RowDerivatives(Eigen::Index size) : slope(size), bend(size, size) {}
+  };
   Hold hold(std::size_t row, int node, double value) const;
   Hold hold_in_model(std::size_t row, int node, double value);
   double share_within(const MatrixXd& value, double broken) const;
@@ -129,7 +135,7 @@ class LimitTerms {
   void come_nearer(double broken, double cost);
   void begin_near(const MatrixXd& value, double least_level, double least_barrier);
   bool tied(std::size_t row, int node) const;
-  void add_row(double time, const Hold& held, VectorXd& gradient, MatrixXd& hessian) const;
+  static void add_row(double time, const Hold& held, const RowDerivatives& row, VectorXd& gradient, MatrixXd& hessian);
   void add_rows(int node, const LimitedNode& at, const Eigen::Ref<const VectorXd>& value, LimitModel& model);
   void map_bodies(const LimitedNode& at);
   void add_curvatures(const LimitedNode& at, LimitModel& model);
@@ -162,8 +168,9 @@ class LimitTerms {
   double fallen_ = 1.0;                                       // share of the barrier that its last fall has left
   ShapeTurns turns_;
   // workspace
-  VectorXd by_bodies_, slope_;   // [body_coordinates] gradient of all rows and of one, [controls] for moments
-  MatrixXd bend_bodies_, bend_;  // likewise squared
+  RowDerivatives by_body_, by_moment_;
+  VectorXd by_bodies_;    // [body_coordinates] gradient of all rows
+  MatrixXd bend_bodies_;  // likewise squared
   MatrixXd map_,
       transposed_;  // [body_coordinates][2 f + p + 1] by (shape before, shape, pose, logarithm), its transpose
   MatrixXd bent_;   // [body_coordinates][2 f + p + 1]

@@ -21,9 +21,10 @@ constexpr double no_rate = 1e-12;    // of what bodies turn at, that joints turn
 constexpr double most_misfit = 0.1;  // rad, of a measured rotation beside its joint
 
 // Whether a single joint angle is all that moves and nothing keeps it from turning right round, where the goal asks for a
-// displacement that ends in the first shape: to and fro it gets nowhere.
+// displacement that ends in the first shape: to and fro it gets nowhere, but where its momentum takes it.
 bool needs_whole_turns(const System& system, const Problem& problem, const Maneuver& maneuver) {
   if (system.control_count() != 1 || !ends_in_first_shape(system, maneuver)) return false;
+  if (has_momentum(system, maneuver.start)) return false;
   if (!asks_to_move(system, maneuver) && !maneuver.cost_weights.of_displacement()) return false;
   return std::all_of(system.joints().begin(), system.joints().end(), [&](const model::Joint& joint) {
     return joint.kind == model::JointKind::fixed || turns_round(joint, problem.limits);

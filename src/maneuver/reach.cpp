@@ -29,7 +29,8 @@ constexpr const char* goes_back_in_words =
 
 // Whether it does.
 bool goes_back(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates) {
-  return coordinates.shape.cols() == 1 && !maneuver.whole_turns && ends_in_first_shape(system, maneuver);
+  return coordinates.shape.cols() == 1 && !maneuver.whole_turns && ends_in_first_shape(system, maneuver) &&
+         !has_momentum(system, maneuver.start);
 }
 
 // What can be reached does not depend on what it costs, and costs beside effort have states of their own.
@@ -233,6 +234,7 @@ void refuse_price_of_no_displacement(const System& system, const Maneuver& maneu
 
 std::string out_of_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                          const NodePath& path) {
+  if (has_momentum(system, maneuver.start)) return "";
   if (goes_back(system, maneuver, coordinates) && asks_to_move(system, maneuver))
     return std::string(goes_back_in_words) + "; a second joint or axis would change that";
   const MatrixXd turns = algebra::span_of_rows(coordinates.pose.topRows<3>().transpose(), reach_threshold);

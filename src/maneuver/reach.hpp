@@ -20,7 +20,8 @@ std::optional<std::vector<EndRow>> independent_end_rows(const model::System& sys
                                                         const ShapeCoordinates& coordinates, const NodePath& path);
 
 /// Why no motion meets the goal, in words: it lies outside the plane or the line in which moments keep such a motion, or asks a
-/// single coordinate, which can only go back the way it came where it cannot turn right round, for a displacement that ends in the first shape. Empty where neither shows.
+/// single coordinate, which can only go back the way it came where it cannot turn right round, for a displacement that ends in the first shape. Empty where neither shows, and
+/// where the swimmer carries momentum, which takes it anywhere.
 std::string out_of_reach(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                          const NodePath& path);
 

@@ -138,7 +138,8 @@ void ShapeProgram::model_motion(int k, MatrixXd& A, MatrixXd& B) {
 
 // What the momentum that node k's steps carry adds to its balance as the root's pose changes there.
 void ShapeProgram::find_impulses_by_pose(int k, Eigen::Ref<MatrixXd> impulses) {
-  pose_moments_ = -after_.minus.rightCols<6>();
+  pose_moments_ = after_.minus.rightCols<6>();
+  pose_moments_ *= -1.0;
   if (k > 0) pose_moments_ += before_.plus.rightCols<6>();
   impulses = pose_moments_.lazyProduct(pose_basis_);
 }

@@ -485,7 +485,9 @@ void PoseAtEnd::take(const ShapeTangent& tangent, const Vector3d& displacement) 
   const Matrix6d back = (carried_pose(displacement) + tangent.pose.rightCols<6>()).inverse();
   before_.setIdentity();
   before_.bottomRightCorner<6, 6>() = back;
-  before_.bottomLeftCorner(6, shapes) = -back.lazyProduct(tangent.pose.leftCols(shapes));
+  auto by_shapes = before_.bottomLeftCorner(6, shapes);
+  by_shapes = back.lazyProduct(tangent.pose.leftCols(shapes));
+  by_shapes *= -1.0;
 }
 
 void PoseAtEnd::turn(MatrixXd& hessian) {

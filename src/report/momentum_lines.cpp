@@ -100,7 +100,8 @@ std::vector<std::string> momentum_lines(const file::Results& results) {
   if (goal.move[0] && *goal.move[0] != 0.0)
     lines.push_back(
         linear_line(mean_along_e1(solution.linear_momentum.bodies), *goal.move[0], ends_turned_as_it_began(solution)));
-  if (goal.turn && (*goal.turn)[0] != 0.0)
+  const double carried = largest(solution.angular_momentum.total);  // which turns a swimmer either way
+  if (goal.turn && (*goal.turn)[0] != 0.0 && carried < 1e-9 * largest(solution.angular_momentum.bodies))
     lines.push_back(angular_line(mean_along_e1(solution.angular_momentum.bodies), (*goal.turn)[0]));
   return lines;
 }

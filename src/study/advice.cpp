@@ -203,6 +203,7 @@ std::string untried_turns(const model::System& system, const Problem& problem) {
   if (search.starts < enough_starts || search.whole_turns > 0 || !newton_takes(system, problem)) return "";
   if (!problem.goal || problem.goal->periodic || !moved_by_all || system.control_count() < 2) return "";
   if (maneuver::joints_that_turn_round(system, problem).empty()) return "";
+  if (maneuver::has_momentum(system, problem.start)) return "";  // no first guess of such a start does
   return " No first guess had joints turn all the way round, which can be cheaper ([search] whole_turns = " +
          std::to_string(search.starts / proposed_share) + " lets as many of them do so).";
 }

@@ -200,8 +200,8 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     if (GetParam().swimmer == Swimmer::idle_joints && GetParam().limited) size = 0.002;
     const bool of_the_chain = GetParam().swimmer == Swimmer::paper_chain && GetParam().limited;
     if (of_the_chain && (GetParam().free_duration || GetParam().periodic)) size = 0.002;
-    if (GetParam().drifts && GetParam().lagrangian == mechanics::DiscreteLagrangian::paper) size *= 0.3;
     if (model_->stage.back().placed > 0) size = GetParam().limited ? 0.0005 : 0.003;  // rad, not N m
+    if (GetParam().drifts && !GetParam().limited && model_->stage.back().placed > 0) size = 0.002;
     for (std::size_t n = 0; n < model_->stage.size(); ++n) {
       for (Eigen::Index c = 0; c < sizes.inputs; ++c)
         if (!model_->stage[n].B.col(c).isZero(0.0)) step_->input[n][c] = size * random_.normal();
@@ -612,6 +612,7 @@ INSTANTIATE_TEST_SUITE_P(Drifting, ShapeDerivatives,
                                                         .swimmer = Swimmer::paper_chain,
                                                         .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
                                                         .limited = true,
+                                                        .seed = 24,
                                                         .drifts = true},
                                            ShapeSetting{.name = "any_joint_within_limits",
                                                         .swimmer = Swimmer::any_joint,

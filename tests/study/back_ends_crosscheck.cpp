@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(Examples, BackEnds,
                                          "as_printed/rotation", "sideways", "yaw", "around_an_obstacle",
                                          "translation_with_clearance", "rotation_with_clearance", "free_time", "gait",
                                          "gait_within_limits", "furthest_gait", "least_work", "falling_cat_flip",
-                                         "eel_gait", "compliant_tail"),
+                                         "eel_gait", "compliant_tail", "drifting"),
                          named_by_value);
 INSTANTIATE_TEST_SUITE_P(Examples, BackEndsFromFirstGuesses,
                          testing::Values("translation", "translation_in_space", "rotation", "as_printed/translation",

@@ -8,8 +8,7 @@ namespace lamprey::tests {
 namespace {
 
 study::Answer answer_to(const char* name, int starts) {
-  maneuver::Problem problem =
-      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/" + name + ".toml");
+  maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/" + name + ".toml");
   problem.search.starts = starts;
   study::SolveOptions options;
   options.refinement = false;

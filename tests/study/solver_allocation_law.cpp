@@ -27,6 +27,8 @@ TEST_P(SolverAllocation, none_happens_once_a_solver_is_made) {
     for (auto& coordinate : goal.move)
       if (coordinate) *coordinate *= share;
     if (goal.turn) *goal.turn *= 2.0 - share;
+    for (auto& [body, rotation] : goal.rotation)
+      if (rotation) *rotation += Eigen::Vector3d(0.0, 0.0, share - 1.0);
     solver.set_goal(goal);
     const long before = allocations;
     const optimizer::Outcome& outcome = solver.solve();
@@ -40,7 +42,7 @@ TEST_P(SolverAllocation, none_happens_once_a_solver_is_made) {
 INSTANTIATE_TEST_SUITE_P(Examples, SolverAllocation,
                          testing::Values("translation", "translation_in_space", "rotation", "falling_cat_flip",
                                          "sideways", "around_an_obstacle", "rotation_with_clearance", "free_time",
-                                         "gait", "gait_within_limits", "least_work", "eel_gait"),
+                                         "gait", "gait_within_limits", "least_work", "eel_gait", "drifting"),
                          named_by_value);
 
 }  // namespace

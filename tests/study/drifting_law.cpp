@@ -1,0 +1,203 @@
+// Starts with momentum by the program's own solver: its answers are Ipopt's, momentum stays what it was, limits are kept, and a Solver
+// goes on from states that drift.
+#include <gtest/gtest.h>
+
+#include "file/problem_file.hpp"
+#include "maneuver/feedback.hpp"
+#include "mechanics/continuous.hpp"
+#include "model/input_error.hpp"
+#include "study/answer.hpp"
+#include "study/first_motion.hpp"
+#include "study/solve.hpp"
+#include "study/solver.hpp"
+#include "tolerance.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::Vector3d;
+using maneuver::Problem;
+using maneuver::Solution;
+using optimizer::Termination;
+
+Problem drifting(const std::string& path, int steps) {
+  Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + path);
+  problem.steps = steps;
+  problem.search.starts = 1;
+  return problem;
+}
+Problem drifting_turn() { return drifting("/bench/problems/drifting_turn.toml", 80); }
+Problem drifting_in_space() { return drifting("/examples/drifting.toml", 100); }
+
+study::Answer answer_to_drift(const Problem& problem, study::Backend solver = study::Backend::automatic) {
+  study::SolveOptions options;
+  options.refinement = false;
+  options.solver = solver;
+  return study::answer(model::System(problem.swimmer), problem, options);
+}
+
+void expect_drift_proved(const study::Answer& answer) {
+  EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+  EXPECT_LE(answer.certificate.goal_error, 1e-10);
+  EXPECT_LE(answer.certificate.kkt, 1e-9);
+  EXPECT_LE(answer.certificate.momentum_drift, 1e-11);
+  EXPECT_LE(answer.certificate.iterates_momentum, 1e-11);
+}
+
+// In a plane with one joint, with two of them within limits, in space within limits.
+TEST(DriftingSwimmer, has_one_answer_by_both_solvers) {
+  Problem free_in_space = drifting_in_space();
+  free_in_space.limits = {};
+  for (const Problem& problem : {drifting_turn(), free_in_space}) {
+    const study::Answer own = answer_to_drift(problem, study::Backend::newton);
+    expect_drift_proved(own);
+    const model::System system(problem.swimmer);
+    study::SolveOptions options;
+    options.refinement = false;
+    options.solver = study::Backend::ipopt;
+    options.first = study::first_motion(system, problem, own.solution);
+    const study::Answer other = study::answer(system, problem, options);
+    EXPECT_EQ(other.solution.status, maneuver::Status::optimal) << other.solution.message;
+    EXPECT_NEAR(other.solution.cost / own.solution.cost, 1.0, 1e-8);
+    EXPECT_GT(own.solution.cost, 0.0);
+  }
+}
+
+TEST(DriftingSwimmer, keeps_limits_that_hold) {
+  for (const Problem& problem : {drifting("/bench/problems/drifting_within_limits.toml", 80), drifting_in_space()}) {
+    const study::Answer answer = answer_to_drift(problem);
+    expect_drift_proved(answer);
+    EXPECT_EQ(answer.solution.solver.name, "lamprey newton");
+    Problem free = problem;
+    free.limits = {};
+    EXPECT_GT(answer.solution.cost, 1.001 * answer_to_drift(free).solution.cost) << "limits hold nowhere";
+  }
+}
+
+// What goes to and fro gets nowhere, but where its momentum takes it.
+TEST(DriftingSwimmer, of_a_single_angle_that_cannot_turn_round_may_end_elsewhere_in_its_first_shape) {
+  Problem problem = drifting_turn();
+  problem.limits.angle[problem.swimmer.joints[0].name] = {{-1.0, 1.0}};
+  expect_drift_proved(answer_to_drift(problem));
+  problem.start.linear_velocity.setZero();
+  EXPECT_EQ(answer_to_drift(problem).solution.status, maneuver::Status::infeasible);
+}
+
+TEST(DriftingSwimmer, may_have_joints_that_nothing_drives) {
+  Problem problem = drifting("/bench/problems/drifting_within_limits.toml", 200);
+  problem.limits = {};
+  problem.goal->turn.reset();
+  problem.goal->rotation[problem.swimmer.bodies[0].name] = Vector3d(0.0, 0.0, 0.4);
+  problem.swimmer.joints[1].actuated = false;
+  problem.swimmer.joints[1].stiffness = 0.5;
+  problem.swimmer.joints[1].damping = 0.05;
+  const study::Answer answer = answer_to_drift(problem);
+  expect_drift_proved(answer);
+  EXPECT_EQ(answer.solution.solver.name, "lamprey newton");
+}
+
+TEST(DriftingSwimmer, answers_to_work_and_to_coupled_inertia) {
+  Problem problem = drifting_in_space();
+  problem.limits = {};
+  problem.cost_weights.work = 0.5;
+  Eigen::Matrix3d coupling = Eigen::Matrix3d::Zero();
+  coupling(1, 2) = 0.3;
+  problem.swimmer.bodies[0].coupling_matrix = coupling;
+  const study::Answer answer = answer_to_drift(problem);
+  expect_drift_proved(answer);
+}
+
+struct SolvedDrift {
+  Problem problem;
+  model::System system;
+  Solution solution;
+  explicit SolvedDrift(const Problem& of)
+      : problem(of), system(of.swimmer), solution(study::solve(system, of, study::SolveOptions()).front()) {}
+};
+
+mechanics::SpatialMomentum carried(const model::System& system, const integrator::State& state) {
+  return mechanics::spatial_momentum(system, state.rotation, state.position, state.momentum);
+}
+
+// Bellman: what is left of an optimal motion is optimal, to what steps of another length make of it; and momentum is what it was.
+TEST(SolverThatDrifts, goes_on_with_the_rest_of_its_answer) {
+  const auto missed = [](int steps) {
+    Problem problem = drifting_in_space();
+    problem.limits = {};
+    problem.steps = steps;
+    const SolvedDrift solved(problem);
+    study::Solver solver(solved.system, solved.problem, solved.solution);
+    EXPECT_TRUE(solver.answers());
+    const std::size_t from = static_cast<std::size_t>(steps) / 3;
+    double rest = 0.0;
+    for (std::size_t k = from; k + 1 < solved.solution.time.size(); ++k)
+      for (std::size_t node : {k, k + 1})
+        for (const Vector3d& moment : solved.solution.control[node])
+          rest += 0.25 * (solved.solution.time[k + 1] - solved.solution.time[k]) * moment.squaredNorm();
+    solver.advance(solved.solution.time[from]);
+    const auto now = carried(solved.system, solver.maneuver().start),
+               before = carried(solved.system, maneuver::start_state(solved.system, problem.start));
+    EXPECT_LT((now.linear - before.linear).norm(), 1e-3 * before.linear.norm());
+    const optimizer::Outcome outcome = solver.solve();
+    EXPECT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+    EXPECT_LE(outcome.iterations, 10);
+    return std::abs(solver.cost() / rest - 1.0);
+  };
+  const double coarse = missed(90), fine = missed(180);
+  EXPECT_LT(coarse, 0.05);
+  EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.5) << coarse << " " << fine;
+}
+
+// Pushed on the way: the plan made anew is the optimum of the problem that begins so.
+TEST(SolverThatDrifts, takes_a_start_as_it_is_seen) {
+  const SolvedDrift solved(drifting_in_space());
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  Problem pushed = solved.problem;
+  pushed.start.linear_velocity += Vector3d(0.01, -0.005, 0.01);
+  pushed.start.angular_velocity[0] += Vector3d(0.01, 0.0, -0.01);
+  solver.set_start(maneuver::start_as_seen(solved.system, pushed.start));
+  const optimizer::Outcome outcome = solver.solve();
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  certificate::Options options;
+  options.replay = false;
+  const certificate::Certificate proof = certificate::certify(solved.system, pushed, solver.solution(), options);
+  EXPECT_LT(proof.goal_error, 1e-10);
+  EXPECT_LT(proof.equation_residual, 1e-10);
+  EXPECT_LT(proof.kkt, 1e-8);
+  EXPECT_LT(proof.momentum_drift, 1e-11);
+  EXPECT_GT(std::abs(solver.cost() / solved.solution.cost - 1.0), 1e-3);
+  EXPECT_FALSE(solver.feedback().gain.empty());
+}
+
+std::string refused_start(study::Solver& solver, const integrator::State& start) {
+  try {
+    solver.set_start(start);
+  } catch (const model::InputError& error) {
+    EXPECT_EQ(error.key, "start");
+    return error.message;
+  }
+  return "";
+}
+
+TEST(SolverThatDrifts, says_which_momentum_it_does_not_take) {
+  Problem problem = drifting_turn();
+  const SolvedDrift solved(problem);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  problem.start.linear_velocity = Vector3d(0.3, 0.05, 0.0);
+  EXPECT_EQ(refused_start(solver, maneuver::start_as_seen(solved.system, problem.start)), "");
+  problem.start.linear_velocity[2] = 0.05;
+  EXPECT_NE(refused_start(solver, maneuver::start_as_seen(solved.system, problem.start)).find("out of the plane"),
+            std::string::npos);
+  Problem still = file::read_problem(LAMPREY_SOURCE_DIR "/examples/translation.toml");
+  still.steps = 60;
+  still.search.starts = 1;
+  const SolvedDrift at_rest(still);
+  study::Solver other(at_rest.system, at_rest.problem, at_rest.solution);
+  still.start.linear_velocity = Vector3d(0.1, 0.0, 0.0);
+  EXPECT_NE(refused_start(other, maneuver::start_as_seen(at_rest.system, still.start)).find("start_without_momentum"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace lamprey::tests
