@@ -14,16 +14,18 @@ import lamprey as lp
 
 PARTS = 10     # plans
 STEPS = 100    # of a plan
-HEAVIER = 1.03  # the second body's mass and inertia, where they are given, against those that plans know
+HEAVIER = 1.03  # the second body's mass and inertia, or where none are given its mass, against those that plans know
 
 
 def swimmer_of(problem):
     """The swimmer that moves: the problem's with a heavier second body."""
     settings = copy.deepcopy(problem.settings)
     body = settings["body"][1]
-    for key in ("mass", "body_inertia", "mass_matrix", "inertia_matrix", "coupling_matrix"):
-        if key in body:
-            body[key] = (HEAVIER * np.array(body[key])).tolist()
+    given = [key for key in ("mass", "body_inertia", "mass_matrix", "inertia_matrix", "coupling_matrix") if key in body]
+    for key in given:
+        body[key] = (HEAVIER * np.array(body[key])).tolist()
+    if not given:
+        body["mass"] = HEAVIER * settings["fluid"]["density"] * 4.0 / 3.0 * np.pi * np.prod(body["semi_axes"])
     return settings
 
 

@@ -413,13 +413,16 @@ class Solver:
         A goal where the swimmer rests is answered by staying.
         """
 
-    def set_start(self, rotation: numpy.typing.ArrayLike, position: numpy.typing.ArrayLike, angular_velocity: numpy.typing.ArrayLike | None = None) -> None:
+    def set_start(self, rotation: numpy.typing.ArrayLike, position: numpy.typing.ArrayLike, angular_velocity: numpy.typing.ArrayLike | None = None, linear_velocity: numpy.typing.ArrayLike | None = None) -> None:
         """
         Another start, such as the state that was just measured; the goal stays where it is in the world.
 
         rotation: (bodies, 3, 3), body → world. position: (3,) m, mass centre of the root, world frame.
-        angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. Only the joints' rates count: the whole then moves as
-        total momentum zero demands, which moments cannot change. Rotations off their joints by less than 0.1 rad are
+        angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints.
+        linear_velocity: (3,) m/s, mass centre of the root, world frame: the whole moves, and carries momentum, as it was seen to; for problems
+        whose own start carries some. Left out: only the joints' rates count, and the whole moves as total momentum
+        zero demands, which moments cannot change.
+        Rotations off their joints by less than 0.1 rad are
         led back onto them, and joints seen beyond a limit of angle, swing or twist by less than that begin at it, still;
         InputError beyond, and where bodies are beyond a clearance or a keep-out by more than a hundredth of the swimmer's size. After advance, which sets a start of its own. Not for periodic goals.
         """

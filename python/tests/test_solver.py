@@ -100,6 +100,39 @@ def test_the_example_misses_least_where_plans_are_made_anew(root):
     assert run.stdout.count(": optimal in ") == 9
 
 
+def test_the_example_plans_anew_for_a_swimmer_that_drifts(root):
+    script = root / "examples" / "receding_horizon.py"
+    run = subprocess.run([sys.executable, str(script), str(root / "examples" / "drifting.toml")], capture_output=True,
+                         text=True, timeout=120)
+    assert run.returncode == 0, run.stderr
+    one, followed, anew = (float(rad) for rad in re.findall(r"misses by (\S+) rad$", run.stdout, re.MULTILINE))
+    assert anew < 0.5 * one and anew < 1e-3, run.stdout
+    assert run.stdout.count(": optimal in ") == 9
+
+
+def test_a_start_is_taken_with_the_momentum_that_is_seen(root, translation, solution):
+    problem = lp.load(root / "examples" / "drifting.toml").changed(time={"steps": 100}, search={"starts": 1},
+                                                                         limits={"torque": 50.0})
+    found = lp.solve(problem, workers=1, refinement=False)
+    solver = lp.Solver(problem, found)
+    rates, drift = found.velocity["angular"][0], found.rotation[0, 0] @ found.velocity["linear"][0]
+    pushed = drift + np.array([0.01, -0.01, 0.005])
+    solver.set_start(found.rotation[0], found.position[0], rates, linear_velocity=pushed)
+    assert solver.solve().status == "optimal"
+    again = lp.certify(solver.solution())
+    assert again.status == "optimal" and again.certificate["momentum_drift"] < 1e-11
+    assert np.abs(again.rotation[0, 0] @ again.velocity["linear"][0] - pushed).max() < 1e-9
+    solver.set_start(found.rotation[0], found.position[0], rates)  # the whole without momentum
+    assert solver.solve().status == "optimal"
+    linear, angular = total_momentum(solver.solution())
+    assert np.abs(linear).max() + np.abs(angular).max() < 1e-9
+    with pytest.raises(lp.InputError, match="start: found total momentum"):
+        lp.Solver(translation, solution).set_start(solution.rotation[0], [0.0, 0.0, 0.0],
+                                                   linear_velocity=[0.1, 0.0, 0.0])
+    with pytest.raises(lp.InputError, match="linear_velocity"):
+        solver.set_start(found.rotation[0], found.position[0], rates, linear_velocity=[0.1, 0.0])
+
+
 def test_bounds_of_a_free_duration_are_of_the_time_that_is_left(root):
     problem = lp.load(root / "examples" / "free_time.toml").changed(time={"steps": 40}, search={"starts": 1})
     solution = lp.solve(problem)
