@@ -136,9 +136,11 @@ Limits read_limits(const JsonReader& reader) {
     for (std::size_t i = 0; i < list.size(); ++i) use(list.at(i));
   };
   each("sphere", [&](const JsonReader& sphere) {
+    sphere.allow_only({"centre", "radius"});
     limits.spheres.push_back({vector_of(sphere.at("centre")), sphere.at("radius").number()});
   });
   each("half_space", [&](const JsonReader& half) {
+    half.allow_only({"point", "normal"});
     limits.half_spaces.push_back({vector_of(half.at("point")), vector_of(half.at("normal"))});
   });
   return limits;

@@ -283,11 +283,16 @@ TEST(SolutionFile, costs_of_older_files_do_not_tell_of_angular_velocity) {
 
 // What is read as nothing would be proved without it.
 TEST(SolutionFile, of_a_question_with_keys_that_nobody_knows_is_not_read) {
-  const std::string text = file::solution_text(tests::sample_results(2));
+  file::Results results = tests::sample_results(2);
+  results.problem.limits.spheres = {{Eigen::Vector3d(1.0, 2.0, 3.0), 0.5}};
+  results.problem.limits.half_spaces = {{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX()}};
+  const std::string text = file::solution_text(results);
+  EXPECT_NO_THROW(file::parse_solution(text, "x"));
   const auto refused_at = [&](const std::vector<const char*>& path, const char* key) -> std::string {
     json changed = json::parse(text);
     json* place = &changed["problem"];
     for (const char* member : path) place = &(*place)[member];
+    if (place->is_array()) place = &place->at(0);
     (*place)[key] = 0.001;
     try {
       file::parse_solution(changed.dump(), "x");
@@ -300,6 +305,8 @@ TEST(SolutionFile, of_a_question_with_keys_that_nobody_knows_is_not_read) {
   EXPECT_EQ(refused_at({"limits"}, "torqe"), "/problem/limits/torqe");
   EXPECT_EQ(refused_at({"goal"}, "angel"), "/problem/goal/angel");
   EXPECT_EQ(refused_at({"start"}, "spin"), "/problem/start/spin");
+  EXPECT_EQ(refused_at({"limits", "sphere"}, "diameter"), "/problem/limits/sphere/0/diameter");
+  EXPECT_EQ(refused_at({"limits", "half_space"}, "offset"), "/problem/limits/half_space/0/offset");
 }
 
 TEST(SolutionFile, no_motion_at_all_is_written_as_empty_arrays) {
