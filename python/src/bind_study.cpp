@@ -111,6 +111,10 @@ class Solver {
     if (linear_velocity.is_none()) {
       solver_->set_start(maneuver::start_without_momentum(system_, start));
     } else {
+      if (angular_velocity.is_none())
+        throw InputError("angular_velocity",
+                         "missing beside linear_velocity; give that of each body, (bodies, 3) rad/s, which momentum "
+                         "depends on, too");
       start.linear_velocity = three(linear_velocity, "linear_velocity", "a velocity (m/s)");
       solver_->set_start(maneuver::start_as_seen(system_, start));
     }
@@ -322,7 +326,7 @@ void bind_study(nb::module_& module) {
                "numpy.typing.ArrayLike | None = None, linear_velocity: numpy.typing.ArrayLike | None = None) -> None"),
            "Another start, such as the state that was just measured; the goal stays where it is in the world.\n\n"
            "rotation: (bodies, 3, 3), body → world. position: (3,) m, mass centre of the root, world frame.\n"
-           "angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints.\n"
+           "angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. linear_velocity needs it.\n"
            "linear_velocity: (3,) m/s, mass centre of the root, world frame: the whole moves, and carries momentum, as "
            "it "
            "was seen to; for problems\nwhose own start carries some. Left out: only the joints' rates count, and the "

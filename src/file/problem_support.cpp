@@ -51,12 +51,15 @@ void require_supported_spline(const model::SwimmerDescription& swimmer) {
   }
 }
 
-void require_supported_scheme(Scheme scheme, bool transcribed) {
+void require_supported_scheme(Scheme scheme, bool transcribed, bool momentum) {
   if (transcribed && scheme != Scheme::trapezoid && scheme != Scheme::paper)
-    refuse_unsupported(
-        "integrator.scheme", in_quotes(word(scheme)) + " with spline moments, a start with momentum or --solver ipopt",
-        "\"trapezoid\" (order 2) or \"paper\" (order 1)",
-        "use \"trapezoid\", or set control.kind = \"steps\" without --solver ipopt and begin without momentum");
+    refuse_unsupported("integrator.scheme", in_quotes(word(scheme)) + " with spline moments or --solver ipopt",
+                       "\"trapezoid\" (order 2) or \"paper\" (order 1)",
+                       "use \"trapezoid\", or set control.kind = \"steps\" without --solver ipopt");
+  if (momentum && !integrator::single_step(scheme))
+    refuse_unsupported("integrator.scheme", in_quotes(word(scheme)) + " with a start with momentum",
+                       "\"trapezoid\" or \"midpoint\" (order 2), \"paper\" (order 1)",
+                       "use \"trapezoid\", or begin without momentum");
 }
 
 std::string first_limit(const maneuver::Limits& limits) {
@@ -195,7 +198,7 @@ void require_supported(const ProblemFile& file, Purpose purpose) {
     const bool transcribed = purpose == Purpose::solve_with_ipopt || problem.control == maneuver::ControlKind::spline;
     if (transcribed) require_supported_swimmer(problem.swimmer);
     if (problem.control == maneuver::ControlKind::spline) require_supported_spline(problem.swimmer);
-    require_supported_scheme(problem.scheme, transcribed || (momentum && !integrator::single_step(problem.scheme)));
+    require_supported_scheme(problem.scheme, transcribed, momentum);
     require_supported_maneuver(file.problem, purpose, momentum);
     require_clearance_of_joined(file);
     require_ends_within_limits(file);

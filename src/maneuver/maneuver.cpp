@@ -180,17 +180,20 @@ integrator::State start_without_momentum(const System& system, const Start& star
   return integrator::state_of_velocity(system, rotation, start.position, velocity);
 }
 
+double bodies_momentum(const System& system, const integrator::State& state) {
+  const Eigen::Index turns = state.momentum.size() - 3;
+  return std::max(system.length_unit() * state.momentum.tail<3>().lpNorm<Eigen::Infinity>(),
+                  state.momentum.head(turns).lpNorm<Eigen::Infinity>());
+}
+
 bool has_momentum(const System& system, const integrator::State& state) {
   constexpr double round_off = 1e-10;  // of what the bodies have: velocities that cancel are known to some digits
-  const Eigen::Index turns = state.momentum.size() - 3;
   const double length = system.length_unit();
   // about the root's mass centre, however far from the world's origin that is
   const auto total = mechanics::spatial_momentum(system, state.rotation, Vector3d::Zero(), state.momentum);
   const double largest =
       std::max(length * total.linear.lpNorm<Eigen::Infinity>(), total.angular.lpNorm<Eigen::Infinity>());
-  const double own = std::max(length * state.momentum.tail<3>().lpNorm<Eigen::Infinity>(),
-                              state.momentum.head(turns).lpNorm<Eigen::Infinity>());
-  return largest > round_off * own;
+  return largest > round_off * bodies_momentum(system, state);
 }
 
 bool has_momentum(const System& system, const Start& start) { return has_momentum(system, start_state(system, start)); }

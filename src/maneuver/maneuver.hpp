@@ -62,6 +62,8 @@ integrator::State start_without_momentum(const model::System& system, const Star
 /// The same of a swimmer whose whole moves as it is seen to, by the root's velocities, and carries the momentum that this makes.
 integrator::State start_as_seen(const model::System& system, const Start& start);
 
+/// kg m²/s, the largest momentum of any body, linear ones by the swimmer's length unit.
+double bodies_momentum(const model::System& system, const integrator::State& state);
 /// Whether the whole has linear or angular momentum, beyond 1e-10 of what the bodies have.
 bool has_momentum(const model::System& system, const integrator::State& state);
 /// The same of a problem's start.

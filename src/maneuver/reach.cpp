@@ -232,9 +232,20 @@ void refuse_price_of_no_displacement(const System& system, const Maneuver& maneu
     refuse("cost.transport", "a price of each metre");
 }
 
+double momentum_beside(const System& system, const integrator::State& state, const MatrixXd& pose) {
+  if (pose.cols() == pose.rows()) return 0.0;
+  const auto total = mechanics::spatial_momentum(system, state.rotation, Vector3d::Zero(), state.momentum);
+  const double length = system.length_unit();
+  VectorXd carried(6);
+  carried << total.angular, length * total.linear;
+  MatrixXd moved = pose;
+  moved.bottomRows<3>() /= length;
+  return algebra::beyond_rows(carried, moved.transpose(), reach_threshold).norm() / bodies_momentum(system, state);
+}
+
 std::string out_of_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                          const NodePath& path) {
-  if (has_momentum(system, maneuver.start)) return "";
+  if (momentum_beside(system, maneuver.start, coordinates.pose) > reach_threshold) return "";
   if (goes_back(system, maneuver, coordinates) && asks_to_move(system, maneuver))
     return std::string(goes_back_in_words) + "; a second joint or axis would change that";
   const MatrixXd turns = algebra::span_of_rows(coordinates.pose.topRows<3>().transpose(), reach_threshold);

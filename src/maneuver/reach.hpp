@@ -19,9 +19,13 @@ std::optional<ShapeCoordinates> reachable_coordinates(const model::System& syste
 std::optional<std::vector<EndRow>> independent_end_rows(const model::System& system, const Maneuver& maneuver,
                                                         const ShapeCoordinates& coordinates, const NodePath& path);
 
+/// How much total momentum takes a swimmer out of where moments move its root, as a share of its bodies' own: turns (rad) and
+/// displacements (m), orthonormal columns. 0 where they move it in every way.
+double momentum_beside(const model::System& system, const integrator::State& state, const MatrixXd& pose);
+
 /// Why no motion meets the goal, in words: it lies outside the plane or the line in which moments keep such a motion, or asks a
 /// single coordinate, which can only go back the way it came where it cannot turn right round, for a displacement that ends in the first shape. Empty where neither shows, and
-/// where the swimmer carries momentum, which takes it anywhere.
+/// where momentum takes the swimmer out of that plane or line.
 std::string out_of_reach(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                          const NodePath& path);
 

@@ -20,7 +20,8 @@ void ShapeProgram::find_idle_violation() {
   for (const EndRow& row : end_rows_)
     if (row.kind != EndRow::Kind::moment && row.kind != EndRow::Kind::closure)
       sum += std::abs(end_row(system_, maneuver_, row, maneuver_.start.rotation, maneuver_.start.position, by_last_));
-  idle_violation_ = sum > 0.0 && !drifts_ ? sum : std::numeric_limits<double>::infinity();
+  const bool goes_on = drifts_ && has_momentum(system_, maneuver_.start);  // whatever its joints do
+  idle_violation_ = sum > 0.0 && !goes_on ? sum : std::numeric_limits<double>::infinity();
 }
 
 double ShapeProgram::value_of(const EndRow& row, const Motion& motion) {

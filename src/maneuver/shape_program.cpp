@@ -126,11 +126,8 @@ void ShapeProgram::take_start_impulse() {
 }
 
 void ShapeProgram::take_total() {
-  if (!drifts_) return;
-  const auto total =
-      mechanics::spatial_momentum(system_, maneuver_.start.rotation, Vector3d::Zero(), maneuver_.start.momentum);
-  total_angular_ = total.angular;
-  total_linear_ = total.linear;
+  if (drifts_)
+    total_ = mechanics::spatial_momentum(system_, maneuver_.start.rotation, Vector3d::Zero(), maneuver_.start.momentum);
 }
 
 // Of the whole about the root's mass centre, seen from the root at node k.
@@ -138,7 +135,7 @@ Vector6d ShapeProgram::seen_total(const Motion& motion, int k) const {
   const Matrix3d& R = motion.rotation[at(k)][0];
   const Vector3d moved = motion.position[at(k)] - motion.position.front();
   Vector6d seen;
-  seen << R.transpose() * (total_angular_ - moved.cross(total_linear_)), R.transpose() * total_linear_;
+  seen << R.transpose() * (total_.angular - moved.cross(total_.linear)), R.transpose() * total_.linear;
   return seen;
 }
 

@@ -91,7 +91,7 @@ class ShapeProgram : public optimizer::StageProgram {
   double longest(const optimizer::StageStep& step, const optimizer::Promise& promise) override;
   double idle_violation() const override { return idle_violation_; }
   double goal_error() const override;
-  double drift() const override { return momentum_left(system_, now_.step, now_.rotation, now_.position); }
+  double drift() const override { return momentum_left(system_, now_.step, now_.rotation, now_.position, total_); }
   bool limited() const override { return !limits_.empty() || terms_.of_work(); }
   double limit_error() const override {
     return std::max(limits_.empty() ? 0.0 : worst_limit().value, terms_.error(now_.terms));
@@ -216,10 +216,9 @@ class ShapeProgram : public optimizer::StageProgram {
   int limited_states() const {
     return maneuver_.free_duration ? tau() + 1 : tau();
   }  // first of a state, that limits see
+  // States that a node's moments depend on: shapes, and the root's pose, which says what momentum a step carries.
+  int felt() const { return 2 * shape_ + (drifts_ ? pose_ : 0); }
   // Whether a node's moments follow from the last state: a periodic motion begins with those of its end.
-  // Coordinates of the root's pose that say what momentum a step carries, and states that a node's moments depend on.
-  int carried() const { return drifts_ ? pose_ : 0; }
-  int felt() const { return 2 * shape_ + carried(); }
   bool of_the_end(int k) const { return k == steps_ || (k == 0 && maneuver_.periodic); }
   int idle() const { return shape_ - controls_; }
   int first_idle_node() const { return maneuver_.periodic ? 1 : 0; }  // the first of a periodic motion is the last
@@ -242,8 +241,8 @@ class ShapeProgram : public optimizer::StageProgram {
   bool all_shapes_, all_poses_;        // whether they are identities
   int steps_;
   Steps use_;
-  bool drifts_;                                                                  // whether total momentum is carried
-  Vector3d total_angular_ = Vector3d::Zero(), total_linear_ = Vector3d::Zero();  // about the root's first place
+  bool drifts_;                       // whether total momentum may be carried
+  mechanics::SpatialMomentum total_;  // what is, about the root's first place
   int shape_, pose_, controls_;
   CostTerms terms_;
   int leads_;  // stages before the first step
@@ -278,7 +277,7 @@ class ShapeProgram : public optimizer::StageProgram {
   mechanics::Freedoms spread_, spread_next_;  // [bodies]
   mechanics::Vectors spread_turn_;            // [bodies]
   MatrixXd work_, by_shape_;                  // [shape_size][f], [controls][shape_size]
-  MatrixXd equations_;                        // [f, up to a multiple of four][4 f]
+  MatrixXd equations_;                        // [f, up to a multiple of four][2 f + s]
   MatrixXd pose_step_;                        // [p][2 f]
   MatrixXd pose_moments_;                     // [f][6] impulses by the root's pose, where momentum is carried
   MatrixXd moments_by_shapes_, weighed_;      // [f][f + s] by shapes k − 1 and k, what is carried, and shape k + 1

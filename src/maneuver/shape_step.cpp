@@ -198,7 +198,8 @@ bool ShapeKernel::solve(double time_step, const Rotations& left, const Rotations
                                      noise_.length * missed.tail<3>().lpNorm<Eigen::Infinity>());
     if (!std::isfinite(residual)) return false;
     const double noise = noise_.of_rotations(time_step);
-    if (residual <= MomentumNoise::of_sums * scale || (residual <= noise && residual >= 0.5 * before)) {
+    const bool at_noise = residual <= noise && (residual >= 0.5 * before || iteration + 1 == most_iterations);
+    if (residual <= MomentumNoise::of_sums * scale || at_noise) {
       read_balance(forced, step);
       return true;
     }
@@ -530,14 +531,13 @@ bool turns_too_far(const Rotations& from, const Rotations& to) {
 }
 
 double momentum_left(const System& system, const std::vector<ShapeStep>& steps, const std::vector<Rotations>& rotation,
-                     const mechanics::Vectors& position) {
+                     const mechanics::Vectors& position, const mechanics::SpatialMomentum& total) {
   double left = 0.0, scale = 0.0;
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const Matrix3d& R = rotation[k][0];
-    const Vector6d more = steps[k].momentum - steps[k].carried;
-    const Vector3d linear = R * more.tail<3>();
-    const Vector3d angular = R * more.head<3>() + (position[k] - position[0]).cross(linear);
-    left = std::max({left, system.length_unit() * linear.norm(), angular.norm()});
+    const Vector3d linear = R * steps[k].momentum.tail<3>();
+    const Vector3d angular = R * steps[k].momentum.head<3>() + (position[k] - position[0]).cross(linear);
+    left = std::max({left, system.length_unit() * (linear - total.linear).norm(), (angular - total.angular).norm()});
     scale = std::max(scale, steps[k].largest_momentum);
   }
   return left == 0.0 ? 0.0 : left / scale;

@@ -1,5 +1,5 @@
-// One step as the shapes at its two ends dictate it: with the total momentum, zero in a search, they fix how the root moves
-// meanwhile, and with it the momenta of the joints at both ends (chapter 9, equations 9.1 to 9.9).
+// One step as the shapes at its two ends dictate it: with the total momentum they fix how the root moves meanwhile, and with it
+// the momenta of the joints at both ends (chapter 9, equations 9.1 to 9.9 and 9.34 to 9.36).
 //
 // A shape is the bodies' rotations seen from the root. Its coordinates are the freedoms of all bodies but the root: turns
 // against the root in the body's own frame, or turns about the joint's axes.
@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "mechanics/continuous.hpp"
 #include "mechanics/step_hessian.hpp"
 
 namespace lamprey::maneuver {
@@ -189,7 +190,7 @@ class ShapeKernel {
   MatrixXd by_root_;                  // [directions][6] the same by the root's motion
   MatrixXd left_left_, left_half_;    // [shape_size] squared, [shape_size][f]
   MatrixXd turn_right_, turn_shape_;  // [shape_size][3], [f][3]
-  MatrixXd ends_root_;                // [2 f][6]
+  MatrixXd ends_root_;                // [d][6]
 };
 
 /// Where the root's motion over a solved step takes all bodies from rotations `rotation`; the step's interval learns the
@@ -200,10 +201,11 @@ void follow_root(const mechanics::Rotations& rotation, const mechanics::Rotation
 /// Whether a body turns by more than a quarter turn in a step, or numbers are none: beyond it steps do not show motions.
 bool turns_too_far(const mechanics::Rotations& from, const mechanics::Rotations& to);
 
-/// Largest total momentum of a motion's solved steps, angular about where it begins or linear times the swimmer's length unit, against
-/// the largest momentum of any body; rotations and positions at the steps' beginnings.
+/// Largest difference of a motion's solved steps from the total momentum that it has to carry, angular about where it begins or linear
+/// times the swimmer's length unit, against the largest momentum of any body; rotations and positions at the steps' beginnings.
 double momentum_left(const model::System& system, const std::vector<ShapeStep>& steps,
-                     const std::vector<mechanics::Rotations>& rotation, const mechanics::Vectors& position);
+                     const std::vector<mechanics::Rotations>& rotation, const mechanics::Vectors& position,
+                     const mechanics::SpatialMomentum& total = {});
 
 /// Moves a shape along all its coordinates, [shape_size]; rotations seen from the root.
 void move_shape(const model::System& system, const mechanics::Rotations& shape, const VectorXd& along,

@@ -27,7 +27,8 @@ struct SolverIteration {
   double goal_error = 0.0;
   double kkt = 0.0;
   double step = 0.0;
-  double momentum = std::numeric_limits<double>::quiet_NaN();  // largest total momentum of the iterate / its scale
+  double momentum =
+      std::numeric_limits<double>::quiet_NaN();  // largest total momentum of the iterate less the start's / its scale
 };
 
 /// What a square weighs in the cost where multipliers are being found; 0: there are none.

@@ -17,6 +17,8 @@ namespace {
 using maneuver::MomentumHistory;
 using maneuver::Vectors;
 
+constexpr double no_momentum = 1e-9;  // of the bodies' momentum, total momentum that is none
+
 // Mean over time of a component, by the trapezoid rule.
 double mean_along_e1(const Vectors& values) {
   double sum = 0.0;
@@ -43,12 +45,17 @@ double reach_of(const file::Results& results) {
 
 std::string with_sign(double value) { return (value > 0.0 ? "+" : "") + number(value, 3); }
 
-// Where bodies have one kind of momentum alone the other's total is compared with what that makes at the swimmer's reach.
-std::string zero_line(const MomentumHistory& linear, const MomentumHistory& angular, double reach, double allowed) {
-  const double along = std::max(largest(linear.bodies), largest(angular.bodies) / reach);
-  const double share = std::max(largest(linear.total) / along, largest(angular.total) / (along * reach));
+// Total momentum over the bodies' own. Where these have one kind of momentum alone the other's total is compared with what that makes at
+// the swimmer's reach. 0 where nothing moves.
+double share_of_total(const file::Results& results) {
+  const MomentumHistory &linear = results.solution.linear_momentum, &angular = results.solution.angular_momentum;
+  const double reach = reach_of(results), along = std::max(largest(linear.bodies), largest(angular.bodies) / reach);
+  return along > 0.0 ? std::max(largest(linear.total) / along, largest(angular.total) / (along * reach)) : 0.0;
+}
+
+std::string zero_line(double share, double allowed) {
   return fmt::format("{} total momentum is zero throughout: at most {:.1e} of the bodies' own",
-                     share < std::max(1e-9, allowed) ? "✓" : "✗", share);
+                     share < std::max(no_momentum, allowed) ? "✓" : "✗", share);
 }
 
 std::string sign_words(double mean, double asked) { return mean * asked > 0.0 ? "the sign" : "against the sign"; }
@@ -84,6 +91,8 @@ bool in_a_vacuum(const file::ResolvedProblem& problem) {
 
 }  // namespace
 
+bool drifts(const file::Results& results) { return share_of_total(results) > no_momentum; }
+
 std::vector<std::string> momentum_lines(const file::Results& results) {
   const maneuver::Solution& solution = results.solution;
   std::vector<std::string> lines;
@@ -92,16 +101,15 @@ std::vector<std::string> momentum_lines(const file::Results& results) {
   const double start = solution.linear_momentum.bodies.front().norm() + solution.angular_momentum.bodies.front().norm();
   if (moving == 0.0 || in_a_vacuum(results.problem)) return lines;
   if (start < 1e-9 * moving)
-    lines.push_back(zero_line(solution.linear_momentum, solution.angular_momentum, reach_of(results),
-                              results.certificate ? results.certificate->momentum_allowed() : 0.0));
+    lines.push_back(
+        zero_line(share_of_total(results), results.certificate ? results.certificate->momentum_allowed() : 0.0));
   // signs of motions that go elsewhere say nothing
   if (!results.certificate || !(results.certificate->goal_error <= certificate::goal_mark)) return lines;
   const maneuver::Goal& goal = *results.problem.goal;
   if (goal.move[0] && *goal.move[0] != 0.0)
     lines.push_back(
         linear_line(mean_along_e1(solution.linear_momentum.bodies), *goal.move[0], ends_turned_as_it_began(solution)));
-  const double carried = largest(solution.angular_momentum.total);  // which turns a swimmer either way
-  if (goal.turn && (*goal.turn)[0] != 0.0 && carried < 1e-9 * largest(solution.angular_momentum.bodies))
+  if (goal.turn && (*goal.turn)[0] != 0.0 && !drifts(results))  // momentum turns a swimmer either way
     lines.push_back(angular_line(mean_along_e1(solution.angular_momentum.bodies), (*goal.turn)[0]));
   return lines;
 }

@@ -12,4 +12,7 @@ namespace lamprey::report {
 /// the asked displacement; their mean angular momentum about e₁ against the asked turn.
 std::vector<std::string> momentum_lines(const file::Results& results);
 
+/// Whether the swimmer carries total momentum, which moves and turns it without its joints.
+bool drifts(const file::Results& results);
+
 }  // namespace lamprey::report

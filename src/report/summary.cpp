@@ -1,6 +1,7 @@
 #include "report/summary.hpp"
 #include "report/cost_shares.hpp"
 #include "report/limit_facts.hpp"
+#include "report/momentum_lines.hpp"
 #include "report/transport.hpp"
 
 #include <algorithm>
@@ -309,7 +310,7 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
       rows.emplace_back("Displacement", vector(way) + " m");
     if (problem.goal && turns_freely(problem) && solution.rotation.size() > 1)
       rows.emplace_back("Turn of " + problem.bodies.front().name, turn_words(solution));
-    if (problem.goal && goes_a_way(results) && (problem.goal->periodic || distance_asked(problem)))
+    if (problem.goal && goes_a_way(results) && (problem.goal->periodic || distance_asked(problem)) && !drifts(results))
       rows.emplace_back("Cost of transport", transport_words(*moved, by_replay));
   }
   if (!sought) append_march(results, rows);

@@ -6,9 +6,8 @@ namespace lamprey::study {
 
 namespace {
 
-constexpr double calm_share =
-    0.5;  // of a guess's swings beside a momentum that may do the most, in all but one of so many
-constexpr int calm_guesses = 4;
+constexpr double calm_share = 0.5;  // of a guess's swings, beside a momentum that may do the most
+constexpr int calm_guesses = 4;     // in all but one of so many
 
 }  // namespace
 

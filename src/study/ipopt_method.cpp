@@ -158,7 +158,6 @@ class IpoptMethod : public Method {
     std::optional<NodePath> moved;
     if (problem_.cost_weights.of_displacement()) moved = moved_by_shapes(coarse_, start);
     NodePath guess = moved ? *moved : this->guess(coarse_, start);
-    if (!(start == 0 && options_.first)) guess = carried_by_momentum(system_, problem_, std::move(guess), start);
     Outcome before;
     if (newton_) {  // moments on splines from moments free at each node: found in less time than one iteration here takes
       const Found free = newton_->solve_starts(start, 1).front();
@@ -168,6 +167,7 @@ class IpoptMethod : public Method {
                                                  program.pack(maneuver::refined(system_, free.path, coarse_.steps))));
       before = free.outcome;
     }
+    if (!(start == 0 && options_.first)) guess = carried_by_momentum(system_, problem_, std::move(guess), start);
     if (!problem_.cost_weights.any())
       return after(before, optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
                                                        program.pack(guess, duration_of(start))));

@@ -29,7 +29,7 @@ constexpr double more_worth = 10.0;  // times what a displacement is
 class NewtonMethod : public Method {
  public:
   NewtonMethod(const System& system, const Problem& problem, const SolveOptions& options, const Budget& budget)
-      : grids_(system, problem, options, budget) {}
+      : grids_(system, problem, options, budget), drifts_(maneuver::has_momentum(system, problem.start)) {}
 
   std::string name() const override { return "lamprey newton"; }
   std::string out_of_reach() const override { return grids_.reached().out_of_reach; }
@@ -41,7 +41,7 @@ class NewtonMethod : public Method {
   bool has_strokes() const override {
     const bool single = grids_.reached().coordinates.shape.cols() == 1;  // which wins nothing by strokes
     const Problem& problem = grids_.problem();
-    return !single && problem.goal && !drifts();
+    return !single && problem.goal && !drifts_;
   }
 
   std::vector<Found> solve_strokes() override {
@@ -141,7 +141,7 @@ class NewtonMethod : public Method {
   bool begins_with_turns(int start) const {
     const Problem& problem = grids_.problem();
     return start > 0 && start >= problem.search.starts - problem.search.whole_turns && problem.goal &&
-           !problem.goal->periodic && !grids_.passive() && !drifts();
+           !problem.goal->periodic && !grids_.passive() && !drifts_;
   }
 
   Found solve_start(int start) const {
@@ -294,15 +294,12 @@ class NewtonMethod : public Method {
     return found;
   }
 
-  // Strokes from rest and shapes that nothing carries lead nowhere where the whole goes by itself.
-  bool drifts() const { return maneuver::has_momentum(grids_.system(), grids_.problem().start); }
-
   bool begins_as_asked(int start) const { return start == 0 && grids_.options().first.has_value(); }
 
   NodePath first_guess(const Grid& grid, int start) const {
     if (begins_as_asked(start)) return maneuver::refined(grids_.system(), first().path, grid.maneuver.steps);
     NodePath guess = maneuver::random_guess(grids_.system(), grid.maneuver, seed_of_start(grids_.problem(), start));
-    if (drifts()) return carried_by_momentum(grids_.system(), grids_.problem(), std::move(guess), start);
+    if (drifts_) return carried_by_momentum(grids_.system(), grids_.problem(), std::move(guess), start);
     if (grids_.passive() && !grids_.problem().goal->periodic)
       guess = maneuver::with_passive_joints(grids_.system(), grid.maneuver, grids_.reached().coordinates, guess)
                   .value_or(guess);
@@ -310,6 +307,7 @@ class NewtonMethod : public Method {
   }
 
   Grids grids_;
+  bool drifts_;  // strokes and whole turns begin at rest
 };
 
 }  // namespace

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <string>
 
-#include "algebra/row_space.hpp"
 #include "maneuver/ends_within_limits.hpp"
 #include "maneuver/feedback.hpp"
 #include "maneuver/guess.hpp"
+#include "maneuver/reach.hpp"
 #include "maneuver/seen_shape.hpp"
 #include "mechanics/continuous.hpp"
 #include "model/input_error.hpp"
@@ -225,15 +225,7 @@ void Solver::require_takeable_momentum(const integrator::State& start) const {
         "start",
         "found total momentum, which joint moments cannot change, and the problem's own start has none; make "
         "the state by start_without_momentum, or a Solver of a problem that starts with momentum");
-  const auto total = mechanics::spatial_momentum(system_, start.rotation, Eigen::Vector3d::Zero(), start.momentum);
-  const double length = system_.length_unit();
-  Eigen::VectorXd carried(6);
-  carried << total.angular, length * total.linear;
-  Eigen::MatrixXd moved = program_.pose_basis();
-  moved.bottomRows<3>() /= length;
-  if (moved.cols() == 6 ||
-      algebra::beyond_rows(carried, moved.transpose(), in_plane).norm() <= in_plane * carried.norm())
-    return;
+  if (maneuver::momentum_beside(system_, start, program_.pose_basis()) <= in_plane) return;
   throw InputError("start",
                    "found total momentum out of the plane or line in which the problem's own motion stays; take that "
                    "part out of the velocities, or make a "

@@ -84,6 +84,27 @@ TEST(DriftingSwimmer, of_a_single_angle_that_cannot_turn_round_may_end_elsewhere
   EXPECT_EQ(answer_to_drift(problem).solution.status, maneuver::Status::infeasible);
 }
 
+// Out of its plane neither moments nor momentum take a planar swimmer; where momentum leaves the plane they may.
+TEST(DriftingSwimmer, stays_in_the_plane_of_its_momentum) {
+  Problem problem = drifting_turn();
+  problem.goal->move = {std::nullopt, std::nullopt, 0.1};
+  const study::Answer answer = answer_to_drift(problem);
+  EXPECT_EQ(answer.solution.status, maneuver::Status::infeasible);
+  EXPECT_NE(answer.solution.message.find("in the plane normal to e_3"), std::string::npos) << answer.solution.message;
+  problem.goal->turn.reset();
+  problem.goal->move = {std::nullopt, std::nullopt, 0.06};
+  problem.start.linear_velocity[2] = 0.02;
+  EXPECT_EQ(answer_to_drift(problem).solution.status, maneuver::Status::optimal);
+}
+
+TEST(DriftingSwimmer, goes_by_every_scheme_of_one_stage) {
+  for (const maneuver::Scheme scheme : {maneuver::Scheme::midpoint, maneuver::Scheme::paper}) {
+    Problem problem = drifting_turn();
+    problem.scheme = scheme;
+    expect_drift_proved(answer_to_drift(problem));
+  }
+}
+
 TEST(DriftingSwimmer, may_have_joints_that_nothing_drives) {
   Problem problem = drifting("/bench/problems/drifting_within_limits.toml", 200);
   problem.limits = {};
@@ -138,7 +159,10 @@ TEST(SolverThatDrifts, goes_on_with_the_rest_of_its_answer) {
     solver.advance(solved.solution.time[from]);
     const auto now = carried(solved.system, solver.maneuver().start),
                before = carried(solved.system, maneuver::start_state(solved.system, problem.start));
-    EXPECT_LT((now.linear - before.linear).norm(), 1e-3 * before.linear.norm());
+    const double scale = maneuver::bodies_momentum(solved.system, solver.maneuver().start);
+    EXPECT_GT(before.angular.norm(), 1e-3 * scale);
+    EXPECT_LT((now.linear - before.linear).norm(), 1e-12 * scale / solved.system.length_unit());
+    EXPECT_LT((now.angular - before.angular).norm(), 1e-12 * scale);
     const optimizer::Outcome outcome = solver.solve();
     EXPECT_EQ(outcome.termination, Termination::converged) << outcome.reason;
     EXPECT_LE(outcome.iterations, 10);
@@ -168,6 +192,57 @@ TEST(SolverThatDrifts, takes_a_start_as_it_is_seen) {
   EXPECT_LT(proof.momentum_drift, 1e-11);
   EXPECT_GT(std::abs(solver.cost() / solved.solution.cost - 1.0), 1e-3);
   EXPECT_FALSE(solver.feedback().gain.empty());
+}
+
+// From momentum to rest where the goal is, and on to momentum again.
+TEST(SolverThatDrifts, may_come_to_rest_and_drift_again) {
+  Problem problem = drifting_in_space();
+  problem.limits = {};
+  const SolvedDrift solved(problem);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  maneuver::Start still = solved.problem.start;
+  still.linear_velocity.setZero();
+  for (Vector3d& rate : still.angular_velocity) rate.setZero();
+  maneuver::Start there = still;
+  for (Vector3d& rotation : there.rotation) rotation.setZero();
+  for (int round = 0; round < 2; ++round) {
+    solver.set_start(maneuver::start_as_seen(solved.system, there));
+    ASSERT_EQ(solver.solve().termination, Termination::converged) << solver.solve().reason;
+    EXPECT_EQ(solver.cost(), 0.0) << "rest is where the goal is";
+    solver.set_start(maneuver::start_as_seen(solved.system, solved.problem.start));
+    ASSERT_EQ(solver.solve().termination, Termination::converged) << solver.solve().reason;
+    EXPECT_GT(solver.cost(), 0.1);
+    const certificate::Certificate proof =
+        certificate::certify(solved.system, solved.problem, solver.solution(), certificate::Options());
+    EXPECT_LT(proof.kkt, 1e-8);
+    EXPECT_LT(proof.momentum_drift, 1e-11);
+    solver.set_start(maneuver::start_as_seen(solved.system, still));
+    ASSERT_EQ(solver.solve().termination, Termination::converged) << solver.solve().reason;
+    EXPECT_GT(solver.cost(), 0.1);
+  }
+}
+
+TEST(SolverThatDrifts, goes_on_from_where_it_was_pushed) {
+  Problem problem = drifting_in_space();
+  problem.limits = {};
+  const SolvedDrift solved(problem);
+  study::Solver solver(solved.system, solved.problem, solved.solution);
+  solver.advance(0.3);
+  maneuver::Start pushed;
+  const integrator::State& start = solver.maneuver().start;
+  const Eigen::VectorXd velocity = integrator::velocity_of_state(solved.system, start);
+  for (const Eigen::Matrix3d& R : start.rotation) pushed.rotation.push_back(lie::log(R));
+  pushed.position = start.position;
+  pushed.angular_velocity = mechanics::angular_velocities(solved.system, start.rotation, velocity);
+  pushed.linear_velocity = velocity.tail<3>() + Vector3d(0.0, 0.02, 0.0);
+  solver.set_start(maneuver::start_as_seen(solved.system, pushed));
+  ASSERT_EQ(solver.solve().termination, Termination::converged);
+  solver.advance(0.2);
+  ASSERT_EQ(solver.solve().termination, Termination::converged);
+  const auto now = carried(solved.system, solver.maneuver().start),
+             before = carried(solved.system, maneuver::start_as_seen(solved.system, pushed));
+  EXPECT_LT((now.angular - before.angular).norm() + (now.linear - before.linear).norm(),
+            1e-11 * maneuver::bodies_momentum(solved.system, start));
 }
 
 std::string refused_start(study::Solver& solver, const integrator::State& start) {
