@@ -23,6 +23,8 @@ using model::System;
 constexpr double dependent_row = 1e-11;  // of the largest pivot
 constexpr int most_segments = 20;        // a growth of 1e20 over the whole is 10 over each
 constexpr double coasting = 1e-3;        // of what would bring a motion to rest in its time: moments that hardly act
+constexpr double worth_of_round_off =
+    1e-7;  // of a momentum, or what turns by 1 rad in a step, over a step: of moments whose round-off is a share of 1e-8
 
 // Largest difference of the stored moments from given ones along the axes, relative to the largest moment.
 double difference(const StoredMotion& motion, const MatrixXd& moments) {
@@ -104,15 +106,29 @@ VectorXd node_weights(const StoredMotion& motion) {
   return weights;
 }
 
+namespace {
+
+bool begins_in_motion(const maneuver::Start& start) {
+  return !start.linear_velocity.isZero(0.0) || std::any_of(start.angular_velocity.begin(), start.angular_velocity.end(),
+                                                           [](const Vector3d& rate) { return !rate.isZero(0.0); });
+}
+
+}  // namespace
+
 double gradient_of_coasting(const StoredMotion& motion) {
-  if (!periodic(motion)) return 0.0;
   Largest momentum;
   for (const integrator::State& state : node_states(motion)) {
     momentum.add(state.momentum.head(state.momentum.size() - 3).lpNorm<Eigen::Infinity>());
     momentum.add(motion.system.length_unit() * state.momentum.tail<3>().lpNorm<Eigen::Infinity>());
   }
   const double duration = motion.steps * motion.time_step;
-  return coasting * node_weights(motion).maxCoeff() * momentum.value() / duration;
+  const double weight = node_weights(motion).maxCoeff();
+  if (periodic(motion)) return coasting * weight * momentum.value() / duration;
+  if (!begins_in_motion(motion.problem.start)) return 0.0;
+  Largest inertia;
+  for (const model::Body& body : motion.system.bodies()) inertia.add(body.inertia_matrix.norm());
+  const double round_off = momentum.value() + inertia.value() / motion.time_step;
+  return worth_of_round_off * weight * round_off / motion.time_step;
 }
 
 double gradient_by_later_turns(const StoredMotion& motion) {

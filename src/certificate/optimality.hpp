@@ -26,8 +26,9 @@ VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space);
 /// What a free duration makes ∇cost worth at least by a moment, (N m) s: the time's cost over Σ|u|; 0 where it is given.
 double worth_by_duration(const StoredMotion& motion);
 
-/// What ∇cost is at least in a gait, (N m) s, which may go on by itself at no cost: that of moments a thousandth of what would bring it
-/// to rest in its time. 0 of other motions.
+/// What ∇cost is at least, (N m) s, for a motion may go on by itself at no cost: in a gait that of moments a thousandth of what would bring
+/// it to rest in its time; in a maneuver that begins in motion that of moments whose own round-off is as large as what counts as none
+/// beside them; 0 of others.
 double gradient_of_coasting(const StoredMotion& motion);
 
 /// About what turns of the joints add to ∇cost where they cost, (N m) s: a moment at one node turns its joint ever after, as if nothing

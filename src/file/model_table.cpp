@@ -15,6 +15,7 @@
 #include "fluid/gap.hpp"
 #include "fluid/overlap.hpp"
 #include "lie/so3.hpp"
+#include "maneuver/maneuver.hpp"
 #include "model/input_error.hpp"
 
 namespace lamprey::file {
@@ -262,6 +263,16 @@ std::string start_text(const Problem& problem) {
                      moving ? "in motion" : "at rest");
 }
 
+// Which no joint moment changes; empty where there is none.
+std::string momentum_text(const Problem& problem) {
+  const System system(problem.swimmer);
+  if (!maneuver::has_momentum(system, problem.start)) return "";
+  const integrator::State start = maneuver::start_state(system, problem.start);
+  const auto total = mechanics::spatial_momentum(system, start.rotation, Eigen::Vector3d::Zero(), start.momentum);
+  return fmt::format("total momentum {} kg m/s and, about the root's mass centre, {} kg m²/s, which stays",
+                     vector_text(total.linear), vector_text(total.angular));
+}
+
 std::string control_kind_text(const Problem& problem) {
   if (problem.control == ControlKind::steps) return "one value at each node";
   return fmt::format("natural cubic spline through {} points", problem.points);
@@ -270,6 +281,7 @@ std::string control_kind_text(const Problem& problem) {
 std::string search_text(const maneuver::Search& search) {
   std::string text = fmt::format("{}, {} start{}, seed {}, tolerance {}", word(search.method), search.starts,
                                  search.starts == 1 ? "" : "s", search.seed, short_number(search.tolerance));
+  if (search.whole_turns > 0) text += fmt::format(", {} by whole turns", std::min(search.whole_turns, search.starts));
   if (search.hops > 0) text += fmt::format(", {} hop{}", search.hops, search.hops == 1 ? "" : "s");
   if (search.time_limit) text += fmt::format(", at most {} s", short_number(*search.time_limit));
   return text;
@@ -278,6 +290,7 @@ std::string search_text(const maneuver::Search& search) {
 std::string task_section(const Problem& problem) {
   TextTable table("l");
   table.add_row({"start", start_text(problem)});
+  if (const std::string carried = momentum_text(problem); !carried.empty()) table.add_row({"", carried});
   add_goal(table, problem);
   table.add_row({"time", time_text(problem)});
   table.add_row({"scheme", std::string(word(problem.scheme))});

@@ -100,7 +100,7 @@ void require_supported_maneuver(const maneuver::Problem& problem, Purpose purpos
   if ((composed || spline) && problem.cost_weights.of_displacement())
     refuse_unsupported("cost.displacement", shown(problem.cost_weights.displacement), "effort and time alone", mend);
   if (momentum && (problem.duration.free || problem.goal->periodic))
-    refuse("start", "total momentum, with which durations and ends cannot be free",
+    refuse("start", "total momentum, with which this version takes neither a free duration nor a periodic goal",
            "velocities whose total momentum is zero", "take them out, or give a duration and goal.periodic = false");
   if (!spline && purpose != Purpose::solve_with_ipopt && !composed) return;
   const bool universal = std::any_of(problem.swimmer.joints.begin(), problem.swimmer.joints.end(),

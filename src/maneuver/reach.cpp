@@ -169,6 +169,18 @@ MatrixXd reached_at_end(const StageModel& model) {
   return reached;
 }
 
+// kg m²/s, what total momentum about the root's mass centre, linear by the unit of length, has beside such turns and displacements.
+Vector6d beside(const System& system, const integrator::State& state, const MatrixXd& pose) {
+  if (pose.cols() == pose.rows()) return Vector6d::Zero();
+  const auto total = mechanics::spatial_momentum(system, state.rotation, Vector3d::Zero(), state.momentum);
+  const double length = system.length_unit();
+  VectorXd carried(6);
+  carried << total.angular, length * total.linear;
+  MatrixXd moved = pose;
+  moved.bottomRows<3>() /= length;
+  return algebra::beyond_rows(carried, moved.transpose(), reach_threshold);
+}
+
 }  // namespace
 
 std::optional<ShapeCoordinates> reachable_coordinates(const System& system, const Maneuver& asked,
@@ -233,14 +245,16 @@ void refuse_price_of_no_displacement(const System& system, const Maneuver& maneu
 }
 
 double momentum_beside(const System& system, const integrator::State& state, const MatrixXd& pose) {
-  if (pose.cols() == pose.rows()) return 0.0;
-  const auto total = mechanics::spatial_momentum(system, state.rotation, Vector3d::Zero(), state.momentum);
-  const double length = system.length_unit();
-  VectorXd carried(6);
-  carried << total.angular, length * total.linear;
-  MatrixXd moved = pose;
-  moved.bottomRows<3>() /= length;
-  return algebra::beyond_rows(carried, moved.transpose(), reach_threshold).norm() / bodies_momentum(system, state);
+  return beside(system, state, pose).norm() / bodies_momentum(system, state);
+}
+
+mechanics::SpatialMomentum momentum_within(const System& system, const integrator::State& state, const MatrixXd& pose) {
+  auto total = mechanics::spatial_momentum(system, state.rotation, state.position, state.momentum);
+  const Vector6d taken = beside(system, state, pose);
+  const Vector3d linear = taken.tail<3>() / system.length_unit();
+  total.angular -= taken.head<3>() + state.position.cross(linear);
+  total.linear -= linear;
+  return total;
 }
 
 std::string out_of_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,

@@ -22,6 +22,9 @@ std::optional<std::vector<EndRow>> independent_end_rows(const model::System& sys
 /// How much total momentum takes a swimmer out of where moments move its root, as a share of its bodies' own: turns (rad) and
 /// displacements (m), orthonormal columns. 0 where they move it in every way.
 double momentum_beside(const model::System& system, const integrator::State& state, const MatrixXd& pose);
+/// Total momentum, angular about the world's origin, without that.
+mechanics::SpatialMomentum momentum_within(const model::System& system, const integrator::State& state,
+                                           const MatrixXd& pose);
 
 /// Why no motion meets the goal, in words: it lies outside the plane or the line in which moments keep such a motion, or asks a
 /// single coordinate, which can only go back the way it came where it cannot turn right round, for a displacement that ends in the first shape. Empty where neither shows, and

@@ -19,7 +19,9 @@ using optimizer::StageStep;
 
 constexpr double longest_turn = 0.6;     // rad, of one shape coordinate in one step of the search
 constexpr double longest_stretch = 0.3;  // of the logarithm of the duration
-constexpr double goal_met = 1e-6;        // end rows of a motion that is an answer
+constexpr double worth_of_round_off =
+    1e-8;  // of a momentum, or what turns by 1 rad in a step, over a step: moments that are next to none
+constexpr double goal_met = 1e-6;  // end rows of a motion that is an answer
 
 }  // namespace
 
@@ -125,7 +127,10 @@ void ShapeProgram::take_start_impulse() {
                        start_impulse_);
 }
 
+// Of motions that go on by themselves moments are what round-off leaves of momenta, and no gradient to measure others by.
 void ShapeProgram::take_total() {
+  const double begun = maneuver_.periodic ? 0.0 : bodies_momentum(system_, maneuver_.start);
+  if (begun > 0.0) least_moment_ = worth_of_round_off * (begun + MomentumNoise(system_).inertia / h_) / h_;
   if (drifts_)
     total_ = mechanics::spatial_momentum(system_, maneuver_.start.rotation, Vector3d::Zero(), maneuver_.start.momentum);
 }

@@ -243,6 +243,7 @@ class ShapeProgram : public optimizer::StageProgram {
   Steps use_;
   bool drifts_;                       // whether total momentum may be carried
   mechanics::SpatialMomentum total_;  // what is, about the root's first place
+  double least_moment_ = 0.0;         // N m, that the cost's gradient counts with at least
   int shape_, pose_, controls_;
   CostTerms terms_;
   int leads_;  // stages before the first step

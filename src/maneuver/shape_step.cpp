@@ -532,7 +532,7 @@ bool turns_too_far(const Rotations& from, const Rotations& to) {
 
 double momentum_left(const System& system, const std::vector<ShapeStep>& steps, const std::vector<Rotations>& rotation,
                      const mechanics::Vectors& position, const mechanics::SpatialMomentum& total) {
-  double left = 0.0, scale = 0.0;
+  double left = 0.0, scale = std::max(total.angular.norm(), system.length_unit() * total.linear.norm());
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const Matrix3d& R = rotation[k][0];
     const Vector3d linear = R * steps[k].momentum.tail<3>();

@@ -202,7 +202,7 @@ void follow_root(const mechanics::Rotations& rotation, const mechanics::Rotation
 bool turns_too_far(const mechanics::Rotations& from, const mechanics::Rotations& to);
 
 /// Largest difference of a motion's solved steps from the total momentum that it has to carry, angular about where it begins or linear
-/// times the swimmer's length unit, against the largest momentum of any body; rotations and positions at the steps' beginnings.
+/// times the swimmer's length unit, against the largest momentum of any body and against it; rotations and positions at the steps' beginnings.
 double momentum_left(const model::System& system, const std::vector<ShapeStep>& steps,
                      const std::vector<mechanics::Rotations>& rotation, const mechanics::Vectors& position,
                      const mechanics::SpatialMomentum& total = {});

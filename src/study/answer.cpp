@@ -110,11 +110,10 @@ bool met_once(const maneuver::SearchRecord& search) {
          few_arrived * search.solved < (few_arrived + 1) * static_cast<int>(search.minima.size());
 }
 
-// Of a gait that goes on by itself: moments that do no more than a share of its energy, which is all round-off. None costs less.
+// Of a motion that goes on by itself: moments that do no more than a share of its energy, which is all round-off. None costs less.
 bool costs_nothing(const Problem& problem, const Solution& solution) {
   constexpr double share = 1e-8;
-  const bool gait = problem.goal && problem.goal->periodic;
-  if (!gait || problem.cost_weights.of_displacement() || solution.time.empty()) return false;
+  if (problem.cost_weights.of_displacement() || solution.time.empty()) return false;
   const model::System system(problem.swimmer);
   const mechanics::Rotations& R = solution.rotation.front();
   const Eigen::VectorXd velocity = mechanics::velocity_of_bodies(system, R, solution.angular_velocity.front(),

@@ -1,9 +1,10 @@
-// First guesses of swimmers that begin with momentum, for both methods.
+// Swimmers that begin in motion: first guesses for both methods, and goals that they get to by themselves.
 #pragma once
 
 #include "maneuver/node_path.hpp"
 #include "maneuver/problem.hpp"
 #include "model/system.hpp"
+#include "study/found.hpp"
 
 namespace lamprey::study {
 
@@ -11,5 +12,11 @@ namespace lamprey::study {
 /// the start carries none or nothing leads through.
 maneuver::NodePath carried_by_momentum(const model::System& system, const maneuver::Problem& problem,
                                        maneuver::NodePath guess, int start);
+
+/// The motion without any moments of a start in motion, by a scheme of one stage, where that meets the goal of a maneuver of the problem
+/// within its limits and costs nothing, so that none costs less: an outcome that has converged. Nothing elsewhere, and with
+/// waypoints, a worth of displacement and a weight of angular velocity.
+std::optional<Found> coasting_to_goal(const model::System& system, const maneuver::Problem& problem,
+                                      const maneuver::Maneuver& maneuver);
 
 }  // namespace lamprey::study

@@ -1,4 +1,5 @@
 #include "study/solve.hpp"
+#include "study/drifting.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -38,15 +39,17 @@ constexpr int hop_round = 8;         // hops from one minimum; fixed, so that th
 constexpr int confirming_steps = 4;  // times the coarse grid's
 constexpr double settled_cost = 0.05;  // relative difference of cost between the two
 constexpr double faded = 1e-6;         // displacement over the swimmer's size: as good as none
+constexpr const char* at_rest = "at rest";
 constexpr int candidates_of_kept = 4;  // for each minimum that is to be kept
 
 std::unique_ptr<Method> choose_method(const System& system, const Problem& problem, const SolveOptions& options,
                                       const Budget& budget) {
   const bool timeless = problem.duration.free || (problem.goal && problem.goal->periodic);
   if (timeless && maneuver::has_momentum(system, problem.start))
-    throw model::InputError("start",
-                            "found total momentum, with which durations and ends cannot be free; take the "
-                            "velocities out, or give a duration and goal.periodic = false");
+    throw model::InputError(
+        "start",
+        "found total momentum, with which this version takes neither a free duration nor a periodic goal; take the "
+        "velocities out, or give a duration and goal.periodic = false");
   const bool newton = newton_takes(system, problem), both = options.solver == Backend::both;
   if (!integrator::single_step(problem.scheme) && (options.solver == Backend::ipopt || both || !newton))
     throw model::InputError(
@@ -76,7 +79,7 @@ class Search {
 
   std::vector<Solution> run() {
     budget_.enter(Budget::Stage::guessing);
-    if (stays() || cannot()) return solutions_;
+    if (stays() || coasts() || cannot()) return solutions_;
     search_starts();
     if (nothing_wins()) return solutions_;
     ended_early_ = budget_.closing();
@@ -133,6 +136,11 @@ class Search {
     return maneuver::met_by_rest(system_, problem_, full_) && rest("the goal is where the swimmer rests");
   }
 
+  bool coasts() {
+    const std::optional<Found> coast = coasting_to_goal(system_, problem_, full_);
+    return coast && offer(*coast, "without moments", " It does nothing: " + coast->outcome.reason + ".");
+  }
+
   // Where a displacement wins less than it costs, searches fade away towards rest.
   bool nothing_wins() {
     if (!problem_.cost_weights.of_displacement() || budget_.stopped()) return false;
@@ -155,18 +163,28 @@ class Search {
   }
 
   bool rest(const char* reason) {
-    add_rest(optimizer::Termination::converged, reason);
+    return offer(staying(system_, problem_, full_, reason), at_rest,
+                 std::string(" It stays where it is: ") + reason + ".");
+  }
+
+  // An answer without a search, where it is accepted.
+  bool offer(const Found& answer, const char* by, const std::string& message) {
+    add_unsought(answer, by);
     rests_ = true;
     if (options_.accept && !options_.accept(solutions_.back())) return false;
-    solutions_.back().message += std::string(" It stays where it is: ") + reason + ".";
+    solutions_.back().message += message;
     return true;
   }
 
   void add_rest(optimizer::Termination termination, const std::string& reason) {
     Found still = staying(system_, problem_, full_, reason);
     still.outcome.termination = termination;
+    add_unsought(still, at_rest);
+  }
+
+  void add_unsought(const Found& still, const char* by) {
     Solution solution = study::describe(system_, full_, problem_.scheme, {}, still);
-    solution.solver.name = "at rest";
+    solution.solver.name = by;
     solution.solver.wall_seconds = budget_.seconds();
     solution.solver.processor_seconds = budget_.processor_seconds();
     solution.solver.iterations = iterations_;
@@ -444,7 +462,7 @@ class Search {
   std::vector<Found> found_;  // of the solutions
   std::string out_of_reach_;  // why nothing meets the goal, where that shows without a search
   bool ended_early_ = false;  // by time or interruption
-  bool rests_ = false;        // whether the first of these stays where the goal is
+  bool rests_ = false;        // whether the first of these does nothing to get to the goal
   int iterations_ = 0;
   int evaluations_ = 0;
 };

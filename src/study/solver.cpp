@@ -38,7 +38,7 @@ constexpr double same_answer = 1e-6;         // relative difference of cost
 constexpr double least_of_most = 1e-3;       // least duration over the most, where the least asked for has passed
 constexpr double most_beyond = 0.1;          // rad, of a joint seen beyond its limit
 constexpr double most_inside = 0.01;         // swimmer's sizes, of a body seen beyond a limit of place or clearance
-constexpr double in_plane = 1e-4;            // share of momentum beside a plane: its square is what derivatives lack
+constexpr double most_out_of_plane = 0.1;    // of the bodies' momentum, that is seen of the whole's beside its plane
 constexpr double nothing_left = 1e-6;        // of the time
 constexpr double least_stirred = 1e-6;       // of the way that the shapes led before
 constexpr int most_polishing = 5;            // iterations at an answer
@@ -198,7 +198,6 @@ void Solver::set_goal(const Goal& goal) {
 void Solver::set_start(const integrator::State& start) {
   if (maneuver_.periodic)
     throw InputError("start", "found a periodic goal, whose motion begins where it closes; make a new Solver");
-  require_takeable_momentum(start);
   mechanics::Rotations fitting = start.rotation;
   maneuver::fit_to_joints(system_, fitting);
   for (std::size_t i = 0; i < fitting.size(); ++i)
@@ -206,7 +205,7 @@ void Solver::set_start(const integrator::State& start) {
       throw InputError("start.rotation." + system_.body(static_cast<int>(i)).name,
                        "found a rotation beside what its joint allows; make the state by start_without_momentum");
   Maneuver moved = maneuver_;
-  moved.start = kept_within_limits(start);
+  moved.start = kept_within_limits(with_takeable_momentum(start));
   moved.total = total_of(moved.start);
   const auto broken = maneuver::broken_by_start(system_, moved, program_.limit_rows());
   if (broken && broken->row->of_gap() && broken->excess > most_inside * system_.size())
@@ -218,18 +217,23 @@ void Solver::set_start(const integrator::State& start) {
 }
 
 // With its plane: momentum that leaves it would carry the swimmer along with coordinates that the search does not have.
-void Solver::require_takeable_momentum(const integrator::State& start) const {
-  if (!maneuver::has_momentum(system_, start)) return;
+integrator::State Solver::with_takeable_momentum(const integrator::State& start) const {
+  if (!maneuver::has_momentum(system_, start)) return start;
   if (!program_.carries_momentum())
     throw InputError(
         "start",
         "found total momentum, which joint moments cannot change, and the problem's own start has none; make "
-        "the state by start_without_momentum, or a Solver of a problem that starts with momentum");
-  if (maneuver::momentum_beside(system_, start, program_.pose_basis()) <= in_plane) return;
+        "the state by start_without_momentum (in Python leave linear_velocity out), or a Solver of a problem that "
+        "starts with "
+        "momentum");
+  const double beside = maneuver::momentum_beside(system_, start, program_.pose_basis());
+  if (beside == 0.0) return start;
+  if (beside <= most_out_of_plane)
+    return maneuver::state_of(system_, start.rotation[0], start.position, maneuver::shape_of(system_, start),
+                              maneuver::momentum_within(system_, start, program_.pose_basis()));
   throw InputError("start",
-                   "found total momentum out of the plane or line in which the problem's own motion stays; take that "
-                   "part out of the velocities, or make a "
-                   "new Solver of a problem that starts so");
+                   "found total momentum out of the plane or line in which the problem's own motion stays; make a new "
+                   "Solver of a problem that starts so");
 }
 
 // Which joint moments keep; none, to the last digit, where the program has none.

@@ -27,7 +27,8 @@ class Solver {
   /// Another start; the goal stays where it is in the world. The motion's shapes follow it, less and
   /// less towards the end. Joints seen beyond a limit of angle, swing or twist begin at it, still. Throws model::InputError where
   /// one is by more than 0.1 rad, where bodies are beyond a clearance or a keep-out by more than a hundredth of the swimmer's size, for periodic goals, and where there is
-  /// total momentum but the problem's own start has none, or none that leaves the plane in which moments keep the swimmer.
+  /// total momentum but the problem's own start has none. Of a swimmer whose moments and momentum keep it in a plane momentum out of
+  /// it is left out, as what measurements err by, and refused where it is more than a tenth of the bodies'.
   void set_start(const integrator::State& start);
 
   /// Another duration in as many steps, s: the time that is left. Moments stretch with it. Throws model::InputError where it is free
@@ -87,7 +88,7 @@ class Solver {
          const Reached& reached);
   Beginning& moved_beginning();
   integrator::State kept_within_limits(const integrator::State& seen) const;
-  void require_takeable_momentum(const integrator::State& start) const;
+  integrator::State with_takeable_momentum(const integrator::State& start) const;
   mechanics::SpatialMomentum total_of(const integrator::State& state) const;
   std::size_t node_before(double time) const;
   integrator::State start_at(double time) const;

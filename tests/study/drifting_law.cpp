@@ -4,6 +4,8 @@
 
 #include "file/problem_file.hpp"
 #include "maneuver/feedback.hpp"
+#include "maneuver/reach.hpp"
+#include "maneuver/simulate.hpp"
 #include "mechanics/continuous.hpp"
 #include "model/input_error.hpp"
 #include "study/answer.hpp"
@@ -95,6 +97,39 @@ TEST(DriftingSwimmer, stays_in_the_plane_of_its_momentum) {
   problem.goal->move = {std::nullopt, std::nullopt, 0.06};
   problem.start.linear_velocity[2] = 0.02;
   EXPECT_EQ(answer_to_drift(problem).solution.status, maneuver::Status::optimal);
+}
+
+// Where the goal is where it gets by itself, the answer is to do nothing; and next to it to do next to nothing.
+TEST(DriftingSwimmer, does_nothing_where_it_gets_to_its_goal_by_itself) {
+  for (Problem problem : {drifting_turn(), drifting_in_space()}) {
+    problem.limits = {};
+    const model::System system(problem.swimmer);
+    const Solution coast =
+        maneuver::simulate(system, problem, maneuver::no_control(system), maneuver::SimulateOptions());
+    const std::string root = system.body(0).name;
+    problem.goal->turn.reset();
+    problem.goal->rotation.clear();
+    double dearer = 0.0;
+    for (const double beside : {1e-4, 1e-6, 0.0}) {
+      problem.goal->rotation[root] = lie::log(coast.rotation.back()[0] * lie::exp(Vector3d(0.0, 0.0, beside)));
+      const study::Answer answer = answer_to_drift(problem);
+      EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << beside << answer.solution.message;
+      EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << beside << answer.solution.message;
+      if (dearer > 0.0 && beside > 0.0) {
+        EXPECT_NEAR(dearer / answer.solution.cost, 1e4, 1e2);  // as the square
+      }
+      dearer = answer.solution.cost;
+    }
+    EXPECT_LT(dearer, 1e-20);
+  }
+  // straight ahead
+  Problem straight = drifting_turn();
+  straight.goal->turn.reset();
+  straight.goal->move = {1.2, std::nullopt, std::nullopt};
+  const study::Answer answer = answer_to_drift(straight);
+  EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+  EXPECT_LT(answer.solution.cost, 1e-20);
+  EXPECT_LE(answer.certificate.momentum_drift, 1e-11);
 }
 
 TEST(DriftingSwimmer, goes_by_every_scheme_of_one_stage) {
@@ -245,6 +280,13 @@ TEST(SolverThatDrifts, goes_on_from_where_it_was_pushed) {
             1e-11 * maneuver::bodies_momentum(solved.system, start));
 }
 
+// Turns about e₃, displacements along e₁ and e₂.
+Eigen::MatrixXd in_the_plane() {
+  Eigen::MatrixXd pose = Eigen::MatrixXd::Zero(6, 3);
+  pose(2, 0) = pose(3, 1) = pose(4, 2) = 1.0;
+  return pose;
+}
+
 std::string refused_start(study::Solver& solver, const integrator::State& start) {
   try {
     solver.set_start(start);
@@ -261,7 +303,12 @@ TEST(SolverThatDrifts, says_which_momentum_it_does_not_take) {
   study::Solver solver(solved.system, solved.problem, solved.solution);
   problem.start.linear_velocity = Vector3d(0.3, 0.05, 0.0);
   EXPECT_EQ(refused_start(solver, maneuver::start_as_seen(solved.system, problem.start)), "");
-  problem.start.linear_velocity[2] = 0.05;
+  problem.start.linear_velocity[2] = 1e-3;  // as measurements err
+  problem.start.angular_velocity[0] = Vector3d(1e-3, 0.0, 0.1);
+  EXPECT_EQ(refused_start(solver, maneuver::start_as_seen(solved.system, problem.start)), "");
+  EXPECT_LT(maneuver::momentum_beside(solved.system, solver.maneuver().start, in_the_plane()), 1e-12);
+  EXPECT_EQ(solver.solve().termination, Termination::converged);
+  problem.start.linear_velocity[2] = 0.2;
   EXPECT_NE(refused_start(solver, maneuver::start_as_seen(solved.system, problem.start)).find("out of the plane"),
             std::string::npos);
   Problem still = file::read_problem(LAMPREY_SOURCE_DIR "/examples/translation.toml");
