@@ -418,7 +418,7 @@ class Solver:
         Another start, such as the state that was just measured; the goal stays where it is in the world.
 
         rotation: (bodies, 3, 3), body → world. position: (3,) m, mass centre of the root, world frame.
-        angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints.
+        angular_velocity: (bodies, 3) rad/s, body frames; left out: still joints. linear_velocity needs it.
         linear_velocity: (3,) m/s, mass centre of the root, world frame: the whole moves, and carries momentum, as it was seen to; for problems
         whose own start carries some. Left out: only the joints' rates count, and the whole moves as total momentum
         zero demands, which moments cannot change.

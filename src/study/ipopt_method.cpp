@@ -234,6 +234,14 @@ class IpoptMethod : public Method {
 
 }  // namespace
 
+bool ipopt_takes(const System& system, const Problem& problem) {
+  const auto& joints = system.joints();
+  const bool universal = std::any_of(joints.begin(), joints.end(),
+                                     [](const auto& joint) { return joint.kind == model::JointKind::universal; });
+  const bool scheme = problem.scheme == maneuver::Scheme::trapezoid || problem.scheme == maneuver::Scheme::paper;
+  return scheme && !system.coupled() && !(universal && problem.cost_weights.any());
+}
+
 std::unique_ptr<Method> ipopt_method(const System& system, const Problem& problem, const SolveOptions& options,
                                      const Budget& budget) {
   return std::make_unique<IpoptMethod>(system, problem, options, budget);

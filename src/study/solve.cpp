@@ -40,6 +40,7 @@ constexpr int confirming_steps = 4;  // times the coarse grid's
 constexpr double settled_cost = 0.05;  // relative difference of cost between the two
 constexpr double faded = 1e-6;         // displacement over the swimmer's size: as good as none
 constexpr const char* at_rest = "at rest";
+constexpr int second_guesses = 4;      // of the second solver, where it is tried because the first one found nothing
 constexpr int candidates_of_kept = 4;  // for each minimum that is to be kept
 
 std::unique_ptr<Method> choose_method(const System& system, const Problem& problem, const SolveOptions& options,
@@ -74,7 +75,7 @@ class Search {
         budget_(problem, options),
         full_(maneuver::make_maneuver(system, problem, problem.steps)),
         method_(choose_method(system, problem, options, budget_)) {
-    if (options.solver == Backend::both) second_ = ipopt_method(system, problem, options, budget_);
+    if (options.solver == Backend::both) add_second(problem.search.starts);
   }
 
   std::vector<Solution> run() {
@@ -110,7 +111,7 @@ class Search {
       words += (words.empty() ? "" : ", ") + std::to_string(asked - tried) + " of " + std::to_string(asked) + what;
     };
     if (!ended_early_) return words;
-    add(guesses_, (second_ ? 2 : 1) * problem_.search.starts,
+    add(guesses_, problem_.search.starts + asked_of_second_,
         second_ ? " first guesses of two solvers" : " first guesses");
     add(static_cast<int>(starts_.size()) - first_hop_, problem_.search.hops, " hops");
     return words;
@@ -199,12 +200,7 @@ class Search {
     if (method_->has_strokes()) budget_.enter(Budget::Stage::guessing_before_strokes);
     starts_ = method_->solve_starts(0, problem_.search.starts);
     const int begun = static_cast<int>(starts_.size()), left = problem_.search.starts - begun;
-    if (second_ && !budget_.stopped()) {
-      for (Found& found : second_->solve_starts(0, problem_.search.starts)) {
-        found.by_second = true;
-        starts_.push_back(std::move(found));
-      }
-    }
+    if (second_ && !budget_.stopped()) search_by_second();
     for (int more = 0; more < retries && problem_.search.starts == 1 && !second_ && !options_.first_alone &&
                        !starts_.back().converged() && !budget_.closing();
          ++more)
@@ -214,10 +210,33 @@ class Search {
     if (!any_converged(starts_) && method_->has_strokes() && !options_.first_alone) strokes = method_->solve_strokes();
     if (left > 0 && !any_converged(starts_) && !any_converged(strokes) && !budget_.closing())
       append(method_->solve_starts(begun, left), starts_);
+    if (may_try_second(strokes)) {
+      add_second(std::min(problem_.search.starts, second_guesses));
+      search_by_second();
+    }
     guesses_ = static_cast<int>(starts_.size());
     append(std::move(strokes), starts_);
     for (const Found& start : starts_) count_effort(start.outcome);
     first_hop_ = static_cast<int>(starts_.size());
+  }
+
+  void add_second(int guesses) {
+    second_ = ipopt_method(system_, problem_, options_, budget_);
+    asked_of_second_ = guesses;
+  }
+
+  void search_by_second() {
+    for (Found& found : second_->solve_starts(0, asked_of_second_)) {
+      found.by_second = true;
+      starts_.push_back(std::move(found));
+    }
+  }
+
+  // From a start with momentum there are no strokes to try; motions that may leave mechanics on the way get past some obstacles.
+  bool may_try_second(const std::vector<Found>& strokes) const {
+    return options_.solver == Backend::automatic && maneuver::has_momentum(system_, problem_.start) &&
+           newton_takes(system_, problem_) && ipopt_takes(system_, problem_) && !any_converged(starts_) &&
+           !any_converged(strokes) && !options_.first_alone && !budget_.closing();
   }
 
   // Basin hopping (chapter 9): rounds of perturbed copies of the cheapest minimum that a finer grid confirms.
@@ -453,6 +472,7 @@ class Search {
   std::unique_ptr<Method> second_;              // where two solvers search
   std::vector<Found> starts_;                   // then hops
   int guesses_ = 0;                             // first guesses among them; strokes follow
+  int asked_of_second_ = 0;                     // first guesses
   int first_hop_ = 0;                           // where hops begin
   std::vector<std::optional<bool>> confirmed_;  // [starts] by a finer grid
   std::vector<std::size_t> candidates_;         // starts to refine, by rising cost; spare ones after
