@@ -27,8 +27,8 @@ class ShapeProgram : public optimizer::StageProgram {
   ShapeProgram(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                std::vector<EndRow> end_rows, std::vector<LimitRow> limits = {}, Steps use = Steps::faithful);
 
-  /// Takes over another start, other targets of the end rows and another duration, of as many steps and the same kind; a start
-  /// carries momentum where the first one does. A motion there is gets measured anew by them; where start or duration differ go_to must follow.
+  /// Takes over another start, other targets of the end rows and another duration, of as many steps and the same kind; a start may
+  /// carry momentum where the first one does. A motion there is gets measured anew by them; where start or duration differ go_to must follow.
   void retarget(const Maneuver& maneuver);
 
   /// Goes to a motion: its shapes and, as a first guess, its root's motion. Returns false where none is found.

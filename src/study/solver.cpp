@@ -427,6 +427,11 @@ bool Solver::go_to(const maneuver::NodePath& path, double duration, const maneuv
 const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
   outcome_.history.clear();
   outcome_.iterations = outcome_.evaluations = 0;
+  if (answers_ && !moved_) {
+    outcome_.termination = Termination::converged;
+    outcome_.reason = "nothing else is asked";
+    return outcome_;
+  }
   outcome_.termination = Termination::stalled;
   program_.retarget(maneuver_);
   if (stays()) return outcome_;
