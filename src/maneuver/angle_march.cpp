@@ -183,10 +183,7 @@ class AngleMarch {
   bool try_step(int k, const VectorXd& passive_turn) {
     const Rotations& left = path_.rotation[at(k)];
     next_shape_ = shape_at((k + 1) * h_, passive_turn);
-    const Vector3d arm = path_.position[at(k)].cross(total_.linear);
-    Vector6d carried;
-    carried << left[0].transpose() * (total_.angular - arm), left[0].transpose() * total_.linear;
-    return kernel_.solve(h_, left, next_shape_, step_, carried);
+    return kernel_.solve(h_, left, next_shape_, step_, seen_from_root(total_, left[0], path_.position[at(k)]));
   }
 
   // Newton's method by differences: the passive joints' turns under which step k takes no moment of them (equation 9.33).

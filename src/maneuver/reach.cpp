@@ -245,6 +245,7 @@ void refuse_price_of_no_displacement(const System& system, const Maneuver& maneu
 }
 
 double momentum_beside(const System& system, const integrator::State& state, const MatrixXd& pose) {
+  if (!has_momentum(system, state)) return 0.0;
   return beside(system, state, pose).norm() / bodies_momentum(system, state);
 }
 

@@ -135,15 +135,6 @@ void ShapeProgram::take_total() {
     total_ = mechanics::spatial_momentum(system_, maneuver_.start.rotation, Vector3d::Zero(), maneuver_.start.momentum);
 }
 
-// Of the whole about the root's mass centre, seen from the root at node k.
-Vector6d ShapeProgram::seen_total(const Motion& motion, int k) const {
-  const Matrix3d& R = motion.rotation[at(k)][0];
-  const Vector3d moved = motion.position[at(k)] - motion.position.front();
-  Vector6d seen;
-  seen << R.transpose() * (total_.angular - moved.cross(total_.linear)), R.transpose() * total_.linear;
-  return seen;
-}
-
 void ShapeProgram::retarget(const Maneuver& maneuver) {
   maneuver_ = maneuver;
   h_ = maneuver.time_step();
@@ -231,7 +222,9 @@ bool ShapeProgram::roll_out(Motion& motion) {
 bool ShapeProgram::solve_step(int k, Motion& motion) {
   ShapeStep& step = motion.step[at(k)];
   if (k > 0 && step.momentum_inverse.isZero(0.0)) step.momentum_inverse = motion.step[at(k - 1)].momentum_inverse;
-  const Vector6d total = drifts_ ? seen_total(motion, k) : Vector6d::Zero();
+  Vector6d total = Vector6d::Zero();
+  if (drifts_)
+    total = seen_from_root(total_, motion.rotation[at(k)][0], motion.position[at(k)] - motion.position.front());
   if (!kernel_.solve(h_ * motion.stretch, motion.rotation[at(k)], motion.shape[at(k + 1)], step, total)) return false;
   motion.rotation[at(k + 1)] = step.interval.next_rotation;
   for (Matrix3d& R : motion.rotation[at(k + 1)]) R = lie::renormalized(R);

@@ -194,7 +194,6 @@ class ShapeProgram : public optimizer::StageProgram {
   void lay_pose_multipliers(const optimizer::StageModel& model);
   void learn_pulls_of_carried(int first);
   void take_total();
-  Vector6d seen_total(const Motion& motion, int k) const;
   LimitedNode limited_node(const Motion& motion, int k) const;
   void add_limits(Motion& motion);
   double won(const Motion& motion) const;  // (N m)² s, by the displacement

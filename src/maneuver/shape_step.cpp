@@ -475,6 +475,12 @@ void ShapeKernel::add_changes_of_carried(const ShapeStep& step, const Vector6d& 
   hessian.block<3, 3>(place, place + 3) += moved.transpose();
 }
 
+Vector6d seen_from_root(const mechanics::SpatialMomentum& total, const Matrix3d& root, const Vector3d& place) {
+  Vector6d seen;
+  seen << root.transpose() * (total.angular - place.cross(total.linear)), root.transpose() * total.linear;
+  return seen;
+}
+
 Matrix6d carried_pose(const Vector3d& displacement) {
   Matrix6d carried = Matrix6d::Identity();
   carried.bottomLeftCorner<3, 3>() = -hat(displacement);
