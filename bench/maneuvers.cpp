@@ -2,13 +2,13 @@
 #include <benchmark/benchmark.h>
 
 #include "certificate/certify.hpp"
-#include "maneuver/goal_rank.hpp"
-#include "maneuver/guess.hpp"
-#include "maneuver/transcription.hpp"
+#include "guess/guess.hpp"
 #include "measured.hpp"
 #include "study/solve.hpp"
 #include "study/solver.hpp"
 #include "swimmers.hpp"
+#include "transcription/goal_rank.hpp"
+#include "transcription/transcription.hpp"
 
 namespace lamprey::bench {
 
@@ -23,7 +23,7 @@ struct Programmed {
   model::System system{problem.swimmer};
   maneuver::Maneuver maneuver = make_maneuver(system, problem, problem.steps);
   maneuver::NodePath guess = random_guess(system, maneuver, 1);
-  maneuver::Transcription program{system, maneuver, stated_goal_rows(system, maneuver)};
+  transcription::Transcription program{system, maneuver, stated_goal_rows(system, maneuver)};
   VectorXd point = program.pack(guess);
   VectorXd other = 1.000001 * point;
   VectorXd multiplier = VectorXd::Random(program.constraint_count());

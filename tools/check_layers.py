@@ -11,6 +11,7 @@ import re
 import sys
 
 LEFT_OF_MECHANICS = ["lie", "fluid", "model"]
+LEFT_OF_GUESS = ["shape", "maneuver", "optimizer", "integrator", "mechanics", *LEFT_OF_MECHANICS]
 # Every source begins with algebra/operators.hpp, by CMakeLists.txt and not by its own includes; all rooms may use that room.
 FOUNDATION = "algebra"
 MAY_USE = {
@@ -22,10 +23,13 @@ MAY_USE = {
     "integrator": ["mechanics", *LEFT_OF_MECHANICS],
     "optimizer": [],
     "maneuver": ["integrator", "mechanics", *LEFT_OF_MECHANICS, "optimizer"],
+    "shape": ["maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS, "optimizer"],
+    "transcription": ["shape", "maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS, "optimizer"],
+    "guess": ["shape", "maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS, "optimizer"],
     "certificate": ["maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS],
-    "study": ["certificate", "maneuver", "optimizer", "integrator", "mechanics", *LEFT_OF_MECHANICS],
-    "file": ["study", "certificate", "maneuver", "optimizer", "integrator", "mechanics", *LEFT_OF_MECHANICS],
-    "report": ["file", "study", "certificate", "maneuver", "optimizer", "integrator", "mechanics", *LEFT_OF_MECHANICS],
+    "study": ["certificate", "guess", "transcription", *LEFT_OF_GUESS],
+    "file": ["study", "certificate", "guess", "transcription", *LEFT_OF_GUESS],
+    "report": ["file", "study", "certificate", "guess", "transcription", *LEFT_OF_GUESS],
 }
 # certificate/ shares no solver code: of maneuver/ it may see only the plain structs that describe question and answer, and what
 # motors give, which no solver uses.

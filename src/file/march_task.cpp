@@ -13,11 +13,11 @@
 #include "integrator/scheme.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/feedback.hpp"
-#include "maneuver/gait_cycles.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/motor_limits.hpp"
 #include "maneuver/random.hpp"
 #include "maneuver/tracking.hpp"
+#include "shape/gait_cycles.hpp"
 
 namespace lamprey::file {
 
@@ -139,7 +139,7 @@ void repeat_gait(MarchOptions& options, Problem& problem) {
                                                   "fewer, or --steps fewer",
                                                   options.cycles, steps_of_cycle, step_limit));
   if (options.controls) repeat(options.cycles, *options.controls);
-  if (options.followed) options.followed->solution = maneuver::repeated(options.followed->solution, options.cycles);
+  if (options.followed) options.followed->solution = shape::repeated(options.followed->solution, options.cycles);
   if (options.steps == 0) problem.steps = static_cast<int>(steps);
   if (options.duration == 0.0)
     problem.duration = {
@@ -175,7 +175,7 @@ void begin_as(const std::optional<maneuver::Start>& gait, Problem& problem) {
 // And where it is followed, the plan begins there.
 void place_gait(const Problem& problem, Results& gait) {
   if (!problem.goal || !problem.goal->periodic || !gait.problem.goal || !gait.problem.goal->periodic) return;
-  gait.solution = maneuver::begun_at(gait.solution, problem.start.position, lie::exp(problem.start.rotation[0]));
+  gait.solution = shape::begun_at(gait.solution, problem.start.position, lie::exp(problem.start.rotation[0]));
 }
 
 // A maneuver to follow, and the swimmer that it was made for.
@@ -271,10 +271,10 @@ maneuver::Solution march(const MarchOptions& options, const model::System& syste
 }
 
 // And the problem begins as they do.
-maneuver::JointAngles angles_to_follow(const MarchOptions& options, const model::System& system, bool gait,
-                                       ProblemFile& file) {
+guess::JointAngles angles_to_follow(const MarchOptions& options, const model::System& system, bool gait,
+                                    ProblemFile& file) {
   Problem& problem = file.problem;
-  if (!maneuver::follows_angles(problem.scheme)) {
+  if (!guess::follows_angles(problem.scheme)) {
     const std::string message = fmt::format(
         "found {}; allowed where a march follows joint angles: paper, trapezoid, midpoint; choose one of them "
         "(--scheme)",
@@ -283,9 +283,9 @@ maneuver::JointAngles angles_to_follow(const MarchOptions& options, const model:
                          : located(model::InputError("integrator.scheme", message), file);
   }
   require_freedoms(*options.angles, options.angles_path, problem.swimmer.joints);
-  maneuver::JointAngles along = angle_function(*options.angles);
+  guess::JointAngles along = angle_function(*options.angles);
   if (gait) along.passive_start = options.angles->first;
-  problem.start = maneuver::start_along(system, problem, along);
+  problem.start = guess::start_along(system, problem, along);
   return along;
 }
 
@@ -360,10 +360,10 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   const Problem with_goal = file.problem;
   file.problem.goal.reset();  // marching seeks no goal
   perturb(options, system, followed.get(), file.problem);
-  std::optional<maneuver::JointAngles> along;
+  std::optional<guess::JointAngles> along;
   if (options.angles) along = angles_to_follow(options, system, with_goal.goal && with_goal.goal->periodic, file);
   Results results = begun_results(file, system, command);
-  results.solution = along ? maneuver::march_along(system, file.problem, *along, options.interrupted)
+  results.solution = along ? guess::march_along(system, file.problem, *along, options.interrupted)
                            : march(options, system, file.problem, followed.get());
   const std::string remarks =
       perturbed_words(factors, file.problem) + march_remarks(options, system, file.problem, with_goal, asked, results);

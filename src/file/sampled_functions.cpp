@@ -33,7 +33,7 @@ maneuver::ControlFunction control_function(const ControlSamples& samples, const 
   };
 }
 
-maneuver::JointAngles angle_function(const AngleSamples& samples) {
+guess::JointAngles angle_function(const AngleSamples& samples) {
   const auto joints = static_cast<Eigen::Index>(samples.angle.front().size());
   Eigen::MatrixXd values(3 * joints, static_cast<Eigen::Index>(samples.time.size()));
   for (std::size_t s = 0; s < samples.time.size(); ++s)

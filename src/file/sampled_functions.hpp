@@ -3,7 +3,7 @@
 
 #include "file/angles_file.hpp"
 #include "file/controls_file.hpp"
-#include "maneuver/angle_march.hpp"
+#include "guess/angle_march.hpp"
 #include "maneuver/simulate.hpp"
 #include "model/system.hpp"
 
@@ -13,6 +13,6 @@ namespace lamprey::file {
 maneuver::ControlFunction control_function(const ControlSamples& samples, const model::System& system);
 
 /// Joint angles by a not-a-knot cubic, and their rates.
-maneuver::JointAngles angle_function(const AngleSamples& samples);
+guess::JointAngles angle_function(const AngleSamples& samples);
 
 }  // namespace lamprey::file

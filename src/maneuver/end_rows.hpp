@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "maneuver/maneuver.hpp"
-#include "maneuver/shape_step.hpp"
+#include "maneuver/shape_coordinates.hpp"
 
 namespace lamprey::maneuver {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "maneuver/maneuver.hpp"
+#include "maneuver/node_path.hpp"
 #include "maneuver/solution.hpp"
-#include "maneuver/transcription.hpp"
 
 namespace lamprey::maneuver {
 

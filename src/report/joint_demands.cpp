@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "lie/so3.hpp"
-#include "maneuver/node_work.hpp"
 #include "model/system.hpp"
+#include "shape/node_work.hpp"
 
 namespace lamprey::report {
 
@@ -92,8 +92,8 @@ void add_node(const file::Results& results, std::size_t node, const Driven& driv
   const double share = node == 0 || node + 1 == results.solution.time.size() ? 0.5 : 1.0;
   demand.largest_rate = std::max({demand.largest_rate, before.norm(), after.norm(), own.norm()});
   demand.largest_power = std::max(demand.largest_power, std::abs(u.dot(own)));
-  demand.work += share * results.problem.time_step *
-                 maneuver::mean_work({0.5 * u.dot(after + before), 0.5 * u.dot(after - before)});
+  demand.work +=
+      share * results.problem.time_step * shape::mean_work({0.5 * u.dot(after + before), 0.5 * u.dot(after - before)});
 }
 
 // Of a universal joint's axes the first does not move in the parent's frame, the second stays orthogonal to it.

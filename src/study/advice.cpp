@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "certificate/certify.hpp"
+#include "guess/whole_turns.hpp"
 #include "integrator/scheme.hpp"
-#include "maneuver/whole_turns.hpp"
 #include "study/enough_time.hpp"
 #include "study/faults.hpp"
 #include "study/method.hpp"
@@ -66,7 +66,7 @@ bool asks_beside_place(const Problem& problem) {
   Problem placeless = problem;
   placeless.goal->move = {};
   const model::System system(problem.swimmer);
-  return !maneuver::rest_meets_goal(system, placeless, maneuver::make_maneuver(system, placeless, problem.steps));
+  return !guess::rest_meets_goal(system, placeless, maneuver::make_maneuver(system, placeless, problem.steps));
 }
 
 // Positions end at their last digit, which far from the world's origin is a velocity from step to step.
@@ -202,7 +202,7 @@ std::string untried_turns(const model::System& system, const Problem& problem) {
       std::all_of(joints.begin(), joints.end(), [](const auto& joint) { return joint.actuation.cols() > 0; });
   if (search.starts < enough_starts || search.whole_turns > 0 || !newton_takes(system, problem)) return "";
   if (!problem.goal || problem.goal->periodic || !moved_by_all || system.control_count() < 2) return "";
-  if (maneuver::joints_that_turn_round(system, problem).empty()) return "";
+  if (guess::joints_that_turn_round(system, problem).empty()) return "";
   if (maneuver::has_momentum(system, problem.start)) return "";  // no first guess of such a start does
   return " No first guess had joints turn all the way round, which can be cheaper ([search] whole_turns = " +
          std::to_string(search.starts / proposed_share) + " lets as many of them do so).";

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
+#include "guess/coasting.hpp"
 #include "integrator/scheme.hpp"
-#include "maneuver/coasting.hpp"
-#include "maneuver/shape_program.hpp"
 #include "maneuver/simulate.hpp"
+#include "shape/shape_program.hpp"
 
 namespace lamprey::study {
 
@@ -29,7 +29,7 @@ maneuver::NodePath carried_by_momentum(const model::System& system, const maneuv
                                        maneuver::NodePath guess, int start) {
   if (!maneuver::has_momentum(system, problem.start)) return guess;
   const double share = start % calm_guesses < calm_guesses - 1 ? calm_share : 1.0;
-  return maneuver::coasting(system, problem, guess, share).value_or(std::move(guess));
+  return guess::coasting(system, problem, guess, share).value_or(std::move(guess));
 }
 
 std::optional<Found> coasting_to_goal(const model::System& system, const maneuver::Problem& problem,
@@ -46,8 +46,8 @@ std::optional<Found> coasting_to_goal(const model::System& system, const maneuve
   found.path.control.assign(coast.rotation.size(), Eigen::VectorXd::Zero(system.control_count()));
   maneuver::Maneuver asked = maneuver;
   asked.cost_weights = {};
-  maneuver::ShapeProgram program(system, asked, maneuver::ShapeCoordinates(system), {},
-                                 maneuver::limit_rows(system, problem), maneuver::Steps::faithful);
+  shape::ShapeProgram program(system, asked, maneuver::ShapeCoordinates(system), {},
+                              maneuver::limit_rows(system, problem), shape::Steps::faithful);
   if (!program.go_to(found.path) || !(program.stated_goal_error() <= met) || !(program.limit_violation() <= met))
     return std::nullopt;
   if (problem.cost_weights.any())

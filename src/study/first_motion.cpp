@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "maneuver/guess.hpp"
+#include "guess/guess.hpp"
 #include "mechanics/joint_moments.hpp"
 #include "study/found.hpp"
 
@@ -46,7 +46,7 @@ FirstMotion first_motion(const System& system, const maneuver::Problem& problem,
     path.position.push_back(problem.start.position + heading * (solution.position[k] - solution.position.front()));
     if (k > 0) maneuver::cayley_between(path.rotation[k - 1], path.rotation[k], path.cayley.emplace_back());
   }
-  if (!problem.start.free_shape) path = maneuver::led_to_start(system, path, start);
+  if (!problem.start.free_shape) path = guess::led_to_start(system, path, start);
   first.duration = problem.duration.value;
   if (problem.duration.free)
     first.duration =

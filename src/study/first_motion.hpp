@@ -1,20 +1,20 @@
 // A motion that someone has, as the first guess of a search.
 #pragma once
 
-#include "maneuver/cost_terms.hpp"
-#include "maneuver/limit_terms.hpp"
 #include "maneuver/node_path.hpp"
 #include "maneuver/problem.hpp"
 #include "maneuver/solution.hpp"
 #include "model/system.hpp"
+#include "shape/cost_terms.hpp"
+#include "shape/limit_terms.hpp"
 
 namespace lamprey::study {
 
 struct FirstMotion {
-  maneuver::NodePath path;                       // on as many steps as it was stored with
-  double duration = 0.0;                         // s
-  maneuver::LimitMultipliers limit_multipliers;  // of those of the problem's limits that it was found within
-  maneuver::WorkMultipliers work_multipliers;
+  maneuver::NodePath path;                    // on as many steps as it was stored with
+  double duration = 0.0;                      // s
+  shape::LimitMultipliers limit_multipliers;  // of those of the problem's limits that it was found within
+  shape::WorkMultipliers work_multipliers;
 };
 
 /// The nodes and moments of a solution or march of a swimmer of the same tree, placed and headed as the problem starts: joints turn

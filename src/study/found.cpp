@@ -4,8 +4,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "guess/guess.hpp"
 #include "lie/so3.hpp"
-#include "maneuver/guess.hpp"
 #include "maneuver/motion.hpp"
 
 namespace lamprey::study {
@@ -85,7 +85,7 @@ Found staying(const System& system, const maneuver::Problem& problem, const Mane
   still.outcome.termination = optimizer::Termination::converged;
   still.outcome.reason = reason;
   still.outcome.infeasibility = 0.0;
-  still.path = maneuver::at_rest(system, maneuver, problem.scheme);
+  still.path = guess::at_rest(system, maneuver, problem.scheme);
   if (problem.cost_weights.any())
     still.cost_parts = maneuver::CostParts{.time = maneuver.duration, .transport = std::nan("")};
   still.cost = maneuver.time_weight * maneuver.duration;
@@ -154,7 +154,7 @@ Solution describe(const model::System& system, const Maneuver& maneuver, maneuve
     solution.cost = found.cost;
     solution.cost_parts = found.cost_parts;
   }
-  const maneuver::WorkMultipliers& work = found.work_multipliers;
+  const shape::WorkMultipliers& work = found.work_multipliers;
   for (Eigen::Index d = 0; d < work.mean.rows() && work.weight > 0.0; ++d) {
     solution.work_multipliers.emplace_back(work.mean.row(d).begin(), work.mean.row(d).end());
     solution.work_change_multipliers.emplace_back(work.change.row(d).begin(), work.change.row(d).end());

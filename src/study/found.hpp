@@ -4,11 +4,11 @@
 #include <optional>
 #include <string>
 
-#include "maneuver/cost_terms.hpp"
-#include "maneuver/limit_terms.hpp"
 #include "maneuver/node_path.hpp"
 #include "maneuver/problem.hpp"
 #include "optimizer/outcome.hpp"
+#include "shape/cost_terms.hpp"
+#include "shape/limit_terms.hpp"
 
 namespace lamprey::study {
 
@@ -20,9 +20,9 @@ struct Found {
   Eigen::VectorXd end_multipliers;  // of the end rows
   double cost = 0.0;                // by the file's rule
   double duration = 0.0;            // s
-  maneuver::LimitMultipliers limit_multipliers;
+  shape::LimitMultipliers limit_multipliers;
   std::optional<maneuver::CostParts> cost_parts;  // where more than effort and time is asked for
-  maneuver::WorkMultipliers work_multipliers;
+  shape::WorkMultipliers work_multipliers;
   std::optional<double> joint_rate;  // rad/s that joints were held to beyond what is asked, where they were
   bool by_second = false;            // whether the second solver found it, where two searched
   bool converged() const { return outcome.termination == optimizer::Termination::converged; }

@@ -6,11 +6,11 @@
 #include <limits>
 #include <mutex>
 
+#include "guess/guess.hpp"
 #include "integrator/scheme.hpp"
-#include "maneuver/composed_program.hpp"
-#include "maneuver/guess.hpp"
-#include "maneuver/reach.hpp"
 #include "optimizer/limited_newton.hpp"
+#include "shape/composed_program.hpp"
+#include "shape/reach.hpp"
 #include "study/workers.hpp"
 
 namespace lamprey::study {
@@ -20,10 +20,10 @@ namespace {
 using maneuver::Maneuver;
 using maneuver::NodePath;
 using maneuver::Problem;
-using maneuver::ShapeProgram;
 using model::System;
 using optimizer::Outcome;
 using optimizer::Termination;
+using shape::ShapeProgram;
 
 constexpr std::array reach_steps = {20, 40, 80};  // rank and reach do not depend on the resolution; motions may need it
 constexpr int reach_guesses = 4;                  // first guesses, on each of these grids, until one is a motion
@@ -146,14 +146,14 @@ Found Grids::carry_on(const Found& from, int steps, const optimizer::Options& wi
 
 Found Grids::carry_on_composed(const Found& from, int steps) const {
   const int stages = integrator::composition(asked_.scheme).stages();
-  const NodePath nodes = from.path.polynomial.empty() ? from.path : maneuver::nodes_of_steps(from.path, stages);
+  const NodePath nodes = from.path.polynomial.empty() ? from.path : guess::nodes_of_steps(from.path, stages);
   const Maneuver maneuver = maneuver::make_maneuver(system_, asked_, steps);
-  maneuver::ComposedProgram program(system_, maneuver, asked_.scheme, reached_.coordinates, reached_.rows);
+  shape::ComposedProgram program(system_, maneuver, asked_.scheme, reached_.coordinates, reached_.rows);
   Found found = from;
   found.path = NodePath();
   fail_for_want_of_motion(found.outcome);
   program.take_end_multipliers(from.end_multipliers);
-  if (program.go_to(maneuver::refined(system_, nodes, steps, asked_.scheme))) {
+  if (program.go_to(guess::refined(system_, nodes, steps, asked_.scheme))) {
     optimizer::StageNewton(program.sizes()).solve(program, within(fine_tolerance), found.outcome);
     found.path = program.path();
     found.cost = program.cost();
@@ -195,8 +195,8 @@ std::vector<Found> Grids::in_threads(int count, const char* what, const std::fun
 }
 
 NodePath Grids::on_grid(const Found& from, int steps) const {
-  if (from.coarser.rotation.empty()) return maneuver::refined(system_, from.path, steps);
-  return maneuver::extrapolated(system_, from.path, from.coarser, integrator::order(problem_.scheme), steps);
+  if (from.coarser.rotation.empty()) return guess::refined(system_, from.path, steps);
+  return guess::extrapolated(system_, from.path, from.coarser, integrator::order(problem_.scheme), steps);
 }
 
 // The same solution with half the steps, from which finer grids can be foretold.
@@ -236,9 +236,7 @@ void take_effort(const Found& tried, Found& found) {
   found.outcome.evaluations = tried.outcome.evaluations;
 }
 
-maneuver::Steps steps_for(int steps) {
-  return steps < coarse_steps ? maneuver::Steps::rough : maneuver::Steps::faithful;
-}
+shape::Steps steps_for(int steps) { return steps < coarse_steps ? shape::Steps::rough : shape::Steps::faithful; }
 
 Reached::Reached(const System& system, const Problem& problem) : coordinates(system) {
   for (const int steps : reach_steps) {
@@ -246,19 +244,19 @@ Reached::Reached(const System& system, const Problem& problem) : coordinates(sys
     Maneuver swinging = probe;  // as moments bend joints, not as the goal asks of them
     swinging.end_joint.clear();
     for (int start = 0; start < reach_guesses; ++start) {
-      const NodePath guess = maneuver::random_guess(system, swinging, seed_of_start(problem, start));
-      const auto moved = maneuver::reachable_coordinates(system, probe, guess);
+      const NodePath guess = guess::random_guess(system, swinging, seed_of_start(problem, start));
+      const auto moved = shape::reachable_coordinates(system, probe, guess);
       if (!moved) continue;
-      const auto met = maneuver::independent_end_rows(system, probe, *moved, guess);
+      const auto met = shape::independent_end_rows(system, probe, *moved, guess);
       if (!met) continue;
       coordinates = *moved;
       rows = *met;
-      maneuver::refuse_price_of_no_displacement(system, probe, coordinates);
-      out_of_reach = maneuver::out_of_reach(system, probe, coordinates, guess);
+      shape::refuse_price_of_no_displacement(system, probe, coordinates);
+      out_of_reach = shape::out_of_reach(system, probe, coordinates, guess);
       return;
     }
   }
-  rows = maneuver::all_end_rows(system, maneuver::make_maneuver(system, problem, reach_steps[0]), coordinates);
+  rows = shape::all_end_rows(system, maneuver::make_maneuver(system, problem, reach_steps[0]), coordinates);
 }
 
 void solve_program(optimizer::StageNewton& newton, ShapeProgram& program, optimizer::Options options,

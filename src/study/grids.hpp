@@ -5,13 +5,13 @@
 #include <functional>
 #include <vector>
 
-#include "maneuver/shape_program.hpp"
+#include "shape/shape_program.hpp"
 #include "study/method.hpp"
 
 namespace lamprey::study {
 
 /// Grids of fewer than `coarse_steps` only prepare finer ones; where one is asked for, its answer's message names far turns.
-maneuver::Steps steps_for(int steps);
+shape::Steps steps_for(int steps);
 
 /// In which coordinates a problem's maneuvers move, and which of the goal's conditions these can meet independently, at the
 /// first of a few first guesses that is a motion; all coordinates and conditions where none is.
@@ -25,7 +25,7 @@ struct Reached {
 /// A program and its solver at one resolution.
 struct Grid {
   maneuver::Maneuver maneuver;
-  maneuver::ShapeProgram program;
+  shape::ShapeProgram program;
   optimizer::StageNewton newton;
   Grid(const model::System& system, const maneuver::Problem& problem, int steps, const Reached& reached,
        const std::vector<maneuver::LimitRow>& limits);
@@ -37,7 +37,7 @@ inline constexpr double fine_tolerance = 1e-7;
 /// Newton's method from the program's point on, to the tolerance of a last Newton step; where limits count as met a hundredth of
 /// it, for such a step is no good where limits begin to hold. The reason of an outcome that did not converge says what is
 /// missed most.
-void solve_program(optimizer::StageNewton& newton, maneuver::ShapeProgram& program, optimizer::Options options,
+void solve_program(optimizer::StageNewton& newton, shape::ShapeProgram& program, optimizer::Options options,
                    optimizer::Outcome& outcome);
 
 /// Steps of a path.

@@ -1,27 +1,27 @@
 #include <algorithm>
 
-#include "maneuver/goal_rank.hpp"
-#include "maneuver/guess.hpp"
-#include "maneuver/transcription.hpp"
+#include "guess/guess.hpp"
 #include "optimizer/feasibility.hpp"
 #include "optimizer/ipopt.hpp"
 #include "study/drifting.hpp"
 #include "study/grids.hpp"
 #include "study/outcome_numbers.hpp"
 #include "study/workers.hpp"
+#include "transcription/goal_rank.hpp"
+#include "transcription/transcription.hpp"
 
 namespace lamprey::study {
 
 namespace {
 
 using Eigen::VectorXd;
-using maneuver::GoalRow;
 using maneuver::Maneuver;
 using maneuver::NodePath;
 using maneuver::Problem;
-using maneuver::Transcription;
 using model::System;
 using optimizer::Outcome;
+using transcription::GoalRow;
+using transcription::Transcription;
 
 constexpr int rank_steps = 20;   // rank does not depend on the resolution
 constexpr int rank_guesses = 4;  // first guesses until one is a motion
@@ -44,7 +44,7 @@ class IpoptMethod : public Method {
         full_(maneuver::make_maneuver(system, problem, problem.steps)),
         limits_(maneuver::limit_rows(system, problem)) {
     const Maneuver probe = maneuver::make_maneuver(system, problem, std::min(problem.steps, rank_steps));
-    rows_ = maneuver::independent_goal_rows(system, probe, some_motion(probe));
+    rows_ = transcription::independent_goal_rows(system, probe, some_motion(probe));
     if (problem.control == maneuver::ControlKind::spline && newton_takes(system, by_steps_))
       newton_ = newton_method(system, by_steps_, quiet_, newton_budget_);
   }
@@ -61,7 +61,7 @@ class IpoptMethod : public Method {
   std::vector<Found> hop(const Found& from, int first, int count) override {
     return in_workers(count, "", coarse_, [&](int n) {
       Transcription program(system_, coarse_, rows_, limits_);
-      const NodePath path = maneuver::perturbed(system_, from.path, seed_of_hop(problem_, first + n));
+      const NodePath path = guess::perturbed(system_, from.path, seed_of_hop(problem_, first + n));
       return optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
                                          program.pack(path, from.duration));
     });
@@ -95,14 +95,14 @@ class IpoptMethod : public Method {
   std::optional<NodePath> moved_by_shapes(const Maneuver& grid, int start) const {
     if (!newton_takes(system_, problem_)) return std::nullopt;
     const Reached reached(system_, problem_);
-    maneuver::ShapeProgram motion(system_, grid, reached.coordinates, reached.rows, {}, maneuver::Steps::rough);
+    shape::ShapeProgram motion(system_, grid, reached.coordinates, reached.rows, {}, shape::Steps::rough);
     if (!motion.go_to(guess(grid, start))) return std::nullopt;
     return motion.path();
   }
 
   NodePath guess(const Maneuver& grid, int start) const {
-    if (start == 0 && options_.first) return maneuver::refined(system_, options_.first->path, grid.steps);
-    return maneuver::random_guess(system_, grid, seed_of_start(problem_, start));
+    if (start == 0 && options_.first) return guess::refined(system_, options_.first->path, grid.steps);
+    return guess::random_guess(system_, grid, seed_of_start(problem_, start));
   }
 
   // s, of a first guess's free duration; 0: the problem's.
@@ -164,7 +164,7 @@ class IpoptMethod : public Method {
       if (free.converged())
         return after(free.outcome,
                      optimizer::solve_with_ipopt(program, optimizer_options(start_iterations),
-                                                 program.pack(maneuver::refined(system_, free.path, coarse_.steps))));
+                                                 program.pack(guess::refined(system_, free.path, coarse_.steps))));
       before = free.outcome;
     }
     if (!(start == 0 && options_.first)) guess = carried_by_momentum(system_, problem_, std::move(guess), start);
@@ -206,8 +206,8 @@ class IpoptMethod : public Method {
   Outcome refine(const Found& start, const Maneuver& grid) const {
     Transcription full(system_, grid, rows_, limits_);
     const NodePath path =
-        start.path.rotation.empty() ? maneuver::random_guess(system_, coarse_, seed_of_start(problem_, 0)) : start.path;
-    const VectorXd start_point = full.pack(maneuver::refined(system_, path, grid.steps), start.duration);
+        start.path.rotation.empty() ? guess::random_guess(system_, coarse_, seed_of_start(problem_, 0)) : start.path;
+    const VectorXd start_point = full.pack(guess::refined(system_, path, grid.steps), start.duration);
     if (budget_.stopped() && !start.converged()) return untouched(full, start_point, start.outcome);
     optimizer::Options options = optimizer_options(quick_iterations);
     options.near_solution = true;

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "maneuver/shape_program.hpp"
 #include "optimizer/stage_newton.hpp"
+#include "shape/shape_program.hpp"
 #include "study/budget.hpp"
 #include "study/found.hpp"
 #include "study/solve.hpp"
@@ -58,5 +58,9 @@ std::unique_ptr<Method> newton_method(const model::System& system, const maneuve
                                       const SolveOptions& options, const Budget& budget);
 std::unique_ptr<Method> ipopt_method(const model::System& system, const maneuver::Problem& problem,
                                      const SolveOptions& options, const Budget& budget);
+
+/// The one that is asked for, or the first that takes the problem. Throws model::InputError where none does.
+std::unique_ptr<Method> choose_method(const model::System& system, const maneuver::Problem& problem,
+                                      const SolveOptions& options, const Budget& budget);
 
 }  // namespace lamprey::study

@@ -13,7 +13,7 @@ constexpr double same_cost = 1e-6;      // relative
 constexpr double cost_of_phase = 1e-4;  // relative, by which a gait may cost more where it begins between two nodes
 constexpr double same_turning = 1e-3;   // relative, of each joint
 
-bool near(double value, double other, double relative) {
+bool near_by(double value, double other, double relative) {
   return std::abs(value - other) <= relative * std::max(std::abs(value), std::abs(other));
 }
 
@@ -34,13 +34,13 @@ Minimum minimum_of(const model::System& system, const maneuver::Problem& problem
   return minimum;
 }
 
-bool same_minimum(double cost, double other) { return near(cost, other, same_cost); }
+bool same_minimum(double cost, double other) { return near_by(cost, other, same_cost); }
 
 bool same_minimum(const Minimum& one, const Minimum& other) {
   if (same_minimum(one.cost, other.cost)) return true;
-  if (one.turning.size() == 0 || !near(one.cost, other.cost, cost_of_phase)) return false;
+  if (one.turning.size() == 0 || !near_by(one.cost, other.cost, cost_of_phase)) return false;
   for (Eigen::Index j = 0; j < one.turning.size(); ++j)
-    if (!near(one.turning[j], other.turning[j], same_turning)) return false;
+    if (!near_by(one.turning[j], other.turning[j], same_turning)) return false;
   return true;
 }
 

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "guess/guess.hpp"
+#include "guess/passive_joints.hpp"
 #include "integrator/scheme.hpp"
-#include "maneuver/guess.hpp"
-#include "maneuver/passive_joints.hpp"
 #include "study/drifting.hpp"
 #include "study/grids.hpp"
 #include "study/parts.hpp"
@@ -60,7 +60,7 @@ class NewtonMethod : public Method {
       Grid grid = grids_.grid(steps_of(from.path));
       Found found;
       found.duration = from.duration;
-      grids_.solve(grid, maneuver::perturbed(grids_.system(), from.path, seed_of_hop(grids_.problem(), first + n)),
+      grids_.solve(grid, guess::perturbed(grids_.system(), from.path, seed_of_hop(grids_.problem(), first + n)),
                    fine_tolerance, found);
       return found;
     });
@@ -132,7 +132,7 @@ class NewtonMethod : public Method {
     optimizer::Options within = grids_.within(fine_tolerance);
     within.most_iterations = within.max_iterations = carried_iterations;
     Grid grid = grids_.grid(steps);
-    grids_.solve(grid, steps == own ? first().path : maneuver::refined(grids_.system(), first().path, steps), within,
+    grids_.solve(grid, steps == own ? first().path : guess::refined(grids_.system(), first().path, steps), within,
                  found);
     return found;
   }
@@ -297,11 +297,11 @@ class NewtonMethod : public Method {
   bool begins_as_asked(int start) const { return start == 0 && grids_.options().first.has_value(); }
 
   NodePath first_guess(const Grid& grid, int start) const {
-    if (begins_as_asked(start)) return maneuver::refined(grids_.system(), first().path, grid.maneuver.steps);
-    NodePath guess = maneuver::random_guess(grids_.system(), grid.maneuver, seed_of_start(grids_.problem(), start));
+    if (begins_as_asked(start)) return guess::refined(grids_.system(), first().path, grid.maneuver.steps);
+    NodePath guess = guess::random_guess(grids_.system(), grid.maneuver, seed_of_start(grids_.problem(), start));
     if (drifts_) return carried_by_momentum(grids_.system(), grids_.problem(), std::move(guess), start);
     if (grids_.passive() && !grids_.problem().goal->periodic)
-      guess = maneuver::with_passive_joints(grids_.system(), grid.maneuver, grids_.reached().coordinates, guess)
+      guess = guess::with_passive_joints(grids_.system(), grid.maneuver, grids_.reached().coordinates, guess)
                   .value_or(guess);
     return guess;
   }

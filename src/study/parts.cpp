@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 
-#include "maneuver/gait_cycles.hpp"
-#include "maneuver/guess.hpp"
+#include "guess/guess.hpp"
 #include "model/input_error.hpp"
+#include "shape/gait_cycles.hpp"
 #include "study/smaller_problem.hpp"
 
 namespace lamprey::study {
@@ -23,9 +23,9 @@ Found doubled(const Grids& whole, const Found& part, int most_steps) {
   Found both;
   count_effort(part.outcome, both.outcome);
   both.duration = 2.0 * part.duration;
-  both.limit_multipliers = maneuver::repeated(part.limit_multipliers, 2);
+  both.limit_multipliers = shape::repeated(part.limit_multipliers, 2);
   const int steps = std::min(2 * steps_of(part.path), most_steps);
-  both.path = maneuver::refined(whole.system(), maneuver::repeated(part.path, 2), steps);
+  both.path = guess::refined(whole.system(), shape::repeated(part.path, 2), steps);
   return both;
 }
 

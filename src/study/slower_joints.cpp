@@ -31,12 +31,11 @@ Problem held_to(const Grids& grids, std::optional<double> joint_rate) {
 }
 
 // The multipliers of what was found, for the rows of such a problem.
-maneuver::LimitMultipliers multipliers_held_to(const Grids& grids, std::optional<double> joint_rate,
-                                               const Found& found) {
+shape::LimitMultipliers multipliers_held_to(const Grids& grids, std::optional<double> joint_rate, const Found& found) {
   const auto rows = [&](std::optional<double> rate) {
     return maneuver::limit_rows(grids.system(), held_to(grids, rate));
   };
-  return maneuver::of_rows(found.limit_multipliers, rows(found.joint_rate), rows(joint_rate));
+  return shape::of_rows(found.limit_multipliers, rows(found.joint_rate), rows(joint_rate));
 }
 
 std::string at_rate(const Found& held) {

@@ -1,5 +1,4 @@
 #include "study/solve.hpp"
-#include "study/drifting.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,14 +8,14 @@
 #include <sstream>
 #include <tuple>
 
-#include "maneuver/goal_rank.hpp"
-#include "maneuver/guess.hpp"
-#include "maneuver/mirror.hpp"
-#include "maneuver/shooting.hpp"
-#include "model/input_error.hpp"
+#include "guess/guess.hpp"
+#include "guess/mirror.hpp"
 #include "optimizer/ipopt.hpp"
+#include "study/drifting.hpp"
 #include "study/method.hpp"
 #include "study/minima.hpp"
+#include "transcription/goal_rank.hpp"
+#include "transcription/shooting.hpp"
 
 namespace lamprey::study {
 
@@ -42,29 +41,6 @@ constexpr double faded = 1e-6;         // displacement over the swimmer's size: 
 constexpr const char* at_rest = "at rest";
 constexpr int second_guesses = 4;      // of the second solver, where it is tried because the first one found nothing
 constexpr int candidates_of_kept = 4;  // for each minimum that is to be kept
-
-std::unique_ptr<Method> choose_method(const System& system, const Problem& problem, const SolveOptions& options,
-                                      const Budget& budget) {
-  const bool timeless = problem.duration.free || (problem.goal && problem.goal->periodic);
-  if (timeless && maneuver::has_momentum(system, problem.start))
-    throw model::InputError(
-        "start",
-        "found total momentum, with which this version takes neither a free duration nor a periodic goal; take the "
-        "velocities out, or give a duration and goal.periodic = false");
-  const bool newton = newton_takes(system, problem), both = options.solver == Backend::both;
-  if (!integrator::single_step(problem.scheme) && (options.solver == Backend::ipopt || both || !newton))
-    throw model::InputError(
-        "integrator.scheme",
-        "found a scheme above order 2, which takes control.kind = \"steps\", no limits, waypoints, "
-        "periodic goal or free duration, a start without total momentum, and not --solver ipopt or both; "
-        "use \"trapezoid\" with more steps");
-  if ((options.solver == Backend::newton || both) && !newton)
-    throw model::InputError("--solver", std::string("found \"") + (both ? "both" : "newton") +
-                                            "\", which takes control.kind = \"steps\"; use --solver ipopt for this "
-                                            "problem, or none");
-  if (options.solver == Backend::ipopt || !newton) return ipopt_method(system, problem, options, budget);
-  return newton_method(system, problem, options, budget);
-}
 
 class Search {
  public:
@@ -133,9 +109,7 @@ class Search {
   }
 
   // Nothing costs less than to stay where the goal is: an answer without a search, where it is accepted.
-  bool stays() {
-    return maneuver::met_by_rest(system_, problem_, full_) && rest("the goal is where the swimmer rests");
-  }
+  bool stays() { return guess::met_by_rest(system_, problem_, full_) && rest("the goal is where the swimmer rests"); }
 
   bool coasts() {
     const std::optional<Found> coast = coasting_to_goal(system_, problem_, full_);
@@ -145,7 +119,7 @@ class Search {
   // Where a displacement wins less than it costs, searches fade away towards rest.
   bool nothing_wins() {
     if (!problem_.cost_weights.of_displacement() || budget_.stopped()) return false;
-    if (!maneuver::rest_meets_goal(system_, problem_, full_)) return false;
+    if (!guess::rest_meets_goal(system_, problem_, full_)) return false;
     for (const Found& found : starts_)
       if (!found.path.position.empty() &&
           (found.path.position.back() - found.path.position.front()).norm() > faded * system_.size())
@@ -399,9 +373,9 @@ class Search {
       return;  // otherwise nothing was found: the first guess, so that there is something to look at
     Found guess;
     guess.outcome = starts_.front().outcome;
-    guess.path = maneuver::random_guess(system_, full_, seed_of_start(problem_, 0));
+    guess.path = guess::random_guess(system_, full_, seed_of_start(problem_, 0));
     if (!integrator::single_step(problem_.scheme))
-      guess.path = maneuver::refined(system_, guess.path, full_.steps, problem_.scheme);
+      guess.path = guess::refined(system_, guess.path, full_.steps, problem_.scheme);
     solutions_.push_back(describe(guess));
     if (options_.accept) options_.accept(solutions_.back());
   }
@@ -421,9 +395,10 @@ class Search {
   Found shot(Found found) {
     if (problem_.search.method != maneuver::SearchMethod::shooting) return found;
     const Maneuver probe = maneuver::make_maneuver(system_, problem_, std::min(problem_.steps, 20));
-    maneuver::Shooting program(system_, full_,
-                               maneuver::independent_goal_rows(
-                                   system_, probe, maneuver::random_guess(system_, probe, seed_of_start(problem_, 0))));
+    transcription::Shooting program(
+        system_, full_,
+        transcription::independent_goal_rows(system_, probe,
+                                             guess::random_guess(system_, probe, seed_of_start(problem_, 0))));
     found.outcome = optimizer::solve_with_ipopt(
         program, budget_.optimizer_options(shooting_iterations, std::min(1e-9, 0.1 * problem_.search.tolerance)),
         program.pack(found.path));
@@ -458,9 +433,9 @@ class Search {
     const maneuver::Limits& limits = problem_.limits;  // those that know left from right stay as they are
     const bool sided = !limits.spheres.empty() || !limits.half_spaces.empty() || !limits.angle.empty();
     if (sided || !problem_.waypoints.empty()) return path;
-    if (!turn || turn->norm() == 0.0 || !maneuver::turns_against(*turn, path)) return path;
-    const std::optional<int> axis = maneuver::mirror_axis(system_, full_, *turn);
-    return axis ? maneuver::mirrored(system_, path, *axis) : path;
+    if (!turn || turn->norm() == 0.0 || !guess::turns_against(*turn, path)) return path;
+    const std::optional<int> axis = guess::mirror_axis(system_, full_, *turn);
+    return axis ? guess::mirrored(system_, path, *axis) : path;
   }
 
   const System& system_;

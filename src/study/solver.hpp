@@ -79,8 +79,8 @@ class Solver {
   struct Beginning {
     maneuver::NodePath path;
     double duration = 0.0;  // s, where it is free
-    maneuver::LimitMultipliers limit_multipliers;
-    maneuver::WorkMultipliers work_multipliers;
+    shape::LimitMultipliers limit_multipliers;
+    shape::WorkMultipliers work_multipliers;
     Eigen::VectorXd end_multipliers;
   };
 
@@ -97,8 +97,8 @@ class Solver {
   void shorten(double elapsed);
   void take_duration(double duration);
   bool begin();
-  bool go_to(const maneuver::NodePath& path, double duration, const maneuver::LimitMultipliers& limits,
-             const maneuver::WorkMultipliers& work, const Eigen::VectorXd& ends);
+  bool go_to(const maneuver::NodePath& path, double duration, const shape::LimitMultipliers& limits,
+             const shape::WorkMultipliers& work, const Eigen::VectorXd& ends);
   bool same_motion(const maneuver::NodePath& moved) const;
   maneuver::NodePath stirred_shapes() const;
   bool still() const;
@@ -111,7 +111,7 @@ class Solver {
   const model::System& system_;
   maneuver::Problem problem_;
   maneuver::Maneuver maneuver_, answered_;
-  maneuver::ShapeProgram program_;
+  shape::ShapeProgram program_;
   optimizer::StageNewton newton_;
   Found last_;
   std::vector<maneuver::LimitRow> answered_rows_;

@@ -7,11 +7,11 @@
 #include <numbers>
 #include <tuple>
 
+#include "guess/guess.hpp"
+#include "guess/strokes.hpp"
+#include "guess/whole_turns.hpp"
 #include "lie/so3.hpp"
-#include "maneuver/gait_cycles.hpp"
-#include "maneuver/guess.hpp"
-#include "maneuver/strokes.hpp"
-#include "maneuver/whole_turns.hpp"
+#include "shape/gait_cycles.hpp"
 #include "study/smaller_problem.hpp"
 
 namespace lamprey::study {
@@ -64,13 +64,13 @@ StrokesOnGrid swum(const Grids& grids, StrokesOnGrid tried) {
   const int steps = std::min(grids.problem().steps, std::max(grids.coarse(), tried.strokes * steps_of_stroke));
   const maneuver::Duration& asked = grids.problem().duration;
   Grid grid = grids.grid(steps);
-  const maneuver::StrokeLimits kept =
-      tried.within_limits ? maneuver::stroke_limits(grids.system(), grids.problem(), grid.maneuver.start,
-                                                    asked.free ? asked.max : asked.value, tried.strokes)
-                          : maneuver::no_stroke_limits(grids.system());
-  const maneuver::Strokes found =
-      maneuver::strokes_to_goal(grids.system(), grid.maneuver, grids.reached().coordinates, grids.reached().rows, kept,
-                                tried.strokes, seed_of_start(grids.problem(), 0));
+  const guess::StrokeLimits kept = tried.within_limits
+                                       ? guess::stroke_limits(grids.system(), grids.problem(), grid.maneuver.start,
+                                                              asked.free ? asked.max : asked.value, tried.strokes)
+                                       : guess::no_stroke_limits(grids.system());
+  const guess::Strokes found =
+      guess::strokes_to_goal(grids.system(), grid.maneuver, grids.reached().coordinates, grids.reached().rows, kept,
+                             tried.strokes, seed_of_start(grids.problem(), 0));
   if (found.path.rotation.empty()) return tried;
   tried.missed = found.missed;
   for (const double duration : durations_of(asked)) {
@@ -92,11 +92,11 @@ StrokesOnGrid swum(const Grids& grids, StrokesOnGrid tried) {
 NodePath begun_and_ended_at_rest(const Grids& grids, const maneuver::Maneuver& maneuver, const NodePath& cycle,
                                  int cycles) {
   const model::System& system = grids.system();
-  const NodePath gait = maneuver::refined(system, maneuver::repeated(cycle, cycles), maneuver.steps);
-  return maneuver::swung(system, maneuver, [&](int j, double fraction) -> Eigen::Vector3d {
+  const NodePath gait = guess::refined(system, shape::repeated(cycle, cycles), maneuver.steps);
+  return guess::swung(system, maneuver, [&](int j, double fraction) -> Eigen::Vector3d {
     const model::Joint& joint = system.joint(j);
     const auto node = static_cast<std::size_t>(std::lround(fraction * maneuver.steps));
-    const double grown = maneuver::blend(std::min({1.0, cycles * fraction, cycles * (1.0 - fraction)}));
+    const double grown = guess::blend(std::min({1.0, cycles * fraction, cycles * (1.0 - fraction)}));
     const Eigen::Matrix3d first = mechanics::child_to_parent(maneuver.start.rotation, joint);
     const Eigen::Matrix3d now = mechanics::child_to_parent(gait.rotation[node], joint);
     if (joint.free()) return grown * lie::log(now * first.transpose());
@@ -158,16 +158,16 @@ StrokesOnGrid turned_round(const Grids& grids, maneuver::Random& random) {
   const int most = std::min(problem.steps / least_steps_of_turn, most_turns);
   const double share_of_way =
       random.uniform() < wholly_turned ? 1.0 : random.uniform();  // strokes may do the rest cheaper
-  const std::optional<maneuver::WholeTurns> turns =
-      maneuver::whole_turns_to_goal(system, maneuver::make_maneuver(system, problem, problem.steps), coordinates, rows,
-                                    maneuver::joints_that_turn_round(system, problem), share_of_way, most, random);
+  const std::optional<guess::WholeTurns> turns =
+      guess::whole_turns_to_goal(system, maneuver::make_maneuver(system, problem, problem.steps), coordinates, rows,
+                                 guess::joints_that_turn_round(system, problem), share_of_way, most, random);
   if (!turns) return tried;
   double largest = 0.0;
   for (const Eigen::Vector3d& turn : *turns) largest = std::max(largest, turn.norm() / (2.0 * std::numbers::pi));
   Grid grid = grids.grid(std::min(problem.steps, std::max(grids.coarse(), static_cast<int>(largest * steps_of_turn))));
-  const maneuver::Strokes found =
-      maneuver::strokes_to_goal(system, grid.maneuver, coordinates, rows, maneuver::no_stroke_limits(system),
-                                tried.strokes, static_cast<std::uint64_t>(1e15 * random.uniform()), *turns);
+  const guess::Strokes found =
+      guess::strokes_to_goal(system, grid.maneuver, coordinates, rows, guess::no_stroke_limits(system), tried.strokes,
+                             static_cast<std::uint64_t>(1e15 * random.uniform()), *turns);
   tried.duration = problem.duration.value;
   grid.program.take_duration(tried.duration);
   if (found.path.rotation.empty() || !grid.program.go_to(found.path)) return tried;
@@ -197,7 +197,7 @@ Found solve_whole_turns(const Grids& grids, std::uint64_t seed) {
 }
 
 std::vector<Found> solve_whole_turns(const Grids& grids) {
-  if (maneuver::joints_that_turn_round(grids.system(), grids.problem()).empty()) return {};
+  if (guess::joints_that_turn_round(grids.system(), grids.problem()).empty()) return {};
   return grids.in_threads(searches_of_turns, "whole turns", [&](int n) {
     return solve_whole_turns(grids, seed_of_start(grids.problem(), grids.problem().search.starts + n));
   });
@@ -221,9 +221,9 @@ std::vector<Found> solve_cycles(const Grids& grids) {
       return found;
     }
     found.duration = cycles * cycle.duration;
-    found.limit_multipliers = maneuver::repeated(cycle.limit_multipliers, cycles);
+    found.limit_multipliers = shape::repeated(cycle.limit_multipliers, cycles);
     Grid grid = grids.grid(steps);
-    grids.solve(grid, maneuver::refined(grids.system(), maneuver::repeated(cycle.path, cycles), steps), fine_tolerance,
+    grids.solve(grid, guess::refined(grids.system(), shape::repeated(cycle.path, cycles), steps), fine_tolerance,
                 found);
     return found;
   });

@@ -12,11 +12,11 @@
 #include "certificate/marched_answers.hpp"
 #include "certificate/optimality.hpp"
 #include "integrator/step_derivatives.hpp"
-#include "maneuver/goal_rank.hpp"
-#include "maneuver/transcription.hpp"
 #include "study/answer.hpp"
 #include "study/solver.hpp"
 #include "tolerance.hpp"
+#include "transcription/goal_rank.hpp"
+#include "transcription/transcription.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -179,7 +179,7 @@ VectorXd transcribed_eigenvalues(const maneuver::Problem& problem, const maneuve
       path.cayley.back().push_back(
           lie::inverse_cayley(solution.rotation[at(k)][i].transpose() * solution.rotation[at(k + 1)][i]));
   }
-  maneuver::Transcription program(system, maneuver, maneuver::independent_goal_rows(system, maneuver, path));
+  transcription::Transcription program(system, maneuver, transcription::independent_goal_rows(system, maneuver, path));
   const VectorXd point = program.pack(path);
   const auto dense = [](const optimizer::SparsePattern& pattern, const VectorXd& values, int height, int width) {
     MatrixXd m = MatrixXd::Zero(height, width);

@@ -198,7 +198,7 @@ TEST(HeightsOf, a_swimmer_in_a_vacuum_are_those_of_its_mass_centre) {
     EXPECT_GT(heights->height[2].cwiseAbs().maxCoeff(), 0.01);
     for (std::size_t k : {std::size_t{0}, std::size_t{1}})
       EXPECT_LE(heights->height[k].cwiseAbs().maxCoeff(), 1e-7 + 3e-6 * reach) << reach;  // m, by the grid
-    const double first = 0.8, second = -0.3;                               // amid the rectangle: node 15, 15
+    const double first = 0.8, second = -0.3;  // amid the rectangle: node 15, 15
     const auto arm = [](double angle, double length) {
       return Eigen::Vector2d(length * std::cos(angle), length * std::sin(angle));
     };

@@ -2,8 +2,8 @@
 
 #include "golden_reference.hpp"
 #include "lie/so3.hpp"
-#include "mechanics/equations_of_motion.hpp"
 #include "mechanics/discrete_lagrangian.hpp"
+#include "mechanics/equations_of_motion.hpp"
 #include "printed.hpp"
 #include "tolerance.hpp"
 

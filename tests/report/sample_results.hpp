@@ -43,10 +43,10 @@ inline void add_sample_node(maneuver::Solution& solution, double t) {
   const Eigen::Matrix3d root = lie::exp({pi * ramp, 0.0, 0.0}) * lie::exp({0.0, 0.12 * bump, 0.2 * wave});
   solution.time.push_back(t);
   solution.position.emplace_back(2.0 * ramp, 0.9 * wave, 0.4 * bump);
-  solution.joint_angle.push_back({{0.4 * wave, -0.35 * bump, 0.55 * bump + 0.2 * wave},
-                                  {-0.4 * wave, 0.3 * bump, 0.6 * bump - 0.3 * wave}});
-  solution.rotation.push_back({root, root * lie::exp(solution.joint_angle.back()[0]),
-                               root * lie::exp(solution.joint_angle.back()[1])});
+  solution.joint_angle.push_back(
+      {{0.4 * wave, -0.35 * bump, 0.55 * bump + 0.2 * wave}, {-0.4 * wave, 0.3 * bump, 0.6 * bump - 0.3 * wave}});
+  solution.rotation.push_back(
+      {root, root * lie::exp(solution.joint_angle.back()[0]), root * lie::exp(solution.joint_angle.back()[1])});
   const Eigen::Vector3d moment(40.0 * std::cos(3.0 * pi * t), -120.0 * std::sin(4.0 * pi * t),
                                267.0 * std::cos(2.0 * pi * t));
   solution.control.push_back({moment, Eigen::Vector3d(0.3 * moment.y(), moment.z(), -0.8 * moment.x())});

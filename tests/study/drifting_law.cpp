@@ -4,10 +4,10 @@
 
 #include "file/problem_file.hpp"
 #include "maneuver/feedback.hpp"
-#include "maneuver/reach.hpp"
 #include "maneuver/simulate.hpp"
 #include "mechanics/continuous.hpp"
 #include "model/input_error.hpp"
+#include "shape/reach.hpp"
 #include "study/answer.hpp"
 #include "study/first_motion.hpp"
 #include "study/solve.hpp"
@@ -306,7 +306,7 @@ TEST(SolverThatDrifts, says_which_momentum_it_does_not_take) {
   problem.start.linear_velocity[2] = 1e-3;  // as measurements err
   problem.start.angular_velocity[0] = Vector3d(1e-3, 0.0, 0.1);
   EXPECT_EQ(refused_start(solver, maneuver::start_as_seen(solved.system, problem.start)), "");
-  EXPECT_LT(maneuver::momentum_beside(solved.system, solver.maneuver().start, in_the_plane()), 1e-12);
+  EXPECT_LT(shape::momentum_beside(solved.system, solver.maneuver().start, in_the_plane()), 1e-12);
   EXPECT_EQ(solver.solve().termination, Termination::converged);
   problem.start.linear_velocity[2] = 0.2;
   EXPECT_NE(refused_start(solver, maneuver::start_as_seen(solved.system, problem.start)).find("out of the plane"),

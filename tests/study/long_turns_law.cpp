@@ -7,17 +7,17 @@
 #include <string>
 
 #include "file/problem_file.hpp"
+#include "guess/guess.hpp"
 #include "lie/so3.hpp"
-#include "maneuver/guess.hpp"
-#include "maneuver/shape_program.hpp"
+#include "shape/shape_program.hpp"
 #include "study/answer.hpp"
 #include "study/method.hpp"
 
 namespace lamprey::tests {
 namespace {
 
-using maneuver::ShapeProgram;
-using maneuver::Steps;
+using shape::ShapeProgram;
+using shape::Steps;
 
 maneuver::Problem yaw(int steps) {
   maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/yaw.toml");
@@ -112,7 +112,7 @@ TEST(LongTurns, are_motions_of_rough_steps_alone) {
   const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, problem.steps);
   const maneuver::ShapeCoordinates coordinates(system);
   const auto bends = [&](double angle, Steps use) {
-    maneuver::NodePath path = maneuver::random_guess(system, maneuver, 1);
+    maneuver::NodePath path = guess::random_guess(system, maneuver, 1);
     for (std::size_t k = 0; k < path.rotation.size(); ++k) {
       path.rotation[k].assign(path.rotation[k].size(), Eigen::Matrix3d::Identity());
       path.position[k].setZero();
@@ -132,10 +132,10 @@ TEST(LongTurns, of_rough_steps_are_those_of_one_step_after_the_other) {
   const model::System system(problem.swimmer);
   const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, problem.steps);
   const maneuver::ShapeCoordinates coordinates(system);
-  maneuver::ShapeKernel kernel(system, maneuver.lagrangian, coordinates.shape);
+  shape::ShapeKernel kernel(system, maneuver.lagrangian, coordinates.shape);
   int far = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    maneuver::NodePath path = maneuver::random_guess(system, maneuver, seed);
+    maneuver::NodePath path = guess::random_guess(system, maneuver, seed);
     for (std::size_t k = 0; k < path.rotation.size(); ++k)  // three times the guess's turns, and a root that rests
       for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d turn = lie::log(path.rotation[0][i].transpose() * path.rotation[k][i]);
@@ -145,7 +145,7 @@ TEST(LongTurns, of_rough_steps_are_those_of_one_step_after_the_other) {
     std::vector<mechanics::Rotations> rotation = path.rotation;
     bool found = true;
     for (std::size_t k = 0; found && k + 1 < rotation.size(); ++k) {
-      maneuver::ShapeStep step(system);
+      shape::ShapeStep step(system);
       found = kernel.solve(maneuver.time_step(), rotation[k], path.rotation[k + 1], step);
       rotation[k + 1] = step.interval.next_rotation;
     }

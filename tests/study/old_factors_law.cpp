@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "file/problem_file.hpp"
-#include "maneuver/guess.hpp"
-#include "maneuver/shape_program.hpp"
+#include "guess/guess.hpp"
 #include "optimizer/stage_newton.hpp"
 #include "printed.hpp"
+#include "shape/shape_program.hpp"
 #include "study/grids.hpp"
 #include "study/solve.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 constexpr int coarse_nodes = 100, fine_nodes = 200;
 
 // A program that counts second derivatives and can keep first ones by themselves to itself.
-class CountedProgram : public maneuver::ShapeProgram {
+class CountedProgram : public shape::ShapeProgram {
  public:
   using ShapeProgram::ShapeProgram;
   bool gives_slopes = true;
@@ -54,7 +54,7 @@ TEST_P(OldFactors, arrive_where_newton_steps_do_with_fewer_second_derivatives) {
   optimizer::Options options;
   options.tolerance = 1e-7;
   for (CountedProgram* program : {&with, &without}) {
-    ASSERT_TRUE(program->go_to(maneuver::refined(system, path, fine_nodes)));
+    ASSERT_TRUE(program->go_to(guess::refined(system, path, fine_nodes)));
     optimizer::StageNewton newton(program->sizes());
     const optimizer::Outcome outcome = newton.solve(*program, options);
     ASSERT_EQ(outcome.termination, optimizer::Termination::converged) << outcome.reason;

@@ -9,9 +9,9 @@
 
 #include "chains.hpp"
 #include "file/problem_file.hpp"
+#include "guess/angle_march.hpp"
+#include "guess/guess.hpp"
 #include "lie/so3.hpp"
-#include "maneuver/angle_march.hpp"
-#include "maneuver/guess.hpp"
 #include "maneuver/motion.hpp"
 #include "study/answer.hpp"
 #include "study/stroke_searches.hpp"
@@ -101,12 +101,12 @@ std::vector<std::array<Vector3d, 2>> random_swings(Random& random, const model::
 }
 
 // Each angle swings so often about zero, from rest to rest.
-maneuver::JointAngles from_rest_to_rest(Random& random, const model::System& system, double duration) {
+guess::JointAngles from_rest_to_rest(Random& random, const model::System& system, double duration) {
   const double cycles = random.integer(1, 3);
   const auto swing = random_swings(random, system);
   const auto turn = [=](double t) {
     const double s = std::clamp(t / duration, 0.0, 1.0);
-    const double share = maneuver::blend(std::min(1.0, 4.0 * s)) * maneuver::blend(std::min(1.0, 4.0 - 4.0 * s));
+    const double share = guess::blend(std::min(1.0, 4.0 * s)) * guess::blend(std::min(1.0, 4.0 - 4.0 * s));
     Vectors all;
     for (const auto& [amplitude, phase] : swing) {
       all.push_back(share * amplitude);
@@ -118,7 +118,7 @@ maneuver::JointAngles from_rest_to_rest(Random& random, const model::System& sys
 }
 
 // Once round a loop.
-maneuver::JointAngles round_a_loop(Random& random, const model::System& system, double duration) {
+guess::JointAngles round_a_loop(Random& random, const model::System& system, double duration) {
   const auto swing = random_swings(random, system);
   const double rate = 2.0 * std::numbers::pi / duration;
   const auto each = [swing](double angle, double scale) {
@@ -160,10 +160,10 @@ void limit_joints(maneuver::Problem& problem) {
 }
 
 // What a known motion reaches is the goal.
-void expect_found(const maneuver::Problem& asked, const maneuver::JointAngles& angles, bool gait) {
+void expect_found(const maneuver::Problem& asked, const guess::JointAngles& angles, bool gait) {
   maneuver::Problem problem = asked;
   const model::System system(problem.swimmer);
-  const maneuver::Solution known = maneuver::march_along(system, problem, angles);
+  const maneuver::Solution known = guess::march_along(system, problem, angles);
   ASSERT_EQ(known.status, maneuver::Status::simulated) << known.message;
   const double effort = maneuver::cost_of(
       maneuver::node_weights(maneuver::CostRule::trapezoid, 1.0, problem.time_step(), problem.steps), known.control);

@@ -6,8 +6,8 @@
 #include "certificate/certify.hpp"
 #include "certificate/marched_answers.hpp"
 #include "file/problem_file.hpp"
+#include "guess/guess.hpp"
 #include "lie/so3.hpp"
-#include "maneuver/guess.hpp"
 #include "study/answer.hpp"
 #include "study/first_motion.hpp"
 #include "study/grids.hpp"
@@ -198,7 +198,7 @@ TEST(UnusualGoals, where_the_swimmer_cannot_stay_are_searched) {
   problem.goal->turn = Vector3d::Zero();
   const auto met = [](const maneuver::Problem& asked) {
     const model::System system(asked.swimmer);
-    return maneuver::met_by_rest(system, asked, maneuver::make_maneuver(system, asked, asked.steps));
+    return guess::met_by_rest(system, asked, maneuver::make_maneuver(system, asked, asked.steps));
   };
   problem.goal->move[0] = 0.4;
   EXPECT_FALSE(met(problem));

@@ -1,0 +1,56 @@
+#include "shape/pose_at_end.hpp"
+
+#include "lie/so3.hpp"
+#include "optimizer/small_dense.hpp"
+
+namespace lamprey::shape {
+
+namespace {
+
+using Eigen::Index;
+using optimizer::add_product;
+using optimizer::set_transposed;
+
+}  // namespace
+
+Matrix6d carried_pose(const Vector3d& displacement) {
+  Matrix6d carried = Matrix6d::Identity();
+  carried.bottomLeftCorner<3, 3>() = -lie::hat(displacement);
+  return carried;
+}
+
+void PoseAtEnd::take(const ShapeTangent& tangent, const Vector3d& displacement) {
+  const Index shapes = before_.cols() - 6;
+  const Matrix6d back = (carried_pose(displacement) + tangent.pose.rightCols<6>()).inverse();
+  before_.setIdentity();
+  before_.bottomRightCorner<6, 6>() = back;
+  auto by_shapes = before_.bottomLeftCorner(6, shapes);
+  by_shapes = back.lazyProduct(tangent.pose.leftCols(shapes));
+  by_shapes *= -1.0;
+}
+
+void PoseAtEnd::turn(MatrixXd& hessian) {
+  algebra::set_product(hessian, before_, half_);
+  algebra::set_product(before_.transpose(), half_, hessian);
+}
+
+void PoseAtEnd::turn_rows(MatrixXd& rows) {
+  auto turned = half_.topRows(rows.rows());
+  algebra::set_product(rows, before_, turned);
+  rows = turned;
+}
+
+void turn_at_end(const ShapeTangent& tangent, MatrixXd& hessian) {
+  const Index ends = tangent.pose.cols();
+  const auto added = tangent.pose.topRows<3>();
+  const Matrix3d half = 0.5 * hessian.bottomRightCorner<3, 3>();
+  auto by_turn = hessian.topRightCorner(ends, 3);
+  auto by_ends = hessian.topLeftCorner(ends, ends);
+  by_turn -= added.transpose().lazyProduct(half);
+  add_product(-1.0, by_turn, added, by_ends);
+  by_ends -= added.transpose().lazyProduct(by_turn.transpose());
+  by_turn -= added.transpose().lazyProduct(half);
+  set_transposed(by_turn, hessian.bottomLeftCorner(3, ends));
+}
+
+}  // namespace lamprey::shape

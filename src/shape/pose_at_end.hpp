@@ -1,0 +1,31 @@
+// From derivatives by the root's pose at the beginning of a step to those by its pose at the end, which is a stage's state.
+#pragma once
+
+#include "shape/shape_step.hpp"
+
+namespace lamprey::shape {
+
+/// How the root's pose at the end of a step by `displacement` answers to that at its beginning where nothing else changes.
+Matrix6d carried_pose(const Vector3d& displacement);
+
+/// A step's Hessian by (left shape, right shape, root's world turn at its beginning), [2 f + 3] squared, becomes that by the
+/// turn at its end, which is the one at its beginning and what the step adds.
+void turn_at_end(const ShapeTangent& tangent, MatrixXd& hessian);
+
+/// The same where momentum is carried: derivatives by (left shape, right shape, root's world turn and position), [2 f + 6], of a
+/// step that moves the root by `displacement`, and E⁺ with them.
+class PoseAtEnd {
+ public:
+  /// d = 2 f + 6.
+  explicit PoseAtEnd(Eigen::Index d) : before_(d, d), half_(d, d) {}
+  /// Takes over how the pose at the end follows from that at the beginning.
+  void take(const ShapeTangent& tangent, const Vector3d& displacement);
+  void turn(MatrixXd& hessian);
+  void turn_rows(MatrixXd& rows);
+
+ private:
+  MatrixXd before_;  // [d][d] shapes and the pose at the beginning by shapes and the pose at the end
+  MatrixXd half_;
+};
+
+}  // namespace lamprey::shape

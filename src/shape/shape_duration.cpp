@@ -1,0 +1,113 @@
+// What a free duration does to a motion of shapes (equations 10.8, 10.9, 10.11, 10.12).
+#include "algebra/tiles.hpp"
+#include "optimizer/small_dense.hpp"
+#include "shape/shape_program.hpp"
+
+namespace lamprey::shape {
+
+namespace {
+
+using maneuver::read_shape;
+using maneuver::write_shape;
+
+}  // namespace
+
+using model::at;
+using optimizer::Stage;
+
+// Equation 10.9 where a step's impulses are, with springs and dampers 10.12.
+void ShapeProgram::model_impulses_in_time(int k, const NodeModel& node, const NodeModel& next, MatrixXd& Q) {
+  const int n = shape_;
+  ends_rate_.setZero();
+  optimizer::add_transposed_image(1.0, after_.plus, next.multiplier, ends_rate_);
+  optimizer::add_transposed_image(-1.0, after_.minus, node.multiplier, ends_rate_);
+  if (compliant_time_) {
+    std::swap(timed_before_, timed_plus_);
+    if (k == 0) timed_before_.setZero();
+    const mechanics::Interval& interval = now_.step[at(k)].interval;
+    const double time_step = h_ * now_.stretch;
+    compliant_time_->evaluate(time_step, interval);
+    along_shape(compliant_time_->minus(), timed_minus_);
+    along_shape(compliant_time_->plus(), timed_plus_);
+    if (k == 0) timed_first_ = timed_minus_;
+    write_shape(system_, spread_shape(1.0, node.multiplier), spread_);
+    write_shape(system_, spread_shape(1.0, next.multiplier), spread_next_);
+    compliant_time_->differentiate(time_step, interval, spread_, spread_next_);
+    along_shape(compliant_time_->by_left(), rate_);
+    ends_rate_.head(n) -= rate_;
+    along_shape(compliant_time_->by_right(), rate_);
+    ends_rate_.tail(n) -= rate_;
+    along_shape(compliant_time_->damped_minus(), rate_);
+    Q(tau(), tau()) -= rate_.dot(node.multiplier);
+    along_shape(compliant_time_->damped_plus(), rate_);
+    Q(tau(), tau()) += rate_.dot(next.multiplier);
+  }
+  Q.row(tau()).head(2 * n) = ends_rate_.transpose();
+  Q.col(tau()).head(2 * n) = ends_rate_;
+}
+
+// Freedoms of the bodies become coordinates of the shape.
+void ShapeProgram::along_shape(const mechanics::Freedoms& freedoms, VectorXd& shape) {
+  read_shape(system_, freedoms, along_);
+  if (all_shapes_)
+    shape = along_;
+  else
+    algebra::set_product(shape_basis_.transpose(), along_, shape);
+}
+
+// The last moments by the logarithm of the duration.
+void ShapeProgram::find_end_moments_by_duration() {
+  auto column = end_by_state_.col(tau());
+  column = now_.moment.back();
+  column *= -2.0;
+  if (!compliant_time_) return;
+  timed_ = timed_plus_;
+  timed_ *= -1.0;
+  if (maneuver_.periodic) timed_ += timed_first_;
+  equations_.topLeftCorner(shape_, shape_) = now_.impulse.back();
+  solve_moments(timed_);
+  column += timed_;
+}
+
+// Equations 10.8 and 10.9, after model_motion.
+void ShapeProgram::model_duration(int k, const NodeModel& node, Stage& stage) {
+  const int n = shape_;
+  const VectorXd& moment = now_.moment[at(k)];
+  rate_.setZero();
+  optimizer::add_image(2.0, equations_.topRightCorner(n, n), moment, rate_);
+  timed_ = timed_before_;
+  timed_ -= timed_minus_;
+  if (k == 0) timed_ += start_impulse_;
+  if (!timed_.isZero(0.0)) {
+    timed_equations_.topLeftCorner(n, n) = after_.minus.rightCols(n);
+    timed_equations_.col(n).head(n) = timed_;
+    algebra::solve_columns(n, timed_equations_);
+    rate_ += timed_equations_.col(n).head(n);
+  }
+  stage.A.block(n, tau(), n, 1) = rate_;
+  algebra::set_product(pose_step_.rightCols(n), rate_, stage.A.block(2 * n, tau(), pose_, 1));
+  add_duration(node, moment, stage.weight, stage.Q, stage.q);
+  stage.S.col(tau()) = moment.head(controls_);
+  stage.S.col(tau()) *= stage.weight;
+  stage.S.col(tau()) -= node.by_control;
+  if (k == 0) stage.Q(tau(), tau()) += node.multiplier.dot(start_impulse_);
+}
+
+// What the logarithm of the duration does at a node: the effort lasts longer, moments fall with its square.
+void ShapeProgram::add_duration(const NodeModel& node, const VectorXd& moment, double weight, MatrixXd& Q,
+                                VectorXd& q) {
+  const double effort = 0.5 * weight * moment.head(controls_).squaredNorm();
+  q[tau()] += effort;
+  Q(tau(), tau()) += effort;
+  add_effort_mixed(node, moment, shape_, Q);
+}
+
+// And with the shape that lies at `place` of a state.
+void ShapeProgram::add_effort_mixed(const NodeModel& node, const VectorXd& moment, int place, MatrixXd& Q) {
+  mixed_.setZero();
+  optimizer::add_transposed_image(2.0, node.control_by_shape, moment.head(controls_), mixed_);
+  Q.row(tau()).segment(place, shape_) += mixed_.transpose();
+  Q.col(tau()).segment(place, shape_) += mixed_;
+}
+
+}  // namespace lamprey::shape
