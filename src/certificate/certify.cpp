@@ -31,7 +31,7 @@ bool of_the_problem(const Certificate& proof) {
 
 bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
   return of_the_problem(proof) && proof.equation_residual <= proof.equation_allowed() &&
-         proof.goal_error <= goal_mark && (!problem.goal->rest || proof.rest_error <= rest_mark) &&
+         proof.goal_error <= goal_mark && (!problem.goal->stills_joints() || proof.rest_error <= rest_mark) &&
          (!proof.limits || proof.limits->violation <= limit_mark);
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 
+#include "certificate/joints_at_rest.hpp"
 #include "integrator/step_derivatives.hpp"
 
 namespace lamprey::certificate {
@@ -125,9 +126,14 @@ GoalRows goal_rows(const model::System& system, const maneuver::Problem& problem
     rows.unit[count] = system.length_unit();
     ++count;
   }
-  for (int i = 1; i < system.body_count() && goal.rest; ++i) {
+  if (goal.joints_rest) {
+    const CarriedAtRest carried = carried_at_rest(system, problem, end.rotation, end.position);
+    rows.value.segment(count, carried.momentum.size()) = -carried.momentum;
+    rows.by_end_state.block(count, 0, carried.momentum.size(), system.velocity_count()) = -carried.by_configuration;
+  }
+  for (int i = 1; i < system.body_count() && goal.stills_joints(); ++i) {
     const int freedoms = system.body(i).freedoms;
-    rows.value.segment(count, freedoms) = end.momentum.segment(layout.freedom(i), freedoms);
+    rows.value.segment(count, freedoms) += end.momentum.segment(layout.freedom(i), freedoms);
     rows.by_end_state.block(count, layout.momentum(i), freedoms, freedoms).setIdentity();
     rows.unit.segment(count, freedoms).setConstant(momentum_scale);
     count += freedoms;

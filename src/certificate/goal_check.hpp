@@ -27,7 +27,7 @@ double goal_error(const StoredMotion& motion);
 double start_error(const StoredMotion& motion);
 
 /// Independent goal rows at an end state: log(R_askedᵀ R_N) by body, positions asked for, and, for rest, μ of each body
-/// but the root (whose rest follows from zero total momentum).
+/// but the root (whose rest follows from zero total momentum), less what it carries where joints alone are to rest.
 struct GoalRows {
   VectorXd value;         // [rows] rad, m, kg m²/s: 0 at the goal
   MatrixXd by_end_state;  // [rows][6n+6] columns as integrator::StateLayout

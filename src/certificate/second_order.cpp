@@ -9,6 +9,7 @@
 #include "certificate/compliance_in_time.hpp"
 #include "certificate/cost_order.hpp"
 #include "certificate/gait_ends.hpp"
+#include "certificate/joints_at_rest.hpp"
 #include "certificate/spline_order.hpp"
 #include "certificate/stage_motion.hpp"
 #include "certificate/step_curvature.hpp"
@@ -27,7 +28,7 @@ constexpr double needed_pull = 10.0;  // over what the conditions of first order
 
 // Curvature of the goal's rotations of led bodies, and of ball joints on them, along constant freedoms, [turns][turns]; at the goal
 // that of a body that turns on its own vanishes.
-MatrixXd goal_curvature(const StoredMotion& motion, const VectorXd& multipliers) {
+MatrixXd curvature_of_attitudes(const StoredMotion& motion, const VectorXd& multipliers) {
   const model::System& system = motion.system;
   const Eigen::Index turns = system.velocity_count() - 3;
   const mechanics::Rotations& R = motion.solution.rotation.back();
@@ -62,6 +63,18 @@ MatrixXd goal_curvature(const StoredMotion& motion, const VectorXd& multipliers)
       }
     }
   return 0.5 * (form + form.transpose());
+}
+
+// Of all goal rows, whose last are of rest, along freedoms and position, [turns + 3] squared.
+MatrixXd goal_curvature(const StoredMotion& motion, const VectorXd& multipliers) {
+  const model::System& system = motion.system;
+  const Eigen::Index place = system.velocity_count();
+  MatrixXd form = MatrixXd::Zero(place, place);
+  form.topLeftCorner(place - 3, place - 3) = curvature_of_attitudes(motion, multipliers);
+  if (motion.problem.goal->joints_rest)
+    form -= curvature_at_rest(system, motion.problem, motion.solution.rotation.back(), motion.solution.position.back(),
+                              multipliers.tail(place - 6));
+  return form;
 }
 
 // Turns and shift by y at a node, [turns + 3][reached].
@@ -333,12 +346,13 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   chain.stage.back().Q.setZero();
   MatrixXd at_end = goal_curvature(motion, costates.goal);
   if (effort.first > 0) {
-    at_end += closure_curvature(motion, costates.goal.segment(effort.closure, 2 * shape_freedoms(motion)));
+    at_end.topLeftCorner(turns, turns) +=
+        closure_curvature(motion, costates.goal.segment(effort.closure, 2 * shape_freedoms(motion)));
     const MatrixXd start = effort.tangents.scale.asDiagonal() * effort.start;
     chain.stage.front().R = start_curvature(motion, node_states(motion).front(), start, costates.at_node.front());
   }
   chain.end_form.setZero();
-  chain.end_form.topLeftCorner(reached, reached) = here.topRows(turns).transpose() * at_end * here.topRows(turns);
+  chain.end_form.topLeftCorner(reached, reached) = here.transpose() * at_end * here;
   std::optional<Eigen::Index> duration;
   if (motion.problem.duration.free && !duration_holds(motion)) duration = chain.end_form.rows();
   if (duration) {
@@ -393,7 +407,7 @@ Chain lagrangian_chain(const StoredMotion& motion, const StageMotion& stages, Ef
     stage.S = form.bottomLeftCorner(inputs, reached);
     stage.R += form.bottomRightCorner(inputs, inputs);
   }
-  const MatrixXd last = configuration(effort, turns, motion.steps);
+  const MatrixXd last = configuration(effort, place, motion.steps);
   chain.end_form = last.transpose() * goal_curvature(motion, costates.goal) * last;
   return chain;
 }

@@ -2,6 +2,12 @@
 
 namespace lamprey::certificate {
 
+namespace {
+
+using model::at;
+
+}  // namespace
+
 StoredMotion::StoredMotion(const model::System& system_, const maneuver::Problem& problem_,
                            const maneuver::Solution& solution_)
     : system(system_),

@@ -106,7 +106,7 @@ void check_goal(const Problem& problem) {
   const bool rotates = std::any_of(goal.rotation.begin(), goal.rotation.end(),
                                    [](const auto& entry) { return entry.second.has_value(); });
   const bool wins = problem.cost_weights.of_displacement();
-  if (!moves && !rotates && !goal.turn && !goal.of_joints() && !goal.rest && !goal.periodic && !wins)
+  if (!moves && !rotates && !goal.turn && !goal.of_joints() && !goal.stills_joints() && !goal.periodic && !wins)
     refuse("goal", "nothing asked for",
            "at least one of move, turn, rotation.NAME, angle.NAME, shape, rest or periodic",
            "add one, or remove [goal] to simulate");
@@ -116,9 +116,9 @@ void check_goal(const Problem& problem) {
            "move, turn or rotation.NAME with numbers, a [[waypoint]], or a cost.displacement or cost.transport that "
            "pays for a way",
            "say how far a cycle is to go, as in move = [0.05, \"free\", \"free\"]");
-  if (goal.rest && goal.periodic)
-    refuse("goal.rest", "true with goal.periodic = true", "one of the two",
-           "remove rest: a periodic motion ends as it begins, and goes on");
+  if (goal.stills_joints() && goal.periodic)
+    refuse("goal.rest", fmt::format("{} with goal.periodic = true", goal.rest ? "true" : "\"joints\""),
+           "one of the two", "remove rest: a periodic motion ends as it begins, and goes on");
   check_joints_of_goal(problem);
   check_goal_against_joints(problem);
   check_turn_of_gait(problem);

@@ -239,7 +239,9 @@ void add_goal(TextTable& table, const Problem& problem) {
   }
   for (const std::string& line : joint_end_lines(goal, short_number)) table.add_row({"", line});
   if (goal.periodic) table.add_row({"", "shape and shape velocity return to those of the start"});
-  table.add_row({"", goal.rest ? "ends at rest" : "velocities at the end are free"});
+  table.add_row({"", goal.rest          ? "ends at rest"
+                     : goal.joints_rest ? "ends with its joints at rest; the whole drifts on as it must"
+                                        : "velocities at the end are free"});
 }
 
 void add_lines(TextTable& table, const std::string& name, const std::vector<std::string>& lines) {

@@ -374,7 +374,7 @@ void check_costs(const Problem& problem) {
       refuse("cost.displacement", fmt::format("a worth of metres along {}, which goal.move fixes", "xyz"[c]),
              "worth along axes where goal.move is \"free\"",
              fmt::format("write \"free\" for {} in goal.move, or 0 here", "xyz"[c]));
-  if (weights.smoothness > 0.0 && !problem.goal->rest && !problem.goal->periodic)
+  if (weights.smoothness > 0.0 && !problem.goal->stills_joints() && !problem.goal->periodic)
     refuse(
         "cost.smoothness", fmt::format("{} with an end that is neither at rest nor periodic", weights.smoothness),
         "with goal.rest = true or goal.periodic = true",

@@ -150,6 +150,16 @@ std::vector<std::string> body_names(const Problem& problem) {
   return names;
 }
 
+void read_rest(const TableReader& table, maneuver::Goal& goal) {
+  const TomlValue* rest = table.find("rest");
+  if (rest && rest->kind != TomlValue::Kind::boolean &&
+      !(rest->kind == TomlValue::Kind::string && rest->text == "joints"))
+    refuse(table.key("rest"), shown(*rest), "true, false or \"joints\"",
+           "write true or false without quotes, or \"joints\" for joints that end still on a whole that drifts on");
+  goal.joints_rest = rest && rest->kind == TomlValue::Kind::string;
+  goal.rest = !goal.joints_rest && table.boolean("rest").value_or(!goal.periodic);
+}
+
 void read_goal(const TableReader& table, Problem& problem) {
   if (!table.present()) return;
   table.allow_only({"move", "turn", "rotation", "angle", "shape", "rest", "periodic"});
@@ -173,7 +183,7 @@ void read_goal(const TableReader& table, Problem& problem) {
   }
   goal.shape_of_start = table.choice("shape", {"start", "free"}) == std::size_t{0};
   goal.periodic = table.boolean("periodic").value_or(false);
-  goal.rest = table.boolean("rest").value_or(!goal.periodic);
+  read_rest(table, goal);
   problem.goal = goal;
 }
 

@@ -129,7 +129,8 @@ maneuver::Goal read_goal(const JsonReader& reader) {
     if (!reader.at("shape").is_text("start")) reader.at("shape").refuse("\"start\"");
     goal.shape_of_start = true;
   }
-  goal.rest = reader.at("rest").boolean();
+  goal.joints_rest = reader.at("rest").is_text("joints");
+  goal.rest = !goal.joints_rest && reader.at("rest").boolean();
   goal.periodic = reader.at("periodic").boolean();
   return goal;
 }

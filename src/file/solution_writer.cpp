@@ -133,7 +133,7 @@ std::string goal_text(const maneuver::Goal& goal) {
   text.add("rotation", "{" + rotation + "}");
   if (!goal.angle.empty()) text.add("angle", "{" + angle + "}");
   if (goal.shape_of_start) text.add("shape", json(std::string("start")));
-  text.add("rest", json(goal.rest));
+  text.add("rest", goal.joints_rest ? json(std::string("joints")) : json(goal.rest));
   text.add("periodic", json(goal.periodic));
   return text.finished();
 }

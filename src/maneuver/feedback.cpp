@@ -233,7 +233,7 @@ class DeviationCost {
         goal ? asked_form(*goal, state.rotation) : turn_form(system_, state.rotation, every_body());
     for (int c = 0; c < 3; ++c)
       if (!goal || goal->move[at(c)]) form(half - 3 + c, half - 3 + c) = 1.0;
-    if (!goal || goal->rest)
+    if (!goal || goal->stills_joints())
       form.block(half, half, half - 3, half - 3) = turn_form(system_, state.rotation, every_body());
     return form;
   }

@@ -105,12 +105,14 @@ void refuse_to_move_centre(const System& system, const Maneuver& maneuver) {
   }
 }
 
-void refuse_contradictions(const System& system, const Maneuver& maneuver) {
+void refuse_contradictions(const System& system, const Goal& goal, const Maneuver& maneuver) {
   const bool moving = has_momentum(system, maneuver.start);
-  if (maneuver.rest && moving)
-    throw InputError("goal.rest",
-                     "found true, but the start carries momentum, which joint moments cannot change; "
-                     "set rest = false or start with zero total momentum");
+  if (goal.rest && moving)
+    throw InputError(
+        "goal.rest",
+        "found true, but the start carries momentum, which joint moments cannot change; "
+        "set rest = \"joints\" to end with still joints on a whole that drifts on, rest = false to leave them "
+        "free, or start with zero total momentum");
   if (!moving) refuse_to_move_centre(system, maneuver);
   if (system.control_count() == 0)
     throw InputError("joint.actuated",
@@ -212,7 +214,7 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
     if (goal.move[static_cast<std::size_t>(c)])
       maneuver.end_position[static_cast<std::size_t>(c)] =
           maneuver.start.position[c] + *goal.move[static_cast<std::size_t>(c)];
-  maneuver.rest = goal.rest;
+  maneuver.rest = goal.stills_joints();
   maneuver.periodic = goal.periodic;
   maneuver.free_shape = problem.start.free_shape;
   maneuver.free_duration = problem.duration.free;
@@ -227,7 +229,7 @@ Maneuver make_maneuver(const System& system, const Problem& problem, int steps) 
   for (const model::Joint& joint : system.joints())
     maneuver.may_turn_round.push_back(may_turn_round(joint, problem.limits));
   maneuver.whole_turns = needs_whole_turns(system, problem, maneuver);
-  refuse_contradictions(system, maneuver);
+  refuse_contradictions(system, goal, maneuver);
   return maneuver;
 }
 

@@ -23,7 +23,7 @@ struct Maneuver {
   /// [joints] child → parent, between bodies that are free; nothing: free. Empty: all are.
   std::vector<std::optional<Matrix3d>> end_joint;
   std::array<std::optional<double>, 3> end_position;  // m, root's mass centre; nothing: free
-  bool rest = true;
+  bool rest = true;            // no joint moves at the end: with total momentum zero nothing does
   bool periodic = false;       // shape and its velocity at the end are those at the start, and free
   bool free_shape = false;     // whether the shape at the start of a periodic motion is free too
   bool free_duration = false;  // `duration` is a first guess

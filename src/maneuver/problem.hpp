@@ -43,8 +43,11 @@ struct Goal {
   std::map<std::string, std::optional<Eigen::Vector3d>> rotation;  // rad by body, absolute; nothing: "free"
   std::map<std::string, std::vector<double>> angle;  // rad by joint, as mechanics::turn_from_zero has them
   bool shape_of_start = false;                       // joints end as they begin, but those of `angle`
-  bool rest = true;
+  bool rest = true;                                  // nothing moves at the end,
+  bool joints_rest = false;                          // or no joint does, and the whole drifts on as one
   bool periodic = false;
+  /// Whether no joint moves at the end.
+  bool stills_joints() const { return rest || joints_rest; }
   /// rad, how far from its zero angle a joint is to end; nothing: `angle` has none of it.
   std::optional<Eigen::Vector3d> turn_of_joint(const std::string& name) const {
     const auto own = angle.find(name);

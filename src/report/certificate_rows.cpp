@@ -61,12 +61,16 @@ using Rows = std::vector<CertificateRow>;
 // What the problem asks for.
 Rows rows_of_goal(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
   const double asked = problem.goal ? goal_mark : unset;
-  const double rests = problem.goal && problem.goal->rest ? rest_mark : unset;
+  const double rests = problem.goal && problem.goal->stills_joints() ? rest_mark : unset;
   Rows rows = {
       held("Goal error", proof.goal_error, "", asked,
            "Largest distance of the end from what the goal asks, over all its rows, in rad or m."),
-      held("Rest error", proof.rest_error, "", rests,
-           "Largest momentum left at the end, relative to the largest of the motion. 0 is rest."),
+      held(
+          "Rest error", proof.rest_error, "", rests,
+          problem.goal && problem.goal->joints_rest
+              ? "Largest difference of the momenta at the end from those of a whole that moves as one, relative to the "
+                "largest of the motion. 0 is rest of all joints."
+              : "Largest momentum left at the end, relative to the largest of the motion. 0 is rest."),
   };
   if (proof.limits)
     rows.insert(rows.begin() + 1,

@@ -114,7 +114,7 @@ std::string goal_words(const maneuver::Goal& goal) {
   for (const std::string& line : file::joint_end_lines(goal, [](double value) { return number(value); }))
     parts.push_back(line);
   if (goal.periodic) parts.emplace_back("shape and its velocity repeat");
-  parts.emplace_back(goal.rest ? "end at rest" : "end velocities free");
+  parts.emplace_back(goal.rest ? "end at rest" : goal.joints_rest ? "joints end at rest" : "end velocities free");
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
@@ -272,9 +272,10 @@ std::string verdict(const file::Results& results) {
              certificate::violation_in_words(proof.limits->key, proof.limits->violation, proof.limits->time);
     return parts.empty() ? words : words + ": " + parts.front();
   }
-  const bool rests = results.problem.goal && results.problem.goal->rest;
+  const bool rests = results.problem.goal && results.problem.goal->stills_joints();
   if (rests && !std::isnan(proof.rest_error))
-    parts.push_back(fmt::format("rest within {}", number(proof.rest_error, 2)));
+    parts.push_back(fmt::format("rest{} within {}", results.problem.goal->joints_rest ? " of the joints" : "",
+                                number(proof.rest_error, 2)));
   if (proof.limits && proof.limits->violation > certificate::limit_mark)
     parts.push_back(certificate::violation_in_words(proof.limits->key, proof.limits->violation, proof.limits->time));
   if (!std::isnan(proof.kkt)) parts.push_back(fmt::format("optimality conditions within {}", number(proof.kkt, 2)));

@@ -238,17 +238,20 @@ void ShapeProgram::model_leads(StageModel& model) const {
 
 // At rest the last moments follow from the last two shapes; those of a periodic motion from the first two as well.
 void ShapeProgram::find_end_moments_by_state() {
-  const int n = shape_;
-  auto solved = equations_.block(0, n, n, 2 * n);
+  const int n = shape_, s = felt();
+  auto solved = equations_.block(0, n, n, s);
   const auto moments_of = [&](const MatrixXd& impulses) {
     equations_.topLeftCorner(n, n) = now_.impulse.back();
     solved = impulses;
-    algebra::solve_columns(n, equations_.leftCols(3 * n));
+    algebra::solve_columns(n, equations_.leftCols(n + s));
   };
-  moments_of(before_.plus);
+  end_impulses_.leftCols(2 * n) = before_.plus.leftCols(2 * n);
+  if (drifts_) algebra::set_product(before_.plus.rightCols<6>(), pose_basis_, end_impulses_.rightCols(pose_));
+  if (resting_) end_impulses_.rightCols(n + pose_) -= carried_at_end_;
+  moments_of(end_impulses_);
   end_by_state_.setZero();
-  end_by_state_.leftCols(2 * n) = solved;
-  end_by_state_.leftCols(2 * n) *= -1.0;
+  end_by_state_.leftCols(s) = solved;
+  end_by_state_.leftCols(s) *= -1.0;
   if (maneuver_.periodic) {
     moments_of(first_minus_);
     end_by_state_.middleCols(copies(), 2 * n) = solved;
@@ -284,6 +287,7 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
     for (Eigen::Index c = 0; c < count; ++c) model.Q_end.row(place + c) += columns.col(c).transpose();
   };
   add_mixed(node.control_by_shape, n);
+  if (resting_) add_carried_curvature(node.multiplier, model.Q_end);
   if (maneuver_.periodic) add_mixed(first_node_.control_by_shape, copies());
   if (maneuver_.free_duration) {
     const double weight = node_weight(now_, steps_) + (maneuver_.periodic ? node_weight(now_, 0) : 0.0);
@@ -344,6 +348,7 @@ void ShapeProgram::linearize(StageModel& model) {
   if (!terms_.empty()) prepare_terms(model);
   model_goal(model.C, model.c);
   model_limits();
+  if (resting_) find_carried_at_end();
   for (int first = 0; drifts_ && first < steps_; first += 4) learn_pulls_of_carried(first);
   lay_pose_multipliers(model);
   if (leads_ > 0 || !terms_.empty()) {
@@ -452,6 +457,7 @@ void ShapeProgram::learn_pulls_of_carried(int first) {
     optimizer::add_transposed_image(1.0, tangent.minus.rightCols<6>(), node_[at(l)].multiplier, pull.moment);
     optimizer::add_transposed_image(-1.0, tangent.plus.rightCols<6>(), node_[at(l + 1)].multiplier, pull.moment);
   }
+  if (first + count == steps_ && resting_) pull_carried_at_end(node_[at(count)].multiplier);
 }
 
 // Multipliers of the root's pose at the nodes, from the end: a position's stays on the way back, a turn's takes up its lever.
@@ -462,6 +468,8 @@ void ShapeProgram::lay_pose_multipliers(const StageModel& model) {
   Vector3d turn = pose.head<3>(), shift = pose.tail<3>();
   shift -= maneuver_.cost_weights.displacement;
   if (!terms_.empty()) shift += terms_.pull_at_end(costed(now_), now_.terms);
+  turn += end_pull_.head<3>();
+  shift += end_pull_.tail<3>();
   for (int k = steps_; k > 0; --k) {
     if (k < steps_ && drifts_) {
       Vector6d there;

@@ -107,11 +107,19 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       four_hessians_(4, MatrixXd(2 * shape_ + (drifts_ ? 6 : 3), 2 * shape_ + (drifts_ ? 6 : 3))),
       pose_at_end_(2 * shape_ + 6),
       pose_pull_(drifts_ ? at(steps_) : 0),
+      end_impulses_(shape_, felt()),
       first_node_(node_.front()) {
   if (!drifts_ && FourSteps::serves(system, maneuver.lagrangian))
     four_steps_.emplace(system, maneuver.lagrangian, shape_basis_);
   if (maneuver.free_duration && system.compliant()) compliant_time_.emplace(system);
   if (limits_.of_moments() && by_shapes()) moments_of_stage_.assign(at(steps_), MatrixXd(shape_, shape_ + felt()));
+  if (drifts_ && maneuver.rest) {
+    resting_.emplace(system);
+    resting_rates_.setZero(shape_size(system), shape_size(system));
+    resting_form_ = resting_rates_;
+    resting_by_total_.setZero(shape_size(system), 6);
+    carried_at_end_.setZero(shape_, shape_ + pose_);
+  }
   take_start_impulse();
   take_total();
   find_idle_violation();
@@ -280,6 +288,7 @@ void ShapeProgram::measure(Motion& motion) {
     if (k == 0) moment -= start_impulse_;
     if (k > 0) moment -= motion.step[at(k - 1)].plus;
     if (k < steps_) moment += motion.step[at(k)].minus;
+    if (k == steps_ && resting_) add_carried_at_end(motion, moment);
     if (periodic && k == steps_) {
       moment += motion.step.front().minus;
       impulse += motion.impulse.front();

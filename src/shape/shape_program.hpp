@@ -9,6 +9,7 @@
 #include "maneuver/end_rows.hpp"
 #include "maneuver/node_path.hpp"
 #include "mechanics/compliant_time.hpp"
+#include "mechanics/resting_joints.hpp"
 #include "optimizer/stage_program.hpp"
 #include "shape/cost_terms.hpp"
 #include "shape/four_steps.hpp"
@@ -200,6 +201,11 @@ class ShapeProgram : public optimizer::StageProgram {
   void lay_pose_multipliers(const optimizer::StageModel& model);
   void learn_pulls_of_carried(int first);
   void take_total();
+  Vector6d total_at_end(const Motion& motion) const;
+  void add_carried_at_end(const Motion& motion, VectorXd& moment);
+  void find_carried_at_end();
+  void pull_carried_at_end(const VectorXd& multiplier);
+  void add_carried_curvature(const VectorXd& multiplier, MatrixXd& Q);
   LimitedNode limited_node(const Motion& motion, int k) const;
   void add_limits(Motion& motion);
   double won(const Motion& motion) const;  // (N m)² s, by the displacement
@@ -306,8 +312,17 @@ class ShapeProgram : public optimizer::StageProgram {
   std::vector<MatrixXd> four_hessians_;
   PoseAtEnd pose_at_end_;            // where momentum is carried
   std::vector<PoseStep> pose_pull_;  // [N] the same
-  MatrixXd first_minus_;             // [f][2 f] of the first step
-  NodeModel first_node_;             // of periodic motions
+  // What joints carry that end at rest on a whole that drifts, and how it answers to the end: along all coordinates by the shape,
+  // by the total as the root sees it, by the last state; what the root sees by its pose
+  std::optional<mechanics::RestingJoints> resting_;
+  MatrixXd resting_rates_, resting_form_;  // [shape_size] squared
+  MatrixXd resting_by_total_;              // [shape_size][6]
+  MatrixXd carried_at_end_;                // [f][f + p]
+  Matrix6d seen_by_pose_;
+  Vector6d end_pull_ = Vector6d::Zero();  // of the Lagrangian, by the pose at the end
+  MatrixXd end_impulses_;                 // [f][s] that the last moments answer, by the last state
+  MatrixXd first_minus_;                  // [f][2 f] of the first step
+  NodeModel first_node_;                  // of periodic motions
 };
 
 }  // namespace lamprey::shape

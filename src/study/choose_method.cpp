@@ -15,6 +15,13 @@ std::unique_ptr<Method> choose_method(const model::System& system, const maneuve
         "found total momentum, with which this version takes neither a free duration nor a periodic goal; take the "
         "velocities out, or give a duration and goal.periodic = false");
   const bool newton = newton_takes(system, problem), both = options.solver == Backend::both;
+  const bool ipopt = options.solver == Backend::ipopt || both || !newton;
+  if (ipopt && problem.goal && problem.goal->joints_rest && maneuver::has_momentum(system, problem.start))
+    throw model::InputError(
+        "goal.rest",
+        "found \"joints\" with a start that carries momentum, which takes control.kind = \"steps\", "
+        "integrator.scheme of order 1 or 2 and not --solver ipopt or both; use those, or "
+        "rest = false");
   if (!integrator::single_step(problem.scheme) && (options.solver == Backend::ipopt || both || !newton))
     throw model::InputError(
         "integrator.scheme",

@@ -71,6 +71,9 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
   if (!(proof.goal_error <= goal_mark)) return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
   if (proof.limits && !(proof.limits->violation <= limit_mark))
     return violation_in_words(proof.limits->key, proof.limits->violation, proof.limits->time);
+  if (problem.goal && problem.goal->joints_rest && !(proof.rest_error <= rest_mark))
+    return "the joints do not end at rest: momenta are " + number(proof.rest_error) +
+           " of their scale off those of a whole that moves as one";
   if (problem.goal && problem.goal->rest && !(proof.rest_error <= rest_mark))
     return "the end is not at rest: momentum " + number(proof.rest_error) + " of its scale is left";
   return "";

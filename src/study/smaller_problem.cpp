@@ -58,13 +58,13 @@ Problem cycle_of(const Problem& whole, int cycles, double strokes) {
     if (move) *move /= strokes;
   if (cycle.goal->turn) *cycle.goal->turn /= strokes;
   cycle.goal->periodic = cycle.start.free_shape = true;
-  cycle.goal->rest = false;
+  cycle.goal->rest = cycle.goal->joints_rest = false;
   cycle.goal->shape_of_start = false;  // as gaits do anyway
   return cycle;
 }
 
 bool has_parts(const Problem& whole) {
-  if (!whole.goal || !whole.goal->rest || whole.goal->periodic) return false;
+  if (!whole.goal || !whole.goal->stills_joints() || whole.goal->periodic) return false;
   const auto still = [](const Eigen::Vector3d& rate) { return rate.isZero(0.0); };
   return whole.goal->rotation.empty() && whole.goal->angle.empty() && whole.waypoints.empty() &&
          whole.start.linear_velocity.isZero(0.0) &&

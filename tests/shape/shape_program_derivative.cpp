@@ -573,7 +573,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& instance) { return instance.param.name; });
 
 // Trees of other shapes, joints, springs and dampers.
-std::vector<ShapeSetting> other_trees(bool free_duration, unsigned last, bool drifts = false) {
+std::vector<ShapeSetting> other_trees(bool free_duration, unsigned last, bool drifts = false, bool to_rest = false) {
   std::vector<ShapeSetting> settings;
   for (unsigned seed = 1; seed <= last; ++seed) {
     Random random(seed);
@@ -584,7 +584,7 @@ std::vector<ShapeSetting> other_trees(bool free_duration, unsigned last, bool dr
     setting.of_leaves = seed % 5 == 0;
     setting.free_duration = free_duration;
     setting.drifts = drifts;
-    setting.rest = setting.rest && !drifts;
+    setting.rest = to_rest || (setting.rest && !drifts);
     setting.seed = seed;
     settings.push_back(setting);
   }
@@ -662,6 +662,35 @@ INSTANTIATE_TEST_SUITE_P(Drifting, ShapeDerivatives,
                                                         .drifts = true}),
                          [](const auto& instance) { return instance.param.name; });
 
+// Joints that end at rest on a whole that drifts: what the last moments leave them depends on the last shape and pose.
+std::vector<ShapeSetting> drifting_to_rest() {
+  using enum mechanics::DiscreteLagrangian;
+  const ShapeSetting to_rest{
+      .name = "paper_chain", .swimmer = Swimmer::paper_chain, .lagrangian = trapezoid, .rest = true, .drifts = true};
+  std::vector<ShapeSetting> settings{to_rest};
+  const auto add = [&](const char* name, Swimmer swimmer, const auto& change) {
+    settings.push_back(to_rest);
+    settings.back().name = name;
+    settings.back().swimmer = swimmer;
+    change(settings.back());
+  };
+  add("by_the_papers_scheme", Swimmer::paper_chain, [](ShapeSetting& s) { s.lagrangian = paper; });
+  add("any_joint_by_the_midpoint", Swimmer::any_joint, [](ShapeSetting& s) { s.lagrangian = midpoint; });
+  add("in_the_plane", Swimmer::in_the_plane, [](ShapeSetting&) {});
+  add("idle_joints", Swimmer::idle_joints, [](ShapeSetting&) {});
+  add("paper_chain_within_limits", Swimmer::paper_chain, [](ShapeSetting& s) { s.limited = true, s.seed = 24; });
+  add("any_joint_within_limits", Swimmer::any_joint, [](ShapeSetting& s) { s.limited = true, s.seed = 26; });
+  add("all_costs_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_all; });
+  add("work_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_work; });
+  add("smoothness_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_smoothness; });
+  add("joints_told", Swimmer::any_joint, [](ShapeSetting& s) { s.of_joints = true, s.seed = 24; });
+  return settings;
+}
+
+INSTANTIATE_TEST_SUITE_P(DriftingToRest, ShapeDerivatives, ::testing::ValuesIn(drifting_to_rest()),
+                         [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(DriftingTreesToRest, ShapeDerivatives, ::testing::ValuesIn(other_trees(false, 40, true, true)),
+                         [](const auto& instance) { return instance.param.name; });
 INSTANTIATE_TEST_SUITE_P(DriftingTrees, ShapeDerivatives, ::testing::ValuesIn(other_trees(false, 40, true)),
                          [](const auto& instance) { return instance.param.name; });
 

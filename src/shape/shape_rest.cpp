@@ -1,0 +1,69 @@
+// Joints that end at rest on a whole that drifts: the last moments leave them what a whole that moves as one carries along them
+// (chapter 9, equations 9.37 to 9.39).
+#include "lie/so3.hpp"
+#include "shape/shape_program.hpp"
+
+namespace lamprey::shape {
+
+namespace {
+
+// How what the root sees of total momentum (equation 9.34) answers to its world turn and position.
+Matrix6d seen_by_pose(const mechanics::SpatialMomentum& total, const Matrix3d& root, const Vector3d& place) {
+  Matrix6d by_pose = Matrix6d::Zero();
+  by_pose.topLeftCorner<3, 3>() = root.transpose() * lie::hat(total.angular - place.cross(total.linear));
+  by_pose.topRightCorner<3, 3>() = root.transpose() * lie::hat(total.linear);
+  by_pose.bottomLeftCorner<3, 3>() = by_pose.topRightCorner<3, 3>();
+  return by_pose;
+}
+
+}  // namespace
+
+Vector6d ShapeProgram::total_at_end(const Motion& motion) const {
+  return seen_from_root(total_, motion.rotation.back()[0], motion.position.back() - motion.position.front());
+}
+
+// What the joints carry at the end, beside what they bring there.
+void ShapeProgram::add_carried_at_end(const Motion& motion, VectorXd& moment) {
+  resting_->take(motion.shape.back());
+  along_ = resting_->by_total() * total_at_end(motion);
+  optimizer::add_transposed_image(1.0, shape_basis_, along_, moment);
+}
+
+// The same by the last state, and by its total.
+void ShapeProgram::find_carried_at_end() {
+  resting_->take(now_.shape.back());
+  resting_->rates(total_at_end(now_), resting_rates_);
+  seen_by_pose_ = seen_by_pose(total_, now_.rotation.back()[0], now_.position.back() - now_.position.front());
+  const int n = shape_;
+  carried_at_end_.leftCols(n) = shape_basis_.transpose() * MatrixXd(resting_rates_ * shape_basis_);
+  carried_at_end_.rightCols(pose_) =
+      shape_basis_.transpose() * MatrixXd(resting_->by_total() * MatrixXd(seen_by_pose_ * pose_basis_));
+}
+
+void ShapeProgram::pull_carried_at_end(const VectorXd& multiplier) {
+  const VectorXd& along = spread_shape(1.0, multiplier);
+  end_pull_ = seen_by_pose_.transpose() * Vector6d(resting_->by_total().transpose() * along);
+}
+
+void ShapeProgram::add_carried_curvature(const VectorXd& multiplier, MatrixXd& Q) {
+  const int n = shape_;
+  const VectorXd& along = spread_shape(1.0, multiplier);
+  resting_->curvature(along, total_at_end(now_), resting_form_, resting_by_total_);
+  Q.block(n, n, n, n) += shape_basis_.transpose() * MatrixXd(resting_form_ * shape_basis_);
+  const MatrixXd mixed = shape_basis_.transpose() * MatrixXd(resting_by_total_ * MatrixXd(seen_by_pose_ * pose_basis_));
+  Q.block(n, 2 * n, n, pose_) += mixed;
+  Q.block(2 * n, n, pose_, n) += mixed.transpose();
+
+  // what the root sees bends by its pose: exp(−ρ̂)(L − χ × P) and exp(−ρ̂) P
+  const Vector6d answer = resting_->by_total().transpose() * along;
+  const Matrix3d& R = now_.rotation.back()[0];
+  const Vector3d spin = R * answer.head<3>(), push = R * answer.tail<3>();
+  const Vector3d about = total_.angular - (now_.position.back() - now_.position.front()).cross(total_.linear);
+  Matrix6d bent = Matrix6d::Zero();
+  bent.topLeftCorner<3, 3>() = lie::double_cross(spin, about) + lie::double_cross(push, total_.linear);
+  bent.bottomLeftCorner<3, 3>() = lie::hat(total_.linear) * lie::hat(spin);
+  bent.topRightCorner<3, 3>() = bent.bottomLeftCorner<3, 3>().transpose();
+  Q.block(2 * n, 2 * n, pose_, pose_) += pose_basis_.transpose() * MatrixXd(bent * pose_basis_);
+}
+
+}  // namespace lamprey::shape
