@@ -228,8 +228,7 @@ void speed_derivatives(const System& system, const LimitRow& row, const LimitedN
   const Eigen::Index time = gradient.size() - 1;
   gradient[time] = rate / row.unit;
   hessian(time, time) = ((turn.whole ? 0.0 : 2.0 * turn.cosine) - by_bound - 2.0 * rate) / row.unit;
-  hessian.col(time).head(time) = -2.0 * gradient.head(time);
-  hessian.row(time).head(time) = hessian.col(time).head(time).transpose();
+  for (Eigen::Index a = 0; a < time; ++a) hessian(a, time) = hessian(time, a) = -2.0 * gradient[a];
   set(0, 0, symmetric(k));
   set(1, 1, symmetric(k));
   set(0, 1, -k);

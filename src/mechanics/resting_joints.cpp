@@ -90,6 +90,7 @@ struct RestingJoints::Space {
   Expansion<Momentum> moved(const VectorXd& rates);
   Expansion<Matrix6d> locked() const;
   Eigen::Index count() const { return by_total.rows(); }
+  Momentum by_total_of(Eigen::Index coordinate) const { return by_total.leftCols<6>().row(coordinate).transpose(); }
 
   const System& system;
   Rotations shape;
@@ -243,13 +244,15 @@ void RestingJoints::rates(const Momentum& total, MatrixXd& rates) {
     s.look_along(static_cast<int>(a), static_cast<int>(a));
     const Momentum carried = s.locked().first * velocity;
     for (Eigen::Index c = 0; c < s.count(); ++c)
-      rates(c, a) = velocity.dot(s.moved(s.one.setUnit(c)).first) - carried.dot(s.by_total.row(c).transpose());
+      rates(c, a) = velocity.dot(s.moved(s.one.setUnit(c)).first) - carried.dot(s.by_total_of(c));
   }
 }
 
 void RestingJoints::curvature(const VectorXd& multiplier, const Momentum& total, MatrixXd& form, MatrixXd& by_total) {
   Space& s = *space_;
-  const Momentum velocity = s.whole.solve(total), answer = s.by_total.transpose() * multiplier;
+  const Momentum velocity = s.whole.solve(total);
+  Momentum answer = Momentum::Zero();
+  for (Eigen::Index c = 0; c < s.count(); ++c) answer += multiplier[c] * s.by_total_of(c);
   const auto count = static_cast<int>(s.count());
   for (int a = 0; a < count; ++a) {
     s.look_along(a, a);

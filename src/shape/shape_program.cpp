@@ -119,6 +119,11 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
     resting_form_ = resting_rates_;
     resting_by_total_.setZero(shape_size(system), 6);
     carried_at_end_.setZero(shape_, shape_ + pose_);
+    carried_bend_ = carried_at_end_;
+    along_shapes_.setZero(shape_size(system), shape_);
+    along_poses_.setZero(shape_size(system), pose_);
+    seen_along_poses_.setZero(6, pose_);
+    pose_bend_.setZero(pose_, pose_);
   }
   take_start_impulse();
   take_total();

@@ -205,6 +205,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void add_carried_at_end(const Motion& motion, VectorXd& moment);
   void find_carried_at_end();
   void pull_carried_at_end(const VectorXd& multiplier);
+  void see_by_pose(const MatrixXd& by_total);
   void add_carried_curvature(const VectorXd& multiplier, MatrixXd& Q);
   LimitedNode limited_node(const Motion& motion, int k) const;
   void add_limits(Motion& motion);
@@ -315,9 +316,11 @@ class ShapeProgram : public optimizer::StageProgram {
   // What joints carry that end at rest on a whole that drifts, and how it answers to the end: along all coordinates by the shape,
   // by the total as the root sees it, by the last state; what the root sees by its pose
   std::optional<mechanics::RestingJoints> resting_;
-  MatrixXd resting_rates_, resting_form_;  // [shape_size] squared
-  MatrixXd resting_by_total_;              // [shape_size][6]
-  MatrixXd carried_at_end_;                // [f][f + p]
+  MatrixXd resting_rates_, resting_form_;   // [shape_size] squared
+  MatrixXd resting_by_total_;               // [shape_size][6]
+  MatrixXd carried_at_end_, carried_bend_;  // [f][f + p]
+  MatrixXd along_shapes_, along_poses_;     // [shape_size][f], [shape_size][p]
+  MatrixXd seen_along_poses_, pose_bend_;   // [6][p], [p] squared
   Matrix6d seen_by_pose_;
   Vector6d end_pull_ = Vector6d::Zero();  // of the Lagrangian, by the pose at the end
   MatrixXd end_impulses_;                 // [f][s] that the last moments answer, by the last state

@@ -1,6 +1,8 @@
 // Joints that end at rest on a whole that drifts: the last moments leave them what a whole that moves as one carries along them
 // (chapter 9, equations 9.37 to 9.39).
+#include "algebra/tiles.hpp"
 #include "lie/so3.hpp"
+#include "optimizer/small_dense.hpp"
 #include "shape/shape_program.hpp"
 
 namespace lamprey::shape {
@@ -25,7 +27,8 @@ Vector6d ShapeProgram::total_at_end(const Motion& motion) const {
 // What the joints carry at the end, beside what they bring there.
 void ShapeProgram::add_carried_at_end(const Motion& motion, VectorXd& moment) {
   resting_->take(motion.shape.back());
-  along_ = resting_->by_total() * total_at_end(motion);
+  along_.setZero();
+  optimizer::add_image(1.0, resting_->by_total(), total_at_end(motion), along_);
   optimizer::add_transposed_image(1.0, shape_basis_, along_, moment);
 }
 
@@ -34,28 +37,41 @@ void ShapeProgram::find_carried_at_end() {
   resting_->take(now_.shape.back());
   resting_->rates(total_at_end(now_), resting_rates_);
   seen_by_pose_ = seen_by_pose(total_, now_.rotation.back()[0], now_.position.back() - now_.position.front());
-  const int n = shape_;
-  carried_at_end_.leftCols(n) = shape_basis_.transpose() * MatrixXd(resting_rates_ * shape_basis_);
-  carried_at_end_.rightCols(pose_) =
-      shape_basis_.transpose() * MatrixXd(resting_->by_total() * MatrixXd(seen_by_pose_ * pose_basis_));
+  algebra::set_product(resting_rates_, shape_basis_, along_shapes_);
+  algebra::set_product(shape_basis_.transpose(), along_shapes_, carried_at_end_.leftCols(shape_));
+  see_by_pose(resting_->by_total());
+  algebra::set_product(shape_basis_.transpose(), along_poses_, carried_at_end_.rightCols(pose_));
+}
+
+// Columns of what the root sees as those of its pose, into along_poses_.
+void ShapeProgram::see_by_pose(const MatrixXd& by_total) {
+  algebra::set_product(seen_by_pose_, pose_basis_, seen_along_poses_);
+  algebra::set_product(by_total, seen_along_poses_, along_poses_);
 }
 
 void ShapeProgram::pull_carried_at_end(const VectorXd& multiplier) {
   const VectorXd& along = spread_shape(1.0, multiplier);
-  end_pull_ = seen_by_pose_.transpose() * Vector6d(resting_->by_total().transpose() * along);
+  Vector6d answer = Vector6d::Zero();
+  optimizer::add_transposed_image(1.0, resting_->by_total(), along, answer);
+  end_pull_ = seen_by_pose_.transpose() * answer;
 }
 
 void ShapeProgram::add_carried_curvature(const VectorXd& multiplier, MatrixXd& Q) {
   const int n = shape_;
   const VectorXd& along = spread_shape(1.0, multiplier);
   resting_->curvature(along, total_at_end(now_), resting_form_, resting_by_total_);
-  Q.block(n, n, n, n) += shape_basis_.transpose() * MatrixXd(resting_form_ * shape_basis_);
-  const MatrixXd mixed = shape_basis_.transpose() * MatrixXd(resting_by_total_ * MatrixXd(seen_by_pose_ * pose_basis_));
+  algebra::set_product(resting_form_, shape_basis_, along_shapes_);
+  algebra::set_product(shape_basis_.transpose(), along_shapes_, carried_bend_.leftCols(n));
+  see_by_pose(resting_by_total_);
+  algebra::set_product(shape_basis_.transpose(), along_poses_, carried_bend_.rightCols(pose_));
+  Q.block(n, n, n, n) += carried_bend_.leftCols(n);
+  const auto mixed = carried_bend_.rightCols(pose_);
   Q.block(n, 2 * n, n, pose_) += mixed;
   Q.block(2 * n, n, pose_, n) += mixed.transpose();
 
   // what the root sees bends by its pose: exp(−ρ̂)(L − χ × P) and exp(−ρ̂) P
-  const Vector6d answer = resting_->by_total().transpose() * along;
+  Vector6d answer = Vector6d::Zero();
+  optimizer::add_transposed_image(1.0, resting_->by_total(), along, answer);
   const Matrix3d& R = now_.rotation.back()[0];
   const Vector3d spin = R * answer.head<3>(), push = R * answer.tail<3>();
   const Vector3d about = total_.angular - (now_.position.back() - now_.position.front()).cross(total_.linear);
@@ -63,7 +79,9 @@ void ShapeProgram::add_carried_curvature(const VectorXd& multiplier, MatrixXd& Q
   bent.topLeftCorner<3, 3>() = lie::double_cross(spin, about) + lie::double_cross(push, total_.linear);
   bent.bottomLeftCorner<3, 3>() = lie::hat(total_.linear) * lie::hat(spin);
   bent.topRightCorner<3, 3>() = bent.bottomLeftCorner<3, 3>().transpose();
-  Q.block(2 * n, 2 * n, pose_, pose_) += pose_basis_.transpose() * MatrixXd(bent * pose_basis_);
+  algebra::set_product(bent, pose_basis_, seen_along_poses_);
+  algebra::set_product(pose_basis_.transpose(), seen_along_poses_, pose_bend_);
+  Q.block(2 * n, 2 * n, pose_, pose_) += pose_bend_;
 }
 
 }  // namespace lamprey::shape

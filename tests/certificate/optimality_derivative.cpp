@@ -66,6 +66,36 @@ TEST_P(Optimality, goal_rows_match_central_differences_of_the_march_at_second_or
         (jacobian * direction).segment(first, count), 1e-8);
 }
 
+// Of a tree that drifts, whose joints are to end at rest: what they carry then follows from where and how the whole ends.
+TEST(JointsAtRest, have_rows_that_match_central_differences_of_the_march_at_second_order) {
+  int trees = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    MarchedAnswer answer = any_tree(seed, integrator::Scheme::trapezoid, 14);
+    const model::System system(answer.problem.swimmer);
+    if (system.control_count() == 0) continue;
+    SCOPED_TRACE(seed);
+    answer.problem.goal = maneuver::Goal{};
+    answer.problem.goal->rest = false;
+    answer.problem.goal->joints_rest = true;
+    const StoredMotion motion(system, answer.problem, answer.solution);
+    const VectorXd value = certificate::control_space(motion).value;
+    const auto rows = certificate::goal_rows(system, answer.problem, certificate::node_states(motion).back(), 1.0);
+    ASSERT_EQ(rows.value.size(), system.velocity_count() - 6);
+    Random random(seed);
+    VectorXd direction(value.size());
+    for (double& entry : direction) entry = 3.0 * random.normal();
+    const MatrixXd jacobian =
+        certificate::control_jacobian(motion, certificate::control_space(motion), rows.by_end_state);
+    expect_second_order_differences(
+        [&](double t) -> VectorXd {
+          return goal_values(answer.problem, moments_along_joints(system, value + t * direction, motion.steps));
+        },
+        jacobian* direction, 1e-8);
+    ++trees;
+  }
+  EXPECT_GT(trees, 6);
+}
+
 TEST_P(Optimality, cost_gradient_matches_the_cost) {
   const maneuver::Problem problem = problem_with(GetParam());
   const MarchedAnswer answer = march(problem, smooth_moments(steps, 40.0));

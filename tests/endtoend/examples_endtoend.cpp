@@ -37,6 +37,7 @@ INSTANTIATE_TEST_SUITE_P(
         close_to("free_time", "free_time", coarse, 219120.39, 1e-6), close_to("gait", "gait", {}, 101378.85, 1e-6),
         close_to("gait_within_limits", "gait_within_limits", {{"starts", "8"}}, 479862.75, 1e-6),
         close_to("drifting", "drifting", {{"steps", "200"}, {"starts", "2"}}, 2.78, 1e-2),
+        close_to("drifting_to_rest", "drifting_to_rest", {}, 1.0165923, 1e-6),
         close_to("ellipses", "ellipses", {{"starts", "8"}}, 0.50481291, 1e-6),
         close_to("compliant_tail", "compliant_tail", coarse, 0.06937636, 1e-6),
         close_to("furthest_gait", "furthest_gait", {{"starts", "2"}}, -71929.249, 1e-6),

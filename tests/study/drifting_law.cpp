@@ -77,6 +77,54 @@ TEST(DriftingSwimmer, keeps_limits_that_hold) {
   }
 }
 
+// No joint moves at the end: all bodies turn alike, and what is left of the momentum is what the whole carries.
+TEST(DriftingSwimmer, ends_with_still_joints_where_it_is_asked_to) {
+  for (Problem problem : {drifting("/examples/drifting_to_rest.toml", 100), drifting_in_space(), drifting_turn()}) {
+    problem.goal->rest = false;
+    problem.goal->joints_rest = true;
+    const study::Answer answer = answer_to_drift(problem);
+    expect_drift_proved(answer);
+    EXPECT_LE(answer.certificate.rest_error, 1e-12);
+    const Solution& solution = answer.solution;
+    const Vector3d whole = solution.rotation.back()[0] * solution.angular_velocity.back()[0];
+    double fastest = 0.0;
+    for (const auto& node : solution.angular_velocity)
+      for (const Vector3d& own : node) fastest = std::max(fastest, own.norm());
+    for (std::size_t i = 1; i < solution.rotation.back().size(); ++i) {
+      const Vector3d own = solution.rotation.back()[i] * solution.angular_velocity.back()[i];
+      EXPECT_LE((own - whole).norm(), 1e-10 * fastest);
+    }
+    Problem free = problem;
+    free.goal->joints_rest = false;
+    EXPECT_GT(solution.cost, 1.01 * answer_to_drift(free).solution.cost) << "joints end still by themselves";
+  }
+}
+
+TEST(DriftingSwimmer, of_no_momentum_ends_at_rest_with_its_joints) {
+  Problem problem = drifting_turn();
+  problem.start.linear_velocity.setZero();
+  problem.goal->rest = true;
+  const study::Answer at_rest = answer_to_drift(problem);
+  problem.goal->rest = false;
+  problem.goal->joints_rest = true;
+  const study::Answer still = answer_to_drift(problem);
+  expect_drift_proved(still);
+  EXPECT_EQ(still.solution.cost, at_rest.solution.cost);
+}
+
+TEST(DriftingSwimmer, whose_joints_end_still_is_not_given_to_ipopt) {
+  Problem problem = drifting_turn();
+  problem.goal->joints_rest = true;
+  for (const study::Backend backend : {study::Backend::ipopt, study::Backend::both}) {
+    try {
+      answer_to_drift(problem, backend);
+      FAIL() << "taken";
+    } catch (const model::InputError& error) {
+      EXPECT_EQ(error.key, "goal.rest");
+    }
+  }
+}
+
 // What goes to and fro gets nowhere, but where its momentum takes it.
 TEST(DriftingSwimmer, of_a_single_angle_that_cannot_turn_round_may_end_elsewhere_in_its_first_shape) {
   Problem problem = drifting_turn();
@@ -141,27 +189,33 @@ TEST(DriftingSwimmer, goes_by_every_scheme_of_one_stage) {
 }
 
 TEST(DriftingSwimmer, may_have_joints_that_nothing_drives) {
-  Problem problem = drifting("/bench/problems/drifting_within_limits.toml", 200);
-  problem.limits = {};
-  problem.goal->turn.reset();
-  problem.goal->rotation[problem.swimmer.bodies[0].name] = Vector3d(0.0, 0.0, 0.4);
-  problem.swimmer.joints[1].actuated = false;
-  problem.swimmer.joints[1].stiffness = 0.5;
-  problem.swimmer.joints[1].damping = 0.05;
-  const study::Answer answer = answer_to_drift(problem);
-  expect_drift_proved(answer);
-  EXPECT_EQ(answer.solution.solver.name, "lamprey newton");
+  for (const bool still : {false, true}) {
+    Problem problem = drifting("/bench/problems/drifting_within_limits.toml", 200);
+    problem.goal->joints_rest = still;
+    problem.limits = {};
+    problem.goal->turn.reset();
+    problem.goal->rotation[problem.swimmer.bodies[0].name] = Vector3d(0.0, 0.0, 0.4);
+    problem.swimmer.joints[1].actuated = false;
+    problem.swimmer.joints[1].stiffness = 0.5;
+    problem.swimmer.joints[1].damping = 0.05;
+    const study::Answer answer = answer_to_drift(problem);
+    expect_drift_proved(answer);
+    EXPECT_EQ(answer.solution.solver.name, "lamprey newton");
+  }
 }
 
 TEST(DriftingSwimmer, answers_to_work_and_to_coupled_inertia) {
-  Problem problem = drifting_in_space();
-  problem.limits = {};
-  problem.cost_weights.work = 0.5;
-  Eigen::Matrix3d coupling = Eigen::Matrix3d::Zero();
-  coupling(1, 2) = 0.3;
-  problem.swimmer.bodies[0].coupling_matrix = coupling;
-  const study::Answer answer = answer_to_drift(problem);
-  expect_drift_proved(answer);
+  for (const bool still : {false, true}) {
+    Problem problem = drifting_in_space();
+    problem.goal->joints_rest = still;
+    problem.limits = {};
+    problem.cost_weights.work = 0.5;
+    Eigen::Matrix3d coupling = Eigen::Matrix3d::Zero();
+    coupling(1, 2) = 0.3;
+    problem.swimmer.bodies[0].coupling_matrix = coupling;
+    const study::Answer answer = answer_to_drift(problem);
+    expect_drift_proved(answer);
+  }
 }
 
 struct SolvedDrift {
