@@ -43,6 +43,17 @@ def test_ellipses_have_the_matrices_of_their_semi_axes(tmp_path):
     assert "✓ matrices of head by semi-axes" in report.stdout
 
 
+def test_joints_that_end_at_rest_on_a_whole_that_drifts_are_stationary(tmp_path):
+    problem = lp.load(ROOT / "examples" / "drifting.toml").changed(
+        goal={"rest": "joints"}, time={"steps": 100}, search={"starts": 1}, limits=None)
+    solution = lp.solve(problem)
+    solution.save(tmp_path)
+    report = run(tmp_path)
+    assert report.returncode == 0, report.stdout + report.stderr
+    for name in ("rest_error", "kkt"):
+        assert f"✓ {name}" in report.stdout, name
+
+
 def control(solution):
     solution["control"][30][0][2] += 1e-3
 

@@ -1,5 +1,5 @@
 // An end whose joints rest while the whole drifts on: what they carry there follows from total momentum and the end's
-// configuration alone (equations 6.25 and 6.26).
+// configuration alone (equation 6.26).
 #pragma once
 
 #include "certificate/stored_motion.hpp"

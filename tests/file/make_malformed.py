@@ -179,6 +179,8 @@ CASES = {
     "waypoints_turn_otherwise": ([(FREE, "duration = 1.0"), ("[search]", "[[waypoint]]\ntime = 0.5\nturn = [0, 0, 0.5]\n\n[[waypoint]]\ntime = 0.5\nrotation.middle = [0, 0, 1]\n\n[search]")], None, "rotation.middle = [0, 0, 1]", "waypoint[1].rotation.middle", ["another rotation.middle than that of waypoint[0]", "met together", "or its time"]),
     "waypoint_of_an_unknown_body": ([(FREE, "duration = 1.0"), ("[search]", "[[waypoint]]\ntime = 0.5\nrotation.nose = [0, 0, 1]\n\n[search]")], None, "rotation.nose", "waypoint[0].rotation.nose", ["unknown key", "front", "known key"]),
     "section_is_a_value": ([(LIMITS, ""), ("schema = 1", "schema = 1\nlimits = 3")], None, "limits = 3", "limits", ["found 3", "a table", "write [limits]"]),
+    "rest_of_what": ("rest = false", "rest = \"joint\"", "rest =", "goal.rest", ["found \"joint\"", "true, false or \"joints\"", "whole that drifts on"]),
+    "rest_of_a_gait": ("rest = false", "rest = \"joints\"", "rest =", "goal.rest", ["\"joints\" with goal.periodic = true", "one of the two", "remove rest"]),
     "goal_asks_nothing": ([(GOAL, "[goal]\nrest = false\n"), ("free_shape = true\n", ""), ("displacement = [0.0, 1.5, 0.0]\n", "")], None, "[goal]", "goal", ["nothing asked for", "at least one of move", "add one"]),
     "syntax_comma_missing": ("[5.0, 0.8, 1.5]", "[5.0, 0.8 1.5]", "[5.0, 0.8 1.5]", "body[1].semi_axes", ["TOML cannot read", "allowed: TOML", "mend this line"]),
     "body_missing": ([(BODIES, "")], None, "# expect", "body", ["found nothing", "from 1 to 1000", "add this key"]),
