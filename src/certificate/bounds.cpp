@@ -59,7 +59,9 @@ std::vector<Bound> bounds_of(const StoredMotion& motion) {
   for (int i = 0; i < system.body_count(); ++i) {
     if (problem.limits.clearance)
       for (int other = i + 1; other < system.body_count(); ++other)
-        bounds.push_back({Kind::clearance, "limits.clearance", -1, i, other, -1, false, *problem.limits.clearance, -1});
+        if (!system.move_as_one(i, other))
+          bounds.push_back(
+              {Kind::clearance, "limits.clearance", -1, i, other, -1, false, *problem.limits.clearance, -1});
     for (std::size_t n = 0; n < problem.limits.spheres.size(); ++n)
       bounds.push_back({Kind::sphere, "limits.sphere", -1, i, -1, static_cast<int>(n), false, 0.0, -1});
     for (std::size_t n = 0; n < problem.limits.half_spaces.size(); ++n)

@@ -51,6 +51,7 @@ class NearestPair {
   }
 
   void look_at_pair(const Placement& placed, int i, int j, double time) {
+    if (system_.move_as_one(i, j)) return;
     const Vector3d offset = placed.position[at(j)] - placed.position[at(i)];
     const double distance = offset.norm();
     if (distance - radius_[at(i)] - radius_[at(j)] >= least_.gap) return;
@@ -130,7 +131,7 @@ std::optional<Clearance> clearance(const StoredMotion& motion) {
       nearest.look(placed, begin + fraction * length);
     }
   }
-  return nearest.least();
+  return std::isfinite(nearest.least().gap) ? std::optional(nearest.least()) : std::nullopt;
 }
 
 }  // namespace lamprey::certificate

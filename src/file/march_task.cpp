@@ -353,6 +353,7 @@ void describe_as_marched(bool spline, Results& results) {
 Results march_task(ProblemFile file, MarchOptions options, const std::string& command) {
   const maneuver::Duration asked = file.problem.duration;
   lay_out(options, file.problem);
+  const model::System as_planned = system_of(file);
   const std::vector<double> factors = perturb_inertia(options, file);
   const model::System system = system_of(file);
   const std::unique_ptr<Followed> followed = followed_from_start(options, system, file.problem);
@@ -360,6 +361,9 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   const Problem with_goal = file.problem;
   file.problem.goal.reset();  // marching seeks no goal
   perturb(options, system, followed.get(), file.problem);
+  if (options.perturb != 0.0 || !factors.empty())
+    file.problem.start = maneuver::with_momentum_of(followed ? followed->system : as_planned, with_goal.start, system,
+                                                    file.problem.start);
   std::optional<guess::JointAngles> along;
   if (options.angles) along = angles_to_follow(options, system, with_goal.goal && with_goal.goal->periodic, file);
   Results results = begun_results(file, system, command);

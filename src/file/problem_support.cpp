@@ -152,6 +152,7 @@ void require_clearance_of_joined(const ProblemFile& file) {
   const model::System system(problem.swimmer);
   for (int j = 0; j < system.joint_count(); ++j) {
     const model::Joint& joint = system.joint(j);
+    if (joint.kind == model::JointKind::fixed) continue;
     const model::Body &parent = system.body(joint.parent), &child = system.body(joint.child);
     const double most = distance_to(parent, joint.parent_offset) + distance_to(child, joint.child_offset);
     if (*problem.limits.clearance <= most * (1.0 + hardly)) continue;

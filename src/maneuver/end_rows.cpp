@@ -93,6 +93,25 @@ std::vector<EndRow> stated_end_rows(const System& system, const Maneuver& maneuv
   return rows;
 }
 
+std::string end_row_in_words(const System& system, const EndRow& row, double missed) {
+  const std::string size = in_words(row.unit * missed);
+  const std::string axis = " e_" + std::to_string(row.component + 1);
+  switch (row.kind) {
+    case EndRow::Kind::position:
+      return "goal.move along" + axis + " is missed by " + size + " m";
+    case EndRow::Kind::moment:
+      return "joints that nothing drives do not end as asked by themselves: it would take a moment of " + size + " N m";
+    case EndRow::Kind::closure:
+      return "the shape of " + system.body(row.index).name + " does not close by " + size + " rad";
+    case EndRow::Kind::joint:
+      return "the end of joint " + system.joint(system.body(row.index).joint).name + " is missed by " + size + " rad";
+    case EndRow::Kind::orientation:
+    case EndRow::Kind::shape:
+      break;
+  }
+  return "the end attitude of " + system.body(row.index).name + " is missed by " + size + " rad";
+}
+
 double end_row(const System& system, const Maneuver& maneuver, const EndRow& row, const mechanics::Rotations& R,
                const Vector3d& position, Eigen::Ref<Eigen::RowVectorXd> derivative) {
   const int shape = shape_size(system);

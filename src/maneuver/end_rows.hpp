@@ -31,6 +31,9 @@ struct EndRow {
 std::vector<EndRow> stated_end_rows(const model::System& system, const Maneuver& maneuver,
                                     const std::vector<int>& unactuated);
 
+/// What it means that a row is missed by so much of its unit: "goal.move along e_1 is missed by 0.1 m".
+std::string end_row_in_words(const model::System& system, const EndRow& row, double missed);
+
 /// Value of a row over its unit, and its derivative by (shape, ρ, χ): the last shape's coordinates, the root's world turn and its
 /// position. Not for moments.
 double end_row(const model::System& system, const Maneuver& maneuver, const EndRow& row,

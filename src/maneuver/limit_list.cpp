@@ -83,6 +83,7 @@ void add_body_rows(const System& system, const Problem& problem, std::vector<Lim
     row.unit = system.body(i).semi_axes.maxCoeff();
     if (limits.clearance)
       for (int other = i + 1; other < system.body_count(); ++other) {
+        if (system.move_as_one(i, other)) continue;
         row.kind = Kind::clearance;
         row.key = "limits.clearance";
         row.other_body = other;

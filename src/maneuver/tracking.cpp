@@ -6,6 +6,7 @@
 #include "lie/so3.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/random.hpp"
+#include "mechanics/connection.hpp"
 
 namespace lamprey::maneuver {
 
@@ -43,6 +44,21 @@ Start turned_start(const System& system, const Start& start, double angle, std::
   Start off = start;
   for (std::size_t i = 0; i < turned.size(); ++i) off.rotation[i] = lie::log(turned[i]);
   return off;
+}
+
+Start with_momentum_of(const System& planned, const Start& plan, const System& system, const Start& start) {
+  const integrator::State state = start_state(planned, plan);
+  if (state.momentum.isZero(0.0)) return start;
+  const auto total = mechanics::spatial_momentum(planned, state.rotation, state.position, state.momentum);
+  mechanics::Rotations R;
+  for (const Eigen::Vector3d& vector : start.rotation) R.push_back(lie::exp(vector));
+  VectorXd velocity = mechanics::velocity_of_bodies(system, R, start.angular_velocity, start.linear_velocity);
+  for (int twice = 0; twice < 2; ++twice)  // of joints that hardly turn the round-off of the whole would be left
+    velocity = mechanics::with_momentum(system, R, start.position, velocity, total);
+  Start carried = start;
+  carried.angular_velocity = mechanics::angular_velocities(system, R, velocity);
+  carried.linear_velocity = velocity.tail<3>();
+  return carried;
 }
 
 MatrixXd answered_turns(const System& system, const Feedback& feedback) {

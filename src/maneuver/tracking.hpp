@@ -15,6 +15,11 @@ namespace lamprey::maneuver {
 Start turned_start(const model::System& system, const Start& start, double angle, std::uint64_t seed,
                    const Eigen::MatrixXd& turns);
 
+/// The start with the total momentum of another one, of that swimmer or of one whose bodies weigh otherwise: joints turn at the
+/// rates that they have, and the whole moves so. What is at rest there stays so here.
+Start with_momentum_of(const model::System& planned, const Start& plan, const model::System& system,
+                       const Start& start);
+
 /// The turns that gains answer, as columns: those that moments can influence along the motion.
 Eigen::MatrixXd answered_turns(const model::System& system, const Feedback& feedback);
 

@@ -182,6 +182,7 @@ System::System(const SwimmerDescription& description) : density_(description.den
   resolve_bodies(description);
   resolve_joints(description);
   order_tree();
+  find_stiff_parts();
   lay_paths();
   lay_freedoms();
   lay_drives();
@@ -234,6 +235,14 @@ void System::order_tree() {
   if (static_cast<int>(order_.size()) != body_count())
     throw InputError("joint",
                      "some bodies are not joined to the root; every body needs a chain of joints to the first one");
+}
+
+void System::find_stiff_parts() {
+  part_.resize(bodies_.size());
+  for (int i : order_) {
+    const Body& own = body(i);
+    part_[at(i)] = own.parent >= 0 && joint(own.joint).kind == JointKind::fixed ? part_[at(own.parent)] : i;
+  }
 }
 
 void System::lay_paths() {

@@ -118,6 +118,8 @@ class System {
   const Joint& joint(int j) const { return joints_[static_cast<std::size_t>(j)]; }
   /// Bodies from the root to the leaves: parents come before their children.
   const std::vector<int>& root_to_leaves() const { return order_; }
+  /// Whether nothing but fixed joints is between two bodies, so that they move as one.
+  bool move_as_one(int i, int j) const { return part_[at(i)] == part_[at(j)]; }
   double density() const { return density_; }
   /// m, the largest semi-axis of its bodies: what lengths are large or small beside.
   double size() const;
@@ -132,6 +134,7 @@ class System {
   void resolve_bodies(const SwimmerDescription& description);
   void resolve_joints(const SwimmerDescription& description);
   void order_tree();
+  void find_stiff_parts();
   void lay_paths();
   void lay_freedoms();
   void lay_drives();
@@ -147,6 +150,7 @@ class System {
   std::vector<Joint> joints_;
   std::vector<Drive> drives_;
   std::vector<int> order_;
+  std::vector<int> part_;  // [bodies] the first of those that it moves as one with
 };
 
 }  // namespace lamprey::model

@@ -68,22 +68,7 @@ std::string ShapeProgram::largest_miss() const {
   const double value = now_.end_rows.cwiseAbs().maxCoeff(&worst);
   if (value < worth_telling) return "";
   const EndRow& row = end_rows_[at(static_cast<int>(worst))];
-  const std::string size = in_words(row.unit * value);
-  const std::string axis = " e_" + std::to_string(row.component + 1);
-  switch (row.kind) {
-    case EndRow::Kind::position:
-      return "goal.move along" + axis + " is missed by " + size + " m";
-    case EndRow::Kind::moment:
-      return "joints that nothing drives do not end as asked by themselves: it would take a moment of " + size + " N m";
-    case EndRow::Kind::closure:
-      return "the shape of " + system_.body(row.index).name + " does not close by " + size + " rad";
-    case EndRow::Kind::joint:
-      return "the end of joint " + system_.joint(system_.body(row.index).joint).name + " is missed by " + size + " rad";
-    case EndRow::Kind::orientation:
-    case EndRow::Kind::shape:
-      break;
-  }
-  return "the end attitude of " + system_.body(row.index).name + " is missed by " + size + " rad";
+  return end_row_in_words(system_, row, value);
 }
 
 std::string ShapeProgram::largest_violation(bool cut_short) const {

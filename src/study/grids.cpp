@@ -11,6 +11,7 @@
 #include "optimizer/limited_newton.hpp"
 #include "shape/composed_program.hpp"
 #include "shape/reach.hpp"
+#include "shape/single_angle.hpp"
 #include "study/workers.hpp"
 
 namespace lamprey::study {
@@ -253,6 +254,7 @@ Reached::Reached(const System& system, const Problem& problem) : coordinates(sys
       rows = *met;
       shape::refuse_price_of_no_displacement(system, probe, coordinates);
       out_of_reach = shape::out_of_reach(system, probe, coordinates, guess);
+      if (out_of_reach.empty()) out_of_reach = shape::beyond_single_angle(system, probe, problem.limits);
       return;
     }
   }

@@ -381,6 +381,38 @@ TEST(Feedback, is_refused_where_stages_do_not_lead_where_the_nodes_are) {
   EXPECT_THROW(maneuver::design_feedback(plan.system, plan.problem, plan.solution), std::domain_error);
 }
 
+// Gains cannot take momentum off: what starts beside its plan, or weighs otherwise, carries the plan's.
+TEST(TurnedStart, carries_the_momentum_of_the_plan) {
+  Random random(5);
+  for (int trial = 0; trial < 6; ++trial) {
+    const model::SwimmerDescription swimmer = random_swimmer(random, 4);
+    const model::System system(swimmer);
+    VectorXd velocity(system.velocity_count());
+    for (double& entry : velocity) entry = random.normal();
+    const maneuver::Start start = start_at(system, {random_rotations(random, system), random.vector(), velocity});
+    model::SwimmerDescription heavier = swimmer;
+    for (model::BodyDescription& body : heavier.bodies) {
+      const model::Body& own = system.body(static_cast<int>(&body - heavier.bodies.data()));
+      body.mass_matrix = 1.1 * own.mass_matrix;
+      body.inertia_matrix = 1.2 * own.inertia_matrix;
+    }
+    const model::System other(heavier);
+    const MatrixXd any = MatrixXd::Identity(system.velocity_count() - 3, system.velocity_count() - 3);
+    const maneuver::Start off = maneuver::turned_start(system, start, 0.05, 7, any);
+    const maneuver::Start carried = maneuver::with_momentum_of(system, start, other, off);
+    const auto total = [](const model::System& of, const maneuver::Start& at) {
+      const integrator::State state = maneuver::start_state(of, at);
+      return mechanics::spatial_momentum(of, state.rotation, state.position, state.momentum);
+    };
+    const auto asked = total(system, start), found = total(other, carried), before = total(other, off);
+    const double size = maneuver::start_state(system, start).momentum.norm();
+    EXPECT_GT((before.angular - asked.angular).norm(), 1e-3 * size);
+    EXPECT_LE((found.angular - asked.angular).norm(), tolerance(1e-11 * size));
+    EXPECT_LE((found.linear - asked.linear).norm(), tolerance(1e-11 * size));
+    EXPECT_EQ(carried.rotation, off.rotation);
+  }
+}
+
 TEST(TurnedStart, turns_every_body_by_the_angle_and_keeps_the_joints) {
   Random random(21);
   for (int trial = 0; trial < 10; ++trial) {

@@ -1,0 +1,161 @@
+#include "shape/single_angle.hpp"
+
+#include <numbers>
+#include <optional>
+
+#include "lie/so3.hpp"
+#include "maneuver/end_rows.hpp"
+#include "mechanics/connection.hpp"
+
+namespace lamprey::shape {
+
+namespace {
+
+using Eigen::VectorXd;
+using maneuver::EndRow;
+using maneuver::in_words;
+using maneuver::Maneuver;
+using model::at;
+using model::System;
+
+constexpr int half_way_nodes = 1000;  // of the curve, from where it begins to either end
+constexpr double near_enough = 1e-3;  // of what is asked for
+constexpr double least_asked = 1e-6;  // units of the end rows: less is met by staying
+
+// The hinge that alone bends the swimmer, and how far it may, rad from its zero angle.
+struct Hinge {
+  int joint;
+  double least, most;
+};
+
+std::optional<Hinge> single_hinge(const System& system, const Maneuver& maneuver, const maneuver::Limits& limits) {
+  if (maneuver.periodic || maneuver.whole_turns || maneuver::has_momentum(system, maneuver.start)) return std::nullopt;
+  std::optional<Hinge> hinge;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const model::Joint& joint = system.joint(j);
+    if (joint.kind == model::JointKind::fixed) continue;
+    if (hinge || joint.kind != model::JointKind::hinge || maneuver::may_turn_round(joint, limits)) return std::nullopt;
+    hinge = Hinge{j, -std::numbers::pi, std::numbers::pi};
+    if (const auto bounds = limits.angle.find(joint.name); bounds != limits.angle.end()) {
+      hinge->least = std::max(hinge->least, bounds->second[0][0]);
+      hinge->most = std::min(hinge->most, bounds->second[0][1]);
+    }
+  }
+  return hinge;
+}
+
+// A swimmer along its curve.
+class Curve {
+ public:
+  Curve(const System& system, const Maneuver& maneuver, int joint)
+      : system_(system),
+        maneuver_(maneuver),
+        joint_(joint),
+        rows_(stated_end_rows(system, maneuver, {})),
+        derivative_(maneuver::shape_size(system) + 6),
+        rate_(at(system.joint_count()), Vector3d::Zero()) {
+    rate_[at(joint)] = Vector3d::UnitX();
+    begin();
+  }
+
+  void begin() {
+    rotation_ = maneuver_.start.rotation;
+    position_ = maneuver_.start.position;
+    angle_ =
+        mechanics::joint_angles(system_.joint(joint_), mechanics::child_to_parent(rotation_, system_.joint(joint_)))[0];
+  }
+
+  // The joint bends by so much, the root moved as it is half way.
+  void bend(double by) {
+    const Matrix3d root = rotation_[0];
+    place(root, angle_ + 0.5 * by);
+    const mechanics::Twist moved = by * mechanics::moved_root(system_, rotation_, rate_);
+    position_ += root * lie::exp(Vector3d(0.5 * moved.head<3>())) * moved.tail<3>();
+    angle_ += by;
+    place(root * lie::exp(Vector3d(moved.head<3>())), angle_);
+  }
+
+  double angle() const { return angle_; }
+  const std::vector<EndRow>& rows() const { return rows_; }
+
+  // What the goal is missed by there, in the rows' units.
+  VectorXd missed() {
+    VectorXd values(static_cast<Eigen::Index>(rows_.size()));
+    for (std::size_t r = 0; r < rows_.size(); ++r)
+      values[static_cast<Eigen::Index>(r)] = end_row(system_, maneuver_, rows_[r], rotation_, position_, derivative_);
+    return values;
+  }
+
+ private:
+  void place(const Matrix3d& root, double angle) {
+    const mechanics::Rotations before = rotation_;
+    for (int i : system_.root_to_leaves()) {
+      const model::Body& body = system_.body(i);
+      if (body.parent < 0) {
+        rotation_[0] = root;
+        continue;
+      }
+      const model::Joint& joint = system_.joint(body.joint);
+      rotation_[at(i)] = rotation_[at(body.parent)] *
+                         (body.joint == joint_ ? mechanics::rotation_at_turn(joint, Vector3d(angle, 0.0, 0.0))
+                                               : mechanics::child_to_parent(before, joint));
+    }
+  }
+
+  const System& system_;
+  const Maneuver& maneuver_;
+  int joint_;
+  std::vector<EndRow> rows_;
+  Eigen::RowVectorXd derivative_;
+  mechanics::Vectors rate_;
+  mechanics::Rotations rotation_;
+  Vector3d position_;
+  double angle_ = 0.0;
+};
+
+// Where on the line from one to the other the origin is nearest.
+VectorXd nearest_between(const VectorXd& from, const VectorXd& to) {
+  const VectorXd along = to - from;
+  const double square = along.squaredNorm();
+  const double share = square > 0.0 ? std::clamp(-from.dot(along) / square, 0.0, 1.0) : 0.0;
+  return from + share * along;
+}
+
+}  // namespace
+
+std::string beyond_single_angle(const System& system, const Maneuver& maneuver, const maneuver::Limits& limits) {
+  const std::optional<Hinge> hinge = single_hinge(system, maneuver, limits);
+  if (!hinge) return "";
+  Curve curve(system, maneuver, hinge->joint);
+  if (curve.rows().empty()) return "";
+  VectorXd nearest = curve.missed();
+  const double asked = nearest.norm();
+  if (asked < least_asked) return "";
+  double where = curve.angle();
+  for (const double end : {hinge->least, hinge->most}) {
+    curve.begin();
+    VectorXd before = curve.missed();
+    const double by = (end - curve.angle()) / half_way_nodes;
+    for (int n = 0; n < half_way_nodes; ++n) {
+      curve.bend(by);
+      const VectorXd now = curve.missed();
+      if (const VectorXd between = nearest_between(before, now); between.norm() < nearest.norm()) {
+        nearest = between;
+        where = curve.angle();
+      }
+      before = now;
+    }
+  }
+  if (nearest.norm() <= near_enough * asked) return "";
+  Eigen::Index worst = 0;
+  const double missed = nearest.cwiseAbs().maxCoeff(&worst);
+  return "a single joint angle that cannot turn right round goes back the way it came: where the swimmer is follows "
+         "from the "
+         "angle alone (scallop theorem), and at none from " +
+         in_words(hinge->least) + " to " + in_words(hinge->most) + " rad is the goal met. It comes nearest at " +
+         in_words(where) + " rad, where " +
+         end_row_in_words(system, curve.rows()[static_cast<std::size_t>(worst)], missed) +
+         "; a second joint or axis would change that, or a goal that leaves more of it \"free\"";
+}
+
+}  // namespace lamprey::shape
