@@ -190,7 +190,8 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   if (solution.cost_parts)
     proof.cost_error = std::max(proof.cost_error, parts_difference(*solution.cost_parts, cost.parts));
   if (problem.cost_weights.any()) proof.costs = {proof.cost_error, cost.signs};
-  if (options.optimality) proof.kkt = kkt_residual(motion, space, balance.scale);
+  const bool worth_it = options.of_misses || meets_goal(problem, proof);
+  if (options.optimality && worth_it) proof.kkt = kkt_residual(motion, space, balance.scale);
   proof.verdict = verdict(problem, proof);
   if (options.second_order) add_second_order(system, problem, solution, proof);
   if (options.replay) proof.replay = replay(motion, {options.replay_tolerance, options.stopped});

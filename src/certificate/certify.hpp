@@ -12,7 +12,8 @@
 namespace lamprey::certificate {
 
 struct Options {
-  bool optimality = true;  // compute kkt
+  bool optimality = true;  // compute kkt,
+  bool of_misses = true;   // of motions that miss the goal, too
   bool second_order = true;
   bool replay = true;
   double replay_tolerance = 1e-12;  // of a step of the reference integrator

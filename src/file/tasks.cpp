@@ -17,6 +17,7 @@
 #include "file/stored_question.hpp"
 #include "file/trajectory_file.hpp"
 #include "lie/so3.hpp"
+#include "maneuver/feedback.hpp"
 #include "study/answer.hpp"
 #include "study/faults.hpp"
 #include "study/refinement.hpp"
@@ -45,6 +46,32 @@ void add_false_times(const Results& stored, std::vector<certificate::FalseClaim>
   if (problem.steps == 0) return;
   if (problem.free_duration && time.size() > 1) claim("problem.duration", problem.duration, time.back());
   claim("problem.time_step", problem.time_step, problem.duration / problem.steps);
+}
+
+// Gains follow from problem and motion: where one is another than these give, by more than round-off along an unstable motion, a
+// vehicle would follow somebody else's.
+void add_false_gains(const Results& stored, std::vector<certificate::FalseClaim>& claims) {
+  constexpr double other = 1e-3;  // of the largest gain at the node
+  const std::vector<Eigen::MatrixXd>& told = stored.solution.feedback.gain;
+  if (told.empty()) return;
+  const maneuver::Problem problem = problem_of(stored);
+  std::vector<Eigen::MatrixXd> found;
+  try {
+    found = maneuver::design_feedback(model::System(problem.swimmer), problem, stored.solution).gain;
+  } catch (const std::domain_error&) {  // there are none for such a motion
+  }
+  if (found.size() != told.size()) {
+    claims.push_back({"feedback.gain", static_cast<double>(told.size()), static_cast<double>(found.size())});
+    return;
+  }
+  for (std::size_t m = 0; m < told.size(); ++m) {
+    Eigen::Index row = 0, column = 0;
+    const double off = (told[m] - found[m]).cwiseAbs().maxCoeff(&row, &column);
+    if (off <= other * found[m].cwiseAbs().maxCoeff()) continue;
+    claims.push_back(
+        {fmt::format("feedback.gain[{}][{}][{}]", m, row, column), told[m](row, column), found[m](row, column)});
+    return;
+  }
 }
 
 // Where an angle that counts whole turns jumps by more than half of one from node to node, which no step does.
@@ -171,6 +198,7 @@ Verification verify_task(const std::string& folder, const std::optional<ProblemF
     result.claims = certificate::false_claims(*result.stored.certificate, *result.found.certificate);
   add_false_times(result.stored, result.claims);
   add_false_turns(result.stored, result.claims);
+  if (sought && result.status_holds) add_false_gains(result.stored, result.claims);
   result.trajectory_difference = trajectory_difference(folder, result.stored);
   if (asked) result.problem_differences = problem_differences(result.stored, *asked);
   return result;

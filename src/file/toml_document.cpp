@@ -195,9 +195,18 @@ std::string many_tables(const std::string& key) {
         fmt::format("found [{0}] as a table and a second time; allowed: any number of [[{0}]]; begin each with [[{0}]] "
                     "in double brackets",
                     many));
+  const bool value_and_table =
+      redefined &&
+      (description.find("as dotted") != std::string::npos ||
+       (description.find("key-value") != std::string::npos && description.find("existing table") != std::string::npos));
   const std::string message =
-      redefined ? "found this key a second time; allowed: once in a table; remove one of the two (" + description + ")"
-                : "found what TOML cannot read (" + description + "); " + syntax_allowed;
+      value_and_table
+          ? "found one value for this key and values for keys below it; allowed: either; where they differ write "
+            "KEY.NAME = … for each NAME (" +
+                description + ")"
+      : redefined
+          ? "found this key a second time; allowed: once in a table; remove one of the two (" + description + ")"
+          : "found what TOML cannot read (" + description + "); " + syntax_allowed;
   throw InputError(path, place.line, place.column, key, message);
 }
 

@@ -195,7 +195,8 @@ LocalConnection local_connection(const System& system, const Rotations& rotation
   // momentum of the whole along the rigid motions is rigidᵀ 𝕀 ξ
   const MatrixXd momentum = rigid.transpose() * inertia;
   const MatrixXd locked = momentum * rigid, coupling = momentum * shape;
-  const MatrixXd root = -locked.partialPivLu().solve(coupling);
+  MatrixXd root = -locked.partialPivLu().solve(coupling);
+  root.array() += 0.0;  // no minus zeros
   const MatrixXd whole = shape + rigid * root;
   return {root.topRows(3), root.bottomRows(3), whole.transpose() * inertia * whole};
 }
@@ -227,6 +228,10 @@ ConnectionCurvature connection_curvature(const System& system, const Rotations& 
         curvature.shift[k](b, a) = -curvature.shift[k](a, b);
       }
     }
+  for (std::size_t k = 0; k < 3; ++k) {  // no minus zeros
+    curvature.turn[k].array() += 0.0;
+    curvature.shift[k].array() += 0.0;
+  }
   return curvature;
 }
 

@@ -187,7 +187,8 @@ bool turns_freely(const file::ResolvedProblem& problem) {
 
 // How the root has turned: with all turns where it does about one axis, else from its first attitude to its last.
 std::string turn_words(const maneuver::Solution& solution) {
-  constexpr double off_axis = 1e-6;  // of the turns
+  constexpr double off_axis = 1e-6;    // of the turns
+  constexpr double round_off = 1e-12;  // rad
   Eigen::Vector3d sum = Eigen::Vector3d::Zero(), largest = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> turns;
   for (std::size_t k = 1; k < solution.rotation.size(); ++k)
@@ -203,8 +204,17 @@ std::string turn_words(const maneuver::Solution& solution) {
     return (turn - axis * axis.dot(turn)).norm() <= off_axis * largest.norm();
   });
   if (one_axis) return vector(sum.norm() <= off_axis * all ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : sum) + " rad";
-  return vector(lie::log(solution.rotation.back()[0] * solution.rotation.front()[0].transpose())) +
-         " rad, less than half a turn";
+  const Eigen::Vector3d turn = lie::log(solution.rotation.back()[0] * solution.rotation.front()[0].transpose());
+  return vector((turn.array().abs() < round_off).select(0.0, turn)) + " rad, less than half a turn";
+}
+
+// Of so much as the swimmer's size allows to tell from round-off.
+std::string way_words(const maneuver::Solution& solution, const file::ResolvedProblem& problem) {
+  constexpr double round_off = 1e-12;  // of the largest semi-axis
+  double size = 0.0;
+  for (const file::ResolvedBody& body : problem.bodies) size = std::max(size, body.semi_axes.maxCoeff());
+  const Eigen::Vector3d way = solution.position.back() - solution.position.front();
+  return vector((way.array().abs() < round_off * size).select(0.0, way)) + " m";
 }
 
 // Where a march went, and what became of its energy.
@@ -212,7 +222,7 @@ void append_march(const file::Results& results, std::vector<std::pair<std::strin
   const maneuver::Solution& solution = results.solution;
   const std::size_t nodes = solution.time.size();
   if (nodes < 2 || solution.angular_velocity.size() != nodes || solution.linear_velocity.size() != nodes) return;
-  rows.emplace_back("Displacement", vector(solution.position.back() - solution.position.front()) + " m");
+  rows.emplace_back("Displacement", way_words(solution, results.problem));
   rows.emplace_back("Turn of " + results.problem.bodies.front().name, turn_words(solution));
   const maneuver::Problem problem = file::problem_of(results);
   const model::System system(problem.swimmer);
@@ -306,9 +316,8 @@ std::vector<std::pair<std::string, std::string>> facts(const file::Results& resu
   if (const std::optional<Transport> moved = transport_as_weighed(results); sought && moves && moved) {
     const std::optional<double> by_replay = work_by_replay(results.certificate, moved->work);
     rows.emplace_back("Work of the joints", work_words(moved->work, by_replay));
-    const Eigen::Vector3d way = solution.position.back() - solution.position.front();
     if (problem.goal && (problem.goal->periodic || !problem.goal->distance()))
-      rows.emplace_back("Displacement", vector(way) + " m");
+      rows.emplace_back("Displacement", way_words(solution, problem));
     if (problem.goal && turns_freely(problem) && solution.rotation.size() > 1)
       rows.emplace_back("Turn of " + problem.bodies.front().name, turn_words(solution));
     if (problem.goal && goes_a_way(results) && (problem.goal->periodic || distance_asked(problem)) && !drifts(results))

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -41,6 +42,17 @@ double rounded_up(double value) {
   return 10.0 * power;
 }
 
+// Whether a body turns round more often than a stroke would have it.
+bool whirls(const Problem& problem, const Solution& solution) {
+  constexpr double turns = 2.0;  // whole ones in a second or in the duration, whichever is longer
+  if (problem.cost_weights.angular_velocity > 0.0 || solution.time.size() < 2) return false;
+  double fastest = 0.0;
+  for (const auto& node : solution.angular_velocity)
+    for (const Eigen::Vector3d& own : node) fastest = std::max(fastest, own.norm());
+  const double duration = solution.time.back() - solution.time.front();
+  return fastest * duration > turns * 2.0 * std::numbers::pi;
+}
+
 // What to try where a motion meets all that is asked but is not optimal.
 std::string advice_where_met(const Problem& problem, const Certificate& proof, const Solution& solution) {
   std::string words = "try ";
@@ -49,6 +61,7 @@ std::string advice_where_met(const Problem& problem, const Certificate& proof, c
     return words + "limits.angular_velocity = " + number(*held, 6) + ", or " +
            (solution.status == Status::time_limit ? "a longer search.time_limit" : finer);
   if (!far_turn(problem, solution).empty()) words += finer + ", ";
+  if (whirls(problem, solution)) words += "a little cost.angular_velocity, which calms bodies that whirl, ";
   const bool sharp = problem.cost_weights.work > 0.0 || problem.cost_weights.transport > 0.0;
   if (sharp)
     words += std::string(problem.cost_weights.smoothness > 0.0 ? "more" : "a little") +
@@ -76,6 +89,17 @@ std::string advice_far_away(const Problem& problem) {
   return "a [start] position nearer to the world's origin (" + number(away, 3) +
          " m away the last digits of positions are " + number(away * std::numeric_limits<double>::epsilon(), 2) +
          " m), ";
+}
+
+// Where total momentum takes the whole away from where it is to be.
+std::string advice_on_drift(const Problem& problem) {
+  if (!problem.goal || problem.duration.free || !maneuver::has_momentum(model::System(problem.swimmer), problem.start))
+    return "";
+  const auto& move = problem.goal->move;
+  if (std::none_of(move.begin(), move.end(), [](const auto& along) { return along.has_value(); })) return "";
+  const Eigen::Vector3d way = problem.duration.value * problem.start.linear_velocity;
+  return "a goal.move nearer to where its momentum takes it, which moments cannot change ((" + number(way[0], 3) +
+         ", " + number(way[1], 3) + ", " + number(way[2], 3) + ") m in this time at the speed of its start), ";
 }
 
 // Keys of limits that more time makes easier to keep, "a, b or c"; empty where there are none.
@@ -179,14 +203,15 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "[time] steps = " + std::to_string(problem.steps < fewest_steps ? few_steps : 2 * problem.steps) + ", ";
   if (problem.cost_weights.of_displacement())
     words += "a larger cost.effort and, from that answer on (--first), the one that is asked for, ";
-  words += advice_far_away(problem);
+  const std::string drift = advice_on_drift(problem);
+  words += advice_far_away(problem) + drift;
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
   if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
   if (broken && proof.limits->key.starts_with("limits.torque") && proof.limits->violation > other_units)
     words += "other units (its N m, lengths' m, the density's kg/m³, the time's s), ";
   const std::string hurried = limits_on_haste(problem.limits);
   const bool gait = problem.goal && problem.goal->periodic;
-  if (!hurried.empty()) words += more_time(problem, proof, solution) + ", ";
+  if (!hurried.empty() && drift.empty()) words += more_time(problem, proof, solution) + ", ";
   if (broken && proof.limits->key == "time.max" && !hurried.empty()) words += "a looser " + hurried + ", ";
   if (!problem.waypoints.empty()) words += "waypoints farther apart in time, or fewer, ";
   if (broken && !gait) words += "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";

@@ -104,10 +104,10 @@ std::string words_of_cheaper_ones(const Problem& problem, const std::vector<cons
   return words + ".";
 }
 
-// Whether nearly every search ended somewhere else, so that others would, too.
-bool met_once(const maneuver::SearchRecord& search) {
-  return search.solved >= few_arrived &&
-         few_arrived * search.solved < (few_arrived + 1) * static_cast<int>(search.minima.size());
+// Of the minima those that one search alone ended at: their share in the searches is the chance that the next one finds another.
+int met_once(const maneuver::SearchRecord& search) {
+  return static_cast<int>(std::count_if(search.minima.begin(), search.minima.end(),
+                                        [](const auto& minimum) { return minimum.count == 1; }));
 }
 
 // Of a motion that goes on by itself: moments that do no more than a share of its energy, which is all round-off. None costs less.
@@ -122,16 +122,17 @@ bool costs_nothing(const Problem& problem, const Solution& solution) {
   return solution.cost <= problem.effort * moments * moments * (solution.time.back() - solution.time.front());
 }
 
-// Where few first guesses arrived, or the best minimum was met by one of many only, as a sentence.
+// Where few first guesses arrived, or half of them ended where no other did, as a sentence.
 std::string few_arrivals(const Solution& solution) {
   const auto& search = solution.search;
   const int tried = search.starts + search.hops;
   if (tried >= few_arrived && few_arrived * search.solved <= tried)
     return " Of " + std::to_string(tried) + " searches " + std::to_string(search.solved) +
            " arrived: more starts or another seed may find a cheaper one.";
-  if (met_once(search))
-    return " The " + std::to_string(search.solved) + " searches that arrived ended at " +
-           std::to_string(search.minima.size()) + " minima: " +
+  const int once = met_once(search), minima = static_cast<int>(search.minima.size());
+  if (search.solved >= few_arrived && 2 * once >= search.solved)
+    return " The " + std::to_string(search.solved) + " searches that arrived ended at " + std::to_string(minima) +
+           " minima" + (once < minima ? ", " + std::to_string(once) + " of them met once" : "") + ": " +
            (search.hops > 0 ? "more hops" : "[search] hops = " + std::to_string(hops_for_each * search.starts)) +
            ", more starts or another seed may find a cheaper one.";
   return "";
@@ -252,7 +253,10 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
   best.solution.message += words_of_cheaper_ones(problem, cheaper, best.solution, options.resolving);
   if (optimal || best.solution.status == Status::feasible)
     best.solution.message += words_on_steps(problem, best, options.resolving);
-  if (optimal && !costs_nothing(problem, best.solution))
+  const bool by_itself = optimal && costs_nothing(problem, best.solution);
+  if (by_itself && best.solution.solver.iterations > 0)
+    best.solution.message += " It goes on by itself: its moments, and what they cost, are round-off.";
+  if (optimal && !by_itself)
     best.solution.message +=
         few_arrivals(best.solution) + (options.solver == Backend::ipopt ? "" : untried_turns(system, problem));
   if (optimal) best.others = others(system, problem, order, options, parts);

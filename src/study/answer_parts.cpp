@@ -42,6 +42,7 @@ std::string part_name(Part part) {
 certificate::Options first_look(const Parts& parts) {
   certificate::Options options;
   options.second_order = false;
+  options.of_misses = !parts.stopped();  // what a search that was cut short has not met yet is not least either
   options.stopped = [&parts, begin = parts.seconds()] {
     return parts.stopped() && parts.seconds() > begin + late_replay;
   };

@@ -22,14 +22,15 @@ using model::InputError;
 using model::System;
 using optimizer::Termination;
 
-constexpr double asked_twice = 1e-6;         // rad or m, of conditions that follow from others
-constexpr double exactly_asked = 1e-10;      // rad or m, of the same
-constexpr double same_place = 1e-7;          // rad or swimmer's sizes
-constexpr double goal_met = 1e-8;            // units of the end rows
-constexpr double limits_met = 1e-7;          // units of the limits
-constexpr double same_answer = 1e-6;         // relative difference of cost
-constexpr double least_stirred = 1e-6;       // of the way that the shapes led before
-constexpr int most_polishing = 5;            // iterations at an answer
+constexpr double asked_twice = 1e-6;     // rad or m, of conditions that follow from others
+constexpr double exactly_asked = 1e-10;  // rad or m, of the same
+constexpr double same_place = 1e-7;      // rad or swimmer's sizes
+constexpr double goal_met = 1e-8;        // units of the end rows
+constexpr double limits_met = 1e-7;      // units of the limits
+constexpr double same_answer = 1e-6;     // relative difference of cost
+constexpr double least_stirred = 1e-6;   // of the way that the shapes led before
+constexpr int most_polishing = 5;        // iterations at an answer
+constexpr const char* from_here = "from the last answer on, where solve or a nearer goal may find one, ";
 constexpr std::size_t longest_reason = 100;  // letters, of a search that converges
 
 // The problem, where it is one that a Solver takes.
@@ -196,6 +197,10 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
   moved_ = true;
   solve_program(newton_, program_, options, outcome_);
   if (outcome_.termination == Termination::time_limit || outcome_.termination == Termination::interrupted) keep_way();
+  if (outcome_.termination == Termination::infeasible) {  // near here alone: what is farther away was not looked at
+    outcome_.termination = Termination::stalled;
+    outcome_.reason.insert(0, from_here);
+  }
   if (outcome_.termination != Termination::converged) return outcome_;
   if (const double error = program_.stated_goal_error(); error > asked_twice) {
     outcome_.termination = Termination::infeasible;

@@ -51,7 +51,8 @@ void Solver::set_goal(const Goal& goal) {
     if (rotation) require_turn("goal.rotation." + body, *rotation);
   for (const auto& [joint, angles] : goal.angle)
     for (double angle : angles) require_turn("goal.angle." + joint, Eigen::Vector3d(angle, 0.0, 0.0));
-  if (goal.rest != problem_.goal->rest || goal.joints_rest != problem_.goal->joints_rest || goal.periodic != problem_.goal->periodic)
+  if (goal.rest != problem_.goal->rest || goal.joints_rest != problem_.goal->joints_rest ||
+      goal.periodic != problem_.goal->periodic)
     throw InputError("goal", "found another kind of goal (rest or periodic differ); make a new Solver for it");
   Problem problem = problem_;
   problem.goal = goal;

@@ -108,7 +108,8 @@ NodePath begun_and_ended_at_rest(const Grids& grids, const maneuver::Maneuver& m
 
 std::vector<Found> solve_gaits_from_rest(const Grids& grids) {
   const maneuver::Goal& goal = *grids.problem().goal;
-  if (!goal.stills_joints() || !goal.rotation.empty() || !goal.angle.empty() || !grids.problem().waypoints.empty()) return {};
+  if (!goal.stills_joints() || !goal.rotation.empty() || !goal.angle.empty() || !grids.problem().waypoints.empty())
+    return {};
   std::vector<int> counts;
   for (int cycles : gait_counts)
     if (cycles * least_steps_of_stroke <= grids.problem().steps) counts.push_back(cycles);

@@ -76,8 +76,10 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
                          "or a goal that leaves this free.";
       return;
     }
-    solution.message = "Not solved: " + missing + "." + stopped + where_it_ended(problem, solution) +
-                       reached_words(proof) + " What may help: " + advice(problem, proof, solution) + ".";
+    solution.message =
+        "Not solved: " + missing + "." + stopped + where_it_ended(problem, solution) + reached_words(proof);
+    if (solution.status != Status::interrupted)  // which says nothing of what is asked
+      solution.message += " What may help: " + advice(problem, proof, solution) + ".";
   }
 }
 

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "certificate/bounds.hpp"
 #include "certificate/certify.hpp"
 #include "certificate/marched_answers.hpp"
+#include "maneuver/limit_rows.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -53,6 +55,32 @@ struct Arms {
     return certificate::clearance(certificate::StoredMotion(system, problem, solution));
   }
 };
+
+// What fixed joints hold together is one body: its parts may overlap, and hide nothing that comes near them.
+TEST(Clearance, is_not_asked_between_bodies_that_move_as_one) {
+  Arms arms(1);
+  model::JointDescription& stiff = arms.problem.swimmer.joints[0];
+  stiff.kind = model::JointKind::fixed;
+  stiff.axis.reset();
+  stiff.child_offset.setZero();  // "left" around "root"
+  arms.add(0.0, 0.0, 0.2);
+  arms.add(1.0, 0.0, 0.4);
+  const auto found = arms.clearance();
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(std::pair(found->first, found->second), std::pair(1, 2));
+  EXPECT_NEAR(found->gap, 0.4, tolerance(1e-9));
+  arms.problem.limits.clearance = 0.05;
+  const model::System system(arms.problem.swimmer);
+  std::vector<std::pair<int, int>> pairs;
+  for (const maneuver::LimitRow& row : maneuver::limit_rows(system, arms.problem))
+    pairs.emplace_back(row.body, row.other_body);
+  EXPECT_EQ(pairs, (std::vector<std::pair<int, int>>{{0, 2}, {1, 2}}));
+  std::vector<std::pair<int, int>> bounded;
+  for (const certificate::Bound& bound :
+       certificate::bounds_of(certificate::StoredMotion(system, arms.problem, arms.solution)))
+    bounded.emplace_back(bound.body, bound.other_body);
+  EXPECT_EQ(bounded, pairs);
+}
 
 // Ellipses that cross leave each other in their plane, however flat they are drawn: their gap is the largest of all separations along
 // directions of the plane.

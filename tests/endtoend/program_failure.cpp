@@ -217,6 +217,20 @@ TEST(Program, verify_sees_a_tampered_solution) {
       << run.out;
 }
 
+// A vehicle would follow gains that are somebody else's.
+TEST(Program, verify_sees_false_gains) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "gait", {{"steps", "60"}, {"starts", "1"}});
+  ASSERT_EQ(lamprey(folder, "solve " + problem + " --out " + (folder / "run")).exit_code, 0);
+  file::Results results = file::read_solution(folder / "run");
+  Eigen::MatrixXd& gain = results.solution.feedback.gain.at(7);
+  gain(1, 2) += 0.01 * gain.cwiseAbs().maxCoeff();
+  file::write_solution(folder / "run", results);
+  const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
+  EXPECT_EQ(run.exit_code, 4);
+  EXPECT_NE(run.out.find("does not hold: feedback.gain[7][1][2] is "), std::string::npos) << run.out;
+}
+
 // An answer to an easier question is none.
 TEST(Program, verify_compares_the_question_with_a_problem_file) {
   const Folder folder;

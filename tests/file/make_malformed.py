@@ -149,6 +149,7 @@ CASES = {
     "tolerance_too_large": ("tolerance = 1e-7", "tolerance = 1.0", "tolerance", "search.tolerance", ["found 1", "≥ 1e-15 and ≤ 0.1", "choose"]),
     "time_limit_a_date": ("time_limit = 60.0", "time_limit = 2024-01-01", "time_limit", "search.time_limit", ["a date or time", "> 0 (s)", "without quotes"]),
     "key_twice": ("steps = 100", "steps = 100\nsteps = 200", "steps = 200", "time.steps", ["a second time", "once", "remove one"]),
+    "key_of_all_and_of_one": ("torque.neck = 1500.0", "torque = 900.0\ntorque.neck = 1500.0", "torque.neck", "limits.torque.neck", ["one value for this key and values for keys below it", "either", "KEY.NAME"]),
     "key_twice_in_a_body": ("semi_axes = [5.0, 0.8, 1.5]", "semi_axes = [5.0, 0.8, 1.5]\nsemi_axes = [5.0, 0.8, 1.5]", "semi_axes = [5.0, 0.8, 1.5]#2", "body[1].semi_axes", ["a second time", "once in a table", "remove one"]),
     "body_in_single_brackets": ("[[body]]\nname = \"back\"", "[body]\nname = \"back\"", "[body]#3", "body", ["[body] as a table", "any number of [[body]]", "in double brackets"]),
     "table_twice": ("[integrator]", "[cost]\neffort = 1.0\n\n[integrator]", "[cost]#2", "cost", ["a second time", "once", "remove one"]),

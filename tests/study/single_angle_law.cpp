@@ -1,0 +1,120 @@
+// A swimmer of one hinge that cannot turn right round reaches a curve: what a march along the hinge shows is found, what lies
+// beside it is out of reach, however coarse the steps.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "guess/angle_march.hpp"
+#include "lie/so3.hpp"
+#include "shape/single_angle.hpp"
+#include "study/answer.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+maneuver::Problem two_halves() {
+  maneuver::Problem problem;
+  problem.swimmer.density = 1000.0;
+  problem.swimmer.bodies.resize(2);
+  problem.swimmer.bodies[0].name = "front";
+  problem.swimmer.bodies[0].semi_axes = {0.2, 0.05, 0.05};
+  problem.swimmer.bodies[1].name = "rear";
+  problem.swimmer.bodies[1].semi_axes = {0.2, 0.03, 0.08};
+  model::JointDescription joint;
+  joint.name = joint.child = "rear";
+  joint.parent = "front";
+  joint.kind = model::JointKind::hinge;
+  joint.axis = Vector3d::UnitZ();
+  joint.parent_offset = {-0.21, 0.0, 0.0};
+  joint.child_offset = {0.21, 0.0, 0.0};
+  problem.swimmer.joints = {joint};
+  problem.start.rotation.assign(2, Vector3d::Zero());
+  problem.start.angular_velocity.assign(2, Vector3d::Zero());
+  problem.goal = maneuver::Goal();
+  problem.limits.angle["rear"] = {{-1.2, 1.2}};
+  problem.duration.value = 1.0;
+  problem.steps = 100;
+  problem.search.starts = 2;
+  return problem;
+}
+
+// Where the hinge's bending from 0 to an angle, and nothing else, takes the front.
+maneuver::Goal led_by(const maneuver::Problem& problem, double angle) {
+  maneuver::Problem march = problem;
+  march.goal.reset();
+  march.limits = {};
+  march.steps = 2000;
+  guess::JointAngles angles;
+  angles.turn = [angle](double s) { return maneuver::Vectors{Vector3d(angle * s * s * (3.0 - 2.0 * s), 0.0, 0.0)}; };
+  angles.rate = [angle](double s) { return maneuver::Vectors{Vector3d(6.0 * angle * s * (1.0 - s), 0.0, 0.0)}; };
+  const model::System system(march.swimmer);
+  const maneuver::Solution end = guess::march_along(system, march, angles);
+  EXPECT_EQ(end.status, maneuver::Status::simulated) << end.message;
+  maneuver::Goal goal;
+  for (std::size_t c = 0; c < 2; ++c) goal.move[c] = end.position.back()[static_cast<Eigen::Index>(c)];
+  goal.rotation["front"] = lie::log(end.rotation.back()[0]);
+  goal.rotation["rear"] = std::nullopt;
+  return goal;
+}
+
+std::string beyond(const maneuver::Problem& problem) {
+  const model::System system(problem.swimmer);
+  return shape::beyond_single_angle(system, maneuver::make_maneuver(system, problem, 20), problem.limits);
+}
+
+TEST(SingleAngle, reaches_where_its_joint_leads_and_nowhere_beside) {
+  maneuver::Problem problem = two_halves();
+  for (const double angle : {0.7, -1.1}) {
+    problem.goal = led_by(problem, angle);
+    EXPECT_EQ(beyond(problem), "") << angle;
+    const model::System system(problem.swimmer);
+    study::SolveOptions options;
+    options.refinement = false;
+    maneuver::Problem found = problem;  // one of the conditions leads to the others, but for what steps make of them
+    found.goal->rotation["front"] = std::nullopt;
+    found.goal->move[1] = std::nullopt;
+    const study::Answer answer = study::answer(system, found, options);
+    EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
+    *problem.goal->move[0] *= 1.02;
+    EXPECT_NE(beyond(problem).find("scallop"), std::string::npos) << angle;
+  }
+  problem.goal = led_by(problem, 1.3);
+  EXPECT_NE(beyond(problem).find("at none from -1.2 to 1.2 rad"), std::string::npos) << beyond(problem);
+  problem.limits.angle["rear"] = {{-1.2, 1.35}};
+  EXPECT_EQ(beyond(problem), "");
+}
+
+// Long steps let a search jump there; that is none of the swimmer's doing.
+TEST(SingleAngle, is_told_of_goals_that_only_long_steps_would_reach) {
+  maneuver::Problem problem = two_halves();
+  problem.goal->move = {0.002, std::nullopt, std::nullopt};
+  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
+  EXPECT_EQ(answer.solution.status, maneuver::Status::infeasible);
+  EXPECT_NE(answer.solution.message.find("goal.move along e_1 is missed by 0.002 m"), std::string::npos)
+      << answer.solution.message;
+}
+
+TEST(SingleAngle, says_nothing_of_what_can_turn_round_drift_or_has_more_joints) {
+  maneuver::Problem problem = two_halves();
+  problem.goal->move = {0.002, std::nullopt, std::nullopt};
+  ASSERT_NE(beyond(problem), "");
+  maneuver::Problem round = problem;
+  round.limits = {};
+  EXPECT_EQ(beyond(round), "");
+  round.swimmer.joints[0].stiffness = 0.1;  // springs do not turn round
+  EXPECT_NE(beyond(round), "");
+  maneuver::Problem drifting = problem;
+  drifting.start.linear_velocity = {0.1, 0.0, 0.0};
+  drifting.goal->rest = false;
+  EXPECT_EQ(beyond(drifting), "");
+  problem.swimmer.joints[0].kind = model::JointKind::ball;
+  problem.swimmer.joints[0].axis.reset();
+  problem.limits = {};
+  problem.limits.swing["rear"] = 1.0;
+  EXPECT_EQ(beyond(problem), "");
+}
+
+}  // namespace
+}  // namespace lamprey::tests
