@@ -133,13 +133,13 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
   simulate
       ->add_option("--perturb", arguments.simulate.perturb,
                    "rad by which each body is turned at the start about a random axis; with --feedback one that the "
-                   "gains answer; total momentum stays the plan's")
+                   "gains answer; total momentum stays that of the start")
       ->check(number_in(0.0, 3.0, "a number from 0 to 3 (rad)"))
       ->excludes(angles);
   simulate
       ->add_option("--perturb-inertia", arguments.simulate.perturb_inertia,
                    "share of itself by which each body's mass and inertia, fluid included, differ at most from the "
-                   "file's, drawn at random: 0.05 for 5 %; total momentum stays the plan's")
+                   "file's, drawn at random: 0.05 for 5 %; total momentum stays that of the start")
       ->check(number_in(0.0, 0.9, "a number from 0 to 0.9"));
   simulate->add_option("--seed", arguments.simulate.seed, "of the random axes and shares (default 1)")
       ->check(without_sign());

@@ -288,8 +288,9 @@ std::string shown(const Outcome& outcome) {
 void bind_study(nb::module_& module) {
   nb::class_<Outcome>(module, "Outcome", "How Solver.solve ended.")
       .def_ro("status", &Outcome::status,
-              "optimal (it converged), feasible (it keeps what is asked, but is not stationary), infeasible, stalled, "
-              "time_limit "
+              "optimal (it converged), feasible (it keeps what is asked, but is not stationary), infeasible (no moment "
+              "reaches it), "
+              "stalled (none was found from the last answer on), time_limit "
               "or interrupted; unless optimal the last answer stays.")
       .def_ro("reason", &Outcome::reason, "One clause for a person; may be empty where it converged.")
       .def_ro("iterations", &Outcome::iterations, "Newton steps.")

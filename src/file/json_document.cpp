@@ -105,6 +105,7 @@ void JsonReader::refuse(const std::string& allowed) const {
 }
 
 bool JsonReader::is_null() const { return value_->is_null(); }
+bool JsonReader::is_boolean() const { return value_->is_boolean(); }
 bool JsonReader::is_array() const { return value_->is_array(); }
 bool JsonReader::is_text(std::string_view text) const {
   return value_->is_string() && value_->get_ref<const std::string&>() == text;

@@ -22,6 +22,7 @@ class JsonReader {
   [[noreturn]] void refuse(const std::string& allowed) const;
 
   bool is_null() const;
+  bool is_boolean() const;
   bool is_array() const;
   bool is_object() const;
   bool is_text(std::string_view text) const;

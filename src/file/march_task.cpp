@@ -362,8 +362,7 @@ Results march_task(ProblemFile file, MarchOptions options, const std::string& co
   file.problem.goal.reset();  // marching seeks no goal
   perturb(options, system, followed.get(), file.problem);
   if (options.perturb != 0.0 || !factors.empty())
-    file.problem.start = maneuver::with_momentum_of(followed ? followed->system : as_planned, with_goal.start, system,
-                                                    file.problem.start);
+    file.problem.start = maneuver::with_momentum_of(as_planned, with_goal.start, system, file.problem.start);
   std::optional<guess::JointAngles> along;
   if (options.angles) along = angles_to_follow(options, system, with_goal.goal && with_goal.goal->periodic, file);
   Results results = begun_results(file, system, command);

@@ -194,7 +194,7 @@ std::string neighbours_section(const Problem& problem, const System& system) {
     for (int b = a + 1; b < system.body_count(); ++b) {
       const auto& first = placed[static_cast<std::size_t>(a)];
       const auto& second = placed[static_cast<std::size_t>(b)];
-      if (!joined(a, b) && far_apart(first, second)) continue;
+      if (system.move_as_one(a, b) || (!joined(a, b) && far_apart(first, second))) continue;
       const fluid::Gap gap = fluid::gap(
           {first.semi_axes, second.semi_axes, first.rotation, second.rotation, second.centre - first.centre});
       table.add_row({printable(system.body(a).name), printable(system.body(b).name),

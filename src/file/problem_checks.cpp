@@ -375,10 +375,10 @@ void check_costs(const Problem& problem) {
              "worth along axes where goal.move is \"free\"",
              fmt::format("write \"free\" for {} in goal.move, or 0 here", "xyz"[c]));
   if (weights.smoothness > 0.0 && !problem.goal->stills_joints() && !problem.goal->periodic)
-    refuse(
-        "cost.smoothness", fmt::format("{} with an end that is neither at rest nor periodic", weights.smoothness),
-        "with goal.rest = true or goal.periodic = true",
-        "set one of them (neither goes with a start with momentum), or remove this key: a free end has no last moment");
+    refuse("cost.smoothness", fmt::format("{} with an end that is neither at rest nor periodic", weights.smoothness),
+           "with goal.rest = true or \"joints\" or goal.periodic = true",
+           "set one of them (with a start that carries momentum \"joints\"), or remove this key: a free end has no "
+           "last moment");
 }
 
 void check_transcription(const Problem& problem) {

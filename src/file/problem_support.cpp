@@ -102,6 +102,10 @@ void require_supported_maneuver(const maneuver::Problem& problem, Purpose purpos
   if (momentum && (problem.duration.free || problem.goal->periodic))
     refuse("start", "total momentum, with which this version takes neither a free duration nor a periodic goal",
            "velocities whose total momentum is zero", "take them out, or give a duration and goal.periodic = false");
+  if (momentum && problem.goal->joints_rest && (spline || composed || purpose == Purpose::solve_with_ipopt))
+    refuse("goal.rest", "\"joints\" with a start that carries momentum",
+           "with control.kind = \"steps\", a scheme of order 1 or 2 and without --solver ipopt",
+           "use those, or rest = false");
   if (!spline && purpose != Purpose::solve_with_ipopt && !composed) return;
   const bool universal = std::any_of(problem.swimmer.joints.begin(), problem.swimmer.joints.end(),
                                      [](const auto& joint) { return joint.kind == JointKind::universal; });

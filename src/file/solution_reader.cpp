@@ -130,6 +130,7 @@ maneuver::Goal read_goal(const JsonReader& reader) {
     goal.shape_of_start = true;
   }
   goal.joints_rest = reader.at("rest").is_text("joints");
+  if (!goal.joints_rest && !reader.at("rest").is_boolean()) reader.at("rest").refuse("true, false or \"joints\"");
   goal.rest = !goal.joints_rest && reader.at("rest").boolean();
   goal.periodic = reader.at("periodic").boolean();
   return goal;

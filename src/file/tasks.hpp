@@ -54,7 +54,7 @@ struct MarchOptions {
   std::string controls_path = "controls";       // names them in messages
   /// The same as a function of time in s, [joints] as in ControlSamples; empty: none.
   std::function<std::vector<Eigen::Vector3d>(double)> control = {};
-  /// Joint angles in time: the march goes along them and finds the moments (maneuver/angle_march.hpp).
+  /// Joint angles in time: the march goes along them and finds the moments (guess/angle_march.hpp).
   std::optional<AngleSamples> angles = {};
   std::string angles_path = "angles";  // names them in messages
   /// The same as a function of time in s, [joints] rad; it is asked at the nodes. Empty: none.

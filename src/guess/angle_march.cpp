@@ -14,6 +14,7 @@
 #include "maneuver/seen_shape.hpp"
 #include "mechanics/connection.hpp"
 #include "shape/moment_basis.hpp"
+#include "shape/pose_at_end.hpp"
 
 namespace lamprey::guess {
 

@@ -5,7 +5,7 @@
 
 #include "maneuver/maneuver.hpp"
 #include "maneuver/node_path.hpp"
-#include "shape/shape_step.hpp"
+#include "shape/pose_at_end.hpp"
 
 namespace lamprey::guess {
 

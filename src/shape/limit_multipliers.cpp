@@ -11,7 +11,6 @@ namespace lamprey::shape {
 namespace {
 
 using maneuver::place_on_grid;
-using model::at;
 
 // Barriers are shares of the cost over the duration, levels in units of the rows.
 constexpr double first_weight = 30.0;    // over the cost over the duration

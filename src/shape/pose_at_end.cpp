@@ -13,6 +13,12 @@ using optimizer::set_transposed;
 
 }  // namespace
 
+Vector6d seen_from_root(const mechanics::SpatialMomentum& total, const Matrix3d& root, const Vector3d& place) {
+  Vector6d seen;
+  seen << root.transpose() * (total.angular - place.cross(total.linear)), root.transpose() * total.linear;
+  return seen;
+}
+
 Matrix6d carried_pose(const Vector3d& displacement) {
   Matrix6d carried = Matrix6d::Identity();
   carried.bottomLeftCorner<3, 3>() = -lie::hat(displacement);

@@ -5,6 +5,9 @@
 
 namespace lamprey::shape {
 
+/// What a root, turned so and at `place` from where angular momentum is about, sees of total momentum about itself (equation 9.34).
+Vector6d seen_from_root(const mechanics::SpatialMomentum& total, const Matrix3d& root, const Vector3d& place);
+
 /// How the root's pose at the end of a step by `displacement` answers to that at its beginning where nothing else changes.
 Matrix6d carried_pose(const Vector3d& displacement);
 

@@ -16,7 +16,6 @@ using maneuver::write_shape;
 using mechanics::Rotations;
 using model::at;
 using optimizer::add_product;
-using optimizer::add_product_transposed;
 using optimizer::set_transposed;
 using optimizer::Stage;
 using optimizer::StageModel;

@@ -21,7 +21,6 @@ using mechanics::Rotations;
 using model::at;
 using model::System;
 using optimizer::Merit;
-using optimizer::set_transposed;
 using optimizer::StageStep;
 
 constexpr double longest_turn = 0.6;     // rad, of one shape coordinate in one step of the search

@@ -466,12 +466,6 @@ void ShapeKernel::add_changes_of_carried(const ShapeStep& step, const Vector6d& 
   hessian.block<3, 3>(place, place + 3) += moved.transpose();
 }
 
-Vector6d seen_from_root(const mechanics::SpatialMomentum& total, const Matrix3d& root, const Vector3d& place) {
-  Vector6d seen;
-  seen << root.transpose() * (total.angular - place.cross(total.linear)), root.transpose() * total.linear;
-  return seen;
-}
-
 void follow_root(const Rotations& rotation, const Rotations& next_shape, ShapeStep& step, Rotations& next_rotation) {
   next_rotation[0] = lie::renormalized(rotation[0] * step.root_turn);
   for (std::size_t i = 1; i < next_rotation.size(); ++i) next_rotation[i] = next_rotation[0] * next_shape[i];

@@ -58,9 +58,6 @@ struct ShapeTangent {
   MatrixXd plus;   // [f][d]
 };
 
-/// What a root, turned so and at `place` from where angular momentum is about, sees of total momentum about itself (equation 9.34).
-Vector6d seen_from_root(const mechanics::SpatialMomentum& total, const Matrix3d& root, const Vector3d& place);
-
 /// Multipliers of a step's relations: what its curvature is contracted with.
 struct ShapeMultipliers {
   const VectorXd& minus;  // [f] of E⁻ along the coordinates

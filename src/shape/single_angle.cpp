@@ -1,6 +1,5 @@
 #include "shape/single_angle.hpp"
 
-#include <numbers>
 #include <optional>
 
 #include "lie/so3.hpp"
@@ -18,7 +17,7 @@ using maneuver::Maneuver;
 using model::at;
 using model::System;
 
-constexpr int half_way_nodes = 1000;  // of the curve, from where it begins to either end
+constexpr int pieces = 1000;          // of the curve, from where it begins to either end, and of the best of them
 constexpr double near_enough = 1e-3;  // of what is asked for
 constexpr double least_asked = 1e-6;  // units of the end rows: less is met by staying
 
@@ -34,12 +33,9 @@ std::optional<Hinge> single_hinge(const System& system, const Maneuver& maneuver
   for (int j = 0; j < system.joint_count(); ++j) {
     const model::Joint& joint = system.joint(j);
     if (joint.kind == model::JointKind::fixed) continue;
-    if (hinge || joint.kind != model::JointKind::hinge || maneuver::may_turn_round(joint, limits)) return std::nullopt;
-    hinge = Hinge{j, -std::numbers::pi, std::numbers::pi};
-    if (const auto bounds = limits.angle.find(joint.name); bounds != limits.angle.end()) {
-      hinge->least = std::max(hinge->least, bounds->second[0][0]);
-      hinge->most = std::min(hinge->most, bounds->second[0][1]);
-    }
+    const auto bounds = limits.angle.find(joint.name);
+    if (hinge || joint.kind != model::JointKind::hinge || bounds == limits.angle.end()) return std::nullopt;
+    hinge = Hinge{j, bounds->second[0][0], bounds->second[0][1]};
   }
   return hinge;
 }
@@ -47,6 +43,12 @@ std::optional<Hinge> single_hinge(const System& system, const Maneuver& maneuver
 // A swimmer along its curve.
 class Curve {
  public:
+  struct Place {
+    mechanics::Rotations rotation;
+    Vector3d position;   // m
+    double angle = 0.0;  // rad
+  };
+
   Curve(const System& system, const Maneuver& maneuver, int joint)
       : system_(system),
         maneuver_(maneuver),
@@ -55,50 +57,48 @@ class Curve {
         derivative_(maneuver::shape_size(system) + 6),
         rate_(at(system.joint_count()), Vector3d::Zero()) {
     rate_[at(joint)] = Vector3d::UnitX();
-    begin();
-  }
-
-  void begin() {
-    rotation_ = maneuver_.start.rotation;
-    position_ = maneuver_.start.position;
-    angle_ =
-        mechanics::joint_angles(system_.joint(joint_), mechanics::child_to_parent(rotation_, system_.joint(joint_)))[0];
+    now_.rotation = maneuver_.start.rotation;
+    now_.position = maneuver_.start.position;
+    now_.angle = mechanics::joint_angles(system_.joint(joint_),
+                                         mechanics::child_to_parent(now_.rotation, system_.joint(joint_)))[0];
   }
 
   // The joint bends by so much, the root moved as it is half way.
   void bend(double by) {
-    const Matrix3d root = rotation_[0];
-    place(root, angle_ + 0.5 * by);
-    const mechanics::Twist moved = by * mechanics::moved_root(system_, rotation_, rate_);
-    position_ += root * lie::exp(Vector3d(0.5 * moved.head<3>())) * moved.tail<3>();
-    angle_ += by;
-    place(root * lie::exp(Vector3d(moved.head<3>())), angle_);
+    const Matrix3d root = now_.rotation[0];
+    place(root, now_.angle + 0.5 * by);
+    const mechanics::Twist moved = by * mechanics::moved_root(system_, now_.rotation, rate_);
+    now_.position += root * lie::exp(Vector3d(0.5 * moved.head<3>())) * moved.tail<3>();
+    now_.angle += by;
+    place(root * lie::exp(Vector3d(moved.head<3>())), now_.angle);
   }
 
-  double angle() const { return angle_; }
+  const Place& now() const { return now_; }
+  void go_to(const Place& there) { now_ = there; }
   const std::vector<EndRow>& rows() const { return rows_; }
 
   // What the goal is missed by there, in the rows' units.
   VectorXd missed() {
     VectorXd values(static_cast<Eigen::Index>(rows_.size()));
     for (std::size_t r = 0; r < rows_.size(); ++r)
-      values[static_cast<Eigen::Index>(r)] = end_row(system_, maneuver_, rows_[r], rotation_, position_, derivative_);
+      values[static_cast<Eigen::Index>(r)] =
+          end_row(system_, maneuver_, rows_[r], now_.rotation, now_.position, derivative_);
     return values;
   }
 
  private:
   void place(const Matrix3d& root, double angle) {
-    const mechanics::Rotations before = rotation_;
+    const mechanics::Rotations before = now_.rotation;
     for (int i : system_.root_to_leaves()) {
       const model::Body& body = system_.body(i);
       if (body.parent < 0) {
-        rotation_[0] = root;
+        now_.rotation[0] = root;
         continue;
       }
       const model::Joint& joint = system_.joint(body.joint);
-      rotation_[at(i)] = rotation_[at(body.parent)] *
-                         (body.joint == joint_ ? mechanics::rotation_at_turn(joint, Vector3d(angle, 0.0, 0.0))
-                                               : mechanics::child_to_parent(before, joint));
+      now_.rotation[at(i)] = now_.rotation[at(body.parent)] *
+                             (body.joint == joint_ ? mechanics::rotation_at_turn(joint, Vector3d(angle, 0.0, 0.0))
+                                                   : mechanics::child_to_parent(before, joint));
     }
   }
 
@@ -108,14 +108,15 @@ class Curve {
   std::vector<EndRow> rows_;
   Eigen::RowVectorXd derivative_;
   mechanics::Vectors rate_;
-  mechanics::Rotations rotation_;
-  Vector3d position_;
-  double angle_ = 0.0;
+  Place now_;
 };
 
-// Where on the line from one to the other the origin is nearest.
+constexpr double jump = 1.0;  // rad: no row changes by so much in a piece, but attitudes beyond half a turn
+
+// Where on the line from one to the other the origin is nearest; where attitudes jump, at the nearer end.
 VectorXd nearest_between(const VectorXd& from, const VectorXd& to) {
   const VectorXd along = to - from;
+  if (along.lpNorm<Eigen::Infinity>() > jump) return from.norm() < to.norm() ? from : to;
   const double square = along.squaredNorm();
   const double share = square > 0.0 ? std::clamp(-from.dot(along) / square, 0.0, 1.0) : 0.0;
   return from + share * along;
@@ -131,25 +132,36 @@ std::string beyond_single_angle(const System& system, const Maneuver& maneuver, 
   VectorXd nearest = curve.missed();
   const double asked = nearest.norm();
   if (asked < least_asked) return "";
-  double where = curve.angle();
-  for (const double end : {hinge->least, hinge->most}) {
-    curve.begin();
+  const Curve::Place start = curve.now();
+  Curve::Place best = start;  // where the best piece begins
+  double where = start.angle, piece = 0.0;
+  const auto look_along = [&](const Curve::Place& from, double by) {
+    curve.go_to(from);
     VectorXd before = curve.missed();
-    const double by = (end - curve.angle()) / half_way_nodes;
-    for (int n = 0; n < half_way_nodes; ++n) {
+    for (int n = 0; n < pieces; ++n) {
+      const Curve::Place begun = curve.now();
       curve.bend(by);
       const VectorXd now = curve.missed();
       if (const VectorXd between = nearest_between(before, now); between.norm() < nearest.norm()) {
         nearest = between;
-        where = curve.angle();
+        where = curve.now().angle;
+        piece = by;
+        best = begun;
       }
       before = now;
     }
+  };
+  for (const double end : {hinge->least, hinge->most}) look_along(start, (end - start.angle) / pieces);
+  if (const double by = piece / pieces; by != 0.0) {  // a small stroke bends within a piece
+    const Curve::Place from = best;
+    curve.go_to(from);
+    nearest = curve.missed();
+    look_along(from, by);
   }
   if (nearest.norm() <= near_enough * asked) return "";
   Eigen::Index worst = 0;
   const double missed = nearest.cwiseAbs().maxCoeff(&worst);
-  return "a single joint angle that cannot turn right round goes back the way it came: where the swimmer is follows "
+  return "a single joint angle within limits goes back the way it came: where the swimmer is follows "
          "from the "
          "angle alone (scallop theorem), and at none from " +
          in_words(hinge->least) + " to " + in_words(hinge->most) + " rad is the goal met. It comes nearest at " +

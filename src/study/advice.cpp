@@ -10,6 +10,7 @@
 #include "certificate/certify.hpp"
 #include "guess/whole_turns.hpp"
 #include "integrator/scheme.hpp"
+#include "mechanics/connection.hpp"
 #include "study/enough_time.hpp"
 #include "study/faults.hpp"
 #include "study/method.hpp"
@@ -42,15 +43,14 @@ double rounded_up(double value) {
   return 10.0 * power;
 }
 
-// Whether a body turns round more often than a stroke would have it.
+// Whether a body turns, where it is fastest, so fast that it would go round many times in the duration.
 bool whirls(const Problem& problem, const Solution& solution) {
-  constexpr double turns = 2.0;  // whole ones in a second or in the duration, whichever is longer
+  constexpr double many = 5.0;
   if (problem.cost_weights.angular_velocity > 0.0 || solution.time.size() < 2) return false;
   double fastest = 0.0;
   for (const auto& node : solution.angular_velocity)
     for (const Eigen::Vector3d& own : node) fastest = std::max(fastest, own.norm());
-  const double duration = solution.time.back() - solution.time.front();
-  return fastest * duration > turns * 2.0 * std::numbers::pi;
+  return fastest * (solution.time.back() - solution.time.front()) > many * 2.0 * std::numbers::pi;
 }
 
 // What to try where a motion meets all that is asked but is not optimal.
@@ -91,15 +91,26 @@ std::string advice_far_away(const Problem& problem) {
          " m), ";
 }
 
-// Where total momentum takes the whole away from where it is to be.
-std::string advice_on_drift(const Problem& problem) {
-  if (!problem.goal || problem.duration.free || !maneuver::has_momentum(model::System(problem.swimmer), problem.start))
-    return "";
-  const auto& move = problem.goal->move;
-  if (std::none_of(move.begin(), move.end(), [](const auto& along) { return along.has_value(); })) return "";
-  const Eigen::Vector3d way = problem.duration.value * problem.start.linear_velocity;
-  return "a goal.move nearer to where its momentum takes it, which moments cannot change ((" + number(way[0], 3) +
-         ", " + number(way[1], 3) + ", " + number(way[2], 3) + ") m in this time at the speed of its start), ";
+// Where a place is missed and total momentum takes the whole elsewhere: as far as it would go as one.
+std::string advice_on_drift(const Problem& problem, const Solution& solution) {
+  if (!problem.goal || problem.duration.free || solution.position.empty()) return "";
+  const model::System system(problem.swimmer);
+  const integrator::State start = maneuver::start_state(system, problem.start);
+  if (!maneuver::has_momentum(system, start)) return "";
+  double missed = 0.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto along = static_cast<Eigen::Index>(c);
+    if (const auto& move = problem.goal->move[c])
+      missed = std::max(missed, std::abs(solution.position.back()[along] - start.position[along] - *move));
+  }
+  if (!(missed > certificate::goal_mark)) return "";
+  const auto total = mechanics::spatial_momentum(system, start.rotation, start.position, start.momentum);
+  const mechanics::Vectors still(static_cast<std::size_t>(system.joint_count()), Eigen::Vector3d::Zero());
+  const Eigen::Vector3d way =
+      problem.duration.value *
+      mechanics::velocity_of_rates(system, start.rotation, start.position, still, total).tail<3>();
+  return "a goal.move nearer to where its momentum takes it, which moments cannot change (stiff it would go (" +
+         number(way[0], 3) + ", " + number(way[1], 3) + ", " + number(way[2], 3) + ") m in this time as it begins), ";
 }
 
 // Keys of limits that more time makes easier to keep, "a, b or c"; empty where there are none.
@@ -203,7 +214,7 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "[time] steps = " + std::to_string(problem.steps < fewest_steps ? few_steps : 2 * problem.steps) + ", ";
   if (problem.cost_weights.of_displacement())
     words += "a larger cost.effort and, from that answer on (--first), the one that is asked for, ";
-  const std::string drift = advice_on_drift(problem);
+  const std::string drift = advice_on_drift(problem, solution);
   words += advice_far_away(problem) + drift;
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
   if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";

@@ -14,11 +14,12 @@ namespace {
 constexpr double calm_share = 0.5;  // of a guess's swings, beside a momentum that may do the most
 constexpr int calm_guesses = 4;     // in all but one of so many
 constexpr double met = 1e-10;       // rad, m, units of limits
+constexpr double round_off = 1e-9;  // of the momentum, in a step
 
 // Whether only moments cost, and a motion may be without.
 bool may_coast(const maneuver::Problem& problem, const maneuver::Maneuver& maneuver) {
   const maneuver::CostWeights& weights = problem.cost_weights;
-  return !maneuver.start.momentum.isZero(0.0) && !maneuver.rest && !maneuver.periodic && !maneuver.free_duration &&
+  return !maneuver.start.momentum.isZero(0.0) && !maneuver.periodic && !maneuver.free_duration &&
          maneuver.spline_points == 0 && problem.waypoints.empty() && integrator::single_step(problem.scheme) &&
          weights.angular_velocity == 0.0 && !weights.of_displacement();
 }
@@ -50,6 +51,9 @@ std::optional<Found> coasting_to_goal(const model::System& system, const maneuve
                               maneuver::limit_rows(system, problem), shape::Steps::faithful);
   if (!program.go_to(found.path) || !(program.stated_goal_error() <= met) || !(program.limit_violation() <= met))
     return std::nullopt;
+  // moments that still the joints at the end, where they are asked to
+  const double still = round_off * maneuver::bodies_momentum(system, maneuver.start) / maneuver.time_step();
+  if (maneuver.rest && !(program.cost() <= maneuver.effort * still * still * maneuver.duration)) return std::nullopt;
   if (problem.cost_weights.any())
     found.cost_parts = maneuver::CostParts{.time = maneuver.duration, .transport = std::nan("")};
   found.cost = maneuver.time_weight * maneuver.duration;

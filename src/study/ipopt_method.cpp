@@ -239,7 +239,8 @@ bool ipopt_takes(const System& system, const Problem& problem) {
   const bool universal = std::any_of(joints.begin(), joints.end(),
                                      [](const auto& joint) { return joint.kind == model::JointKind::universal; });
   const bool scheme = problem.scheme == maneuver::Scheme::trapezoid || problem.scheme == maneuver::Scheme::paper;
-  return scheme && !system.coupled() && !(universal && problem.cost_weights.any());
+  const bool still = problem.goal && problem.goal->joints_rest && maneuver::has_momentum(system, problem.start);
+  return scheme && !still && !system.coupled() && !(universal && problem.cost_weights.any());
 }
 
 std::unique_ptr<Method> ipopt_method(const System& system, const Problem& problem, const SolveOptions& options,

@@ -50,8 +50,8 @@ std::uint64_t seed_of_hop(const maneuver::Problem& problem, int hop);
 /// periodic goal; above order 2 neither momentum, limits, waypoints, a periodic goal, a free duration nor costs beside effort and time.
 bool newton_takes(const model::System& system, const maneuver::Problem& problem);
 
-/// Whether the transcription for Ipopt can: schemes `trapezoid` and `paper`, no coupled inertia, and with universal joints no costs beside
-/// effort and time.
+/// Whether the transcription for Ipopt can: schemes `trapezoid` and `paper`, no coupled inertia, with universal joints no costs beside
+/// effort and time, and no joints that end at rest on a whole that drifts.
 bool ipopt_takes(const model::System& system, const maneuver::Problem& problem);
 
 std::unique_ptr<Method> newton_method(const model::System& system, const maneuver::Problem& problem,

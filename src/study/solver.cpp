@@ -30,7 +30,8 @@ constexpr double limits_met = 1e-7;      // units of the limits
 constexpr double same_answer = 1e-6;     // relative difference of cost
 constexpr double least_stirred = 1e-6;   // of the way that the shapes led before
 constexpr int most_polishing = 5;        // iterations at an answer
-constexpr const char* from_here = "from the last answer on, where solve or a nearer goal may find one, ";
+constexpr const char* from_here =
+    "from the last answer on no motion was found (solve, or a nearer goal first, may find one): ";
 constexpr std::size_t longest_reason = 100;  // letters, of a search that converges
 
 // The problem, where it is one that a Solver takes.

@@ -161,6 +161,9 @@ TEST(SolutionReader, what_is_wrong_is_told_by_file_and_json_pointer) {
   EXPECT_NE(refusal(edited("\"status\": \"optimal\"", "\"status\": \"best\""))
                 .find("solution.json: /status: found \"best\"; allowed: \"optimal\""),
             std::string::npos);
+  EXPECT_NE(refusal(edited("\"rest\": true", "\"rest\": \"limbs\""))
+                .find("/problem/goal/rest: found \"limbs\"; allowed: true, false or \"joints\""),
+            std::string::npos);
   EXPECT_NE(refusal(edited("\"child\": 1", "\"child\": 3"))
                 .find("/problem/joints/0/child: found 3; allowed: a whole number from 0 to 2"),
             std::string::npos);

@@ -31,6 +31,18 @@ TEST(SolutionFile, written_read_and_written_again_gives_the_same_bytes) {
   EXPECT_EQ(first, tests::bytes_of(folder / "second/solution.json"));
 }
 
+TEST(SolutionFile, joints_that_are_to_end_at_rest_come_back) {
+  const tests::TemporaryFolder folder;
+  file::Results results = tests::sample_results(6);
+  results.problem.goal->rest = false;
+  results.problem.goal->joints_rest = true;
+  file::write_solution(folder / "first", results);
+  EXPECT_NE(tests::bytes_of(folder / "first/solution.json").find("\"rest\": \"joints\""), std::string::npos);
+  const file::Results read = file::read_solution(folder / "first");
+  EXPECT_FALSE(read.problem.goal->rest);
+  EXPECT_TRUE(read.problem.goal->joints_rest);
+}
+
 TEST(SolutionFile, every_double_comes_back_bit_for_bit) {
   file::Results results = tests::sample_results(6);
   results.solution.position[3] = {-0.0, 4.9406564584124654e-324, -1.7976931348623157e308};

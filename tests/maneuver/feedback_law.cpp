@@ -410,6 +410,19 @@ TEST(TurnedStart, carries_the_momentum_of_the_plan) {
     EXPECT_LE((found.angular - asked.angular).norm(), tolerance(1e-11 * size));
     EXPECT_LE((found.linear - asked.linear).norm(), tolerance(1e-11 * size));
     EXPECT_EQ(carried.rotation, off.rotation);
+    // joints turn as they did; bodies that they lead have to be turned along first
+    for (int j = 0; j < system.joint_count(); ++j) {
+      if (!system.joint(j).free() || system.body(system.joint(j).parent).freedoms < 3) continue;
+      const auto p = model::at(system.joint(j).parent), c = model::at(system.joint(j).child);
+      const Matrix3d Q = lie::exp(off.rotation[p]).transpose() * lie::exp(off.rotation[c]);
+      const Vector3d rate = off.angular_velocity[c] - Q.transpose() * off.angular_velocity[p];
+      const Vector3d kept = carried.angular_velocity[c] - Q.transpose() * carried.angular_velocity[p];
+      EXPECT_LE((rate - kept).norm(), tolerance(1e-11 * (1.0 + rate.norm())));
+    }
+    maneuver::Start still = start;
+    still.angular_velocity.assign(start.rotation.size(), Vector3d::Zero());
+    still.linear_velocity.setZero();
+    EXPECT_EQ(maneuver::with_momentum_of(system, still, other, still).angular_velocity, still.angular_velocity);
   }
 }
 

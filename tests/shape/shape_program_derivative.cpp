@@ -435,8 +435,12 @@ INSTANTIATE_TEST_SUITE_P(
                      .of_joints = true},
         ShapeSetting{"paper_chain_within_limits", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true,
                      true},
-        ShapeSetting{"any_joint_within_limits", Swimmer::any_joint, mechanics::DiscreteLagrangian::midpoint, true,
-                     true},
+        ShapeSetting{.name = "any_joint_within_limits",
+                     .swimmer = Swimmer::any_joint,
+                     .lagrangian = mechanics::DiscreteLagrangian::midpoint,
+                     .rest = true,
+                     .limited = true,
+                     .seed = 62},
         ShapeSetting{"in_the_plane_within_limits", Swimmer::in_the_plane, mechanics::DiscreteLagrangian::trapezoid,
                      false, true},
         ShapeSetting{"free_duration", Swimmer::paper_chain, mechanics::DiscreteLagrangian::trapezoid, true, false,
@@ -463,8 +467,13 @@ INSTANTIATE_TEST_SUITE_P(
                      false, true},
         ShapeSetting{"free_duration_of_any_joint_with_a_free_end", Swimmer::any_joint,
                      mechanics::DiscreteLagrangian::midpoint, false, false, true},
-        ShapeSetting{"free_duration_of_any_joint_within_limits", Swimmer::any_joint,
-                     mechanics::DiscreteLagrangian::trapezoid, true, true, true},
+        ShapeSetting{.name = "free_duration_of_any_joint_within_limits",
+                     .swimmer = Swimmer::any_joint,
+                     .lagrangian = mechanics::DiscreteLagrangian::trapezoid,
+                     .rest = true,
+                     .limited = true,
+                     .free_duration = true,
+                     .seed = 62},
         ShapeSetting{"periodic_of_any_joint_in_free_time", Swimmer::any_joint, mechanics::DiscreteLagrangian::trapezoid,
                      false, false, true, true},
         ShapeSetting{"all_costs_of_any_joint_in_free_time", Swimmer::any_joint,
@@ -618,7 +627,7 @@ INSTANTIATE_TEST_SUITE_P(Drifting, ShapeDerivatives,
                                                         .swimmer = Swimmer::any_joint,
                                                         .lagrangian = mechanics::DiscreteLagrangian::midpoint,
                                                         .limited = true,
-                                                        .seed = 26,
+                                                        .seed = 62,
                                                         .drifts = true},
                                            ShapeSetting{.name = "all_costs_of_any_joint",
                                                         .swimmer = Swimmer::any_joint,
@@ -679,7 +688,7 @@ std::vector<ShapeSetting> drifting_to_rest() {
   add("in_the_plane", Swimmer::in_the_plane, [](ShapeSetting&) {});
   add("idle_joints", Swimmer::idle_joints, [](ShapeSetting&) {});
   add("paper_chain_within_limits", Swimmer::paper_chain, [](ShapeSetting& s) { s.limited = true, s.seed = 24; });
-  add("any_joint_within_limits", Swimmer::any_joint, [](ShapeSetting& s) { s.limited = true, s.seed = 26; });
+  add("any_joint_within_limits", Swimmer::any_joint, [](ShapeSetting& s) { s.limited = true, s.seed = 62; });
   add("all_costs_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_all; });
   add("work_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_work; });
   add("smoothness_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_smoothness; });

@@ -125,6 +125,29 @@ TEST(DriftingSwimmer, whose_joints_end_still_is_not_given_to_ipopt) {
   }
 }
 
+// Where no first guess arrives neither: its transcription knows of rest alone, which momentum forbids.
+TEST(DriftingSwimmer, whose_joints_end_still_keeps_its_own_miss_where_nothing_arrives) {
+  Problem problem = drifting("/examples/drifting_to_rest.toml", 60);
+  problem.limits.torque = 0.05;
+  const study::Answer answer = answer_to_drift(problem);
+  EXPECT_NE(answer.solution.status, maneuver::Status::optimal);
+  EXPECT_EQ(answer.solution.solver.name, "lamprey newton");
+  EXPECT_LE(answer.certificate.equation_residual, 1e-9);
+  EXPECT_NE(answer.solution.message.find("limits.torque"), std::string::npos) << answer.solution.message;
+}
+
+TEST(DriftingSwimmer, glides_on_where_its_joints_are_still_by_themselves) {
+  Problem problem = drifting("/examples/drifting_to_rest.toml", 60);
+  problem.limits = {};
+  problem.goal->turn.reset();
+  problem.goal->move = {1.2, std::nullopt, std::nullopt};
+  const study::Answer answer = answer_to_drift(problem);
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+  EXPECT_LE(answer.certificate.rest_error, 1e-12);
+  EXPECT_LT(answer.solution.cost, 1e-20);
+  EXPECT_EQ(answer.solution.solver.name, "without moments");
+}
+
 // What goes to and fro gets nowhere, but where its momentum takes it.
 TEST(DriftingSwimmer, of_a_single_angle_that_cannot_turn_round_may_end_elsewhere_in_its_first_shape) {
   Problem problem = drifting_turn();

@@ -86,6 +86,20 @@ TEST(SingleAngle, reaches_where_its_joint_leads_and_nowhere_beside) {
   EXPECT_EQ(beyond(problem), "");
 }
 
+// Attitudes of more than half a turn are not met where their logarithm jumps, strokes within a piece of the curve are.
+TEST(SingleAngle, is_followed_through_far_turns_and_small_strokes) {
+  maneuver::Problem problem = two_halves();
+  problem.limits.angle["rear"] = {{-3.0, 3.0}};
+  problem.goal->rotation["front"] = Vector3d(0.0, 0.0, 2.6);
+  EXPECT_NE(beyond(problem).find("the end attitude of front is missed by"), std::string::npos);
+  for (const double angle : {0.0015, 0.0004, -0.01}) {
+    problem.goal = led_by(problem, angle);
+    EXPECT_EQ(beyond(problem), "") << angle;
+    *problem.goal->move[1] *= 1.01;
+    EXPECT_NE(beyond(problem), "") << angle;
+  }
+}
+
 // Long steps let a search jump there; that is none of the swimmer's doing.
 TEST(SingleAngle, is_told_of_goals_that_only_long_steps_would_reach) {
   maneuver::Problem problem = two_halves();
@@ -103,8 +117,8 @@ TEST(SingleAngle, says_nothing_of_what_can_turn_round_drift_or_has_more_joints) 
   maneuver::Problem round = problem;
   round.limits = {};
   EXPECT_EQ(beyond(round), "");
-  round.swimmer.joints[0].stiffness = 0.1;  // springs do not turn round
-  EXPECT_NE(beyond(round), "");
+  round.swimmer.joints[0].stiffness = 0.1;  // a spring pulls on beyond half a turn, and holds nothing
+  EXPECT_EQ(beyond(round), "");
   maneuver::Problem drifting = problem;
   drifting.start.linear_velocity = {0.1, 0.0, 0.0};
   drifting.goal->rest = false;

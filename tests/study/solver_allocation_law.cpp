@@ -42,7 +42,8 @@ TEST_P(SolverAllocation, none_happens_once_a_solver_is_made) {
 INSTANTIATE_TEST_SUITE_P(Examples, SolverAllocation,
                          testing::Values("translation", "translation_in_space", "rotation", "falling_cat_flip",
                                          "sideways", "around_an_obstacle", "rotation_with_clearance", "free_time",
-                                         "gait", "gait_within_limits", "least_work", "eel_gait", "drifting", "drifting_to_rest"),
+                                         "gait", "gait_within_limits", "least_work", "eel_gait", "drifting",
+                                         "drifting_to_rest"),
                          named_by_value);
 
 }  // namespace
