@@ -347,7 +347,7 @@ def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | 
     scheme, steps, duration: instead of the problem's. cycles: how often the gait of controls or feedback, or the period of a table, is repeated; steps and duration are of all
     cycles together. adaptive: divide steps that do not converge.
     reference: by a Runge-Kutta method on the continuous equations. feedback: a Solution or its directory, followed by its
-    moments and gains; feedback_from: s of its time, at which the march begins, from the problem's start, without a duration for the rest of it. perturb: rad, by which each body is turned at the start about a random axis drawn by `seed`. perturb_inertia: share of itself by which each body's mass and inertia, fluid included, differ at most from the problem's, drawn by `seed`.
+    moments and gains; feedback_from: s of its time, at which the march begins, from the problem's start, without a duration for the rest of it. perturb: rad, by which each body is turned at the start about a random axis drawn by `seed`. perturb_inertia: share of itself by which each body's mass and inertia, fluid included, differ at most from the problem's, drawn by `seed`. In either case total momentum stays that of the start.
     angles: joint angles to march along, in the place of moments, which are then found: a Solution or Trajectory, a path (solution.json or CSV),
     a pair (time (rows,) s, angles (rows, joints, 3) rad as Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone
     (rows, joints) and (joints,) will do. Joints with actuated = false whose angles are NaN in all rows, or left out of a CSV's header, and all such joints of a stored motion move as they do. Root and total momentum begin as the problem says, steps are as long as the problem's up to the last row; cycles repeats angles that close.
@@ -371,7 +371,7 @@ class Outcome:
     @property
     def status(self) -> str:
         """
-        optimal (it converged), feasible (it keeps what is asked, but is not stationary), infeasible, stalled, time_limit or interrupted; unless optimal the last answer stays.
+        optimal (it converged), feasible (it keeps what is asked, but is not stationary), infeasible (no moment reaches it), stalled (none was found from the last answer on), time_limit or interrupted; unless optimal the last answer stays.
         """
 
     @property
