@@ -19,6 +19,7 @@ using model::System;
 
 constexpr int pieces = 1000;          // of the curve, from where it begins to either end, and of the best of them
 constexpr double near_enough = 1e-3;  // of what is asked for
+constexpr double jump = 1.0;          // rad: no row changes by so much in a piece, but attitudes beyond half a turn
 constexpr double least_asked = 1e-6;  // units of the end rows: less is met by staying
 
 // The hinge that alone bends the swimmer, and how far it may, rad from its zero angle.
@@ -111,8 +112,6 @@ class Curve {
   Place now_;
 };
 
-constexpr double jump = 1.0;  // rad: no row changes by so much in a piece, but attitudes beyond half a turn
-
 // Where on the line from one to the other the origin is nearest; where attitudes jump, at the nearer end.
 VectorXd nearest_between(const VectorXd& from, const VectorXd& to) {
   const VectorXd along = to - from;
@@ -122,6 +121,40 @@ VectorXd nearest_between(const VectorXd& from, const VectorXd& to) {
   return from + share * along;
 }
 
+// Of a curve, where its pieces come nearest to the goal.
+struct Nearest {
+  VectorXd missed;     // there, in the rows' units
+  double angle;        // rad
+  Curve::Place begun;  // where the best piece begins
+  double piece = 0.0;  // rad, how long it is; 0: nothing is nearer than the curve's own beginning
+};
+
+// Follows so many pieces of the curve from a place on.
+void look_along(Curve& curve, const Curve::Place& from, double piece, Nearest& nearest) {
+  curve.go_to(from);
+  VectorXd before = curve.missed();
+  for (int n = 0; n < pieces; ++n) {
+    const Curve::Place begun = curve.now();
+    curve.bend(piece);
+    const VectorXd now = curve.missed();
+    if (const VectorXd between = nearest_between(before, now); between.norm() < nearest.missed.norm())
+      nearest = {between, curve.now().angle, begun, piece};
+    before = now;
+  }
+}
+
+Nearest nearest_end(Curve& curve, const Hinge& hinge) {
+  const Curve::Place start = curve.now();
+  Nearest nearest{curve.missed(), start.angle, start};
+  for (const double end : {hinge.least, hinge.most}) look_along(curve, start, (end - start.angle) / pieces, nearest);
+  if (nearest.piece == 0.0) return nearest;
+  const double piece = nearest.piece;  // within which a small stroke bends
+  curve.go_to(nearest.begun);
+  nearest = {curve.missed(), curve.now().angle, curve.now()};
+  look_along(curve, Curve::Place(nearest.begun), piece / pieces, nearest);
+  return nearest;
+}
+
 }  // namespace
 
 std::string beyond_single_angle(const System& system, const Maneuver& maneuver, const maneuver::Limits& limits) {
@@ -129,43 +162,17 @@ std::string beyond_single_angle(const System& system, const Maneuver& maneuver, 
   if (!hinge) return "";
   Curve curve(system, maneuver, hinge->joint);
   if (curve.rows().empty()) return "";
-  VectorXd nearest = curve.missed();
-  const double asked = nearest.norm();
+  const double asked = curve.missed().norm();
   if (asked < least_asked) return "";
-  const Curve::Place start = curve.now();
-  Curve::Place best = start;  // where the best piece begins
-  double where = start.angle, piece = 0.0;
-  const auto look_along = [&](const Curve::Place& from, double by) {
-    curve.go_to(from);
-    VectorXd before = curve.missed();
-    for (int n = 0; n < pieces; ++n) {
-      const Curve::Place begun = curve.now();
-      curve.bend(by);
-      const VectorXd now = curve.missed();
-      if (const VectorXd between = nearest_between(before, now); between.norm() < nearest.norm()) {
-        nearest = between;
-        where = curve.now().angle;
-        piece = by;
-        best = begun;
-      }
-      before = now;
-    }
-  };
-  for (const double end : {hinge->least, hinge->most}) look_along(start, (end - start.angle) / pieces);
-  if (const double by = piece / pieces; by != 0.0) {  // a small stroke bends within a piece
-    const Curve::Place from = best;
-    curve.go_to(from);
-    nearest = curve.missed();
-    look_along(from, by);
-  }
-  if (nearest.norm() <= near_enough * asked) return "";
+  const Nearest nearest = nearest_end(curve, *hinge);
+  if (nearest.missed.norm() <= near_enough * asked) return "";
   Eigen::Index worst = 0;
-  const double missed = nearest.cwiseAbs().maxCoeff(&worst);
-  return "a single joint angle within limits goes back the way it came: where the swimmer is follows "
-         "from the "
-         "angle alone (scallop theorem), and at none from " +
+  const double missed = nearest.missed.cwiseAbs().maxCoeff(&worst);
+  return "a single joint angle within limits goes back the way it came: where the swimmer is follows from the angle "
+         "alone "
+         "(scallop theorem), and at none from " +
          in_words(hinge->least) + " to " + in_words(hinge->most) + " rad is the goal met. It comes nearest at " +
-         in_words(where) + " rad, where " +
+         in_words(nearest.angle) + " rad, where " +
          end_row_in_words(system, curve.rows()[static_cast<std::size_t>(worst)], missed) +
          "; a second joint or axis would change that, or a goal that leaves more of it \"free\"";
 }
