@@ -22,8 +22,8 @@ struct Programmed {
   Problem problem = rotation(1000);
   model::System system{problem.swimmer};
   maneuver::Maneuver maneuver = make_maneuver(system, problem, problem.steps);
-  maneuver::NodePath guess = random_guess(system, maneuver, 1);
-  transcription::Transcription program{system, maneuver, stated_goal_rows(system, maneuver)};
+  maneuver::NodePath guess = guess::random_guess(system, maneuver, 1);
+  transcription::Transcription program{system, maneuver, transcription::stated_goal_rows(system, maneuver)};
   VectorXd point = program.pack(guess);
   VectorXd other = 1.000001 * point;
   VectorXd multiplier = VectorXd::Random(program.constraint_count());
