@@ -19,6 +19,22 @@ Vector6d seen_from_root(const mechanics::SpatialMomentum& total, const Matrix3d&
   return seen;
 }
 
+Matrix6d seen_by_pose(const Matrix3d& root, const Vector3d& angular, const Vector3d& linear) {
+  Matrix6d by_pose = Matrix6d::Zero();
+  by_pose.topLeftCorner<3, 3>() = root.transpose() * lie::hat(angular);
+  by_pose.topRightCorner<3, 3>() = by_pose.bottomLeftCorner<3, 3>() = root.transpose() * lie::hat(linear);
+  return by_pose;
+}
+
+// Of exp(−ρ̂)(L − χ × P) and exp(−ρ̂) P.
+Matrix6d bend_of_seen(const Vector3d& spin, const Vector3d& push, const Vector3d& angular, const Vector3d& linear) {
+  Matrix6d bend = Matrix6d::Zero();
+  bend.topLeftCorner<3, 3>() = lie::double_cross(spin, angular) + lie::double_cross(push, linear);
+  bend.bottomLeftCorner<3, 3>() = lie::hat(linear) * lie::hat(spin);
+  bend.topRightCorner<3, 3>() = bend.bottomLeftCorner<3, 3>().transpose();
+  return bend;
+}
+
 Matrix6d carried_pose(const Vector3d& displacement) {
   Matrix6d carried = Matrix6d::Identity();
   carried.bottomLeftCorner<3, 3>() = -lie::hat(displacement);

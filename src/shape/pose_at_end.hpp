@@ -8,6 +8,14 @@ namespace lamprey::shape {
 /// What a root, turned so and at `place` from where angular momentum is about, sees of total momentum about itself (equation 9.34).
 Vector6d seen_from_root(const mechanics::SpatialMomentum& total, const Matrix3d& root, const Vector3d& place);
 
+/// How what a root sees of total momentum answers to its world turn and position (equation 9.35): angular momentum about it and linear
+/// momentum, both in the world.
+Matrix6d seen_by_pose(const Matrix3d& root, const Vector3d& angular, const Vector3d& linear);
+
+/// Second derivative of spin · (angular) + push · (linear), of what a root sees of total momentum (equation 9.36), by its world turn
+/// and position; all four in the world, angular momentum about the root.
+Matrix6d bend_of_seen(const Vector3d& spin, const Vector3d& push, const Vector3d& angular, const Vector3d& linear);
+
 /// How the root's pose at the end of a step by `displacement` answers to that at its beginning where nothing else changes.
 Matrix6d carried_pose(const Vector3d& displacement);
 

@@ -202,6 +202,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void learn_pulls_of_carried(int first);
   void take_total();
   Vector6d total_at_end(const Motion& motion) const;
+  Vector3d angular_about_end() const;
   void add_carried_at_end(const Motion& motion, VectorXd& moment);
   void find_carried_at_end();
   void pull_carried_at_end(const VectorXd& multiplier);

@@ -1,27 +1,18 @@
 // Joints that end at rest on a whole that drifts: the last moments leave them what a whole that moves as one carries along them
 // (chapter 9, equations 9.37 to 9.39).
 #include "algebra/tiles.hpp"
-#include "lie/so3.hpp"
 #include "optimizer/small_dense.hpp"
 #include "shape/shape_program.hpp"
 
 namespace lamprey::shape {
 
-namespace {
-
-// How what the root sees of total momentum (equation 9.34) answers to its world turn and position.
-Matrix6d seen_by_pose(const mechanics::SpatialMomentum& total, const Matrix3d& root, const Vector3d& place) {
-  Matrix6d by_pose = Matrix6d::Zero();
-  by_pose.topLeftCorner<3, 3>() = root.transpose() * lie::hat(total.angular - place.cross(total.linear));
-  by_pose.topRightCorner<3, 3>() = root.transpose() * lie::hat(total.linear);
-  by_pose.bottomLeftCorner<3, 3>() = by_pose.topRightCorner<3, 3>();
-  return by_pose;
-}
-
-}  // namespace
-
 Vector6d ShapeProgram::total_at_end(const Motion& motion) const {
   return seen_from_root(total_, motion.rotation.back()[0], motion.position.back() - motion.position.front());
+}
+
+// Total angular momentum about the root's place at the end, world.
+Vector3d ShapeProgram::angular_about_end() const {
+  return total_.angular - (now_.position.back() - now_.position.front()).cross(total_.linear);
 }
 
 // What the joints carry at the end, beside what they bring there.
@@ -36,7 +27,7 @@ void ShapeProgram::add_carried_at_end(const Motion& motion, VectorXd& moment) {
 void ShapeProgram::find_carried_at_end() {
   resting_->take(now_.shape.back());
   resting_->rates(total_at_end(now_), resting_rates_);
-  seen_by_pose_ = seen_by_pose(total_, now_.rotation.back()[0], now_.position.back() - now_.position.front());
+  seen_by_pose_ = seen_by_pose(now_.rotation.back()[0], angular_about_end(), total_.linear);
   algebra::set_product(resting_rates_, shape_basis_, along_shapes_);
   algebra::set_product(shape_basis_.transpose(), along_shapes_, carried_at_end_.leftCols(shape_));
   see_by_pose(resting_->by_total());
@@ -69,17 +60,11 @@ void ShapeProgram::add_carried_curvature(const VectorXd& multiplier, MatrixXd& Q
   Q.block(n, 2 * n, n, pose_) += mixed;
   Q.block(2 * n, n, pose_, n) += mixed.transpose();
 
-  // what the root sees bends by its pose: exp(−ρ̂)(L − χ × P) and exp(−ρ̂) P
   Vector6d answer = Vector6d::Zero();
   optimizer::add_transposed_image(1.0, resting_->by_total(), along, answer);
   const Matrix3d& R = now_.rotation.back()[0];
   const Vector3d spin = R * answer.head<3>(), push = R * answer.tail<3>();
-  const Vector3d about = total_.angular - (now_.position.back() - now_.position.front()).cross(total_.linear);
-  Matrix6d bent = Matrix6d::Zero();
-  bent.topLeftCorner<3, 3>() = lie::double_cross(spin, about) + lie::double_cross(push, total_.linear);
-  bent.bottomLeftCorner<3, 3>() = lie::hat(total_.linear) * lie::hat(spin);
-  bent.topRightCorner<3, 3>() = bent.bottomLeftCorner<3, 3>().transpose();
-  algebra::set_product(bent, pose_basis_, seen_along_poses_);
+  algebra::set_product(bend_of_seen(spin, push, angular_about_end(), total_.linear), pose_basis_, seen_along_poses_);
   algebra::set_product(pose_basis_.transpose(), seen_along_poses_, pose_bend_);
   Q.block(2 * n, 2 * n, pose_, pose_) += pose_bend_;
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "optimizer/small_dense.hpp"
+#include "shape/pose_at_end.hpp"
 
 namespace lamprey::shape {
 
@@ -321,10 +322,7 @@ void ShapeKernel::find_carried(const ShapeStep& step) {
   const Matrix3d& R = step.interval.rotation[0];
   angular_carried_ = R * step.carried.head<3>();
   linear_carried_ = R * step.carried.tail<3>();
-  Matrix6d seen = Matrix6d::Zero();
-  seen.topLeftCorner<3, 3>() = R.transpose() * hat(angular_carried_);
-  seen.topRightCorner<3, 3>() = seen.bottomLeftCorner<3, 3>() = R.transpose() * hat(linear_carried_);
-  root_.bottomRows<6>() = (step.momentum_inverse * seen).transpose();
+  root_.bottomRows<6>() = (step.momentum_inverse * seen_by_pose(R, angular_carried_, linear_carried_)).transpose();
 }
 
 // The motion along which the Lagrangian's momenta are weighed.
@@ -458,12 +456,8 @@ void ShapeKernel::add_changes_of_carried(const ShapeStep& step, const Vector6d& 
   }
   const Matrix3d& R = step.interval.rotation[0];
   const Vector3d spin = R * pi.head<3>(), push = R * pi.tail<3>();
-  hessian.block<3, 3>(place, place) += lie::double_cross(shift, step.interval.displacement) -
-                                       lie::double_cross(spin, angular_carried_) -
-                                       lie::double_cross(push, linear_carried_);
-  const Matrix3d moved = -hat(linear_carried_) * hat(spin);
-  hessian.block<3, 3>(place + 3, place) += moved;
-  hessian.block<3, 3>(place, place + 3) += moved.transpose();
+  hessian.block<3, 3>(place, place) += lie::double_cross(shift, step.interval.displacement);
+  hessian.block<6, 6>(place, place) -= bend_of_seen(spin, push, angular_carried_, linear_carried_);
 }
 
 void follow_root(const Rotations& rotation, const Rotations& next_shape, ShapeStep& step, Rotations& next_rotation) {

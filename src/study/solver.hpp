@@ -44,7 +44,7 @@ class Solver {
   /// Newton steps from the last answer on. The outcome says whether they arrived; the motion is then that of the new problem,
   /// otherwise the last answer stays, with the start, goal and duration that it has; what is asked for stays too, and where the time
   /// ended a search the next one goes on. Goals that the reduced coordinates cannot meet (out of the plane of a planar maneuver) end
-  /// as infeasible. Where nothing else is asked than the last answer answers that stays, without a step. Where to stay meets the goal that is the answer, at no cost; a goal farther on is then searched from the last
+  /// as infeasible; where no way is found from the last answer on, they are stalled, and another search may arrive. Where nothing else is asked than the last answer answers that stays, without a step. Where to stay meets the goal that is the answer, at no cost; a goal farther on is then searched from the last
   /// answer that moves. It allocates no memory unless it fails or stays, once it has begun at an answer or found one. What it returns is written anew by the next call.
   const optimizer::Outcome& solve(const optimizer::Options& options = newton_options());
 
