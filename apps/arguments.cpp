@@ -144,7 +144,7 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
   simulate->add_option("--seed", arguments.simulate.seed, "of the random axes and shares (default 1)")
       ->check(without_sign());
   simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
-      ->check(CLI::Range(std::int64_t{1}, lamprey::file::step_limit));
+      ->check(CLI::Range(std::int64_t{1}, file::step_limit));
   simulate
       ->add_option("--cycles", arguments.simulate.cycles,
                    "how often the gait of --controls or --feedback, or the period of a table, is repeated (default "
@@ -192,7 +192,7 @@ std::string option_meant(const std::string& word, const std::vector<std::string>
   for (const auto& [other, here] : other_words)
     if (other == word && std::count(options.begin(), options.end(), here) > 0) return here;
   constexpr std::size_t alike = 4;  // letters, dashes among them
-  const std::string near = lamprey::file::nearest(word, options);
+  const std::string near = file::nearest(word, options);
   for (std::size_t i = 0; i + alike <= word.size(); ++i)
     if (near.find(word.substr(i, alike)) != std::string::npos) return near;
   return "";
@@ -211,7 +211,7 @@ int refuse_unknown_command(const CLI::App& app, int count, char** words) {
   for (const CLI::App* command : app.get_subcommands(nullptr)) commands.push_back(command->get_name());
   if (count < 2 || words[1][0] == '-' || std::count(commands.begin(), commands.end(), words[1]) > 0) return done;
   fmt::print(stderr, "lamprey: found \"{}\"; allowed: {}; did you mean \"{}\"?\n", words[1], fmt::join(commands, ", "),
-             lamprey::file::nearest(words[1], commands));
+             file::nearest(words[1], commands));
   return usage;
 }
 

@@ -9,31 +9,31 @@
 #include <thread>
 
 #include "certificate/claims.hpp"
-#include "file/controls_file.hpp"
-#include "file/finer_steps.hpp"
-#include "file/io_error.hpp"
-#include "file/model_remarks.hpp"
-#include "file/model_table.hpp"
+#include "document/io_error.hpp"
+#include "document/text_table.hpp"
 #include "file/problem_file.hpp"
-#include "file/resolve.hpp"
-#include "file/solution_file.hpp"
-#include "file/table_files.hpp"
-#include "file/tasks.hpp"
-#include "file/text_table.hpp"
-#include "file/trajectory_file.hpp"
 #include "file/words.hpp"
 #include "interrupt.hpp"
 #include "report/momentum_lines.hpp"
 #include "report/report.hpp"
 #include "report/summary.hpp"
 #include "report/wording.hpp"
+#include "result/controls_file.hpp"
+#include "result/resolve.hpp"
+#include "result/solution_file.hpp"
+#include "result/table_files.hpp"
+#include "result/trajectory_file.hpp"
+#include "task/finer_steps.hpp"
+#include "task/model_remarks.hpp"
+#include "task/model_table.hpp"
+#include "task/tasks.hpp"
 
 namespace lamprey::app {
 
 namespace {
 
-using file::Results;
 using maneuver::Status;
+using result::Results;
 
 int exit_code(Status status) {
   switch (status) {
@@ -59,7 +59,7 @@ void print_fact(const std::string& name, const std::string& value) {
 
 void print_verdict(const Results& results, const std::string& folder) {
   fmt::print("{}\n  {}\n", results.name, report::verdict(results));
-  if (results.solution.status != Status::simulated) fmt::print("{}", file::wrapped(report::remarks(results)));
+  if (results.solution.status != Status::simulated) fmt::print("{}", document::wrapped(report::remarks(results)));
   for (const std::string& line : report::momentum_lines(results)) fmt::print("  {}\n", line);
   for (const auto& [name, value] : report::facts(results)) print_fact(name, value);
   const std::string here = folder.empty() ? "." : folder;
@@ -72,11 +72,11 @@ void print_verdict(const Results& results, const std::string& folder) {
 
 // What is seldom meant, before time is spent on it.
 void tell_remarks(const file::ProblemFile& problem_file) {
-  for (const std::string& remark : file::model_remarks(problem_file.problem, file::system_of(problem_file)))
+  for (const std::string& remark : task::model_remarks(problem_file.problem, task::system_of(problem_file)))
     fmt::print(stderr, "lamprey: {}\n", remark);
 }
 
-void print_certificate(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+void print_certificate(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
   for (const report::CertificateRow& row : report::certificate_rows(proof, problem)) {
     if (!problem.goal && row.value == report::number(certificate::unset)) continue;  // a march is asked for less
     fmt::print("  {} {:<34} {:<22} {}\n", !row.holds ? " " : (*row.holds ? "✓" : "✗"), row.name, row.value, row.mark);
@@ -92,9 +92,9 @@ std::optional<maneuver::Scheme> scheme_named(const std::string& name) {
 }
 
 // Says where a cubic swings beyond its rows.
-void choose_interpolation(const std::string& asked, file::ControlSamples& samples) {
+void choose_interpolation(const std::string& asked, result::ControlSamples& samples) {
   constexpr double worth_telling = 1.1;
-  if (samples.source != file::ControlSource::table) {
+  if (samples.source != result::ControlSource::table) {
     if (!asked.empty())
       throw model::InputError("--interpolation",
                               "found moments of a solution, which run between their nodes as they were found; allowed: "
@@ -102,10 +102,10 @@ void choose_interpolation(const std::string& asked, file::ControlSamples& sample
     return;
   }
   if (asked == "linear") {
-    samples.source = file::ControlSource::lines;
+    samples.source = result::ControlSource::lines;
     return;
   }
-  const file::Reach reach = file::reach_of_table(samples);
+  const result::Reach reach = result::reach_of_table(samples);
   if (asked.empty() && reach.between > worth_telling * reach.rows)
     fmt::print(stderr,
                "lamprey: the cubic through the rows of moments reaches {} N m between them, the rows {} N m at most; "
@@ -131,15 +131,15 @@ int solve(const SolveArguments& arguments) {
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
   watch_for_interrupt();
   options.interrupted = interrupted;
-  std::optional<file::StoredMotion> first;
-  if (!arguments.first.empty()) first = {file::read_solution(arguments.first), arguments.first + "/solution.json"};
-  file::require_writable(arguments.out);  // before the work, not after it
+  std::optional<task::StoredMotion> first;
+  if (!arguments.first.empty()) first = {result::read_solution(arguments.first), arguments.first + "/solution.json"};
+  document::require_writable(arguments.out);  // before the work, not after it
   tell_remarks(problem_file);
-  const auto task = arguments.resolve ? file::resolve_task : file::solve_task;
+  const auto task = arguments.resolve ? task::resolve_task : task::solve_task;
   const Results results = task(problem_file, options, arguments.command, first);
   report::write_results(arguments.out, results);
   if (arguments.json) {
-    fmt::print("{}", file::solution_text(results));
+    fmt::print("{}", result::solution_text(results));
   } else {
     print_verdict(results, arguments.out);
   }
@@ -148,7 +148,7 @@ int solve(const SolveArguments& arguments) {
 
 int simulate(const SimulateArguments& arguments) {
   const file::ProblemFile problem_file = file::read_problem_file(arguments.problem);
-  file::MarchOptions options{.scheme = scheme_named(arguments.scheme),
+  task::MarchOptions options{.scheme = scheme_named(arguments.scheme),
                              .steps = arguments.steps,
                              .duration = arguments.duration,
                              .cycles = arguments.cycles,
@@ -161,23 +161,23 @@ int simulate(const SimulateArguments& arguments) {
   options.interrupted = interrupted;
   if (!arguments.controls.empty()) {
     options.controls_path = arguments.controls;
-    options.controls = file::read_controls(arguments.controls, problem_file.problem.swimmer.joints);
+    options.controls = result::read_controls(arguments.controls, problem_file.problem.swimmer.joints);
     if (!options.controls->remark.empty()) fmt::print(stderr, "lamprey: {}\n", options.controls->remark);
     choose_interpolation(arguments.interpolation, *options.controls);
   }
   if (!arguments.angles.empty()) {
     options.angles_path = arguments.angles;
-    options.angles = file::read_angles(arguments.angles, problem_file.problem.swimmer.joints);
+    options.angles = result::read_angles(arguments.angles, problem_file.problem.swimmer.joints);
     if (!options.angles->remark.empty()) fmt::print(stderr, "lamprey: {}\n", options.angles->remark);
   }
   if (!arguments.feedback.empty()) {
-    options.followed = file::read_solution(arguments.feedback);
+    options.followed = result::read_solution(arguments.feedback);
     options.followed_path = arguments.feedback + "/solution.json";
     options.followed_from = arguments.feedback_from;
   }
-  file::require_writable(arguments.out);
+  document::require_writable(arguments.out);
   tell_remarks(problem_file);
-  const Results results = file::march_task(problem_file, options, arguments.command);
+  const Results results = task::march_task(problem_file, options, arguments.command);
   const bool ended_early = results.solution.status == Status::stalled;
   if (!ended_early || results.solution.time.size() > 1) report::write_results(arguments.out, results);
   if (ended_early) {
@@ -188,12 +188,12 @@ int simulate(const SimulateArguments& arguments) {
     return numerical_failure;
   }
   print_verdict(results, arguments.out);
-  fmt::print("{}", file::wrapped(results.solution.message));
+  fmt::print("{}", document::wrapped(results.solution.message));
   return exit_code(results.solution.status);
 }
 
 int check(const std::string& problem) {
-  fmt::print("{}", file::check_task(file::read_problem_file(problem)));
+  fmt::print("{}", task::check_task(file::read_problem_file(problem)));
   return done;
 }
 
@@ -204,7 +204,7 @@ std::string verdict_word(const std::optional<certificate::Verdict>& verdict) {
 }
 
 // Which rows fail their marks, beside a verdict that does not depend on them.
-std::string failed_rows(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+std::string failed_rows(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
   std::string names;
   for (const report::CertificateRow& row : report::certificate_rows(proof, problem))
     if (row.holds && !*row.holds) names += (names.empty() ? "" : "; ") + row.name;
@@ -216,7 +216,7 @@ std::string claimed_in_words(const certificate::FalseClaim& claim, double value)
   return found_or_nothing(value);
 }
 
-void print_status(const file::Verification& is) {
+void print_status(const task::Verification& is) {
   const std::string_view status = file::word(is.stored.solution.status);
   if (!is.promises())
     fmt::print("  The stored status, {}, promises nothing.\n", status);
@@ -233,7 +233,7 @@ void print_status(const file::Verification& is) {
 }
 
 // Those of which nothing is found in one sentence.
-void print_false_claims(const file::Verification& is) {
+void print_false_claims(const task::Verification& is) {
   std::vector<std::string> unfounded;
   for (const certificate::FalseClaim& claim : is.claims) {
     const bool verdict = claim.field == "verdict";
@@ -246,16 +246,16 @@ void print_false_claims(const file::Verification& is) {
                verdict ? verdict_word(is.stored.certificate->verdict) : claimed_in_words(claim, claim.stored));
   }
   if (!unfounded.empty())
-    fmt::print("{}", file::wrapped(fmt::format("The stored certificate does not hold: of {} nothing is found.",
-                                               fmt::join(unfounded, ", "))));
+    fmt::print("{}", document::wrapped(fmt::format("The stored certificate does not hold: of {} nothing is found.",
+                                                   fmt::join(unfounded, ", "))));
 }
 
 int verify(const VerifyArguments& arguments) {
   std::optional<file::ProblemFile> asked;
   if (!arguments.problem.empty()) asked = file::read_problem_file(arguments.problem);
-  const file::Verification is = file::verify_task(arguments.folder, asked);
+  const task::Verification is = task::verify_task(arguments.folder, asked);
   const certificate::Certificate& proof = *is.found.certificate;
-  fmt::print("{}\n  recomputed from {}/solution.json\n", file::printable(is.found.name), arguments.folder);
+  fmt::print("{}\n  recomputed from {}/solution.json\n", document::printable(is.found.name), arguments.folder);
   print_certificate(proof, is.found.problem);
   const std::string failed = failed_rows(proof, is.found.problem);
   if (proof.verdict)
@@ -275,24 +275,24 @@ int verify(const VerifyArguments& arguments) {
 }
 
 int report(const std::vector<std::string>& folders) {
-  const Results results = file::read_solution(folders.front());
+  const Results results = result::read_solution(folders.front());
   const bool compare = folders.size() == 2;
   const std::string name = compare ? "comparison.html" : "report.html";
   const std::string page =
-      compare ? report::comparison_html(results, file::read_solution(folders[1])) : report::report_html(results);
-  file::write_files(folders.front(), {file::finished_file(name, page),
-                                      file::finished_file("snapshots.svg", report::snapshot_svg(results))});
+      compare ? report::comparison_html(results, result::read_solution(folders[1])) : report::report_html(results);
+  document::write_files(folders.front(), {document::finished_file(name, page),
+                                          document::finished_file("snapshots.svg", report::snapshot_svg(results))});
   fmt::print("{}/{}\n", folders.front(), name);
   return done;
 }
 
 int export_tables(const std::string& folder) {
-  const Results results = file::read_solution(folder);
+  const Results results = result::read_solution(folder);
   const std::string path = folder + "/solution.json";
-  std::vector<file::PendingFile> tables = {file::angles_table(results, path)};
-  const std::optional<file::PendingFile> moments = file::moments_table(results, path);
+  std::vector<document::PendingFile> tables = {result::angles_table(results, path)};
+  const std::optional<document::PendingFile> moments = result::moments_table(results, path);
   if (moments) tables.push_back(*moments);
-  file::write_files(folder, tables);
+  document::write_files(folder, tables);
   fmt::print("{}/angles.csv\n", folder);
   if (moments) fmt::print("{}/moments.csv\n", folder);
   if (!moments)
@@ -309,18 +309,18 @@ int inertia(const std::vector<double>& semi_axes, double density, bool json) {
                                                        semi_axes.size()));
   const Eigen::VectorXd axes =
       Eigen::Map<const Eigen::VectorXd>(semi_axes.data(), static_cast<Eigen::Index>(semi_axes.size()));
-  fmt::print("{}", json ? file::inertia_json(axes, density) : file::inertia_table(axes, density));
+  fmt::print("{}", json ? task::inertia_json(axes, density) : task::inertia_table(axes, density));
   return done;
 }
 
 std::string version_line() {
-  const file::Provenance here = file::provenance_here();
+  const result::Provenance here = result::provenance_here();
   return fmt::format("lamprey {} ({}, {})", here.version, here.build_type, here.compiler);
 }
 
 void finish_output() {
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-    throw file::IoError("standard output", fmt::format("cannot be written: {}", std::strerror(errno)));
+    throw document::IoError("standard output", fmt::format("cannot be written: {}", std::strerror(errno)));
 }
 
 int explain_failure() noexcept {
@@ -329,7 +329,7 @@ int explain_failure() noexcept {
   } catch (const model::InputError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return invalid_input;
-  } catch (const file::IoError& error) {
+  } catch (const document::IoError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return input_output;
   } catch (const std::exception& error) {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "file/resolve.hpp"
+#include "result/resolve.hpp"
 #include "swimmers.hpp"
 
 namespace lamprey::bench {
@@ -24,7 +24,7 @@ namespace {
 class Table : public benchmark::BenchmarkReporter {
  public:
   bool ReportContext(const Context&) override {
-    const file::Provenance here = file::provenance_here();
+    const result::Provenance here = result::provenance_here();
     fmt::print("lamprey {}, {} build, {}\n{}\n", here.version, here.build_type, here.compiler, here.machine);
     if (here.build_type != "Release")
       fmt::print("WARNING: a {} build is slow; these times say little. Use ./dev bench.\n", here.build_type);

@@ -79,7 +79,7 @@ def untold_results(root):
     page = root / "docs" / "result-files.md"
     told = words_in_backticks(page)
     for name in WRITERS:
-        found = WRITTEN_KEYS.findall((root / "src" / "file" / name).read_text(encoding="utf-8"))
+        found = WRITTEN_KEYS.findall((root / "src" / "result" / name).read_text(encoding="utf-8"))
         keys = sorted({key for groups in found for key in groups if key})
         if not keys:
             yield f"{page}: found no key that {name} writes"

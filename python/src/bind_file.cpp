@@ -9,10 +9,10 @@
 
 #include "arrays.hpp"
 #include "bound.hpp"
-#include "file/tasks.hpp"
-#include "file/text_file.hpp"
+#include "document/text_file.hpp"
 #include "file/words.hpp"
 #include "module.hpp"
+#include "task/tasks.hpp"
 
 namespace lamprey::python {
 
@@ -39,12 +39,12 @@ std::string shown(const Problem& problem) {
 
 Problem problem_from(const std::string& text, const std::string& path) {
   Problem problem{file::parse_problem(text, path), text};
-  file::system_of(problem.file);  // says what the reader cannot see
+  task::system_of(problem.file);  // says what the reader cannot see
   return problem;
 }
 
 Problem load(const std::filesystem::path& path) {
-  return problem_from(file::read_bytes(path.string(), problem_bytes), path.string());
+  return problem_from(document::read_bytes(path.string(), problem_bytes), path.string());
 }
 
 Problem problem_or_loaded(nb::handle object) {
@@ -108,7 +108,7 @@ void bind_file(nb::module_& module) {
           "scheme", [](const Problem& self) { return std::string(file::word(self.file.problem.scheme)); },
           "paper, trapezoid, midpoint, order4 or order6.")
       .def(
-          "check", [](const Problem& self) { return file::check_task(self.file); },
+          "check", [](const Problem& self) { return task::check_task(self.file); },
           "What `lamprey check` prints: the resolved model as a table for people, and where solve does not take the "
           "problem why.\n\nRaises InputError where the start or the goal breaks a limit.")
       .def("__repr__", &shown)

@@ -11,12 +11,12 @@
 
 #include "arrays.hpp"
 #include "bound.hpp"
-#include "file/tasks.hpp"
 #include "maneuver/maneuver.hpp"
 #include "mechanics/connection.hpp"
 #include "mechanics/height_functions.hpp"
 #include "model/input_error.hpp"
 #include "module.hpp"
+#include "task/tasks.hpp"
 
 namespace lamprey::python {
 
@@ -61,7 +61,7 @@ mechanics::Rotations shape_of(const System& system, nb::handle rotation) {
 }
 
 nb::dict connection(const Problem& problem, nb::handle rotation) {
-  const System system = file::system_of(problem.file);
+  const System system = task::system_of(problem.file);
   const mechanics::LocalConnection found = mechanics::local_connection(system, shape_of(system, rotation));
   nb::dict result;
   result["rates"] = rates_of(system);
@@ -72,7 +72,7 @@ nb::dict connection(const Problem& problem, nb::handle rotation) {
 }
 
 nb::dict connection_curvature(const Problem& problem, nb::handle rotation) {
-  const System system = file::system_of(problem.file);
+  const System system = task::system_of(problem.file);
   const mechanics::ConnectionCurvature found = mechanics::connection_curvature(system, shape_of(system, rotation));
   nb::dict result;
   result["rates"] = rates_of(system);
@@ -152,7 +152,7 @@ void require_apart(const mechanics::Vectors& first, const mechanics::Vectors& se
 nb::dict height_functions(const Problem& problem, nb::handle first, nb::handle second,
                           const std::pair<double, double>& first_range, const std::pair<double, double>& second_range,
                           int points, nb::handle middle) {
-  const System system = file::system_of(problem.file);
+  const System system = task::system_of(problem.file);
   mechanics::ShapePlane plane;
   if (!middle.is_none() && !nb::isinstance<nb::dict>(middle))
     throw InputError("middle", fmt::format("found {}; allowed: a dict of angles in rad; give {{\"joint\": angle}}",

@@ -5,7 +5,7 @@
 #include <cerrno>
 
 #include "bound.hpp"
-#include "file/io_error.hpp"
+#include "document/io_error.hpp"
 #include "model/input_error.hpp"
 #include "module.hpp"
 
@@ -34,7 +34,7 @@ void raise_input_error(const model::InputError& thrown) {
   PyErr_SetObject(input_error->ptr(), raised.ptr());
 }
 
-void raise_io_error(const file::IoError& error) {
+void raise_io_error(const document::IoError& error) {
   PyErr_SetString(error.cause == ENOENT                           ? PyExc_FileNotFoundError
                   : error.cause == EACCES || error.cause == EPERM ? PyExc_PermissionError
                                                                   : PyExc_OSError,
@@ -51,7 +51,7 @@ void bind_model(nb::module_& module) {
       std::rethrow_exception(thrown);
     } catch (const model::InputError& error) {
       raise_input_error(error);
-    } catch (const file::IoError& error) {
+    } catch (const document::IoError& error) {
       raise_io_error(error);
     }
   });

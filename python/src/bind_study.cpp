@@ -14,14 +14,14 @@
 
 #include "arrays.hpp"
 #include "bound.hpp"
-#include "file/resolve.hpp"
-#include "file/tasks.hpp"
 #include "file/words.hpp"
 #include "lie/so3.hpp"
 #include "long_call.hpp"
 #include "model/input_error.hpp"
 #include "module.hpp"
+#include "result/resolve.hpp"
 #include "study/solver.hpp"
+#include "task/tasks.hpp"
 
 namespace lamprey::python {
 
@@ -73,8 +73,8 @@ class Solver {
  public:
   Solver(const Problem& problem, const Solution& solution)
       : file_(problem.file),
-        system_(file::system_of(file_)),
-        begun_(file::begun_results(file_, system_, "lamprey.Solver.solve()")),
+        system_(task::system_of(file_)),
+        begun_(task::begun_results(file_, system_, "lamprey.Solver.solve()")),
         goal_(*file_.problem.goal),
         answer_(solution) {
     without_lock(
@@ -144,7 +144,7 @@ class Solver {
     if (max_iterations) options.most_iterations = *max_iterations;
     if (time_limit) options.time_limit = *time_limit;
     optimizer::Outcome outcome;
-    std::optional<file::Results> found;
+    std::optional<result::Results> found;
     double seconds = 0.0;
     const auto signal = run_long([&](const Interrupted& interrupted) {
       options.interrupted = interrupted;
@@ -164,7 +164,7 @@ class Solver {
   Solution solution(bool feedback) {
     const std::unique_lock lock = taken();
     if (!feedback || !answer_.results().solution.feedback.gain.empty()) return answer_;
-    file::Results results = answer_.results();
+    result::Results results = answer_.results();
     without_lock([&] { results.solution.feedback = solver_->feedback(); });
     return Solution(std::move(results));
   }
@@ -215,7 +215,7 @@ class Solver {
   }
 
   // Waypoints stay where they are in the world while the start that they are seen from moves.
-  void keep_waypoints(const Eigen::Vector3d& start, file::ResolvedProblem& problem) const {
+  void keep_waypoints(const Eigen::Vector3d& start, result::ResolvedProblem& problem) const {
     for (maneuver::Waypoint& waypoint : problem.waypoints) {
       for (int c = 0; c < 3; ++c)
         if (auto& move = waypoint.move[static_cast<std::size_t>(c)]) *move += problem.start->position[c] - start[c];
@@ -228,8 +228,8 @@ class Solver {
   }
 
   // The solver's answer, its goal as seen from its own start.
-  file::Results described(const optimizer::Outcome& outcome, double seconds) const {
-    file::Results results = begun_;
+  result::Results described(const optimizer::Outcome& outcome, double seconds) const {
+    result::Results results = begun_;
     results.solution = solver_->solution();
     results.solution.status = maneuver::Status::optimal;
     results.solution.message = "Stationary by the solver's own measure; certify says what it is worth.";
@@ -269,7 +269,7 @@ class Solver {
 
   file::ProblemFile file_;
   model::System system_;
-  file::Results begun_;
+  result::Results begun_;
   std::unique_ptr<study::Solver> solver_;
   maneuver::Goal goal_;
   Solution answer_;

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "file/problem_file.hpp"
-#include "file/results.hpp"
 #include "mechanics/height_functions.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::python {
 
@@ -35,15 +35,16 @@ nanobind::dict dict_of(const mechanics::HeightFunctions& heights);
 /// A motion. What Python asks for is made at the first question and kept.
 class Trajectory {
  public:
-  explicit Trajectory(file::Results results) : results_(std::make_shared<const file::Results>(std::move(results))) {}
-  const file::Results& results() const { return *results_; }
+  explicit Trajectory(result::Results results)
+      : results_(std::make_shared<const result::Results>(std::move(results))) {}
+  const result::Results& results() const { return *results_; }
   /// An array of solution.json by its path, such as "momentum/linear/total"; None where there is none.
   nanobind::object array(const std::string& path) const;
   /// Anything of solution.json that is not an array over the nodes; None where there is none.
   nanobind::object entry(const std::string& key) const;
 
  private:
-  std::shared_ptr<const file::Results> results_;
+  std::shared_ptr<const result::Results> results_;
   mutable std::map<std::string, nanobind::object> arrays_;
   mutable nanobind::object document_;
 };

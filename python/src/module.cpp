@@ -8,7 +8,7 @@ NB_MODULE(_core, module) {
   bind_fluid(module);
   bind_file(module);
   bind_mechanics(module);
-  bind_results(module);
-  bind_tasks(module);
+  bind_result(module);
+  bind_task(module);
   bind_study(module);
 }

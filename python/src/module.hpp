@@ -9,8 +9,8 @@ void bind_model(nanobind::module_& module);      // InputError
 void bind_fluid(nanobind::module_& module);      // ellipsoid_inertia
 void bind_file(nanobind::module_& module);       // Problem, load
 void bind_mechanics(nanobind::module_& module);  // Problem: connection, connection_curvature, height_functions
-void bind_results(nanobind::module_& module);    // Trajectory, Solution, load_solution
-void bind_tasks(nanobind::module_& module);      // solve, simulate, certify
+void bind_result(nanobind::module_& module);     // Trajectory, Solution, load_solution
+void bind_task(nanobind::module_& module);       // solve, simulate, certify
 void bind_study(nanobind::module_& module);      // Solver, Outcome
 
 }  // namespace lamprey::python

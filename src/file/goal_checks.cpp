@@ -20,7 +20,7 @@ using maneuver::Goal;
 using maneuver::Problem;
 
 std::string end_key(const Goal& goal, const std::string& body) {
-  return goal.rotation.contains(body) ? key_path("goal.rotation", body) : "goal.turn";
+  return goal.rotation.contains(body) ? document::key_path("goal.rotation", body) : "goal.turn";
 }
 
 // Where joints are told how to end, rotations tell no more than how the whole is turned.
@@ -60,15 +60,15 @@ void check_goal_against_joints(const Problem& problem) {
     if (off > angle_tolerance)
       refuse(key,
              fmt::format("end rotations that are {:.4g} rad outside what the {} joint {} allows", off, word(joint.kind),
-                         in_quotes(joint.name)),
+                         document::in_quotes(joint.name)),
              "end rotations that fit the joints", "change this rotation or set one of the two bodies \"free\"");
     const Matrix3d begins = start[model::at(own.parent)].transpose() * start[model::at(own.child)];
     const double change = lie::rotation_angle(begins.transpose() * end);
     if (goal.periodic && !problem.start.free_shape && change > angle_tolerance)
-      refuse(
-          key,
-          fmt::format("end rotations that change joint {} by {} rad in a periodic goal", in_quotes(joint.name), change),
-          "the start's shape at the end", "remove periodic, free one rotation, or set start.free_shape = true");
+      refuse(key,
+             fmt::format("end rotations that change joint {} by {} rad in a periodic goal",
+                         document::in_quotes(joint.name), change),
+             "the start's shape at the end", "remove periodic, free one rotation, or set start.free_shape = true");
   }
 }
 

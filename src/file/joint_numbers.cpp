@@ -12,9 +12,9 @@ using model::JointKind;
 namespace {
 
 std::vector<double> about_two_axes(const TableReader& table, const JointDescription& joint, const Range& range) {
-  const TomlValue& value = *table.find(joint.name);
+  const document::TomlValue& value = *table.find(joint.name);
   const std::string allowed = fmt::format("two numbers ({}), one about each axis", range.unit);
-  if (value.kind != TomlValue::Kind::array || value.items.size() != 2)
+  if (value.kind != document::TomlValue::Kind::array || value.items.size() != 2)
     refuse(table.key(joint.name), shown(value), allowed, "write them in brackets, as in [0.1, 0.0]");
   return {table.number_in(value.items[0], joint.name, range, value, allowed),
           table.number_in(value.items[1], joint.name, range, value, allowed)};
@@ -54,7 +54,8 @@ std::optional<std::vector<double>> read_angle_rates(const TableReader& table, co
   if (joint.kind == JointKind::hinge) return {{*table.number(joint.name, range)}};
   if (joint.kind == JointKind::universal) return about_two_axes(table, joint, range);
   refuse(table.key(joint.name), fmt::format("a number about the axes of a {} joint", word(joint.kind)),
-         "those of hinges and universal joints", fmt::format("state {} instead", key_path(instead, joint.child)));
+         "those of hinges and universal joints",
+         fmt::format("state {} instead", document::key_path(instead, joint.child)));
 }
 
 void refuse_both(const TableReader& by_joint, const TableReader& by_body, const JointDescription& joint) {

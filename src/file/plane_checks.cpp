@@ -64,24 +64,24 @@ void require_plane_body(const model::BodyDescription& body, std::size_t i) {
 void require_plane_end(const std::string& path, const std::array<std::optional<double>, 3>& move,
                        const std::optional<Vector3d>& turn) {
   if (move[2] && *move[2] != 0.0)
-    refuse(key_path(path, "move"), fmt::format("{} along e_3", *move[2]),
+    refuse(document::key_path(path, "move"), fmt::format("{} along e_3", *move[2]),
            fmt::format("0 or \"free\" there: {}", reason), "set its third number to 0");
-  if (turn) require_about_normal(key_path(path, "turn"), *turn);
+  if (turn) require_about_normal(document::key_path(path, "turn"), *turn);
 }
 
 void require_plane_goal(const maneuver::Goal& goal) {
   require_plane_end("goal", goal.move, goal.turn);
   for (const auto& [body, rotation] : goal.rotation)
-    if (rotation) require_about_normal(key_path("goal.rotation", body), *rotation);
+    if (rotation) require_about_normal(document::key_path("goal.rotation", body), *rotation);
   for (const auto& [joint, turn] : goal.angle)
-    if (turn.size() == 3) require_about_normal(key_path("goal.angle", joint), *goal.turn_of_joint(joint));
+    if (turn.size() == 3) require_about_normal(document::key_path("goal.angle", joint), *goal.turn_of_joint(joint));
 }
 
 void require_plane_waypoint(const maneuver::Waypoint& waypoint, std::size_t n) {
   const std::string path = fmt::format("waypoint[{}]", n);
   require_plane_end(path, waypoint.move, waypoint.turn);
   for (const auto& [body, rotation] : waypoint.rotation)
-    require_about_normal(key_path(path + ".rotation", body), rotation);
+    require_about_normal(document::key_path(path + ".rotation", body), rotation);
 }
 
 // Gaps are those in the plane only where it cuts obstacles in half.
@@ -112,8 +112,9 @@ void require_plane(const Problem& problem) {
   for (std::size_t j = 0; j < problem.swimmer.joints.size(); ++j) require_plane_joint(problem.swimmer.joints[j], j);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     require_plane_body(bodies[i], i);
-    require_about_normal(key_path("start.rotation", bodies[i].name), problem.start.rotation[i]);
-    require_about_normal(key_path("start.angular_velocity", bodies[i].name), problem.start.angular_velocity[i]);
+    require_about_normal(document::key_path("start.rotation", bodies[i].name), problem.start.rotation[i]);
+    require_about_normal(document::key_path("start.angular_velocity", bodies[i].name),
+                         problem.start.angular_velocity[i]);
   }
   require_within("start.linear_velocity", problem.start.linear_velocity);
   if (problem.goal) require_plane_goal(*problem.goal);

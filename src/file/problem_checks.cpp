@@ -34,8 +34,8 @@ std::size_t body_named(const BodyIndex& index, const std::string& name, const st
   if (found != index.end()) return found->second;
   std::vector<std::string> names;
   for (const auto& entry : index) names.push_back(entry.first);
-  refuse(key, in_quotes(name) + ", which names no body", "the name of a [[body]]",
-         fmt::format("the nearest is {}", in_quotes(nearest(name, names))));
+  refuse(key, document::in_quotes(name) + ", which names no body", "the name of a [[body]]",
+         fmt::format("the nearest is {}", document::in_quotes(nearest(name, names))));
 }
 
 constexpr std::size_t nobody = static_cast<std::size_t>(-1);
@@ -53,16 +53,18 @@ std::vector<Parent> find_parents(const SwimmerDescription& swimmer, const BodyIn
     const std::size_t child = body_named(index, joint.child, joint_key(j, "child"));
     const std::string child_key = joint_key(j, "child");
     if (parent == child)
-      refuse(child_key, in_quotes(joint.child) + ", the joint's own parent", "another body than the parent",
+      refuse(child_key, document::in_quotes(joint.child) + ", the joint's own parent", "another body than the parent",
              "name the other body");
     if (child == 0)
-      refuse(child_key, in_quotes(joint.child) + ", the root", "any body but the first",
+      refuse(child_key, document::in_quotes(joint.child) + ", the root", "any body but the first",
              "exchange parent and child, or list another body first");
     if (parents[child].joint != nobody)
-      refuse(
-          child_key, fmt::format("{} with a second parent, {}", in_quotes(joint.child), in_quotes(joint.parent)),
-          "one parent for each body",
-          fmt::format("remove this joint or the one with {}", in_quotes(swimmer.joints[parents[child].joint].parent)));
+      refuse(child_key,
+             fmt::format("{} with a second parent, {}", document::in_quotes(joint.child),
+                         document::in_quotes(joint.parent)),
+             "one parent for each body",
+             fmt::format("remove this joint or the one with {}",
+                         document::in_quotes(swimmer.joints[parents[child].joint].parent)));
     parents[child] = {parent, j};
   }
   return parents;
@@ -73,8 +75,8 @@ void check_names_of_joints(const SwimmerDescription& swimmer) {
   for (std::size_t j = 0; j < swimmer.joints.size(); ++j) {
     const std::string& name = swimmer.joints[j].name;
     if (!names.insert(name).second)
-      refuse(joint_key(j, "name"), in_quotes(name) + " a second time", "names that differ (default: the child's name)",
-             "give one of the two joints another name");
+      refuse(joint_key(j, "name"), document::in_quotes(name) + " a second time",
+             "names that differ (default: the child's name)", "give one of the two joints another name");
   }
 }
 
@@ -91,14 +93,14 @@ void check_reach(const SwimmerDescription& swimmer, const std::vector<Parent>& p
       walked.push_back(i);
       if (parents[i].body == nobody)
         refuse(body_key(i, "name"),
-               fmt::format("{}, which no joint leads to from the root", in_quotes(swimmer.bodies[i].name)),
+               fmt::format("{}, which no joint leads to from the root", document::in_quotes(swimmer.bodies[i].name)),
                "one tree with the first body as root",
-               fmt::format("add a [[joint]] with child = {}", in_quotes(swimmer.bodies[i].name)));
+               fmt::format("add a [[joint]] with child = {}", document::in_quotes(swimmer.bodies[i].name)));
       i = parents[i].body;
     }
     if (marks[i] == Mark::walking)
       refuse(joint_key(parents[i].joint, "child"),
-             fmt::format("a cycle of joints through {}", in_quotes(swimmer.bodies[i].name)),
+             fmt::format("a cycle of joints through {}", document::in_quotes(swimmer.bodies[i].name)),
              "a tree with the first body as root", "remove one of the cycle's joints and join it to the root");
     for (std::size_t body : walked) marks[body] = Mark::reaches_root;
   }
@@ -210,7 +212,7 @@ BodyIndex index_bodies(const SwimmerDescription& swimmer) {
   for (std::size_t i = 0; i < swimmer.bodies.size(); ++i) {
     const std::string& name = swimmer.bodies[i].name;
     if (!index.emplace(name, i).second)
-      refuse(body_key(i, "name"), in_quotes(name) + " a second time", "names that differ",
+      refuse(body_key(i, "name"), document::in_quotes(name) + " a second time", "names that differ",
              "rename one of the two bodies");
   }
   return index;
@@ -278,10 +280,10 @@ void check_start_velocities(const Problem& problem, const BodyIndex& index) {
     const Vector3d nearest_one = allowed_velocity(joint, Q, parent, child);
     const double off = (child - nearest_one).norm();
     if (off > velocity_tolerance * std::max(parent.norm(), child.norm()))
-      refuse(key_path("start.angular_velocity", joint.child),
+      refuse(document::key_path("start.angular_velocity", joint.child),
              fmt::format("{}, {} rad/s outside what the {} joint {} allows", shown(child), off, word(joint.kind),
-                         in_quotes(joint.name)),
-             fmt::format("the angular velocity of {} seen from this body{}", in_quotes(joint.parent),
+                         document::in_quotes(joint.name)),
+             fmt::format("the angular velocity of {} seen from this body{}", document::in_quotes(joint.parent),
                          allowed_turns(joint)),
              fmt::format("remove this key to move with the parent, or write the nearest one, {}", shown(nearest_one)));
   }
@@ -289,8 +291,12 @@ void check_start_velocities(const Problem& problem, const BodyIndex& index) {
 
 }  // namespace
 
-std::string joint_key(std::size_t j, std::string_view name) { return key_path(fmt::format("joint[{}]", j), name); }
-std::string body_key(std::size_t i, std::string_view name) { return key_path(fmt::format("body[{}]", i), name); }
+std::string joint_key(std::size_t j, std::string_view name) {
+  return document::key_path(fmt::format("joint[{}]", j), name);
+}
+std::string body_key(std::size_t i, std::string_view name) {
+  return document::key_path(fmt::format("body[{}]", i), name);
+}
 
 void check_tree(const SwimmerDescription& swimmer) {
   const std::vector<Parent> parents = find_parents(swimmer, index_bodies(swimmer));
@@ -347,13 +353,13 @@ void check_start(const Problem& problem) {
         start_rotation(problem, index, joint.parent).transpose() * start_rotation(problem, index, joint.child);
     const double off = misfit(joint, shape);
     if (off > angle_tolerance)
-      refuse(key_path("start.rotation", joint.child),
+      refuse(document::key_path("start.rotation", joint.child),
              fmt::format("start rotations that are {:.4g} rad outside what the {} joint {} allows", off,
-                         word(joint.kind), in_quotes(joint.name)),
+                         word(joint.kind), document::in_quotes(joint.name)),
              "start rotations that fit the joints",
              fmt::format("turn this body or its parent, or set the joint's reference_rotation{}",
                          joint.kind == JointKind::hinge || joint.kind == JointKind::universal
-                             ? "; " + key_path("start.angle", joint.name) + " in its place always fits"
+                             ? "; " + document::key_path("start.angle", joint.name) + " in its place always fits"
                              : ""));
   }
   check_start_velocities(problem, index);
@@ -385,7 +391,8 @@ void check_transcription(const Problem& problem) {
   const bool high_order = problem.scheme == Scheme::order4 || problem.scheme == Scheme::order6;
   if (high_order && problem.rule)
     refuse("cost.rule",
-           fmt::format("{} with scheme {}", in_quotes(word(*problem.rule)), in_quotes(word(problem.scheme))),
+           fmt::format("{} with scheme {}", document::in_quotes(word(*problem.rule)),
+                       document::in_quotes(word(problem.scheme))),
            "no rule above order 2: the scheme's own quadrature is used", "remove this key");
   const bool spline = problem.control == ControlKind::spline;
   if (spline && problem.points == 0)

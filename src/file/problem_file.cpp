@@ -6,12 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "document/text_file.hpp"
 #include "file/joint_numbers.hpp"
 #include "file/plane_checks.hpp"
 #include "file/problem_checks.hpp"
 #include "file/problem_limits.hpp"
 #include "file/problem_start.hpp"
-#include "file/text_file.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
 #include "fluid/ellipse.hpp"
@@ -37,7 +37,8 @@ std::string name_of(const TableReader& table) {
   const bool printable =
       std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x20U && c != 0x7F; });
   if (name.empty() || !printable)
-    refuse(table.key("name"), in_quotes(name), "a text that is not empty, without control characters", "name it");
+    refuse(table.key("name"), document::in_quotes(name), "a text that is not empty, without control characters",
+           "name it");
   return name;
 }
 
@@ -58,8 +59,8 @@ void read_head(const TableReader& document, const std::string& path, Problem& pr
 // Three of an ellipsoid, or the two of an ellipse in its plane.
 void read_semi_axes(const TableReader& table, model::BodyDescription& body) {
   constexpr const char* name = "semi_axes";
-  const TomlValue* value = table.find(name);
-  const std::size_t numbers = value && value->kind == TomlValue::Kind::array ? value->items.size() : 3;
+  const document::TomlValue* value = table.find(name);
+  const std::size_t numbers = value && value->kind == document::TomlValue::Kind::array ? value->items.size() : 3;
   if (numbers < 2 || numbers > 3)
     refuse(table.key(name), shown(*value), "three numbers > 0 (m), or two of an ellipse in the plane",
            "write three of them in brackets, as in [1.0, 2.0, 3.0]");
@@ -151,12 +152,12 @@ std::vector<std::string> body_names(const Problem& problem) {
 }
 
 void read_rest(const TableReader& table, maneuver::Goal& goal) {
-  const TomlValue* rest = table.find("rest");
-  if (rest && rest->kind != TomlValue::Kind::boolean &&
-      !(rest->kind == TomlValue::Kind::string && rest->text == "joints"))
+  const document::TomlValue* rest = table.find("rest");
+  if (rest && rest->kind != document::TomlValue::Kind::boolean &&
+      !(rest->kind == document::TomlValue::Kind::string && rest->text == "joints"))
     refuse(table.key("rest"), shown(*rest), "true, false or \"joints\"",
            "write true or false without quotes, or \"joints\" for joints that end still on a whole that drifts on");
-  goal.joints_rest = rest && rest->kind == TomlValue::Kind::string;
+  goal.joints_rest = rest && rest->kind == document::TomlValue::Kind::string;
   goal.rest = !goal.joints_rest && table.boolean("rest").value_or(!goal.periodic);
 }
 
@@ -168,8 +169,8 @@ void read_goal(const TableReader& table, Problem& problem) {
   goal.turn = read_turn(table);
   const TableReader rotation = table.table("rotation");
   rotation.allow_only(body_names(problem));
-  for (const TomlValue& member : rotation.members()) {
-    if (member.kind == TomlValue::Kind::string && !says_free(member))
+  for (const document::TomlValue& member : rotation.members()) {
+    if (member.kind == document::TomlValue::Kind::string && !says_free(member))
       refuse(rotation.key(member.key), shown(member), "three numbers (rad) or \"free\"",
              "write a rotation vector or \"free\"");
     goal.rotation[member.key] = says_free(member) ? std::nullopt : rotation.vector(member.key, turn());
@@ -202,16 +203,16 @@ void read_time(const TableReader& table, Problem& problem) {
   table.allow_only({"duration", "min", "max", "steps"});
   table.require("duration", "a number > 0 (s) or \"free\"");
   table.require("steps", fmt::format("a whole number from 1 to {}", step_limit));
-  const TomlValue& duration = *table.find("duration");
+  const document::TomlValue& duration = *table.find("duration");
   if (says_free(duration)) {
     read_free_duration(table, problem.duration);
   } else {
-    if (duration.kind == TomlValue::Kind::string)
+    if (duration.kind == document::TomlValue::Kind::string)
       refuse(table.key("duration"), shown(duration), "a number > 0 (s) or \"free\"",
              "write seconds without quotes, or \"free\"");
     problem.duration.value = *table.number("duration", positive("s"));
     for (const char* bound : {"min", "max"})
-      if (const TomlValue* value = table.find(bound))
+      if (const document::TomlValue* value = table.find(bound))
         refuse(table.key(bound), shown(*value), "only with duration = \"free\"", "remove it or free the duration");
   }
   problem.steps = static_cast<int>(*table.integer("steps", 1, step_limit));
@@ -283,9 +284,9 @@ ProblemFile parse_problem(const std::string& bytes, const std::string& path) {
                             fmt::format("found {} bytes; allowed: at most 16 MiB; shorten the file", bytes.size()));
   ProblemFile file;
   file.path = path;
-  file.sha256 = sha256(bytes);
-  const TomlValue document = parse_toml(bytes, path);
-  file.positions = key_positions(document);
+  file.sha256 = document::sha256(bytes);
+  const document::TomlValue document = document::parse_toml(bytes, path);
+  file.positions = document::key_positions(document);
   try {
     file.problem = read_document(TableReader(&document, ""), path);
   } catch (const model::InputError& error) {
@@ -295,7 +296,7 @@ ProblemFile parse_problem(const std::string& bytes, const std::string& path) {
 }
 
 ProblemFile read_problem_file(const std::string& path) {
-  return parse_problem(read_bytes(path, problem_byte_limit), path);
+  return parse_problem(document::read_bytes(path, problem_byte_limit), path);
 }
 
 maneuver::Problem read_problem(const std::string& path) { return read_problem_file(path).problem; }
@@ -309,7 +310,7 @@ model::InputError located(const model::InputError& error, const ProblemFile& fil
     key.resize(cut == std::string::npos ? 0 : cut);
     place = file.positions.find(key);
   }
-  const Position position = place == file.positions.end() ? Position{} : place->second;
+  const document::Position position = place == file.positions.end() ? document::Position{} : place->second;
   return {file.path, position.line, position.column, error.key, error.message};
 }
 

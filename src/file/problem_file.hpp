@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "file/toml_document.hpp"
+#include "document/toml_document.hpp"
 #include "maneuver/problem.hpp"
 #include "model/input_error.hpp"
 
@@ -15,9 +15,9 @@ inline constexpr double loosest_tolerance = 0.1;        // on certificate.kkt
 
 struct ProblemFile {
   maneuver::Problem problem;
-  std::string path;                           // as given; names the file in messages
-  std::string sha256;                         // of the file's bytes
-  std::map<std::string, Position> positions;  // of every key, by paths such as "body[0].semi_axes"
+  std::string path;                                     // as given; names the file in messages
+  std::string sha256;                                   // of the file's bytes
+  std::map<std::string, document::Position> positions;  // of every key, by paths such as "body[0].semi_axes"
 };
 
 /// Reads and validates a problem file; IoError when it cannot be read, model::InputError (file, line, column, key) when it is wrong.

@@ -27,7 +27,7 @@ using Joints = std::vector<JointDescription>;
 void allow_only_joints(const TableReader& table, const Joints& joints) {
   std::vector<std::string> names;
   for (const JointDescription& joint : joints) names.push_back(joint.name);
-  for (const TomlValue& member : table.members()) {
+  for (const document::TomlValue& member : table.members()) {
     if (std::find(names.begin(), names.end(), member.key) != names.end()) continue;
     const auto led = std::find_if(joints.begin(), joints.end(),
                                   [&](const JointDescription& joint) { return joint.child == member.key; });
@@ -41,15 +41,15 @@ void allow_only_joints(const TableReader& table, const Joints& joints) {
 std::map<std::string, double> read_by_joint(const TableReader& table, const Joints& joints, const Range& range) {
   allow_only_joints(table, joints);
   std::map<std::string, double> values;
-  for (const TomlValue& member : table.members()) values[member.key] = *table.number(member.key, range);
+  for (const document::TomlValue& member : table.members()) values[member.key] = *table.number(member.key, range);
   return values;
 }
 
 // One number for every joint, or a table by joint.
 void read_for_joints(const TableReader& table, const char* key, const Joints& joints, const Range& range,
                      std::optional<double>& all, std::map<std::string, double>& by_joint) {
-  const TomlValue* value = table.find(key);
-  if (value && value->kind == TomlValue::Kind::table)
+  const document::TomlValue* value = table.find(key);
+  if (value && value->kind == document::TomlValue::Kind::table)
     by_joint = read_by_joint(table.table(key), joints, range);
   else
     all = table.number(key, range);
@@ -59,7 +59,7 @@ void read_for_joints(const TableReader& table, const char* key, const Joints& jo
 void read_angles(const TableReader& angle, const Joints& joints, Limits& limits) {
   allow_only_joints(angle, joints);
   const Range angles{.low = -half_turn, .high = half_turn, .low_included = true, .unit = "rad"};
-  for (const TomlValue& member : angle.members()) {
+  for (const document::TomlValue& member : angle.members()) {
     const auto joint = std::find_if(joints.begin(), joints.end(),
                                     [&](const JointDescription& each) { return each.name == member.key; });
     const bool two = joint->kind == JointKind::universal;
@@ -68,10 +68,10 @@ void read_angles(const TableReader& angle, const Joints& joints, Limits& limits)
     const auto wrong_shape = [&] {
       refuse(angle.key(member.key), shown(member), allowed, two ? "as in [[-0.5, 0.5], [-1, 1]]" : "as in [-0.5, 0.5]");
     };
-    const auto read_pair = [&](const TomlValue& value) {
-      if (value.kind != TomlValue::Kind::array || value.items.size() != 2) wrong_shape();
-      for (const TomlValue& item : value.items)
-        if (item.kind == TomlValue::Kind::array) wrong_shape();
+    const auto read_pair = [&](const document::TomlValue& value) {
+      if (value.kind != document::TomlValue::Kind::array || value.items.size() != 2) wrong_shape();
+      for (const document::TomlValue& item : value.items)
+        if (item.kind == document::TomlValue::Kind::array) wrong_shape();
       std::array<double, 2> bounds{};
       for (std::size_t i = 0; i < 2; ++i)
         bounds[i] = angle.number_in(value.items[i], member.key, angles, member, allowed);
@@ -83,8 +83,8 @@ void read_angles(const TableReader& angle, const Joints& joints, Limits& limits)
       read_pair(member);
       continue;
     }
-    if (member.kind != TomlValue::Kind::array || member.items.size() != 2) wrong_shape();
-    for (const TomlValue& axis : member.items) read_pair(axis);
+    if (member.kind != document::TomlValue::Kind::array || member.items.size() != 2) wrong_shape();
+    for (const document::TomlValue& axis : member.items) read_pair(axis);
   }
 }
 
@@ -114,7 +114,7 @@ template <typename ByJoint>
 void refuse_without_axes(const JointDescription& joint, const ByJoint& limited, const char* limit,
                          const std::string& cure) {
   if (!limited.contains(joint.name) || has_axes(joint)) return;
-  const std::string key = key_path(limit, joint.name);
+  const std::string key = document::key_path(limit, joint.name);
   if (joint.kind == JointKind::fixed) refuse(key, "a limit on a fixed joint", "on joints that move", "remove it");
   refuse(key, fmt::format("a {} joint", word(joint.kind)), "on hinges and universal joints", cure);
 }
@@ -123,7 +123,7 @@ void refuse_moments_of(const JointDescription& joint, const Limits& limits) {
   for (const auto& [quantity, by_joint] :
        {std::pair("torque", &limits.joint_torque), std::pair("torque_component", &limits.joint_torque_component)})
     if (by_joint->contains(joint.name))
-      refuse(key_path(fmt::format("limits.{}", quantity), joint.name),
+      refuse(document::key_path(fmt::format("limits.{}", quantity), joint.name),
              joint.kind == JointKind::fixed ? "a limit on a fixed joint" : "a limit on a joint with actuated = false",
              "on joints that exert moments", "remove it");
 }
@@ -148,9 +148,9 @@ std::string contradiction(const Problem& problem, const maneuver::Waypoint& firs
   if (first.turn && second.turn && *first.turn != *second.turn) return "turn";
   for (const auto& [body, rotation] : first.rotation)
     if (const auto other = second.rotation.find(body); other != second.rotation.end() && other->second != rotation)
-      return key_path("rotation", body);
+      return document::key_path("rotation", body);
   if (const std::string body = turned_otherwise(problem, first, second); !body.empty())
-    return key_path("rotation", body);
+    return document::key_path("rotation", body);
   return turned_otherwise(problem, second, first).empty() ? "" : "turn";
 }
 
@@ -172,18 +172,20 @@ void check_waypoints_agree(const Problem& problem) {
 
 }  // namespace
 
-bool says_free(const TomlValue& value) { return value.kind == TomlValue::Kind::string && value.text == "free"; }
+bool says_free(const document::TomlValue& value) {
+  return value.kind == document::TomlValue::Kind::string && value.text == "free";
+}
 
 std::array<std::optional<double>, 3> read_move(const TableReader& table) {
   std::array<std::optional<double>, 3> move;
-  const TomlValue* value = table.find("move");
+  const document::TomlValue* value = table.find("move");
   if (!value) return move;
   const std::string allowed = "three entries, each a number (m) or \"free\"";
-  if (value->kind != TomlValue::Kind::array || value->items.size() != 3)
+  if (value->kind != document::TomlValue::Kind::array || value->items.size() != 3)
     refuse(table.key("move"), shown(*value), allowed, "as in [2.0, \"free\", \"free\"]");
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const TomlValue& entry = value->items[axis];
-    if (entry.kind == TomlValue::Kind::string && !says_free(entry))
+    const document::TomlValue& entry = value->items[axis];
+    if (entry.kind == document::TomlValue::Kind::string && !says_free(entry))
       refuse(table.key("move"), shown(*value), allowed, "write a number without quotes, or \"free\" in small letters");
     if (!says_free(entry)) move[axis] = table.number_in(entry, "move", any_number("m"), *value, allowed);
   }
@@ -191,7 +193,7 @@ std::array<std::optional<double>, 3> read_move(const TableReader& table) {
 }
 
 std::optional<Eigen::Vector3d> read_turn(const TableReader& table) {
-  const TomlValue* asked = table.find("turn");
+  const document::TomlValue* asked = table.find("turn");
   return asked && says_free(*asked) ? std::nullopt : table.vector("turn", turn());
 }
 
@@ -227,7 +229,7 @@ void read_waypoints(const TableReader& document, Problem& problem) {
     waypoint.turn = read_turn(table);
     const TableReader rotation = table.table("rotation");
     rotation.allow_only(names);
-    for (const TomlValue& member : rotation.members())
+    for (const document::TomlValue& member : rotation.members())
       waypoint.rotation[member.key] = *rotation.vector(member.key, turn());
     problem.waypoints.push_back(waypoint);
   }
@@ -239,7 +241,7 @@ void check_limits(const Problem& problem) {
     for (const auto& [quantity, limits] :
          {std::pair("swing", &problem.limits.swing), std::pair("twist", &problem.limits.twist)}) {
       if (!limits->contains(joint.name)) continue;
-      const std::string key = key_path(fmt::format("limits.{}", quantity), joint.name);
+      const std::string key = document::key_path(fmt::format("limits.{}", quantity), joint.name);
       if (joint.kind == JointKind::fixed) refuse(key, "a limit on a fixed joint", "on joints that move", "remove it");
       if (no_arms)
         refuse(key, "a joint at a mass centre", "only with parent_offset and child_offset that are not zero",
@@ -247,8 +249,9 @@ void check_limits(const Problem& problem) {
     }
     if (joint.kind == JointKind::fixed || !joint.actuated) refuse_moments_of(joint, problem.limits);
     refuse_without_axes(joint, problem.limits.angle, "limits.angle", "use limits.swing and limits.twist instead");
-    refuse_without_axes(joint, problem.limits.joint_angular_velocity_component, "limits.angular_velocity_component",
-                        fmt::format("limit all of its rate: {}", key_path("limits.angular_velocity", joint.name)));
+    refuse_without_axes(
+        joint, problem.limits.joint_angular_velocity_component, "limits.angular_velocity_component",
+        fmt::format("limit all of its rate: {}", document::key_path("limits.angular_velocity", joint.name)));
   }
   const auto& joints = problem.swimmer.joints;
   if (problem.limits.angular_velocity_component && std::none_of(joints.begin(), joints.end(), has_axes))

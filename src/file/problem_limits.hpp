@@ -7,7 +7,7 @@
 namespace lamprey::file {
 
 /// Whether a value is the word "free".
-bool says_free(const TomlValue& value);
+bool says_free(const document::TomlValue& value);
 
 /// `move` of a goal or a waypoint: three entries, each a number (m) or "free"; all free where the key is absent.
 std::array<std::optional<double>, 3> read_move(const TableReader& table);

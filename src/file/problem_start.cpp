@@ -86,7 +86,7 @@ void read_start(const TableReader& table, Problem& problem) {
 
 void balance_start(const TableReader& table, Problem& problem) {
   if (!table.boolean("zero_momentum").value_or(false)) return;
-  if (const TomlValue* stated = table.find("linear_velocity"))
+  if (const document::TomlValue* stated = table.find("linear_velocity"))
     refuse(table.key("linear_velocity"), shown(*stated) + " beside zero_momentum = true", "one of the two",
            "remove it: the whole moves as zero momentum demands");
   const System system(problem.swimmer);

@@ -46,25 +46,26 @@ void require_supported_spline(const model::SwimmerDescription& swimmer) {
     if (joint.damping > 0.0)
       refuse_unsupported(path + ".damping", shown(joint.damping), "0.0 (N m s/rad)", only_at_steps);
     if (joint.kind != JointKind::ball)
-      refuse_unsupported(path + ".kind", in_quotes(word(joint.kind)), "\"ball\"",
+      refuse_unsupported(path + ".kind", document::in_quotes(word(joint.kind)), "\"ball\"",
                          "use a ball joint, or set control.kind = \"steps\"");
   }
 }
 
 void require_supported_scheme(Scheme scheme, bool transcribed, bool momentum) {
   if (transcribed && scheme != Scheme::trapezoid && scheme != Scheme::paper)
-    refuse_unsupported("integrator.scheme", in_quotes(word(scheme)) + " with spline moments or --solver ipopt",
+    refuse_unsupported("integrator.scheme",
+                       document::in_quotes(word(scheme)) + " with spline moments or --solver ipopt",
                        "\"trapezoid\" (order 2) or \"paper\" (order 1)",
                        "use \"trapezoid\", or set control.kind = \"steps\" without --solver ipopt");
   if (momentum && !integrator::single_step(scheme))
-    refuse_unsupported("integrator.scheme", in_quotes(word(scheme)) + " with a start with momentum",
+    refuse_unsupported("integrator.scheme", document::in_quotes(word(scheme)) + " with a start with momentum",
                        "\"trapezoid\" or \"midpoint\" (order 2), \"paper\" (order 1)",
                        "use \"trapezoid\", or begin without momentum");
 }
 
 std::string first_limit(const maneuver::Limits& limits) {
   const auto first = [](const std::string& path, const auto& by_joint) {
-    return key_path(path, by_joint.begin()->first);
+    return document::key_path(path, by_joint.begin()->first);
   };
   if (limits.torque) return "limits.torque";
   if (!limits.joint_torque.empty()) return first("limits.torque", limits.joint_torque);
@@ -181,9 +182,10 @@ void require_ends_within_limits(const ProblemFile& file) {
   try {
     if (const auto broken = maneuver::broken_by_start(system, maneuver, rows)) {
       const int joint = broken->row->joint;
-      const std::string own = joint < 0 ? "[start]"
-                                        : key_path("start.angle", system.joint(joint).name) + " or " +
-                                              key_path("start.rotation", system.body(system.joint(joint).child).name);
+      const std::string own =
+          joint < 0 ? "[start]"
+                    : document::key_path("start.angle", system.joint(joint).name) + " or " +
+                          document::key_path("start.rotation", system.body(system.joint(joint).child).name);
       refuse_end(system, "start", *broken, bent_at_start(system, maneuver, joint),
                  fmt::format("change {}, let start.free_shape be true, or widen the limit", own));
     }

@@ -18,15 +18,15 @@ constexpr double least_size = 1e-60, largest_size = 1e60;  // of numbers, whose 
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Kind = TomlValue::Kind;
+using Kind = document::TomlValue::Kind;
 
-bool is_number(const TomlValue& value) { return value.kind == Kind::integer || value.kind == Kind::number; }
+bool is_number(const document::TomlValue& value) { return value.kind == Kind::integer || value.kind == Kind::number; }
 
-double as_double(const TomlValue& value) {
+double as_double(const document::TomlValue& value) {
   return value.kind == Kind::integer ? static_cast<double>(value.integer) : value.number;
 }
 
-void append_shown(const TomlValue& value, std::string& text) {
+void append_shown(const document::TomlValue& value, std::string& text) {
   constexpr std::size_t longest = 120;
   if (text.size() > longest) return;
   if (value.kind != Kind::array) {
@@ -100,9 +100,9 @@ std::string what_is_meant(const std::string& word, const std::vector<std::string
     if (other != word) continue;
     if (here.empty()) return "joints turn here, none slides";
     if (std::find(allowed.begin(), allowed.end(), here) != allowed.end())
-      return fmt::format("{} is called {} here", in_quotes(word), in_quotes(std::string(here)));
+      return fmt::format("{} is called {} here", document::in_quotes(word), document::in_quotes(std::string(here)));
   }
-  return fmt::format("the nearest is {}", in_quotes(nearest(word, allowed)));
+  return fmt::format("the nearest is {}", document::in_quotes(nearest(word, allowed)));
 }
 
 }  // namespace
@@ -123,7 +123,7 @@ std::string shown(double value) { return fmt::format("{}", value); }
 
 std::string shown(const Vector3d& value) { return fmt::format("[{}, {}, {}]", value[0], value[1], value[2]); }
 
-std::string shown(const TomlValue& value) {
+std::string shown(const document::TomlValue& value) {
   switch (value.kind) {
     case Kind::boolean:
       return value.boolean ? "true" : "false";
@@ -132,7 +132,7 @@ std::string shown(const TomlValue& value) {
     case Kind::number:
       return shown(value.number);
     case Kind::string:
-      return in_quotes(value.text);
+      return document::in_quotes(value.text);
     case Kind::date:
       return "a date or time";
     case Kind::table:
@@ -160,16 +160,16 @@ std::string Range::in_words() const {
   return unit.empty() ? text : fmt::format("{} ({})", text, unit);
 }
 
-const std::vector<TomlValue>& TableReader::members() const {
-  static const std::vector<TomlValue> none;
+const std::vector<document::TomlValue>& TableReader::members() const {
+  static const std::vector<document::TomlValue> none;
   return table_ ? table_->items : none;
 }
 
 void TableReader::allow_only(const std::vector<std::string>& known) const {
-  for (const TomlValue& member : members()) {
+  for (const document::TomlValue& member : members()) {
     if (std::find(known.begin(), known.end(), member.key) != known.end()) continue;
     refuse(key(member.key), "an unknown key", fmt::format("{}", fmt::join(known, ", ")),
-           fmt::format("the nearest known key is {}", in_quotes(nearest(member.key, known))));
+           fmt::format("the nearest known key is {}", document::in_quotes(nearest(member.key, known))));
   }
 }
 
@@ -178,7 +178,7 @@ void TableReader::require(std::string_view name, const std::string& allowed) con
 }
 
 TableReader TableReader::table(std::string_view name) const {
-  const TomlValue* value = find(name);
+  const document::TomlValue* value = find(name);
   if (value && value->kind != Kind::table)
     refuse(key(name), shown(*value), "a table", fmt::format("write [{}], once, and its keys below it", key(name)));
   return {value, key(name)};
@@ -186,11 +186,11 @@ TableReader TableReader::table(std::string_view name) const {
 
 std::vector<TableReader> TableReader::tables(std::string_view name) const {
   std::vector<TableReader> readers;
-  const TomlValue* value = find(name);
+  const document::TomlValue* value = find(name);
   if (!value) return readers;
-  const bool all_tables =
-      value->kind == Kind::array && std::all_of(value->items.begin(), value->items.end(),
-                                                [](const TomlValue& item) { return item.kind == Kind::table; });
+  const bool all_tables = value->kind == Kind::array &&
+                          std::all_of(value->items.begin(), value->items.end(),
+                                      [](const document::TomlValue& item) { return item.kind == Kind::table; });
   if (!all_tables)
     refuse(key(name), shown(*value), "a list of tables",
            fmt::format("begin each with [[{}]] in double brackets", key(name)));
@@ -200,14 +200,14 @@ std::vector<TableReader> TableReader::tables(std::string_view name) const {
 }
 
 std::optional<std::string> TableReader::text(std::string_view name) const {
-  const TomlValue* value = find(name);
+  const document::TomlValue* value = find(name);
   if (!value) return std::nullopt;
   if (value->kind != Kind::string) refuse(key(name), shown(*value), "a text", std::string(kind_cure(Kind::string)));
   return value->text;
 }
 
 std::optional<bool> TableReader::boolean(std::string_view name) const {
-  const TomlValue* value = find(name);
+  const document::TomlValue* value = find(name);
   if (!value) return std::nullopt;
   if (value->kind != Kind::boolean)
     refuse(key(name), shown(*value), "true or false", std::string(kind_cure(Kind::boolean)));
@@ -215,7 +215,7 @@ std::optional<bool> TableReader::boolean(std::string_view name) const {
 }
 
 std::optional<std::int64_t> TableReader::integer(std::string_view name, std::int64_t low, std::int64_t high) const {
-  const TomlValue* value = find(name);
+  const document::TomlValue* value = find(name);
   if (!value) return std::nullopt;
   const std::string allowed =
       low == high ? fmt::format("the whole number {}", low) : fmt::format("a whole number from {} to {}", low, high);
@@ -229,8 +229,8 @@ std::optional<std::int64_t> TableReader::integer(std::string_view name, std::int
   return value->integer;
 }
 
-double TableReader::number_in(const TomlValue& value, std::string_view name, const Range& range, const TomlValue& whole,
-                              const std::string& allowed) const {
+double TableReader::number_in(const document::TomlValue& value, std::string_view name, const Range& range,
+                              const document::TomlValue& whole, const std::string& allowed) const {
   if (!is_number(value))
     refuse(key(name), shown(whole), allowed,
            std::string(value.kind == Kind::array ? "write one number, without brackets" : kind_cure(Kind::number)));
@@ -247,12 +247,12 @@ double TableReader::number_in(const TomlValue& value, std::string_view name, con
 }
 
 std::optional<double> TableReader::number(std::string_view name, const Range& range) const {
-  const TomlValue* value = find(name);
+  const document::TomlValue* value = find(name);
   if (!value) return std::nullopt;
   return number_in(*value, name, range, *value, "a number" + range.in_words());
 }
 
-Vector3d TableReader::vector_in(const TomlValue& value, std::string_view name, const Range& range) const {
+Vector3d TableReader::vector_in(const document::TomlValue& value, std::string_view name, const Range& range) const {
   const std::string allowed = "three numbers" + range.in_words();
   if (value.kind != Kind::array || value.items.size() != 3)
     refuse(key(name), shown(value), allowed, "write three of them in brackets, as in [1.0, 2.0, 3.0]");
@@ -263,30 +263,30 @@ Vector3d TableReader::vector_in(const TomlValue& value, std::string_view name, c
 }
 
 std::optional<Vector3d> TableReader::vector(std::string_view name, const Range& range) const {
-  const TomlValue* value = find(name);
+  const document::TomlValue* value = find(name);
   if (!value) return std::nullopt;
   return vector_in(*value, name, range);
 }
 
 std::optional<std::vector<Vector3d>> TableReader::vectors(std::string_view name, const Range& range,
                                                           const std::string& for_none) const {
-  const TomlValue* value = find(name);
+  const document::TomlValue* value = find(name);
   if (!value) return std::nullopt;
-  const bool of_arrays =
-      value->kind == Kind::array && std::all_of(value->items.begin(), value->items.end(),
-                                                [](const TomlValue& item) { return item.kind == Kind::array; });
+  const bool of_arrays = value->kind == Kind::array &&
+                         std::all_of(value->items.begin(), value->items.end(),
+                                     [](const document::TomlValue& item) { return item.kind == Kind::array; });
   if (value->kind == Kind::array && value->items.empty())
     refuse(key(name), "[]", "at least one vector of three numbers", for_none);
   if (!of_arrays)
     refuse(key(name), shown(*value), "a list of vectors of three numbers",
            "write double brackets, as in [[0.0, 0.0, 1.0]]");
   std::vector<Vector3d> vectors;
-  for (const TomlValue& item : value->items) vectors.push_back(vector_in(item, name, range));
+  for (const document::TomlValue& item : value->items) vectors.push_back(vector_in(item, name, range));
   return vectors;
 }
 
 std::optional<Matrix3d> TableReader::matrix(std::string_view name, std::string_view unit) const {
-  const TomlValue* value = find(name);
+  const document::TomlValue* value = find(name);
   if (!value) return std::nullopt;
   if (value->kind != Kind::array || value->items.size() != 3)
     refuse(key(name), shown(*value), "three numbers (the diagonal) or three rows of three", "as in [1.0, 2.0, 3.0]");
@@ -298,7 +298,7 @@ std::optional<Matrix3d> TableReader::matrix(std::string_view name, std::string_v
 }
 
 std::optional<std::size_t> TableReader::choice(std::string_view name, const std::vector<std::string>& words) const {
-  const TomlValue* value = find(name);
+  const document::TomlValue* value = find(name);
   if (!value) return std::nullopt;
   const std::string allowed = fmt::format("\"{}\"", fmt::join(words, "\" or \""));
   if (value->kind != Kind::string) refuse(key(name), shown(*value), allowed, std::string(kind_cure(Kind::string)));

@@ -12,7 +12,7 @@
 
 #include <Eigen/Core>
 
-#include "file/toml_document.hpp"
+#include "document/toml_document.hpp"
 
 namespace lamprey::file {
 
@@ -24,7 +24,7 @@ namespace lamprey::file {
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
 /// The value as a person would write it, shortened, on one line.
-std::string shown(const TomlValue& value);
+std::string shown(const document::TomlValue& value);
 std::string shown(const Eigen::Vector3d& value);
 std::string shown(double value);
 
@@ -51,13 +51,13 @@ constexpr Range not_negative(std::string_view unit) { return {.low = 0.0, .low_i
 /// One table of the file, or its absence (every key is then absent). The tree must outlive the reader.
 class TableReader {
  public:
-  TableReader(const TomlValue* table, std::string path) : table_(table), path_(std::move(path)) {}
+  TableReader(const document::TomlValue* table, std::string path) : table_(table), path_(std::move(path)) {}
 
   const std::string& path() const { return path_; }
-  std::string key(std::string_view name) const { return key_path(path_, name); }
+  std::string key(std::string_view name) const { return document::key_path(path_, name); }
   bool present() const { return table_ != nullptr; }
-  const TomlValue* find(std::string_view name) const { return table_ ? table_->find(name) : nullptr; }
-  const std::vector<TomlValue>& members() const;
+  const document::TomlValue* find(std::string_view name) const { return table_ ? table_->find(name) : nullptr; }
+  const std::vector<document::TomlValue>& members() const;
 
   /// Refuses the first key that is not in the list, naming the nearest one that is.
   void allow_only(const std::vector<std::string>& known) const;
@@ -93,12 +93,12 @@ class TableReader {
     return entries[*index].value;
   }
 
-  double number_in(const TomlValue& value, std::string_view name, const Range& range, const TomlValue& whole,
-                   const std::string& allowed) const;
-  Eigen::Vector3d vector_in(const TomlValue& value, std::string_view name, const Range& range) const;
+  double number_in(const document::TomlValue& value, std::string_view name, const Range& range,
+                   const document::TomlValue& whole, const std::string& allowed) const;
+  Eigen::Vector3d vector_in(const document::TomlValue& value, std::string_view name, const Range& range) const;
 
  private:
-  const TomlValue* table_;
+  const document::TomlValue* table_;
   std::string path_;
 };
 

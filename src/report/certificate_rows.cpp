@@ -59,7 +59,7 @@ CertificateRow second_order_row(const certificate::SecondOrder& second_order) {
 using Rows = std::vector<CertificateRow>;
 
 // What the problem asks for.
-Rows rows_of_goal(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+Rows rows_of_goal(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
   const double asked = problem.goal ? goal_mark : unset;
   const double rests = problem.goal && problem.goal->stills_joints() ? rest_mark : unset;
   Rows rows = {
@@ -81,7 +81,7 @@ Rows rows_of_goal(const certificate::Certificate& proof, const file::ResolvedPro
 }
 
 // Whether it is a motion of these bodies in this fluid.
-Rows rows_of_mechanics(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+Rows rows_of_mechanics(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
   return {
       held(
           "Discrete equations", proof.equation_residual, "", proof.equation_allowed(),
@@ -107,7 +107,7 @@ Rows rows_of_mechanics(const certificate::Certificate& proof, const file::Resolv
 }
 
 // Whether the file's numbers are those of that motion.
-Rows rows_of_file(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+Rows rows_of_file(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
   return {
       held("Start", proof.start_error, "", problem.goal ? start_mark : unset,
            "Largest distance of the first node from where the problem begins, in rad or m."),
@@ -126,14 +126,14 @@ Rows rows_of_file(const certificate::Certificate& proof, const file::ResolvedPro
 }
 
 // Whether the joints' freedoms are more than the axes along which moments act.
-bool confines_axes(const file::ResolvedProblem& problem) {
-  return std::any_of(problem.joints.begin(), problem.joints.end(), [](const file::ResolvedJoint& joint) {
+bool confines_axes(const result::ResolvedProblem& problem) {
+  return std::any_of(problem.joints.begin(), problem.joints.end(), [](const result::ResolvedJoint& joint) {
     const std::size_t freedoms = joint.kind == model::JointKind::ball ? 3 : 0;
     return joint.actuated && joint.control_axes.size() < freedoms;
   });
 }
 
-Rows rows_of_optimality(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+Rows rows_of_optimality(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
   return {
       held("First-order optimality (KKT)", proof.kkt, "", problem.tolerance,
            "Largest part of the cost’s gradient that no multiplier of the goal explains, relative to the gradient "
@@ -193,7 +193,7 @@ Rows rows_of_refinement(const certificate::Refinement& refinement) {
 
 }  // namespace
 
-std::string clearance_words(const certificate::Clearance& clearance, const file::ResolvedProblem& problem) {
+std::string clearance_words(const certificate::Clearance& clearance, const result::ResolvedProblem& problem) {
   if (std::isnan(clearance.gap) || clearance.first < 0 || clearance.second < 0) return number(unset);
   const std::string pair = fmt::format("{} and {}", problem.bodies[static_cast<std::size_t>(clearance.first)].name,
                                        problem.bodies[static_cast<std::size_t>(clearance.second)].name);
@@ -221,7 +221,7 @@ Rows rows_of_multipliers(const certificate::Certificate& proof) {
 
 }  // namespace
 
-Rows certificate_rows(const certificate::Certificate& proof, const file::ResolvedProblem& problem) {
+Rows certificate_rows(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
   Rows all;
   for (const Rows& rows : {rows_of_goal(proof, problem), rows_of_mechanics(proof, problem),
                            rows_of_file(proof, problem), rows_of_optimality(proof, problem), rows_of_multipliers(proof),

@@ -2,7 +2,7 @@
 
 namespace lamprey::report {
 
-std::vector<std::pair<std::string, double>> cost_shares(const file::Results& results) {
+std::vector<std::pair<std::string, double>> cost_shares(const result::Results& results) {
   const maneuver::Solution& solution = results.solution;
   const maneuver::CostWeights& weights = results.problem.cost_weights;
   std::vector<std::pair<std::string, double>> shares;

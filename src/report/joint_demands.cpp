@@ -19,14 +19,14 @@ using Eigen::Vector3d;
 using model::at;
 
 // rad/s, of the child against the parent, parent's frame.
-Vector3d joint_rate(const file::Results& results, std::size_t node, const file::ResolvedJoint& joint) {
+Vector3d joint_rate(const result::Results& results, std::size_t node, const result::ResolvedJoint& joint) {
   const auto& R = results.solution.rotation[node];
   const auto& rate = results.solution.angular_velocity[node];
   return R[at(joint.parent)].transpose() * R[at(joint.child)] * rate[at(joint.child)] - rate[at(joint.parent)];
 }
 
 // The axes of a universal joint as they lie at a node, orthogonal, and the normal to both, parent's frame; of others anything.
-Matrix3d axes_at(const file::Results& results, std::size_t node, const file::ResolvedJoint& joint) {
+Matrix3d axes_at(const result::Results& results, std::size_t node, const result::ResolvedJoint& joint) {
   if (!joint.axes) return Matrix3d::Identity();
   const auto& R = results.solution.rotation[node];
   const Vector3d first = (*joint.axes)[0].normalized();
@@ -38,7 +38,7 @@ Matrix3d axes_at(const file::Results& results, std::size_t node, const file::Res
 }
 
 // The same over the step after a node.
-Vector3d step_rate(const file::Results& results, std::size_t node, const file::ResolvedJoint& joint) {
+Vector3d step_rate(const result::Results& results, std::size_t node, const result::ResolvedJoint& joint) {
   const auto relative = [&](std::size_t k) -> Eigen::Matrix3d {
     const auto& R = results.solution.rotation[k];
     return R[at(joint.parent)].transpose() * R[at(joint.child)];
@@ -47,8 +47,8 @@ Vector3d step_rate(const file::Results& results, std::size_t node, const file::R
 }
 
 // Before and after a node a joint's rates over the steps, or what it has at either end, rad/s.
-std::pair<Vector3d, Vector3d> rates_about(const file::Results& results, std::size_t node, std::size_t j) {
-  const file::ResolvedJoint& joint = results.problem.joints[j];
+std::pair<Vector3d, Vector3d> rates_about(const result::Results& results, std::size_t node, std::size_t j) {
+  const result::ResolvedJoint& joint = results.problem.joints[j];
   const auto& angles = results.solution.joint_angle;
   const bool by_angles = joint.kind == model::JointKind::universal && !angles.empty();
   const Vector3d own = joint_rate(results, node, joint);
@@ -71,10 +71,10 @@ struct Driven {
   }
 };
 
-std::vector<Driven> drives_of(const file::ResolvedProblem& problem) {
+std::vector<Driven> drives_of(const result::ResolvedProblem& problem) {
   std::vector<Driven> drives;
   for (std::size_t j = 0; j < problem.joints.size(); ++j)
-    if (file::drive_count(problem.joints[j]) == 1)
+    if (result::drive_count(problem.joints[j]) == 1)
       drives.push_back({j, std::nullopt});
     else
       drives.insert(drives.end(), {{j, 0}, {j, 1}});
@@ -82,8 +82,8 @@ std::vector<Driven> drives_of(const file::ResolvedProblem& problem) {
 }
 
 // A node's moment, constant about it, against the rates from step to step.
-void add_node(const file::Results& results, std::size_t node, const Driven& drive, JointDemand& demand) {
-  const file::ResolvedJoint& joint = results.problem.joints[drive.joint];
+void add_node(const result::Results& results, std::size_t node, const Driven& drive, JointDemand& demand) {
+  const result::ResolvedJoint& joint = results.problem.joints[drive.joint];
   const Matrix3d axes = axes_at(results, node, joint);
   const auto rates = rates_about(results, node, drive.joint);
   const Vector3d before = drive.part(axes, rates.first), after = drive.part(axes, rates.second),
@@ -97,7 +97,7 @@ void add_node(const file::Results& results, std::size_t node, const Driven& driv
 }
 
 // Of a universal joint's axes the first does not move in the parent's frame, the second stays orthogonal to it.
-double largest_moment(const file::Results& results, const Driven& drive) {
+double largest_moment(const result::Results& results, const Driven& drive) {
   const std::optional<std::array<Vector3d, 2>>& axes = results.problem.joints[drive.joint].axes;
   const auto size = [&](const Vector3d& moment) {
     if (!drive.axis) return moment.norm();
@@ -112,7 +112,7 @@ double largest_moment(const file::Results& results, const Driven& drive) {
   return largest;
 }
 
-std::vector<std::pair<double, double>> swept(const file::Results& results, const Driven& drive) {
+std::vector<std::pair<double, double>> swept(const result::Results& results, const Driven& drive) {
   const maneuver::Solution& solution = results.solution;
   const std::size_t joint = drive.joint;
   const model::JointKind kind = results.problem.joints[joint].kind;
@@ -133,7 +133,7 @@ std::vector<std::pair<double, double>> swept(const file::Results& results, const
 
 }  // namespace
 
-std::optional<std::vector<JointDemand>> joint_demands(const file::Results& results) {
+std::optional<std::vector<JointDemand>> joint_demands(const result::Results& results) {
   const maneuver::Solution& solution = results.solution;
   const std::size_t nodes = solution.time.size();
   if (nodes < 2 || solution.control.size() != nodes || solution.angular_velocity.size() != nodes) return std::nullopt;

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "file/results.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::report {
 
@@ -24,6 +24,6 @@ struct JointDemand {
 };
 
 /// By drive (see model::Drive), those of one joint together; work as the cost counts it (equation 13.3). Nothing where there is no motion.
-std::optional<std::vector<JointDemand>> joint_demands(const file::Results& results);
+std::optional<std::vector<JointDemand>> joint_demands(const result::Results& results);
 
 }  // namespace lamprey::report

@@ -9,9 +9,9 @@
 
 #include "certificate/clearance.hpp"
 #include "certificate/limit_words.hpp"
-#include "file/resolve.hpp"
 #include "model/system.hpp"
 #include "report/wording.hpp"
+#include "result/resolve.hpp"
 
 namespace lamprey::report {
 
@@ -112,11 +112,11 @@ std::string reached_words(const std::vector<LimitReach>& reached) {
 
 }  // namespace
 
-std::optional<certificate::LimitCheck> limits_seen(const file::Results& results) {
-  const file::ResolvedProblem& asked = results.problem;
+std::optional<certificate::LimitCheck> limits_seen(const result::Results& results) {
+  const result::ResolvedProblem& asked = results.problem;
   const bool limits = asked.limits.any() || asked.free_duration || !asked.waypoints.empty();
   if (!limits || !has_motion(results.solution)) return std::nullopt;
-  const maneuver::Problem problem = file::problem_of(results);
+  const maneuver::Problem problem = result::problem_of(results);
   const model::System system(problem.swimmer);
   return certificate::check_limits(certificate::StoredMotion(system, problem, results.solution));
 }
@@ -149,7 +149,7 @@ std::string reaches_in_words(const std::vector<LimitReach>& reaches) {
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
-std::vector<std::pair<std::string, std::string>> limit_facts(const file::Results& results) {
+std::vector<std::pair<std::string, std::string>> limit_facts(const result::Results& results) {
   std::vector<std::pair<std::string, std::string>> rows;
   const std::optional<certificate::LimitCheck> check = limits_seen(results);
   if (!check) return rows;
@@ -167,16 +167,16 @@ std::vector<std::pair<std::string, std::string>> limit_facts(const file::Results
   return rows;
 }
 
-std::optional<certificate::Clearance> march_clearance(const file::Results& results) {
+std::optional<certificate::Clearance> march_clearance(const result::Results& results) {
   const maneuver::Solution& solution = results.solution;
   if (!has_motion(solution) || solution.time.size() * results.problem.bodies.size() > most_bodies_placed)
     return std::nullopt;
-  const maneuver::Problem problem = file::problem_of(results);
+  const maneuver::Problem problem = result::problem_of(results);
   const model::System system(problem.swimmer);
   return certificate::clearance(certificate::StoredMotion(system, problem, solution));
 }
 
-std::vector<std::string> march_faults(const file::Results& results) {
+std::vector<std::string> march_faults(const result::Results& results) {
   std::vector<std::string> faults;
   if (const auto gap = march_clearance(results); gap && gap->gap < 0.0)
     faults.emplace_back("bodies pass through each other");

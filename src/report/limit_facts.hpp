@@ -8,12 +8,12 @@
 
 #include "certificate/certificate.hpp"
 #include "certificate/limit_check.hpp"
-#include "file/results.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::report {
 
 /// Of the stored motion; nothing where neither limits nor waypoints are asked for, or where there is no motion.
-std::optional<certificate::LimitCheck> limits_seen(const file::Results& results);
+std::optional<certificate::LimitCheck> limits_seen(const result::Results& results);
 
 /// The limit that is broken most; nothing where all are kept.
 std::optional<certificate::LimitReach> worst_broken(const std::vector<certificate::LimitReach>& reaches);
@@ -23,14 +23,14 @@ std::optional<certificate::LimitReach> worst_broken(const std::vector<certificat
 std::string reaches_in_words(const std::vector<certificate::LimitReach>& reaches);
 
 /// Rows "Limits" and "Waypoints", each only where the problem has some.
-std::vector<std::pair<std::string, std::string>> limit_facts(const file::Results& results);
+std::vector<std::pair<std::string, std::string>> limit_facts(const result::Results& results);
 
 /// Of a march, which has no certificate; nothing of a single body and of motions too long to be looked through for a
 /// summary.
-std::optional<certificate::Clearance> march_clearance(const file::Results& results);
+std::optional<certificate::Clearance> march_clearance(const result::Results& results);
 
 /// What of a march nobody should overlook: bodies that pass through each other, broken limits, a plan that feedback
 /// has lost.
-std::vector<std::string> march_faults(const file::Results& results);
+std::vector<std::string> march_faults(const result::Results& results);
 
 }  // namespace lamprey::report

@@ -33,12 +33,12 @@ double largest(const Vectors& values) {
 }
 
 // m: how far mass is from where angular momentum is taken about: from mass centres, or of all from the world's origin.
-double reach_of(const file::Results& results) {
+double reach_of(const result::Results& results) {
   double reach = 0.0;
-  for (const file::ResolvedBody& body : results.problem.bodies)
+  for (const result::ResolvedBody& body : results.problem.bodies)
     reach =
         std::max(reach, std::sqrt(body.inertia_matrix.diagonal().maxCoeff() / body.mass_matrix.diagonal().maxCoeff()));
-  for (const file::ResolvedJoint& joint : results.problem.joints)
+  for (const result::ResolvedJoint& joint : results.problem.joints)
     reach = std::max({reach, joint.parent_offset.norm(), joint.child_offset.norm()});
   return std::max(reach, largest(results.solution.position));
 }
@@ -47,7 +47,7 @@ std::string with_sign(double value) { return (value > 0.0 ? "+" : "") + number(v
 
 // Total momentum over the bodies' own. Where these have one kind of momentum alone the other's total is compared with what that makes at
 // the swimmer's reach. 0 where nothing moves.
-double share_of_total(const file::Results& results) {
+double share_of_total(const result::Results& results) {
   const MomentumHistory &linear = results.solution.linear_momentum, &angular = results.solution.angular_momentum;
   const double reach = reach_of(results), along = std::max(largest(linear.bodies), largest(angular.bodies) / reach);
   return along > 0.0 ? std::max(largest(linear.total) / along, largest(angular.total) / (along * reach)) : 0.0;
@@ -83,17 +83,17 @@ bool ends_turned_as_it_began(const maneuver::Solution& solution) {
 }
 
 // There the bodies' momentum is the total, and nothing is left to compare it with.
-bool in_a_vacuum(const file::ResolvedProblem& problem) {
-  return std::all_of(problem.bodies.begin(), problem.bodies.end(), [](const file::ResolvedBody& body) {
+bool in_a_vacuum(const result::ResolvedProblem& problem) {
+  return std::all_of(problem.bodies.begin(), problem.bodies.end(), [](const result::ResolvedBody& body) {
     return body.mass_matrix.isApprox(body.mass * Eigen::Matrix3d::Identity());
   });
 }
 
 }  // namespace
 
-bool drifts(const file::Results& results) { return share_of_total(results) > no_momentum; }
+bool drifts(const result::Results& results) { return share_of_total(results) > no_momentum; }
 
-std::vector<std::string> momentum_lines(const file::Results& results) {
+std::vector<std::string> momentum_lines(const result::Results& results) {
   const maneuver::Solution& solution = results.solution;
   std::vector<std::string> lines;
   if (solution.time.size() < 2 || !results.problem.goal || without_motion(results)) return lines;

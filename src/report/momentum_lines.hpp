@@ -4,15 +4,15 @@
 #include <string>
 #include <vector>
 
-#include "file/results.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::report {
 
 /// Lines with ✓ or ✗: total momentum zero throughout (for a start at rest); the bodies' mean linear momentum along e₁ against
 /// the asked displacement; their mean angular momentum about e₁ against the asked turn.
-std::vector<std::string> momentum_lines(const file::Results& results);
+std::vector<std::string> momentum_lines(const result::Results& results);
 
 /// Whether the swimmer carries total momentum, which moves and turns it without its joints.
-bool drifts(const file::Results& results);
+bool drifts(const result::Results& results);
 
 }  // namespace lamprey::report

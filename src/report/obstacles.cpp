@@ -6,7 +6,7 @@
 
 namespace lamprey::report {
 
-std::vector<PassedPoint> passed_points(const file::Results& results) {
+std::vector<PassedPoint> passed_points(const result::Results& results) {
   const maneuver::Solution& solution = results.solution;
   const Eigen::Vector3d start =
       results.problem.start ? results.problem.start->position : Eigen::Vector3d(solution.position.front());

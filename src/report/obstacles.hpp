@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "file/results.hpp"
 #include "report/outline.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::report {
 
@@ -19,7 +19,7 @@ struct PassedPoint {
 };
 
 /// Of waypoints that ask for a position.
-std::vector<PassedPoint> passed_points(const file::Results& results);
+std::vector<PassedPoint> passed_points(const result::Results& results);
 
 /// A half-space cut at a depth, on paper: {y : normal·y ≤ offset} is forbidden.
 struct PaperHalfPlane {

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "file/resolve.hpp"
 #include "lie/so3.hpp"
 #include "report/joint_demands.hpp"
 #include "report/limit_curves.hpp"
@@ -17,6 +16,7 @@
 #include "report/shape_loop.hpp"
 #include "report/summary.hpp"
 #include "report/wording.hpp"
+#include "result/resolve.hpp"
 
 namespace lamprey::report {
 namespace {
@@ -83,7 +83,7 @@ std::string quaternion_column(const std::vector<std::vector<Eigen::Matrix3d>>& r
 
 /// Of a planar motion by two angles or more: its height functions, [first][second] row by row, its loop and what that moved; else
 /// null.
-std::string heights_text(const file::Results& results, const Nodes& nodes) {
+std::string heights_text(const result::Results& results, const Nodes& nodes) {
   const std::optional<ShapeLoop> loop = shape_loop(results);
   if (!loop) return "null";
   const auto all = [](const auto& numbers) {
@@ -139,7 +139,7 @@ std::string limit_curves_text(const std::vector<LimitCurve>& curves, const Nodes
 }
 
 /// What lies in the swimmer's way, and what it passes.
-json obstacles_of(const file::Results& results) {
+json obstacles_of(const result::Results& results) {
   json obstacles = {{"sphere", json::array()}, {"half_space", json::array()}, {"waypoint", json::array()}};
   for (const maneuver::KeepOutSphere& sphere : results.problem.limits.spheres)
     obstacles["sphere"].push_back({{"centre", triple(sphere.centre)}, {"radius", sphere.radius}});
@@ -151,7 +151,7 @@ json obstacles_of(const file::Results& results) {
   return obstacles;
 }
 
-std::string frames_text(const file::Results& results, const std::vector<std::vector<Eigen::Vector3d>>& joint_moment,
+std::string frames_text(const result::Results& results, const std::vector<std::vector<Eigen::Vector3d>>& joint_moment,
                         const Nodes& nodes) {
   const maneuver::Solution& s = results.solution;
   return fmt::format(
@@ -180,20 +180,20 @@ json history_of(const maneuver::SolverRecord& solver) {
 }
 
 /// The joint's kind and its axes: a hinge's in the child's frame, a universal joint's in the parent's and the child's.
-std::string kind_words(const file::ResolvedJoint& joint) {
+std::string kind_words(const result::ResolvedJoint& joint) {
   std::string words = joint_kind_name(joint.kind);
   if (joint.axis) words += " " + vector(*joint.axis, 4);
   if (joint.axes) words += " " + vector((*joint.axes)[0], 4) + ", " + vector((*joint.axes)[1], 4);
   return words;
 }
 
-json problem_of(const file::ResolvedProblem& problem) {
+json problem_of(const result::ResolvedProblem& problem) {
   json bodies = json::array(), joints = json::array();
-  for (const file::ResolvedBody& body : problem.bodies) {
+  for (const result::ResolvedBody& body : problem.bodies) {
     bodies.push_back({body.name, vector(body.semi_axes), number(body.mass), matrix(body.body_inertia),
                       matrix(body.mass_matrix), matrix(body.inertia_matrix)});
   }
-  for (const file::ResolvedJoint& joint : problem.joints) {
+  for (const result::ResolvedJoint& joint : problem.joints) {
     std::vector<std::string> axes;
     for (const Eigen::Vector3d& axis : joint.control_axes) axes.push_back(vector(axis, 4));
     joints.push_back({joint.name, kind_words(joint), problem.bodies[static_cast<std::size_t>(joint.parent)].name,
@@ -215,7 +215,7 @@ json problem_of(const file::ResolvedProblem& problem) {
 }
 
 /// Rows of what the motion asks of each joint; none where there are no joints or no motion.
-json demands_of(const file::Results& results) {
+json demands_of(const result::Results& results) {
   const std::optional<std::vector<JointDemand>> demands = joint_demands(results);
   json rows = json::array();
   if (!demands) return rows;
@@ -230,7 +230,7 @@ json demands_of(const file::Results& results) {
   return rows;
 }
 
-json words_of(const file::Results& results) {
+json words_of(const result::Results& results) {
   const maneuver::Solution& solution = results.solution;
   const bool sought = solution.status != maneuver::Status::simulated;
   json run = {{"name", results.name},
@@ -266,10 +266,10 @@ json words_of(const file::Results& results) {
                          "Work ∫|u·ω| [J]", "Angle from zero [rad]"};
   run["demands"] = demands_of(results);
   run["bodies"] = run["joints"] = json::array();
-  for (const file::ResolvedBody& body : results.problem.bodies) {
+  for (const result::ResolvedBody& body : results.problem.bodies) {
     run["bodies"].push_back({{"name", body.name}, {"semi_axes", triple(body.semi_axes)}});
   }
-  for (const file::ResolvedJoint& joint : results.problem.joints) {
+  for (const result::ResolvedJoint& joint : results.problem.joints) {
     run["joints"].push_back({{"name", joint.name},
                              {"kind", joint_kind_name(joint.kind)},
                              {"parent", joint.parent},
@@ -301,15 +301,15 @@ std::vector<std::size_t> drawn_nodes(std::size_t nodes, std::size_t numbers_per_
   return chosen;
 }
 
-std::string page_data(const std::vector<const file::Results*>& runs) {
+std::string page_data(const std::vector<const result::Results*>& runs) {
   std::string text = "{\"runs\":[";
-  for (const file::Results* run : runs) {
+  for (const result::Results* run : runs) {
     ensure_shapes(*run);
     std::string words = words_of(*run).dump(-1, ' ', false, json::error_handler_t::replace);
     escape_less_than(words);
     if (run != runs.front()) text += ',';
     words.back() = ',';
-    const maneuver::Problem problem = file::problem_of(*run);
+    const maneuver::Problem problem = result::problem_of(*run);
     const model::System system(problem.swimmer);
     const certificate::StoredMotion motion(system, problem, run->solution);
     const std::vector<LimitCurve> curves = limit_curves(motion);

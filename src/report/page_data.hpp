@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "file/results.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::report {
 
@@ -14,6 +14,6 @@ std::vector<std::size_t> drawn_nodes(std::size_t nodes, std::size_t numbers_per_
 
 /// JSON {"runs": [...]}: words and rows of each run, its bodies and joints, and flat arrays of 7 significant digits for the
 /// drawn nodes. Safe inside <script type="application/json">: every '<' is written \u003c.
-std::string page_data(const std::vector<const file::Results*>& runs);
+std::string page_data(const std::vector<const result::Results*>& runs);
 
 }  // namespace lamprey::report

@@ -21,7 +21,7 @@ void ensure_rows(const char* name, const Rows& rows, std::size_t count, std::siz
 
 }  // namespace
 
-std::vector<int> joint_order(const file::ResolvedProblem& problem) {
+std::vector<int> joint_order(const result::ResolvedProblem& problem) {
   std::vector<int> order;
   std::vector<bool> placed(problem.bodies.size(), false);
   std::vector<std::vector<int>> joints_below(problem.bodies.size());
@@ -43,18 +43,18 @@ std::vector<int> joint_order(const file::ResolvedProblem& problem) {
   return order;
 }
 
-std::vector<Eigen::Vector3d> body_centres(const file::ResolvedProblem& problem, const std::vector<int>& order,
+std::vector<Eigen::Vector3d> body_centres(const result::ResolvedProblem& problem, const std::vector<int>& order,
                                           const Eigen::Vector3d& root, const std::vector<Eigen::Matrix3d>& rotation) {
   std::vector<Eigen::Vector3d> centres(problem.bodies.size(), root);
   for (const int j : order) {
-    const file::ResolvedJoint& joint = problem.joints[static_cast<std::size_t>(j)];
+    const result::ResolvedJoint& joint = problem.joints[static_cast<std::size_t>(j)];
     const auto parent = static_cast<std::size_t>(joint.parent), child = static_cast<std::size_t>(joint.child);
     centres[child] = centres[parent] + rotation[parent] * joint.parent_offset - rotation[child] * joint.child_offset;
   }
   return centres;
 }
 
-void ensure_shapes(const file::Results& results) {
+void ensure_shapes(const result::Results& results) {
   const maneuver::Solution& s = results.solution;
   const std::size_t count = s.time.size(), bodies = results.problem.bodies.size(),
                     joints = results.problem.joints.size();

@@ -5,19 +5,19 @@
 
 #include <Eigen/Core>
 
-#include "file/results.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::report {
 
 /// Indices of the joints, each after the joint that carries its parent. Throws std::invalid_argument when the joints do
 /// not hang every body on the root exactly once.
-std::vector<int> joint_order(const file::ResolvedProblem& problem);
+std::vector<int> joint_order(const result::ResolvedProblem& problem);
 
 /// Mass centres x_i = x_p + R_p d_pi − R_i d_ip, [bodies] m, world; `order` from joint_order.
-std::vector<Eigen::Vector3d> body_centres(const file::ResolvedProblem& problem, const std::vector<int>& order,
+std::vector<Eigen::Vector3d> body_centres(const result::ResolvedProblem& problem, const std::vector<int>& order,
                                           const Eigen::Vector3d& root, const std::vector<Eigen::Matrix3d>& rotation);
 
 /// Throws std::invalid_argument, naming the array, where a shape is not that of solution.json.
-void ensure_shapes(const file::Results& results);
+void ensure_shapes(const result::Results& results);
 
 }  // namespace lamprey::report

@@ -6,13 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include "file/solution_file.hpp"
-#include "file/trajectory_file.hpp"
 #include "model/input_error.hpp"
 #include "report/page_data.hpp"
 #include "report/page_template.hpp"
 #include "report/snapshots.hpp"
 #include "report/wording.hpp"
+#include "result/solution_file.hpp"
+#include "result/trajectory_file.hpp"
 
 namespace lamprey::report {
 namespace {
@@ -41,19 +41,19 @@ void remove_results(const std::filesystem::path& folder) {
 
 }  // namespace
 
-std::string report_html(const file::Results& results) {
+std::string report_html(const result::Results& results) {
   return filled({{"%TITLE%", escaped(results.name)},
                  {"%SNAPSHOTS%", snapshot_figures(results)},
                  {"%DATA%", page_data({&results})}});
 }
 
-std::string comparison_html(const file::Results& a, const file::Results& b) {
+std::string comparison_html(const result::Results& a, const result::Results& b) {
   if (a.problem.bodies.size() != b.problem.bodies.size() || a.problem.joints.size() != b.problem.joints.size()) {
     throw model::InputError("report",
                             "found two swimmers with other numbers of bodies or joints; allowed: two motions of "
                             "alike swimmers; write a report of each");
   }
-  const auto heading = [](const char* letter, const file::Results& results) {
+  const auto heading = [](const char* letter, const result::Results& results) {
     return "<h3>" + std::string(letter) + ": " + escaped(results.name) + "</h3>\n";
   };
   return filled({{"%TITLE%", escaped(a.name + " | " + b.name)},
@@ -63,12 +63,12 @@ std::string comparison_html(const file::Results& a, const file::Results& b) {
 
 std::string folder_of_other(std::size_t n) { return "minimum_" + std::to_string(n + 2); }
 
-void write_results(const std::string& folder, const file::Results& results) {
+void write_results(const std::string& folder, const result::Results& results) {
   const std::filesystem::path within = folder.empty() ? "." : folder;
   for (std::size_t n = 0; n < results.others.size(); ++n)
     write_results((within / folder_of_other(n)).string(), results.others[n]);
-  file::write_files(folder, {file::solution_file(results), file::trajectory_file(results),
-                             file::finished_file("report.html", report_html(results))});
+  document::write_files(folder, {result::solution_file(results), result::trajectory_file(results),
+                                 document::finished_file("report.html", report_html(results))});
   // those of what was here before; a motion that was read may have some that it does not know
   for (std::size_t n = results.others.size();
        !results.alone && std::filesystem::exists(within / folder_of_other(n) / "solution.json"); ++n)

@@ -7,9 +7,9 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "file/resolve.hpp"
 #include "lie/so3.hpp"
 #include "model/system.hpp"
+#include "result/resolve.hpp"
 
 namespace lamprey::report {
 namespace {
@@ -34,7 +34,7 @@ struct Angle {
 };
 
 // An angle along the nodes, without the jumps of whole turns.
-VectorXd run_of(const file::Results& results, const Angle& angle) {
+VectorXd run_of(const result::Results& results, const Angle& angle) {
   const auto& nodes = results.solution.joint_angle;
   VectorXd run(static_cast<Eigen::Index>(nodes.size()));
   for (Eigen::Index k = 0; k < run.size(); ++k) {
@@ -52,7 +52,7 @@ struct Shapes {
   maneuver::Vectors held;  // [joints][3] rad, zero of those that change
 };
 
-Shapes shapes_of(const file::Results& results) {
+Shapes shapes_of(const result::Results& results) {
   Shapes shapes;
   const std::size_t joints = results.problem.joints.size();
   shapes.held.assign(joints, Eigen::Vector3d::Zero());
@@ -75,8 +75,8 @@ Shapes shapes_of(const file::Results& results) {
   return shapes;
 }
 
-std::string name_of(const file::Results& results, const Angle& angle) {
-  const file::ResolvedJoint& joint = results.problem.joints[angle.joint];
+std::string name_of(const result::Results& results, const Angle& angle) {
+  const result::ResolvedJoint& joint = results.problem.joints[angle.joint];
   if (joint.kind == model::JointKind::ball)
     return joint.name + " about " + std::array{"e₁", "e₂", "e₃"}[static_cast<std::size_t>(angle.axis)];
   if (joint.kind == model::JointKind::universal)
@@ -146,10 +146,10 @@ double largest_norm(const maneuver::Vectors& vectors) {
 }
 
 // Nothing is carried along but by shapes: total momentum is none beside what all bodies would have at the largest velocities.
-bool without_momentum(const file::Results& results) {
+bool without_momentum(const result::Results& results) {
   const maneuver::Solution& solution = results.solution;
   double mass = 0.0, reach = largest_norm(solution.position), turning = 0.0;
-  for (const file::ResolvedBody& body : results.problem.bodies) {
+  for (const result::ResolvedBody& body : results.problem.bodies) {
     mass += body.mass_matrix.trace();
     reach += 2.0 * body.semi_axes.maxCoeff();
   }
@@ -208,7 +208,7 @@ void clear_round_off(mechanics::HeightFunctions& heights) {
 
 }  // namespace
 
-std::optional<ShapeLoop> shape_loop(const file::Results& results) {
+std::optional<ShapeLoop> shape_loop(const result::Results& results) {
   if (results.problem.bodies.size() > most_bodies) return std::nullopt;
   const Shapes shapes = shapes_of(results);
   if (shapes.angle.size() < 2) return std::nullopt;
@@ -220,7 +220,7 @@ std::optional<ShapeLoop> shape_loop(const file::Results& results) {
     loop.run[n].assign(column.begin(), column.end());
     loop.variable[n] = shapes.angle.size() == 2 ? name_of(results, shapes.angle[n]) : std::array{"s₁", "s₂"}[n];
   }
-  const model::System system(file::problem_of(results).swimmer);
+  const model::System system(result::problem_of(results).swimmer);
   const mechanics::ShapePlane rectangle = rectangle_around(shapes, plane, loop.run);
   if (rectangle.points > most_points) return std::nullopt;
   std::optional<mechanics::HeightFunctions> heights = mechanics::height_functions(system, rectangle);

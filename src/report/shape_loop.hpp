@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "file/results.hpp"
 #include "mechanics/height_functions.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::report {
 
@@ -35,6 +35,6 @@ struct ShapeLoop {
 
 /// Nothing where the motion turns fewer angles than two, by more than nine radians, or leaves a plane of the root's axes, and of
 /// more than 100 bodies.
-std::optional<ShapeLoop> shape_loop(const file::Results& results);
+std::optional<ShapeLoop> shape_loop(const result::Results& results);
 
 }  // namespace lamprey::report

@@ -80,7 +80,7 @@ Eigen::Vector3d towards_eye(const View& view) {
   return Eigen::Vector3d(view.row(0)).cross(Eigen::Vector3d(view.row(1)));
 }
 
-Snapshot draw_node(const file::Results& results, const std::vector<int>& order, std::size_t node, const View& view) {
+Snapshot draw_node(const result::Results& results, const std::vector<int>& order, std::size_t node, const View& view) {
   const auto& bodies = results.problem.bodies;
   const auto& rotation = results.solution.rotation[node];
   const auto centres = body_centres(results.problem, order, results.solution.position[node], rotation);
@@ -97,14 +97,14 @@ Snapshot draw_node(const file::Results& results, const std::vector<int>& order, 
                  half = bodies[i].semi_axes.cwiseProduct(rotation[i].transpose() * eye).norm();
     snapshot.depth.add(middle - half, middle + half);
   }
-  for (const file::ResolvedJoint& joint : results.problem.joints) {
+  for (const result::ResolvedJoint& joint : results.problem.joints) {
     const auto parent = static_cast<std::size_t>(joint.parent);
     snapshot.joints.push_back(view * (centres[parent] + rotation[parent] * joint.parent_offset));
   }
   return snapshot;
 }
 
-Obstacles obstacles_on_paper(const file::Results& results, const View& view) {
+Obstacles obstacles_on_paper(const result::Results& results, const View& view) {
   Obstacles obstacles;
   for (const maneuver::KeepOutSphere& sphere : results.problem.limits.spheres)
     obstacles.spheres.push_back({view * sphere.centre, sphere.radius, towards_eye(view).dot(sphere.centre)});
@@ -144,7 +144,7 @@ void make_room(Strip& strip) {
   for (const Eigen::Vector2d& point : all.waypoints) widen(point);
 }
 
-Strip make_strip(const file::Results& results, const View& view) {
+Strip make_strip(const result::Results& results, const View& view) {
   Strip strip;
   const std::vector<int> order = joint_order(results.problem);
   strip.start = view * results.solution.position.front();
@@ -261,7 +261,7 @@ double cell_height(const Strip& strip, double width) {
 
 bool is_narrow(const Strip& strip) { return strip.high.x() - strip.low.x() < 1.25 * (strip.high.y() - strip.low.y()); }
 
-std::string figure(const file::Results& results, const View& view, const char* title, const char* axes) {
+std::string figure(const result::Results& results, const View& view, const char* title, const char* axes) {
   const Strip strip = make_strip(results, view);
   const double width = is_narrow(strip) ? 124.0 : 240.0;
   std::string html = fmt::format(
@@ -279,7 +279,7 @@ std::string figure(const file::Results& results, const View& view, const char* t
 
 }  // namespace
 
-std::string snapshot_figures(const file::Results& results) {
+std::string snapshot_figures(const result::Results& results) {
   ensure_shapes(results);
   const std::string above = figure(results, top_view(), "From above", "e₁ to the right, e₂ up");
   const auto& bodies = results.problem.bodies;
@@ -287,7 +287,7 @@ std::string snapshot_figures(const file::Results& results) {
   return above + figure(results, back_view(), "From behind", "looking along e₁: e₂ to the left, e₃ up");
 }
 
-std::string snapshot_svg(const file::Results& results) {
+std::string snapshot_svg(const result::Results& results) {
   ensure_shapes(results);
   const Strip strip = make_strip(results, top_view());
   const int columns = is_narrow(strip) ? 8 : 4;

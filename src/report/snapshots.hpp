@@ -3,12 +3,12 @@
 
 #include <string>
 
-#include "file/results.hpp"
 #include "report/outline.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::report {
 
 /// The HTML figures of the report page: view from above and from behind, a small SVG for each time.
-std::string snapshot_figures(const file::Results& results);
+std::string snapshot_figures(const result::Results& results);
 
 }  // namespace lamprey::report

@@ -13,15 +13,15 @@
 #include "certificate/clearance.hpp"
 #include "certificate/limit_check.hpp"
 #include "certificate/limit_words.hpp"
-#include "file/model_table.hpp"
-#include "file/resolve.hpp"
-#include "file/task_words.hpp"
 #include "file/words.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/energy_balance.hpp"
 #include "maneuver/maneuver.hpp"
 #include "report/wording.hpp"
+#include "result/resolve.hpp"
 #include "study/plain_words.hpp"
+#include "task/model_table.hpp"
+#include "task/task_words.hpp"
 
 namespace lamprey::report {
 namespace {
@@ -81,7 +81,7 @@ const char* status_words(Status status) {
   return "Unknown status";
 }
 
-const char* goal_unit(const file::ResolvedProblem& problem) {
+const char* goal_unit(const result::ResolvedProblem& problem) {
   if (!problem.goal) return "(rad, m)";
   bool moves = false;
   for (const auto& component : problem.goal->move) moves = moves || component.has_value();
@@ -111,7 +111,7 @@ std::string goal_words(const maneuver::Goal& goal) {
   for (const auto& [body, rotation] : goal.rotation) {
     parts.push_back(rotation ? fmt::format("{} ends at {} rad", body, vector(*rotation)) : body + " turns freely");
   }
-  for (const std::string& line : file::joint_end_lines(goal, [](double value) { return number(value); }))
+  for (const std::string& line : task::joint_end_lines(goal, [](double value) { return number(value); }))
     parts.push_back(line);
   if (goal.periodic) parts.emplace_back("shape and its velocity repeat");
   parts.emplace_back(goal.rest ? "end at rest" : goal.joints_rest ? "joints end at rest" : "end velocities free");
@@ -137,14 +137,14 @@ void append_tracking(const maneuver::Tracking& tracking, std::vector<std::pair<s
 
 }  // namespace
 
-bool succeeded(const file::Results& results) {
+bool succeeded(const result::Results& results) {
   if (results.solution.status == Status::simulated) return march_faults(results).empty();
   const auto& proof = results.certificate;
   const bool unresolved = proof && proof->replay && proof->replay->misses();
   return results.solution.status == Status::optimal && !unresolved;
 }
 
-bool without_motion(const file::Results& results) {
+bool without_motion(const result::Results& results) {
   return results.solution.status != Status::simulated && results.certificate &&
          results.certificate->equation_residual > results.certificate->equation_allowed();
 }
@@ -171,7 +171,7 @@ std::string transport_words(const Transport& moved, std::optional<double> by_rep
 }
 
 // With the work as the cost counts it, where it does.
-std::optional<Transport> transport_as_weighed(const file::Results& results) {
+std::optional<Transport> transport_as_weighed(const result::Results& results) {
   std::optional<Transport> moved = transport(results);
   const maneuver::CostWeights& weights = results.problem.cost_weights;
   const auto& parts = results.solution.cost_parts;
@@ -180,7 +180,7 @@ std::optional<Transport> transport_as_weighed(const file::Results& results) {
 }
 
 // Whether the goal leaves open how the root ends turned.
-bool turns_freely(const file::ResolvedProblem& problem) {
+bool turns_freely(const result::ResolvedProblem& problem) {
   const auto own = problem.goal->rotation.find(problem.bodies.front().name);
   return own == problem.goal->rotation.end() ? !problem.goal->turn : !own->second;
 }
@@ -209,22 +209,22 @@ std::string turn_words(const maneuver::Solution& solution) {
 }
 
 // Of so much as the swimmer's size allows to tell from round-off.
-std::string way_words(const maneuver::Solution& solution, const file::ResolvedProblem& problem) {
+std::string way_words(const maneuver::Solution& solution, const result::ResolvedProblem& problem) {
   constexpr double round_off = 1e-12;  // of the largest semi-axis
   double size = 0.0;
-  for (const file::ResolvedBody& body : problem.bodies) size = std::max(size, body.semi_axes.maxCoeff());
+  for (const result::ResolvedBody& body : problem.bodies) size = std::max(size, body.semi_axes.maxCoeff());
   const Eigen::Vector3d way = solution.position.back() - solution.position.front();
   return vector((way.array().abs() < round_off * size).select(0.0, way)) + " m";
 }
 
 // Where a march went, and what became of its energy.
-void append_march(const file::Results& results, std::vector<std::pair<std::string, std::string>>& rows) {
+void append_march(const result::Results& results, std::vector<std::pair<std::string, std::string>>& rows) {
   const maneuver::Solution& solution = results.solution;
   const std::size_t nodes = solution.time.size();
   if (nodes < 2 || solution.angular_velocity.size() != nodes || solution.linear_velocity.size() != nodes) return;
   rows.emplace_back("Displacement", way_words(solution, results.problem));
   rows.emplace_back("Turn of " + results.problem.bodies.front().name, turn_words(solution));
-  const maneuver::Problem problem = file::problem_of(results);
+  const maneuver::Problem problem = result::problem_of(results);
   const model::System system(problem.swimmer);
   if (const auto gap = march_clearance(results)) rows.emplace_back("Clearance", clearance_words(*gap, results.problem));
   for (const auto& row : limit_facts(results)) rows.push_back(row);
@@ -241,7 +241,7 @@ void append_march(const file::Results& results, std::vector<std::pair<std::strin
 
 }  // namespace
 
-std::string verdict(const file::Results& results) {
+std::string verdict(const result::Results& results) {
   std::string words = status_words(results.solution.status);
   if (results.solution.status == Status::optimal && results.certificate && results.certificate->verdict) {
     words = file::word(*results.certificate->verdict);
@@ -294,12 +294,12 @@ std::string verdict(const file::Results& results) {
   return parts.empty() ? words : fmt::format("{}: {}", words, fmt::join(parts, ", "));
 }
 
-std::string remarks(const file::Results& results) {
+std::string remarks(const result::Results& results) {
   return results.certificate ? study::beyond_numbers(results.solution, *results.certificate) : results.solution.message;
 }
 
-std::vector<std::pair<std::string, std::string>> facts(const file::Results& results) {
-  const file::ResolvedProblem& problem = results.problem;
+std::vector<std::pair<std::string, std::string>> facts(const result::Results& results) {
+  const result::ResolvedProblem& problem = results.problem;
   const maneuver::Solution& solution = results.solution;
   const bool sought = solution.status != Status::simulated, moves = !without_motion(results);
   std::vector<std::pair<std::string, std::string>> rows;
@@ -365,7 +365,7 @@ std::string fluid_words(double density) {
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> problem_settings(const file::ResolvedProblem& problem) {
+std::vector<std::pair<std::string, std::string>> problem_settings(const result::ResolvedProblem& problem) {
   std::vector<std::pair<std::string, std::string>> rows;
   if (problem.density) rows.emplace_back("Fluid", fluid_words(*problem.density));
   if (problem.goal) rows.emplace_back("Goal", goal_words(*problem.goal));
@@ -381,17 +381,17 @@ std::vector<std::pair<std::string, std::string>> problem_settings(const file::Re
                                    : std::string("one value at each node"));
   if (problem.goal) {
     const bool trapezoid = problem.cost_rule == maneuver::CostRule::trapezoid;
-    rows.emplace_back("Cost", file::cost_words(problem.effort, problem.time_weight, problem.cost_weights) +
+    rows.emplace_back("Cost", task::cost_words(problem.effort, problem.time_weight, problem.cost_weights) +
                                   (trapezoid ? ", effort by the trapezoid rule"
                                              : ", effort by the rectangle rule, every node of weight h"));
   }
   const auto digits = [](double value) { return number(value); };
-  append_lines("Limits", file::limit_lines(problem.limits, digits), rows);
-  append_lines("Waypoints", file::waypoint_lines(problem.waypoints, problem.free_shape, digits), rows);
+  append_lines("Limits", task::limit_lines(problem.limits, digits), rows);
+  append_lines("Waypoints", task::waypoint_lines(problem.waypoints, problem.free_shape, digits), rows);
   return rows;
 }
 
-std::vector<std::pair<std::string, std::string>> provenance_rows(const file::Provenance& provenance) {
+std::vector<std::pair<std::string, std::string>> provenance_rows(const result::Provenance& provenance) {
   return {{"Version", provenance.version},          {"Build type", provenance.build_type},
           {"Compiler", provenance.compiler},        {"Machine", provenance.machine},
           {"Command", provenance.command},          {"SHA-256 of the problem file", provenance.problem_sha256},

@@ -6,28 +6,28 @@
 #include <utility>
 #include <vector>
 
-#include "file/results.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::report {
 
 /// Whether the run did what was asked: optimal, on steps that resolve the motion, or simulated.
-bool succeeded(const file::Results& results);
+bool succeeded(const result::Results& results);
 
 /// Whether what was sought was not even found as a motion: the nodes, a guess then, do not obey the mechanics.
-bool without_motion(const file::Results& results);
+bool without_motion(const result::Results& results);
 
 /// One line, as "Proved local minimum: goal reached within 3.1×10⁻¹² rad, at rest within …".
-std::string verdict(const file::Results& results);
+std::string verdict(const result::Results& results);
 
 /// What the message says beyond the verdict; empty where that is all.
-std::string remarks(const file::Results& results);
+std::string remarks(const result::Results& results);
 
 /// Name and value with its unit, in the order to be read; entries without meaning for the status are left out.
-std::vector<std::pair<std::string, std::string>> facts(const file::Results& results);
+std::vector<std::pair<std::string, std::string>> facts(const result::Results& results);
 
 /// "0.52 m: front and back at 0.42 s", or, where they overlap, "bodies pass through each other: front and back by 0.31 m
 /// at 0.42 s".
-std::string clearance_words(const certificate::Clearance& clearance, const file::ResolvedProblem& problem);
+std::string clearance_words(const certificate::Clearance& clearance, const result::ResolvedProblem& problem);
 
 struct CertificateRow {
   std::string name;
@@ -40,11 +40,11 @@ struct CertificateRow {
 /// Every number of the certificate; always the same rows in the same order. Goal and rest are held to marks only where the
 /// problem asks for them.
 std::vector<CertificateRow> certificate_rows(const certificate::Certificate& certificate,
-                                             const file::ResolvedProblem& problem);
+                                             const result::ResolvedProblem& problem);
 
 /// Problem settings and provenance as name and value.
-std::vector<std::pair<std::string, std::string>> problem_settings(const file::ResolvedProblem& problem);
-std::vector<std::pair<std::string, std::string>> provenance_rows(const file::Provenance& provenance);
+std::vector<std::pair<std::string, std::string>> problem_settings(const result::ResolvedProblem& problem);
+std::vector<std::pair<std::string, std::string>> provenance_rows(const result::Provenance& provenance);
 
 const char* joint_kind_name(model::JointKind kind);
 

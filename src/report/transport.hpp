@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "file/results.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::report {
 
@@ -13,13 +13,13 @@ struct Transport {
 };
 
 /// Whether a distance is asked for, by the goal or by a cost.
-bool distance_asked(const file::ResolvedProblem& problem);
+bool distance_asked(const result::ResolvedProblem& problem);
 
 /// Whether work per distance says something: a distance is asked for, by the goal or by a cost, or the way is at least
 /// a tenth of the swimmer's size.
-bool goes_a_way(const file::Results& results);
+bool goes_a_way(const result::Results& results);
 
 /// By joint_demands' work. Nothing where there is no motion.
-std::optional<Transport> transport(const file::Results& results);
+std::optional<Transport> transport(const result::Results& results);
 
 }  // namespace lamprey::report

@@ -92,7 +92,7 @@ TEST(Limits, are_kept_and_hold_the_answer) {
   const std::string path = varied_example(folder, "rotation_with_clearance",
                                           {{"steps", "100"}, {"starts", "2"}, {"whole_turns", "0"}, {"seed", "2"}});
   ASSERT_EQ(lamprey(folder, "solve " + path + " --out " + (folder / "run")).exit_code, 0);
-  const file::Results results = file::read_solution(folder / "run");
+  const result::Results results = result::read_solution(folder / "run");
   EXPECT_LE(results.certificate->limits->violation, 1e-9);
   EXPECT_LE(results.certificate->limits->complementarity, 1e-9);
   EXPECT_NEAR(results.certificate->clearance->gap, 0.1, 1e-3);  // between nodes too
@@ -105,7 +105,7 @@ TEST(FreeDuration, balances_effort_and_time) {
   const Folder folder;
   const std::string path = varied_example(folder, "free_time", {{"steps", "100"}, {"starts", "4"}, {"torque", "1e6"}});
   ASSERT_EQ(lamprey(folder, "solve " + path + " --out " + (folder / "run")).exit_code, 0);
-  const file::Results results = file::read_solution(folder / "run");
+  const result::Results results = result::read_solution(folder / "run");
   const double time = 1e5 * results.problem.duration;
   EXPECT_NEAR((results.solution.cost - time) / time, 1.0 / 3.0, 1e-8);
   EXPECT_NEAR(results.problem.duration, std::pow(3.0 * 243080.02 / 1e5, 0.25), 1e-6);
@@ -117,10 +117,10 @@ TEST(FreeDuration, of_a_compliant_tail_is_the_best_of_given_ones) {
   const std::string path = varied_example(folder, "compliant_tail", {{"steps", "60"}});
   const auto solve = [&] {
     EXPECT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "run")).exit_code, 0);
-    return file::read_solution(folder / "run");
+    return result::read_solution(folder / "run");
   };
   const std::string text = std::regex_replace(text_of(path), std::regex("\n(min|max) *=[^\n]*"), "");
-  const file::Results free = solve();
+  const result::Results free = solve();
   EXPECT_EQ(free.certificate->verdict, certificate::Verdict::proved);
   const auto given = [&](double share) {
     const std::string duration = fmt::format("duration = {:.17g}", share * free.problem.duration);
@@ -138,7 +138,7 @@ TEST(Refinement, comes_with_an_answer_unless_it_is_not_wanted) {
   const std::string path = varied_example(folder, "translation", coarse);
   const auto refinement = [&](const std::string& option) {
     EXPECT_EQ(lamprey(folder, "solve " + path + option + " --out " + (folder / "run")).exit_code, 0);
-    return file::read_solution(folder / "run").certificate->refinement;
+    return result::read_solution(folder / "run").certificate->refinement;
   };
   EXPECT_FALSE(refinement(" --no-refinement"));
   for (const char* option : {"", " --refinement"}) {
@@ -153,7 +153,7 @@ TEST(LeastWork, has_parts_that_add_up_and_less_work_than_least_effort) {
   const Folder folder;
   ASSERT_EQ(lamprey(folder, "solve " + example("least_work") + " --no-refinement --out " + (folder / "run")).exit_code,
             0);
-  const file::Results results = file::read_solution(folder / "run");
+  const result::Results results = result::read_solution(folder / "run");
   ASSERT_TRUE(results.solution.cost_parts.has_value());
   const maneuver::CostParts& parts = *results.solution.cost_parts;
   EXPECT_NEAR(0.1 * parts.effort + 30.0 * parts.work, results.solution.cost, 1e-12 * results.solution.cost);
@@ -172,7 +172,7 @@ TEST(Gait, closes_its_shape_and_its_velocity) {
   const ProgramRun run = lamprey(folder, "solve " + path + " --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_NE(run.out.find("Cost of transport"), std::string::npos);
-  const file::Results results = file::read_solution(folder / "run");
+  const result::Results results = result::read_solution(folder / "run");
   const auto& solution = results.solution;
   EXPECT_LE(std::abs((solution.position.back() - solution.position.front() - Eigen::Vector3d(2.0, 0.0, 0.0))[0]), 1e-9);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -189,7 +189,7 @@ TEST(OutOfReach, is_said_in_words_and_in_the_exit_code) {
   const Folder folder;
   const ProgramRun run = lamprey(folder, "solve " + example("out_of_reach") + " --out " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 4);
-  const file::Results results = file::read_solution(folder / "run");
+  const result::Results results = result::read_solution(folder / "run");
   EXPECT_EQ(results.solution.status, maneuver::Status::infeasible);
   EXPECT_NE(results.solution.message.find("Out of reach"), std::string::npos) << results.solution.message;
   EXPECT_NE(results.solution.message.find("control_axes"), std::string::npos) << results.solution.message;
@@ -203,10 +203,10 @@ TEST(Hops, come_down_from_the_best_start_alike_on_any_number_of_workers) {
     const ProgramRun run =
         lamprey(folder, "solve " + path + " --no-refinement --workers " + workers + " --out " + (folder / name));
     EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
-    return file::read_solution(folder / name);
+    return result::read_solution(folder / name);
   };
-  const file::Results starts = solved("0", "1", "starts"), alone = solved("8", "1", "alone"),
-                      together = solved("8", "2", "together");
+  const result::Results starts = solved("0", "1", "starts"), alone = solved("8", "1", "alone"),
+                        together = solved("8", "2", "together");
   EXPECT_EQ(alone.solution.search.hops, 8);
   EXPECT_EQ(alone.solution.search.solved, together.solution.search.solved);
   EXPECT_EQ(alone.solution.cost, together.solution.cost);
@@ -221,10 +221,10 @@ TEST(KeptMinima, are_written_beside_the_best_one) {
   const ProgramRun three = lamprey(folder, "solve " + path + " --no-refinement --keep 3 --out " + run);
   ASSERT_EQ(three.exit_code, 0) << three.out << three.err;
   EXPECT_NE(three.out.find("run/minimum_3/report.html: cost "), std::string::npos) << three.out;
-  const double best = file::read_solution(run).solution.cost;
-  const double second = file::read_solution(run + "/minimum_2").solution.cost;
+  const double best = result::read_solution(run).solution.cost;
+  const double second = result::read_solution(run + "/minimum_2").solution.cost;
   EXPECT_LT(best, second);
-  EXPECT_LT(second, file::read_solution(run + "/minimum_3").solution.cost);
+  EXPECT_LT(second, result::read_solution(run + "/minimum_3").solution.cost);
   EXPECT_EQ(lamprey(folder, "verify " + run + "/minimum_3").exit_code, 0);
   std::ofstream(run + "/minimum_3/notes.txt") << "somebody's own";
   EXPECT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + run).exit_code, 0);
@@ -242,13 +242,13 @@ TEST(Export, writes_tables_that_simulate_reads) {
   const ProgramRun tables = lamprey(folder, "export " + run);
   ASSERT_EQ(tables.exit_code, 0) << tables.err;
   EXPECT_EQ(tables.out, run + "/angles.csv\n" + run + "/moments.csv\n");
-  const auto plan = file::read_solution(run).solution;
+  const auto plan = result::read_solution(run).solution;
   for (const std::string& how :
        {"--angles " + run + "/angles.csv", "--controls " + run + "/moments.csv --interpolation linear"}) {
     const ProgramRun again = lamprey(folder, "simulate " + path + " " + how + " --out " + (folder / "again"));
     ASSERT_EQ(again.exit_code, 0) << again.err;
     EXPECT_EQ(again.err, "") << "columns have their joints' names";
-    const auto marched = file::read_solution(folder / "again").solution;
+    const auto marched = result::read_solution(folder / "again").solution;
     ASSERT_EQ(marched.position.size(), plan.position.size());
     for (std::size_t k = 0; k < plan.position.size(); ++k)
       EXPECT_LT((marched.position[k] - plan.position[k]).norm(), tolerance(1e-4)) << how << k;
@@ -272,7 +272,7 @@ TEST(Gaits, whose_curvature_is_lost_in_round_off_are_read_again) {
     ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "run")).exit_code, 0);
     const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
     EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
-    const file::Results results = file::read_solution(folder / "run");
+    const result::Results results = result::read_solution(folder / "run");
     ASSERT_TRUE(results.certificate->second_order);
     EXPECT_FALSE(results.certificate->second_order->positive);
   }
@@ -284,13 +284,13 @@ TEST(Marches, along_stored_angles_leave_passive_joints_to_themselves) {
   const Folder folder;
   const std::string path = varied_example(folder, "compliant_tail", {{"steps", "100"}});
   ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "run")).exit_code, 0);
-  const file::Results found = file::read_solution(folder / "run");
+  const result::Results found = result::read_solution(folder / "run");
   ASSERT_TRUE(std::any_of(found.problem.joints.begin(), found.problem.joints.end(),
                           [](const auto& joint) { return !joint.actuated; }));
   const ProgramRun run =
       lamprey(folder, "simulate " + path + " --angles " + (folder / "run") + " --out " + (folder / "again"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  const file::Results again = file::read_solution(folder / "again");
+  const result::Results again = result::read_solution(folder / "again");
   for (std::size_t k = 0; k < found.solution.time.size(); ++k)
     EXPECT_LT((again.solution.position[k] - found.solution.position[k]).norm(), 1e-3 * 0.05) << k;
   // another swimmer has the momentum that its start has, none, however the gait's own bodies moved
@@ -298,7 +298,7 @@ TEST(Marches, along_stored_angles_leave_passive_joints_to_themselves) {
                                 (folder / "other"))
                 .exit_code,
             0);
-  const maneuver::Solution other = file::read_solution(folder / "other").solution;
+  const maneuver::Solution other = result::read_solution(folder / "other").solution;
   double bodies = 0.0, total = 0.0;
   for (std::size_t k = 0; k < other.time.size(); ++k) {
     bodies = std::max(bodies, other.angular_momentum.bodies[k].norm());
@@ -312,13 +312,13 @@ TEST(Resolving, goes_on_to_steps_that_show_the_motion) {
   const Folder folder;
   const std::string path = varied_example(folder, "rotation", {{"steps", "60"}, {"starts", "4"}});
   ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "coarse")).exit_code, 0);
-  const file::Results first = file::read_solution(folder / "coarse");
+  const result::Results first = result::read_solution(folder / "coarse");
   ASSERT_GT(first.certificate->replay->rotation_error, certificate::replay_mark);
   EXPECT_NE(first.solution.message.find("--resolve"), std::string::npos) << first.solution.message;
   const ProgramRun run =
       lamprey(folder, "solve " + path + " --no-refinement --resolve --keep 2 --out " + (folder / "fine"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  const file::Results fine = file::read_solution(folder / "fine");
+  const result::Results fine = result::read_solution(folder / "fine");
   EXPECT_LE(fine.certificate->replay->rotation_error, certificate::replay_mark);
   EXPECT_EQ(fine.certificate->verdict, certificate::Verdict::proved);
   EXPECT_GT(fine.problem.steps, 60);
@@ -326,7 +326,7 @@ TEST(Resolving, goes_on_to_steps_that_show_the_motion) {
   EXPECT_NE(fine.solution.message.find("It was found on 60 steps, and solved again on these."), std::string::npos)
       << fine.solution.message;
   EXPECT_GT(fine.solution.solver.iterations, first.solution.solver.iterations) << "of all of its searches";
-  const file::Results second = file::read_solution(folder / "fine/minimum_2");
+  const result::Results second = result::read_solution(folder / "fine/minimum_2");
   EXPECT_LE(second.certificate->replay->rotation_error, certificate::replay_mark) << "other minima, too";
   EXPECT_GT(second.problem.steps, 60);
 }
@@ -336,7 +336,7 @@ TEST(Resolving, takes_along_cheaper_motions_that_were_set_aside) {
   const Folder folder;
   const std::string path = std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/furthest_of_two_arms.toml";
   ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "coarse")).exit_code, 0);
-  const file::Results first = file::read_solution(folder / "coarse");
+  const result::Results first = result::read_solution(folder / "coarse");
   EXPECT_LE(first.certificate->replay->rotation_error, certificate::replay_mark);
   EXPECT_NE(first.solution.message.find(" was set aside: its replay misses by "), std::string::npos)
       << first.solution.message;
@@ -347,7 +347,7 @@ TEST(Resolving, takes_along_cheaper_motions_that_were_set_aside) {
   EXPECT_NE(report::verdict(first).find("dearer than a motion of cost"), std::string::npos) << report::verdict(first);
   const ProgramRun run = lamprey(folder, "solve " + path + " --no-refinement --resolve --out " + (folder / "fine"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  const file::Results fine = file::read_solution(folder / "fine");
+  const result::Results fine = result::read_solution(folder / "fine");
   EXPECT_LE(fine.certificate->replay->rotation_error, certificate::replay_mark);
   EXPECT_EQ(fine.certificate->verdict, certificate::Verdict::proved);
   EXPECT_LT(fine.solution.cost, 10.0 * first.solution.cost) << "both below zero: it wins ten times as much";
@@ -362,10 +362,10 @@ TEST(Resolving, keeps_minima_on_equal_steps_each_once) {
   const ProgramRun run =
       lamprey(folder, "solve " + path + " --no-refinement --resolve --keep 4 --out " + (folder / "fine"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  file::Results last = file::read_solution(folder / "fine");
+  result::Results last = result::read_solution(folder / "fine");
   int kept = 1;
   for (; std::filesystem::exists(folder / ("fine/minimum_" + std::to_string(kept + 1))); ++kept) {
-    file::Results next = file::read_solution(folder / ("fine/minimum_" + std::to_string(kept + 1)));
+    result::Results next = result::read_solution(folder / ("fine/minimum_" + std::to_string(kept + 1)));
     EXPECT_EQ(next.problem.steps, last.problem.steps);
     EXPECT_GT(next.solution.cost, last.solution.cost * (1.0 + 1e-6));
     last = std::move(next);
@@ -379,7 +379,7 @@ TEST(Shooting, stays_at_the_answer_of_the_simultaneous_method) {
       varied_example(folder, "paper_scheme/translation", {{"steps", "100"}, {"starts", "8\nmethod = \"shooting\""}});
   const ProgramRun run = lamprey(folder, "solve " + path + " --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  const file::Results results = file::read_solution(folder / "run");
+  const result::Results results = result::read_solution(folder / "run");
   expect_marks(results);
   EXPECT_NEAR(results.solution.cost, 247835, 5e-4 * 247835);
   EXPECT_NE(results.solution.solver.name.find("shooting"), std::string::npos);
@@ -390,7 +390,7 @@ TEST(Tumble, marches_free_with_its_momentum) {
   const ProgramRun run =
       lamprey(folder, "simulate " + example("tumble") + " --steps 1000 --duration 1 --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  const file::Results results = file::read_solution(folder / "run");
+  const result::Results results = result::read_solution(folder / "run");
   EXPECT_EQ(results.solution.status, maneuver::Status::simulated);
   const auto& total = results.solution.angular_momentum.total;
   EXPECT_LE((total.back() - total.front()).norm(), tolerance(1e-12) * 200.0);
@@ -418,8 +418,8 @@ TEST(Tumble, follows_the_controls_of_a_solution) {
   const ProgramRun run = lamprey(folder, "simulate " + (folder / "problem.toml") + " --controls " +
                                              (folder / "solved/solution.json") + " --out " + (folder / "marched"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  const file::Results solved = file::read_solution(folder / "solved");
-  const file::Results marched = file::read_solution(folder / "marched");
+  const result::Results solved = result::read_solution(folder / "solved");
+  const result::Results marched = result::read_solution(folder / "marched");
   EXPECT_LE((solved.solution.position.back() - marched.solution.position.back()).norm(), 1e-9);
   EXPECT_LE((solved.solution.rotation.back()[1] - marched.solution.rotation.back()[1]).norm(), 1e-9);
   const ProgramRun longer = lamprey(folder, "simulate " + (folder / "problem.toml") + " --duration 2 --controls " +
@@ -435,13 +435,13 @@ TEST(Tumble, of_a_free_duration_takes_that_of_the_moments) {
   ASSERT_EQ(lamprey(folder, "solve " + varied_example(folder, "free_time", coarse) + " --out " + (folder / "solved"))
                 .exit_code,
             0);
-  const file::Results solved = file::read_solution(folder / "solved");
+  const result::Results solved = result::read_solution(folder / "solved");
   for (const std::string& how :
        {"--controls " + (folder / "solved/solution.json"), "--feedback " + (folder / "solved")}) {
     const ProgramRun run =
         lamprey(folder, "simulate " + (folder / "problem.toml") + " " + how + " --out " + (folder / "marched"));
     ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-    EXPECT_NEAR(file::read_solution(folder / "marched").solution.time.back(), solved.solution.time.back(), 1e-12);
+    EXPECT_NEAR(result::read_solution(folder / "marched").solution.time.back(), solved.solution.time.back(), 1e-12);
   }
 }
 

@@ -1,9 +1,9 @@
 // A maneuver solved, then followed with feedback through the program.
 #include <gtest/gtest.h>
 
-#include "file/tasks.hpp"
 #include "lie/so3.hpp"
 #include "solved_example.hpp"
+#include "task/tasks.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -22,7 +22,7 @@ class Following : public ::testing::Test {
     return lamprey(*folder_, "simulate " + problem + " --out " + (*folder_ / "run") + " " + arguments);
   }
   static maneuver::Tracking tracking() {
-    return file::read_solution(*folder_ / "run").solution.tracking.value_or(maneuver::Tracking{"", INFINITY});
+    return result::read_solution(*folder_ / "run").solution.tracking.value_or(maneuver::Tracking{"", INFINITY});
   }
   static std::string solved() { return *folder_ / "solved"; }
 
@@ -33,7 +33,7 @@ std::unique_ptr<Folder> Following::folder_;
 std::string Following::problem_;
 
 TEST_F(Following, certificate_tells_the_whole_replay_with_feedback) {
-  const file::Results results = file::read_solution(solved());
+  const result::Results results = result::read_solution(solved());
   const certificate::Replay& replay = *results.certificate->replay;
   EXPECT_LE(replay.feedback_rotation_error, tolerance(1e-2));
   EXPECT_LE(replay.feedback_rotation_error, 0.1 * replay.whole_rotation_error);
@@ -56,9 +56,9 @@ TEST_F(Following, holds_a_perturbed_start_with_the_scheme_with_others_and_in_con
 // A vehicle off its plan that stops on the way and goes on by the rest of the plan ends where one ends that does not stop.
 TEST_F(Following, goes_on_in_the_midst_of_a_plan_from_where_the_swimmer_is) {
   const file::ProblemFile problem = file::read_problem_file(problem_);
-  file::MarchOptions options{.reference = true, .perturb = 1e-2};
-  options.followed = file::read_solution(solved());
-  const maneuver::Solution whole = file::march_task(problem, options, "").solution;
+  task::MarchOptions options{.reference = true, .perturb = 1e-2};
+  options.followed = result::read_solution(solved());
+  const maneuver::Solution whole = task::march_task(problem, options, "").solution;
   const std::size_t stop = 90;
   file::ProblemFile on_the_way = problem;
   maneuver::Start& start = on_the_way.problem.start;
@@ -68,7 +68,7 @@ TEST_F(Following, goes_on_in_the_midst_of_a_plan_from_where_the_swimmer_is) {
   start.linear_velocity = whole.rotation[stop][0] * whole.linear_velocity[stop];
   options.perturb = 0.0;
   options.followed_from = whole.time[stop];
-  const file::Results rest = file::march_task(on_the_way, options, "");
+  const result::Results rest = task::march_task(on_the_way, options, "");
   ASSERT_EQ(rest.solution.time.size(), whole.time.size() - stop);
   for (std::size_t k = 0; k < rest.solution.time.size(); ++k)
     for (std::size_t i = 0; i < start.rotation.size(); ++i)
@@ -90,7 +90,7 @@ TEST_F(Following, has_a_rest_until_its_plan_ends) {
 // Motors a tenth weaker than the plan asks for.
 TEST_F(Following, gives_no_more_than_the_problems_limits_of_torque_and_says_how_often_it_would) {
   double most = 0.0;
-  for (const auto& node : file::read_solution(solved()).solution.control)
+  for (const auto& node : result::read_solution(solved()).solution.control)
     for (const Eigen::Vector3d& moment : node) most = std::max(most, 0.9 * moment.norm());
   const std::string weak = *folder_ / "weak.toml";
   std::ofstream(weak) << text_of(problem_) << "\n[limits]\ntorque = " << most << '\n';
@@ -101,7 +101,7 @@ TEST_F(Following, gives_no_more_than_the_problems_limits_of_torque_and_says_how_
   EXPECT_LT(followed.cut_share, 0.5);
   EXPECT_LE(followed.rotation_error, tolerance(1e-2));
   EXPECT_NE(run.out.find("Limits of torque"), std::string::npos) << run.out;
-  for (const auto& node : file::read_solution(*folder_ / "run").solution.control)
+  for (const auto& node : result::read_solution(*folder_ / "run").solution.control)
     for (const Eigen::Vector3d& moment : node) EXPECT_LE(moment.norm(), (1.0 + tolerance(1e-5)) * most);
   EXPECT_EQ(lamprey(*folder_, "verify " + (*folder_ / "run")).exit_code, 0);
 }
@@ -112,7 +112,7 @@ TEST_F(Following, bears_inertia_that_differs_from_the_plans) {
   const ProgramRun followed = simulate("--feedback " + solved() + heavier);
   ASSERT_EQ(followed.exit_code, 0) << followed.err;
   EXPECT_NE(followed.out.find("times what the file says: middle "), std::string::npos) << followed.out;
-  const file::Results run = file::read_solution(*folder_ / "run"), plan = file::read_solution(solved());
+  const result::Results run = result::read_solution(*folder_ / "run"), plan = result::read_solution(solved());
   for (std::size_t i = 0; i < 3; ++i) {
     const double factor = run.problem.bodies[i].mass_matrix(0, 0) / plan.problem.bodies[i].mass_matrix(0, 0);
     EXPECT_GT(std::abs(factor - 1.0), 1e-4);
@@ -123,7 +123,7 @@ TEST_F(Following, bears_inertia_that_differs_from_the_plans) {
   EXPECT_LE(tracking().rotation_error, tolerance(0.02));
   EXPECT_EQ(lamprey(*folder_, "verify " + (*folder_ / "run")).exit_code, 0);
   ASSERT_EQ(simulate("--controls " + solved() + "/solution.json" + heavier).exit_code, 0);
-  const auto open = file::read_solution(*folder_ / "run").solution.rotation.back();
+  const auto open = result::read_solution(*folder_ / "run").solution.rotation.back();
   EXPECT_GT(lie::rotation_angle(open[0].transpose() * plan.solution.rotation.back()[0]), 0.1);
 }
 
@@ -150,7 +150,7 @@ TEST_F(Following, of_a_plan_at_its_limits_is_certified_with_the_motors_that_it_h
   const std::string hurried =
       varied_example(own, "free_time", {{"steps", "100"}, {"starts", "1"}, {"torque", "200.0"}, {"time", "1e6"}});
   ASSERT_EQ(lamprey(own, "solve " + hurried + " --no-refinement --out " + (own / "plan")).exit_code, 0);
-  const file::Results plan = file::read_solution(own / "plan");
+  const result::Results plan = result::read_solution(own / "plan");
   ASSERT_TRUE(plan.certificate && plan.certificate->replay);
   const ProgramRun run = simulate("--feedback " + (own / "plan") + " --reference", hurried);
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -172,7 +172,7 @@ TEST_F(Following, by_the_reference_integrator_claims_no_discrete_equations) {
   const ProgramRun run = lamprey(*folder_, "verify " + (*folder_ / "run"));
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_EQ(run.out.find("✗"), std::string::npos) << run.out;
-  EXPECT_NE(file::read_solution(*folder_ / "run").solution.marched_by, "");
+  EXPECT_NE(result::read_solution(*folder_ / "run").solution.marched_by, "");
 }
 
 TEST_F(Following, says_what_does_not_fit) {
@@ -196,12 +196,12 @@ TEST(FollowedGait, begins_as_the_gait_begins) {
   for (const char* name : {"gait", "eel_gait"}) {
     Folder folder;
     ASSERT_EQ(lamprey(folder, "solve " + example(name) + " --no-refinement --out " + (folder / "solved")).exit_code, 0);
-    const file::Results gait = file::read_solution(folder / "solved");
+    const result::Results gait = result::read_solution(folder / "solved");
     const std::string march = "simulate " + example(name) + " --out " + (folder / "run");
     for (const std::string& how :
          {"--feedback " + (folder / "solved"), "--controls " + (folder / "solved/solution.json")}) {
       ASSERT_EQ(lamprey(folder, march + " " + how).exit_code, 0) << how;
-      const file::Results run = file::read_solution(folder / "run");
+      const result::Results run = result::read_solution(folder / "run");
       double off = 0.0;
       for (std::size_t k = 0; k < gait.solution.rotation.size(); ++k)
         for (std::size_t i = 0; i < gait.solution.rotation[k].size(); ++i)
@@ -216,7 +216,7 @@ TEST(FollowedGait, begins_as_the_gait_begins) {
 TEST(FollowedGait, begins_where_the_problem_says) {
   const Folder folder;
   ASSERT_EQ(lamprey(folder, "solve " + example("gait") + " --no-refinement --out " + (folder / "solved")).exit_code, 0);
-  const maneuver::Solution gait = file::read_solution(folder / "solved").solution;
+  const maneuver::Solution gait = result::read_solution(folder / "solved").solution;
   const Eigen::Vector3d turn(0.3, -0.2, 1.1), position(5.0, 1.0, -2.0);
   std::string text = text_of(example("gait"));
   const std::string start = "[start]\n";
@@ -230,7 +230,7 @@ TEST(FollowedGait, begins_where_the_problem_says) {
   const ProgramRun run = lamprey(folder, "simulate " + (folder / "moved.toml") + " --perturb 1e-5 --feedback " +
                                              (folder / "solved") + " --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  const maneuver::Solution marched = file::read_solution(folder / "run").solution;
+  const maneuver::Solution marched = result::read_solution(folder / "run").solution;
   const Eigen::Matrix3d heading = lie::exp(turn) * gait.rotation.front()[0].transpose();
   const Eigen::Vector3d end = position + heading * (gait.position.back() - gait.position.front());
   EXPECT_LE((marched.position.back() - end).norm(), tolerance(1e-3));
@@ -249,7 +249,7 @@ TEST(FollowedGait, goes_on_for_several_cycles) {
   const std::string path =
       varied_example(folder, "gait", {{"steps", "40"}, {"starts", "2"}, {"turn", "[0.0, 0.0, 0.3]"}});
   ASSERT_EQ(lamprey(folder, "solve " + path + " --no-refinement --out " + (folder / "solved")).exit_code, 0);
-  const maneuver::Solution gait = file::read_solution(folder / "solved").solution;
+  const maneuver::Solution gait = result::read_solution(folder / "solved").solution;
   const Eigen::Matrix3d turn = gait.rotation.back()[0] * gait.rotation.front()[0].transpose();
   const Eigen::Vector3d shift = gait.position.back() - turn * gait.position.front();
   const std::string march = "simulate " + path + " --cycles 3 --out " + (folder / "run") + " ";
@@ -257,7 +257,7 @@ TEST(FollowedGait, goes_on_for_several_cycles) {
        {"--feedback " + (folder / "solved"), "--controls " + (folder / "solved/solution.json")}) {
     const ProgramRun run = lamprey(folder, march + how);
     ASSERT_EQ(run.exit_code, 0) << run.err;
-    const maneuver::Solution marched = file::read_solution(folder / "run").solution;
+    const maneuver::Solution marched = result::read_solution(folder / "run").solution;
     ASSERT_EQ(marched.time.size(), 121U);
     EXPECT_NEAR(marched.time.back(), 3.0 * gait.time.back(), 1e-12);
     double off = 0.0;
@@ -276,7 +276,7 @@ TEST(FollowedGait, goes_on_for_several_cycles) {
   EXPECT_LE((last.leftCols(own) - first.leftCols(own)).norm(), 0.4 * first.leftCols(own).norm());
   // off the plan only gains that turn with the swimmer lead back to it
   ASSERT_EQ(lamprey(folder, march + "--perturb 1e-3 --reference --feedback " + (folder / "solved")).exit_code, 0);
-  EXPECT_LE(file::read_solution(folder / "run").solution.tracking->largest_rotation_error, 0.05);
+  EXPECT_LE(result::read_solution(folder / "run").solution.tracking->largest_rotation_error, 0.05);
   const ProgramRun alone = lamprey(folder, march);
   EXPECT_EQ(alone.exit_code, 3);
   EXPECT_NE(alone.err.find("cycles: found a march without a stored motion"), std::string::npos) << alone.err;
@@ -297,7 +297,7 @@ TEST(FollowedGait, comes_back_from_several_degrees) {
     const ProgramRun run = lamprey(folder, "simulate " + example(name) + " --cycles 3 --perturb 0.1 --feedback " +
                                                (folder / "solved") + " --out " + (folder / "run"));
     ASSERT_EQ(run.exit_code, 0) << name << run.err;
-    const maneuver::Tracking tracking = *file::read_solution(folder / "run").solution.tracking;
+    const maneuver::Tracking tracking = *result::read_solution(folder / "run").solution.tracking;
     EXPECT_FALSE(tracking.lost()) << name;
     EXPECT_LE(tracking.largest_rotation_error, 0.35) << name;
   }
@@ -319,7 +319,7 @@ TEST(Simulate, repeats_a_table_that_ends_with_the_moments_it_begins_with) {
   const auto marched = [&](const std::string& how) {
     const ProgramRun run = lamprey(folder, march + how);
     EXPECT_EQ(run.exit_code, 0) << run.err;
-    return file::read_solution(folder / "run").solution;
+    return result::read_solution(folder / "run").solution;
   };
   const maneuver::Solution repeated = marched(" --cycles 3 --controls " + (folder / "period.csv"));
   const int steps = static_cast<int>(repeated.time.size()) - 1;

@@ -18,7 +18,7 @@ TEST(FollowingLong, rotation_from_perturbed_starts_ends_at_its_goal_and_without_
   const Folder folder;
   const std::string solved = folder / "solved";
   ASSERT_EQ(lamprey(folder, "solve " + example("rotation") + " --out " + solved).exit_code, 0);
-  const file::Results plan = file::read_solution(solved);
+  const result::Results plan = result::read_solution(solved);
   EXPECT_LE(plan.certificate->replay->feedback_rotation_error, tolerance(1e-4));
   EXPECT_LE(plan.certificate->replay->servo_rotation_error, tolerance(1e-4));
   EXPECT_LE(plan.certificate->replay->servo_position_error, tolerance(1e-4));
@@ -27,7 +27,7 @@ TEST(FollowingLong, rotation_from_perturbed_starts_ends_at_its_goal_and_without_
     const ProgramRun run = lamprey(folder, "simulate " + example("rotation") + " --reference --perturb 1e-3 --seed " +
                                                seed + " " + how + " --out " + (folder / "run"));
     EXPECT_EQ(run.exit_code, 0) << run.err;
-    return file::read_solution(folder / "run").solution;
+    return result::read_solution(folder / "run").solution;
   };
   for (const char* seed : {"1", "2", "3", "4", "5"}) {
     const maneuver::Solution held = marched("--feedback " + solved, seed);

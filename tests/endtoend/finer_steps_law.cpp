@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
-#include "file/finer_steps.hpp"
 #include "program.hpp"
 #include "study/budget.hpp"
+#include "task/finer_steps.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -36,7 +36,7 @@ double limit_of(const file::ProblemFile& file) {
   const auto begin = std::chrono::steady_clock::now();
   study::SolveOptions options;
   options.refinement = false;
-  file::solve_task(file, options, "test");
+  task::solve_task(file, options, "test");
   return std::ceil(3.0 + 5.0 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
 }
 
@@ -45,16 +45,16 @@ void wait_until_over(double limit) {
   std::this_thread::sleep_for(std::chrono::duration<double>(1.1 * study::late_share * limit));
 }
 
-file::Results resolved(const file::ProblemFile& file, const std::function<void(const std::string&)>& progress,
-                       const std::function<bool()>& interrupted = {}) {
+result::Results resolved(const file::ProblemFile& file, const std::function<void(const std::string&)>& progress,
+                         const std::function<bool()>& interrupted = {}) {
   study::SolveOptions options;
   options.refinement = false;
   options.progress = progress;
   options.interrupted = interrupted;
-  return file::resolve_task(file, options, "test");
+  return task::resolve_task(file, options, "test");
 }
 
-void expect_first_look(const file::Results& results, const file::ProblemFile& file, const std::string& words) {
+void expect_first_look(const result::Results& results, const file::ProblemFile& file, const std::string& words) {
   EXPECT_EQ(results.problem.steps, file.problem.steps);
   EXPECT_EQ(results.solution.status, maneuver::Status::optimal);
   EXPECT_NE(results.solution.message.find(words), std::string::npos) << results.solution.message;
@@ -65,7 +65,7 @@ TEST(FinerSteps, that_time_left_no_room_for_are_named) {
   file::ProblemFile file = few_steps(folder);
   const double limit = limit_of(file);
   file.problem.search.time_limit = limit;
-  const file::Results before = resolved(file, Once{"not all of it is resolved", [limit] { wait_until_over(limit); }});
+  const result::Results before = resolved(file, Once{"not all of it is resolved", [limit] { wait_until_over(limit); }});
   expect_first_look(before, file, " steps were not tried: the time was over (search.time_limit).");
   const auto within = [limit, begun = false](const std::string& line) mutable {
     if (begun && line.find("start 1") != std::string::npos) wait_until_over(limit);
@@ -79,7 +79,7 @@ TEST(FinerSteps, that_an_interruption_left_undone_are_named_without_a_time_limit
   const Folder folder;
   const file::ProblemFile file = few_steps(folder);
   bool stop = false;
-  const file::Results before =
+  const result::Results before =
       resolved(file, Once{"not all of it is resolved", [&stop] { stop = true; }}, [&stop] { return stop; });
   expect_first_look(before, file, " steps were not tried: it was interrupted.");
   stop = false;
@@ -102,7 +102,7 @@ TEST(FinerSteps, that_a_cheaper_motion_needs_are_told_with_the_answer) {
       begun = begun || line.find("not all of it is resolved") != std::string::npos;
       stop = stop || (begun && line.find(word) != std::string::npos);
     };
-    const file::Results results = resolved(file, progress, [&stop] { return stop; });
+    const result::Results results = resolved(file, progress, [&stop] { return stop; });
     ASSERT_TRUE(stop);
     EXPECT_EQ(results.problem.steps, file.problem.steps);
     const std::string& message = results.solution.message;

@@ -4,11 +4,11 @@
 #include <Eigen/Geometry>
 
 #include "certificate/certify.hpp"
-#include "file/resolve.hpp"
-#include "file/solution_file.hpp"
 #include "integrator/scheme.hpp"
 #include "lie/so3.hpp"
 #include "program.hpp"
+#include "result/resolve.hpp"
+#include "result/solution_file.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -16,8 +16,8 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using file::Results;
 using maneuver::Status;
+using result::Results;
 
 constexpr double degree = M_PI / 180.0;
 
@@ -28,7 +28,7 @@ std::string controls(const std::string& name) {
 Results simulated(const Folder& folder, const std::string& problem, const std::string& options) {
   const ProgramRun run = lamprey(folder, "simulate " + problem + " " + options + " --out " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
-  return file::read_solution(folder / "run");
+  return result::read_solution(folder / "run");
 }
 
 Results simulated_example(const Folder& folder, const std::string& name) {
@@ -37,7 +37,7 @@ Results simulated_example(const Folder& folder, const std::string& name) {
 
 // World positions of all mass centres at a node, weighted by mass, m.
 Vector3d centre_of_the_whole(const Results& results, std::size_t node) {
-  const model::System system(file::swimmer_of(results.problem));
+  const model::System system(result::swimmer_of(results.problem));
   const auto centres = system.mass_centres(results.solution.rotation[node], results.solution.position[node]);
   Vector3d sum = Vector3d::Zero();
   double mass = 0.0;
@@ -84,7 +84,7 @@ void expect_momentum_kept(const Results& results, double allowed = 1e-12) {
 double largest_misfit(const Results& results) {
   double misfit = 0.0;
   for (const auto& R : results.solution.rotation)
-    for (const file::ResolvedJoint& joint : results.problem.joints) {
+    for (const result::ResolvedJoint& joint : results.problem.joints) {
       const Matrix3d& parent = R[static_cast<std::size_t>(joint.parent)];
       const Matrix3d& child = R[static_cast<std::size_t>(joint.child)];
       if (joint.kind == model::JointKind::hinge)
@@ -102,7 +102,7 @@ void expect_verified(const Folder& folder) {
   const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   // of divided steps and those of several stages files do not hold all
-  const Results results = file::read_solution(folder / "run");
+  const Results results = result::read_solution(folder / "run");
   const bool known = integrator::single_step(results.problem.scheme) && results.solution.divided.steps == 0;
   EXPECT_NE(run.out.find(known ? ", holds.\n" : ", is not refuted: "), std::string::npos) << run.out;
   EXPECT_EQ(run.out.find("✗"), std::string::npos) << run.out;
@@ -200,7 +200,7 @@ TEST(ThreeLinks, go_round_a_loop_of_shapes_as_far_each_time) {
 TEST(AnglesOfAGait, are_all_that_its_motion_takes) {
   const Folder folder;
   ASSERT_EQ(lamprey(folder, "solve " + example("gait") + " --no-refinement --out " + (folder / "gait")).exit_code, 0);
-  const Results gait = file::read_solution(folder / "gait");
+  const Results gait = result::read_solution(folder / "gait");
   const Results along = simulated(folder, example("gait"), "--angles " + (folder / "gait") + "/solution.json");
   expect_verified(folder);
   ASSERT_EQ(along.solution.time.size(), gait.solution.time.size());
@@ -297,7 +297,7 @@ TEST(FailingStep, ends_the_march_with_its_time_its_residual_and_the_step_that_st
   const ProgramRun adaptive = lamprey(folder, few_steps + " --adaptive");
   EXPECT_EQ(adaptive.exit_code, 0) << adaptive.out << adaptive.err;
   EXPECT_NE(adaptive.out.find("divided into"), std::string::npos) << adaptive.out;
-  const Results results = file::read_solution(folder / "run");
+  const Results results = result::read_solution(folder / "run");
   EXPECT_EQ(results.solution.time.size(), 5U);
   EXPECT_GE(results.solution.divided.steps, 1);
   EXPECT_GE(results.solution.divided.substeps, 2 * results.solution.divided.steps);
@@ -315,11 +315,11 @@ TEST(FailingStep, divided_gives_the_motion_of_small_steps) {
   const ProgramRun ended = lamprey(folder, few_steps);
   EXPECT_EQ(ended.exit_code, 5);
   EXPECT_NE(ended.err.find("what it came to, up to "), std::string::npos) << ended.err;
-  const Results part = file::read_solution(folder / "run");
+  const Results part = result::read_solution(folder / "run");
   EXPECT_EQ(part.solution.status, maneuver::Status::stalled);
   EXPECT_GT(part.solution.time.size(), 1U);
   ASSERT_EQ(lamprey(folder, few_steps + " --adaptive").exit_code, 0);
-  const Results divided = file::read_solution(folder / "run");
+  const Results divided = result::read_solution(folder / "run");
   EXPECT_GE(divided.solution.divided.steps, 1);
   EXPECT_LT(divided.solution.divided.steps, 300) << "each step begins whole";
   expect_momentum_kept(divided);
@@ -356,7 +356,7 @@ TEST(LedJoints, with_springs_and_dampers_find_their_maneuver_and_prove_it) {
   std::ofstream(folder / "problem.toml") << fins_with_a_goal();
   const ProgramRun run = lamprey(folder, "solve " + (folder / "problem.toml") + " --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  const Results results = file::read_solution(folder / "run");
+  const Results results = result::read_solution(folder / "run");
   EXPECT_EQ(results.solution.status, maneuver::Status::optimal) << results.solution.message;
   EXPECT_LE(largest_misfit(results), tolerance(1e-12));
   expect_momentum_kept(results);
@@ -375,7 +375,7 @@ TEST(LedJoints, with_springs_and_dampers_cost_the_same_by_the_other_solver) {
     const ProgramRun run = lamprey(
         folder, "solve " + (folder / "problem.toml") + " --no-refinement " + options + " --out " + (folder / to));
     EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
-    return file::read_solution(folder / to);
+    return result::read_solution(folder / to);
   };
   const Results found = solved("", "run");
   const Results stayed = solved("--solver ipopt --first " + (folder / "run"), "stayed");
@@ -393,11 +393,11 @@ TEST(BallJoints, with_springs_and_dampers_cost_the_same_by_the_other_solver) {
   std::ofstream(folder / "problem.toml") << text;
   const std::string solve = "solve --no-refinement " + (folder / "problem.toml");
   lamprey(folder, solve + " --out " + (folder / "run"));
-  const Results found = file::read_solution(folder / "run");
+  const Results found = result::read_solution(folder / "run");
   ASSERT_EQ(found.solution.status, maneuver::Status::optimal) << found.solution.message;
   const ProgramRun run =
       lamprey(folder, solve + " --solver ipopt --first " + (folder / "run") + " --out " + (folder / "stayed"));
-  const Results stayed = file::read_solution(folder / "stayed");
+  const Results stayed = result::read_solution(folder / "stayed");
   EXPECT_EQ(stayed.solution.status, maneuver::Status::optimal) << run.out << run.err;
   EXPECT_NEAR(stayed.solution.cost / found.solution.cost, 1.0, tolerance(1e-8));
 }
@@ -408,7 +408,7 @@ TEST(LedJoints, flip_the_cat_for_the_same_cost_by_the_other_solver) {
   const std::string problem = varied_example(folder, "falling_cat_flip", {{"starts", "4\nhops = 2"}});
   const ProgramRun run = lamprey(folder, "solve --solver ipopt " + problem + " --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  const Results results = file::read_solution(folder / "run");
+  const Results results = result::read_solution(folder / "run");
   EXPECT_EQ(results.solution.solver.name, "ipopt");
   EXPECT_EQ(results.solution.search.hops, 2);
   EXPECT_NEAR(results.solution.cost / 0.16696594, 1.0, tolerance(1e-7));

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "file/solution_file.hpp"
 #include "program.hpp"
+#include "result/solution_file.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -84,7 +84,7 @@ TEST(Program, says_why_a_goal_out_of_reach_was_not_met) {
       folder, "translation", {{"steps", "40"}, {"starts", "1\ntime_limit = 5.0"}, {"turn", "[0.5, 0.0, 0.0]"}});
   const ProgramRun run = lamprey(folder, "solve " + problem + " --out " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 4) << run.out << run.err;
-  const file::Results results = file::read_solution(folder / "run");
+  const result::Results results = result::read_solution(folder / "run");
   EXPECT_NE(results.solution.status, maneuver::Status::optimal);
   EXPECT_NE(results.solution.message.find("Out of reach"), std::string::npos) << results.solution.message;
   EXPECT_NE(run.out.find("Out of reach: the joints' moments turn middle about e_3 alone"), std::string::npos)
@@ -98,7 +98,7 @@ TEST(Program, writes_its_best_point_when_interrupted) {
                               " --workers 1 --out " + out + " >/dev/null 2>&1 & P=$!; sleep 2; kill -INT $P; wait $P'";
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 130);
-  EXPECT_EQ(file::read_solution(out).solution.status, maneuver::Status::interrupted);
+  EXPECT_EQ(result::read_solution(out).solution.status, maneuver::Status::interrupted);
 }
 
 TEST(Program, takes_a_first_motion_of_the_same_swimmer_alone) {
@@ -110,18 +110,18 @@ TEST(Program, takes_a_first_motion_of_the_same_swimmer_alone) {
                                " --out " + again);
   };
   EXPECT_EQ(begun("translation", found).exit_code, 0);
-  const file::Results results = file::read_solution(again);
+  const result::Results results = result::read_solution(again);
   EXPECT_EQ(results.solution.search.starts, 1);
   EXPECT_EQ(results.provenance.seed, 7U);
   const ProgramRun other = begun("eel_gait", found);
   EXPECT_EQ(other.exit_code, 3);
   EXPECT_NE(other.err.find("found 3 bodies; allowed: 10"), std::string::npos) << other.err;
   EXPECT_EQ(begun("translation", folder / "nowhere").exit_code, 6);
-  file::Results ended = results;  // as a march that did not get on
+  result::Results ended = results;  // as a march that did not get on
   ended.problem.goal.reset();
   ended.solution.status = maneuver::Status::stalled;
   ended.certificate.reset();
-  file::write_solution(folder / "ended", ended);
+  result::write_solution(folder / "ended", ended);
   const ProgramRun half = begun("translation", folder / "ended");
   EXPECT_EQ(half.exit_code, 3);
   EXPECT_NE(half.err.find("/status: found \"stalled\", a march that ended after 1 s"), std::string::npos) << half.err;
@@ -134,10 +134,10 @@ TEST(Program, verify_sees_a_duration_that_is_none) {
   const Folder folder;
   const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});
   ASSERT_EQ(lamprey(folder, "solve " + problem + " --out " + (folder / "run")).exit_code, 0);
-  file::Results results = file::read_solution(folder / "run");
+  result::Results results = result::read_solution(folder / "run");
   for (const double duration : {-1.0, 0.0}) {
     results.problem.duration = duration;
-    file::write_solution(folder / "run", results);
+    result::write_solution(folder / "run", results);
     EXPECT_EQ(lamprey(folder, "verify " + (folder / "run")).exit_code, 4) << duration;
   }
 }
@@ -206,9 +206,9 @@ TEST(Program, verify_sees_a_tampered_solution) {
   const Folder folder;
   const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});
   ASSERT_EQ(lamprey(folder, "solve " + problem + " --out " + (folder / "run")).exit_code, 0);
-  file::Results results = file::read_solution(folder / "run");
+  result::Results results = result::read_solution(folder / "run");
   results.solution.control[20][0][2] += 1e-3;
-  file::write_solution(folder / "run", results);
+  result::write_solution(folder / "run", results);
   const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 4);
   EXPECT_NE(run.out.find("does not hold"), std::string::npos) << run.out;
@@ -222,10 +222,10 @@ TEST(Program, verify_sees_false_gains) {
   const Folder folder;
   const std::string problem = varied_example(folder, "gait", {{"steps", "60"}, {"starts", "1"}});
   ASSERT_EQ(lamprey(folder, "solve " + problem + " --out " + (folder / "run")).exit_code, 0);
-  file::Results results = file::read_solution(folder / "run");
+  result::Results results = result::read_solution(folder / "run");
   Eigen::MatrixXd& gain = results.solution.feedback.gain.at(7);
   gain(1, 2) += 0.01 * gain.cwiseAbs().maxCoeff();
-  file::write_solution(folder / "run", results);
+  result::write_solution(folder / "run", results);
   const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
   EXPECT_EQ(run.exit_code, 4);
   EXPECT_NE(run.out.find("does not hold: feedback.gain[7][1][2] is "), std::string::npos) << run.out;
@@ -240,11 +240,11 @@ TEST(Program, verify_compares_the_question_with_a_problem_file) {
   const ProgramRun same = verified();
   EXPECT_EQ(same.exit_code, 0) << same.out;
   EXPECT_NE(same.out.find("The problem is that of "), std::string::npos) << same.out;
-  file::Results results = file::read_solution(folder / "run");
+  result::Results results = result::read_solution(folder / "run");
   results.problem.tolerance = 1.0;
   results.problem.goal->move[0] = 1.75;
   results.problem.limits = {};
-  file::write_solution(folder / "run", results);
+  result::write_solution(folder / "run", results);
   const ProgramRun other = verified();
   EXPECT_EQ(other.exit_code, 4);
   for (const char* words : {"problem.tolerance is 1, the file asks for 1e-08.",
@@ -261,16 +261,16 @@ TEST(Program, verify_refuses_questions_that_no_problem_file_may_ask) {
   const std::string text = std::regex_replace(text_of(problem), std::regex("\nrule = [^\n]*"), "");
   std::ofstream(problem) << text;
   ASSERT_EQ(lamprey(folder, "solve " + problem + " --no-refinement --out " + (folder / "run")).exit_code, 0);
-  const file::Results answer = file::read_solution(folder / "run");
+  const result::Results answer = result::read_solution(folder / "run");
   const auto refused = [&](const auto& ask, const std::string& words) {
-    file::Results other = answer;
+    result::Results other = answer;
     ask(other.problem);
-    file::write_solution(folder / "run", other);
+    result::write_solution(folder / "run", other);
     const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
     EXPECT_EQ(run.exit_code, 4) << words;
     EXPECT_NE(run.out.find("The stored status, optimal, does not hold: " + words), std::string::npos) << run.out;
   };
-  using Question = file::ResolvedProblem;
+  using Question = result::ResolvedProblem;
   const std::string may_not = "the files ask what no problem file may (";
   refused([](Question& asked) { asked.limits.torque = 1.0; }, may_not + "limits.torque: found a limit, for which");
   refused([](Question& asked) { asked.limits.swing["nobody"] = 1.0; },
@@ -297,10 +297,10 @@ TEST(Program, verify_says_what_a_status_promises) {
   const Folder folder;
   const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "1"}});
   ASSERT_EQ(lamprey(folder, "solve " + problem + " --no-refinement --out " + (folder / "run")).exit_code, 0);
-  file::Results results = file::read_solution(folder / "run");
+  result::Results results = result::read_solution(folder / "run");
   results.solution.status = maneuver::Status::infeasible;
   results.certificate->second_order->negative_eigenvalues = 3;
-  file::write_solution(folder / "run", results);
+  result::write_solution(folder / "run", results);
   const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
   EXPECT_NE(run.out.find("The stored status, infeasible, promises nothing."), std::string::npos) << run.out;
   EXPECT_NE(run.out.find("second_order.negative_eigenvalues is 0, it says 3."), std::string::npos) << run.out;
@@ -310,14 +310,14 @@ TEST(Program, verify_names_what_a_solution_claims_in_vain) {
   const Folder folder;
   const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "2"}});
   ASSERT_EQ(lamprey(folder, "solve " + problem + " --out " + (folder / "run")).exit_code, 0);
-  const file::Results answer = file::read_solution(folder / "run");
-  const auto refused = [&](const file::Results& results) {
-    file::write_solution(folder / "run", results);
+  const result::Results answer = result::read_solution(folder / "run");
+  const auto refused = [&](const result::Results& results) {
+    result::write_solution(folder / "run", results);
     const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
     EXPECT_EQ(run.exit_code, 4);
     return run.out;
   };
-  file::Results cheaper = answer, later = answer, elsewhere = answer, empty = answer;
+  result::Results cheaper = answer, later = answer, elsewhere = answer, empty = answer;
   cheaper.solution.cost *= 0.9;
   EXPECT_NE(refused(cheaper).find("The stored status, optimal, does not hold: the stored cost is off by 0.1 of"),
             std::string::npos);
@@ -325,7 +325,7 @@ TEST(Program, verify_names_what_a_solution_claims_in_vain) {
   EXPECT_NE(refused(later).find("the nodes' times differ by 1 of the duration"), std::string::npos);
   elsewhere.problem.start->position.y() = 0.25;
   EXPECT_NE(refused(elsewhere).find("the motion begins 0.25 (rad or m) beside the problem's start"), std::string::npos);
-  file::Results sharper = answer, faster = answer;
+  result::Results sharper = answer, faster = answer;
   sharper.certificate->replay->whole_rotation_error = 1e-12;
   EXPECT_NE(refused(sharper).find("The stored certificate does not hold: replay.whole_rotation_error is "),
             std::string::npos);
@@ -341,21 +341,21 @@ TEST(Program, verify_names_what_a_solution_claims_in_vain) {
 
 // An answer, and what verify says of it when it is altered.
 struct Forgery : Folder {
-  file::Results answer;
+  result::Results answer;
   Forgery() {
     const std::string problem = varied_example(*this, "translation", {{"steps", "40"}, {"starts", "2"}});
     EXPECT_EQ(lamprey(*this, "solve " + problem + " --out " + (*this / "run")).exit_code, 0);
-    answer = file::read_solution(*this / "run");
+    answer = result::read_solution(*this / "run");
   }
   template <typename Alteration>
   void refused(const Alteration& alter, int exit_code, const std::string& words) const {
-    file::Results other = answer;
+    result::Results other = answer;
     alter(other);
-    file::write_solution(*this / "run", other);
+    result::write_solution(*this / "run", other);
     verified(exit_code, words);
   }
   void refused(const std::string& found, const std::string& other, int exit_code, const std::string& words) const {
-    file::write_solution(*this / "run", answer);
+    result::write_solution(*this / "run", answer);
     const std::string path = *this / "run/solution.json";
     std::string text = text_of(path);
     const std::size_t place = text.find(found);
@@ -374,23 +374,23 @@ struct Forgery : Folder {
 
 TEST(Program, verify_refuses_limits_that_no_problem_file_may_have) {
   const Forgery of;
-  of.refused([](file::Results& is) { is.problem.limits.torque = -1.0; }, 4,
+  of.refused([](result::Results& is) { is.problem.limits.torque = -1.0; }, 4,
              "(limits.torque: found -1; allowed: a number > 0");
-  of.refused([](file::Results& is) { is.problem.limits.joint_torque_component["front"] = -1.0; }, 4,
+  of.refused([](result::Results& is) { is.problem.limits.joint_torque_component["front"] = -1.0; }, 4,
              "(limits.torque_component.front: found -1; allowed: a number > 0");
-  of.refused([](file::Results& is) { is.problem.limits.angular_velocity = 0.0; }, 4,
+  of.refused([](result::Results& is) { is.problem.limits.angular_velocity = 0.0; }, 4,
              "(limits.angular_velocity: found 0; allowed: a number > 0");
-  of.refused([](file::Results& is) { is.problem.limits.clearance = -0.1; }, 4,
+  of.refused([](result::Results& is) { is.problem.limits.clearance = -0.1; }, 4,
              "(limits.clearance: found -0.1; allowed: a number >= 0 (m)");
-  of.refused([](file::Results& is) { is.problem.limits.swing["front"] = 7.0; }, 4,
+  of.refused([](result::Results& is) { is.problem.limits.swing["front"] = 7.0; }, 4,
              "(limits.swing.front: found 7; allowed:");
   of.refused(
-      [](file::Results& is) {
+      [](result::Results& is) {
         is.problem.limits.half_spaces = {{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()}};
       },
       4, "(limits.half_space.normal: found 0; allowed: three numbers, not all 0");
   of.refused(
-      [](file::Results& is) {
+      [](result::Results& is) {
         is.solution.limit_multipliers.push_back({"limits.torque", 0, -1, -1, -1, false, std::vector<double>(41, 5.0)});
       },
       4, "(limit_multipliers[0]: found \"limits.torque\", which limits nothing else of this problem");
@@ -398,14 +398,14 @@ TEST(Program, verify_refuses_limits_that_no_problem_file_may_have) {
 
 TEST(Program, verify_refuses_records_that_contradict_themselves) {
   const Forgery of;
-  of.refused([](file::Results& is) { is.problem.time_step *= 2.0; }, 4, "problem.time_step is");
-  of.refused([](file::Results& is) { is.certificate->replay->rotation_error /= 8.0; }, 4, "replay.rotation_error is");
-  of.refused([](file::Results& is) { is.certificate->replay->growth_rate = 0.0; }, 4, "replay.growth_rate is");
-  of.refused([](file::Results& is) { is.certificate->goal_error = -5.0; }, 4, "goal_error is");
-  of.refused([](file::Results& is) { is.certificate->refinement->cost_error *= 0.5; }, 4, "refinement.cost_error is");
-  of.refused([](file::Results& is) { is.solution.search.solved = 999; }, 3, "minima whose counts add up to solved");
-  of.refused([](file::Results& is) { is.problem.start->rotation[1] *= 10.0; }, 3, "a rotation matrix");
-  of.refused([](file::Results& is) { is.problem.density = -1.0; }, 3, "a number >= 0 (kg/m³)");
+  of.refused([](result::Results& is) { is.problem.time_step *= 2.0; }, 4, "problem.time_step is");
+  of.refused([](result::Results& is) { is.certificate->replay->rotation_error /= 8.0; }, 4, "replay.rotation_error is");
+  of.refused([](result::Results& is) { is.certificate->replay->growth_rate = 0.0; }, 4, "replay.growth_rate is");
+  of.refused([](result::Results& is) { is.certificate->goal_error = -5.0; }, 4, "goal_error is");
+  of.refused([](result::Results& is) { is.certificate->refinement->cost_error *= 0.5; }, 4, "refinement.cost_error is");
+  of.refused([](result::Results& is) { is.solution.search.solved = 999; }, 3, "minima whose counts add up to solved");
+  of.refused([](result::Results& is) { is.problem.start->rotation[1] *= 10.0; }, 3, "a rotation matrix");
+  of.refused([](result::Results& is) { is.problem.density = -1.0; }, 3, "a number >= 0 (kg/m³)");
   const bool resolved = of.answer.certificate->replay->rotation_error <= certificate::replay_mark;
   of.refused(resolved ? "\"resolved\": true" : "\"resolved\": false",
              resolved ? "\"resolved\": false" : "\"resolved\": true", 3, "certificate/resolved");
@@ -417,7 +417,7 @@ TEST(Program, verify_refuses_records_that_contradict_themselves) {
 // Of an answer that is called a march no certificate is found: one reason, and one sentence of all that it tells.
 TEST(Program, verify_tells_an_answer_from_a_march_in_few_words) {
   const Forgery forgery;
-  const auto march = [](file::Results& other) { other.solution.status = maneuver::Status::simulated; };
+  const auto march = [](result::Results& other) { other.solution.status = maneuver::Status::simulated; };
   forgery.refused(march, 4, "simulated, does not hold: No march: a march has no cost, and one is stored.");
   forgery.refused(march, 4, "The stored certificate does not hold: of goal_error, rest_error, iterates_momentum,");
   const std::string words = lamprey(forgery, "verify " + (forgery / "run")).out;
@@ -434,15 +434,15 @@ TEST(Program, verify_refuses_marches_of_other_times_or_with_a_cost) {
                                 "/examples/three_links.toml --steps 50 --out " + run)
                 .exit_code,
             0);
-  const file::Results marched = file::read_solution(run);
-  file::Results swapped = marched, priced = marched, turned = marched;
+  const result::Results marched = result::read_solution(run);
+  result::Results swapped = marched, priced = marched, turned = marched;
   turned.solution.joint_angle[7][1][0] += 2.0 * std::numbers::pi;
   std::swap(swapped.solution.time[4], swapped.solution.time[5]);
   priced.solution.cost = -5.0;
   for (const auto& [results, words] :
        {std::pair(&swapped, "the nodes' times differ by "),
         std::pair(&priced, "a march has no cost, and one is stored"), std::pair(&turned, "joint_angle[7][1][0] is")}) {
-    file::write_solution(run, *results);
+    result::write_solution(run, *results);
     const ProgramRun verified = lamprey(folder, "verify " + run);
     EXPECT_EQ(verified.exit_code, 4);
     EXPECT_NE(verified.out.find(words), std::string::npos) << verified.out;
@@ -518,7 +518,7 @@ TEST(Program, says_which_limit_is_still_broken_when_its_time_is_up) {
   const std::string problem = varied_example(folder, "translation_with_clearance", {{"starts", "1\ntime_limit = 0.2"}});
   const ProgramRun run = lamprey(folder, "solve " + problem + " --workers 1 --out " + (folder / "run"));
   EXPECT_NE(run.exit_code, 0);
-  const file::Results results = file::read_solution(folder / "run");
+  const result::Results results = result::read_solution(folder / "run");
   EXPECT_EQ(results.solution.status, maneuver::Status::time_limit);
   ASSERT_TRUE(results.certificate && results.certificate->limits);
   const bool broken = results.certificate->limits->violation > 1e-6;  // how far it comes depends on the machine

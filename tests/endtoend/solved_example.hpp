@@ -3,8 +3,8 @@
 
 #include <ostream>
 
-#include "file/solution_file.hpp"
 #include "program.hpp"
+#include "result/solution_file.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -31,7 +31,7 @@ inline double out_of_plane(const maneuver::Solution& solution) {
   return largest;
 }
 
-inline void expect_marks(const file::Results& results) {
+inline void expect_marks(const result::Results& results) {
   const certificate::Certificate& proof = *results.certificate;
   EXPECT_EQ(results.solution.status, maneuver::Status::optimal) << results.solution.message;
   EXPECT_LE(proof.goal_error, tolerance(1e-9));
@@ -49,7 +49,7 @@ inline void expect_solved(const Example& example) {
   const ProgramRun run =
       lamprey(folder, "solve " + varied_example(folder, example.name, example.values) + " --out " + (folder / "run"));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  const file::Results results = file::read_solution(folder / "run");
+  const result::Results results = result::read_solution(folder / "run");
   expect_marks(results);
   EXPECT_LE(results.solution.cost, example.cost);
   if (example.cost_tolerance > 0.0) {

@@ -5,13 +5,13 @@
 
 #include "file/plane_checks.hpp"
 #include "file/problem_file.hpp"
-#include "file/resolve.hpp"
-#include "file/solution_file.hpp"
-#include "file/tasks.hpp"
+#include "file/refusals.hpp"
 #include "maneuver/maneuver.hpp"
 #include "mechanics/equations_of_motion.hpp"
 #include "model/input_error.hpp"
-#include "refusals.hpp"
+#include "result/resolve.hpp"
+#include "result/solution_file.hpp"
+#include "task/tasks.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -98,13 +98,13 @@ TEST(Plane, of_ellipses_holds_all_that_a_swimmer_is_asked) {
 // What of M and J lies out of the plane has no part in motions within it.
 TEST(Plane, is_kept_in_stored_answers) {
   const file::ProblemFile asked = file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/examples/ellipses.toml");
-  file::MarchOptions options;
+  task::MarchOptions options;
   options.steps = 4;
-  const file::Results results = file::march_task(asked, options, "");
-  const file::Results back = file::parse_solution(file::solution_text(results), "x");
+  const result::Results results = task::march_task(asked, options, "");
+  const result::Results back = result::parse_solution(result::solution_text(results), "x");
   EXPECT_TRUE(back.problem.bodies[2].ellipse);
-  EXPECT_TRUE(file::problem_of(back).swimmer.bodies[2].ellipse);
-  EXPECT_EQ(file::solution_text(back), file::solution_text(results));
+  EXPECT_TRUE(result::problem_of(back).swimmer.bodies[2].ellipse);
+  EXPECT_EQ(result::solution_text(back), result::solution_text(results));
 }
 
 TEST(Plane, motions_do_not_feel_what_lies_out_of_it) {

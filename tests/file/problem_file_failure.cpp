@@ -4,11 +4,11 @@
 #include <filesystem>
 #include <random>
 
-#include "file/io_error.hpp"
+#include "document/io_error.hpp"
 #include "file/problem_file.hpp"
-#include "file/tasks.hpp"
+#include "file/samples.hpp"
 #include "fluid/gap.hpp"
-#include "samples.hpp"
+#include "task/tasks.hpp"
 
 namespace lamprey {
 namespace {
@@ -96,8 +96,8 @@ TEST(MalformedProblem, the_file_they_were_made_from_is_accepted) {
 }
 
 TEST(MalformedProblem, a_missing_file_and_a_folder_are_failures_of_reading_not_of_content) {
-  EXPECT_THROW(file::read_problem(tests::folder_of_tests() + "no_such_file.toml"), file::IoError);
-  EXPECT_THROW(file::read_problem(tests::folder_of_tests()), file::IoError);
+  EXPECT_THROW(file::read_problem(tests::folder_of_tests() + "no_such_file.toml"), document::IoError);
+  EXPECT_THROW(file::read_problem(tests::folder_of_tests()), document::IoError);
 }
 
 TEST(MalformedProblem, more_than_16_mebibytes_are_refused_and_exactly_16_are_read) {
@@ -336,7 +336,7 @@ TEST(UnsupportedProblem, momentum_leaves_no_duration_and_no_end_free) {
       file::require_supported(problem, file::Purpose::solve);
     } catch (const InputError& error) {
       EXPECT_EQ(error.key, "start");
-      EXPECT_NE(file::check_task(problem).find("Not for lamprey solve"), std::string::npos);
+      EXPECT_NE(task::check_task(problem).find("Not for lamprey solve"), std::string::npos);
       return true;
     }
     return false;

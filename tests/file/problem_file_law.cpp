@@ -2,9 +2,9 @@
 
 #include <filesystem>
 
+#include "document/text_file.hpp"
 #include "file/problem_file.hpp"
-#include "file/text_file.hpp"
-#include "samples.hpp"
+#include "file/samples.hpp"
 
 namespace lamprey {
 namespace {
@@ -200,8 +200,8 @@ TEST(ProblemFile, a_chain_of_a_thousand_bodies_is_read_whatever_the_order_of_its
 }
 
 TEST(ProblemFile, the_digest_is_that_of_the_standard) {
-  EXPECT_EQ(file::sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
-  EXPECT_EQ(file::sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(document::sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(document::sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
 // The tail has no angular velocity of its own and a joint that leads it; a ball joint's child would be at rest.

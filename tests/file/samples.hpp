@@ -10,7 +10,7 @@
 #include <iterator>
 #include <string>
 
-#include "file/results.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::tests {
 
@@ -53,8 +53,8 @@ class SampleNumbers {
   double next_ = 0.0;
 };
 
-inline file::ResolvedProblem sample_problem(int steps, SampleNumbers& sample) {
-  file::ResolvedProblem problem;
+inline result::ResolvedProblem sample_problem(int steps, SampleNumbers& sample) {
+  result::ResolvedProblem problem;
   for (const char* name : {"middle", "front", "back"})
     problem.bodies.push_back(
         {name, sample.vector().cwiseAbs(), sample.number(), sample.matrix(), sample.matrix(), sample.matrix()});
@@ -107,9 +107,9 @@ inline void sample_motion(int steps, double time_step, SampleNumbers& sample, ma
 inline std::size_t at_nodes(int steps) { return static_cast<std::size_t>(steps) + 1; }
 
 /// Results of every field, three bodies and two joints.
-inline file::Results sample_results(int steps) {
+inline result::Results sample_results(int steps) {
   SampleNumbers sample;
-  file::Results results;
+  result::Results results;
   results.name = "a \"name\" with\ttricks <é>";
   results.source = "made up";
   results.problem = sample_problem(steps, sample);

@@ -6,9 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "file/resolve.hpp"
-#include "file/task_words.hpp"
-#include "file/text_table.hpp"
+#include "document/text_table.hpp"
 #include "report/limit_facts.hpp"
 #include "report/obstacles.hpp"
 #include "report/page_data.hpp"
@@ -16,6 +14,8 @@
 #include "report/summary.hpp"
 #include "report/transport.hpp"
 #include "report/wording.hpp"
+#include "result/resolve.hpp"
+#include "task/task_words.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey {
@@ -24,19 +24,19 @@ namespace {
 using Eigen::Vector3d;
 using nlohmann::json;
 
-json page_run(const file::Results& results) { return json::parse(report::page_data({&results}))["runs"][0]; }
+json page_run(const result::Results& results) { return json::parse(report::page_data({&results}))["runs"][0]; }
 
-std::string fact(const file::Results& results, const std::string& name) {
+std::string fact(const result::Results& results, const std::string& name) {
   for (const auto& [key, value] : report::facts(results))
     if (key == name) return value;
   return "";
 }
 
 // As the root, and the bodies that hang on it, would be without limits.
-file::Results moving(int steps = 60) {
-  file::Results results = tests::sample_results(steps);
+result::Results moving(int steps = 60) {
+  result::Results results = tests::sample_results(steps);
   results.problem.start =
-      file::ResolvedStart{results.solution.rotation.front(), results.solution.position.front(), Vector3d::Zero(), {}};
+      result::ResolvedStart{results.solution.rotation.front(), results.solution.position.front(), Vector3d::Zero(), {}};
   return results;
 }
 
@@ -66,22 +66,22 @@ std::vector<maneuver::Limits> one_each() {
 
 TEST(LimitWords, tell_each_limit_once_with_its_number_and_unit) {
   for (const maneuver::Limits& limits : one_each()) {
-    const auto lines = file::limit_lines(limits, file::short_number);
+    const auto lines = task::limit_lines(limits, document::short_number);
     ASSERT_EQ(lines.size(), 1U);
     EXPECT_NE(lines[0].find("7.25"), std::string::npos) << lines[0];
     EXPECT_TRUE(lines[0].find(" N m") != std::string::npos || lines[0].find(" rad") != std::string::npos ||
                 lines[0].find(" m") != std::string::npos)
         << lines[0];
-    file::Results results = moving();
+    result::Results results = moving();
     results.problem.limits = limits;
     const auto rows = report::problem_settings(results.problem);
     EXPECT_EQ(std::count_if(rows.begin(), rows.end(), [&](const auto& row) { return row.second == lines[0]; }), 1);
   }
-  EXPECT_TRUE(file::limit_lines({}, file::short_number).empty());
+  EXPECT_TRUE(task::limit_lines({}, document::short_number).empty());
 }
 
 TEST(LimitWords, name_the_fluid_the_free_duration_and_waypoints) {
-  file::Results results = moving();
+  result::Results results = moving();
   results.problem.density = 998.2;
   results.problem.free_duration = true;
   results.problem.between = {0.25, 4.5};
@@ -96,7 +96,7 @@ TEST(LimitWords, name_the_fluid_the_free_duration_and_waypoints) {
 
 // A sphere that grows, and a face that comes nearer, take as much off the distance.
 TEST(LimitReaches, are_distances_that_fall_as_obstacles_grow) {
-  file::Results results = moving();
+  result::Results results = moving();
   auto& limits = results.problem.limits;
   limits.spheres.push_back({Vector3d(0.0, 60.0, 5.0), 2.0});
   limits.half_spaces.push_back({Vector3d(0.0, 0.0, -40.0), Vector3d(0.0, 0.3, 2.0)});
@@ -115,7 +115,7 @@ TEST(LimitReaches, are_distances_that_fall_as_obstacles_grow) {
 }
 
 TEST(LimitReaches, count_the_time_at_a_limit_and_tell_what_is_broken) {
-  file::Results results = moving();
+  result::Results results = moving();
   double largest = 0.0;
   for (const auto& moments : results.solution.control) largest = std::max(largest, moments[0].norm());
   results.problem.limits.joint_torque["front"] = 2.0 * largest;
@@ -137,11 +137,11 @@ TEST(LimitReaches, count_the_time_at_a_limit_and_tell_what_is_broken) {
 
 // Pairs that are far apart are not looked at closely, and none that matters is left out.
 TEST(LimitReaches, of_clearance_are_those_of_the_nearest_pair) {
-  file::Results results = moving();
-  for (file::ResolvedBody& body : results.problem.bodies) body.semi_axes *= 0.4;
+  result::Results results = moving();
+  for (result::ResolvedBody& body : results.problem.bodies) body.semi_axes *= 0.4;
   for (const double asked : {1e-3, 2.0, 6.0}) {
     results.problem.limits.clearance = asked;
-    const maneuver::Problem problem = file::problem_of(results);
+    const maneuver::Problem problem = result::problem_of(results);
     const model::System system(problem.swimmer);
     const certificate::StoredMotion motion(system, problem, results.solution);
     double least = 1e300;
@@ -157,8 +157,8 @@ TEST(LimitReaches, of_clearance_are_those_of_the_nearest_pair) {
 
 // What a march looks like where nobody should overlook something.
 TEST(MarchFaults, of_overlap_and_of_broken_limits_take_the_good_word_away) {
-  file::Results results = tests::simulated_results(40);
-  for (file::ResolvedBody& body : results.problem.bodies) body.semi_axes *= 0.05;
+  result::Results results = tests::simulated_results(40);
+  for (result::ResolvedBody& body : results.problem.bodies) body.semi_axes *= 0.05;
   EXPECT_GT(report::march_clearance(results)->gap, 0.0);
   EXPECT_TRUE(report::succeeded(results));
   EXPECT_EQ(report::verdict(results), "Simulated");
@@ -169,14 +169,14 @@ TEST(MarchFaults, of_overlap_and_of_broken_limits_take_the_good_word_away) {
   EXPECT_FALSE(report::succeeded(results));
   EXPECT_EQ(report::verdict(results), "Simulated, but limits.torque is broken");
   results.problem.limits = {};
-  for (file::ResolvedBody& body : results.problem.bodies) body.semi_axes *= 40.0;
+  for (result::ResolvedBody& body : results.problem.bodies) body.semi_axes *= 40.0;
   EXPECT_FALSE(report::succeeded(results));
   EXPECT_EQ(report::verdict(results), "Simulated, but bodies pass through each other");
   EXPECT_EQ(page_run(results)["good"], false);
 }
 
 TEST(CostOfTransport, is_told_where_a_distance_is_asked_for_or_gone) {
-  file::Results results = moving();
+  result::Results results = moving();
   results.problem.goal->move = {};
   results.problem.goal->periodic = true;
   auto& position = results.solution.position;
@@ -206,7 +206,7 @@ TEST(CostOfTransport, is_told_where_a_distance_is_asked_for_or_gone) {
 }
 
 TEST(PageObstacles, are_those_of_the_problem_and_waypoints_lie_where_they_are_asked_for) {
-  file::Results results = moving();
+  result::Results results = moving();
   results.problem.limits.spheres.push_back({Vector3d(1.0, -2.0, 3.0), 0.5});
   results.problem.limits.half_spaces.push_back({Vector3d(0.0, 1.0, 0.0), Vector3d(0.0, 0.0, 4.0)});
   results.problem.waypoints.push_back({0.5, {0.25, std::nullopt, std::nullopt}, {}, {}});
@@ -223,7 +223,7 @@ TEST(PageObstacles, are_those_of_the_problem_and_waypoints_lie_where_they_are_as
 
 // Curves and the check of limits see the same: the largest value leaves the margin that the check finds.
 TEST(PageLimitCurves, leave_the_margins_that_the_check_finds) {
-  file::Results results = moving();
+  result::Results results = moving();
   auto& limits = results.problem.limits;
   limits.swing["front"] = 2.0;
   limits.twist["rear"] = 3.0;
@@ -261,8 +261,8 @@ TEST(PageLimitCurves, leave_the_margins_that_the_check_finds) {
 
 // The moments of motors, along axes that are orthogonal, are as large together as the moment that they make.
 TEST(PageMoments, of_motors_make_the_moment_on_the_parent) {
-  file::Results results = moving(20);
-  file::ResolvedJoint& joint = results.problem.joints[0];
+  result::Results results = moving(20);
+  result::ResolvedJoint& joint = results.problem.joints[0];
   joint.kind = model::JointKind::universal;
   joint.axes = {Vector3d::UnitX(), Vector3d::UnitY()};
   joint.control_axes = {Vector3d::UnitX(), Vector3d::UnitY()};

@@ -95,7 +95,7 @@ TEST(Outline, views_show_what_their_names_say) {
 }
 
 TEST(Poses, joints_sit_at_the_same_place_on_both_their_bodies_in_any_order_of_joints) {
-  file::Results results = tests::sample_results(10);
+  result::Results results = tests::sample_results(10);
   results.problem.bodies.push_back(tests::sample_body("tail", {2.0, 0.5, 0.5}, 0.1));
   results.problem.joints.insert(results.problem.joints.begin(),
                                 {"tail", model::JointKind::ball, 2, 3, {-5.5, 0.1, 0.0}, {2.5, 0.0, 0.2}, {}});
@@ -105,7 +105,7 @@ TEST(Poses, joints_sit_at_the_same_place_on_both_their_bodies_in_any_order_of_jo
   rotation.push_back(lie::exp({1.0, 2.0, -0.5}));
   const auto centres = report::body_centres(results.problem, order, results.solution.position[4], rotation);
   EXPECT_EQ(centres[0], results.solution.position[4]);
-  for (const file::ResolvedJoint& joint : results.problem.joints) {
+  for (const result::ResolvedJoint& joint : results.problem.joints) {
     const auto p = static_cast<std::size_t>(joint.parent), c = static_cast<std::size_t>(joint.child);
     const Eigen::Vector3d on_parent = centres[p] + rotation[p] * joint.parent_offset;
     EXPECT_LE((on_parent - centres[c] - rotation[c] * joint.child_offset).norm(), tests::tolerance(1e-13))

@@ -48,7 +48,7 @@ std::set<std::string> names(const json& pairs) {
 }
 
 TEST(PageData, joints_show_their_axes_springs_and_dampers) {
-  file::Results results = tests::simulated_results(10);
+  result::Results results = tests::simulated_results(10);
   results.problem.joints[0].kind = model::JointKind::hinge;
   results.problem.joints[0].axis = Eigen::Vector3d(0.0, 0.0, 1.0);
   results.problem.joints[0].stiffness = 2.5;
@@ -82,7 +82,7 @@ TEST(Page, that_was_tampered_with_is_found_out) {
 
 TEST(Page, keeps_hostile_names_as_text) {
   const std::string hostile = "</script><script>alert(1)</script><!-- %DATA% %SNAPSHOTS% </title> & \"'\\ é";
-  file::Results results = tests::sample_results(20);
+  result::Results results = tests::sample_results(20);
   results.name = results.source = results.solution.message = results.problem.bodies[1].name = hostile;
   results.problem.joints[0].name = results.provenance.command = results.solution.solver.name = hostile;
   const json page = read_page(report::report_html(results));
@@ -97,7 +97,7 @@ TEST(Page, keeps_hostile_names_as_text) {
 }
 
 TEST(Page, replaces_bytes_that_are_not_utf8_instead_of_failing) {
-  file::Results results = tests::sample_results(20);
+  result::Results results = tests::sample_results(20);
   results.solution.message = "broken \xC3( byte";
   EXPECT_EQ(read_page(report::report_html(results))["data"]["runs"][0]["message"], "broken \uFFFD( byte");
 }
@@ -126,7 +126,7 @@ TEST(Page, stays_small_for_a_thousand_and_for_a_hundred_thousand_steps) {
 }
 
 TEST(PageData, holds_the_stored_motion_to_seven_digits) {
-  const file::Results results = tests::sample_results(60);
+  const result::Results results = tests::sample_results(60);
   const json frames = json::parse(report::page_data({&results}))["runs"][0]["frames"];
   const double tolerance = tests::tolerance(1e-6);
   for (std::size_t k = 0; k <= 60; ++k) {
@@ -159,12 +159,12 @@ TEST(PageData, draws_first_and_last_node_in_order_and_within_the_budget) {
 }
 
 TEST(Report, refuses_results_whose_arrays_do_not_fit) {
-  file::Results short_control = tests::sample_results(10), two_parents = tests::sample_results(10);
+  result::Results short_control = tests::sample_results(10), two_parents = tests::sample_results(10);
   short_control.solution.control.pop_back();
   EXPECT_THROW(report::report_html(short_control), std::invalid_argument);
   two_parents.problem.joints[1].child = 1;
   EXPECT_THROW(report::report_html(two_parents), std::invalid_argument);
-  file::Results lonely = tests::sample_results(10);
+  result::Results lonely = tests::sample_results(10);
   lonely.problem.joints.clear();
   EXPECT_THROW(report::comparison_html(tests::sample_results(10), lonely), model::InputError);
 }

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "file/results.hpp"
 #include "lie/so3.hpp"
+#include "result/results.hpp"
 
 namespace lamprey::tests {
 
-inline file::ResolvedBody sample_body(const std::string& name, const Eigen::Vector3d& semi_axes, double mass) {
+inline result::ResolvedBody sample_body(const std::string& name, const Eigen::Vector3d& semi_axes, double mass) {
   const Eigen::Vector3d squares = semi_axes.cwiseProduct(semi_axes);
   const Eigen::Vector3d inertia = mass / 5.0 * (Eigen::Vector3d::Constant(squares.sum()) - squares);
   const Eigen::Matrix3d body_inertia = inertia.asDiagonal();
@@ -18,8 +18,8 @@ inline file::ResolvedBody sample_body(const std::string& name, const Eigen::Vect
   return {name, semi_axes, mass, body_inertia, mass_matrix, 1.7 * body_inertia};
 }
 
-inline file::ResolvedProblem sample_problem(int steps) {
-  file::ResolvedProblem problem;
+inline result::ResolvedProblem sample_problem(int steps) {
+  result::ResolvedProblem problem;
   problem.bodies = {sample_body("middle", {8.0, 1.5, 2.0}, 1.0), sample_body("front", {5.0, 0.8, 1.5}, 0.25),
                     sample_body("rear", {5.0, 0.8, 1.5}, 0.25)};
   const std::vector<Eigen::Vector3d> all = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(),
@@ -87,8 +87,8 @@ inline certificate::Certificate sample_certificate() {
   return proof;
 }
 
-inline file::Results sample_results(int steps = 1000) {
-  file::Results results;
+inline result::Results sample_results(int steps = 1000) {
+  result::Results results;
   results.name = "Rotation about the long axis";
   results.source = "Lee, Leok, McClamroch 2009, maneuver (ii)";
   results.problem = sample_problem(steps);
@@ -108,8 +108,8 @@ inline file::Results sample_results(int steps = 1000) {
   return results;
 }
 
-inline file::Results simulated_results(int steps = 200) {
-  file::Results results = sample_results(steps);
+inline result::Results simulated_results(int steps = 200) {
+  result::Results results = sample_results(steps);
   results.name = "Free tumbling";
   results.problem.goal.reset();
   results.certificate.reset();

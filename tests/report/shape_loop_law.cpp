@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "file/problem_file.hpp"
-#include "file/tasks.hpp"
 #include "report/page_data.hpp"
+#include "task/tasks.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey {
@@ -19,12 +19,12 @@ using Angles = std::vector<Vector3d>;
 
 constexpr double rate = 2.0 * M_PI;  // rad/s: once round in the file's second
 
-file::Results swum(const std::function<Angles(double)>& angles, const Vector3d& spin = Vector3d::Zero()) {
+result::Results swum(const std::function<Angles(double)>& angles, const Vector3d& spin = Vector3d::Zero()) {
   file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/three_links.toml");
   problem.problem.start.angular_velocity.assign(3, spin);
-  file::MarchOptions options;
+  task::MarchOptions options;
   options.angle = angles;
-  return file::march_task(problem, options, "test");
+  return task::march_task(problem, options, "test");
 }
 
 Angles round(double t) {
@@ -32,7 +32,7 @@ Angles round(double t) {
 }
 
 TEST(ShapeLoop, foretells_what_the_swimmer_moved) {
-  const file::Results results = swum(&round);
+  const result::Results results = swum(&round);
   ASSERT_EQ(results.solution.status, maneuver::Status::simulated) << results.solution.message;
   const std::optional<report::ShapeLoop> loop = report::shape_loop(results);
   ASSERT_TRUE(loop && loop->displacement);
@@ -49,7 +49,7 @@ TEST(ShapeLoop, of_the_forward_gait_foretells_its_two_metres) {
   const file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/gait.toml");
   study::SolveOptions options;
   options.refinement = false;
-  const std::optional<report::ShapeLoop> loop = report::shape_loop(file::solve_task(problem, options, "test"));
+  const std::optional<report::ShapeLoop> loop = report::shape_loop(task::solve_task(problem, options, "test"));
   ASSERT_TRUE(loop && loop->displacement);
   EXPECT_NEAR(loop->displacement->by_volume[0], 1.999, 1e-3);
   EXPECT_NEAR(loop->displacement->moved[0], 2.0, 1e-3);
@@ -74,7 +74,7 @@ TEST(ShapeLoop, is_of_two_angles_at_least) {
   })));
   // nor does one count that is bent and stays so, but as where the others move
   EXPECT_FALSE(report::shape_loop(swum([](double t) { return Angles{round(t)[0], Vector3d(0.5, 0, 0)}; })));
-  file::Results results = swum(&round);
+  result::Results results = swum(&round);
   results.solution.joint_angle.clear();  // as of a file without
   EXPECT_FALSE(report::shape_loop(results));
 }
@@ -85,9 +85,9 @@ TEST(ShapeLoop, is_seen_from_the_swimmer) {
   file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/three_links.toml");
   problem.problem.start.position = Vector3d(3.0, -2.0, 1.0);
   problem.problem.start.rotation.assign(3, Vector3d(0.4, -1.1, 2.0));
-  file::MarchOptions options;
+  task::MarchOptions options;
   options.angle = &round;
-  const std::optional<report::ShapeLoop> turned = report::shape_loop(file::march_task(problem, options, "test"));
+  const std::optional<report::ShapeLoop> turned = report::shape_loop(task::march_task(problem, options, "test"));
   ASSERT_TRUE(plain && turned && plain->displacement && turned->displacement);
   EXPECT_LE((plain->displacement->moved - turned->displacement->moved).norm(), 1e-9);
 }
@@ -97,8 +97,8 @@ TEST(ShapeLoop, has_no_twist_of_far_turns) {
   file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/three_links.toml");
   problem.problem.steps = 60;
   const auto cycles = [&](int count) {
-    file::MarchOptions options;
-    file::AngleSamples samples;
+    task::MarchOptions options;
+    result::AngleSamples samples;
     for (int k = 0; k <= 60; ++k) {
       samples.time.push_back(k / 60.0);
       samples.angle.push_back({Vector3d(1.5 + 0.9 * std::cos(rate * k / 60.0), 0, 0),
@@ -106,7 +106,7 @@ TEST(ShapeLoop, has_no_twist_of_far_turns) {
     }
     options.angles = samples;
     options.cycles = count;
-    return report::shape_loop(file::march_task(problem, options, "test"));
+    return report::shape_loop(task::march_task(problem, options, "test"));
   };
   const auto once = cycles(1), thrice = cycles(3);
   ASSERT_TRUE(once && thrice && once->displacement && thrice->displacement);
@@ -121,9 +121,9 @@ TEST(ShapeLoop, has_no_twist_of_far_turns) {
 
 // Angles beyond all sense, or none, are no picture.
 TEST(ShapeLoop, is_none_of_numbers_without_sense) {
-  file::Results results = swum(&round);
+  result::Results results = swum(&round);
   for (const double number : {1e16, 1e300, std::nan("")}) {
-    file::Results broken = results;
+    result::Results broken = results;
     for (auto& node : broken.solution.joint_angle) node[0][0] += number;
     EXPECT_FALSE(report::shape_loop(broken)) << number;
   }
@@ -141,11 +141,11 @@ TEST(ShapeLoop, does_not_depend_on_where_it_begins) {
 
 // Angles of a joint that turns right round are stored within half a turn.
 TEST(ShapeLoop, goes_on_over_whole_turns) {
-  const file::Results results = swum([](double t) {
+  const result::Results results = swum([](double t) {
     return Angles{Vector3d(2.9 + 0.5 * std::cos(rate * t), 0, 0), Vector3d(0.5 * std::sin(rate * t), 0, 0)};
   });
   ASSERT_EQ(results.solution.status, maneuver::Status::simulated) << results.solution.message;
-  file::Results wrapped = results;
+  result::Results wrapped = results;
   for (auto& node : wrapped.solution.joint_angle) node[0][0] = std::remainder(node[0][0], 2.0 * M_PI);
   const std::optional<report::ShapeLoop> loop = report::shape_loop(results), same = report::shape_loop(wrapped);
   ASSERT_TRUE(loop && same && loop->displacement && same->displacement);
@@ -155,7 +155,7 @@ TEST(ShapeLoop, goes_on_over_whole_turns) {
 }
 
 TEST(ShapeLoop, stands_in_the_page_row_by_row_of_the_first_variable) {
-  const file::Results results = swum(&round);
+  const result::Results results = swum(&round);
   const std::optional<report::ShapeLoop> loop = report::shape_loop(results);
   const auto heights = nlohmann::json::parse(report::page_data({&results}))["runs"][0]["heights"];
   ASSERT_TRUE(loop);

@@ -16,7 +16,7 @@
 namespace lamprey {
 namespace {
 
-report::CertificateRow row(const file::Results& results, const std::string& name) {
+report::CertificateRow row(const result::Results& results, const std::string& name) {
   for (const auto& row : report::certificate_rows(*results.certificate, results.problem)) {
     if (row.name == name) return row;
   }
@@ -48,7 +48,7 @@ TEST(CertificateRows, hold_within_their_marks_and_not_beyond) {
        [](Certificate& c) { c.replay->feedback_rotation_error = 0.9e-2; }},
   };
   for (const MarkedRow& marked : rows) {
-    file::Results results = tests::sample_results(5);
+    result::Results results = tests::sample_results(5);
     marked.beyond(*results.certificate);
     EXPECT_EQ(row(results, marked.name).holds, std::optional(false)) << marked.name;
     marked.within(*results.certificate);
@@ -57,7 +57,7 @@ TEST(CertificateRows, hold_within_their_marks_and_not_beyond) {
 }
 
 TEST(CertificateRows, hold_kkt_to_the_tolerance_of_the_problem) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   results.certificate->kkt = 5e-7;
   EXPECT_EQ(row(results, "First-order optimality (KKT)").holds, std::optional(false));
   results.problem.tolerance = 1e-6;
@@ -65,7 +65,7 @@ TEST(CertificateRows, hold_kkt_to_the_tolerance_of_the_problem) {
 }
 
 TEST(CertificateRows, give_no_mark_to_what_was_not_computed_or_not_asked_for) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   results.certificate = certificate::Certificate{};
   for (const auto& empty : report::certificate_rows(*results.certificate, results.problem)) {
     EXPECT_EQ(empty.value, "not computed") << empty.name;
@@ -80,7 +80,7 @@ TEST(CertificateRows, give_no_mark_to_what_was_not_computed_or_not_asked_for) {
 }
 
 TEST(Clearance, is_told_with_bodies_and_time_and_overlap_as_a_plain_fact) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   EXPECT_EQ(row(results, "Clearance").value, "0.519 m: middle and front at 0.42 s");
   results.problem.limits.clearance = 0.5;
   EXPECT_EQ(row(results, "Clearance").value, "0.519 m: middle and front at 0.42 s");
@@ -100,7 +100,7 @@ TEST(Clearance, is_told_with_bodies_and_time_and_overlap_as_a_plain_fact) {
 }
 
 TEST(CostShares, are_told_where_there_is_more_than_effort) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   EXPECT_TRUE(report::cost_shares(results).empty());
   results.problem.time_weight = 7.0;
   results.solution.cost = 100.0;
@@ -121,7 +121,7 @@ TEST(CostShares, are_told_where_there_is_more_than_effort) {
 
 TEST(Verdict, calls_optimal_only_what_is) {
   using maneuver::Status;
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   EXPECT_EQ(report::verdict(results).substr(0, 8), "Optimal:") << "of files without a verdict";
   results.certificate->verdict = certificate::Verdict::stationary;
   EXPECT_EQ(report::verdict(results).substr(0, 23), "Stationary, not proved:");
@@ -137,7 +137,7 @@ TEST(Verdict, calls_optimal_only_what_is) {
 }
 
 TEST(CertificateRows, tell_directions_of_descent_and_whether_axes_are_confined) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   EXPECT_EQ(row(results, "Curvature, all axes free").value, "no axes are confined");
   results.certificate->all_axes = certificate::AllAxes{1e-12, {-246.0, false, 14}};
   EXPECT_EQ(row(results, "Curvature, all axes free").value, "−246, 14 of descent");
@@ -145,7 +145,7 @@ TEST(CertificateRows, tell_directions_of_descent_and_whether_axes_are_confined) 
 }
 
 TEST(Verdict, says_missed_when_the_goal_is_missed_and_in_which_unit) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   results.problem.goal->move = {};
   EXPECT_NE(report::verdict(results).find("goal reached within 3.1×10⁻¹² rad"), std::string::npos)
       << report::verdict(results);
@@ -157,7 +157,7 @@ TEST(Verdict, says_missed_when_the_goal_is_missed_and_in_which_unit) {
 }
 
 TEST(Verdict, says_that_there_is_no_motion_and_nothing_of_its_cost) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   const auto says = [&](const std::string& name) {
     const auto rows = report::facts(results);
     return std::any_of(rows.begin(), rows.end(), [&](const auto& entry) { return entry.first == name; });
@@ -175,7 +175,7 @@ TEST(Verdict, says_that_there_is_no_motion_and_nothing_of_its_cost) {
 }
 
 TEST(Facts, give_the_cost_of_transport_by_the_work_that_the_replay_sees_between_the_nodes) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   results.problem.goal->periodic = true;
   const auto said = [&](const std::string& name) -> std::string {
     for (const auto& [key, value] : report::facts(results))
@@ -194,7 +194,7 @@ TEST(Facts, give_the_cost_of_transport_by_the_work_that_the_replay_sees_between_
 }
 
 TEST(Facts, tell_how_the_root_has_turned_where_the_goal_leaves_that_open) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   const std::string root = results.problem.bodies.front().name;
   const auto told = [&] {
     for (const auto& [key, value] : report::facts(results))
@@ -214,7 +214,7 @@ TEST(Facts, tell_how_the_root_has_turned_where_the_goal_leaves_that_open) {
 }
 
 TEST(MomentumLines, tell_signs_of_motions_that_arrive_alone) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   EXPECT_EQ(report::momentum_lines(results).size(), 3U);
   results.certificate->goal_error = 0.1;
   EXPECT_EQ(report::momentum_lines(results).size(), 1U);
@@ -222,7 +222,7 @@ TEST(MomentumLines, tell_signs_of_motions_that_arrive_alone) {
 
 // Bodies that end turned otherwise have moved by another way than the root: no law gives their momentum the move's sign.
 TEST(MomentumLines, find_fault_with_signs_where_a_law_gives_them_alone) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   const auto mark = [&] {
     const std::string line = report::momentum_lines(results)[1];
     EXPECT_NE(line.find("mean linear momentum"), std::string::npos) << line;
@@ -238,9 +238,9 @@ TEST(MomentumLines, find_fault_with_signs_where_a_law_gives_them_alone) {
 
 // Joints at mass centres, a swimmer far from the origin: what is compared has a size all the same.
 TEST(MomentumLines, hold_the_total_to_the_bodies_own) {
-  file::Results results = tests::sample_results(5);
+  result::Results results = tests::sample_results(5);
   const auto zero = [&] { return report::momentum_lines(results).front().starts_with("✓"); };
-  for (file::ResolvedJoint& joint : results.problem.joints)
+  for (result::ResolvedJoint& joint : results.problem.joints)
     joint.parent_offset = joint.child_offset = Eigen::Vector3d::Zero();
   EXPECT_TRUE(zero());
   for (Eigen::Vector3d& total : results.solution.angular_momentum.total) total.x() += 1e-5;
@@ -270,7 +270,7 @@ TEST(Wording, writes_numbers_for_people) {
 // A hinge that turns at 0.5 rad/s under 3 N m for 2 s, a ball joint that is held 0.2 rad from its zero angle.
 TEST(JointDemands, are_what_motors_must_give) {
   constexpr int steps = 8;
-  file::Results results;
+  result::Results results;
   results.problem = tests::sample_problem(steps);
   results.problem.time_step = 2.0 / steps;
   results.problem.joints[0].kind = model::JointKind::hinge;
@@ -311,10 +311,10 @@ TEST(JointDemands, are_what_motors_must_give) {
 // Turned about its first axis under −1 N m, about its second, which that carries along, under 2 N m.
 TEST(JointDemands, of_a_universal_joint_are_those_of_each_axis) {
   constexpr int steps = 40;
-  file::Results results;
+  result::Results results;
   results.problem = tests::sample_problem(steps);
   results.problem.time_step = 2.0 / steps;
-  file::ResolvedJoint& joint = results.problem.joints[0];
+  result::ResolvedJoint& joint = results.problem.joints[0];
   joint.kind = model::JointKind::universal;
   joint.axes = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};
   joint.control_axes = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};

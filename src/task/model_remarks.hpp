@@ -1,0 +1,17 @@
+// What is allowed in a problem file but seldom meant: slips of unit, of frame, of body against fluid.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "maneuver/problem.hpp"
+#include "model/system.hpp"
+
+namespace lamprey::task {
+
+/// One sentence for each number that looks like a slip: a mass far from that of the water displaced, weight or buoyancy that is left, a fluid as light as a gas, given M or J that are less
+/// than the body alone, a joint far off its body, inertias that double precision cannot hold side by side, a goal many
+/// lengths away, one of more than half a turn. None of it is refused. The system must be that of the problem.
+std::vector<std::string> model_remarks(const maneuver::Problem& problem, const model::System& system);
+
+}  // namespace lamprey::task

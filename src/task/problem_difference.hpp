@@ -1,0 +1,17 @@
+// Whether a stored answer is one to the question of a problem file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "file/problem_file.hpp"
+#include "result/results.hpp"
+
+namespace lamprey::task {
+
+/// A sentence for each field of the stored problem that is not what the file asks for, at most ten and what is left in one more:
+/// bodies, joints and fluid, start, goal, time, scheme, cost, limits, waypoints and tolerance. Of a march the swimmer alone. Throws
+/// model::InputError where the file makes no system.
+std::vector<std::string> problem_differences(const result::Results& stored, const file::ProblemFile& asked);
+
+}  // namespace lamprey::task

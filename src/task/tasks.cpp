@@ -1,0 +1,208 @@
+#include "task/tasks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "certificate/certify.hpp"
+#include "lie/so3.hpp"
+#include "maneuver/feedback.hpp"
+#include "result/followed_file.hpp"
+#include "result/resolve.hpp"
+#include "result/solution_file.hpp"
+#include "result/stored_question.hpp"
+#include "result/trajectory_file.hpp"
+#include "study/answer.hpp"
+#include "study/faults.hpp"
+#include "study/refinement.hpp"
+#include "study/verdict.hpp"
+#include "task/model_table.hpp"
+#include "task/problem_difference.hpp"
+
+namespace lamprey::task {
+
+namespace {
+
+// What costs on other grids say of the answer's: the costs themselves no file shows again.
+certificate::Refinement refinement_again(const certificate::Refinement& stored, const maneuver::Problem& problem,
+                                         double cost) {
+  std::vector<certificate::GridCost> grids = stored.grids;
+  for (certificate::GridCost& grid : grids)
+    if (grid.steps == problem.steps) grid.cost = cost;
+  return study::refinement_of(grids, problem.steps, study::expected_order(problem));
+}
+
+// Where the problem's own times differ from each other or from the nodes'.
+void add_false_times(const result::Results& stored, std::vector<certificate::FalseClaim>& claims) {
+  const result::ResolvedProblem& problem = stored.problem;
+  const std::vector<double>& time = stored.solution.time;
+  const auto claim = [&](const char* field, double told, double is) {
+    if (!(std::abs(told - is) <= certificate::time_mark * std::abs(is))) claims.push_back({field, told, is});
+  };
+  if (problem.steps == 0) return;
+  if (problem.free_duration && time.size() > 1) claim("problem.duration", problem.duration, time.back());
+  claim("problem.time_step", problem.time_step, problem.duration / problem.steps);
+}
+
+// Gains follow from problem and motion: where one is another than these give, by more than round-off along an unstable motion, a
+// vehicle would follow somebody else's.
+void add_false_gains(const result::Results& stored, std::vector<certificate::FalseClaim>& claims) {
+  constexpr double other = 1e-3;  // of the largest gain at the node
+  const std::vector<Eigen::MatrixXd>& told = stored.solution.feedback.gain;
+  if (told.empty()) return;
+  const maneuver::Problem problem = result::problem_of(stored);
+  std::vector<Eigen::MatrixXd> found;
+  try {
+    found = maneuver::design_feedback(model::System(problem.swimmer), problem, stored.solution).gain;
+  } catch (const std::domain_error&) {  // there are none for such a motion
+  }
+  if (found.size() != told.size()) {
+    claims.push_back({"feedback.gain", static_cast<double>(told.size()), static_cast<double>(found.size())});
+    return;
+  }
+  for (std::size_t m = 0; m < told.size(); ++m) {
+    Eigen::Index row = 0, column = 0;
+    const double off = (told[m] - found[m]).cwiseAbs().maxCoeff(&row, &column);
+    if (off <= other * found[m].cwiseAbs().maxCoeff()) continue;
+    claims.push_back(
+        {fmt::format("feedback.gain[{}][{}][{}]", m, row, column), told[m](row, column), found[m](row, column)});
+    return;
+  }
+}
+
+// Where an angle that counts whole turns jumps by more than half of one from node to node, which no step does.
+void add_false_turns(const result::Results& stored, std::vector<certificate::FalseClaim>& claims) {
+  const auto& angle = stored.solution.joint_angle;
+  for (std::size_t j = 0; j < stored.problem.joints.size(); ++j) {
+    if (stored.problem.joints[j].kind == model::JointKind::ball) continue;
+    for (std::size_t k = 0; k + 1 < angle.size(); ++k)
+      for (int axis = 0; axis < 2; ++axis) {
+        const double before = angle[k][j][axis], told = angle[k + 1][j][axis];
+        const double turn = lie::shorter_way(told - before);
+        if (std::abs(told - before) <= std::numbers::pi) continue;
+        claims.push_back({fmt::format("joint_angle[{}][{}][{}]", k + 1, j, axis), told, before + turn});
+        return;
+      }
+  }
+}
+
+result::Results with_answer(result::Results begun, study::Answer& answer) {
+  begun.solution = std::move(answer.solution);
+  begun.certificate = answer.certificate;
+  if (!begun.problem.free_duration) return begun;
+  begun.problem.duration = begun.solution.time.back();
+  begun.problem.time_step = begun.problem.duration / begun.problem.steps;
+  return begun;
+}
+
+}  // namespace
+
+model::System system_of(const file::ProblemFile& file) {
+  try {
+    return model::System(file.problem.swimmer);
+  } catch (const model::InputError& error) {
+    throw file::located(error, file);
+  }
+}
+
+std::string check_task(const file::ProblemFile& file) {
+  const model::System system = system_of(file);
+  file::require_ends_within_limits(file);
+  std::string text = model_table(file.problem, system);
+  if (!file.problem.goal) return text;
+  try {
+    file::require_supported(file, file::Purpose::solve);
+  } catch (const model::InputError& refusal) {  // a file may be valid, and simulate take it
+    text += "\nNot for lamprey solve\n" + document::wrapped(refusal.what());
+  }
+  return text;
+}
+
+result::Results begun_results(const file::ProblemFile& file, const model::System& system, const std::string& command) {
+  result::Results results;
+  results.name = file.problem.name;
+  results.source = file.problem.source;
+  results.problem = result::resolve(system, file.problem);
+  results.provenance = result::provenance_here();
+  results.provenance.command = command;
+  results.provenance.problem_sha256 = file.sha256;
+  results.provenance.seed = file.problem.search.seed;
+  return results;
+}
+
+result::Results solve_task(const file::ProblemFile& file, const study::SolveOptions& asked, const std::string& command,
+                           const std::optional<StoredMotion>& first) {
+  study::SolveOptions options = asked;
+  const bool of_ipopt = options.solver == study::Backend::ipopt || options.solver == study::Backend::both;
+  file::require_supported(file, of_ipopt ? file::Purpose::solve_with_ipopt : file::Purpose::solve);
+  const model::System system = system_of(file);
+  result::Results results = begun_results(file, system, command);
+  if (first) {
+    result::require_same_tree(first->results, first->path, system, false);
+    result::require_whole(first->results, first->path);
+    options.first = study::first_motion(system, file.problem, first->results.solution);
+  }
+  try {
+    study::Answer answer = study::answer(system, file.problem, options);
+    for (study::Answer& other : answer.others)
+      results.others.push_back(with_answer(begun_results(file, system, command), other));
+    return with_answer(std::move(results), answer);
+  } catch (const model::InputError& error) {
+    throw file::located(error, file);
+  }
+}
+
+result::Results certified(const result::Results& results) {
+  result::Results again = results;
+  const maneuver::Problem problem = result::problem_of(results);
+  const model::System system(problem.swimmer);
+  const bool sought = problem.goal && results.solution.status != maneuver::Status::simulated;
+  std::string refusal = sought && results.problem.start ? result::refusal_of(problem) : "";
+  if (sought && refusal.empty())
+    refusal = result::foreign_multiplier(system, problem, results.solution.limit_multipliers);
+  certificate::Options options;
+  options.optimality = options.second_order = refusal.empty();
+  again.certificate = certificate::certify(system, problem, results.solution, options);
+  again.certificate->refusal = refusal;
+  if (!results.problem.start) again.certificate->start_error = certificate::unset;  // known by nothing but the answer
+  if (sought) again.certificate->verdict = certificate::verdict(problem, *again.certificate);
+  if (results.certificate && results.certificate->refinement)
+    again.certificate->refinement = refinement_again(*results.certificate->refinement, problem, results.solution.cost);
+  again.solution.message.clear();  // no optimiser stopped here, and none says that it arrived
+  if (again.solution.status == maneuver::Status::optimal) again.solution.status = maneuver::Status::feasible;
+  if (again.solution.status == maneuver::Status::simulated)
+    study::judge_march(*again.certificate, again.solution);
+  else if (problem.goal)
+    study::judge(problem, *again.certificate, again.solution);
+  return again;
+}
+
+bool Verification::promises() const {
+  const maneuver::Status claimed = stored.solution.status;
+  return claimed == maneuver::Status::optimal || claimed == maneuver::Status::simulated;
+}
+
+Verification verify_task(const std::string& folder, const std::optional<file::ProblemFile>& asked) {
+  Verification result;
+  result.stored = result::read_solution(folder);
+  result.found = certified(result.stored);
+  if (result.promises()) result.status_holds = result.found.solution.status == result.stored.solution.status;
+  const bool sought = result.found.problem.goal && result.stored.solution.status != maneuver::Status::simulated;
+  result.fault = sought ? study::fault(result::problem_of(result.found), *result.found.certificate)
+                        : result.found.solution.message;
+  if (!result.status_holds && result.fault.empty()) result.fault = "nothing in the file bears it out";
+  if (result.stored.certificate)
+    result.claims = certificate::false_claims(*result.stored.certificate, *result.found.certificate);
+  add_false_times(result.stored, result.claims);
+  add_false_turns(result.stored, result.claims);
+  if (sought && result.status_holds) add_false_gains(result.stored, result.claims);
+  result.trajectory_difference = result::trajectory_difference(folder, result.stored);
+  if (asked) result.problem_differences = problem_differences(result.stored, *asked);
+  return result;
+}
+
+}  // namespace lamprey::task
