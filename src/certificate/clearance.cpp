@@ -134,4 +134,18 @@ std::optional<Clearance> clearance(const StoredMotion& motion) {
   return std::isfinite(nearest.least().gap) ? std::optional(nearest.least()) : std::nullopt;
 }
 
+double gap_at(const StoredMotion& motion, const Clearance& place) {
+  const std::vector<double>& time = motion.solution.time;
+  if (!(place.time >= time.front() && place.time <= time.back())) return unset;
+  const auto after = std::upper_bound(time.begin(), time.end(), place.time);
+  const int k = std::clamp(static_cast<int>(after - time.begin()) - 1, 0, motion.steps - 1);
+  const double begin = time[at(k)], fraction = (place.time - begin) / (time[at(k + 1)] - begin);
+  const Placement placed = StepPath(motion, k).at(fraction);
+  if (!finite(placed)) return unset;
+  const std::size_t i = at(place.first), j = at(place.second);
+  return fluid::gap({motion.system.body(place.first).gap_axes(), motion.system.body(place.second).gap_axes(),
+                     placed.rotation[i], placed.rotation[j], placed.position[j] - placed.position[i]})
+      .value;
+}
+
 }  // namespace lamprey::certificate

@@ -37,4 +37,7 @@ class StepPath {
 /// the earliest of equal ones. Nothing for a single body; NaN where stored numbers are not finite.
 std::optional<Clearance> clearance(const StoredMotion& motion);
 
+/// m, between the two bodies of `place` at its time; NaN where the motion has no such time.
+double gap_at(const StoredMotion& motion, const Clearance& place);
+
 }  // namespace lamprey::certificate

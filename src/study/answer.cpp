@@ -27,11 +27,15 @@ using maneuver::Status;
 constexpr int few_arrived = 3;    // first guesses for each that arrived, from which on minima may be missing
 constexpr int hops_for_each = 4;  // first guess
 
-// Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then resolved, then cheap.
-std::tuple<bool, bool, bool, bool, double> rank(const Problem& problem, const Answer& answer) {
+// Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then by how near they come,
+// then resolved, then cheap.
+std::tuple<bool, bool, bool, double, bool, double> rank(const Problem& problem, const Answer& answer) {
   const Certificate& proof = answer.certificate;
-  return {answer.solution.status != Status::optimal, !unmet(problem, proof).empty(),
-          !(proof.equation_residual <= proof.equation_allowed()), !unresolved(problem, answer.solution, proof).empty(),
+  return {answer.solution.status != Status::optimal,
+          !unmet(problem, proof).empty(),
+          !(proof.equation_residual <= proof.equation_allowed()),
+          missed_by(problem, proof),
+          !unresolved(problem, answer.solution, proof).empty(),
           answer.solution.cost};
 }
 

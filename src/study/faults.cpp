@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "certificate/certify.hpp"
@@ -77,6 +78,17 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
   if (problem.goal && problem.goal->rest && !(proof.rest_error <= rest_mark))
     return "the end is not at rest: momentum " + number(proof.rest_error) + " of its scale is left";
   return "";
+}
+
+double missed_by(const Problem& problem, const Certificate& proof) {
+  constexpr double unknown = std::numeric_limits<double>::infinity();
+  const auto beyond = [](double error, double mark) {
+    return std::isnan(error) ? unknown : (error <= mark ? 0.0 : error);
+  };
+  double most = beyond(proof.goal_error, goal_mark);
+  if (proof.limits) most = std::max(most, beyond(proof.limits->violation, limit_mark));
+  if (problem.goal && problem.goal->stills_joints()) most = std::max(most, beyond(proof.rest_error, rest_mark));
+  return std::isnan(proof.equation_residual) ? unknown : most;
 }
 
 std::string unsettled(const Problem& problem, const Certificate& proof) {

@@ -15,6 +15,10 @@ std::string foreign(const certificate::Certificate& certificate);
 /// What keeps the answer from being feasible; empty where nothing does.
 std::string unmet(const maneuver::Problem& problem, const certificate::Certificate& certificate);
 
+/// How far it is from that: the largest of what the goal and the limits (rad, m, or of a bound) and the rest (of the momentum's
+/// scale) are missed by; 0 where nothing is, infinite where there is no motion to tell.
+double missed_by(const maneuver::Problem& problem, const certificate::Certificate& certificate);
+
 /// What keeps a feasible answer from being optimal.
 std::string unsettled(const maneuver::Problem& problem, const certificate::Certificate& certificate);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "guess/guess.hpp"
+#include "lie/so3.hpp"
 #include "mechanics/joint_moments.hpp"
 #include "study/found.hpp"
 
@@ -15,16 +16,21 @@ using mechanics::Rotations;
 using model::at;
 using model::System;
 
-// The shape of stored bodies, as far as the system's joints can take it.
-Rotations jointed(const System& system, const Rotations& stored) {
+// The shape of stored bodies, as far as the system's joints can take it; notes what they cannot.
+Rotations jointed(const System& system, const Rotations& stored, FirstMotion& first) {
   Rotations R = stored;
   for (int i : system.root_to_leaves()) {
     const model::Body& body = system.body(i);
     if (body.parent < 0) continue;
     const model::Joint& joint = system.joint(body.joint);
     const Eigen::Matrix3d Q = mechanics::child_to_parent(stored, joint);
-    R[at(i)] =
-        R[at(body.parent)] * (joint.free() ? Q : mechanics::joint_rotation(joint, mechanics::joint_angles(joint, Q)));
+    const Eigen::Matrix3d taken =
+        joint.free() ? Q : mechanics::joint_rotation(joint, mechanics::joint_angles(joint, Q));
+    R[at(i)] = R[at(body.parent)] * taken;
+    const double left = lie::rotation_angle(taken.transpose() * Q);
+    if (left <= first.left_out) continue;
+    first.left_out = left;
+    first.left_out_by = body.joint;
   }
   return R;
 }
@@ -38,7 +44,7 @@ FirstMotion first_motion(const System& system, const maneuver::Problem& problem,
   FirstMotion first;
   NodePath& path = first.path;
   for (std::size_t k = 0; k < solution.rotation.size(); ++k) {
-    Rotations R = jointed(system, solution.rotation[k]);
+    Rotations R = jointed(system, solution.rotation[k], first);
     path.control.push_back(mechanics::along_actuation(
         system, mechanics::moments_of_applied(system, solution.rotation[k], solution.control[k])));
     for (Eigen::Matrix3d& body : R) body = heading * body;

@@ -15,6 +15,8 @@ struct FirstMotion {
   double duration = 0.0;                      // s
   shape::LimitMultipliers limit_multipliers;  // of those of the problem's limits that it was found within
   shape::WorkMultipliers work_multipliers;
+  double left_out = 0.0;  // rad, the most of a joint's turn that the problem's joint cannot take
+  int left_out_by = -1;   // that joint
 };
 
 /// The nodes and moments of a solution or march of a swimmer of the same tree, placed and headed as the problem starts: joints turn

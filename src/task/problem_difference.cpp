@@ -15,19 +15,6 @@ namespace {
 
 constexpr std::size_t most_told = 10;
 
-// A number of a list or an object's field, as people write them: goal.move[0].
-std::string path_in_words(const std::string& pointer) {
-  std::string words;
-  for (std::size_t begin = 1; begin <= pointer.size();) {
-    const std::size_t end = std::min(pointer.find('/', begin), pointer.size());
-    const std::string part = pointer.substr(begin, end - begin);
-    const bool place = !part.empty() && part.find_first_not_of("0123456789") == std::string::npos;
-    words += place ? "[" + part + "]" : (words.empty() ? "" : ".") + part;
-    begin = end + 1;
-  }
-  return words;
-}
-
 std::string found_at(const nlohmann::json& document, const std::string& pointer) {
   const nlohmann::json::json_pointer place(pointer);
   return document.contains(place) ? document[place].dump() : "nothing";
@@ -45,6 +32,18 @@ nlohmann::json question(const result::ResolvedProblem& problem, bool swimmer_alo
 }
 
 }  // namespace
+
+std::string path_in_words(const std::string& pointer) {
+  std::string words;
+  for (std::size_t begin = 1; begin <= pointer.size();) {
+    const std::size_t end = std::min(pointer.find('/', begin), pointer.size());
+    const std::string part = pointer.substr(begin, end - begin);
+    const bool place = !part.empty() && part.find_first_not_of("0123456789") == std::string::npos;
+    words += place ? "[" + part + "]" : (words.empty() ? "" : ".") + part;
+    begin = end + 1;
+  }
+  return words;
+}
 
 std::vector<std::string> problem_differences(const result::Results& stored, const file::ProblemFile& asked) {
   const bool march = stored.solution.status == maneuver::Status::simulated;

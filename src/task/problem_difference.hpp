@@ -9,6 +9,9 @@
 
 namespace lamprey::task {
 
+/// A JSON pointer as people write it, for a number of a list or an object's field: goal.move[0].
+std::string path_in_words(const std::string& pointer);
+
 /// A sentence for each field of the stored problem that is not what the file asks for, at most ten and what is left in one more:
 /// bodies, joints and fluid, start, goal, time, scheme, cost, limits, waypoints and tolerance. Of a march the swimmer alone. Throws
 /// model::InputError where the file makes no system.

@@ -1,16 +1,13 @@
 #include "task/tasks.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "certificate/certify.hpp"
-#include "lie/so3.hpp"
-#include "maneuver/feedback.hpp"
+#include "file/words.hpp"
 #include "result/followed_file.hpp"
 #include "result/resolve.hpp"
 #include "result/solution_file.hpp"
@@ -22,6 +19,7 @@
 #include "study/verdict.hpp"
 #include "task/model_table.hpp"
 #include "task/problem_difference.hpp"
+#include "task/stored_statements.hpp"
 
 namespace lamprey::task {
 
@@ -36,58 +34,16 @@ certificate::Refinement refinement_again(const certificate::Refinement& stored, 
   return study::refinement_of(grids, problem.steps, study::expected_order(problem));
 }
 
-// Where the problem's own times differ from each other or from the nodes'.
-void add_false_times(const result::Results& stored, std::vector<certificate::FalseClaim>& claims) {
-  const result::ResolvedProblem& problem = stored.problem;
-  const std::vector<double>& time = stored.solution.time;
-  const auto claim = [&](const char* field, double told, double is) {
-    if (!(std::abs(told - is) <= certificate::time_mark * std::abs(is))) claims.push_back({field, told, is});
-  };
-  if (problem.steps == 0) return;
-  if (problem.free_duration && time.size() > 1) claim("problem.duration", problem.duration, time.back());
-  claim("problem.time_step", problem.time_step, problem.duration / problem.steps);
-}
-
-// Gains follow from problem and motion: where one is another than these give, by more than round-off along an unstable motion, a
-// vehicle would follow somebody else's.
-void add_false_gains(const result::Results& stored, std::vector<certificate::FalseClaim>& claims) {
-  constexpr double other = 1e-3;  // of the largest gain at the node
-  const std::vector<Eigen::MatrixXd>& told = stored.solution.feedback.gain;
-  if (told.empty()) return;
-  const maneuver::Problem problem = result::problem_of(stored);
-  std::vector<Eigen::MatrixXd> found;
-  try {
-    found = maneuver::design_feedback(model::System(problem.swimmer), problem, stored.solution).gain;
-  } catch (const std::domain_error&) {  // there are none for such a motion
-  }
-  if (found.size() != told.size()) {
-    claims.push_back({"feedback.gain", static_cast<double>(told.size()), static_cast<double>(found.size())});
-    return;
-  }
-  for (std::size_t m = 0; m < told.size(); ++m) {
-    Eigen::Index row = 0, column = 0;
-    const double off = (told[m] - found[m]).cwiseAbs().maxCoeff(&row, &column);
-    if (off <= other * found[m].cwiseAbs().maxCoeff()) continue;
-    claims.push_back(
-        {fmt::format("feedback.gain[{}][{}][{}]", m, row, column), told[m](row, column), found[m](row, column)});
-    return;
-  }
-}
-
-// Where an angle that counts whole turns jumps by more than half of one from node to node, which no step does.
-void add_false_turns(const result::Results& stored, std::vector<certificate::FalseClaim>& claims) {
-  const auto& angle = stored.solution.joint_angle;
-  for (std::size_t j = 0; j < stored.problem.joints.size(); ++j) {
-    if (stored.problem.joints[j].kind == model::JointKind::ball) continue;
-    for (std::size_t k = 0; k + 1 < angle.size(); ++k)
-      for (int axis = 0; axis < 2; ++axis) {
-        const double before = angle[k][j][axis], told = angle[k + 1][j][axis];
-        const double turn = lie::shorter_way(told - before);
-        if (std::abs(told - before) <= std::numbers::pi) continue;
-        claims.push_back({fmt::format("joint_angle[{}][{}][{}]", k + 1, j, axis), told, before + turn});
-        return;
-      }
-  }
+// Of a first motion, where joints are of other kinds than those it was made with.
+void tell_what_joints_leave_out(const study::FirstMotion& first, const model::System& system, const std::string& path,
+                                const study::SolveOptions& options) {
+  constexpr double worth_telling = 1e-6;  // rad
+  if (!options.progress || first.left_out <= worth_telling) return;
+  const model::Joint& joint = system.joint(first.left_out_by);
+  options.progress(
+      fmt::format("the first motion is that of {} without what joints here cannot turn: {} (a {} joint) leaves out "
+                  "up to {:.3g} rad",
+                  path, joint.name, file::word(joint.kind), first.left_out));
 }
 
 result::Results with_answer(result::Results begun, study::Answer& answer) {
@@ -145,6 +101,7 @@ result::Results solve_task(const file::ProblemFile& file, const study::SolveOpti
     result::require_same_tree(first->results, first->path, system, false);
     result::require_whole(first->results, first->path);
     options.first = study::first_motion(system, file.problem, first->results.solution);
+    tell_what_joints_leave_out(*options.first, system, first->path, options);
   }
   try {
     study::Answer answer = study::answer(system, file.problem, options);
@@ -197,9 +154,8 @@ Verification verify_task(const std::string& folder, const std::optional<file::Pr
   if (!result.status_holds && result.fault.empty()) result.fault = "nothing in the file bears it out";
   if (result.stored.certificate)
     result.claims = certificate::false_claims(*result.stored.certificate, *result.found.certificate);
-  add_false_times(result.stored, result.claims);
-  add_false_turns(result.stored, result.claims);
-  if (sought && result.status_holds) add_false_gains(result.stored, result.claims);
+  for (certificate::FalseClaim& claim : false_statements(result.stored, result.found, sought && result.status_holds))
+    result.claims.push_back(std::move(claim));
   result.trajectory_difference = result::trajectory_difference(folder, result.stored);
   if (asked) result.problem_differences = problem_differences(result.stored, *asked);
   return result;

@@ -3,6 +3,7 @@
 
 #include "file/problem_file.hpp"
 #include "lie/so3.hpp"
+#include "study/faults.hpp"
 #include "study/verdict.hpp"
 
 namespace lamprey::tests {
@@ -44,6 +45,23 @@ class Advice : public testing::Test {
   Certificate proof_;
   Solution solution_;
 };
+
+TEST_F(Advice, ranks_motions_by_what_they_miss_most) {
+  EXPECT_EQ(study::missed_by(problem_, proof_), 0.0);
+  proof_.goal_error = 0.5 * certificate::goal_mark;
+  EXPECT_EQ(study::missed_by(problem_, proof_), 0.0);
+  proof_.goal_error = 0.02;
+  EXPECT_EQ(study::missed_by(problem_, proof_), 0.02);
+  proof_.limits.emplace();
+  proof_.limits->violation = 0.3;
+  EXPECT_EQ(study::missed_by(problem_, proof_), 0.3);
+  proof_.rest_error = 0.4;
+  EXPECT_EQ(study::missed_by(problem_, proof_), 0.4);
+  problem_.goal->rest = false;
+  EXPECT_EQ(study::missed_by(problem_, proof_), 0.3);
+  proof_.goal_error = NAN;
+  EXPECT_EQ(study::missed_by(problem_, proof_), INFINITY);
+}
 
 TEST_F(Advice, speaks_of_neither_where_nothing_points_there) {
   EXPECT_TRUE(tells("try more starts, another seed")) << message();

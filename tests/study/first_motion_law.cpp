@@ -3,6 +3,7 @@
 
 #include "certificate/marched_answers.hpp"
 #include "chains.hpp"
+#include "lie/so3.hpp"
 #include "mechanics/tree_motion.hpp"
 #include "study/answer.hpp"
 #include "study/method.hpp"
@@ -46,6 +47,21 @@ TEST(FirstMotion, of_an_answer_stays_there) {
     EXPECT_NEAR(again.solution.cost, turned().solution.cost, tolerance(1e-8) * turned().solution.cost);
     EXPECT_LE(again.solution.solver.iterations, 10);
   }
+}
+
+TEST(FirstMotion, tells_what_joints_of_another_kind_leave_out) {
+  const study::FirstMotion same = first(turning(2.0));
+  EXPECT_LE(same.left_out, 1e-12);
+  maneuver::Problem hinged = turning(2.0);
+  hinged.swimmer.joints[1].kind = model::JointKind::hinge;
+  hinged.swimmer.joints[1].axis = {0.0, 0.0, 1.0};
+  const study::FirstMotion other = first(hinged);
+  EXPECT_EQ(other.left_out_by, 1);
+  const auto& stored = turned().solution.rotation;
+  double most = 0.0;  // of the swing out of the hinge's plane, which is no more than what the joint turns
+  for (const auto& R : stored) most = std::max(most, lie::rotation_angle(R[0].transpose() * R[2]));
+  EXPECT_GT(other.left_out, 0.1 * most);
+  EXPECT_LE(other.left_out, most);
 }
 
 // Without what its limits are worth, a search would begin far within them and end elsewhere.

@@ -1,0 +1,139 @@
+#include "task/stored_statements.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "certificate/certificate.hpp"
+#include "certificate/clearance.hpp"
+#include "lie/so3.hpp"
+#include "maneuver/feedback.hpp"
+#include "result/resolve.hpp"
+#include "result/solution_file.hpp"
+#include "task/problem_difference.hpp"
+
+namespace lamprey::task {
+
+namespace {
+
+using certificate::Clearance;
+using nlohmann::json;
+using result::Results;
+
+using Claims = std::vector<certificate::FalseClaim>;
+
+// Where the problem's own times differ from each other or from the nodes'.
+void add_false_times(const Results& stored, Claims& claims) {
+  const result::ResolvedProblem& problem = stored.problem;
+  const std::vector<double>& time = stored.solution.time;
+  const auto claim = [&](const char* field, double told, double is) {
+    if (!(std::abs(told - is) <= certificate::time_mark * std::abs(is))) claims.push_back({field, told, is});
+  };
+  if (problem.steps == 0) return;
+  if (problem.free_duration && time.size() > 1) claim("problem.duration", problem.duration, time.back());
+  claim("problem.time_step", problem.time_step, problem.duration / problem.steps);
+}
+
+// Gains follow from problem and motion: where one is another than these give, by more than round-off along an unstable motion, a
+// vehicle would follow somebody else's.
+void add_false_gains(const Results& stored, Claims& claims) {
+  constexpr double other = 1e-3;  // of the largest gain at the node
+  const std::vector<Eigen::MatrixXd>& told = stored.solution.feedback.gain;
+  if (told.empty()) return;
+  const maneuver::Problem problem = result::problem_of(stored);
+  maneuver::Feedback feedback;
+  try {
+    feedback = maneuver::design_feedback(model::System(problem.swimmer), problem, stored.solution);
+  } catch (const std::domain_error&) {  // there are none for such a motion
+  }
+  const std::vector<Eigen::MatrixXd>& found = feedback.gain;
+  if (found.size() != told.size()) {
+    claims.push_back({"feedback.gain", static_cast<double>(told.size()), static_cast<double>(found.size())});
+    return;
+  }
+  for (std::size_t m = 0; m < told.size(); ++m) {
+    const double at = stored.solution.feedback.time[m];
+    if (!(std::abs(at - feedback.time[m]) <= certificate::time_mark * stored.solution.time.back())) {
+      claims.push_back({fmt::format("feedback.time[{}]", m), at, feedback.time[m]});
+      return;
+    }
+    Eigen::Index row = 0, column = 0;
+    const double off = (told[m] - found[m]).cwiseAbs().maxCoeff(&row, &column);
+    if (off <= other * found[m].cwiseAbs().maxCoeff()) continue;
+    claims.push_back(
+        {fmt::format("feedback.gain[{}][{}][{}]", m, row, column), told[m](row, column), found[m](row, column)});
+    return;
+  }
+}
+
+// Where an angle that counts whole turns jumps by more than half of one from node to node, which no step does.
+void add_false_turns(const Results& stored, Claims& claims) {
+  const auto& angle = stored.solution.joint_angle;
+  for (std::size_t j = 0; j < stored.problem.joints.size(); ++j) {
+    if (stored.problem.joints[j].kind == model::JointKind::ball) continue;
+    for (std::size_t k = 0; k + 1 < angle.size(); ++k)
+      for (int axis = 0; axis < 2; ++axis) {
+        const double before = angle[k][j][axis], told = angle[k + 1][j][axis];
+        const double turn = lie::shorter_way(told - before);
+        if (std::abs(told - before) <= std::numbers::pi) continue;
+        claims.push_back({fmt::format("joint_angle[{}][{}][{}]", k + 1, j, axis), told, before + turn});
+        return;
+      }
+  }
+}
+
+// A problem restates what follows from it, such as the axes of a hinge's moment. Times are looked at by themselves.
+void add_false_restatements(const Results& stored, Claims& claims) {
+  constexpr double same = 1e-9;       // of a number, or of 1
+  if (!stored.problem.start) return;  // a file of an early version, which tells less
+  const maneuver::Problem problem = result::problem_of(stored);
+  const json told = json::parse(result::problem_text(stored.problem)).flatten();
+  const json is = json::parse(result::problem_text(result::resolve(model::System(problem.swimmer), problem))).flatten();
+  for (const auto& [pointer, value] : told.items()) {
+    if (!value.is_number() || pointer == "/duration" || pointer == "/time_step") continue;
+    const double number = value;
+    const double settled =
+        is.contains(pointer) && is[pointer].is_number() ? is[pointer].get<double>() : certificate::unset;
+    if (std::abs(number - settled) <= same * std::max(1.0, std::abs(settled))) continue;
+    claims.push_back({"problem." + path_in_words(pointer), number, settled});
+    return;
+  }
+}
+
+// Of equal gaps a file may name any.
+void add_false_place(const Results& stored, const Results& found, Claims& claims) {
+  constexpr double same = 1e-6;  // m, or of the gap
+  if (!stored.certificate || !stored.certificate->clearance || !found.certificate->clearance) return;
+  const Clearance &told = *stored.certificate->clearance, &is = *found.certificate->clearance;
+  if (std::isnan(told.gap) || (told.time == is.time && told.first == is.first && told.second == is.second)) return;
+  double gap = certificate::unset;
+  if (told.first >= 0 && told.second >= 0 && told.first != told.second) {
+    const maneuver::Problem problem = result::problem_of(stored);
+    const model::System system(problem.swimmer);
+    gap = certificate::gap_at(certificate::StoredMotion(system, problem, stored.solution), told);
+  }
+  if (std::abs(gap - told.gap) <= same * std::max(1.0, std::abs(told.gap))) return;
+  if (told.first != is.first)
+    claims.push_back({"clearance.bodies[0]", static_cast<double>(told.first), static_cast<double>(is.first)});
+  else if (told.second != is.second)
+    claims.push_back({"clearance.bodies[1]", static_cast<double>(told.second), static_cast<double>(is.second)});
+  else
+    claims.push_back({"clearance.time", told.time, is.time});
+}
+
+}  // namespace
+
+std::vector<certificate::FalseClaim> false_statements(const Results& stored, const Results& found, bool with_gains) {
+  Claims claims;
+  add_false_restatements(stored, claims);
+  add_false_times(stored, claims);
+  add_false_turns(stored, claims);
+  if (stored.solution.time.size() > 1) add_false_place(stored, found, claims);
+  if (with_gains) add_false_gains(stored, claims);
+  return claims;
+}
+
+}  // namespace lamprey::task

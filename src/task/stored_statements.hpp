@@ -1,0 +1,17 @@
+// What a stored answer says beside its certificate, against what the rest of the file makes of it.
+#pragma once
+
+#include <vector>
+
+#include "certificate/claims.hpp"
+#include "result/results.hpp"
+
+namespace lamprey::task {
+
+/// Numbers of `stored` that do not follow from its others: times of the problem, gains and their times (where `with_gains`), angles that
+/// jump, moments' axes and other numbers that the problem itself settles, where bodies come nearest. `found`: the same answer
+/// with its certificate computed again.
+std::vector<certificate::FalseClaim> false_statements(const result::Results& stored, const result::Results& found,
+                                                      bool with_gains);
+
+}  // namespace lamprey::task

@@ -1,0 +1,96 @@
+// Numbers of a stored answer that do not follow from its others are told.
+#include "task/stored_statements.hpp"
+
+#include <functional>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "certificate/clearance.hpp"
+#include "file/problem_file.hpp"
+#include "result/resolve.hpp"
+#include "task/tasks.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+using result::Results;
+
+// A hinged swimmer's gait with its gains.
+const Results& solved() {
+  static const Results results = [] {
+    file::ProblemFile file =
+        file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/examples/gait_within_limits.toml");
+    file.problem.steps = 40;
+    file.problem.search.starts = 1;
+    for (model::JointDescription& joint : file.problem.swimmer.joints) {
+      joint.kind = model::JointKind::hinge;
+      joint.axis = {0.0, 0.0, 1.0};
+      joint.control_axes.reset();
+    }
+    file.problem.limits = {};
+    study::SolveOptions options;
+    options.refinement = false;
+    return task::solve_task(file, options, "");
+  }();
+  return results;
+}
+
+std::string false_field(const std::function<void(Results&)>& change) {
+  Results stored = solved();
+  change(stored);
+  const auto claims = task::false_statements(stored, solved(), true);
+  return claims.empty() ? "" : claims.front().field;
+}
+
+TEST(StoredStatements, of_an_answer_as_it_was_found_are_true) {
+  ASSERT_EQ(solved().solution.status, maneuver::Status::optimal) << solved().solution.message;
+  ASSERT_FALSE(solved().solution.feedback.gain.empty());
+  EXPECT_EQ(false_field([](Results&) {}), "");
+}
+
+TEST(StoredStatements, that_follow_from_the_problem_are_told_where_they_do_not) {
+  EXPECT_EQ(false_field([](Results& r) {
+              r.problem.joints[0].control_axes[0] = {0.6, 0.8, 0.0};
+            }),
+            "problem.joints[0].control_axes[0][0]");
+  EXPECT_EQ(false_field([](Results& r) { r.problem.time_step *= 1.5; }), "problem.time_step");
+}
+
+TEST(StoredStatements, of_feedback_are_told_where_its_times_or_gains_are_others) {
+  EXPECT_EQ(false_field([](Results& r) { r.solution.feedback.time.back() *= 2.0; }), "feedback.time[40]");
+  EXPECT_EQ(false_field([](Results& r) { r.solution.feedback.gain[3] *= 1.01; }).substr(0, 16), "feedback.gain[3]");
+}
+
+// Of equal gaps the other one is as true.
+TEST(StoredStatements, of_where_bodies_come_nearest_are_told_unless_their_gap_is_there) {
+  ASSERT_TRUE(solved().certificate->clearance);
+  const certificate::Clearance is = *solved().certificate->clearance;
+  const auto told = [](certificate::Clearance place) {
+    return false_field([&](Results& r) { r.certificate->clearance = place; });
+  };
+  EXPECT_EQ(told(is), "");
+  certificate::Clearance later = is;
+  later.time += later.time > 0.5 * solved().solution.time.back() ? -0.3 : 0.3;
+  EXPECT_EQ(told(later), "clearance.time");
+  certificate::Clearance beyond = is;
+  beyond.time = 2.0 * solved().solution.time.back();
+  EXPECT_EQ(told(beyond), "clearance.time");
+  certificate::Clearance ends = is;
+  ends.first = 1, ends.second = 2;
+  EXPECT_EQ(told(ends), is.first == 0 ? "clearance.bodies[0]" : "clearance.bodies[1]");
+  // the end of a gait's cycle bends as its beginning does
+  certificate::Clearance begun = is;
+  begun.time = 0.0;
+  const maneuver::Problem problem = result::problem_of(solved());
+  const model::System system(problem.swimmer);
+  const certificate::StoredMotion motion(system, problem, solved().solution);
+  begun.gap = certificate::gap_at(motion, begun);
+  certificate::Clearance ended = begun;
+  ended.time = solved().solution.time.back();
+  EXPECT_NEAR(certificate::gap_at(motion, ended), begun.gap, 1e-9);
+  EXPECT_EQ(told(ended), "");
+}
+
+}  // namespace
+}  // namespace lamprey::tests
