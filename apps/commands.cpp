@@ -179,6 +179,9 @@ int simulate(const SimulateArguments& arguments) {
   tell_remarks(problem_file);
   const Results results = task::march_task(problem_file, options, arguments.command);
   const bool ended_early = results.solution.status == Status::stalled;
+  if (results.solution.status == Status::interrupted)
+    fmt::print(stderr, "lamprey: interrupted: {} steps are written to {}; interrupt again to leave them\n",
+               results.solution.time.size() - 1, arguments.out);
   if (!ended_early || results.solution.time.size() > 1) report::write_results(arguments.out, results);
   if (ended_early) {
     fmt::print(stderr, "lamprey: {}\n", results.solution.message);

@@ -329,7 +329,7 @@ def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, s
     refinement: solve on half and twice the steps too, for the certificate (default: where that is cheap).
     time_limit: s, wall clock, instead of the problem's. first: a motion of the same bodies and joints, or its directory: the first
     guess, in the place of a random one; its goal, limits, bodies' sizes and steps may have been others. progress: called with
-    lines for people, from any thread. resolve: where the problem's steps do not resolve the answer, solve from it on again on more,
+    lines for people, from any thread; what it raises ends the search as Ctrl-C does. resolve: where the problem's steps do not resolve the answer, solve from it on again on more,
     until they do: the answer then has more steps than the problem.
 
     Not arriving is a status, no exception. Raises InputError for problems that cannot be solved. Ctrl-C raises

@@ -69,23 +69,25 @@ int threads(const std::optional<int>& workers) {
   return *workers;
 }
 
-// Lines to a Python function, from any thread of this process. What it raises is told by Python, and nothing else.
-std::function<void(const std::string&)> told_to(const nb::object& progress) {
+// Lines to a Python function, from any thread of this process, until it raises.
+std::function<void(const std::string&)> told_to(const nb::object& progress, Raised& raised) {
   if (progress.is_none()) return {};
   if (!nb::isinstance<nb::callable>(progress))
     throw nb::type_error("progress: found no function; allowed: a function of one line of text, or None");
-  return [&progress, process = getpid()](const std::string& line) {
+  return [&progress, &raised, process = getpid(), ended = std::make_shared<bool>(false)](const std::string& line) {
     if (getpid() != process) return;  // a forked worker has no Python
     const nb::gil_scoped_acquire lock;
+    if (*ended) return;
     try {
       progress(line);
     } catch (nb::python_error& error) {
-      error.discard_as_unraisable("lamprey.solve(progress=...)");
+      *ended = true;
+      raised.emplace(std::move(error));
     }
   };
 }
 
-// Adds what there is to the exception of a signal, as its attribute `solution`, and throws it.
+// Adds what there is to an exception that ended the work, as its attribute `solution`, and throws it.
 [[noreturn]] void throw_with(const nb::python_error& signal, const nb::object& found) {
   nb::setattr(signal.value(), "solution", found);
   throw nb::python_error(signal);
@@ -122,16 +124,18 @@ Solution solve(nb::handle asked, const std::optional<int>& workers, const std::o
   options.solver = backend(solver);
   options.workers = threads(workers);
   options.refinement = refinement;
-  options.progress = told_to(progress);
+  Raised raised;
+  options.progress = told_to(progress, raised);
   std::optional<result::Results> results;
   const std::optional<task::StoredMotion> begin = stored_motion(first, "first");
   if (begin) call.add("first", std::optional(begin->path));
   if (resolve) call.add("resolve", std::optional<std::string>("True"));
   const auto task = resolve ? task::resolve_task : task::solve_task;
-  const auto signal = run_long([&](const Interrupted& interrupted) {
+  const auto work = [&](const Interrupted& interrupted) {
     options.interrupted = interrupted;
     results = task(file, options, call.text(), begin);
-  });
+  };
+  const Raised signal = run_long(work, &raised);
   if (signal && results) throw_with(*signal, nb::cast(Solution(std::move(*results))));
   if (signal) throw nb::python_error(*signal);
   return Solution(std::move(*results));
@@ -414,7 +418,9 @@ void bind_task(nb::module_& module) {
       "time_limit: s, wall clock, instead of the problem's. first: a motion of the same bodies and joints, or its "
       "directory: the first\nguess, in the place of a random one; its goal, limits, bodies' sizes and steps may have "
       "been "
-      "others. progress: called with\nlines for people, from any thread. resolve: where the problem's steps do not "
+      "others. progress: called with\nlines for people, from any thread; what it raises ends the search as Ctrl-C "
+      "does. "
+      "resolve: where the problem's steps do not "
       "resolve the answer, solve from it on "
       "again on more,\nuntil they do: the answer then has more steps than the problem.\n\n"
       "Not arriving is a status, no exception. Raises InputError for problems that cannot be solved. Ctrl-C raises\n"

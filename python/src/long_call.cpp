@@ -9,6 +9,7 @@
 #include <mutex>
 #include <new>
 #include <thread>
+#include <utility>
 
 namespace lamprey::python {
 
@@ -38,18 +39,21 @@ class SharedFlag {
   Flag* flag_;
 };
 
-// The exception of a signal's handler, if one has raised; only the main thread's calls see any.
-std::optional<nb::python_error> signalled() {
+// The exception of a signal's handler, if one has raised, of which only the main thread's calls see any; or of a function.
+Raised exception_in_python(Raised* raised) {
   const nb::gil_scoped_acquire lock;
-  if (PyErr_CheckSignals() == 0) return std::nullopt;
-  return nb::python_error();
+  if (PyErr_CheckSignals() != 0) return nb::python_error();
+  if (!raised || !*raised) return std::nullopt;
+  Raised taken(std::move(*raised));
+  raised->reset();
+  return taken;
 }
 
 }  // namespace
 
-std::optional<nb::python_error> run_long(const std::function<void(const Interrupted&)>& work) {
+Raised run_long(const std::function<void(const Interrupted&)>& work, Raised* raised) {
   SharedFlag stop;
-  std::optional<nb::python_error> signal;
+  Raised first;
   std::exception_ptr failure;
   {
     const nb::gil_scoped_release unlocked;
@@ -69,17 +73,18 @@ std::optional<nb::python_error> run_long(const std::function<void(const Interrup
     std::unique_lock lock(mutex);
     while (!finished.wait_for(lock, look_after, [&] { return done; })) {
       lock.unlock();
-      if (auto raised = signalled()) {
-        if (!signal) signal.emplace(std::move(*raised));
+      if (Raised one = exception_in_python(raised)) {
+        if (!first) first.emplace(std::move(*one));
         stop.raise();
       }
       lock.lock();
     }
     lock.unlock();
     worker.join();
+    if (Raised one = exception_in_python(raised); one && !first) first.emplace(std::move(*one));
   }
-  if (!signal && failure) std::rethrow_exception(failure);
-  return signal;
+  if (!first && failure) std::rethrow_exception(failure);
+  return first;
 }
 
 }  // namespace lamprey::python

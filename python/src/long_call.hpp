@@ -11,9 +11,12 @@ namespace lamprey::python {
 /// Whether the work shall stop; asked from any thread and from forked processes, never takes Python's lock.
 using Interrupted = std::function<bool()>;
 
+/// What a Python function raised that the work called; touched under Python's lock alone.
+using Raised = std::optional<nanobind::python_error>;
+
 /// Runs `work` in a thread of its own, the lock released, while the calling thread looks after Python's signals. If a signal's
-/// handler raises, the work is asked to stop; once it has, `work` has returned and the exception is returned for the
-/// caller to throw, after adding to it what there is. What the work throws is thrown here.
-std::optional<nanobind::python_error> run_long(const std::function<void(const Interrupted&)>& work);
+/// handler raises, or a function that the work calls has (`raised`), the work is asked to stop; once it has, `work` has returned and
+/// the exception is returned for the caller to throw, after adding to it what there is. What the work throws is thrown here.
+Raised run_long(const std::function<void(const Interrupted&)>& work, Raised* raised = nullptr);
 
 }  // namespace lamprey::python

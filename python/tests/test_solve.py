@@ -112,18 +112,24 @@ def test_not_arriving_is_a_status(translation):
     assert path.status in ("infeasible", "stalled") and path.message
 
 
-def test_progress_is_told_and_its_failure_does_not_end_the_search(translation, monkeypatch):
-    lines, failures = [], []
+def test_progress_is_told_and_what_it_raises_ends_the_search(translation):
+    lines = []
     few = translation.changed(time={"steps": 20}, search={"starts": 3})
     lp.solve(few, progress=lines.append)
     assert any(line.startswith("start 3 of 3") for line in lines)
 
+    told = []
+
     def fails(line):
+        told.append(line)
         raise RuntimeError("no more lines")
 
-    monkeypatch.setattr("sys.unraisablehook", lambda failure: failures.append(str(failure.exc_value)))
-    assert lp.solve(few, progress=fails).status == "optimal"
-    assert failures == ["no more lines"] * len(lines)
+    begin = time.monotonic()
+    with pytest.raises(RuntimeError, match="no more lines") as raised:
+        lp.solve(translation.changed(search={"starts": 100000}), progress=fails)
+    assert time.monotonic() - begin < 30.0
+    assert len(told) == 1, "nothing is told after it"
+    assert raised.value.solution.status == "interrupted"
 
 
 @pytest.mark.parametrize("options, key", [({"workers": 0}, "workers"), ({"solver": "magic"}, "solver"),
