@@ -55,6 +55,11 @@ class NewtonMethod : public Method {
     return found;
   }
 
+  std::vector<Found> solve_more_cycles(double cost) override {
+    const bool wins = grids_.problem().cost_weights.of_displacement() && grids_.problem().goal->periodic;
+    return wins && has_strokes() ? study::solve_more_cycles(grids_, cost) : std::vector<Found>();
+  }
+
   std::vector<Found> hop(const Found& from, int first, int count) override {
     return grids_.in_threads(count, "", [&](int n) {
       Grid grid = grids_.grid(steps_of(from.path));

@@ -204,30 +204,60 @@ std::vector<Found> solve_whole_turns(const Grids& grids) {
   });
 }
 
-std::vector<Found> solve_cycles(const Grids& grids) {
-  if (!grids.problem().start.free_shape || !grids.problem().waypoints.empty() ||
-      !grids.problem().goal->rotation.empty())
-    return {};
+namespace {
+
+// Of as many cycles as there are steps for; none where a gait's shape is given.
+std::vector<int> cycle_counts_of(const Problem& problem) {
   std::vector<int> counts;
+  if (!problem.start.free_shape || !problem.waypoints.empty() || !problem.goal->rotation.empty()) return counts;
   for (int cycles : cycle_counts)
-    if (cycles * least_steps_of_stroke <= grids.problem().steps) counts.push_back(cycles);
-  return grids.in_threads(static_cast<int>(counts.size()), "strokes", [&](int n) {
-    const int cycles = counts[static_cast<std::size_t>(n)];
-    const int steps = std::min(grids.problem().steps, std::max(grids.coarse(), cycles * steps_of_stroke));
-    const Found cycle = solve_smaller(grids, cycle_of(grids.problem(), cycles, cycles));
-    Found found;
-    count_effort(cycle.outcome, found.outcome);
-    if (!cycle.converged()) {
-      fail_for_want_of_motion(found.outcome);
-      return found;
-    }
-    found.duration = cycles * cycle.duration;
-    found.limit_multipliers = shape::repeated(cycle.limit_multipliers, cycles);
-    Grid grid = grids.grid(steps);
-    grids.solve(grid, guess::refined(grids.system(), shape::repeated(cycle.path, cycles), steps), fine_tolerance,
-                found);
+    if (cycles * least_steps_of_stroke <= problem.steps) counts.push_back(cycles);
+  return counts;
+}
+
+Found solve_several_cycles(const Grids& grids, int cycles) {
+  const int steps = std::min(grids.problem().steps, std::max(grids.coarse(), cycles * steps_of_stroke));
+  const Found cycle = solve_smaller(grids, cycle_of(grids.problem(), cycles, cycles));
+  Found found;
+  count_effort(cycle.outcome, found.outcome);
+  if (!cycle.converged()) {
+    fail_for_want_of_motion(found.outcome);
     return found;
-  });
+  }
+  found.duration = cycles * cycle.duration;
+  found.limit_multipliers = shape::repeated(cycle.limit_multipliers, cycles);
+  Grid grid = grids.grid(steps);
+  grids.solve(grid, guess::refined(grids.system(), shape::repeated(cycle.path, cycles), steps), fine_tolerance, found);
+  return found;
+}
+
+}  // namespace
+
+std::vector<Found> solve_cycles(const Grids& grids) {
+  const std::vector<int> counts = cycle_counts_of(grids.problem());
+  return grids.in_threads(static_cast<int>(counts.size()), "strokes",
+                          [&](int n) { return solve_several_cycles(grids, counts[static_cast<std::size_t>(n)]); });
+}
+
+std::vector<Found> solve_more_cycles(const Grids& grids, double cost) {
+  constexpr std::size_t at_once = 2;  // odd and even numbers of them may differ
+  const std::vector<int> counts = cycle_counts_of(grids.problem());
+  std::vector<Found> all;
+  for (std::size_t first = 0; first < counts.size() && !grids.budget().closing(); first += at_once) {
+    const auto count = static_cast<int>(std::min(at_once, counts.size() - first));
+    const std::vector<Found> found = grids.in_threads(count, "strokes", [&](int n) {
+      return solve_several_cycles(grids, counts[first + static_cast<std::size_t>(n)]);
+    });
+    bool pays = false;
+    for (const Found& one : found)
+      if (one.converged() && one.cost < cost) {
+        cost = one.cost;
+        pays = true;
+      }
+    all.insert(all.end(), found.begin(), found.end());
+    if (!pays) break;
+  }
+  return all;
 }
 
 }  // namespace lamprey::study

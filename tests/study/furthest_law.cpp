@@ -22,5 +22,22 @@ TEST(FurthestGaits, are_more_than_the_least_strokes_that_pay) {
   }
 }
 
+// Joints that stop at their limits bound what one loop of shapes wins; no smooth way leads from one to two.
+TEST(FurthestGaits, go_round_more_than_once_where_that_wins_more) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/furthest_by_several_cycles.toml");
+  study::SolveOptions options;
+  options.refinement = false;
+  const model::System system(problem.swimmer);
+  const auto solved = [&] { return study::answer(system, problem, options); };
+  const study::Answer several = solved();
+  EXPECT_EQ(several.certificate.verdict, certificate::Verdict::proved) << several.solution.message;
+  EXPECT_GT(several.solution.position.back().x() - several.solution.position.front().x(), 0.5);
+  options.first_alone = true;
+  const study::Answer once = solved();
+  EXPECT_LT(once.solution.position.back().x() - once.solution.position.front().x(), 0.32) << "the loop of all shapes";
+  EXPECT_LT(several.solution.cost, 1.3 * once.solution.cost) << "both below zero";
+}
+
 }  // namespace
 }  // namespace lamprey::tests
