@@ -129,8 +129,9 @@ int solve(const SolveArguments& arguments) {
   if (arguments.solver == "both") options.solver = study::Backend::both;
   options.refinement = arguments.refinement;
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
-  watch_for_interrupt();
+  watch_for_interrupts(2);
   options.interrupted = interrupted;
+  options.hurried = interrupted_again;
   std::optional<task::StoredMotion> first;
   if (!arguments.first.empty()) first = {result::read_solution(arguments.first), arguments.first + "/solution.json"};
   document::require_writable(arguments.out);  // before the work, not after it
@@ -157,7 +158,7 @@ int simulate(const SimulateArguments& arguments) {
                              .perturb = arguments.perturb,
                              .perturb_inertia = arguments.perturb_inertia,
                              .seed = arguments.seed};
-  watch_for_interrupt();
+  watch_for_interrupts(1);
   options.interrupted = interrupted;
   if (!arguments.controls.empty()) {
     options.controls_path = arguments.controls;

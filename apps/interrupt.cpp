@@ -10,30 +10,34 @@ namespace lamprey::app {
 
 namespace {
 
-using Flag = std::atomic<bool>;
-static_assert(Flag::is_always_lock_free);
+using Count = std::atomic<int>;
+static_assert(Count::is_always_lock_free);
 
-Flag seen{false};        // by this process
-Flag* by_any = nullptr;  // of this process and of those that it forks
+Count seen{0};            // by this process
+int looked_for = 0;       // signals
+Count* by_any = nullptr;  // the most that this process or one that it forks has seen
 
 void on_signal(int signal) {
-  if (seen.exchange(true)) {
+  const int count = ++seen;
+  if (count > looked_for) {
     std::signal(signal, SIG_DFL);
     std::raise(signal);
   }
-  by_any->store(true);
+  if (by_any->load() < count) by_any->store(count);
 }
 
 }  // namespace
 
-void watch_for_interrupt() {
-  void* page = mmap(nullptr, sizeof(Flag), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+void watch_for_interrupts(int count) {
+  void* page = mmap(nullptr, sizeof(Count), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (page == MAP_FAILED) throw std::bad_alloc();
-  by_any = new (page) Flag(false);
+  by_any = new (page) Count(0);
+  looked_for = count;
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
 }
 
-bool interrupted() { return by_any && by_any->load(); }
+bool interrupted() { return by_any && by_any->load() > 0; }
+bool interrupted_again() { return by_any && by_any->load() > 1; }
 
 }  // namespace lamprey::app

@@ -7,6 +7,7 @@
 #include <nanobind/stl/variant.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <thread>
@@ -133,6 +134,7 @@ Solution solve(nb::handle asked, const std::optional<int>& workers, const std::o
   const auto task = resolve ? task::resolve_task : task::solve_task;
   const auto work = [&](const Interrupted& interrupted) {
     options.interrupted = interrupted;
+    options.hurried = [interrupted] { return interrupted.again(); };
     results = task(file, options, call.text(), begin);
   };
   const Raised signal = run_long(work, &raised);
@@ -148,26 +150,34 @@ struct Rows {
   std::vector<bool> missing;  // [joints] whose values are NaN in all rows, where they may be; zero in `value`
 };
 
-// What one number for each joint is about, where it will do: [joints]; else empty.
+// What one number for each hinge is about, where it will do: [joints], zero of fixed ones, which have no number; else empty.
 using Axes = std::vector<Eigen::Vector3d>;
 
-// Where all joints are hinges.
+std::size_t hinges_of(const Axes& axes) {
+  return static_cast<std::size_t>(
+      std::count_if(axes.begin(), axes.end(), [](const Eigen::Vector3d& axis) { return !axis.isZero(0.0); }));
+}
+
+// Where all joints that move are hinges.
 Axes hinge_axes(const result::Joints& joints,
                 const std::function<Eigen::Vector3d(const model::JointDescription&)>& axis) {
   Axes axes;
   for (const model::JointDescription& joint : joints) {
-    if (joint.kind != model::JointKind::hinge) return {};
-    axes.push_back(axis(joint));
+    const bool fixed = joint.kind == model::JointKind::fixed;
+    if (!fixed && joint.kind != model::JointKind::hinge) return {};
+    axes.push_back(fixed ? Eigen::Vector3d::Zero() : axis(joint));
   }
-  return axes;
+  return hinges_of(axes) > 0 ? axes : Axes();
 }
 
-// Of one row, [joints][3]; where there are `axes`, one number for each joint.
+// Of one row, [joints][3]; where there are `axes`, one number for each hinge.
 std::vector<Eigen::Vector3d> row_of(const double* from, std::size_t count, const Axes& axes) {
   std::vector<Eigen::Vector3d> row;
   for (std::size_t j = 0; j < count; ++j)
-    row.emplace_back(axes.empty() ? Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(from + 3 * j))
-                                  : Eigen::Vector3d(from[j] * axes[j]));
+    if (axes.empty())
+      row.emplace_back(Eigen::Map<const Eigen::Vector3d>(from + 3 * j));
+    else
+      row.emplace_back(axes[j].isZero(0.0) ? axes[j] : Eigen::Vector3d(*from++ * axes[j]));
   return row;
 }
 
@@ -178,7 +188,7 @@ std::vector<Eigen::Vector3d> row_at(const nb::object& function, double time, std
   const nb::object given = function(time);
   const Numbers each = numbers(given, key);
   if (axes.empty() || each.ndim() != 1) return vectors(given, count, key);
-  require_shape(each, {count}, key);
+  require_shape(each, {hinges_of(axes)}, key);
   return row_of(each.data(), count, axes);
 }
 
@@ -195,18 +205,20 @@ Rows rows_of(const nb::object& pair, std::size_t count, const Axes& axes, const 
   const Numbers time = numbers(pair[0], key + "[0]"), values = numbers(pair[1], key + "[1]");
   const std::size_t rows = time.ndim() == 1 ? time.shape(0) : 0;
   const bool single = !axes.empty() && values.ndim() == 2;
-  if (rows < 2 || values.ndim() != (single ? 2U : 3U) || values.shape(0) != rows || values.shape(1) != count ||
+  const std::size_t columns = single ? hinges_of(axes) : count;
+  if (rows < 2 || values.ndim() != (single ? 2U : 3U) || values.shape(0) != rows || values.shape(1) != columns ||
       (!single && values.shape(2) != 3))
-    throw InputError(key, fmt::format("found arrays of other shapes; allowed: time (rows,), {} (rows, {}, 3){}, "
-                                      "at least two rows; mend their shapes",
-                                      name, count, !axes.empty() ? fmt::format(" or (rows, {})", count) : ""));
+    throw InputError(key,
+                     fmt::format("found arrays of other shapes; allowed: time (rows,), {} (rows, {}, 3){}, "
+                                 "at least two rows; mend their shapes",
+                                 name, count, !axes.empty() ? fmt::format(" or (rows, {})", hinges_of(axes)) : ""));
   Rows table;
   for (std::size_t r = 0; r < rows; ++r) {
     table.time.push_back(time.data()[r]);
     if (!std::isfinite(table.time[r]) || (r > 0 && !(table.time[r] > table.time[r - 1])))
       throw InputError(
           key, fmt::format("found time[{}] = {}; allowed: times that rise (s); sort the rows", r, table.time[r]));
-    table.value.push_back(row_of(values.data() + r * count * (single ? 1 : 3), count, single ? axes : Axes()));
+    table.value.push_back(row_of(values.data() + r * columns * (single ? 1 : 3), count, single ? axes : Axes()));
   }
   table.missing = missing_of(table, may_miss);
   for (std::size_t r = 0; r < rows; ++r)
@@ -230,7 +242,7 @@ void warn_of(const std::string& remark) {
                                     nb::cast<std::string>(nb::type_name(found.type())), name));
 }
 
-// Moments that Python names: a file, a motion, rows of a table, or a function of time that must outlive the options. Of hinges alone
+// Moments that Python names: a file, a motion, rows of a table, or a function of time that must outlive the options. Where all joints that move are hinges
 // one number for each is enough, along its axis.
 void take_controls(const nb::object& controls, const result::Joints& joints, task::MarchOptions& options) {
   const std::size_t count = joints.size();
@@ -258,7 +270,7 @@ void take_controls(const nb::object& controls, const result::Joints& joints, tas
   }
 }
 
-// Joint angles, likewise. Where all joints are hinges one number for each is enough.
+// Joint angles, likewise.
 void take_angles(const nb::object& angles, const result::Joints& joints, task::MarchOptions& options) {
   const std::size_t count = joints.size();
   const Axes axes =
@@ -447,7 +459,8 @@ void bind_task(nb::module_& module) {
       "(time "
       "(rows,) s,\ncontrol (rows, joints, 3) N m; not-a-knot cubic between rows), or a function of time in s that "
       "returns "
-      "(joints, 3) N m:\nmoments on the parents, parents' frames with the joints at zero angle; of hinges alone (rows, "
+      "(joints, 3) N m:\nmoments on the parents, parents' frames with the joints at zero angle; of hinges alone, fixed "
+      "joints left out, (rows, "
       "joints) and (joints,) "
       "will do, about the parents' axes.\n"
       "scheme, steps, duration: instead of the problem's. cycles: how often the gait of controls or feedback, or "
@@ -464,7 +477,8 @@ void bind_task(nb::module_& module) {
       "march along, in the place of moments, which are "
       "then found: a Solution or "
       "Trajectory, a path (solution.json or CSV),\na pair (time (rows,) s, angles (rows, joints, 3) rad as "
-      "Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone\n(rows, "
+      "Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone, fixed joints "
+      "left out,\n(rows, "
       "joints) and (joints,) will do. Joints with actuated = false whose angles are NaN in all rows, or left out of a "
       "CSV's header, and all such joints of a stored motion move as they do. Root and total momentum begin as the "
       "problem says, steps are as long as the problem's up to the last row; cycles repeats angles that close.\n\n"

@@ -19,24 +19,24 @@ namespace {
 
 constexpr auto look_after = std::chrono::milliseconds(50);
 
-// A flag that forked processes share with their parent.
-class SharedFlag {
+// A number that forked processes share with their parent: how often the work was asked to stop.
+class SharedCount {
  public:
-  SharedFlag() {
-    void* page = mmap(nullptr, sizeof(Flag), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  SharedCount() {
+    void* page = mmap(nullptr, sizeof(Count), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (page == MAP_FAILED) throw std::bad_alloc();
-    flag_ = new (page) Flag(false);
+    count_ = new (page) Count(0);
   }
-  ~SharedFlag() { munmap(flag_, sizeof(Flag)); }
-  SharedFlag(const SharedFlag&) = delete;
-  SharedFlag& operator=(const SharedFlag&) = delete;
-  void raise() { flag_->store(true, std::memory_order_relaxed); }
-  bool raised() const { return flag_->load(std::memory_order_relaxed); }
+  ~SharedCount() { munmap(count_, sizeof(Count)); }
+  SharedCount(const SharedCount&) = delete;
+  SharedCount& operator=(const SharedCount&) = delete;
+  void raise() { ++*count_; }
+  const std::atomic<int>& value() const { return *count_; }
 
  private:
-  using Flag = std::atomic<bool>;
-  static_assert(Flag::is_always_lock_free);
-  Flag* flag_;
+  using Count = std::atomic<int>;
+  static_assert(Count::is_always_lock_free);
+  Count* count_;
 };
 
 // The exception of a signal's handler, if one has raised, of which only the main thread's calls see any; or of a function.
@@ -52,7 +52,7 @@ Raised exception_in_python(Raised* raised) {
 }  // namespace
 
 Raised run_long(const std::function<void(const Interrupted&)>& work, Raised* raised) {
-  SharedFlag stop;
+  SharedCount stop;
   Raised first;
   std::exception_ptr failure;
   {
@@ -62,7 +62,7 @@ Raised run_long(const std::function<void(const Interrupted&)>& work, Raised* rai
     bool done = false;
     std::thread worker([&] {
       try {
-        work([&stop] { return stop.raised(); });
+        work(Interrupted(stop.value()));
       } catch (...) {
         failure = std::current_exception();
       }

@@ -3,13 +3,23 @@
 
 #include <nanobind/nanobind.h>
 
+#include <atomic>
 #include <functional>
 #include <optional>
 
 namespace lamprey::python {
 
 /// Whether the work shall stop; asked from any thread and from forked processes, never takes Python's lock.
-using Interrupted = std::function<bool()>;
+class Interrupted {
+ public:
+  explicit Interrupted(const std::atomic<int>& count) : count_(count) {}
+  bool operator()() const { return count_.load(std::memory_order_relaxed) > 0; }
+  /// Whether it was asked to more than once.
+  bool again() const { return count_.load(std::memory_order_relaxed) > 1; }
+
+ private:
+  const std::atomic<int>& count_;
+};
 
 /// What a Python function raised that the work called; touched under Python's lock alone.
 using Raised = std::optional<nanobind::python_error>;

@@ -1,9 +1,14 @@
 """Marches: moments in every form that they may have, feedback, the ends that a march can come to."""
+import pathlib
+import re
+
 import numpy as np
 import pytest
 
 import lamprey as lp
 from motion import orthogonality, total_momentum
+
+ROOT = pathlib.Path(__file__).parents[2]
 
 
 def test_a_solutions_moments_march_to_its_end(translation, solution):
@@ -172,6 +177,28 @@ def test_moments_of_hinges_are_numbers_about_their_axes(three_links):
     assert np.abs(by_function.joint_angle - same.joint_angle).max() < 1e-12 < np.ptp(same.joint_angle)
     with pytest.raises(lp.InputError, match=r"moments \(rows, 2, 3\) or \(rows, 2\)"):
         lp.simulate(three_links, controls=(swung.time, along[:, :1]))
+
+
+def test_fixed_joints_have_no_numbers_beside_those_of_hinges(tmp_path):
+    text = (ROOT / "examples" / "three_links.toml").read_text(encoding="utf-8")
+    body, joint = text.index("[[body]]"), text.index("[[joint]]")
+    name = re.search(r'name = "(\w+)"', text[body:]).group(1)
+    keel = '[[body]]\nname = "keel"\nsemi_axes = [0.02, 0.02, 0.02]\n\n'
+    held = (f'[[joint]]\nkind = "fixed"\nparent = "{name}"\nchild = "keel"\nparent_offset = [0.0, 0.0, -0.1]\n'
+            'child_offset = [0.0, 0.0, 0.05]\n\n')
+    path = tmp_path / "keeled.toml"
+    path.write_text(text[:joint] + keel + held + text[joint:], encoding="utf-8")
+    keeled = lp.load(path)
+    time = np.linspace(0.0, 1.0, 41)
+    angles = np.stack([0.3 * np.sin(time), 0.2 * np.sin(2.0 * time)], axis=1)
+    by_numbers = lp.simulate(keeled, angles=(time, angles), steps=100, duration=1.0)
+    assert by_numbers.joint_angle.shape[1] == 3
+    in_full = np.zeros((41, 3, 3))
+    in_full[:, 1:, 0] = angles
+    same = lp.simulate(keeled, angles=(time, in_full), steps=100, duration=1.0)
+    assert np.abs(by_numbers.position - same.position).max() < 1e-12 < np.ptp(same.position)
+    with pytest.raises(lp.InputError, match=r"angles \(rows, 3, 3\) or \(rows, 2\)"):
+        lp.simulate(keeled, angles=(time, in_full[:, :, 0]), steps=100, duration=1.0)
 
 
 def test_inertia_may_differ_from_the_problems(translation):

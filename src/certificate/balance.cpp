@@ -61,7 +61,7 @@ double shortest_step(const StoredMotion& motion) {
 
 // Stored rotations and positions, these so far from the origin, end at their last digit: over a step that is a momentum
 // (equation 6.22).
-double momentum_of_last_digits(const StoredMotion& motion, double distance) {
+double momentum_of_last_digit(const StoredMotion& motion, double distance) {
   const double unit = motion.system.length_unit();
   double way = 0.0, inertia = 0.0;
   for (const Vector3d& x : motion.solution.position) way = std::max(way, (x - motion.problem.start.position).norm());
@@ -71,7 +71,19 @@ double momentum_of_last_digits(const StoredMotion& motion, double distance) {
     inertia =
         std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (unit + reach) * (reach + distance));
   }
-  return last_digits * std::numeric_limits<double>::epsilon() * inertia / shortest_step(motion);
+  return std::numeric_limits<double>::epsilon() * inertia / shortest_step(motion);
+}
+
+double momentum_of_last_digits(const StoredMotion& motion, double distance) {
+  return last_digits * momentum_of_last_digit(motion, distance);
+}
+
+// Of moments that a step's momenta ask for, a share of the largest.
+double moment_of_last_digit(const StoredMotion& motion, double distance) {
+  Largest moment;
+  for (const auto& node : motion.control)
+    for (const Vector3d& u : node) moment.add(u.norm());
+  return momentum_of_last_digit(motion, distance) / (shortest_step(motion) * moment.value());
 }
 
 double farthest_from_origin(const StoredMotion& motion) {
@@ -161,6 +173,7 @@ Balance check_balance(const StoredMotion& motion) {
   Balance balance = motion.steps_known ? check_steps(motion, start) : check_nodes(motion, start);
   balance.round_off =
       std::min(momentum_of_last_digits(motion, farthest_from_origin(motion)) / balance.scale, most_round_off);
+  balance.moment_round_off = moment_of_last_digit(motion, farthest_from_origin(motion));
   balance.rotation_drift = rotation_drift(motion.solution);
   return balance;
 }

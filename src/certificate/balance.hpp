@@ -16,6 +16,7 @@ struct Balance {
   double equation_residual = unset;  // largest residual of (4.4), and of (4.5) at the start and, with rest, at the end
   double end_momentum = unset;       // largest |μ_N|
   double round_off = 0.0;            // what stored digits leave of a step's momenta (equation 6.22), of the scale
+  double moment_round_off = 0.0;     // what they leave of the moments that the steps ask for, of the largest one stored
   double rotation_drift = 0.0;       // largest entry of |RᵀR − I|, |det R − 1|, no unit
 };
 

@@ -125,6 +125,7 @@ struct Certificate {
   double rotation_drift = unset;  // max |RᵀR − I|, |det R − 1|
   double iterates_momentum = unset;  // largest total momentum / scale over all iterates that the solver recorded
   double kkt = unset;                // scaled, in the space of controls
+  double kkt_round_off = 0.0;        // what the digits of stored rotations and positions leave of it
   std::optional<CostsKept> costs;    // where the problem has costs beside effort and time
   std::optional<LimitsKept> limits;  // where the problem has any, or waypoints, or a free duration
   std::optional<SecondOrder> second_order;
@@ -148,6 +149,7 @@ struct Certificate {
   /// Marks that no motion of so many digits in so short steps could miss for that alone.
   double equation_allowed() const { return std::max(equation_mark, momentum_round_off); }
   double momentum_allowed() const { return std::max(momentum_mark, momentum_round_off); }
+  double kkt_allowed(double tolerance) const { return std::max(tolerance, kkt_round_off); }
 };
 
 }  // namespace lamprey::certificate

@@ -118,14 +118,15 @@ std::optional<maneuver::Problem> with_all_axes(const model::System& system, cons
 }
 
 // The second-order test of that problem.
-AllAxes all_axes(const maneuver::Problem& free, const maneuver::Solution& solution, double momentum_scale) {
+AllAxes all_axes(const maneuver::Problem& free, const maneuver::Solution& solution, double momentum_scale,
+                 double kkt_round_off) {
   const model::System free_system(free.swimmer);
   const StoredMotion motion(free_system, free, solution);
   const std::optional<StageMotion> stages = march_again(motion);
   AllAxes result;
   result.kkt = stages ? kkt_residual(motion, *stages, momentum_scale)
                       : kkt_residual(motion, control_space(motion), momentum_scale);
-  if (result.kkt <= free.search.tolerance)
+  if (result.kkt <= std::max(free.search.tolerance, kkt_round_off))
     result.second_order = curvature(motion, stages, momentum_scale, result.kkt).value_or(SecondOrder());
   return result;
 }
@@ -192,6 +193,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   if (problem.cost_weights.any()) proof.costs = {proof.cost_error, cost.signs};
   const bool worth_it = options.of_misses || meets_goal(problem, proof);
   if (options.optimality && worth_it) proof.kkt = kkt_residual(motion, space, balance.scale);
+  proof.kkt_round_off = std::min(balance.moment_round_off, proof_mark);
   proof.verdict = verdict(problem, proof);
   if (options.second_order) add_second_order(system, problem, solution, proof);
   if (options.replay) proof.replay = replay(motion, {options.replay_tolerance, options.stopped});
@@ -199,7 +201,8 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
 }
 
 bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
-  return proof.kkt <= problem.search.tolerance && (!proof.costs || proof.costs->signs <= sign_mark) &&
+  return proof.kkt <= proof.kkt_allowed(problem.search.tolerance) &&
+         (!proof.costs || proof.costs->signs <= sign_mark) &&
          (!proof.limits ||
           (proof.limits->complementarity <= complementarity_mark && proof.limits->negative <= sign_mark));
 }
@@ -220,7 +223,7 @@ bool add_second_order(const model::System& system, const maneuver::Problem& prob
   const std::optional<maneuver::Problem> free = with_all_axes(system, problem);
   if (!free) return true;
   if (stopped && stopped()) return false;
-  proof.all_axes = all_axes(*free, solution, scale);
+  proof.all_axes = all_axes(*free, solution, scale, proof.kkt_round_off);
   return true;
 }
 

@@ -41,6 +41,12 @@ class Claims {
     claims_.push_back({field, stored, found});
   }
 
+  /// What an error may be by round-off: 0 claims nothing.
+  void round_off(const std::string& field, double stored, double found) {
+    if (!(stored > scarcely_larger * found)) return;
+    claims_.push_back({field, stored, found});
+  }
+
   void at_most(const std::string& field, double stored, double found) {
     if (!(stored <= found)) claims_.push_back({field, stored, found});
   }
@@ -126,6 +132,8 @@ std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificat
   claims.error("velocity_error", stored.velocity_error, found.velocity_error, velocity_mark);
   claims.error("cost_error", stored.cost_error, found.cost_error, cost_mark);
   claims.error("kkt", stored.kkt, found.kkt, kkt_scale);
+  if (!std::isnan(found.kkt)) claims.round_off("kkt_round_off", stored.kkt_round_off, found.kkt_round_off);
+  claims.round_off("momentum_round_off", stored.momentum_round_off, found.momentum_round_off);
   if (stored.costs)
     claims.error("costs.signs", stored.costs->signs, found.costs.value_or(CostsKept()).signs, sign_mark);
   if (stored.limits) {

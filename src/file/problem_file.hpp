@@ -40,7 +40,7 @@ enum class Purpose { solve, solve_with_ipopt };
 void require_supported(const ProblemFile& file, Purpose purpose);
 
 /// Throws model::InputError, with its place, where a maneuver's given start, or the end that its goal fixes, breaks one of its
-/// limits: no moment changes that.
+/// limits, or all ends would: no moment changes that.
 /// Needs start rotations of all bodies.
 void require_ends_within_limits(const ProblemFile& file);
 

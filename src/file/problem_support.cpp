@@ -177,9 +177,10 @@ void require_ends_within_limits(const ProblemFile& file) {
   const model::System system(problem.swimmer);
   const maneuver::Maneuver maneuver =
       maneuver::make_maneuver(system, problem, problem.steps);  // refuses contradictions
-  if (problem.start.free_shape) return;
   const std::vector<maneuver::LimitRow> rows = maneuver::limit_rows(system, problem);
   try {
+    require_clearance_of_joined(file);
+    if (problem.start.free_shape) return;
     if (const auto broken = maneuver::broken_by_start(system, maneuver, rows)) {
       const int joint = broken->row->joint;
       const std::string own =
@@ -207,7 +208,6 @@ void require_supported(const ProblemFile& file, Purpose purpose) {
     if (problem.control == maneuver::ControlKind::spline) require_supported_spline(problem.swimmer);
     require_supported_scheme(problem.scheme, transcribed, momentum);
     require_supported_maneuver(file.problem, purpose, momentum);
-    require_clearance_of_joined(file);
     require_ends_within_limits(file);
   } catch (const model::InputError& error) {
     throw located(error, file);

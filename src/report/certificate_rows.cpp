@@ -135,7 +135,7 @@ bool confines_axes(const result::ResolvedProblem& problem) {
 
 Rows rows_of_optimality(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
   return {
-      held("First-order optimality (KKT)", proof.kkt, "", problem.tolerance,
+      held("First-order optimality (KKT)", proof.kkt, "", proof.kkt_allowed(problem.tolerance),
            "Largest part of the cost’s gradient that no multiplier of the goal explains, relative to the gradient "
            "itself."),
       second_order_row(proof.second_order.value_or(certificate::SecondOrder{})),

@@ -94,6 +94,7 @@ void read_errors(const document::JsonReader& reader, Certificate& result) {
 // What says whether it is the best.
 void read_optimality(const document::JsonReader& reader, Certificate& result) {
   result.kkt = reader.at("kkt").number_or_nan();
+  read_if_there(reader, "kkt_round_off", result.kkt_round_off);
   if (const document::JsonReader second = reader.at("second_order"); !second.is_null())
     result.second_order = read_curvature(second);
   if (told(reader, "second_order_all_axes")) {

@@ -257,6 +257,7 @@ std::string certificate_text(const certificate::Certificate& certificate) {
   };
   or_null("clearance", certificate.clearance, clearance_text);
   text.add("kkt", document::json(certificate.kkt));
+  text.add("kkt_round_off", document::json(certificate.kkt_round_off));
   if (const auto& costs = certificate.costs)
     text.add("costs", fmt::format("{{\"error\": {}, \"signs\": {}}}", document::json(costs->error),
                                   document::json(costs->signs)));

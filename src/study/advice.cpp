@@ -58,7 +58,10 @@ std::string advice_where_met(const Problem& problem, const Certificate& proof, c
   std::string words = "try ";
   const std::string finer = "[time] steps = " + std::to_string(2 * problem.steps);
   if (const std::optional<double> held = solution.solver.held_joint_rate)
-    return words + "limits.angular_velocity = " + number(*held, 6) + ", or " +
+    return words +
+           (whirls(problem, solution) ? "a limits.angular_velocity that motors can do (at " + number(*held, 3) +
+                                            " rad/s steps cease to show turns), a little cost.angular_velocity, or "
+                                      : "limits.angular_velocity = " + number(*held, 6) + ", or ") +
            (solution.status == Status::time_limit ? "a longer search.time_limit" : finer);
   if (!far_turn(problem, solution).empty()) words += finer + ", ";
   if (whirls(problem, solution)) words += "a little cost.angular_velocity, which calms bodies that whirl, ";
@@ -176,7 +179,7 @@ bool mostly_work(const Problem& problem, const Solution& solution) {
 }  // namespace
 
 std::string words_on_tolerance(const Problem& problem, const Certificate& proof) {
-  if (!(proof.kkt > problem.search.tolerance && proof.kkt <= loosest_tolerance)) return "";
+  if (!(proof.kkt > proof.kkt_allowed(problem.search.tolerance) && proof.kkt <= loosest_tolerance)) return "";
   Problem looser = problem;
   looser.search.tolerance = rounded_up(proof.kkt);
   if (!certificate::stationary(looser, proof)) return "";

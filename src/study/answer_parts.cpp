@@ -42,6 +42,7 @@ std::string part_name(Part part) {
 certificate::Options first_look(const Parts& parts) {
   certificate::Options options;
   options.second_order = false;
+  options.optimality = !parts.hurried();
   options.of_misses = !parts.stopped();  // what a search that was cut short has not met yet is not least either
   options.stopped = [&parts, begin = parts.seconds()] {
     return parts.stopped() && parts.seconds() > begin + late_replay;
@@ -88,9 +89,13 @@ std::optional<certificate::Refinement> cost_on_other_grids(const Problem& proble
 }  // namespace
 
 void Parts::tell(const std::string& unsearched, maneuver::Solution& solution) const {
-  if (left_out_.empty() && unsearched.empty()) return;
   const bool interrupted = budget_.interrupted();
+  if (left_out_.empty() && unsearched.empty() && (!interrupted || solution.status == Status::optimal)) return;
   if (interrupted) solution.status = Status::interrupted;
+  if (left_out_.empty() && unsearched.empty()) {
+    solution.message += " It was interrupted before it came to its end.";
+    return;
+  }
   // what was not tried might have met what was tried did not
   if (!interrupted && !unsearched.empty() && solution.status == Status::infeasible)
     solution.status = Status::time_limit;

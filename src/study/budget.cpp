@@ -1,9 +1,11 @@
 #include "study/budget.hpp"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <limits>
+#include <string>
 
 namespace lamprey::study {
 
@@ -15,7 +17,7 @@ constexpr double searched_share =
     2.0 / 3.0;  // of the time limit, once a first guess has arrived; hops have half of that
 // Of the time limit, unless a guess has arrived: after which no guess begins before strokes, and by when those that run end.
 constexpr double last_before_strokes = 0.5, end_before_strokes = 0.6;
-constexpr double grace = 20.0;  // s, for the same after an interruption
+constexpr double grace = 5.0;  // s, for the best motion after an interruption
 
 // Of this process and of its children that have ended, s.
 double processor_time() {
@@ -32,7 +34,7 @@ double processor_time() {
 }  // namespace
 
 Budget::Budget(const Problem& problem, const SolveOptions& options)
-    : problem_(problem), options_(options), processor_begin_(processor_time()) {}
+    : problem_(problem), options_(options), process_(getpid()), processor_begin_(processor_time()) {}
 
 double Budget::seconds() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
@@ -44,7 +46,14 @@ bool Budget::interrupted() const {
   if (!options_.interrupted || !options_.interrupted()) return false;
   double not_yet = -1.0;
   interrupted_at_.compare_exchange_strong(not_yet, seconds());
+  tell_of_interruption();
   return true;
+}
+
+void Budget::tell_of_interruption() const {
+  if (stage_ == Stage::finishing || !options_.progress || getpid() != process_ || told_.exchange(true)) return;
+  options_.progress("interrupted: the best motion is refined, for " + std::to_string(static_cast<int>(grace)) +
+                    " s at most; interrupt again to end without that");
 }
 
 double Budget::end_of_time() const {
@@ -69,7 +78,7 @@ bool Budget::closing() const {
 
 bool Budget::stopped() const {
   if (!interrupted() && seconds() <= end_of_time()) return false;
-  if (!goes_on_late()) return true;
+  if (!goes_on_late() || hurried()) return true;
   return seconds() > late_share * end_of_time() || (interrupted() && seconds() > interrupted_at_ + grace);
 }
 

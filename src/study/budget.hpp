@@ -27,8 +27,10 @@ class Budget {
   bool stopped() const;
   /// Whether someone ends it, or so many times the time limit is over.
   bool past(double share) const;
-  /// Whether someone, rather than the time, ends it.
+  /// Whether someone, rather than the time, ends it. While it searches it says so, once.
   bool interrupted() const;
+  /// Whether that someone wants it to end at once.
+  bool hurried() const { return options_.hurried && options_.hurried(); }
   /// Options of a solve within what is left of the time.
   optimizer::Options optimizer_options(int max_iterations, double tolerance) const;
   double seconds() const;
@@ -38,6 +40,7 @@ class Budget {
  private:
   double end_of_time() const;  // s, of the stage
   bool goes_on_late() const;
+  void tell_of_interruption() const;
   bool strokes_wait() const;
 
   const maneuver::Problem& problem_;
@@ -45,6 +48,8 @@ class Budget {
   Stage stage_ = Stage::finishing;
   mutable std::atomic<bool> any_arrived_ = false;
   mutable std::atomic<double> interrupted_at_ = -1.0;  // s, when that was first seen; negative: not yet
+  mutable std::atomic<bool> told_ = false;             // of an interruption
+  int process_;                                        // that tells; workers do not
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   double processor_begin_;
 };

@@ -92,8 +92,8 @@ double missed_by(const Problem& problem, const Certificate& proof) {
 }
 
 std::string unsettled(const Problem& problem, const Certificate& proof) {
-  if (!(proof.kkt <= problem.search.tolerance))
-    return "the cost is stationary to " + number(proof.kkt, 3) + " only, not to " + number(problem.search.tolerance);
+  if (const double allowed = proof.kkt_allowed(problem.search.tolerance); !(proof.kkt <= allowed))
+    return "the cost is stationary to " + number(proof.kkt, 3) + " only, not to " + number(allowed);
   if (proof.limits && !(proof.limits->complementarity <= complementarity_mark))
     return "limits pull where they are not reached: by " + number(proof.limits->complementarity) +
            " of the cost over the duration, allowed " + number(complementarity_mark);

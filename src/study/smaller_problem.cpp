@@ -86,6 +86,7 @@ Found solve_smaller(const Grids& grids, Problem smaller) {
     *smaller.search.time_limit = share_of_time * std::max(*smaller.search.time_limit - grids.budget().seconds(), 0.0);
   SolveOptions options;
   options.interrupted = grids.options().interrupted;
+  options.hurried = grids.options().hurried;
   const Budget budget(smaller, options);
   const std::unique_ptr<Method> method = newton_method(grids.system(), smaller, options, budget);
   Found found = method->solve_starts(0, 1).front();

@@ -66,7 +66,6 @@ class Search {
     count_minima();
     choose_candidates();
     budget_.enter(Budget::Stage::refining_the_best);
-    tell_of_interruption();
     refine_candidates();
     add_first_motion();
     for (Solution& solution : solutions_) {
@@ -305,11 +304,6 @@ class Search {
       if (candidates_.size() == firsts_ + spare_candidates) break;
       if (!starts_[s].converged() && !arrives_nowhere && s != candidates_.front()) candidates_.push_back(s);
     }
-  }
-
-  void tell_of_interruption() const {
-    if (budget_.interrupted() && !budget_.stopped() && options_.progress)
-      options_.progress("interrupted: the best motion is refined, for 20 s at most; interrupt again to end without it");
   }
 
   // Accepted candidates, each minimum once.

@@ -25,6 +25,7 @@ struct SolveOptions {
   int workers = 1;                                   // threads (Ipopt: processes); the answer does not depend on it
   std::function<void(const std::string&)> progress;  // a line for people, may be empty
   std::function<bool()> interrupted;                 // asked often; may be empty
+  std::function<bool()> hurried = {};                // likewise: interrupted, and nothing is refined any more
   std::optional<bool> refinement;  // whether answers are carried over to other grids; by default where that is cheap
   std::function<bool(maneuver::Solution&)>
       accept;  // whether a candidate can be the answer; may be empty: all are refined

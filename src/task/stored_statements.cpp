@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -124,12 +125,37 @@ void add_false_place(const Results& stored, const Results& found, Claims& claims
     claims.push_back({"clearance.time", told.time, is.time});
 }
 
+// What no file shows again must not contradict the rest: minima by rising cost, none for nothing unless displacement wins, what was
+// set aside cheaper than the answer, other grids of half, twice and four times the steps.
+void add_contradictions(const Results& stored, Claims& claims) {
+  const maneuver::SearchRecord& search = stored.solution.search;
+  double least = stored.problem.cost_weights.of_displacement() ? -std::numeric_limits<double>::infinity() : 0.0;
+  for (std::size_t n = 0; n < search.minima.size(); ++n) {
+    const double cost = search.minima[n].cost;
+    const bool for_nothing = n == 0 && cost == 0.0 && least == 0.0 && stored.solution.cost > 0.0;
+    if (cost < least || for_nothing)
+      claims.push_back({fmt::format("search.minima[{}].cost", n), cost, certificate::unset});
+    if (cost > least) least = cost;
+  }
+  if (search.set_aside && !(search.set_aside->cost < stored.solution.cost))
+    claims.push_back({"search.set_aside.cost", search.set_aside->cost, certificate::unset});
+  if (!stored.certificate || !stored.certificate->refinement) return;
+  const auto& grids = stored.certificate->refinement->grids;
+  const int steps = stored.problem.steps;
+  for (std::size_t g = 0; g < grids.size(); ++g)
+    if (grids[g].steps != steps / 2 && grids[g].steps != steps && grids[g].steps != 2 * steps &&
+        grids[g].steps != 4 * steps)
+      claims.push_back(
+          {fmt::format("refinement.grids[{}].steps", g), static_cast<double>(grids[g].steps), certificate::unset});
+}
+
 }  // namespace
 
 std::vector<certificate::FalseClaim> false_statements(const Results& stored, const Results& found, bool with_gains) {
   Claims claims;
   add_false_restatements(stored, claims);
   add_false_times(stored, claims);
+  add_contradictions(stored, claims);
   add_false_turns(stored, claims);
   if (stored.solution.time.size() > 1) add_false_place(stored, found, claims);
   if (with_gains) add_false_gains(stored, claims);

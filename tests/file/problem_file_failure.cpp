@@ -180,7 +180,7 @@ TEST(StartBeyondALimit, is_told_at_the_limit_with_by_how_much_unless_shapes_are_
   for (const auto& [limits, key, fragment] :
        {std::tuple("angle.neck = [-0.3, 0.3]\n", "limits.angle.neck", "by 0.2 rad"),
         std::tuple("swing.neck = 0.4\n", "limits.swing.neck", "by 0.1 rad"),
-        std::tuple("clearance = 0.1\n", "limits.clearance", "m;"),
+        std::tuple("clearance = 0.039\n", "limits.clearance", "m;"),
         std::tuple("sphere = [{ centre = [0.0, 0.0, 0.0], radius = 0.1 }]\n", "limits.sphere[0]", "m;"),
         std::tuple("half_space = [{ point = [0, 0, 0], normal = [0, 0, 1] }]\n", "limits.half_space[0]", "by 0.1 m")}) {
     try {
@@ -247,6 +247,14 @@ TEST(ClearanceOfJoinedBodies, is_at_most_what_the_joint_leaves) {
   };
   expect(0.0399, true);
   expect(0.0401, false);
+  // a given start breaks it, too, and another start would
+  try {
+    file::require_ends_within_limits(parse_problem(bent_pair("", "clearance = 0.5\n"), "pair.toml"));
+    ADD_FAILURE() << "was taken as possible";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("at most 0.04 m"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("pair.toml:"), std::string::npos) << error.what();
+  }
   // which straight bodies have and bent ones do not
   const fluid::EllipsoidPair straight{Eigen::Vector3d(0.5, 0.1, 0.1), Eigen::Vector3d(0.5, 0.1, 0.1),
                                       Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(),

@@ -217,6 +217,7 @@ TEST(SolutionFile, fields_have_the_names_and_the_order_of_the_interface) {
                    "cost_error",
                    "clearance",
                    "kkt",
+                   "kkt_round_off",
                    "second_order",
                    "second_order_all_axes",
                    "verdict",

@@ -123,6 +123,17 @@ TEST_F(Advice, is_the_limit_that_makes_it_a_minimum_where_joints_were_held_from_
   EXPECT_TRUE(tells("try limits.angular_velocity = 100, or a longer search.time_limit.")) << message();
 }
 
+// More steps only let them whirl faster.
+TEST_F(Advice, is_what_motors_can_do_where_joints_were_held_and_bodies_whirl) {
+  solution_.solver.held_joint_rate = 126.0;
+  const mechanics::Vectors whirling(problem_.swimmer.bodies.size(), Eigen::Vector3d(0.0, 0.0, 100.0));
+  solution_.angular_velocity.assign(solution_.time.size(), whirling);
+  EXPECT_TRUE(
+      tells("try a limits.angular_velocity that motors can do (at 126 rad/s steps cease to show turns), a little "
+            "cost.angular_velocity, or [time] steps = 80."))
+      << message();
+}
+
 TEST_F(Advice, is_a_looser_limit_where_that_is_broken) {
   proof_.limits = certificate::LimitsKept{0.01, "limits.angle.front", 2.0, 0.0, 0.0};
   EXPECT_TRUE(

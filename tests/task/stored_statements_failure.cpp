@@ -62,6 +62,30 @@ TEST(StoredStatements, of_feedback_are_told_where_its_times_or_gains_are_others)
   EXPECT_EQ(false_field([](Results& r) { r.solution.feedback.gain[3] *= 1.01; }).substr(0, 16), "feedback.gain[3]");
 }
 
+TEST(StoredStatements, of_a_search_are_told_where_they_contradict_each_other) {
+  const auto& minima = solved().solution.search.minima;
+  ASSERT_FALSE(minima.empty());
+  EXPECT_EQ(false_field([](Results& r) { r.solution.search.minima[0].cost *= -1.0; }), "search.minima[0].cost");
+  EXPECT_EQ(false_field([](Results& r) { r.solution.search.minima[0].cost = 0.0; }), "search.minima[0].cost");
+  EXPECT_EQ(false_field([&](Results& r) {
+              r.solution.search.minima.push_back({0.5 * minima.back().cost, 1});
+            }),
+            "search.minima[" + std::to_string(minima.size()) + "].cost");
+  EXPECT_EQ(false_field([](Results& r) {
+              r.solution.search.set_aside = {1.1 * r.solution.cost, {}};
+            }),
+            "search.set_aside.cost");
+  EXPECT_EQ(false_field([](Results& r) { r.solution.search.set_aside = {0.9 * r.solution.cost, {}}; }), "");
+  const auto grids = [](std::vector<certificate::GridCost> told) {
+    return false_field([&](Results& r) {
+      r.certificate->refinement.emplace();
+      r.certificate->refinement->grids = std::move(told);
+    });
+  };
+  EXPECT_EQ(grids({{20, 1.0}, {40, 1.0}, {80, 1.0}, {160, 1.0}}), "");
+  EXPECT_EQ(grids({{20, 1.0}, {40, 1.0}, {81, 1.0}}), "refinement.grids[2].steps");
+}
+
 // Of equal gaps the other one is as true.
 TEST(StoredStatements, of_where_bodies_come_nearest_are_told_unless_their_gap_is_there) {
   ASSERT_TRUE(solved().certificate->clearance);
