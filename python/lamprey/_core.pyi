@@ -343,13 +343,13 @@ def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | 
 
     problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its moments), a path (solution.json or CSV), a pair (time (rows,) s,
     control (rows, joints, 3) N m; not-a-knot cubic between rows), or a function of time in s that returns (joints, 3) N m:
-    moments on the parents, parents' frames with the joints at zero angle; of hinges alone (rows, joints) and (joints,) will do, about the parents' axes.
+    moments on the parents, parents' frames with the joints at zero angle; of hinges alone, fixed joints left out, (rows, joints) and (joints,) will do, about the parents' axes.
     scheme, steps, duration: instead of the problem's. cycles: how often the gait of controls or feedback, or the period of a table, is repeated; steps and duration are of all
     cycles together. adaptive: divide steps that do not converge.
     reference: by a Runge-Kutta method on the continuous equations. feedback: a Solution or its directory, followed by its
     moments and gains; feedback_from: s of its time, at which the march begins, from the problem's start, without a duration for the rest of it. perturb: rad, by which each body is turned at the start about a random axis drawn by `seed`. perturb_inertia: share of itself by which each body's mass and inertia, fluid included, differ at most from the problem's, drawn by `seed`. In either case total momentum stays that of the start.
     angles: joint angles to march along, in the place of moments, which are then found: a Solution or Trajectory, a path (solution.json or CSV),
-    a pair (time (rows,) s, angles (rows, joints, 3) rad as Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone
+    a pair (time (rows,) s, angles (rows, joints, 3) rad as Trajectory.joint_angle has them), or a function of time in s, asked at the nodes; of hinges alone, fixed joints left out,
     (rows, joints) and (joints,) will do. Joints with actuated = false whose angles are NaN in all rows, or left out of a CSV's header, and all such joints of a stored motion move as they do. Root and total momentum begin as the problem says, steps are as long as the problem's up to the last row; cycles repeats angles that close.
 
     A march that does not get on ends with status "stalled" and the nodes before. Ctrl-C raises KeyboardInterrupt; its attribute
