@@ -298,6 +298,23 @@ LimitCheck check_limits(const StoredMotion& motion) {
   return check;
 }
 
+double violation_at(const StoredMotion& motion, const std::string& key, double time) {
+  constexpr double near = 1e-6;  // steps
+  const double place = time / motion.time_step;
+  const double node = std::round(place);
+  if (!(std::abs(place - node) <= near && node >= 0.0 && node <= motion.steps)) return unset;
+  double largest = unset;
+  for (const Bound& bound : bounds_of(motion)) {
+    if (bound.key != key) continue;
+    const int k = static_cast<int>(node);
+    if (!applies(motion, bound, k) && !(k == 0 && seen_at_start(motion, bound))) continue;
+    const double own = margin(motion, bound, place_of(motion, k));
+    const double violation = (bound.equality() ? std::abs(own) : -own) / unit_of(bound);
+    if (!(violation <= largest)) largest = violation;
+  }
+  return largest;
+}
+
 LimitPulls limit_pulls(const StoredMotion& motion) {
   const integrator::StateLayout layout{motion.system};
   LimitPulls pulls;

@@ -25,6 +25,10 @@ struct LimitCheck {
 
 LimitCheck check_limits(const StoredMotion& motion);
 
+/// Largest violation of the limits of that key at the node of that time, s; below 0 where they are kept, NaN where there is no such
+/// limit or node.
+double violation_at(const StoredMotion& motion, const std::string& key, double time);
+
 /// [N + 1] how far a bound is from being broken at the nodes, in its own unit; NaN where it asks for nothing.
 std::vector<double> margins(const StoredMotion& motion, const Bound& bound);
 

@@ -10,6 +10,7 @@
 
 #include "certificate/certificate.hpp"
 #include "certificate/clearance.hpp"
+#include "certificate/limit_check.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/feedback.hpp"
 #include "result/resolve.hpp"
@@ -104,6 +105,22 @@ void add_false_restatements(const Results& stored, Claims& claims) {
   }
 }
 
+// Of limits that are broken alike a file may name any.
+void add_false_limit(const Results& stored, const Results& found, Claims& claims) {
+  constexpr double same = 1e-9;  // of their units
+  if (!stored.certificate || !stored.certificate->limits || !found.certificate->limits) return;
+  const certificate::LimitsKept &told = *stored.certificate->limits, &is = *found.certificate->limits;
+  if (told.key.empty() || (told.key == is.key && told.time == is.time)) return;
+  const maneuver::Problem problem = result::problem_of(stored);
+  const model::System system(problem.swimmer);
+  const certificate::StoredMotion motion(system, problem, stored.solution);
+  if (certificate::violation_at(motion, told.key, told.time) >= told.violation - same) return;
+  if (told.key != is.key)
+    claims.push_back({"limits.key", told.violation, certificate::unset});
+  else
+    claims.push_back({"limits.time", told.time, is.time});
+}
+
 // Of equal gaps a file may name any.
 void add_false_place(const Results& stored, const Results& found, Claims& claims) {
   constexpr double same = 1e-6;  // m, or of the gap
@@ -157,7 +174,10 @@ std::vector<certificate::FalseClaim> false_statements(const Results& stored, con
   add_false_times(stored, claims);
   add_contradictions(stored, claims);
   add_false_turns(stored, claims);
-  if (stored.solution.time.size() > 1) add_false_place(stored, found, claims);
+  if (stored.solution.time.size() > 1) {
+    add_false_place(stored, found, claims);
+    add_false_limit(stored, found, claims);
+  }
   if (with_gains) add_false_gains(stored, claims);
   return claims;
 }

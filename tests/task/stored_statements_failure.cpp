@@ -116,5 +116,32 @@ TEST(StoredStatements, of_where_bodies_come_nearest_are_told_unless_their_gap_is
   EXPECT_EQ(told(ended), "");
 }
 
+TEST(StoredStatements, of_which_limit_is_broken_most_are_told_unless_it_is) {
+  file::ProblemFile file =
+      file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/examples/gait_within_limits.toml");
+  file.problem.steps = 40;
+  file.problem.search.starts = 1;
+  file.problem.limits.torque = 1e9;
+  study::SolveOptions options;
+  options.refinement = false;
+  const Results within = task::solve_task(file, options, "");
+  ASSERT_TRUE(within.certificate && within.certificate->limits) << within.solution.message;
+  const auto told = [&](const std::string& key, double time) {
+    Results stored = within;
+    stored.certificate->limits->violation = std::max(stored.certificate->limits->violation, 1e-12);
+    stored.certificate->limits->key = key;
+    stored.certificate->limits->time = time;
+    const auto claims = task::false_statements(stored, within, false);
+    return claims.empty() ? "" : claims.front().field;
+  };
+  const certificate::LimitsKept is = *within.certificate->limits;
+  const double step = within.problem.time_step;
+  EXPECT_EQ(told("limits.torque", 3.0 * step), "limits.key") << "far from its bound";
+  EXPECT_EQ(told("limits.swing.nosuch", 3.0 * step), "limits.key");
+  ASSERT_FALSE(is.key.empty()) << "limits to round-off, some a little broken";
+  EXPECT_EQ(told(is.key, is.time), "");
+  EXPECT_EQ(told(is.key, is.time + 0.5 * step), "limits.time") << "between two nodes";
+}
+
 }  // namespace
 }  // namespace lamprey::tests
