@@ -180,7 +180,7 @@ int simulate(const SimulateArguments& arguments) {
   tell_remarks(problem_file);
   const Results results = task::march_task(problem_file, options, arguments.command);
   const bool ended_early = results.solution.status == Status::stalled;
-  if (results.solution.status == Status::interrupted)
+  if (results.solution.status == Status::interrupted && results.solution.time.size() > 1)
     fmt::print(stderr, "lamprey: interrupted: {} steps are written to {}; interrupt again to leave them\n",
                results.solution.time.size() - 1, arguments.out);
   if (!ended_early || results.solution.time.size() > 1) report::write_results(arguments.out, results);
@@ -240,6 +240,11 @@ void print_status(const task::Verification& is) {
 void print_false_claims(const task::Verification& is) {
   std::vector<std::string> unfounded;
   for (const certificate::FalseClaim& claim : is.claims) {
+    if (!claim.contradiction.empty()) {
+      fmt::print("  What is stored contradicts itself: {} is {}, {} ({}).\n", claim.field,
+                 report::number(claim.stored, 6), claim.contradiction, report::number(claim.found, 6));
+      continue;
+    }
     const bool verdict = claim.field == "verdict";
     if (!verdict && std::isnan(claim.found)) {
       unfounded.push_back(claim.field);

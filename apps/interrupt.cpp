@@ -23,7 +23,7 @@ void on_signal(int signal) {
     std::signal(signal, SIG_DFL);
     std::raise(signal);
   }
-  if (by_any->load() < count) by_any->store(count);
+  for (int most = by_any->load(); most < count && !by_any->compare_exchange_weak(most, count);) continue;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// model: InputError, and the file room's IoError as OSError.
+// model: InputError, and document's IoError as OSError.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/string.h>
 

@@ -1,4 +1,4 @@
-// file: motions and their files, in the words and shapes of solution.json.
+// result: motions and their files, in the words and shapes of solution.json.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/string.h>

@@ -1,4 +1,4 @@
-// file: what `lamprey solve`, `simulate` and `verify` do.
+// task: what `lamprey solve`, `simulate` and `verify` do.
 #include <fmt/format.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/filesystem.h>
@@ -90,7 +90,11 @@ std::function<void(const std::string&)> told_to(const nb::object& progress, Rais
 
 // Adds what there is to an exception that ended the work, as its attribute `solution`, and throws it.
 [[noreturn]] void throw_with(const nb::python_error& signal, const nb::object& found) {
-  nb::setattr(signal.value(), "solution", found);
+  try {
+    nb::setattr(signal.value(), "solution", found);
+  } catch (nb::python_error& refused) {  // of a class that has no room for it
+    refused.discard_as_unraisable("lamprey.solve");
+  }
   throw nb::python_error(signal);
 }
 

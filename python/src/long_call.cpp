@@ -40,9 +40,11 @@ class SharedCount {
 };
 
 // The exception of a signal's handler, if one has raised, of which only the main thread's calls see any; or of a function.
-Raised exception_in_python(Raised* raised) {
+Raised exception_in_python(Raised* raised, bool& by_signal) {
+  by_signal = true;
   const nb::gil_scoped_acquire lock;
   if (PyErr_CheckSignals() != 0) return nb::python_error();
+  by_signal = false;
   if (!raised || !*raised) return std::nullopt;
   Raised taken(std::move(*raised));
   raised->reset();
@@ -53,6 +55,7 @@ Raised exception_in_python(Raised* raised) {
 
 Raised run_long(const std::function<void(const Interrupted&)>& work, Raised* raised) {
   SharedCount stop;
+  bool by_signal = false;
   Raised first;
   std::exception_ptr failure;
   {
@@ -73,15 +76,15 @@ Raised run_long(const std::function<void(const Interrupted&)>& work, Raised* rai
     std::unique_lock lock(mutex);
     while (!finished.wait_for(lock, look_after, [&] { return done; })) {
       lock.unlock();
-      if (Raised one = exception_in_python(raised)) {
+      if (Raised one = exception_in_python(raised, by_signal)) {
         if (!first) first.emplace(std::move(*one));
-        stop.raise();
+        if (by_signal || stop.value() == 0) stop.raise();
       }
       lock.lock();
     }
     lock.unlock();
     worker.join();
-    if (Raised one = exception_in_python(raised); one && !first) first.emplace(std::move(*one));
+    if (Raised one = exception_in_python(raised, by_signal); one && !first) first.emplace(std::move(*one));
   }
   if (!first && failure) std::rethrow_exception(failure);
   return first;

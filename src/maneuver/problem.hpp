@@ -131,7 +131,7 @@ struct Search {
   int keep = 1;  // minima that become answers, by rising cost
   std::uint64_t seed = 1;
   SearchMethod method = SearchMethod::simultaneous;
-  double tolerance = 1e-8;           // on certificate.kkt
+  double tolerance = 1e-8;           // on certificate.kkt, where digits hold so much
   std::optional<double> time_limit;  // s, wall clock
 };
 

@@ -42,7 +42,6 @@ std::string part_name(Part part) {
 certificate::Options first_look(const Parts& parts) {
   certificate::Options options;
   options.second_order = false;
-  options.optimality = !parts.hurried();
   options.of_misses = !parts.stopped();  // what a search that was cut short has not met yet is not least either
   options.stopped = [&parts, begin = parts.seconds()] {
     return parts.stopped() && parts.seconds() > begin + late_replay;

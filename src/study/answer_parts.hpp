@@ -21,7 +21,6 @@ class Parts {
  public:
   Parts(const maneuver::Problem& problem, const SolveOptions& options) : options_(options), budget_(problem, options) {}
   bool stopped() const { return budget_.closing(); }
-  bool hurried() const { return budget_.hurried(); }
   double seconds() const { return budget_.seconds(); }
   bool stopped(Part part) const {
     const bool late = part == Part::minimum || part == Part::feedback || part == Part::followed_replay;

@@ -52,8 +52,13 @@ bool Budget::interrupted() const {
 
 void Budget::tell_of_interruption() const {
   if (stage_ == Stage::finishing || !options_.progress || getpid() != process_ || told_.exchange(true)) return;
-  options_.progress("interrupted: the best motion is refined, for " + std::to_string(static_cast<int>(grace)) +
-                    " s at most; interrupt again to end without that");
+  if (hurried())
+    options_.progress("interrupted twice: what there is is written as it is; once more, and nothing is");
+  else if (any_arrived_)
+    options_.progress("interrupted: the best motion is refined for " + std::to_string(static_cast<int>(grace)) +
+                      " s at most, certified and written; interrupt again to leave out the first");
+  else
+    options_.progress("interrupted: what there is is certified and written");
 }
 
 double Budget::end_of_time() const {

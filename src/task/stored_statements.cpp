@@ -89,8 +89,9 @@ void add_false_turns(const Results& stored, Claims& claims) {
 
 // A problem restates what follows from it, such as the axes of a hinge's moment. Times are looked at by themselves.
 void add_false_restatements(const Results& stored, Claims& claims) {
-  constexpr double same = 1e-9;       // of a number, or of 1
-  if (!stored.problem.start) return;  // a file of an early version, which tells less
+  constexpr double same = 1e-9;  // of a number, or of 1
+  if (!stored.problem.start || stored.problem.steps == 0)
+    return;  // of an early version, which tells less; or of one node
   const maneuver::Problem problem = result::problem_of(stored);
   const json told = json::parse(result::problem_text(stored.problem)).flatten();
   const json is = json::parse(result::problem_text(result::resolve(model::System(problem.swimmer), problem))).flatten();
@@ -123,17 +124,16 @@ void add_false_limit(const Results& stored, const Results& found, Claims& claims
 
 // Of equal gaps a file may name any.
 void add_false_place(const Results& stored, const Results& found, Claims& claims) {
-  constexpr double same = 1e-6;  // m, or of the gap
+  constexpr double same = 1e-6;  // of the swimmer's unit of length, or of the gap
   if (!stored.certificate || !stored.certificate->clearance || !found.certificate->clearance) return;
   const Clearance &told = *stored.certificate->clearance, &is = *found.certificate->clearance;
   if (std::isnan(told.gap) || (told.time == is.time && told.first == is.first && told.second == is.second)) return;
+  const maneuver::Problem problem = result::problem_of(stored);
+  const model::System system(problem.swimmer);
   double gap = certificate::unset;
-  if (told.first >= 0 && told.second >= 0 && told.first != told.second) {
-    const maneuver::Problem problem = result::problem_of(stored);
-    const model::System system(problem.swimmer);
+  if (told.first >= 0 && told.second >= 0 && told.first != told.second)
     gap = certificate::gap_at(certificate::StoredMotion(system, problem, stored.solution), told);
-  }
-  if (std::abs(gap - told.gap) <= same * std::max(1.0, std::abs(told.gap))) return;
+  if (std::abs(gap - told.gap) <= same * std::max(system.length_unit(), std::abs(told.gap))) return;
   if (told.first != is.first)
     claims.push_back({"clearance.bodies[0]", static_cast<double>(told.first), static_cast<double>(is.first)});
   else if (told.second != is.second)
@@ -151,19 +151,21 @@ void add_contradictions(const Results& stored, Claims& claims) {
     const double cost = search.minima[n].cost;
     const bool for_nothing = n == 0 && cost == 0.0 && least == 0.0 && stored.solution.cost > 0.0;
     if (cost < least || for_nothing)
-      claims.push_back({fmt::format("search.minima[{}].cost", n), cost, certificate::unset});
+      claims.push_back({fmt::format("search.minima[{}].cost", n), cost, n == 0 ? stored.solution.cost : least,
+                        n == 0 ? "though the answer costs something" : "less than the one before it"});
     if (cost > least) least = cost;
   }
   if (search.set_aside && !(search.set_aside->cost < stored.solution.cost))
-    claims.push_back({"search.set_aside.cost", search.set_aside->cost, certificate::unset});
+    claims.push_back(
+        {"search.set_aside.cost", search.set_aside->cost, stored.solution.cost, "no less than the answer"});
   if (!stored.certificate || !stored.certificate->refinement) return;
   const auto& grids = stored.certificate->refinement->grids;
   const int steps = stored.problem.steps;
   for (std::size_t g = 0; g < grids.size(); ++g)
     if (grids[g].steps != steps / 2 && grids[g].steps != steps && grids[g].steps != 2 * steps &&
         grids[g].steps != 4 * steps)
-      claims.push_back(
-          {fmt::format("refinement.grids[{}].steps", g), static_cast<double>(grids[g].steps), certificate::unset});
+      claims.push_back({fmt::format("refinement.grids[{}].steps", g), static_cast<double>(grids[g].steps),
+                        static_cast<double>(steps), "neither half, twice nor four times the answer's"});
 }
 
 }  // namespace

@@ -8,10 +8,10 @@
 
 namespace lamprey::task {
 
-/// Numbers of `stored` that do not follow from its others: times of the problem, gains and their times (where `with_gains`), angles that
-/// jump, moments' axes and other numbers that the problem itself settles, where bodies come nearest and limits are broken most; or that contradict each other, of
-/// minima and other grids, which no file shows again. `found`: the same answer
-/// with its certificate computed again.
+/// Numbers of `stored` that do not follow from its others: what the problem itself settles, such as its times and the axes of a hinge's
+/// moments; gains and their times (where `with_gains`); angles that jump; where bodies come nearest and limits are broken most. And
+/// numbers of minima and other grids, which no file shows again, that contradict the rest. `found`: the same answer with its
+/// certificate computed again.
 std::vector<certificate::FalseClaim> false_statements(const result::Results& stored, const result::Results& found,
                                                       bool with_gains);
 

@@ -153,7 +153,9 @@ Verification verify_task(const std::string& folder, const std::optional<file::Pr
                         : result.found.solution.message;
   if (!result.status_holds && result.fault.empty()) result.fault = "nothing in the file bears it out";
   if (result.stored.certificate)
-    result.claims = certificate::false_claims(*result.stored.certificate, *result.found.certificate);
+    result.claims =
+        certificate::false_claims(*result.stored.certificate, *result.found.certificate,
+                                  result.stored.solution.time.empty() ? 0.0 : result.stored.solution.time.back());
   for (certificate::FalseClaim& claim : false_statements(result.stored, result.found, sought && result.status_holds))
     result.claims.push_back(std::move(claim));
   result.trajectory_difference = result::trajectory_difference(folder, result.stored);

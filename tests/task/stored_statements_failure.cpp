@@ -49,6 +49,17 @@ TEST(StoredStatements, of_an_answer_as_it_was_found_are_true) {
   EXPECT_EQ(false_field([](Results&) {}), "");
 }
 
+// A march that was interrupted before its first step.
+TEST(StoredStatements, of_a_single_node_are_true) {
+  Results one = solved();
+  one.solution = {};
+  one.solution.status = maneuver::Status::interrupted;
+  one.solution.time = {0.0};
+  one.problem.steps = 0;
+  one.problem.duration = one.problem.time_step = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(task::false_statements(one, one, false).empty());
+}
+
 TEST(StoredStatements, that_follow_from_the_problem_are_told_where_they_do_not) {
   EXPECT_EQ(false_field([](Results& r) {
               r.problem.joints[0].control_axes[0] = {0.6, 0.8, 0.0};
