@@ -15,7 +15,8 @@ struct FalseClaim {
 };
 
 /// Fields of `stored` that promise more than `found` has: errors that are much larger (beyond round-off), other curvatures,
-/// gaps and verdicts. `duration`, s: whole replays that do not multiply round-off much over it come out the same everywhere. What `stored` leaves out promises nothing; costs on other grids, which only a search finds, are not judged.
+/// gaps and verdicts. What `stored` leaves out promises nothing; costs on other grids, which only a search finds, are not judged.
+/// `duration`, s: whole replays that do not multiply round-off much over it come out the same everywhere.
 std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificate& found, double duration);
 
 }  // namespace lamprey::certificate
