@@ -206,13 +206,10 @@ std::vector<Found> solve_whole_turns(const Grids& grids) {
 
 namespace {
 
-// Of as many cycles as there are steps for; none where a gait's shape is given.
-std::vector<int> cycle_counts_of(const Problem& problem) {
-  std::vector<int> counts;
-  if (!problem.start.free_shape || !problem.waypoints.empty() || !problem.goal->rotation.empty()) return counts;
-  for (int cycles : cycle_counts)
-    if (cycles * least_steps_of_stroke <= problem.steps) counts.push_back(cycles);
-  return counts;
+// As many cycles as there are steps for; none where a gait's shape is given.
+int most_cycles(const Problem& problem) {
+  const bool given = !problem.start.free_shape || !problem.waypoints.empty() || !problem.goal->rotation.empty();
+  return given ? 0 : problem.steps / least_steps_of_stroke;
 }
 
 Found solve_several_cycles(const Grids& grids, int cycles) {
@@ -234,20 +231,20 @@ Found solve_several_cycles(const Grids& grids, int cycles) {
 }  // namespace
 
 std::vector<Found> solve_cycles(const Grids& grids) {
-  const std::vector<int> counts = cycle_counts_of(grids.problem());
+  std::vector<int> counts;
+  for (int cycles : cycle_counts)
+    if (cycles <= most_cycles(grids.problem())) counts.push_back(cycles);
   return grids.in_threads(static_cast<int>(counts.size()), "strokes",
                           [&](int n) { return solve_several_cycles(grids, counts[static_cast<std::size_t>(n)]); });
 }
 
 std::vector<Found> solve_more_cycles(const Grids& grids, double cost) {
-  constexpr std::size_t at_once = 2;  // odd and even numbers of them may differ
-  const std::vector<int> counts = cycle_counts_of(grids.problem());
+  constexpr int at_once = 2;  // odd and even numbers of them may differ
+  const int most = most_cycles(grids.problem());
   std::vector<Found> all;
-  for (std::size_t first = 0; first < counts.size() && !grids.budget().closing(); first += at_once) {
-    const auto count = static_cast<int>(std::min(at_once, counts.size() - first));
-    const std::vector<Found> found = grids.in_threads(count, "strokes", [&](int n) {
-      return solve_several_cycles(grids, counts[first + static_cast<std::size_t>(n)]);
-    });
+  for (int first = 2; first <= most && !grids.budget().closing(); first += at_once) {
+    const std::vector<Found> found = grids.in_threads(std::min(at_once, most - first + 1), "several cycles",
+                                                      [&](int n) { return solve_several_cycles(grids, first + n); });
     bool pays = false;
     for (const Found& one : found)
       if (one.converged() && one.cost < cost) {
