@@ -56,7 +56,7 @@ void Budget::tell_of_interruption() const {
     options_.progress("interrupted twice: what there is is written as it is; once more, and nothing is");
   else if (any_arrived_)
     options_.progress("interrupted: the best motion is refined for " + std::to_string(static_cast<int>(grace)) +
-                      " s at most, certified and written; interrupt again to leave out the first");
+                      " s at most, certified and written; interrupt again and it is not refined");
   else
     options_.progress("interrupted: what there is is certified and written");
 }

@@ -41,14 +41,13 @@ void add_false_times(const Results& stored, Claims& claims) {
 
 // Gains follow from problem and motion: where one is another than these give, by more than round-off along an unstable motion, a
 // vehicle would follow somebody else's.
-void add_false_gains(const Results& stored, Claims& claims) {
+void add_false_gains(const Results& stored, const certificate::StoredMotion& motion, Claims& claims) {
   constexpr double other = 1e-3;  // of the largest gain at the node
   const std::vector<Eigen::MatrixXd>& told = stored.solution.feedback.gain;
   if (told.empty()) return;
-  const maneuver::Problem problem = result::problem_of(stored);
   maneuver::Feedback feedback;
   try {
-    feedback = maneuver::design_feedback(model::System(problem.swimmer), problem, stored.solution);
+    feedback = maneuver::design_feedback(motion.system, motion.problem, stored.solution);
   } catch (const std::domain_error&) {  // there are none for such a motion
   }
   const std::vector<Eigen::MatrixXd>& found = feedback.gain;
@@ -88,13 +87,13 @@ void add_false_turns(const Results& stored, Claims& claims) {
 }
 
 // A problem restates what follows from it, such as the axes of a hinge's moment. Times are looked at by themselves.
-void add_false_restatements(const Results& stored, Claims& claims) {
+void add_false_restatements(const Results& stored, const model::System& system, const maneuver::Problem& problem,
+                            Claims& claims) {
   constexpr double same = 1e-9;  // of a number, or of 1
   if (!stored.problem.start || stored.problem.steps == 0)
     return;  // of an early version, which tells less; or of one node
-  const maneuver::Problem problem = result::problem_of(stored);
   const json told = json::parse(result::problem_text(stored.problem)).flatten();
-  const json is = json::parse(result::problem_text(result::resolve(model::System(problem.swimmer), problem))).flatten();
+  const json is = json::parse(result::problem_text(result::resolve(system, problem))).flatten();
   for (const auto& [pointer, value] : told.items()) {
     if (!value.is_number() || pointer == "/duration" || pointer == "/time_step") continue;
     const double number = value;
@@ -107,14 +106,12 @@ void add_false_restatements(const Results& stored, Claims& claims) {
 }
 
 // Of limits that are broken alike a file may name any.
-void add_false_limit(const Results& stored, const Results& found, Claims& claims) {
+void add_false_limit(const Results& stored, const Results& found, const certificate::StoredMotion& motion,
+                     Claims& claims) {
   constexpr double same = 1e-9;  // of their units
   if (!stored.certificate || !stored.certificate->limits || !found.certificate->limits) return;
   const certificate::LimitsKept &told = *stored.certificate->limits, &is = *found.certificate->limits;
-  if (told.key.empty() || (told.key == is.key && told.time == is.time)) return;
-  const maneuver::Problem problem = result::problem_of(stored);
-  const model::System system(problem.swimmer);
-  const certificate::StoredMotion motion(system, problem, stored.solution);
+  if (told.key.empty() || std::isnan(told.violation) || (told.key == is.key && told.time == is.time)) return;
   if (certificate::violation_at(motion, told.key, told.time) >= told.violation - same) return;
   if (told.key != is.key)
     claims.push_back({"limits.key", told.violation, certificate::unset});
@@ -123,17 +120,15 @@ void add_false_limit(const Results& stored, const Results& found, Claims& claims
 }
 
 // Of equal gaps a file may name any.
-void add_false_place(const Results& stored, const Results& found, Claims& claims) {
+void add_false_place(const Results& stored, const Results& found, const certificate::StoredMotion& motion,
+                     Claims& claims) {
   constexpr double same = 1e-6;  // of the swimmer's unit of length, or of the gap
   if (!stored.certificate || !stored.certificate->clearance || !found.certificate->clearance) return;
   const Clearance &told = *stored.certificate->clearance, &is = *found.certificate->clearance;
   if (std::isnan(told.gap) || (told.time == is.time && told.first == is.first && told.second == is.second)) return;
-  const maneuver::Problem problem = result::problem_of(stored);
-  const model::System system(problem.swimmer);
   double gap = certificate::unset;
-  if (told.first >= 0 && told.second >= 0 && told.first != told.second)
-    gap = certificate::gap_at(certificate::StoredMotion(system, problem, stored.solution), told);
-  if (std::abs(gap - told.gap) <= same * std::max(system.length_unit(), std::abs(told.gap))) return;
+  if (told.first >= 0 && told.second >= 0 && told.first != told.second) gap = certificate::gap_at(motion, told);
+  if (std::abs(gap - told.gap) <= same * std::max(motion.system.length_unit(), std::abs(told.gap))) return;
   if (told.first != is.first)
     claims.push_back({"clearance.bodies[0]", static_cast<double>(told.first), static_cast<double>(is.first)});
   else if (told.second != is.second)
@@ -171,16 +166,18 @@ void add_contradictions(const Results& stored, Claims& claims) {
 }  // namespace
 
 std::vector<certificate::FalseClaim> false_statements(const Results& stored, const Results& found, bool with_gains) {
+  const maneuver::Problem problem = result::problem_of(stored);
+  const model::System system(problem.swimmer);
   Claims claims;
-  add_false_restatements(stored, claims);
+  add_false_restatements(stored, system, problem, claims);
   add_false_times(stored, claims);
   add_contradictions(stored, claims);
   add_false_turns(stored, claims);
-  if (stored.solution.time.size() > 1) {
-    add_false_place(stored, found, claims);
-    add_false_limit(stored, found, claims);
-  }
-  if (with_gains) add_false_gains(stored, claims);
+  if (stored.solution.time.size() < 2) return claims;
+  const certificate::StoredMotion motion(system, problem, stored.solution);
+  add_false_place(stored, found, motion, claims);
+  add_false_limit(stored, found, motion, claims);
+  if (with_gains) add_false_gains(stored, motion, claims);
   return claims;
 }
 

@@ -107,8 +107,8 @@ TEST(Program, writes_its_best_point_when_interrupted_twice) {
   const std::string out = folder / "run", errors = folder / "errors";
   const std::string problem = varied_example(folder, "translation_in_space", {{"steps", "20000"}});
   const std::string command = "sh -c '" + std::string(LAMPREY_PROGRAM) + " solve " + problem + " --workers 1 --out " +
-                              out + " >/dev/null 2>" + errors + " & P=$!; until grep -q \"start 2\" " + errors +
-                              "; do sleep 0.1; done; kill -INT $P; sleep 0.2; kill -INT $P; wait $P'";
+                              out + " >/dev/null 2>" + errors + " & P=$!; while kill -0 $P && ! grep -q \"start 2\" " +
+                              errors + "; do sleep 0.1; done; kill -INT $P; sleep 0.2; kill -INT $P; wait $P'";
   EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 130);
   const maneuver::Solution solution = result::read_solution(out).solution;
   EXPECT_EQ(solution.status, maneuver::Status::interrupted);
