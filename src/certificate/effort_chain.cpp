@@ -17,6 +17,7 @@ using model::at;
 constexpr double dependent_goal_row = 1e-9;  // of the longest
 constexpr double start_share = 1e-3;         // of the effort: a gait's start moved by 1 rad, in the metric
 constexpr double time_beside_reach = 1e-6;   // of the largest, what a duration may move that moments do not reach
+constexpr double start_beside_reach = 1e-7;  // of the momentum at the start, what round-off makes of it
 
 bool find_reach(StepTangents tangents, EffortChain& effort) {
   for (const MatrixXd& A : tangents.A)
@@ -24,6 +25,22 @@ bool find_reach(StepTangents tangents, EffortChain& effort) {
   effort.basis = reached_bases(tangents);
   effort.tangents = std::move(tangents);
   return !effort.basis.empty();
+}
+
+// Momentum that a motion of free duration begins with is more impulse over longer steps. Moments do not reach the whole of it
+// where that is total momentum.
+void set_moving_start(const StoredMotion& motion, EffortChain& effort) {
+  if (!motion.problem.duration.free) return;
+  const VectorXd momentum = start_of(motion.system, motion.problem.start).momentum;
+  if (momentum.isZero(0.0)) return;
+  const VectorXd& scale = effort.tangents.scale;
+  VectorXd carried = VectorXd::Zero(scale.size());
+  carried.tail(momentum.size()) = momentum.cwiseQuotient(scale.tail(momentum.size()));
+  effort.basis.front() = basis_at_start(effort.tangents, effort.basis);
+  const auto along = [&] { return VectorXd(effort.basis.front().transpose() * carried); };
+  if ((carried - effort.basis.front() * along()).norm() > start_beside_reach * carried.norm())
+    take_in(effort.tangents, carried, effort.basis);
+  effort.start_by_duration = along();
 }
 
 // What a free duration moves through springs and dampers. False where moments do not reach it.
@@ -163,7 +180,10 @@ std::optional<EffortChain> effort_chain(const StoredMotion& motion, double momen
   if (!find_reach(step_tangents(motion), effort)) return std::nullopt;
   const std::vector<integrator::State> states = node_states(motion);
   set_goal(motion, states.back(), momentum_scale, effort);
-  if (periodic(motion)) set_free_start(motion, states, effort);
+  if (periodic(motion))
+    set_free_start(motion, states, effort);
+  else
+    set_moving_start(motion, effort);
   if (!find_time(motion, effort)) return std::nullopt;
   add_stages(node_weights(motion), effort);
   if (periodic(motion) && motion.problem.cost_weights.any()) tie_moments(motion, effort);

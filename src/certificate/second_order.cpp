@@ -151,7 +151,7 @@ void add_bound(const StoredMotion& motion, const EffortChain& effort, const Pull
     } else {
       map.topLeftCorner(place, states) = here * stage.A.topRows(reached);
       map.topRightCorner(place, controls) = here * stage.B.topRows(reached);
-      if (bound.node > 1 || effort.first > 0)
+      if (effort.basis[at(bound.node - 1)].size() > 0)
         map.block(place, 0, before, reached) = configuration(effort, place, bound.node - 1).topRows(before);
     }
   }
@@ -190,13 +190,40 @@ void add_duration(const StoredMotion& motion, const EffortChain& effort, Chain& 
   chain.end_form(last, last) = motion.problem.time_weight * motion.time_step * motion.steps;
 }
 
+// A start in motion: its momenta hμ grow with τ (equation 6.27).
+void add_moving_start(const StoredMotion& motion, const Costates& costates, Eigen::Index duration, Chain& chain) {
+  const VectorXd momentum = start_of(motion.system, motion.problem.start).momentum;
+  chain.stage.front().Q(duration, duration) += costates.at_node.front().tail(momentum.size()).dot(momentum);
+}
+
+// Joints that end at rest on a whole that drifts: so does what hμ has to be there (equation 6.28).
+void add_resting_end(const StoredMotion& motion, const EffortChain& effort, const VectorXd& multipliers,
+                     Eigen::Index duration, Chain& chain) {
+  const model::System& system = motion.system;
+  const CarriedAtRest carried =
+      carried_at_rest(system, motion.problem, motion.solution.rotation.back(), motion.solution.position.back());
+  const Eigen::Index rest = carried.momentum.size(), reached = effort.basis.back().cols();
+  const VectorXd pull = multipliers.tail(rest);
+  const VectorXd mixed = -configuration(effort, system.velocity_count(), motion.steps).transpose() *
+                         (carried.by_configuration.transpose() * pull);
+  chain.end_form.row(duration).head(reached) += mixed.transpose();
+  chain.end_form.col(duration).head(reached) += mixed;
+  chain.end_form(duration, duration) -= carried.momentum.dot(pull);
+  MatrixXd rows = MatrixXd::Zero(effort.goal.value.size(), chain.end_form.rows());
+  rows.leftCols(reached) = effort.goal.by_end_state * effort.tangents.scale.asDiagonal() * effort.basis.back();
+  rows.col(duration).tail(rest) = -carried.momentum.cwiseQuotient(effort.goal.unit.tail(rest));
+  chain.end_rows = algebra::span_of_rows(rows(effort.independent, Eigen::all), 0.0).transpose();
+}
+
 // The stage before the first that sets τ, by what it makes of the moments: du = −2u dτ.
-void begin_with_duration(double cost, Eigen::Index duration, Chain& chain) {
+void begin_with_duration(double cost, const VectorXd& start_by_duration, Eigen::Index duration, Chain& chain) {
   const Eigen::Index states = chain.end_form.rows();
   ChainStage stage;
   stage.A = stage.Q = MatrixXd::Zero(states, states);
   stage.B = MatrixXd::Zero(states, 1);
-  stage.B(duration, 0) = 1.0 / std::sqrt(8.0 * cost);
+  stage.B(duration, 0) = 1.0;
+  stage.B.col(0).head(start_by_duration.size()) = start_by_duration;
+  stage.B /= std::sqrt(8.0 * cost);
   stage.S = MatrixXd::Zero(1, states);
   stage.R = MatrixXd::Zero(1, 1);
   stage.weight = 1.0;
@@ -319,7 +346,7 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   mechanics::Interval interval(system.body_count());
   MatrixXd map(motions, reached + controls), half(motions, reached + controls);
   MatrixXd here = MatrixXd::Zero(turns + 3, reached);
-  if (effort.first > 0) here = configuration(effort, turns + 3, 0);
+  if (effort.basis.front().size() > 0) here = configuration(effort, turns + 3, 0);
   for (int k = 0; k < motion.steps; ++k) {
     ChainStage& stage = chain.stage[effort.first + at(k)];
     const MatrixXd there = configuration(effort, turns + 3, k + 1);
@@ -344,10 +371,11 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
     here = there;
   }
   chain.stage.back().Q.setZero();
-  MatrixXd at_end = goal_curvature(motion, costates.goal);
+  const VectorXd goal_multipliers = costates.goal.cwiseQuotient(effort.goal.unit);  // rad, m, kg m²/s
+  MatrixXd at_end = goal_curvature(motion, goal_multipliers);
   if (effort.first > 0) {
     at_end.topLeftCorner(turns, turns) +=
-        closure_curvature(motion, costates.goal.segment(effort.closure, 2 * shape_freedoms(motion)));
+        closure_curvature(motion, goal_multipliers.segment(effort.closure, 2 * shape_freedoms(motion)));
     const MatrixXd start = effort.tangents.scale.asDiagonal() * effort.start;
     chain.stage.front().R = start_curvature(motion, node_states(motion).front(), start, costates.at_node.front());
   }
@@ -358,11 +386,13 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   if (duration) {
     add_duration(motion, effort, chain);
     add_compliance_in_time(motion, effort, costates.at_node, chain);
+    if (effort.start_by_duration.size() > 0) add_moving_start(motion, costates, *duration, chain);
+    if (motion.problem.goal->joints_rest) add_resting_end(motion, effort, goal_multipliers, *duration, chain);
   }
   for (const PullingBound& bound : bounds) add_bound(motion, effort, bound, duration, chain);
   if (motion.problem.cost_weights.any())
     add_costs(motion, effort, kinks_of(motion, powers_of(motion)), duration, chain);
-  if (duration) begin_with_duration(effort.cost, *duration, chain);
+  if (duration) begin_with_duration(effort.cost, effort.start_by_duration, *duration, chain);
   return chain;
 }
 
@@ -408,7 +438,7 @@ Chain lagrangian_chain(const StoredMotion& motion, const StageMotion& stages, Ef
     stage.R += form.bottomRightCorner(inputs, inputs);
   }
   const MatrixXd last = configuration(effort, place, motion.steps);
-  chain.end_form = last.transpose() * goal_curvature(motion, costates.goal) * last;
+  chain.end_form = last.transpose() * goal_curvature(motion, costates.goal.cwiseQuotient(effort.goal.unit)) * last;
   return chain;
 }
 

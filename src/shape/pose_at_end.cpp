@@ -42,13 +42,16 @@ Matrix6d carried_pose(const Vector3d& displacement) {
 }
 
 void PoseAtEnd::take(const ShapeTangent& tangent, const Vector3d& displacement) {
-  const Index shapes = before_.cols() - 6;
-  const Matrix6d back = (carried_pose(displacement) + tangent.pose.rightCols<6>()).inverse();
+  const Matrix6d back = (carried_pose(displacement) + tangent.pose.middleCols<6>(shapes_)).inverse();
   before_.setIdentity();
-  before_.bottomRightCorner<6, 6>() = back;
-  auto by_shapes = before_.bottomLeftCorner(6, shapes);
-  by_shapes = back.lazyProduct(tangent.pose.leftCols(shapes));
-  by_shapes *= -1.0;
+  before_.block<6, 6>(shapes_, shapes_) = back;
+  const auto answer_to = [&](Index first, Index count) {
+    auto by = before_.block(shapes_, first, 6, count);
+    by = back.lazyProduct(tangent.pose.middleCols(first, count));
+    by *= -1.0;
+  };
+  answer_to(0, shapes_);
+  answer_to(shapes_ + 6, before_.cols() - shapes_ - 6);
 }
 
 void PoseAtEnd::turn(MatrixXd& hessian) {

@@ -23,18 +23,19 @@ Matrix6d carried_pose(const Vector3d& displacement);
 /// turn at its end, which is the one at its beginning and what the step adds.
 void turn_at_end(const ShapeTangent& tangent, MatrixXd& hessian);
 
-/// The same where momentum is carried: derivatives by (left shape, right shape, root's world turn and position), [2 f + 6], of a
-/// step that moves the root by `displacement`, and E⁺ with them.
+/// The same where momentum is carried: derivatives by (left shape, right shape, root's world turn and position, in free time the
+/// logarithm of what is carried) of a step that moves the root by `displacement`, and E⁺ with them.
 class PoseAtEnd {
  public:
-  /// d = 2 f + 6.
-  explicit PoseAtEnd(Eigen::Index d) : before_(d, d), half_(d, d) {}
+  /// `shapes`: 2 f; d: as of ShapeTangent.
+  PoseAtEnd(Eigen::Index shapes, Eigen::Index d) : shapes_(shapes), before_(d, d), half_(d, d) {}
   /// Takes over how the pose at the end follows from that at the beginning.
   void take(const ShapeTangent& tangent, const Vector3d& displacement);
   void turn(MatrixXd& hessian);
   void turn_rows(MatrixXd& rows);
 
  private:
+  Eigen::Index shapes_;
   MatrixXd before_;  // [d][d] shapes and the pose at the beginning by shapes and the pose at the end
   MatrixXd half_;
 };

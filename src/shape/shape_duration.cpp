@@ -1,4 +1,4 @@
-// What a free duration does to a motion of shapes (equations 10.8, 10.9, 10.11, 10.12).
+// What a free duration does to a motion of shapes (equations 10.8, 10.9, 10.11, 10.12; with momentum 10.13 to 10.15).
 #include "algebra/tiles.hpp"
 #include "optimizer/small_dense.hpp"
 #include "shape/shape_program.hpp"
@@ -18,9 +18,18 @@ using optimizer::Stage;
 // Equation 10.9 where a step's impulses are, with springs and dampers 10.12.
 void ShapeProgram::model_impulses_in_time(int k, const NodeModel& node, const NodeModel& next, MatrixXd& Q) {
   const int n = shape_;
-  ends_rate_.setZero();
-  optimizer::add_transposed_image(1.0, after_.plus, next.multiplier, ends_rate_);
-  optimizer::add_transposed_image(-1.0, after_.minus, node.multiplier, ends_rate_);
+  if (drifts_) {
+    const auto by_time = four_hessians_[at(k % 4)].col(2 * n + 6);
+    ends_rate_ = by_time.head(2 * n);
+    const auto by_pose = Q.col(tau()).segment(2 * n, pose_);
+    optimizer::add_transposed_image(1.0, pose_basis_, by_time.segment<6>(2 * n), Q.col(tau()).segment(2 * n, pose_));
+    Q.row(tau()).segment(2 * n, pose_) = by_pose.transpose();
+    Q(tau(), tau()) += by_time[2 * n + 6];
+  } else {
+    ends_rate_.setZero();
+    optimizer::add_transposed_image(1.0, after_.plus, next.multiplier, ends_rate_);
+    optimizer::add_transposed_image(-1.0, after_.minus, node.multiplier, ends_rate_);
+  }
   if (compliant_time_) {
     std::swap(timed_before_, timed_plus_);
     if (k == 0) timed_before_.setZero();
@@ -46,6 +55,18 @@ void ShapeProgram::model_impulses_in_time(int k, const NodeModel& node, const No
   Q.col(tau()).head(2 * n) = ends_rate_;
 }
 
+// Impulses of a step that carries momentum fall with e^−τ between given motions of the root, and the root's motion answers to
+// what is carried: equation 10.15 but for the curvature by that, which the Hessian holds already.
+void ShapeProgram::add_carried_in_time(const ShapeMultipliers& multipliers, const ShapeTangent& tangent,
+                                       MatrixXd& hessian) {
+  const Eigen::Index time = 2 * Eigen::Index{shape_} + 6;
+  step_rate_.setZero();
+  optimizer::add_transposed_image(1.0, tangent.plus, multipliers.plus, step_rate_);
+  optimizer::add_transposed_image(-1.0, tangent.minus, multipliers.minus, step_rate_);
+  hessian.col(time) += step_rate_;
+  hessian.row(time) += step_rate_.transpose();
+}
+
 // Freedoms of the bodies become coordinates of the shape.
 void ShapeProgram::along_shape(const mechanics::Freedoms& freedoms, VectorXd& shape) {
   read_shape(system_, freedoms, along_);
@@ -60,10 +81,12 @@ void ShapeProgram::find_end_moments_by_duration() {
   auto column = end_by_state_.col(tau());
   column = now_.moment.back();
   column *= -2.0;
-  if (!compliant_time_) return;
-  timed_ = timed_plus_;
-  timed_ *= -1.0;
-  if (maneuver_.periodic) timed_ += timed_first_;
+  if (!compliant_time_ && !drifts_) return;
+  timed_.setZero();
+  if (compliant_time_) timed_ -= timed_plus_;
+  if (compliant_time_ && maneuver_.periodic) timed_ += timed_first_;
+  if (drifts_) timed_ -= before_.plus.col(2 * shape_ + 6);
+  if (resting_) add_carried_at_end(now_, timed_);
   equations_.topLeftCorner(shape_, shape_) = now_.impulse.back();
   solve_moments(timed_);
   column += timed_;
@@ -78,14 +101,19 @@ void ShapeProgram::model_duration(int k, const NodeModel& node, Stage& stage) {
   timed_ = timed_before_;
   timed_ -= timed_minus_;
   if (k == 0) timed_ += start_impulse_;
+  if (drifts_) timed_ -= after_.minus.col(2 * n + 6);
+  if (drifts_ && k > 0) timed_ += before_.plus.col(2 * n + 6);
   if (!timed_.isZero(0.0)) {
-    timed_equations_.topLeftCorner(n, n) = after_.minus.rightCols(n);
+    timed_equations_.topLeftCorner(n, n) = after_.minus.middleCols(n, n);
     timed_equations_.col(n).head(n) = timed_;
     algebra::solve_columns(n, timed_equations_);
     rate_ += timed_equations_.col(n).head(n);
   }
   stage.A.block(n, tau(), n, 1) = rate_;
   algebra::set_product(pose_step_.rightCols(n), rate_, stage.A.block(2 * n, tau(), pose_, 1));
+  if (drifts_)
+    optimizer::add_transposed_image(1.0, pose_basis_, after_.pose.col(2 * n + 6),
+                                    stage.A.col(tau()).segment(2 * n, pose_));
   add_duration(node, moment, stage.weight, stage.Q, stage.q);
   stage.S.col(tau()) = moment.head(controls_);
   stage.S.col(tau()) *= stage.weight;

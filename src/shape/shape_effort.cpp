@@ -43,6 +43,7 @@ void ShapeProgram::differentiate_four(int first, StageModel* model) {
       kernel_.tangent(h, control, control_next, step, four_tangents_[at(l)]);
       if (!model) continue;
       kernel_.curvature(h, control, control_next, step, multipliers(l), four_hessians_[at(l)]);
+      if (drifts_in_free_time()) add_carried_in_time(multipliers(l), four_tangents_[at(l)], four_hessians_[at(l)]);
       if (drifts_)
         turn_to_end(step, four_tangents_[at(l)], four_hessians_[at(l)]);
       else

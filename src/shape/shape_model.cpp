@@ -85,13 +85,13 @@ void ShapeProgram::model_step(int k, const NodeModel& node, const NodeModel& nex
     Q.block(ends + 3, 0, 3, ends + 6).setZero();
   } else {
     const MatrixXd& hessian = four_hessians_[at(k % 4)];
-    const Eigen::Index by_pose = hessian.cols() - ends;  // the root's turn, or all of its pose
+    const Eigen::Index by_pose = drifts_ ? 6 : 3;  // all of the root's pose, or its turn
     const auto pose_turn = pose_basis_.topRows(by_pose);
     Q.topLeftCorner(ends, ends) = hessian.topLeftCorner(ends, ends);
-    Q.block(0, ends, ends, pose_) = hessian.topRightCorner(ends, by_pose).lazyProduct(pose_turn);
+    Q.block(0, ends, ends, pose_) = hessian.block(0, ends, ends, by_pose).lazyProduct(pose_turn);
     Q.block(ends, 0, pose_, ends) = Q.block(0, ends, ends, pose_).transpose();
     const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> half =
-        hessian.bottomRightCorner(by_pose, by_pose).lazyProduct(pose_turn);
+        hessian.block(ends, ends, by_pose, by_pose).lazyProduct(pose_turn);
     Q.block(ends, ends, pose_, pose_) = pose_turn.transpose().lazyProduct(half);
   }
   if (maneuver_.free_duration) model_impulses_in_time(k, node, next, Q);
@@ -140,9 +140,9 @@ void ShapeProgram::model_motion(int k, MatrixXd& A, MatrixXd& B) {
 
 // What the momentum that node k's steps carry adds to its balance as the root's pose changes there.
 void ShapeProgram::find_impulses_by_pose(int k, Eigen::Ref<MatrixXd> impulses) {
-  pose_moments_ = after_.minus.rightCols<6>();
+  pose_moments_ = after_.minus.middleCols<6>(2 * shape_);
   pose_moments_ *= -1.0;
-  if (k > 0) pose_moments_ += before_.plus.rightCols<6>();
+  if (k > 0) pose_moments_ += before_.plus.middleCols<6>(2 * shape_);
   impulses = pose_moments_.lazyProduct(pose_basis_);
 }
 
@@ -181,7 +181,7 @@ void ShapeProgram::carry_on(int k, MatrixXd& A) const {
   }
   if (drifts_) {
     const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> answer =
-        after_.pose.rightCols<6>().lazyProduct(pose_basis_);
+        after_.pose.middleCols<6>(2 * shape_).lazyProduct(pose_basis_);
     carried += pose_basis_.transpose().lazyProduct(answer);
   }
   const int more = states() - tau();
@@ -245,7 +245,7 @@ void ShapeProgram::find_end_moments_by_state() {
     algebra::solve_columns(n, equations_.leftCols(n + s));
   };
   end_impulses_.leftCols(2 * n) = before_.plus.leftCols(2 * n);
-  if (drifts_) algebra::set_product(before_.plus.rightCols<6>(), pose_basis_, end_impulses_.rightCols(pose_));
+  if (drifts_) algebra::set_product(before_.plus.middleCols<6>(2 * n), pose_basis_, end_impulses_.rightCols(pose_));
   if (resting_) end_impulses_.rightCols(n + pose_) -= carried_at_end_;
   moments_of(end_impulses_);
   end_by_state_.setZero();
@@ -295,6 +295,11 @@ void ShapeProgram::model_end(const NodeModel& node, StageModel& model) {
     by_moments_ -= node.by_control;
     add_mixed(by_moments_, tau());
     add_duration(node, moment, weight, model.Q_end, model.q_end);
+    if (resting_) {
+      timed_.setZero();
+      add_carried_at_end(now_, timed_);
+      model.Q_end(tau(), tau()) -= node.multiplier.dot(timed_);
+    }
     if (maneuver_.periodic) add_effort_mixed(first_node_, moment, copies(), model.Q_end);
   }
   for (std::size_t r = 0; r < end_rows_.size(); ++r)
@@ -451,10 +456,11 @@ void ShapeProgram::learn_pulls_of_carried(int first) {
   for (int l = 0; l < count; ++l) {
     const ShapeTangent& tangent = four_tangents_[at(l)];
     PoseStep& pull = pose_pull_[at(first + l)];
-    pull.pose = carried_pose(now_.step[at(first + l)].interval.displacement) + tangent.pose.rightCols<6>();
+    const Eigen::Index pose = 2 * shape_;
+    pull.pose = carried_pose(now_.step[at(first + l)].interval.displacement) + tangent.pose.middleCols<6>(pose);
     pull.moment.setZero();
-    optimizer::add_transposed_image(1.0, tangent.minus.rightCols<6>(), node_[at(l)].multiplier, pull.moment);
-    optimizer::add_transposed_image(-1.0, tangent.plus.rightCols<6>(), node_[at(l + 1)].multiplier, pull.moment);
+    optimizer::add_transposed_image(1.0, tangent.minus.middleCols<6>(pose), node_[at(l)].multiplier, pull.moment);
+    optimizer::add_transposed_image(-1.0, tangent.plus.middleCols<6>(pose), node_[at(l + 1)].multiplier, pull.moment);
   }
   if (first + count == steps_ && resting_) pull_carried_at_end(node_[at(count)].multiplier);
 }

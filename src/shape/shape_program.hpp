@@ -30,7 +30,7 @@ enum class Steps { faithful, rough };
 
 class ShapeProgram : public optimizer::StageProgram {
  public:
-  /// Control is free at each node. A start that carries total momentum is not for rest, periodic goals and free durations.
+  /// Control is free at each node. A start that carries total momentum is not for rest and periodic goals.
   ShapeProgram(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
                std::vector<EndRow> end_rows, std::vector<LimitRow> limits = {}, Steps use = Steps::faithful);
 
@@ -173,6 +173,7 @@ class ShapeProgram : public optimizer::StageProgram {
   void follow_root(int k, Motion& motion) const;
   void differentiate_four(int first, optimizer::StageModel* model);
   void turn_to_end(const ShapeStep& step, ShapeTangent& tangent, MatrixXd& hessian);
+  void add_carried_in_time(const ShapeMultipliers& multipliers, const ShapeTangent& tangent, MatrixXd& hessian);
   MatrixXd& end_form(int k, optimizer::StageModel& model) const;
   void add_effort(int first, std::vector<optimizer::Stage>& stages);
   void add_effort(int first, std::vector<optimizer::StageSlopes::Slope>& stages);
@@ -229,6 +230,13 @@ class ShapeProgram : public optimizer::StageProgram {
   int limited_states() const {
     return maneuver_.free_duration ? tau() + 1 : tau();
   }  // first of a state, that limits see
+  // What a step's derivatives are by beside its shapes: of the root's pose its turn at least, of time what is carried.
+  int step_columns() const { return !drifts_ ? 3 : drifts_in_free_time() ? 7 : 6; }
+  bool drifts_in_free_time() const { return drifts_ && maneuver_.free_duration; }
+  TotalMomentum carries() const {
+    if (!drifts_) return TotalMomentum::zero;
+    return drifts_in_free_time() ? TotalMomentum::any_in_free_time : TotalMomentum::any;
+  }
   // States that a node's moments depend on: shapes, and the root's pose, which says what momentum a step carries.
   int felt() const { return 2 * shape_ + (drifts_ ? pose_ : 0); }
   // Whether a node's moments follow from the last state: a periodic motion begins with those of its end.
@@ -302,15 +310,17 @@ class ShapeProgram : public optimizer::StageProgram {
   MatrixXd end_weighed_, end_transposed_;     // [controls][n], [n][controls]
   MatrixXd end_mixed_;                        // [n][f]
   VectorXd rate_, ends_rate_;                 // [f], [2 f] of shapes and impulses by the logarithm of the duration
-  VectorXd mixed_, by_moments_;               // [f], [controls]
-  MatrixXd timed_equations_;                  // [f, up to a multiple of four][f + 1]
+  VectorXd step_rate_;           // [2 f + 7] of a step's impulses by it, weighed, where momentum is carried
+  VectorXd mixed_, by_moments_;  // [f], [controls]
+  MatrixXd timed_equations_;     // [f, up to a multiple of four][f + 1]
   // [f] what impulses of springs and dampers change by with the duration's logarithm: at the beginning of a step, at the end
   // of the one before and of this one, at the beginning of the first; and all of a node
   VectorXd timed_minus_, timed_before_, timed_plus_, timed_first_, timed_;
   Eigen::RowVectorXd by_first_, by_last_;  // [shape_size + 6]
   ShapeTangent before_, after_;
   std::vector<ShapeTangent> four_tangents_;  // [4]
-  // [4][2 f + 3] squared, by the root's turn at the end; where momentum is carried [2 f + 6], by its pose there
+  // [4][2 f + 3] squared, by the root's turn at the end; where momentum is carried [2 f + 6], by its pose there, in free time
+  // [2 f + 7]
   std::vector<MatrixXd> four_hessians_;
   PoseAtEnd pose_at_end_;            // where momentum is carried
   std::vector<PoseStep> pose_pull_;  // [N] the same

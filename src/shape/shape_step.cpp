@@ -30,6 +30,19 @@ constexpr int most_iterations = 40;
 constexpr double least_learning = 0.1;  // cosine and length of what the inverse foretells, against what was
 constexpr double slow = 0.2;            // contraction that calls for a new inverse
 
+// Beside those of shapes.
+Index columns_of(TotalMomentum carries) {
+  switch (carries) {
+    case TotalMomentum::zero:
+      return 0;
+    case TotalMomentum::any:
+      return 6;
+    case TotalMomentum::any_in_free_time:
+      return 7;
+  }
+  return 0;
+}
+
 // C += ½ (A + Aᵀ).
 void add_symmetric_part(const Eigen::Ref<const MatrixXd>& A, Eigen::Ref<MatrixXd> C) {
   for (Index j = 0; j < A.cols(); ++j)
@@ -60,7 +73,7 @@ ShapeKernel::ShapeKernel(const System& system, mechanics::DiscreteLagrangian lag
       coordinates_(coordinates),
       noise_(system),
       shape_(static_cast<int>(coordinates.cols())),
-      by_(2 * shape_ + (carries == TotalMomentum::any ? 6 : 0)),
+      by_(2 * shape_ + columns_of(carries)),
       directions_(2 * shape_ + 6),
       left_rows_(mechanics::rows_for(shape_)),
       rows_(left_rows_ + shape_ + 6),
@@ -317,12 +330,14 @@ void ShapeKernel::tangent(double time_step, const mechanics::Moments& control, c
   set_transposed(ends_, tangent.plus);
 }
 
-// What is carried, seen from the root at the beginning, as that turns and moves: the root's motion answers.
+// What is carried, seen from the root at the beginning, as that turns and moves, or as more is carried: the root's motion answers.
 void ShapeKernel::find_carried(const ShapeStep& step) {
   const Matrix3d& R = step.interval.rotation[0];
   angular_carried_ = R * step.carried.head<3>();
   linear_carried_ = R * step.carried.tail<3>();
-  root_.bottomRows<6>() = (step.momentum_inverse * seen_by_pose(R, angular_carried_, linear_carried_)).transpose();
+  const Index ends = 2 * Index{shape_};
+  root_.middleRows<6>(ends) = (step.momentum_inverse * seen_by_pose(R, angular_carried_, linear_carried_)).transpose();
+  if (by_ > ends + 6) root_.row(ends + 6) = (step.momentum_inverse * step.carried).transpose();
 }
 
 // The motion along which the Lagrangian's momenta are weighed.
@@ -458,6 +473,11 @@ void ShapeKernel::add_changes_of_carried(const ShapeStep& step, const Vector6d& 
   const Vector3d spin = R * pi.head<3>(), push = R * pi.tail<3>();
   hessian.block<3, 3>(place, place) += lie::double_cross(shift, step.interval.displacement);
   hessian.block<6, 6>(place, place) -= bend_of_seen(spin, push, angular_carried_, linear_carried_);
+  if (by_ == place + 6) return;
+  const Vector6d mixed = seen_by_pose(R, angular_carried_, linear_carried_).transpose() * pi;
+  hessian.block<6, 1>(place, place + 6) -= mixed;
+  hessian.block<1, 6>(place + 6, place) -= mixed.transpose();
+  hessian(place + 6, place + 6) -= pi.dot(step.carried);
 }
 
 void follow_root(const Rotations& rotation, const Rotations& next_shape, ShapeStep& step, Rotations& next_rotation) {

@@ -47,11 +47,13 @@ struct ShapeStep {
 };
 
 /// Whether swimmers may carry momentum. Seen from its root one that carries none moves alike wherever the root is; of one that
-/// does the root's pose says what is carried.
-enum class TotalMomentum { zero, any };
+/// does the root's pose says what is carried. Where time is free it is the impulses of a step that matter: what is carried over a
+/// longer step is more of it.
+enum class TotalMomentum { zero, any, any_in_free_time };
 
 /// First derivatives of a step by the shapes (left, right) at its ends and, where momentum is carried, by the root's world turn
-/// and position at its beginning, controls at its ends held: d = 2 f, or 2 f + 6.
+/// and position at its beginning, and where time is free by the logarithm of what is carried, time step and controls at its
+/// ends held: d = 2 f, 2 f + 6 or 2 f + 7.
 struct ShapeTangent {
   MatrixXd pose;   // [6][d] what the step adds to the root's turn and position, world
   MatrixXd minus;  // [f][d]
@@ -84,7 +86,7 @@ class ShapeKernel {
   /// After `tangent` of the same step: Hessian of minus·E⁻ − plus·E⁺ + turn·(root's world turn) + shift·(its world
   /// position) by (left shape, right shape, world turn ρ of the whole swimmer at the beginning), shapes moving along
   /// exponentials, momentum zero throughout: [2 f + 3] squared. Where momentum is carried, total momentum held: by the root's
-  /// position at the beginning as well, [2 f + 6] squared.
+  /// position at the beginning as well, and as tangents are by the logarithm of what is carried, d squared.
   void curvature(double time_step, const mechanics::Moments& control, const mechanics::Moments& control_next,
                  const ShapeStep& step, const ShapeMultipliers& multipliers, MatrixXd& hessian);
 
@@ -114,7 +116,7 @@ class ShapeKernel {
   MatrixXd coordinates_;  // [shape_size][f]
   MomentumNoise noise_;
   int shape_;               // f
-  Eigen::Index by_;         // d: shapes and, where momentum is carried, the root's pose
+  Eigen::Index by_;         // d: shapes and, where momentum is carried, the root's pose; in free time its logarithm
   int directions_;          // left shape, right shape, root's turn, root's shift
   Eigen::Index left_rows_;  // of the left shape, padded; those of the others follow
   Eigen::Index rows_;       // of all directions

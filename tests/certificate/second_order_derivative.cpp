@@ -16,6 +16,8 @@ using certificate::StoredMotion;
 using integrator::Scheme;
 using model::at;
 
+constexpr double momentum_unit = 3.0;  // kg m²/s, of the rows of rest
+
 // The goal put where the motion ends.
 void aim_at_the_end(MarchedAnswer& answer) {
   maneuver::Goal goal;
@@ -35,7 +37,7 @@ VectorXd lagrangian_gradient(const maneuver::Problem& problem, const NodeMoments
   const model::System system(problem.swimmer);
   const StoredMotion motion(system, answer.problem, answer.solution);
   const auto space = certificate::control_space(motion);
-  const auto goal = certificate::goal_rows(system, problem, certificate::node_states(motion).back(), 1.0);
+  const auto goal = certificate::goal_rows(system, problem, certificate::node_states(motion).back(), momentum_unit);
   return certificate::cost_gradient(motion, space) +
          certificate::control_jacobian(motion, space, goal.by_end_state).transpose() *
              multipliers.cwiseQuotient(goal.unit);
@@ -76,7 +78,7 @@ void check_hessian(MarchedAnswer answer, unsigned seed, double size, bool joints
   answer.problem.goal->joints_rest = joints_alone;
   const model::System system(answer.problem.swimmer);
   const StoredMotion motion(system, answer.problem, answer.solution);
-  const auto effort = certificate::effort_chain(motion, 1.0);
+  const auto effort = certificate::effort_chain(motion, momentum_unit);
   ASSERT_TRUE(effort.has_value());
   Random random(seed);
   VectorXd multipliers(effort->goal.value.size());
@@ -116,6 +118,92 @@ TEST(LagrangianChain, matches_them_with_joints_springs_dampers_and_coupled_inert
   EXPECT_GT(trees, 8);
 }
 
+// The chain's form at some inputs.
+double form_at(const Chain& chain, const std::vector<VectorXd>& input) {
+  VectorXd y = VectorXd::Zero(chain.end_form.rows());
+  double value = 0.0;
+  for (std::size_t k = 0; k < chain.stage.size(); ++k) {
+    const ChainStage& stage = chain.stage[k];
+    value += y.dot(stage.Q * y) + 2.0 * input[k].dot(stage.S * y) + input[k].dot(stage.R * input[k]);
+    y = (stage.A * y + stage.B * input[k]).eval();
+  }
+  return value + y.dot(chain.end_form * y);
+}
+
+// Cost + multipliers · goal rows, those of rest as impulses, at other impulses h²u in other steps: h exp(τ).
+class LagrangianInFreeTime {
+ public:
+  LagrangianInFreeTime(const maneuver::Problem& problem, VectorXd multipliers)
+      : problem_(problem), system_(problem.swimmer), multipliers_(std::move(multipliers)) {}
+
+  double operator()(const VectorXd& impulses, double tau) const {
+    maneuver::Problem problem = problem_;
+    problem.duration.value *= std::exp(tau);
+    const NodeMoments moments = moments_along_joints(system_, std::exp(-2.0 * tau) * impulses, problem.steps);
+    const MarchedAnswer answer = march(problem, moments);
+    const StoredMotion motion(system_, answer.problem, answer.solution);
+    auto goal = certificate::goal_rows(system_, problem, certificate::node_states(motion).back(), momentum_unit);
+    goal.value.tail(system_.velocity_count() - 6) *= std::exp(tau);
+    const VectorXd used = certificate::control_space(motion).value;
+    const VectorXd weights = certificate::node_weights(motion);
+    double cost = problem.time_weight * problem.duration.value;
+    for (Eigen::Index k = 0; k < weights.size(); ++k)
+      cost += 0.5 * weights[k] * used.segment(k * system_.control_count(), system_.control_count()).squaredNorm();
+    return cost + multipliers_.dot(goal.value.cwiseQuotient(goal.unit));
+  }
+
+ private:
+  maneuver::Problem problem_;
+  model::System system_;
+  VectorXd multipliers_;
+};
+
+void check_in_free_time(MarchedAnswer answer, unsigned seed, double size, bool joints_alone) {
+  aim_at_the_end(answer);
+  answer.problem.goal->rest = !joints_alone;
+  answer.problem.goal->joints_rest = joints_alone;
+  maneuver::Problem& problem = answer.problem;
+  problem.time_weight = 7.0;
+  problem.duration.free = true;
+  problem.duration.min = 0.1 * problem.duration.value;
+  problem.duration.max = 10.0 * problem.duration.value;
+  const model::System system(problem.swimmer);
+  const StoredMotion motion(system, problem, answer.solution);
+  const auto effort = certificate::effort_chain(motion, momentum_unit);
+  ASSERT_TRUE(effort.has_value());
+  ASSERT_GT(effort->start_by_duration.size(), 0);
+  Random random(seed);
+  VectorXd multipliers(effort->goal.value.size());
+  for (double& entry : multipliers) entry = random.normal();
+  const VectorXd value = certificate::control_space(motion).value;
+  VectorXd direction(value.size());
+  for (double& entry : direction) entry = size * random.normal();
+  const double tau = 0.3;
+  const Chain chain = certificate::lagrangian_chain(motion, *effort, swept_costates(motion, *effort, multipliers), {});
+  ASSERT_EQ(chain.stage.size(), at(problem.steps + 2));
+  const auto controls = system.control_count();
+  std::vector<VectorXd> input = {VectorXd::Constant(1, tau / chain.stage.front().B.col(0).tail<1>()[0])};
+  for (int k = 0; k <= problem.steps; ++k) input.emplace_back(direction.segment(controls * k, controls));
+  const LagrangianInFreeTime lagrangian(problem, multipliers);
+  expect_second_order_curvature([&](double t) { return lagrangian(value + t * direction, t * tau); },
+                                form_at(chain, input));
+}
+
+// A start in motion, with total momentum or joints alone: more impulse in longer steps.
+TEST(LagrangianChain, of_a_start_in_motion_in_free_time_matches_second_differences) {
+  int trees = 0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const Scheme scheme = seed % 3 == 0 ? Scheme::paper : seed % 3 == 1 ? Scheme::trapezoid : Scheme::midpoint;
+    MarchedAnswer answer = any_tree(seed, scheme, 14);
+    if (model::System(answer.problem.swimmer).control_count() == 0) continue;
+    SCOPED_TRACE(seed);
+    check_in_free_time(answer, seed, 3.0, false);
+    check_in_free_time(answer, seed, 3.0, true);
+    ++trees;
+  }
+  EXPECT_GT(trees, 8);
+}
+
 // Above order 2: by the coefficients of the steps' polynomials.
 VectorXd lagrangian_gradient_of_stages(const maneuver::Problem& problem, const VectorXd& coefficients,
                                        const VectorXd& multipliers) {
@@ -124,7 +212,7 @@ VectorXd lagrangian_gradient_of_stages(const maneuver::Problem& problem, const V
   const StoredMotion motion(system, answer.problem, answer.solution);
   const auto stages = certificate::march_again(motion);
   if (!stages) throw std::logic_error("the march cannot be repeated");
-  const auto goal = certificate::goal_rows(system, problem, stages->node.back(), 1.0);
+  const auto goal = certificate::goal_rows(system, problem, stages->node.back(), momentum_unit);
   return problem.effort * motion.time_step * coefficients +
          certificate::coefficient_jacobian(motion, *stages, goal.by_end_state).transpose() *
              multipliers.cwiseQuotient(goal.unit);
@@ -143,7 +231,7 @@ void check_hessian_of_stages(maneuver::Problem problem, unsigned seed, double si
   const auto stages = certificate::march_again(motion);
   ASSERT_TRUE(stages.has_value());
   EXPECT_LE(stages->momentum_error, 1e-9);
-  const auto effort = certificate::effort_chain(motion, *stages, 1.0);
+  const auto effort = certificate::effort_chain(motion, *stages, momentum_unit);
   ASSERT_TRUE(effort.has_value());
   VectorXd multipliers(effort->goal.value.size());
   for (double& entry : multipliers) entry = random.normal();

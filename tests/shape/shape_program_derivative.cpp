@@ -205,6 +205,7 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     if (of_the_chain && (GetParam().free_duration || GetParam().periodic)) size = 0.002;
     if (model_->stage.back().placed > 0) size = GetParam().limited ? 0.0005 : 0.003;  // rad, not N m
     if (GetParam().drifts && !GetParam().limited && model_->stage.back().placed > 0) size = 0.002;
+    if (GetParam().drifts && GetParam().free_duration && !GetParam().limited) size *= 3.0;  // else lost in round-off
     for (std::size_t n = 0; n < model_->stage.size(); ++n) {
       for (Eigen::Index c = 0; c < sizes.inputs; ++c)
         if (!model_->stage[n].B.col(c).isZero(0.0)) step_->input[n][c] = size * random_.normal();
@@ -238,8 +239,11 @@ class ShapeDerivatives : public ::testing::TestWithParam<ShapeSetting> {
     return program_->trial_end_rows();
   }
 
-  // A barrier's third derivative jumps where it ends.
-  static int scales() { return GetParam().limited ? 5 : 1; }
+  // A barrier's third derivative jumps where it ends, and motions that drift in free time bend more or less.
+  static int scales() {
+    if (GetParam().limited) return 5;
+    return GetParam().drifts && GetParam().free_duration ? 3 : 1;
+  }
 
   double slope() const {
     double rate = model_->q_end.dot(step_->state.back()) + step_->end_multiplier.dot(model_->C * step_->state.back());
@@ -688,6 +692,46 @@ std::vector<ShapeSetting> drifting_to_rest() {
   return settings;
 }
 
+// Where time is free the root's motion answers to how much is carried over a step.
+std::vector<ShapeSetting> drifting_in_free_time() {
+  using enum mechanics::DiscreteLagrangian;
+  const ShapeSetting chain{.name = "paper_chain",
+                           .swimmer = Swimmer::paper_chain,
+                           .lagrangian = trapezoid,
+                           .free_duration = true,
+                           .drifts = true};
+  std::vector<ShapeSetting> settings{chain};
+  const auto add = [&](const char* name, Swimmer swimmer, const auto& change) {
+    settings.push_back(chain);
+    settings.back().name = name;
+    settings.back().swimmer = swimmer;
+    change(settings.back());
+  };
+  add("by_the_papers_scheme", Swimmer::paper_chain, [](ShapeSetting& s) { s.lagrangian = paper; });
+  add("any_joint_by_the_midpoint", Swimmer::any_joint, [](ShapeSetting& s) { s.lagrangian = midpoint; });
+  add("in_the_plane", Swimmer::in_the_plane, [](ShapeSetting&) {});
+  add("idle_joints", Swimmer::idle_joints, [](ShapeSetting&) {});
+  add("paper_chain_within_limits", Swimmer::paper_chain, [](ShapeSetting& s) { s.limited = true; });
+  add("any_joint_within_angle_rates", Swimmer::any_joint, [](ShapeSetting& s) { s.limited = s.angle_rates = true; });
+  add("all_costs_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_all_but_smoothness; });
+  add("joints_told", Swimmer::any_joint, [](ShapeSetting& s) { s.of_joints = true, s.seed = 24; });
+  add("to_rest", Swimmer::paper_chain, [](ShapeSetting& s) { s.rest = true; });
+  add("any_joint_to_rest_by_the_midpoint", Swimmer::any_joint,
+      [](ShapeSetting& s) { s.rest = true, s.lagrangian = midpoint; });
+  add("to_rest_in_the_plane", Swimmer::in_the_plane, [](ShapeSetting& s) { s.rest = true; });
+  add("to_rest_of_idle_joints", Swimmer::idle_joints, [](ShapeSetting& s) { s.rest = true; });
+  add("to_rest_within_limits", Swimmer::any_joint, [](ShapeSetting& s) { s.rest = s.limited = true; });
+  add("to_rest_at_all_costs", Swimmer::any_joint, [](ShapeSetting& s) { s.rest = true, s.costs = of_all; });
+  return settings;
+}
+
+INSTANTIATE_TEST_SUITE_P(DriftingInFreeTime, ShapeDerivatives, ::testing::ValuesIn(drifting_in_free_time()),
+                         [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(DriftingTreesInFreeTime, ShapeDerivatives, ::testing::ValuesIn(other_trees(true, 40, true)),
+                         [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(DriftingTreesToRestInFreeTime, ShapeDerivatives,
+                         ::testing::ValuesIn(other_trees(true, 40, true, true)),
+                         [](const auto& instance) { return instance.param.name; });
 INSTANTIATE_TEST_SUITE_P(DriftingToRest, ShapeDerivatives, ::testing::ValuesIn(drifting_to_rest()),
                          [](const auto& instance) { return instance.param.name; });
 INSTANTIATE_TEST_SUITE_P(DriftingTreesToRest, ShapeDerivatives, ::testing::ValuesIn(other_trees(false, 40, true, true)),
