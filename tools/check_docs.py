@@ -5,6 +5,7 @@ usage: check_docs.py [repository]
  - relative links of README, CHANGELOG, CONTRIBUTING and docs/ lead to files, and their #anchors to headings;
  - problem files named in them (examples/NAME.toml) exist, and so do tests and the commands of ./dev;
  - equations of docs/theory have one number each, in order, and every number cited in docs or sources is one of them;
+ - docs/theory/README.md's table of chapters tells their equations and rooms that there are;
  - every key that the problem file's reader knows stands in docs/problem-file.md;
  - every key that solution.json is written with stands in docs/result-files.md;
  - README's table of rooms states the arrows that tools/check_layers.py enforces.
@@ -123,6 +124,24 @@ def equation_faults(root):
     return faults
 
 
+CHAPTER_ROW = re.compile(r"^\| \[(\d+) [^]]*\]\(([\w.-]+)\) \|[^|]*\| ([^|]*) \| ([^|]*) \|$", re.MULTILINE)
+
+
+def chapter_faults(root):
+    """Rows of the table of chapters: | [1 Title](file) | says | (1.1) – (1.9) | `room/` |."""
+    page, faults, told = root / "docs" / "theory" / "README.md", [], set()
+    for chapter, name, stated, rooms in CHAPTER_ROW.findall(page.read_text(encoding="utf-8")):
+        told.add(name)
+        count = len(DEFINED.findall((page.parent / name).read_text(encoding="utf-8")))
+        expected = f"({chapter}.1) – ({chapter}.{count})" if count else "–"
+        if stated != expected:
+            faults.append(f"{page}: tells {stated} of chapter {chapter}, which has {expected}")
+        faults += [f"{page}: chapter {chapter} is of {room}/, no room"
+                   for room in re.findall(r"`(\w+)/`", rooms) if not (root / "src" / room).is_dir()]
+    return faults + [f"{page}: does not tell of {path.name}" for path in sorted(page.parent.glob("[0-9]*.md"))
+                     if path.name not in told]
+
+
 def room_faults(root):
     """README's rows `room/` | what | may use, against the table that check_layers.py enforces."""
     rows = dict(match.groups() for line in (root / "README.md").read_text(encoding="utf-8").splitlines()
@@ -139,7 +158,7 @@ def main():
     assert list(broken_links(root / "made-up.md", made_up)) and list(missing_problems(root, "made-up", made_up))
     menu = re.findall(r"^  ([a-z-]+) ", subprocess.run([root / "dev"], capture_output=True, text=True, check=True).stdout, re.MULTILINE)
     tests = {pair for file in (root / "tests").rglob("*.cpp") for pair in TEST_DEFINED.findall(file.read_text(encoding="utf-8"))}
-    found = equation_faults(root) + room_faults(root) + [*undocumented_keys(root), *untold_results(root)]
+    found = equation_faults(root) + chapter_faults(root) + room_faults(root) + [*undocumented_keys(root), *untold_results(root)]
     paths = documents(root)
     for path in paths:
         text = path.read_text(encoding="utf-8")

@@ -100,9 +100,9 @@ void require_supported_maneuver(const maneuver::Problem& problem, Purpose purpos
   }
   if ((composed || spline) && problem.cost_weights.of_displacement())
     refuse_unsupported("cost.displacement", shown(problem.cost_weights.displacement), "effort and time alone", mend);
-  if (momentum && (problem.duration.free || problem.goal->periodic))
-    refuse("start", "total momentum, with which this version takes neither a free duration nor a periodic goal",
-           "velocities whose total momentum is zero", "take them out, or give a duration and goal.periodic = false");
+  if (momentum && problem.goal->periodic)
+    refuse("start", "total momentum, with which this version takes no periodic goal",
+           "velocities whose total momentum is zero", "take them out, or let goal.periodic be false");
   if (momentum && problem.goal->joints_rest && (spline || composed || purpose == Purpose::solve_with_ipopt))
     refuse("goal.rest", "\"joints\" with a start that carries momentum",
            "with control.kind = \"steps\", a scheme of order 1 or 2 and without --solver ipopt",

@@ -8,12 +8,10 @@ namespace lamprey::study {
 
 std::unique_ptr<Method> choose_method(const model::System& system, const maneuver::Problem& problem,
                                       const SolveOptions& options, const Budget& budget) {
-  const bool timeless = problem.duration.free || (problem.goal && problem.goal->periodic);
-  if (timeless && maneuver::has_momentum(system, problem.start))
-    throw model::InputError(
-        "start",
-        "found total momentum, with which this version takes neither a free duration nor a periodic goal; take the "
-        "velocities out, or give a duration and goal.periodic = false");
+  if (problem.goal && problem.goal->periodic && maneuver::has_momentum(system, problem.start))
+    throw model::InputError("start",
+                            "found total momentum, with which this version takes no periodic goal; take the velocities "
+                            "out, or let goal.periodic be false");
   const bool newton = newton_takes(system, problem), both = options.solver == Backend::both;
   const bool ipopt = options.solver == Backend::ipopt || both || !newton;
   if (ipopt && problem.goal && problem.goal->joints_rest && maneuver::has_momentum(system, problem.start))

@@ -49,8 +49,8 @@ inline constexpr int coarse_steps = 100;
 std::uint64_t seed_of_start(const maneuver::Problem& problem, int start);
 std::uint64_t seed_of_hop(const maneuver::Problem& problem, int hop);
 
-/// Whether the Newton method can take the problem: moments free at each node; with total momentum neither a free duration nor a
-/// periodic goal; above order 2 neither momentum, limits, waypoints, a periodic goal, a free duration nor costs beside effort and time.
+/// Whether the Newton method can take the problem: moments free at each node; with total momentum no periodic goal;
+/// above order 2 neither momentum, limits, waypoints, a periodic goal, a free duration nor costs beside effort and time.
 bool newton_takes(const model::System& system, const maneuver::Problem& problem);
 
 /// Whether the transcription for Ipopt can: schemes `trapezoid` and `paper`, no coupled inertia, with universal joints no costs beside

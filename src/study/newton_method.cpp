@@ -323,8 +323,8 @@ bool newton_takes(const System& system, const Problem& problem) {
                     !problem.waypoints.empty() || (problem.goal && problem.goal->periodic);
   const bool single = integrator::single_step(problem.scheme);
   if (!single && more) return false;
-  const bool timeless = problem.duration.free || (problem.goal && problem.goal->periodic);
-  return (single && !timeless) || !maneuver::has_momentum(system, problem.start);
+  const bool periodic = problem.goal && problem.goal->periodic;
+  return (single && !periodic) || !maneuver::has_momentum(system, problem.start);
 }
 
 std::unique_ptr<Method> newton_method(const System& system, const Problem& problem, const SolveOptions& options,

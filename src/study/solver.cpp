@@ -41,7 +41,7 @@ const Problem& taken(const System& system, const Problem& problem) {
   const std::string found = !problem.goal                                      ? "no goal"
                             : problem.control == maneuver::ControlKind::spline ? "spline moments (control.kind)"
                             : !single ? "a scheme above order 2 (integrator.scheme)"
-                                      : "total momentum at the start beside a free duration or a periodic goal";
+                                      : "total momentum at the start beside a periodic goal";
   throw InputError("problem", "found " + found + ", which a Solver does not take; use solve");
 }
 

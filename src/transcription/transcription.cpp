@@ -252,10 +252,10 @@ bool Transcription::balance_at(int node) const {
 
 void Transcription::constraints(const VectorXd& x, VectorXd& c) {
   move_to(x);
-  const Vector3d linear = maneuver_.total.linear / scale_;
+  const Vector3d linear = stretch() / scale_ * maneuver_.total.linear;
   for (int k = 0; k < steps_; ++k) {
     const mechanics::DiscreteMomenta& momenta = momenta_[at(k)];
-    Vector3d angular = position(k).cross(linear) - maneuver_.total.angular / scale_;
+    Vector3d angular = position(k).cross(linear) - stretch() / scale_ * maneuver_.total.angular;
     for (int i = 0; i < bodies_; ++i) {
       angular += intervals_[at(k)].rotation[at(i)] * momenta.minus[at(i)];
       c.segment<4>(kinematic_row(k, i)) =
@@ -364,7 +364,13 @@ void Transcription::emit_step_jacobian(int k, BlockSink& sink) {
   };
   emit(momentum_row(k), jacobian_.linear, -1);
   emit(momentum_row(k) + 3, angular, -1);
-  if (k > 0) sink.add(momentum_row(k) + 3, position_variable(k), -lie::hat(maneuver_.total.linear / scale_));
+  const Vector3d linear = stretch() / scale_ * maneuver_.total.linear,
+                 about_root = stretch() / scale_ * maneuver_.total.angular - position(k).cross(linear);
+  if (k > 0) sink.add(momentum_row(k) + 3, position_variable(k), -lie::hat(linear));
+  if (stretch_variable_ >= 0) {
+    sink.add(momentum_row(k), stretch_variable_, -linear);
+    sink.add(momentum_row(k) + 3, stretch_variable_, -about_root);
+  }
   for (int i = 1; i < bodies_; ++i) {
     if (k > 0 || !maneuver_.periodic) emit(balance_row(k, i), jacobian_.minus.middleRows<3>(3 * i), i);
     if (k + 1 < steps_) emit(balance_row(k + 1, i), (-jacobian_.plus.middleRows<3>(3 * i)).eval(), i);

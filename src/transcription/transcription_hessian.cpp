@@ -83,6 +83,13 @@ void Transcription::hessian(const VectorXd& x, double factor, const VectorXd& mu
   if (!maneuver_.periodic)
     for (int i = 1; i < bodies_; ++i)
       bend -= stretch() * start_momentum_[at(i)].dot(multiplier.segment<3>(balance_row(0, i)));
+  const Vector3d linear = stretch() / scale_ * maneuver_.total.linear,
+                 angular = stretch() / scale_ * maneuver_.total.angular;
+  for (int k = 0; k < steps_; ++k) {
+    const Vector3d push = multiplier.segment<3>(momentum_row(k)), spin = multiplier.segment<3>(momentum_row(k) + 3);
+    bend -= push.dot(linear) + spin.dot(angular - position(k).cross(linear));
+    if (k > 0) sink.add(stretch_variable_, position_variable(k), linear.cross(spin).transpose());
+  }
   sink.add(stretch_variable_, stretch_variable_, scalar(bend));
 }
 

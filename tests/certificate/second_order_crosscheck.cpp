@@ -11,7 +11,9 @@
 #include "certificate/limit_check.hpp"
 #include "certificate/marched_answers.hpp"
 #include "certificate/optimality.hpp"
+#include "file/problem_file.hpp"
 #include "integrator/step_derivatives.hpp"
+#include "mechanics/connection.hpp"
 #include "study/answer.hpp"
 #include "study/solver.hpp"
 #include "tolerance.hpp"
@@ -355,26 +357,17 @@ TEST(SecondOrder, of_a_free_duration_without_limits_is_that_of_the_best_duration
 
 // The least cost as a function of the logarithm of the duration: its second derivative by differences of solved problems,
 // and by the form, where the other inputs make the best of a unit of τ.
-TEST(SecondOrder, of_a_free_duration_with_limits_is_that_of_the_least_cost_by_the_duration) {
-  maneuver::Problem given = in_the_plane(20);
-  given.search.starts = 3;
-  const double time_weight = 2.0 * solved(given).cost / given.duration.value;
-  double largest = 0.0;
-  for (const auto& moments : solved(of_free_duration(given, time_weight)).control)
-    for (const Vector3d& moment : moments) largest = std::max(largest, moment.norm());
-  given.limits.torque = 0.7 * largest;
-  const maneuver::Problem free = of_free_duration(given, time_weight);
-  const maneuver::Solution solution = solved(free);
+void expect_curvature_of_least_cost(const maneuver::Problem& free, const maneuver::Solution& solution) {
   const model::System system(free.swimmer);
   const StoredMotion motion(system, free, solution);
-  ASSERT_FALSE(certificate::pulling_bounds(motion).empty());
   ASSERT_FALSE(certificate::duration_holds(motion));
   const auto least_cost = [&](double tau) {  // of the minimum that this one becomes
-    maneuver::Problem problem = given;
+    maneuver::Problem problem = free;
+    problem.duration = {};
     problem.duration.value = solution.time.back() * std::exp(tau);
     study::Solver solver(system, problem, solution);
     EXPECT_EQ(solver.solve().termination, optimizer::Termination::converged);
-    return solver.cost() + free.time_weight * problem.duration.value;
+    return solver.cost();
   };
   const double step = 0.005, here = least_cost(0.0);
   EXPECT_NEAR(here, solution.cost, 1e-7 * here);
@@ -394,6 +387,51 @@ TEST(SecondOrder, of_a_free_duration_with_limits_is_that_of_the_least_cost_by_th
   const double unit = chain.stage[0].B.col(0).tail<1>()[0];  // τ by the first input
   const double found = -1.0 / (solver.solve(pull)[0][0] * unit * unit);
   EXPECT_NEAR(found / expected, 1.0, 0.01);
+}
+
+// Joints that turn at the start, rad/s, and no total momentum.
+void bend_at_start(maneuver::Problem& problem, const mechanics::Vectors& rates) {
+  const model::System system(problem.swimmer);
+  const integrator::State start = certificate::start_of(system, problem.start);
+  const VectorXd velocity = mechanics::velocity_of_rates(system, start.rotation, start.position, rates, {});
+  problem.start.angular_velocity = mechanics::angular_velocities(system, start.rotation, velocity);
+  problem.start.linear_velocity = velocity.tail<3>();
+}
+
+// A start in motion has more momentum by impulses in longer steps: of the whole, or of joints alone; what joints at rest leave, too.
+TEST(SecondOrder, of_a_free_duration_from_a_start_in_motion_is_that_of_the_least_cost_by_the_duration) {
+  const auto solved_in_free_time = [](maneuver::Problem problem) {
+    problem.search.starts = 2;
+    const model::System system(problem.swimmer);
+    return study::solve(system, problem, study::SolveOptions()).front();
+  };
+  for (const char* name : {"drifting", "drifting_to_rest", "joints"}) {
+    SCOPED_TRACE(name);
+    const bool joints = std::string(name) == "joints";
+    maneuver::Problem problem =
+        joints ? in_the_plane(40) : file::read_problem(LAMPREY_SOURCE_DIR "/examples/" + std::string(name) + ".toml");
+    if (joints) bend_at_start(problem, {Vector3d(0.0, 0.0, 0.4), Vector3d(0.0, 0.0, -0.7)});
+    problem.steps = 60;
+    problem.limits = {};
+    const maneuver::Solution given = solved_in_free_time(problem);
+    const maneuver::Problem free = of_free_duration(problem, 0.7 * given.cost / problem.duration.value);
+    expect_curvature_of_least_cost(free, solved_in_free_time(free));
+  }
+}
+
+TEST(SecondOrder, of_a_free_duration_with_limits_is_that_of_the_least_cost_by_the_duration) {
+  maneuver::Problem given = in_the_plane(20);
+  given.search.starts = 3;
+  const double time_weight = 2.0 * solved(given).cost / given.duration.value;
+  double largest = 0.0;
+  for (const auto& moments : solved(of_free_duration(given, time_weight)).control)
+    for (const Vector3d& moment : moments) largest = std::max(largest, moment.norm());
+  given.limits.torque = 0.7 * largest;
+  const maneuver::Problem free = of_free_duration(given, time_weight);
+  const maneuver::Solution solution = solved(free);
+  const model::System system(free.swimmer);
+  ASSERT_FALSE(certificate::pulling_bounds(StoredMotion(system, free, solution)).empty());
+  expect_curvature_of_least_cost(free, solution);
 }
 
 TEST(SecondOrder, of_the_papers_translation_counts_fourteen_directions_out_of_the_plane) {
