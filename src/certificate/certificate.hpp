@@ -38,6 +38,8 @@ struct SecondOrder {
   double smallest_eigenvalue = unset;  // 1: pure effort
   bool positive = false;               // smallest eigenvalue above 1e-6
   std::optional<int> negative_eigenvalues = {};
+  /// Whether round-off hides how many directions lower the cost, and how steeply.
+  bool lost() const { return !positive && !negative_eigenvalues && smallest_eigenvalue < -curvature_mark; }
 };
 
 /// The same with every direction moved that actuated joints leave free: control_axes set aside.

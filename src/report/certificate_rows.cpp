@@ -42,6 +42,7 @@ CertificateRow shown(const char* name, double value, const char* unit, const cha
 
 std::string curvature_value(const certificate::SecondOrder& second_order) {
   std::string text = number(second_order.smallest_eigenvalue, 3);
+  if (second_order.lost()) return text + ", lost in round-off";
   if (second_order.negative_eigenvalues.value_or(0) > 0)
     text += fmt::format(", {} of descent", *second_order.negative_eigenvalues);
   return text;

@@ -289,7 +289,9 @@ std::string verdict(const result::Results& results) {
   if (proof.limits && proof.limits->violation > certificate::limit_mark)
     parts.push_back(certificate::violation_in_words(proof.limits->key, proof.limits->violation, proof.limits->time));
   if (!std::isnan(proof.kkt)) parts.push_back(fmt::format("optimality conditions within {}", number(proof.kkt, 2)));
-  if (proof.second_order)
+  if (proof.second_order && proof.second_order->lost())
+    parts.emplace_back("curvature lost in round-off");
+  else if (proof.second_order)
     parts.push_back(fmt::format("smallest curvature {}", number(proof.second_order->smallest_eigenvalue, 2)));
   return parts.empty() ? words : fmt::format("{}: {}", words, fmt::join(parts, ", "));
 }

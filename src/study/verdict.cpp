@@ -127,6 +127,11 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   else if (saddle(*proof.second_order))
     words = " A saddle: " + directions(*proof.second_order) +
             "; another number of time.steps, more starts or another seed may lead to a minimum.";
+  else if (proof.second_order->lost())
+    words =
+        " Not proved a minimum: round-off hides whether directions lower the cost; other steps, another seed or a "
+        "longer "
+        "duration may show it.";
   else
     words = " Not proved a minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
   const bool flat = proof.second_order && !proof.second_order->positive &&

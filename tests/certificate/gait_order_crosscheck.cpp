@@ -227,6 +227,8 @@ class DenseMotion {
     work.sought_residual = 0.0;
     std::vector<mechanics::Rotations> rotation = {state.rotation};
     for (int k = 0; k < motion_.steps; ++k) {
+      certificate::read_interval(motion_, k, work.interval);  // next to which the step is: bodies may turn far in it
+      work.begun = true;
       EXPECT_TRUE(integrator::advance(system_, motion_.lagrangian, h, control[at(k)], control[at(k + 1)], state, work)
                       .converged);
       rotation.push_back(state.rotation);

@@ -43,6 +43,26 @@ TEST(SolutionFile, joints_that_are_to_end_at_rest_come_back) {
   EXPECT_TRUE(read.problem.goal->joints_rest);
 }
 
+// Where round-off hides how many directions lower the cost the file says so (it once held −1 of them, and was not read again).
+TEST(SolutionFile, directions_that_cannot_be_counted_are_null) {
+  result::Results results = tests::sample_results(6);
+  results.certificate->second_order = certificate::SecondOrder{};
+  results.certificate->second_order->smallest_eigenvalue = -1e-9;
+  results.certificate->second_order->positive = false;
+  results.certificate->second_order->negative_eigenvalues = std::nullopt;
+  const std::string text = result::solution_text(results);
+  EXPECT_TRUE(json::parse(text)["certificate"]["second_order"]["negative_eigenvalues"].is_null());
+  const result::Results back = result::parse_solution(text, "x");
+  ASSERT_TRUE(back.certificate->second_order);
+  EXPECT_EQ(back.certificate->second_order->smallest_eigenvalue, -1e-9);
+  EXPECT_FALSE(back.certificate->second_order->positive);
+  EXPECT_FALSE(back.certificate->second_order->negative_eigenvalues.has_value());
+  const std::string negative = R"("negative_eigenvalues": -1)";
+  std::string spoilt = text;
+  spoilt.replace(spoilt.find("\"negative_eigenvalues\": null"), 28, negative);
+  EXPECT_THROW(result::parse_solution(spoilt, "x"), model::InputError);
+}
+
 TEST(SolutionFile, every_double_comes_back_bit_for_bit) {
   result::Results results = tests::sample_results(6);
   results.solution.position[3] = {-0.0, 4.9406564584124654e-324, -1.7976931348623157e308};

@@ -63,6 +63,18 @@ TEST_F(Advice, ranks_motions_by_what_they_miss_most) {
   EXPECT_EQ(study::missed_by(problem_, proof_), INFINITY);
 }
 
+TEST_F(Advice, says_where_round_off_hides_the_curvature) {
+  proof_.kkt = 1e-13;
+  proof_.second_order = certificate::SecondOrder{-1e5, false, std::nullopt};
+  EXPECT_TRUE(tells("round-off hides")) << message();
+  EXPECT_FALSE(tells("e+05")) << message();
+  proof_.second_order->negative_eigenvalues = 3;
+  EXPECT_TRUE(tells("3 directions lower")) << message();
+  EXPECT_FALSE(tells("round-off hides")) << message();
+  proof_.second_order = certificate::SecondOrder{-1e-9, false, std::nullopt};
+  EXPECT_FALSE(tells("round-off hides")) << message();
+}
+
 TEST_F(Advice, speaks_of_neither_where_nothing_points_there) {
   EXPECT_TRUE(tells("try more starts, another seed")) << message();
   for (const char* other : {"[time] steps", "looser", "nearer goal", "control_axes", "tolerance ="})

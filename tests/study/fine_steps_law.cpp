@@ -8,11 +8,11 @@
 namespace lamprey::tests {
 namespace {
 
-study::Answer turned(int steps, double duration) {
+study::Answer turned(int steps, double duration, int starts) {
   maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/yaw.toml");
   problem.steps = steps;
   problem.duration.value = duration;
-  problem.search.starts = 1;
+  problem.search.starts = starts;
   problem.search.hops = 0;
   study::SolveOptions options;
   options.refinement = false;
@@ -21,14 +21,18 @@ study::Answer turned(int steps, double duration) {
 
 // Moments fall with the square of a longer duration as fast as their last digits do: what counts is the number of steps.
 TEST(FineSteps, leave_moments_fewer_digits_by_the_square_of_their_number) {
-  const double few = turned(100, 1.0).certificate.kkt_round_off;
+  const auto round_off = [](int steps, double duration) {
+    return turned(steps, duration, 8)
+        .certificate.kkt_round_off;  // of the best minimum: single guesses may end at others
+  };
+  const double few = round_off(100, 1.0);
   EXPECT_GT(few, 0.0);
-  EXPECT_NEAR(turned(200, 1.0).certificate.kkt_round_off / few, 4.0, 0.2);
-  EXPECT_NEAR(turned(100, 5.0).certificate.kkt_round_off / few, 1.0, 0.05);
+  EXPECT_NEAR(round_off(200, 1.0) / few, 4.0, 0.2);
+  EXPECT_NEAR(round_off(100, 5.0) / few, 1.0, 0.05);
 }
 
 TEST(FineSteps, are_asked_for_no_more_than_their_digits_hold) {
-  const study::Answer answer = turned(4000, 1.0);
+  const study::Answer answer = turned(4000, 1.0, 1);
   EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
   maneuver::Problem problem;
   problem.goal.emplace();
