@@ -24,10 +24,13 @@ constexpr double difference_step = 2e-4;        // rad, of a length or relative;
 constexpr double share_of_turn = 5e-3;          // the same of a joint's turn over a step, for its rate
 constexpr double least_difference_step = 1e-7;  // rad
 
-// (N m)²: what is spent over the duration; 0 where nothing pulls, as in pictures of motions without moments.
+// (N m)²: what is spent over the duration, the cost of one that is free included, though a bound holds it; 0 where nothing pulls, as
+// in pictures of motions without moments.
 double spent_rate(const StoredMotion& motion) {
   if (motion.solution.limit_multipliers.empty()) return 0.0;
-  return std::abs(spent(motion, check_cost(motion).cost)) / (motion.time_step * motion.steps);
+  const double duration = motion.time_step * motion.steps;
+  const double of_time = duration_holds(motion) ? motion.problem.time_weight * duration : 0.0;
+  return std::abs(spent(motion, check_cost(motion).cost) + of_time) / duration;
 }
 
 // What a margin looks at.

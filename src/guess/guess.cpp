@@ -212,7 +212,7 @@ NodePath at_rest(const System& system, const Maneuver& maneuver, integrator::Sch
 }
 
 bool rest_meets_goal(const System& system, const Problem& problem, const Maneuver& maneuver) {
-  if (!maneuver.start.momentum.isZero(0.0) || maneuver.free_duration) return false;
+  if (!maneuver.start.momentum.isZero(0.0)) return false;
   if (!problem.waypoints.empty() || problem.cost_weights.transport > 0.0) return false;
   double stiffness = 0.0;  // N m/rad, of springs that must be at rest, too
   for (const model::Joint& joint : system.joints()) stiffness += joint.stiffness;

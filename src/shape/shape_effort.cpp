@@ -144,7 +144,7 @@ void ShapeProgram::model_stage_by_shapes(int k, const NodeModel& node, Stage& st
   stage.shifted = stage.placed = n;
   model_pose_by_shapes(k, stage.A, stage.B);
   stage.weight = node_weight(now_, k);
-  stage.gradient = stage.weight * std::max(now_.moment[at(k)].lpNorm<Eigen::Infinity>(), least_moment_);
+  stage.gradient = stage.weight * std::max(now_.moment[at(k)].lpNorm<Eigen::Infinity>(), least_moment());
   if (stage.measured_by_input.size() == 0) {
     stage.measured_by_state.setZero(n, states());
     stage.measured_by_input.setZero(n, n);

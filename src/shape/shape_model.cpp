@@ -164,7 +164,8 @@ void ShapeProgram::model_stage(int k, const NodeModel& node, Stage& stage) {
   stage.S.middleCols(n, n) = node.control_by_shape;
   stage.R = node.by_control_twice;
   stage.r = node.by_control;
-  stage.gradient = stage.weight * std::max(now_.moment[at(k)].head(controls_).lpNorm<Eigen::Infinity>(), least_moment_);
+  stage.gradient =
+      stage.weight * std::max(now_.moment[at(k)].head(controls_).lpNorm<Eigen::Infinity>(), least_moment());
   if (maneuver_.free_duration) model_duration(k, node, stage);
 }
 

@@ -27,7 +27,8 @@ constexpr double longest_turn = 0.6;     // rad, of one shape coordinate in one 
 constexpr double longest_stretch = 0.3;  // of the logarithm of the duration
 constexpr double worth_of_round_off =
     1e-8;  // of a momentum, or what turns by 1 rad in a step, over a step: moments that are next to none
-constexpr double goal_met = 1e-6;  // end rows of a motion that is an answer
+constexpr double needed_by_round_off = 1e-6;  // of the same, moments of which round-off leaves idle ones of 2e-11
+constexpr double goal_met = 1e-6;             // end rows of a motion that is an answer
 
 }  // namespace
 
@@ -57,6 +58,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       terms_(system, maneuver, coordinates),
       leads_((own_states() - tau() + controls_ - 1) / controls_),
       h_(maneuver.time_step()),
+      turned_inertia_(MomentumNoise(system).inertia),
       kernel_(system, maneuver.lagrangian, shape_basis_, carries()),
       moments_(system, shape_basis_, maneuver.start.rotation),
       end_curvature_(system, end_rows_, shape_basis_, pose_basis_),
@@ -147,10 +149,17 @@ void ShapeProgram::take_start_impulse() {
                        start_impulse_);
 }
 
-// Of motions that go on by themselves moments are what round-off leaves of momenta, and no gradient to measure others by.
+// N m, what takes the momentum of the start, and what turns a body by 1 rad in a step, off in one step: of motions that go on by
+// themselves moments are what round-off leaves of these, and nothing to measure others by. 0 of a start at rest.
+double ShapeProgram::at_once(const Motion& motion) const {
+  const double time_step = h_ * motion.stretch;
+  return begun_ > 0.0 ? (begun_ + turned_inertia_ / time_step) / time_step : 0.0;
+}
+
+double ShapeProgram::least_moment() const { return worth_of_round_off * at_once(now_); }
+
 void ShapeProgram::take_total() {
-  const double begun = maneuver_.periodic ? 0.0 : bodies_momentum(system_, maneuver_.start);
-  if (begun > 0.0) least_moment_ = worth_of_round_off * (begun + MomentumNoise(system_).inertia / h_) / h_;
+  begun_ = maneuver_.periodic ? 0.0 : bodies_momentum(system_, maneuver_.start);
   if (drifts_)
     total_ = mechanics::spatial_momentum(system_, maneuver_.start.rotation, Vector3d::Zero(), maneuver_.start.momentum);
 }
@@ -282,7 +291,7 @@ void ShapeProgram::measure(Motion& motion) {
   Merit& merit = motion.merit;
   merit = Merit();
   const bool periodic = maneuver_.periodic;
-  double needed = 0.0, idle_sum = 0.0;
+  double needed = needed_by_round_off * at_once(motion), idle_sum = 0.0;
   for (int k = 0; k <= steps_; ++k) {
     MatrixXd& impulse = motion.impulse[at(k)];
     if (!joint_by_joint() || k == steps_) impulse_by_moments(motion, k, impulse);

@@ -219,6 +219,8 @@ class ShapeProgram : public optimizer::StageProgram {
   double worth_of_moments() const;
   void prepare_terms(optimizer::StageModel& model);
   void add_term_models(optimizer::StageModel& model);
+  double at_once(const Motion& motion) const;
+  double least_moment() const;  // N m, that the cost's gradient counts with at least
   double impulse_time(const Motion& motion, int node) const {
     return (node == 0 || node == steps_ ? 0.5 : 1.0) * h_ * motion.stretch;
   }
@@ -264,11 +266,12 @@ class ShapeProgram : public optimizer::StageProgram {
   Steps use_;
   bool drifts_;                       // whether total momentum may be carried
   mechanics::SpatialMomentum total_;  // what is, about the root's first place
-  double least_moment_ = 0.0;         // N m, that the cost's gradient counts with at least
+  double begun_ = 0.0;                // kg m²/s, of bodies at a start in motion
   int shape_, pose_, controls_;
   CostTerms terms_;
   int leads_;  // stages before the first step
   double h_;
+  double turned_inertia_;  // kg m², the largest about the root
   ShapeKernel kernel_;
   std::optional<FourSteps> four_steps_;                     // where it serves
   std::optional<mechanics::CompliantTime> compliant_time_;  // of springs and dampers where the duration is free

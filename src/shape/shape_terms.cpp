@@ -26,7 +26,7 @@ void ShapeProgram::add_term_models(StageModel& model) {
     by_moments_ *= node_weight(now_, k);
     terms_.add_by_moments(costed(now_), now_.terms, k, by_moments_);
     model.stage[at(leads_ + k)].gradient =
-        std::max(by_moments_.lpNorm<Eigen::Infinity>(), node_weight(now_, k) * least_moment_);
+        std::max(by_moments_.lpNorm<Eigen::Infinity>(), node_weight(now_, k) * least_moment());
   }
   terms_.add_to_model(costed(now_), now_.terms, {leads_, maneuver_.free_duration ? tau() : -1, copies(), own_states()},
                       end_by_state_.topRows(controls_), model);

@@ -11,57 +11,121 @@ namespace lamprey::study {
 
 namespace {
 
+using maneuver::Maneuver;
+using maneuver::Problem;
+
 constexpr double calm_share = 0.5;  // of a guess's swings, beside a momentum that may do the most
 constexpr int calm_guesses = 4;     // in all but one of so many
 constexpr double met = 1e-10;       // rad, m, units of limits
 constexpr double round_off = 1e-9;  // of the momentum, in a step
 
 // Whether only moments cost, and a motion may be without.
-bool may_coast(const maneuver::Problem& problem, const maneuver::Maneuver& maneuver) {
+bool may_coast(const Problem& problem, const Maneuver& maneuver) {
   const maneuver::CostWeights& weights = problem.cost_weights;
-  return !maneuver.start.momentum.isZero(0.0) && !maneuver.periodic && !maneuver.free_duration &&
-         maneuver.spline_points == 0 && problem.waypoints.empty() && integrator::single_step(problem.scheme) &&
-         weights.angular_velocity == 0.0 && !weights.of_displacement();
+  return !maneuver.start.momentum.isZero(0.0) && !maneuver.periodic && maneuver.spline_points == 0 &&
+         problem.waypoints.empty() && integrator::single_step(problem.scheme) && weights.angular_velocity == 0.0 &&
+         !weights.of_displacement();
 }
+
+// Motions without moments in given times, as far as they are simulated.
+class Coasts {
+ public:
+  Coasts(const model::System& system, const Problem& problem, int steps)
+      : system_(system), problem_(problem), steps_(steps) {}
+
+  struct Coast {
+    Found found;
+    double missed;  // rad, m, by the goal and, over limits, by those
+  };
+
+  std::optional<Coast> in(double duration) const {
+    Problem given = problem_;
+    given.duration = {};
+    given.duration.value = duration;
+    given.steps = steps_;
+    const maneuver::Solution motion =
+        maneuver::simulate(system_, given, maneuver::no_control(system_), maneuver::SimulateOptions());
+    if (motion.status != maneuver::Status::simulated) return std::nullopt;
+    Coast coast{found_of(motion, duration), 0.0};
+    Maneuver asked = maneuver::make_maneuver(system_, given, steps_);
+    asked.cost_weights = {};
+    asked.time_weight = 0.0;  // what a given duration costs is no moment's
+    shape::ShapeProgram program(system_, asked, maneuver::ShapeCoordinates(system_), {},
+                                maneuver::limit_rows(system_, given), shape::Steps::faithful);
+    if (!program.go_to(coast.found.path)) return std::nullopt;
+    coast.missed = std::max(program.stated_goal_error(), program.limit_violation());
+    // moments that still the joints at the end, where they are asked to
+    const double still = round_off * maneuver::bodies_momentum(system_, asked.start) / asked.time_step();
+    if (asked.rest && !(program.cost() <= asked.effort * still * still * duration)) return std::nullopt;
+    return coast;
+  }
+
+  // Of durations over a range the one in which the goal is missed least, to round-off.
+  std::optional<Coast> nearest(double least, double most) const {
+    const double ratio = std::pow(most / least, 1.0 / tried_durations);
+    std::optional<Coast> best;
+    double at = least;
+    for (int n = 0; n <= tried_durations; ++n)
+      if (std::optional<Coast> coast = in(least * std::pow(ratio, n));
+          coast && !(best && best->missed <= coast->missed))
+        best = std::move(coast), at = best->found.duration;
+    double left = std::max(least, at / ratio), right = std::min(most, at * ratio);
+    for (int n = 0; n < golden_sections && best && best->missed > met; ++n) {
+      const double inner = left + golden * (right - left), outer = right - golden * (right - left);
+      const std::optional<Coast> one = in(inner), other = in(outer);
+      if (!one || !other) break;
+      const bool nearer_left = one->missed <= other->missed;
+      (nearer_left ? right : left) = nearer_left ? outer : inner;
+      if (const Coast& nearer = nearer_left ? *one : *other; nearer.missed < best->missed) best = nearer;
+    }
+    return best;
+  }
+
+ private:
+  static constexpr int tried_durations = 32, golden_sections = 64;
+  static constexpr double golden = 0.3819660112501051;
+
+  Found found_of(const maneuver::Solution& motion, double duration) const {
+    Found found;
+    found.path.rotation = motion.rotation;
+    found.path.position = motion.position;
+    for (std::size_t k = 0; k + 1 < motion.rotation.size(); ++k)
+      maneuver::cayley_between(motion.rotation[k], motion.rotation[k + 1], found.path.cayley.emplace_back());
+    found.path.control.assign(motion.rotation.size(), Eigen::VectorXd::Zero(system_.control_count()));
+    if (problem_.cost_weights.any())
+      found.cost_parts = maneuver::CostParts{.time = duration, .transport = std::nan("")};
+    found.duration = duration;
+    found.cost = problem_.time_weight * duration;
+    found.outcome.termination = optimizer::Termination::converged;
+    found.outcome.reason = "the goal is where the swimmer gets by itself";
+    found.outcome.infeasibility = 0.0;
+    return found;
+  }
+
+  const model::System& system_;
+  const Problem& problem_;
+  int steps_;
+};
 
 }  // namespace
 
-maneuver::NodePath carried_by_momentum(const model::System& system, const maneuver::Problem& problem,
-                                       maneuver::NodePath guess, int start) {
+maneuver::NodePath carried_by_momentum(const model::System& system, const Problem& problem, maneuver::NodePath guess,
+                                       int start) {
   if (!maneuver::has_momentum(system, problem.start)) return guess;
   const double share = start % calm_guesses < calm_guesses - 1 ? calm_share : 1.0;
   return guess::coasting(system, problem, guess, share).value_or(std::move(guess));
 }
 
-std::optional<Found> coasting_to_goal(const model::System& system, const maneuver::Problem& problem,
-                                      const maneuver::Maneuver& maneuver) {
+std::optional<Found> coasting_to_goal(const model::System& system, const Problem& problem, const Maneuver& maneuver) {
   if (!may_coast(problem, maneuver)) return std::nullopt;
-  const maneuver::Solution coast =
-      maneuver::simulate(system, problem, maneuver::no_control(system), maneuver::SimulateOptions());
-  if (coast.status != maneuver::Status::simulated) return std::nullopt;
-  Found found;
-  found.path.rotation = coast.rotation;
-  found.path.position = coast.position;
-  for (std::size_t k = 0; k + 1 < coast.rotation.size(); ++k)
-    maneuver::cayley_between(coast.rotation[k], coast.rotation[k + 1], found.path.cayley.emplace_back());
-  found.path.control.assign(coast.rotation.size(), Eigen::VectorXd::Zero(system.control_count()));
-  maneuver::Maneuver asked = maneuver;
-  asked.cost_weights = {};
-  shape::ShapeProgram program(system, asked, maneuver::ShapeCoordinates(system), {},
-                              maneuver::limit_rows(system, problem), shape::Steps::faithful);
-  if (!program.go_to(found.path) || !(program.stated_goal_error() <= met) || !(program.limit_violation() <= met))
-    return std::nullopt;
-  // moments that still the joints at the end, where they are asked to
-  const double still = round_off * maneuver::bodies_momentum(system, maneuver.start) / maneuver.time_step();
-  if (maneuver.rest && !(program.cost() <= maneuver.effort * still * still * maneuver.duration)) return std::nullopt;
-  if (problem.cost_weights.any())
-    found.cost_parts = maneuver::CostParts{.time = maneuver.duration, .transport = std::nan("")};
-  found.cost = maneuver.time_weight * maneuver.duration;
-  found.duration = maneuver.duration;
-  found.outcome.termination = optimizer::Termination::converged;
-  found.outcome.reason = "the goal is where the swimmer gets by itself";
-  found.outcome.infeasibility = 0.0;
-  return found;
+  const Coasts coasts(system, problem, maneuver.steps);
+  const maneuver::Duration& asked = problem.duration;
+  std::optional<Coasts::Coast> coast = coasts.in(asked.free ? asked.min : asked.value);
+  const bool at_once = coast && coast->missed <= met;
+  if (asked.free && !at_once && problem.time_weight == 0.0) coast = coasts.nearest(asked.min, asked.max);
+  if (!coast || !(coast->missed <= met)) return std::nullopt;
+  if (asked.free && at_once) hold_in_least_time(system, problem, maneuver, coast->found);
+  return std::move(coast->found);
 }
 
 }  // namespace lamprey::study

@@ -14,8 +14,9 @@ maneuver::NodePath carried_by_momentum(const model::System& system, const maneuv
                                        maneuver::NodePath guess, int start);
 
 /// The motion without any moments of a start in motion, by a scheme of one stage, where that meets the goal of a maneuver of the problem
-/// within its limits and costs nothing, so that none costs less: an outcome that has converged. Nothing elsewhere, and with
-/// waypoints, a worth of displacement and a weight of angular velocity.
+/// within its limits and costs nothing but time, so that none costs less: an outcome that has converged. In a free duration that is the
+/// least one or, where time costs nothing, any in which the goal is met. Nothing elsewhere, and with waypoints, a worth of displacement
+/// and a weight of angular velocity.
 std::optional<Found> coasting_to_goal(const model::System& system, const maneuver::Problem& problem,
                                       const maneuver::Maneuver& maneuver);
 

@@ -90,7 +90,21 @@ Found staying(const System& system, const maneuver::Problem& problem, const Mane
     still.cost_parts = maneuver::CostParts{.time = maneuver.duration, .transport = std::nan("")};
   still.cost = maneuver.time_weight * maneuver.duration;
   still.duration = maneuver.duration;
+  if (maneuver.free_duration) hold_in_least_time(system, problem, maneuver, still);
   return still;
+}
+
+void hold_in_least_time(const model::System& system, const maneuver::Problem& problem, const Maneuver& maneuver,
+                        Found& found) {
+  found.duration = problem.duration.min;
+  found.cost = maneuver.time_weight * found.duration;
+  if (found.cost_parts) found.cost_parts->time = found.duration;
+  const std::vector<LimitRow> rows = maneuver::limit_rows(system, problem);
+  Eigen::MatrixXd& multiplier = found.limit_multipliers.value;
+  multiplier.setZero(static_cast<Eigen::Index>(rows.size()), maneuver.steps + 1);
+  for (std::size_t r = 0; r < rows.size(); ++r)  // of the duration over its bound
+    if (rows[r].kind == LimitRow::Kind::not_shorter)
+      multiplier(static_cast<Eigen::Index>(r), maneuver.steps) = found.cost;
 }
 
 bool any_converged(const std::vector<Found>& all) {

@@ -34,6 +34,10 @@ struct Found {
 Found staying(const model::System& system, const maneuver::Problem& problem, const maneuver::Maneuver& maneuver,
               const std::string& reason);
 
+/// Has a motion that costs nothing but its free duration last as short as it may, and that bound pull as much as time costs.
+void hold_in_least_time(const model::System& system, const maneuver::Problem& problem,
+                        const maneuver::Maneuver& maneuver, Found& found);
+
 /// Whether any of them has arrived.
 bool any_converged(const std::vector<Found>& all);
 

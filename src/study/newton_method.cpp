@@ -26,6 +26,13 @@ constexpr int carried_iterations = 100;  // to another grid, where the same solu
 constexpr double rough_tolerance = 1e-4;
 constexpr double more_worth = 10.0;  // times what a displacement is
 
+// Van der Corput's sequence: ½, ¼, ¾, ⅛, …
+double radical_inverse(int n) {
+  double value = 0.0;
+  for (double digit = 0.5; n > 0; n /= 2, digit *= 0.5) value += n % 2 == 1 ? digit : 0.0;
+  return value;
+}
+
 class NewtonMethod : public Method {
  public:
   NewtonMethod(const System& system, const Problem& problem, const SolveOptions& options, const Budget& budget)
@@ -166,9 +173,11 @@ class NewtonMethod : public Method {
     begin_on_more_steps(start, found);
     begin_by_effort(start, found);
     begin_in_given_durations(start, found);
+    begin_drifting_in_a_given_duration(start, found);
     begin_by_more_worth(start, found);
     if (!whirls(grids_, found)) return found;
-    return solve_with_slower_joints(grids_, first_guess(grids_.grid(grids_.coarse()), start), grids_.coarse(), found);
+    return solve_with_slower_joints(grids_, first_guess(grids_.grid(grids_.coarse()), start, begun_duration(start)),
+                                    grids_.coarse(), found);
   }
 
   // Roughly on few steps, then on the coarse grid.
@@ -216,6 +225,16 @@ class NewtonMethod : public Method {
     }
   }
 
+  // Of a whole that drifts others of the same duration may be cheaper than those that a free one runs away to.
+  void begin_drifting_in_a_given_duration(int start, Found& found) const {
+    if (!grids_.problem().duration.free || !drifts_ || begins_as_asked(start) || grids_.budget().closing()) return;
+    Found again = solve_by_way_of(held_at(begun_duration(start)), start, grids_.coarse(), found.outcome);
+    if (again.converged() && !(found.converged() && found.cost <= again.cost))
+      found = std::move(again);
+    else
+      take_effort(again, found);
+  }
+
   // Where a displacement is to be won a search from afar may come down to a stroke that wins next to nothing, and stay there. What is
   // worth ten times as much leads to longer ones.
   void begin_by_more_worth(int start, Found& found) const {
@@ -251,10 +270,14 @@ class NewtonMethod : public Method {
     dearer.cost_weights.displacement *= more_worth;
     return dearer;
   }
+  Problem in_time(double duration) const {
+    Problem timed = grids_.problem();
+    timed.duration.value = duration;
+    return timed;
+  }
   Problem held_at(double duration) const {
-    Problem held = grids_.problem();
+    Problem held = in_time(duration);
     held.duration.free = false;
-    held.duration.value = duration;
     return held;
   }
 
@@ -262,9 +285,9 @@ class NewtonMethod : public Method {
   Found solve_by_way_of(const Problem& easier, int start, int steps, const Outcome& before) const {
     Found found;
     found.outcome = before;
-    found.duration = easier.duration.value;
+    found.duration = easier.duration.free ? begun_duration(start) : easier.duration.value;
     Grid grid = grids_.grid(easier, steps);
-    grids_.solve(grid, first_guess(grid, start), fine_tolerance, found);
+    grids_.solve(grid, first_guess(grid, start, found.duration), fine_tolerance, found);
     if (!found.converged()) return found;
     const NodePath path = std::move(found.path);
     if (easier.duration.free != grids_.problem().duration.free) found.limit_multipliers = {};  // of fewer rows
@@ -285,8 +308,9 @@ class NewtonMethod : public Method {
   Found solve_guess(int start, int steps, double tolerance, const Outcome& before) const {
     Found found = begins_as_asked(start) ? begun_as_asked() : Found();
     found.outcome = before;
+    if (!begins_as_asked(start)) found.duration = begun_duration(start);
     Grid grid = grids_.grid(steps);
-    const NodePath guess = first_guess(grid, start);
+    const NodePath guess = first_guess(grid, start, found.duration);
     grids_.solve(grid, guess, tolerance, found);
     const bool led = begins_as_asked(start) && first().limit_multipliers.weight > 0.0;
     if (!led || found.converged() || grids_.budget().closing()) return found;
@@ -301,10 +325,18 @@ class NewtonMethod : public Method {
 
   bool begins_as_asked(int start) const { return start == 0 && grids_.options().first.has_value(); }
 
-  NodePath first_guess(const Grid& grid, int start) const {
+  // How far a whole that drifts gets is up to the time it takes, so that guesses begin in others, as evenly over the logarithm of what
+  // is free as their number allows. What begins at rest moves alike in any time.
+  double begun_duration(int start) const {
+    const maneuver::Duration& asked = grids_.problem().duration;
+    if (!asked.free || !drifts_) return asked.value;
+    return asked.min * std::pow(asked.max / asked.min, radical_inverse(start + 1));
+  }
+
+  NodePath first_guess(const Grid& grid, int start, double duration) const {
     if (begins_as_asked(start)) return guess::refined(grids_.system(), first().path, grid.maneuver.steps);
     NodePath guess = guess::random_guess(grids_.system(), grid.maneuver, seed_of_start(grids_.problem(), start));
-    if (drifts_) return carried_by_momentum(grids_.system(), grids_.problem(), std::move(guess), start);
+    if (drifts_) return carried_by_momentum(grids_.system(), in_time(duration), std::move(guess), start);
     if (grids_.passive() && !grids_.problem().goal->periodic)
       guess = guess::with_passive_joints(grids_.system(), grid.maneuver, grids_.reached().coordinates, guess)
                   .value_or(guess);

@@ -157,7 +157,8 @@ class Search {
   }
 
   void add_unsought(const Found& still, const char* by) {
-    Solution solution = study::describe(system_, full_, problem_.scheme, {}, still);
+    Solution solution =
+        study::describe(system_, full_, problem_.scheme, maneuver::limit_rows(system_, problem_), still);
     solution.solver.name = by;
     solution.solver.wall_seconds = budget_.seconds();
     solution.solver.processor_seconds = budget_.processor_seconds();

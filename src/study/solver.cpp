@@ -217,7 +217,7 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
 // Nothing costs less than to stay where that is the goal. There no small change of shapes moves the swimmer, and no search that begins
 // there gets anywhere: the next one begins with the last shapes that do.
 bool Solver::stays() {
-  if (!guess::met_by_rest(system_, problem_, maneuver_)) return false;
+  if (maneuver_.free_duration || !guess::met_by_rest(system_, problem_, maneuver_)) return false;
   Beginning moving = stirred_ ? std::move(*stirred_)
                      : led_   ? std::move(*led_)
                               : Beginning{last_.path, last_.duration, last_.limit_multipliers, last_.work_multipliers,
