@@ -382,7 +382,8 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   chain.end_form.setZero();
   chain.end_form.topLeftCorner(reached, reached) = here.transpose() * at_end * here;
   std::optional<Eigen::Index> duration;
-  if (motion.problem.duration.free && !duration_holds(motion)) duration = chain.end_form.rows();
+  // where nothing is spent no other duration costs less, and there is nothing to measure it by
+  if (motion.problem.duration.free && !duration_holds(motion) && effort.cost > 0.0) duration = chain.end_form.rows();
   if (duration) {
     add_duration(motion, effort, chain);
     add_compliance_in_time(motion, effort, costates.at_node, chain);

@@ -12,12 +12,13 @@ namespace lamprey::optimizer {
 namespace {
 
 constexpr int most_rounds = 60;
-constexpr int most_landings = 24;                        // sets of limits that hold, before a search returns
-constexpr int landing_iterations = 20;                   // with one of them
-constexpr double settling_weight = 1e-2;                 // of that of landings
-constexpr double landing_share = 0.5;                    // of a set's error, that the next one may leave
-constexpr double near_cost = 1e-3;                       // relative, by which its cost may differ where it leaves more
-constexpr double slow_share = 0.2;                       // of the error before a landing, from where its weight grows
+constexpr int most_landings = 24;         // sets of limits that hold, before a search returns
+constexpr int landings_of_answers = 12;   // where a barrier has found an answer, which they would make exact
+constexpr int landing_iterations = 20;    // with one of them
+constexpr double settling_weight = 1e-2;  // of that of landings
+constexpr double landing_share = 0.5;     // of a set's error, that the next one may leave
+constexpr double near_cost = 1e-3;        // relative, by which its cost may differ where it leaves more
+constexpr double slow_share = 0.2;        // of the error before a landing, from where its weight grows
 constexpr double more_weight = 10.0, most_weight = 1e3;  // times it
 constexpr double first_landing = 1e-5;                   // error, of other costs' kinks too, from which sets are tried
 constexpr double next_landing = 1e-2;                    // of the error before a landing that failed
@@ -107,6 +108,18 @@ void settle_landed(StageNewton& newton, StageProgram& program, double least, Out
     program.weigh_landed(more_weight);
 }
 
+// Where no set of limits that hold was found, and none with more weight, to the answer that a barrier had found before. Returns
+// whether it is one.
+bool go_back(StageNewton& newton, StageProgram& program, const Options& round, double limit_tolerance,
+             Outcome& outcome) {
+  program.take_kept_worth();
+  newton.solve(program, round, outcome);
+  const bool kept = program.limit_violation() <= limit_tolerance, met = program.limit_error() <= limit_tolerance;
+  const bool answer = outcome.termination == Termination::converged && kept && met;
+  program.renew_limits(!met);
+  return answer;
+}
+
 // Rounds of searches, between which limits' multipliers and weights are renewed.
 void search_in_rounds(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
                       Outcome& outcome) {
@@ -116,7 +129,7 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
   if (program.landed()) program.land();  // the limits that hold an old answer may hold the new one
   double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
   int idle = 0, rounds_astray = 0;
-  bool eased = false;
+  bool eased = false, answered = false, tried_in_vain = false;
   for (int n = 0; n < most_rounds && idle < most_idle_rounds && rounds_astray < most_rounds_astray; ++n) {
     if (!eased && !program.landed()) {
       ease(newton, program);
@@ -140,6 +153,16 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
     best = std::min(best, found);
     const bool done = met && converged && round.tolerance == finest;
     if (done && program.landed()) settle_landed(newton, program, settling_weight / landing.grown, outcome);
+    if (done && !program.landed() && !answered && landing.worth_trying(found)) {
+      program.keep_worth();
+      answered = true;
+      landing.left = std::min(landing.left, landings_of_answers);
+    }
+    if (tried_in_vain && !done) {
+      round.tolerance = finest;
+      if (go_back(newton, program, round, limit_tolerance, outcome)) return;
+    }
+    tried_in_vain = false;
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
     if (done && (program.landed() || !landing.worth_trying(found))) return;
     if (outcome.iterations >= options.most_iterations) {
@@ -147,7 +170,9 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
       outcome.reason = "no convergence within " + std::to_string(options.most_iterations) + " iterations";
       return;
     }
+    const bool tried = program.landed();
     if (landing.changes(program, kept, converged, found)) {
+      tried_in_vain = tried && answered;
       idle = 0;
       best = std::numeric_limits<double>::infinity();
     }

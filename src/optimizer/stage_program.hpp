@@ -159,6 +159,9 @@ class StageProgram {
   virtual bool landed() const { return false; }
   /// Back to the point where `land` was called, and all limits are limits again.
   virtual void take_off() {}
+  /// Keeps what limits are worth at an answer that a barrier has found, and after take_off takes it back.
+  virtual void keep_worth() {}
+  virtual void take_kept_worth() {}
   /// Makes the weight of those equalities so many times larger.
   virtual void weigh_landed(double /*times*/) {}
 };

@@ -143,6 +143,7 @@ std::string reaches_in_words(const std::vector<LimitReach>& reaches) {
     for (const LimitReach& other : reaches)
       if (other.kind == reach.kind && !other.reached() && other.violation > tightest.violation) tightest = other;
     const bool others =
+        reach.kind != Kind::duration &&
         std::any_of(reached.begin(), reached.end(), [&](const LimitReach& other) { return other.kind == reach.kind; });
     parts.push_back((others ? "other " : "") + used_words(tightest));
   }

@@ -67,6 +67,11 @@ void require_same_tree(const Results& results, const std::string& path, const mo
           fmt::format("a {} joint from body {} to body {}, as the problem's swimmer has", file::word(own.kind),
                       own.parent, own.child),
           "choose a motion of the same swimmer");
+    if (same_kinds && joint.name != own.name)
+      refuse_motion(path, fmt::format("/problem/joints/{}", j),
+                    fmt::format("the {} joint {}", file::word(joint.kind), document::in_quotes(joint.name)),
+                    fmt::format("the problem's {} joint {}", file::word(own.kind), document::in_quotes(own.name)),
+                    "choose a motion of the same swimmer");
   }
   if (results.solution.time.size() < 2)
     refuse_motion(path, "/time", "no motion", "the nodes of one", "choose another, or solve it again");

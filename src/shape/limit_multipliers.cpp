@@ -184,6 +184,32 @@ void LimitTerms::take_off(const MatrixXd& value) {
   begin_near(value, finest_level, finest_barrier);
 }
 
+void LimitTerms::keep() {
+  kept_.multipliers = multipliers_;
+  kept_.estimate = estimate_;
+  kept_.before_fall = before_fall_;
+  kept_.base = base_;
+  kept_.level = level_;
+  kept_.barrier = barrier_;
+  kept_.equality_weight = equality_weight_;
+  kept_.broken = broken_;
+  kept_.fallen = fallen_;
+  kept_.taken_off = taken_off_;
+}
+
+void LimitTerms::take_kept() {
+  multipliers_ = kept_.multipliers;
+  estimate_ = kept_.estimate;
+  before_fall_ = kept_.before_fall;
+  base_ = kept_.base;
+  level_ = kept_.level;
+  barrier_ = kept_.barrier;
+  equality_weight_ = kept_.equality_weight;
+  broken_ = kept_.broken;
+  fallen_ = kept_.fallen;
+  taken_off_ = kept_.taken_off;
+}
+
 void LimitTerms::begin(const MatrixXd& value) {
   estimate_ = multipliers_.value;
   if (carried_)

@@ -50,6 +50,7 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
   multipliers_.value.setZero(static_cast<Eigen::Index>(rows_.size()), steps + 1);
   estimate_ = pull_ = stiffness_ = change_ = beyond_ = multipliers_.value;
   before_fall_ = before_landing_ = multipliers_.value;
+  keep();
   holds_.setConstant(multipliers_.value.rows(), multipliers_.value.cols(), false);
   if (rows_.empty()) return;
   const Eigen::Index f = shape_basis_.cols(), p = pose_basis_.cols(), bodies = body_coordinates(system);

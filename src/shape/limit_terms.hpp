@@ -104,6 +104,9 @@ class LimitTerms {
   void weigh(double times) { equality_weight_ *= times; }
   /// Back to a barrier, at the values and with the multipliers that were left by `land`.
   void take_off(const MatrixXd& value);
+  /// Keeps multipliers, weights and barrier, and takes them back.
+  void keep();
+  void take_kept();
   const LimitMultipliers& multipliers() const { return multipliers_; }
   /// Takes over multipliers of another grid, or chooses the first barrier and weight by a cost.
   void take(const LimitMultipliers& from, double cost);
@@ -146,6 +149,13 @@ class LimitTerms {
   void map_bodies(const LimitedNode& at);
   void add_curvatures(const LimitedNode& at, LimitModel& model);
 
+  struct Kept {
+    LimitMultipliers multipliers;
+    MatrixXd estimate, before_fall;
+    double base, level, barrier, equality_weight, broken, fallen;
+    bool taken_off;
+  };
+
   const model::System& system_;
   std::vector<LimitRow> rows_;
   MatrixXd shape_basis_, pose_basis_;
@@ -172,6 +182,7 @@ class LimitTerms {
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> holds_;  // [rows][N + 1] limits that are equalities, where landed
   MatrixXd before_fall_, before_landing_;                     // [rows][N + 1] multipliers
   double fallen_ = 1.0;                                       // share of the barrier that its last fall has left
+  Kept kept_{};
   ShapeTurns turns_;
   // workspace
   RowDerivatives by_body_, by_moment_;

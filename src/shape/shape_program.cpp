@@ -69,6 +69,7 @@ ShapeProgram::ShapeProgram(const System& system, const Maneuver& maneuver, const
       node_(5, NodeModel(system, shape_)),
       start_impulse_(VectorXd::Zero(shape_)),
       end_multiplier_(VectorXd::Zero(static_cast<Eigen::Index>(end_rows_.size()))),
+      end_kept_(end_multiplier_),
       idle_multiplier_(at(steps_), VectorXd::Zero(shape_ - controls_)),
       idle_bend_(idle_multiplier_),
       missed_idle_(shape_ - controls_),

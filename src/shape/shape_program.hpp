@@ -115,6 +115,8 @@ class ShapeProgram : public optimizer::StageProgram {
   bool land() override;
   bool landed() const override { return limits_.landed(); }
   void take_off() override;
+  void keep_worth() override;
+  void take_kept_worth() override;
   void weigh_landed(double times) override;
 
  private:
@@ -292,6 +294,7 @@ class ShapeProgram : public optimizer::StageProgram {
   double idle_violation_ = 0.0;  // of a motion that stays as it starts
   VectorXd end_multiplier_;
   VectorXd end_start_;                     // for the next go_to
+  VectorXd end_kept_;                      // of a barrier's answer
   std::vector<VectorXd> idle_multiplier_;  // [N][idle]
   std::vector<VectorXd> idle_bend_;        // [N][idle] N m, idle moments of trial points beyond first order
   VectorXd missed_idle_;                   // [idle] N m

@@ -46,6 +46,17 @@ void ShapeProgram::take_off() {
   measure(now_);
 }
 
+void ShapeProgram::keep_worth() {
+  limits_.keep();
+  end_kept_ = end_multiplier_;
+}
+
+void ShapeProgram::take_kept_worth() {
+  limits_.take_kept();
+  end_multiplier_ = end_kept_;
+  measure(now_);
+}
+
 void ShapeProgram::weigh_landed(double times) {
   limits_.renew(now_.limit_value, spent(now_));  // what heavier ones pulled is their multipliers'
   limits_.weigh(times);

@@ -94,26 +94,32 @@ std::string advice_far_away(const Problem& problem) {
          " m), ";
 }
 
-// Where a place is missed and total momentum takes the whole elsewhere: as far as it would go as one.
-std::string advice_on_drift(const Problem& problem, const Solution& solution) {
-  if (!problem.goal || problem.duration.free || solution.position.empty()) return "";
+// Where a place is missed, or not reached in the time that there may be, and total momentum takes the whole elsewhere: as far as it
+// would go as one.
+std::string advice_on_drift(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  if (!problem.goal || solution.position.empty()) return "";
   const model::System system(problem.swimmer);
   const integrator::State start = maneuver::start_state(system, problem.start);
   if (!maneuver::has_momentum(system, start)) return "";
   double missed = 0.0;
+  bool asked = false;
   for (std::size_t c = 0; c < 3; ++c) {
     const auto along = static_cast<Eigen::Index>(c);
+    asked = asked || problem.goal->move[c];
     if (const auto& move = problem.goal->move[c])
       missed = std::max(missed, std::abs(solution.position.back()[along] - start.position[along] - *move));
   }
-  if (!(missed > certificate::goal_mark)) return "";
+  const bool out_of_time =
+      asked && proof.limits && proof.limits->key.starts_with("time.") && !(proof.limits->violation <= limit_mark);
+  if (!(missed > certificate::goal_mark) && !out_of_time) return "";
   const auto total = mechanics::spatial_momentum(system, start.rotation, start.position, start.momentum);
   const mechanics::Vectors still(static_cast<std::size_t>(system.joint_count()), Eigen::Vector3d::Zero());
   const Eigen::Vector3d way =
-      problem.duration.value *
+      (problem.duration.free ? 1.0 : problem.duration.value) *
       mechanics::velocity_of_rates(system, start.rotation, start.position, still, total).tail<3>();
   return "a goal.move nearer to where its momentum takes it, which moments cannot change (stiff it would go (" +
-         number(way[0], 3) + ", " + number(way[1], 3) + ", " + number(way[2], 3) + ") m in this time as it begins), ";
+         number(way[0], 3) + ", " + number(way[1], 3) + ", " + number(way[2], 3) + ") m in " +
+         (problem.duration.free ? "each second" : "this time") + " as it begins), ";
 }
 
 // Keys of limits that more time makes easier to keep, "a, b or c"; empty where there are none.
@@ -142,6 +148,12 @@ std::string time_for_motion(const Problem& problem, const Certificate& proof, co
   if (!seconds) return "";
   return nearly ? " (in " + number(*seconds * enough_digits, 4) + " s the motors are up to this motion)"
                 : " (a motion like this one takes these motors some " + number(*seconds, 2) + " s)";
+}
+
+// Whether the time that may be is nearly all used.
+bool near_the_most(const Problem& problem, const Solution& solution) {
+  constexpr double nearly = 0.9;
+  return !problem.duration.free || solution.time.empty() || solution.time.back() >= nearly * problem.duration.max;
 }
 
 // Where motors are too weak or too slow for the time that there is.
@@ -217,7 +229,7 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "[time] steps = " + std::to_string(problem.steps < fewest_steps ? few_steps : 2 * problem.steps) + ", ";
   if (problem.cost_weights.of_displacement())
     words += "a larger cost.effort and, from that answer on (--first), the one that is asked for, ";
-  const std::string drift = advice_on_drift(problem, solution);
+  const std::string drift = advice_on_drift(problem, proof, solution);
   words += advice_far_away(problem) + drift;
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
   if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
@@ -225,7 +237,8 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     words += "other units (its N m, lengths' m, the density's kg/m³, the time's s), ";
   const std::string hurried = limits_on_haste(problem.limits);
   const bool gait = problem.goal && problem.goal->periodic;
-  if (!hurried.empty() && drift.empty()) words += more_time(problem, proof, solution) + ", ";
+  if (!hurried.empty() && drift.empty() && near_the_most(problem, solution))
+    words += more_time(problem, proof, solution) + ", ";
   if (broken && proof.limits->key == "time.max" && !hurried.empty()) words += "a looser " + hurried + ", ";
   if (!problem.waypoints.empty()) words += "waypoints farther apart in time, or fewer, ";
   if (broken && !gait) words += "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";

@@ -116,6 +116,15 @@ maneuver::NodePath carried_by_momentum(const model::System& system, const Proble
   return guess::coasting(system, problem, guess, share).value_or(std::move(guess));
 }
 
+std::optional<Found> coasting(const model::System& system, const Problem& problem, const Maneuver& maneuver) {
+  if (maneuver.start.momentum.isZero(0.0) || maneuver.periodic || !integrator::single_step(problem.scheme))
+    return std::nullopt;
+  Problem free = problem;
+  if (free.goal) free.goal->rest = free.goal->joints_rest = false;
+  std::optional<Coasts::Coast> coast = Coasts(system, free, maneuver.steps).in(maneuver.duration);
+  return coast ? std::optional(std::move(coast->found)) : std::nullopt;
+}
+
 std::optional<Found> coasting_to_goal(const model::System& system, const Problem& problem, const Maneuver& maneuver) {
   if (!may_coast(problem, maneuver)) return std::nullopt;
   const Coasts coasts(system, problem, maneuver.steps);

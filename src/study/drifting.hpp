@@ -13,10 +13,13 @@ namespace lamprey::study {
 maneuver::NodePath carried_by_momentum(const model::System& system, const maneuver::Problem& problem,
                                        maneuver::NodePath guess, int start);
 
-/// The motion without any moments of a start in motion, by a scheme of one stage, where that meets the goal of a maneuver of the problem
-/// within its limits and costs nothing but time, so that none costs less: an outcome that has converged. In a free duration that is the
-/// least one or, where time costs nothing, any in which the goal is met. Nothing elsewhere, and with waypoints, a worth of displacement
-/// and a weight of angular velocity.
+/// The motion without any moments of a start in motion, by a scheme of one stage, in the maneuver's duration; of gaits nothing.
+std::optional<Found> coasting(const model::System& system, const maneuver::Problem& problem,
+                              const maneuver::Maneuver& maneuver);
+
+/// The same where it meets the goal of a maneuver of the problem within its limits and costs nothing but time, so that none costs less:
+/// an outcome that has converged. In a free duration that is the least one or, where time costs nothing, any in which the goal is met.
+/// Nothing elsewhere, and with waypoints, a worth of displacement and a weight of angular velocity.
 std::optional<Found> coasting_to_goal(const model::System& system, const maneuver::Problem& problem,
                                       const maneuver::Maneuver& maneuver);
 

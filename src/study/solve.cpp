@@ -39,6 +39,7 @@ constexpr int confirming_steps = 4;  // times the coarse grid's
 constexpr double settled_cost = 0.05;  // relative difference of cost between the two
 constexpr double faded = 1e-6;         // displacement over the swimmer's size: as good as none
 constexpr const char* at_rest = "at rest";
+constexpr const char* without_moments = "without moments";
 constexpr int second_guesses = 4;      // of the second solver, where it is tried because the first one found nothing
 constexpr int candidates_of_kept = 4;  // for each minimum that is to be kept
 
@@ -112,7 +113,7 @@ class Search {
 
   bool coasts() {
     const std::optional<Found> coast = coasting_to_goal(system_, problem_, full_);
-    return coast && offer(*coast, "without moments", " It does nothing: " + coast->outcome.reason + ".");
+    return coast && offer(*coast, without_moments, " It does nothing: " + coast->outcome.reason + ".");
   }
 
   // Where a displacement wins less than it costs, searches fade away towards rest.
@@ -150,10 +151,13 @@ class Search {
     return true;
   }
 
+  // A start in motion does not stay: what it does without moments is shown.
   void add_rest(optimizer::Termination termination, const std::string& reason) {
-    Found still = staying(system_, problem_, full_, reason);
-    still.outcome.termination = termination;
-    add_unsought(still, at_rest);
+    const std::optional<Found> coast = coasting(system_, problem_, full_);
+    Found shown = coast ? *coast : staying(system_, problem_, full_, reason);
+    shown.outcome.termination = termination;
+    shown.outcome.reason = reason;
+    add_unsought(shown, coast ? without_moments : at_rest);
   }
 
   void add_unsought(const Found& still, const char* by) {

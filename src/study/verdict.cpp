@@ -36,10 +36,14 @@ std::string where_it_ended(const Problem& problem, const Solution& solution) {
 // Which limits a motion that does not arrive is at, as a sentence.
 std::string reached_words(const Certificate& proof) {
   if (!proof.limits || proof.limits->reached.empty()) return "";
-  std::string words;
+  std::string words, bounds;
   for (const auto& [key, share] : proof.limits->reached)
-    words += (words.empty() ? "" : ", ") + key + " at " + number(std::max(1.0, std::round(100.0 * share)), 3) + " %";
-  return " Its motion is at its limits: of its nodes " + words + ".";
+    if (key.starts_with("time."))  // the whole of it, not nodes
+      bounds += (bounds.empty() ? "" : ", ") + key;
+    else
+      words += (words.empty() ? "of its nodes " : ", ") + key + " at " +
+               number(std::max(1.0, std::round(100.0 * share)), 3) + " %";
+  return " Its motion is at its limits: " + words + (words.empty() || bounds.empty() ? "" : "; ") + bounds + ".";
 }
 
 }  // namespace

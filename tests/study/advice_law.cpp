@@ -107,7 +107,11 @@ TEST_F(Advice, is_more_time_where_moments_or_rates_are_limited_or_the_search_was
   problem_.waypoints.resize(2);
   EXPECT_TRUE(tells("try a longer time.duration, waypoints farther apart in time, or fewer, ")) << message();
   problem_.duration.free = true;
+  problem_.duration.max = solution_.time.back();
   EXPECT_TRUE(tells("try a larger time.max, waypoints")) << message();
+  problem_.duration.max = 10.0 * solution_.time.back();
+  EXPECT_FALSE(tells("time.max")) << "there is time: " << message();
+  problem_.duration.max = solution_.time.back();
   proof_.limits = certificate::LimitsKept{1.0, "time.max", 5.0, 0.0, 0.0};
   problem_.limits.joint_angular_velocity["front"] = 0.1;
   EXPECT_TRUE(tells("try a larger time.max, a looser limits.torque or limits.angular_velocity.front, ")) << message();
