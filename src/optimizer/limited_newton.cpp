@@ -12,13 +12,12 @@ namespace lamprey::optimizer {
 namespace {
 
 constexpr int most_rounds = 60;
-constexpr int most_landings = 24;         // sets of limits that hold, before a search returns
-constexpr int landings_of_answers = 12;   // where a barrier has found an answer, which they would make exact
-constexpr int landing_iterations = 20;    // with one of them
-constexpr double settling_weight = 1e-2;  // of that of landings
-constexpr double landing_share = 0.5;     // of a set's error, that the next one may leave
-constexpr double near_cost = 1e-3;        // relative, by which its cost may differ where it leaves more
-constexpr double slow_share = 0.2;        // of the error before a landing, from where its weight grows
+constexpr int most_landings = 24;                        // sets of limits that hold, before a search returns
+constexpr int landing_iterations = 20;                   // with one of them
+constexpr double settling_weight = 1e-2;                 // of that of landings
+constexpr double landing_share = 0.5;                    // of a set's error, that the next one may leave
+constexpr double near_cost = 1e-3;                       // relative, by which its cost may differ where it leaves more
+constexpr double slow_share = 0.2;                       // of the error before a landing, from where its weight grows
 constexpr double more_weight = 10.0, most_weight = 1e3;  // times it
 constexpr double first_landing = 1e-5;                   // error, of other costs' kinks too, from which sets are tried
 constexpr double next_landing = 1e-2;                    // of the error before a landing that failed
@@ -156,7 +155,6 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
     if (done && !program.landed() && !answered && landing.worth_trying(found)) {
       program.keep_worth();
       answered = true;
-      landing.left = std::min(landing.left, landings_of_answers);
     }
     if (tried_in_vain && !done) {
       round.tolerance = finest;

@@ -99,12 +99,26 @@ std::string range_remark(const System& system) {
                      size(*largest) / size(*least));
 }
 
-std::string goal_remark(const Problem& problem, const System& system) {
-  if (!problem.goal) return "";
-  double square = 0.0, length = 0.0;
-  for (const auto& move : problem.goal->move) square += move ? *move * *move : 0.0;
+// m, of all bodies in a row.
+double length_of(const System& system) {
+  double length = 0.0;
   for (const Body& body : system.bodies()) length += 2.0 * body.semi_axes.maxCoeff();
-  const double lengths = std::sqrt(square) / length;
+  return length;
+}
+
+std::string velocity_remark(const Problem& problem, const System& system) {
+  const double duration = problem.duration.free ? problem.duration.max : problem.duration.value;
+  const double lengths = problem.start.linear_velocity.norm() * duration / problem.steps / length_of(system);
+  if (!(lengths > 1.0)) return "";
+  return fmt::format("start.linear_velocity takes the swimmer {:.3g} lengths on in each step{}; is it meant in m/s?",
+                     lengths, problem.duration.free ? " of the longest duration" : "");
+}
+
+std::string goal_remark(const Problem& problem, const System& system) {
+  if (!problem.goal || !problem.start.linear_velocity.isZero(0.0)) return "";  // else momentum may take it there
+  double square = 0.0;
+  for (const auto& move : problem.goal->move) square += move ? *move * *move : 0.0;
+  const double lengths = std::sqrt(square) / length_of(system);
   if (lengths < far_goal) return "";
   return fmt::format("goal.move is {:.3g} lengths of the swimmer, who gains a fraction of one in a stroke", lengths);
 }
@@ -202,6 +216,7 @@ std::vector<std::string> model_remarks(const Problem& problem, const System& sys
   add(density_remark(problem));
   add(range_remark(system));
   add(light_remark(problem, system));
+  add(velocity_remark(problem, system));
   add(goal_remark(problem, system));
   if (problem.goal && problem.goal->turn) add(turn_remark("goal.turn", *problem.goal->turn));
   if (problem.goal)

@@ -187,6 +187,36 @@ TEST(LimitedNewton, returns_where_it_does_not_find_them) {
   EXPECT_EQ(program.returns, 1);
 }
 
+// The same, and with more weight the barrier's answer is none.
+class LightAnswer : public Landing {
+ public:
+  LightAnswer() : Landing(false) {}
+  int kept = 0;
+  double limit_error() const override { return heavy_ ? 1e-4 : Landing::limit_error(); }
+  double limit_violation() const override { return limit_error(); }
+  void take_off() override {
+    Landing::take_off();
+    heavy_ = true;
+  }
+  void keep_worth() override { ++kept; }
+  void take_kept_worth() override {
+    EXPECT_EQ(kept, 1);
+    heavy_ = false;
+  }
+
+ private:
+  bool heavy_ = false;
+};
+
+TEST(LimitedNewton, goes_back_to_the_answer_before_where_it_finds_none_with_more_weight) {
+  LightAnswer program;
+  const optimizer::Outcome outcome = solve(program, {});
+  EXPECT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  EXPECT_FALSE(program.landed());
+  EXPECT_EQ(program.limit_error(), 0.0);
+  EXPECT_EQ(program.returns, 1);
+}
+
 // Of the limits that hold each set finds one more, which is broken as far as the ones before it were.
 class OneMoreByEachSet : public Landing {
  public:

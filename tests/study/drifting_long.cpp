@@ -51,7 +51,7 @@ TEST(SolversThatDrift, go_on_within_limits_on_a_thousand_steps) {
     EXPECT_TRUE(certificate::stationary(asked, proof)) << proof.kkt << " " << proof.limits->complementarity;
     EXPECT_EQ(proof.verdict, certificate::Verdict::proved);
   }
-  EXPECT_NEAR(solver.cost() / answer.solution.cost, 1.0, 1e-8);
+  EXPECT_NEAR(solver.cost() / answer.solution.cost, 1.0, 1e-7);  // one of them by a barrier
 }
 
 }  // namespace

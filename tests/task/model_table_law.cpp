@@ -177,6 +177,8 @@ TEST(ModelRemarks, tell_of_slips) {
             "hip.child_offset: the joint sits 6.5 m"},
            {[](maneuver::Problem& p) { p.swimmer.joints[0].parent_offset *= 2.0; }, "hip.parent_offset: "},
            {[](maneuver::Problem& p) { p.goal->move[1] = 16.0; }, "goal.move is 5.4 lengths"},
+           {[](maneuver::Problem& p) { p.start.linear_velocity = Eigen::Vector3d(4000.0, 0, 0); },
+            "lengths on in each step; is it meant in m/s?"},
            {[](maneuver::Problem& p) { p.goal->turn = Eigen::Vector3d(0, 0, 5.0); },
             "goal.turn turns by 5 rad, which ends where 1.28319 rad the other way do"},
            {[](maneuver::Problem& p) { p.goal->rotation["tail"] = Eigen::Vector3d(0, 3.2, 0); },
