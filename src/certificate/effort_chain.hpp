@@ -14,16 +14,14 @@ struct EffortChain {
   MatrixXd input;     // [inputs][stages] moments at the nodes, or coefficients of the steps' polynomials
   double cost = 0.0;  // (N m)² s, the effort
   StepTangents tangents;
-  std::vector<MatrixXd>
-      basis;      // [N + 1], the first unset but in gaits and where a motion of free duration begins in motion
-  GoalRows goal;  // in gaits those of the closure follow
+  std::vector<MatrixXd> basis;   // [N + 1], the first set in gaits and, in free time, of starts in motion alone
+  GoalRows goal;                 // in gaits those of the closure follow
   std::vector<int> independent;  // rows of the goal
   MatrixXd goal_by_carried;      // [rows][carried] inputs of the start, then the difference of the moments at both ends
   Eigen::Index closure = 0;      // first row of the closure
   MatrixXd start;                // [n][free] directions of a gait's first state, in units of the tangents
   std::size_t first = 0;         // stage of node 0
-  VectorXd
-      start_by_duration;  // [reached] the first state by the duration's logarithm, where it has momentum; else empty
+  VectorXd start_by_duration;    // [reached] first state by the duration's logarithm, of a start in motion; else empty
   std::vector<VectorXd> by_duration;  // [N][reached] next states by it, where springs or dampers tell it
 };
 
