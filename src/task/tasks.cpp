@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "certificate/certify.hpp"
+#include "document/text_table.hpp"
 #include "file/words.hpp"
 #include "result/followed_file.hpp"
 #include "result/resolve.hpp"
@@ -44,6 +45,23 @@ void tell_what_joints_leave_out(const study::FirstMotion& first, const model::Sy
       fmt::format("the first motion is that of {} without what joints here cannot turn: {} (a {} joint) leaves out "
                   "up to {:.3g} rad",
                   path, joint.name, file::word(joint.kind), first.left_out));
+}
+
+// Of a first motion whose bodies or joints go by other names: they are taken in their order.
+void tell_other_names(const result::ResolvedProblem& moved, const model::System& system, const std::string& path,
+                      const study::SolveOptions& options) {
+  if (!options.progress) return;
+  const auto tell = [&](const char* what, const std::string& there, const std::string& here) {
+    options.progress(
+        fmt::format("the first motion is that of {}, whose {} \"{}\" is taken for \"{}\": is it the same swimmer?",
+                    path, what, document::printable(there), document::printable(here)));
+  };
+  for (int i = 0; i < system.body_count(); ++i)
+    if (const std::string& there = moved.bodies[model::at(i)].name; there != system.body(i).name)
+      return tell("body", there, system.body(i).name);
+  for (int j = 0; j < system.joint_count(); ++j)
+    if (const std::string& there = moved.joints[model::at(j)].name; there != system.joint(j).name)
+      return tell("joint", there, system.joint(j).name);
 }
 
 result::Results with_answer(result::Results begun, study::Answer& answer) {
@@ -101,6 +119,7 @@ result::Results solve_task(const file::ProblemFile& file, const study::SolveOpti
     result::require_same_tree(first->results, first->path, system, false);
     result::require_whole(first->results, first->path);
     options.first = study::first_motion(system, file.problem, first->results.solution);
+    tell_other_names(first->results.problem, system, first->path, options);
     tell_what_joints_leave_out(*options.first, system, first->path, options);
   }
   try {

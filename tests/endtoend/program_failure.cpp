@@ -140,6 +140,14 @@ TEST(Program, takes_a_first_motion_of_the_same_swimmer_alone) {
   const ProgramRun half = begun("translation", folder / "ended");
   EXPECT_EQ(half.exit_code, 3);
   EXPECT_NE(half.err.find("/status: found \"stalled\", a march that ended after 1 s"), std::string::npos) << half.err;
+  result::Results renamed = results;
+  renamed.problem.joints[1].name = "other";
+  result::write_solution(folder / "renamed", renamed);
+  const ProgramRun told = begun("translation", folder / "renamed");
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_NE(told.err.find("whose joint \"other\" is taken for \"" + results.problem.joints[1].name), std::string::npos)
+      << told.err;
+  EXPECT_EQ(begun("translation", found).err.find("taken for"), std::string::npos);
   for (const char* wrong : {"--time-limit nan", "--time-limit 0", "--starts 0", "--seed -1"})
     EXPECT_EQ(lamprey(folder, "solve " + example("translation") + " --out " + again + " " + wrong).exit_code, 2)
         << wrong;
