@@ -70,7 +70,9 @@ class Coasts {
           coast && !(best && best->missed <= coast->missed))
         best = std::move(coast), at = best->found.duration;
     double left = std::max(least, at / ratio), right = std::min(most, at * ratio);
+    const double first = best ? best->missed : 0.0;
     for (int n = 0; n < golden_sections && best && best->missed > met; ++n) {
+      if (n == telling_sections && best->missed > telling_share * first) break;  // it comes by, and does not meet it
       const double inner = left + golden * (right - left), outer = right - golden * (right - left);
       const std::optional<Coast> one = in(inner), other = in(outer);
       if (!one || !other) break;
@@ -82,8 +84,8 @@ class Coasts {
   }
 
  private:
-  static constexpr int tried_durations = 32, golden_sections = 64;
-  static constexpr double golden = 0.3819660112501051;
+  static constexpr int tried_durations = 32, golden_sections = 64, telling_sections = 10;
+  static constexpr double golden = 0.3819660112501051, telling_share = 0.1;
 
   Found found_of(const maneuver::Solution& motion, double duration) const {
     Found found;
