@@ -62,7 +62,7 @@ void LimitTerms::bound_duration(double least, double most) {
 double LimitTerms::largest() const {
   double largest = 0.0;
   for (std::size_t r = 0; r < rows_.size(); ++r) {
-    const auto row = multipliers_.value.row(static_cast<Eigen::Index>(r));
+    const auto row = worth_.multipliers.value.row(static_cast<Eigen::Index>(r));
     largest = std::max(largest, row.lpNorm<Eigen::Infinity>() / time_unit(rows_[r]));
   }
   return largest;
@@ -86,10 +86,10 @@ LimitError LimitTerms::error(const MatrixXd& value) const {
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       if (!applies(rows_[r], k)) continue;
       const auto row = static_cast<Eigen::Index>(r);
-      const double g = value(row, k), multiplier = estimate_(row, k) / time_unit(rows_[r]);
+      const double g = value(row, k), multiplier = worth_.estimate(row, k) / time_unit(rows_[r]);
       double error = tied(r, k) ? std::abs(g) : -g;
       if (!rows_[r].equality()) {
-        const double product = multiplier * g / base_;
+        const double product = multiplier * g / worth_.base;
         error = std::max(error, landed_ ? std::abs(product) : product_share * product);
         if (landed_ && tied(r, k) && multiplier < -wrong_pull * largest) error = std::max(error, wrong);
       }
@@ -107,12 +107,12 @@ double LimitTerms::bearable(double weight) const {
 }
 
 void LimitTerms::set_level(double level, double barrier) {
-  level_ = level;
-  barrier_ = barrier;
-  const double pulling = std::max(largest(), first_weight * first_level * base_);
-  equality_weight_ = pulling * std::min(1.0 / level, bearable(heaviest));
-  const double kept = taken_off_ ? std::max(equality_weight_, multipliers_.weight) : pulling / level;
-  multipliers_.weight = std::min(kept, multipliers_.largest_weight);
+  worth_.level = level;
+  worth_.barrier = barrier;
+  const double pulling = std::max(largest(), first_weight * first_level * worth_.base);
+  worth_.equality_weight = pulling * std::min(1.0 / level, bearable(heaviest));
+  const double kept = worth_.taken_off ? std::max(worth_.equality_weight, worth_.multipliers.weight) : pulling / level;
+  worth_.multipliers.weight = std::min(kept, worth_.multipliers.largest_weight);
 }
 
 void LimitTerms::renew(const MatrixXd& value, double cost) {
@@ -123,106 +123,80 @@ void LimitTerms::renew(const MatrixXd& value, double cost) {
       const auto row = static_cast<Eigen::Index>(r);
       if (!applies(rows_[r], k)) continue;
       const double g = value(row, k);
-      double& multiplier = multipliers_.value(row, k);
-      multiplier = estimate_(row, k);
+      double& multiplier = worth_.multipliers.value(row, k);
+      multiplier = worth_.estimate(row, k);
       broken = std::max(broken, rows_[r].equality() ? std::abs(g) : -g);
       if (!landed_ || rows_[r].equality()) continue;
       bool& holds = holds_(row, k);
       if (holds ? multiplier < -wrong_pull * largest * time_unit(rows_[r]) : g < -landed_off) holds = !holds;
-      if (!holds) multiplier = estimate_(row, k) = 0.0;
+      if (!holds) multiplier = worth_.estimate(row, k) = 0.0;
     }
   if (!landed_) come_nearer(broken, cost);
 }
 
 // Where limits are broken by more than the level multipliers alone may mend it, or a larger weight; else barrier and level fall.
 void LimitTerms::come_nearer(double broken, double cost) {
-  base_ = std::clamp(cost / duration_, least_cost * base_, base_);
-  const double before = std::exchange(broken_, broken);
-  if (broken > level_) {
+  worth_.base = std::clamp(cost / duration_, least_cost * worth_.base, worth_.base);
+  const double before = std::exchange(worth_.broken, broken);
+  if (broken > worth_.level) {
     if (broken <= enough_progress * before) return;
-    equality_weight_ *= weight_growth;
-    multipliers_.weight = std::min(weight_growth * multipliers_.weight, multipliers_.largest_weight);
+    worth_.equality_weight *= weight_growth;
+    worth_.multipliers.weight = std::min(weight_growth * worth_.multipliers.weight, worth_.multipliers.largest_weight);
     return;
   }
-  const double finest = finest_barrier * base_;
-  double barrier = fall * barrier_;
+  const double finest = finest_barrier * worth_.base;
+  double barrier = fall * worth_.barrier;
   if (barrier < nearly_finest * finest) barrier = finest;
-  if (barrier > least_fall * barrier_) barrier = barrier_;
-  if (barrier < barrier_) {
-    fallen_ = barrier / barrier_;
-    before_fall_ = multipliers_.value;
+  if (barrier > least_fall * worth_.barrier) barrier = worth_.barrier;
+  if (barrier < worth_.barrier) {
+    worth_.fallen = barrier / worth_.barrier;
+    worth_.before_fall = worth_.multipliers.value;
   }
-  set_level(std::max(finest_level, fall * level_), barrier);
+  set_level(std::max(finest_level, fall * worth_.level), barrier);
 }
 
 // Where a limit holds its slack falls with the barrier, elsewhere its multiplier.
 void LimitTerms::land(const MatrixXd& value) {
-  before_landing_ = multipliers_.value;
+  before_landing_ = worth_.multipliers.value;
   if (!landed_) hold_those_that_pull(value);  // else those that held
   landed_ = true;
-  equality_weight_ = bearable(landing_weight) * std::max(largest(), first_weight * first_level * base_);
+  worth_.equality_weight = bearable(landing_weight) * std::max(largest(), first_weight * first_level * worth_.base);
 }
 
 void LimitTerms::hold_those_that_pull(const MatrixXd& value) {
-  const double outlasts = std::sqrt(fallen_);
+  const double outlasts = std::sqrt(worth_.fallen);
   for (int k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       if (rows_[r].equality()) continue;
       const auto row = static_cast<Eigen::Index>(r);
-      double& multiplier = multipliers_.value(row, k);
-      holds_(row, k) = applies(rows_[r], k) && multiplier > outlasts * before_fall_(row, k) &&
-                       multiplier > least_pull * base_ * time_unit(rows_[r]) * value(row, k);
-      if (!holds_(row, k)) multiplier = estimate_(row, k) = 0.0;
+      double& multiplier = worth_.multipliers.value(row, k);
+      holds_(row, k) = applies(rows_[r], k) && multiplier > outlasts * worth_.before_fall(row, k) &&
+                       multiplier > least_pull * worth_.base * time_unit(rows_[r]) * value(row, k);
+      if (!holds_(row, k)) multiplier = worth_.estimate(row, k) = 0.0;
     }
 }
 
 void LimitTerms::take_off(const MatrixXd& value) {
   landed_ = false;
-  taken_off_ = true;
-  multipliers_.weight = 0.0;
-  multipliers_.value = estimate_ = before_landing_;
+  worth_.taken_off = true;
+  worth_.multipliers.weight = 0.0;
+  worth_.multipliers.value = worth_.estimate = before_landing_;
   begin_near(value, finest_level, finest_barrier);
 }
 
-void LimitTerms::keep() {
-  kept_.multipliers = multipliers_;
-  kept_.estimate = estimate_;
-  kept_.before_fall = before_fall_;
-  kept_.base = base_;
-  kept_.level = level_;
-  kept_.barrier = barrier_;
-  kept_.equality_weight = equality_weight_;
-  kept_.broken = broken_;
-  kept_.fallen = fallen_;
-  kept_.taken_off = taken_off_;
-}
-
-void LimitTerms::take_kept() {
-  multipliers_ = kept_.multipliers;
-  estimate_ = kept_.estimate;
-  before_fall_ = kept_.before_fall;
-  base_ = kept_.base;
-  level_ = kept_.level;
-  barrier_ = kept_.barrier;
-  equality_weight_ = kept_.equality_weight;
-  broken_ = kept_.broken;
-  fallen_ = kept_.fallen;
-  taken_off_ = kept_.taken_off;
-}
-
 void LimitTerms::begin(const MatrixXd& value) {
-  estimate_ = multipliers_.value;
+  worth_.estimate = worth_.multipliers.value;
   if (carried_)
     begin_near(value, same_grid_ ? finest_level : carried_level, same_grid_ ? finest_barrier : carried_barrier);
   else
-    set_level(first_level, first_barrier * base_);
+    set_level(first_level, first_barrier * worth_.base);
 }
 
 bool LimitTerms::ease(double times) {
-  const double weakest = first_barrier * base_;
-  if (landed_ || !(barrier_ < weakest)) return false;
-  taken_off_ = false;
-  set_level(std::min(times * level_, first_level), std::min(times * barrier_, weakest));
+  const double weakest = first_barrier * worth_.base;
+  if (landed_ || !(worth_.barrier < weakest)) return false;
+  worth_.taken_off = false;
+  set_level(std::min(times * worth_.level, first_level), std::min(times * worth_.barrier, weakest));
   return true;
 }
 
@@ -236,21 +210,22 @@ void LimitTerms::begin_near(const MatrixXd& value, double least_level, double le
       const double g = value(row, k);
       broken = std::max(broken, rows_[r].equality() ? std::abs(g) : -g);
       if (!rows_[r].equality())
-        product += node_time(rows_[r], k) * multipliers_.value(row, k) * std::abs(g) / duration_;
+        product += node_time(rows_[r], k) * worth_.multipliers.value(row, k) * std::abs(g) / duration_;
     }
-  const double share = std::clamp(product / base_, least_barrier, first_barrier);
-  set_level(std::clamp(std::max(broken, least_level * share / least_barrier), least_level, first_level), share * base_);
+  const double share = std::clamp(product / worth_.base, least_barrier, first_barrier);
+  set_level(std::clamp(std::max(broken, least_level * share / least_barrier), least_level, first_level),
+            share * worth_.base);
 }
 
 void LimitTerms::take(const LimitMultipliers& from, double cost) {
-  landed_ = taken_off_ = false;
-  broken_ = 0.0;
-  multipliers_.value.setZero();
+  landed_ = worth_.taken_off = false;
+  worth_.broken = 0.0;
+  worth_.multipliers.value.setZero();
   const bool weighed = from.weight > 0.0;
   carried_ = weighed || (from.value.size() > 0 && !from.value.isZero(0.0));
-  base_ = weighed ? from.largest_weight / (largest_weight * first_weight) : cost / duration_;
-  multipliers_.largest_weight = largest_weight * first_weight * base_;
-  set_level(first_level, first_barrier * base_);
+  worth_.base = weighed ? from.largest_weight / (largest_weight * first_weight) : cost / duration_;
+  worth_.multipliers.largest_weight = largest_weight * first_weight * worth_.base;
+  set_level(first_level, first_barrier * worth_.base);
   const auto coarse = static_cast<int>(from.value.cols()) - 1;
   same_grid_ = coarse == steps_;
   if (coarse < 1) return;
@@ -259,9 +234,9 @@ void LimitTerms::take(const LimitMultipliers& from, double cost) {
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const auto row = static_cast<Eigen::Index>(r);
       if (rows_[r].time >= 0.0)
-        multipliers_.value(row, k) = applies(rows_[r], k) ? from.value.row(row).sum() : 0.0;
+        worth_.multipliers.value(row, k) = applies(rows_[r], k) ? from.value.row(row).sum() : 0.0;
       else if (applies(rows_[r], k))
-        multipliers_.value(row, k) = (1.0 - share) * from.value(row, left) + share * from.value(row, left + 1);
+        worth_.multipliers.value(row, k) = (1.0 - share) * from.value(row, left) + share * from.value(row, left + 1);
     }
   }
 }

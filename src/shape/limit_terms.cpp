@@ -47,11 +47,11 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
     before_ = before_ || row.of_rate();
     of_moments_ = of_moments_ || row.of_moments();
   }
-  multipliers_.value.setZero(static_cast<Eigen::Index>(rows_.size()), steps + 1);
-  estimate_ = pull_ = stiffness_ = change_ = beyond_ = multipliers_.value;
-  before_fall_ = before_landing_ = multipliers_.value;
+  worth_.multipliers.value.setZero(static_cast<Eigen::Index>(rows_.size()), steps + 1);
+  worth_.estimate = pull_ = stiffness_ = change_ = beyond_ = worth_.multipliers.value;
+  worth_.before_fall = before_landing_ = worth_.multipliers.value;
   keep();
-  holds_.setConstant(multipliers_.value.rows(), multipliers_.value.cols(), false);
+  holds_.setConstant(worth_.multipliers.value.rows(), worth_.multipliers.value.cols(), false);
   if (rows_.empty()) return;
   const Eigen::Index f = shape_basis_.cols(), p = pose_basis_.cols(), bodies = body_coordinates(system);
   by_bodies_.resize(bodies);
@@ -83,13 +83,13 @@ bool LimitTerms::tied(std::size_t row, int node) const {
 // Equations 10.6 and 10.7, with barrier, weight and pull over the row's time. Newton's method from a slack that is too small: what
 // it solves is concave in it.
 LimitTerms::Hold LimitTerms::hold(std::size_t row, int node, double value) const {
-  const double lambda = multipliers_.value(static_cast<Eigen::Index>(row), node), time = time_unit(rows_[row]);
+  const double lambda = worth_.multipliers.value(static_cast<Eigen::Index>(row), node), time = time_unit(rows_[row]);
   if (tied(row, node)) {
-    const double weight = equality_weight_ * time;
+    const double weight = worth_.equality_weight * time;
     return {lambda - weight * value, 0.0, weight, (0.5 * weight * value - lambda) * value};
   }
   if (landed_) return {0.0, 0.0, 0.0, 0.0};
-  const double weight = multipliers_.weight * time, barrier = barrier_ * time;
+  const double weight = worth_.multipliers.weight * time, barrier = worth_.barrier * time;
   if (std::isnan(value)) return {value, value, value, value};  // no motion goes there
   const double far = value - lambda / weight;                  // the slack of a row that does not pull
   if (!(far < barrier_reach)) return {0.0, 0.0, 0.0, -0.5 * lambda * lambda / weight};
@@ -115,10 +115,10 @@ LimitTerms::Hold LimitTerms::hold_in_model(std::size_t row, int node, double val
   const auto r = static_cast<Eigen::Index>(row);
   Hold held = hold(row, node, value);
   if (!tied(row, node) && held.pull > 0.0) {
-    double& estimate = estimate_(r, node);
+    double& estimate = worth_.estimate(r, node);
     if (!(estimate > 0.0)) estimate = held.pull;
     const double by_slack = held.by_slack * std::clamp(estimate / held.pull, 1.0 / farthest, farthest);
-    held.stiffness = by_slack / (1.0 + by_slack / (multipliers_.weight * time_unit(rows_[row])));
+    held.stiffness = by_slack / (1.0 + by_slack / (worth_.multipliers.weight * time_unit(rows_[row])));
   }
   pull_(r, node) = held.pull;
   stiffness_(r, node) = held.stiffness;
@@ -128,8 +128,8 @@ LimitTerms::Hold LimitTerms::hold_in_model(std::size_t row, int node, double val
 void LimitTerms::measure(int node, const LimitedNode& node_at, Eigen::Ref<VectorXd> value) const {
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const auto index = static_cast<Eigen::Index>(r);
-    const double w = std::max(multipliers_.weight, 1e-300) * time_unit(rows_[r]);
-    const double enough = barrier_reach + std::max(multipliers_.value(index, node), 0.0) / w;
+    const double w = std::max(worth_.multipliers.weight, 1e-300) * time_unit(rows_[r]);
+    const double enough = barrier_reach + std::max(worth_.multipliers.value(index, node), 0.0) / w;
     value[index] = applies(rows_[r], node) ? limit_value(system_, rows_[r], node_at, enough)
                                            : std::numeric_limits<double>::infinity();
   }
@@ -301,7 +301,7 @@ double LimitTerms::share_within(const MatrixXd& value, double broken) const {
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const auto row = static_cast<Eigen::Index>(r);
       if (tied(r, static_cast<int>(k)) || !(change_(row, k) < 0.0)) continue;
-      const double w = multipliers_.weight * time_unit(rows_[r]);
+      const double w = worth_.multipliers.weight * time_unit(rows_[r]);
       double room = most_change * (std::max(value(row, k), 0.0) + pull_(row, k) / w);
       if (!rows_[r].of_gap() && !rows_[r].of_duration()) room += broken;
       if (-share * change_(row, k) > room) share = -room / change_(row, k);
@@ -340,7 +340,7 @@ void LimitTerms::follow(double share) {
   for (Eigen::Index k = 0; k <= steps_; ++k)
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const auto row = static_cast<Eigen::Index>(r);
-      double& estimate = estimate_(row, k);
+      double& estimate = worth_.estimate(row, k);
       const double next = pull_(row, k) - stiffness_(row, k) * change_(row, k);
       if (tied(r, static_cast<int>(k)))
         estimate += share * (next - estimate);

@@ -101,13 +101,13 @@ class LimitTerms {
   void land(const MatrixXd& value);
   bool landed() const { return landed_; }
   /// Makes the weight of limits that are equalities so many times larger.
-  void weigh(double times) { equality_weight_ *= times; }
+  void weigh(double times) { worth_.equality_weight *= times; }
   /// Back to a barrier, at the values and with the multipliers that were left by `land`.
   void take_off(const MatrixXd& value);
   /// Keeps multipliers, weights and barrier, and takes them back.
-  void keep();
-  void take_kept();
-  const LimitMultipliers& multipliers() const { return multipliers_; }
+  void keep() { kept_ = worth_; }
+  void take_kept() { worth_ = kept_; }
+  const LimitMultipliers& multipliers() const { return worth_.multipliers; }
   /// Takes over multipliers of another grid, or chooses the first barrier and weight by a cost.
   void take(const LimitMultipliers& from, double cost);
   /// Whether multipliers came from an answer on as many steps.
@@ -149,11 +149,18 @@ class LimitTerms {
   void map_bodies(const LimitedNode& at);
   void add_curvatures(const LimitedNode& at, LimitModel& model);
 
-  struct Kept {
-    LimitMultipliers multipliers;
-    MatrixXd estimate, before_fall;
-    double base, level, barrier, equality_weight, broken, fallen;
-    bool taken_off;
+  // What limits are worth to a search.
+  struct Worth {
+    LimitMultipliers multipliers;  // λ, of the augmented Lagrangian
+    MatrixXd estimate;             // [rows][N + 1] (N m)² z, the multipliers of Newton's method
+    MatrixXd before_fall;          // [rows][N + 1] multipliers
+    double base = 0.0;             // (N m)², the cost over the duration
+    double level = 0.0;            // units of the rows, how far searches let them be off
+    double barrier = 0.0;          // (N m)² μ
+    double fallen = 1.0;           // share of the barrier that its last fall has left
+    double equality_weight = 0.0;  // (N m)²
+    double broken = 0.0;           // units of the rows, by how much limits were broken at the last search's answer
+    bool taken_off = false;        // after a landing: what the search finds now is the answer
   };
 
   const model::System& system_;
@@ -161,28 +168,19 @@ class LimitTerms {
   MatrixXd shape_basis_, pose_basis_;
   int steps_;
   double duration_;
-  bool before_ = false;           // whether any row looks at the node before
-  bool of_moments_ = false;       // whether any row is of moments
-  LimitMultipliers multipliers_;  // λ, of the augmented Lagrangian
-  double base_ = 0.0;             // (N m)², the cost over the duration
-  double level_ = 0.0;            // units of the rows, how far searches let them be off
-  double barrier_ = 0.0;          // (N m)² μ
-  double equality_weight_ = 0.0;  // (N m)²
-  double broken_ = 0.0;           // units of the rows, by how much limits were broken at the last search's answer
-  bool carried_ = false;          // whether multipliers came from an answer
-  bool same_grid_ = false;        // on as many steps
-  MatrixXd estimate_;             // [rows][N + 1] (N m)² z, the multipliers of Newton's method
-  MatrixXd pull_, stiffness_;     // [rows][N + 1] (N m)² of the models
-  MatrixXd change_;               // [rows][N + 1] foreseen
-  MatrixXd beyond_;               // [rows][N + 1] what rows changed by beyond, times stiffness and time
-  std::vector<MatrixXd> slopes_;  // [N + 1][rows][2 f + p + 1] of the models, rows of moments aside
+  bool before_ = false;      // whether any row looks at the node before
+  bool of_moments_ = false;  // whether any row is of moments
+  Worth worth_, kept_;
+  bool carried_ = false;                 // whether multipliers came from an answer
+  bool same_grid_ = false;               // on as many steps
+  MatrixXd pull_, stiffness_;            // [rows][N + 1] (N m)² of the models
+  MatrixXd change_;                      // [rows][N + 1] foreseen
+  MatrixXd beyond_;                      // [rows][N + 1] what rows changed by beyond, times stiffness and time
+  std::vector<MatrixXd> slopes_;         // [N + 1][rows][2 f + p + 1] of the models, rows of moments aside
   std::vector<MatrixXd> moment_slopes_;  // [N + 1][rows][controls], where there are rows of moments
   bool landed_ = false;
-  bool taken_off_ = false;  // after a landing: what the search finds now is the answer
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> holds_;  // [rows][N + 1] limits that are equalities, where landed
-  MatrixXd before_fall_, before_landing_;                     // [rows][N + 1] multipliers
-  double fallen_ = 1.0;                                       // share of the barrier that its last fall has left
-  Kept kept_{};
+  MatrixXd before_landing_;                                   // [rows][N + 1] multipliers
   ShapeTurns turns_;
   // workspace
   RowDerivatives by_body_, by_moment_;

@@ -667,29 +667,42 @@ INSTANTIATE_TEST_SUITE_P(Drifting, ShapeDerivatives,
                                                         .drifts = true}),
                          [](const auto& instance) { return instance.param.name; });
 
+// A setting and others that differ from it in a swimmer and by some change.
+struct Variant {
+  const char* name;
+  Swimmer swimmer;
+  void (*change)(ShapeSetting&);
+};
+
+std::vector<ShapeSetting> variants_of(const ShapeSetting& first, std::initializer_list<Variant> variants) {
+  std::vector<ShapeSetting> settings{first};
+  for (const Variant& variant : variants) {
+    settings.push_back(first);
+    settings.back().name = variant.name;
+    settings.back().swimmer = variant.swimmer;
+    variant.change(settings.back());
+  }
+  return settings;
+}
+
 // Joints that end at rest on a whole that drifts: what the last moments leave them depends on the last shape and pose.
 std::vector<ShapeSetting> drifting_to_rest() {
   using enum mechanics::DiscreteLagrangian;
   const ShapeSetting to_rest{
       .name = "paper_chain", .swimmer = Swimmer::paper_chain, .lagrangian = trapezoid, .rest = true, .drifts = true};
-  std::vector<ShapeSetting> settings{to_rest};
-  const auto add = [&](const char* name, Swimmer swimmer, const auto& change) {
-    settings.push_back(to_rest);
-    settings.back().name = name;
-    settings.back().swimmer = swimmer;
-    change(settings.back());
-  };
-  add("by_the_papers_scheme", Swimmer::paper_chain, [](ShapeSetting& s) { s.lagrangian = paper; });
-  add("any_joint_by_the_midpoint", Swimmer::any_joint, [](ShapeSetting& s) { s.lagrangian = midpoint; });
-  add("in_the_plane", Swimmer::in_the_plane, [](ShapeSetting&) {});
-  add("idle_joints", Swimmer::idle_joints, [](ShapeSetting&) {});
-  add("paper_chain_within_limits", Swimmer::paper_chain, [](ShapeSetting& s) { s.limited = true; });
-  add("any_joint_within_limits", Swimmer::any_joint, [](ShapeSetting& s) { s.limited = true; });
-  add("all_costs_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_all; });
-  add("work_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_work; });
-  add("smoothness_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_smoothness; });
-  add("joints_told", Swimmer::any_joint, [](ShapeSetting& s) { s.of_joints = true, s.seed = 24; });
-  return settings;
+  return variants_of(
+      to_rest, {
+                   {"by_the_papers_scheme", Swimmer::paper_chain, [](ShapeSetting& s) { s.lagrangian = paper; }},
+                   {"any_joint_by_the_midpoint", Swimmer::any_joint, [](ShapeSetting& s) { s.lagrangian = midpoint; }},
+                   {"in_the_plane", Swimmer::in_the_plane, [](ShapeSetting&) {}},
+                   {"idle_joints", Swimmer::idle_joints, [](ShapeSetting&) {}},
+                   {"paper_chain_within_limits", Swimmer::paper_chain, [](ShapeSetting& s) { s.limited = true; }},
+                   {"any_joint_within_limits", Swimmer::any_joint, [](ShapeSetting& s) { s.limited = true; }},
+                   {"all_costs_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_all; }},
+                   {"work_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_work; }},
+                   {"smoothness_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_smoothness; }},
+                   {"joints_told", Swimmer::any_joint, [](ShapeSetting& s) { s.of_joints = true, s.seed = 24; }},
+               });
 }
 
 // Where time is free the root's motion answers to how much is carried over a step.
@@ -700,29 +713,26 @@ std::vector<ShapeSetting> drifting_in_free_time() {
                            .lagrangian = trapezoid,
                            .free_duration = true,
                            .drifts = true};
-  std::vector<ShapeSetting> settings{chain};
-  const auto add = [&](const char* name, Swimmer swimmer, const auto& change) {
-    settings.push_back(chain);
-    settings.back().name = name;
-    settings.back().swimmer = swimmer;
-    change(settings.back());
-  };
-  add("by_the_papers_scheme", Swimmer::paper_chain, [](ShapeSetting& s) { s.lagrangian = paper; });
-  add("any_joint_by_the_midpoint", Swimmer::any_joint, [](ShapeSetting& s) { s.lagrangian = midpoint; });
-  add("in_the_plane", Swimmer::in_the_plane, [](ShapeSetting&) {});
-  add("idle_joints", Swimmer::idle_joints, [](ShapeSetting&) {});
-  add("paper_chain_within_limits", Swimmer::paper_chain, [](ShapeSetting& s) { s.limited = true; });
-  add("any_joint_within_angle_rates", Swimmer::any_joint, [](ShapeSetting& s) { s.limited = s.angle_rates = true; });
-  add("all_costs_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_all_but_smoothness; });
-  add("joints_told", Swimmer::any_joint, [](ShapeSetting& s) { s.of_joints = true, s.seed = 24; });
-  add("to_rest", Swimmer::paper_chain, [](ShapeSetting& s) { s.rest = true; });
-  add("any_joint_to_rest_by_the_midpoint", Swimmer::any_joint,
-      [](ShapeSetting& s) { s.rest = true, s.lagrangian = midpoint; });
-  add("to_rest_in_the_plane", Swimmer::in_the_plane, [](ShapeSetting& s) { s.rest = true; });
-  add("to_rest_of_idle_joints", Swimmer::idle_joints, [](ShapeSetting& s) { s.rest = true; });
-  add("to_rest_within_limits", Swimmer::any_joint, [](ShapeSetting& s) { s.rest = s.limited = true; });
-  add("to_rest_at_all_costs", Swimmer::any_joint, [](ShapeSetting& s) { s.rest = true, s.costs = of_all; });
-  return settings;
+  return variants_of(
+      chain,
+      {
+          {"by_the_papers_scheme", Swimmer::paper_chain, [](ShapeSetting& s) { s.lagrangian = paper; }},
+          {"any_joint_by_the_midpoint", Swimmer::any_joint, [](ShapeSetting& s) { s.lagrangian = midpoint; }},
+          {"in_the_plane", Swimmer::in_the_plane, [](ShapeSetting&) {}},
+          {"idle_joints", Swimmer::idle_joints, [](ShapeSetting&) {}},
+          {"paper_chain_within_limits", Swimmer::paper_chain, [](ShapeSetting& s) { s.limited = true; }},
+          {"any_joint_within_angle_rates", Swimmer::any_joint,
+           [](ShapeSetting& s) { s.limited = s.angle_rates = true; }},
+          {"all_costs_of_any_joint", Swimmer::any_joint, [](ShapeSetting& s) { s.costs = of_all_but_smoothness; }},
+          {"joints_told", Swimmer::any_joint, [](ShapeSetting& s) { s.of_joints = true, s.seed = 24; }},
+          {"to_rest", Swimmer::paper_chain, [](ShapeSetting& s) { s.rest = true; }},
+          {"any_joint_to_rest_by_the_midpoint", Swimmer::any_joint,
+           [](ShapeSetting& s) { s.rest = true, s.lagrangian = midpoint; }},
+          {"to_rest_in_the_plane", Swimmer::in_the_plane, [](ShapeSetting& s) { s.rest = true; }},
+          {"to_rest_of_idle_joints", Swimmer::idle_joints, [](ShapeSetting& s) { s.rest = true; }},
+          {"to_rest_within_limits", Swimmer::any_joint, [](ShapeSetting& s) { s.rest = s.limited = true; }},
+          {"to_rest_at_all_costs", Swimmer::any_joint, [](ShapeSetting& s) { s.rest = true, s.costs = of_all; }},
+      });
 }
 
 INSTANTIATE_TEST_SUITE_P(DriftingInFreeTime, ShapeDerivatives, ::testing::ValuesIn(drifting_in_free_time()),
