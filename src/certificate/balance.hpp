@@ -11,8 +11,9 @@ namespace lamprey::certificate {
 /// each body's freedoms, linear ones by the swimmer's unit of length. Where steps are not known (StoredMotion::steps_known) the momenta are those of the stored
 /// velocities at the nodes, and what only the steps tell stays NaN.
 struct Balance {
-  double scale = 0.0;           // kg m²/s; 1 where nothing moves
-  double momentum_drift = 0.0;  // largest |p − p_0|, linear or angular about the origin; p_0 of the problem's start
+  double scale = 0.0;  // kg m²/s; where nothing moves that of what digits could tell
+  double momentum_drift =
+      0.0;  // largest |p − p_0|, linear or angular about where the problem starts; p_0 of the problem's start
   double equation_residual = unset;  // largest residual of (4.4), and of (4.5) at the start and, with rest, at the end
   double end_momentum = unset;       // largest |μ_N|
   double round_off = 0.0;            // what stored digits leave of a step's momenta (equation 6.22), of the scale

@@ -158,9 +158,10 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.clearance = clearance(motion);
   proof.momentum_drift = balance.momentum_drift;
   proof.momentum_round_off = balance.round_off;
-  if (!solution.marched_by.empty()) proof.momentum_round_off = std::max(proof.momentum_round_off, reference_drift);
-  proof.equation_residual = balance.equation_residual;
   const bool sought = problem.goal && solution.status != maneuver::Status::simulated;
+  if (!sought && !solution.marched_by.empty())
+    proof.momentum_round_off = std::max(proof.momentum_round_off, reference_drift);
+  proof.equation_residual = balance.equation_residual;
   Options options = asked;
   if (sought && !covered(problem)) options.optimality = options.second_order = false;
   proof.time_error = time_error(motion);
@@ -193,7 +194,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   if (problem.cost_weights.any()) proof.costs = {proof.cost_error, cost.signs};
   const bool worth_it = options.of_misses || meets_goal(problem, proof);
   if (options.optimality && worth_it) proof.kkt = kkt_residual(motion, space, balance.scale);
-  proof.kkt_round_off = std::min(balance.moment_round_off, proof_mark);
+  proof.kkt_round_off = std::min(round_off_of_kkt(motion, space, balance.moment_round_off), proof_mark);
   proof.verdict = verdict(problem, proof);
   if (options.second_order) add_second_order(system, problem, solution, proof);
   if (options.replay) proof.replay = replay(motion, {options.replay_tolerance, options.stopped});

@@ -143,10 +143,14 @@ std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificat
   claims.error("time_error", stored.time_error, found.time_error, time_mark);
   claims.error("velocity_error", stored.velocity_error, found.velocity_error, velocity_mark);
   claims.error("cost_error", stored.cost_error, found.cost_error, cost_mark);
+  claims.round_off("momentum_round_off", stored.momentum_round_off, found.momentum_round_off);
   claims.error("kkt", stored.kkt, found.kkt, kkt_scale);
   if (!std::isnan(found.kkt)) claims.round_off("kkt_round_off", stored.kkt_round_off, found.kkt_round_off);
-  if (stored.costs)
-    claims.error("costs.signs", stored.costs->signs, found.costs.value_or(CostsKept()).signs, sign_mark);
+  if (stored.costs) {
+    const CostsKept is = found.costs.value_or(CostsKept());
+    claims.error("costs.error", stored.costs->error, is.error, cost_mark);
+    claims.error("costs.signs", stored.costs->signs, is.signs, sign_mark);
+  }
   if (stored.limits) {
     const LimitsKept is = found.limits.value_or(LimitsKept());
     claims.error("limits.violation", stored.limits->violation, is.violation, limit_mark);

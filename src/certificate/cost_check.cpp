@@ -319,17 +319,20 @@ void add_pulls_by_shapes(const StoredMotion& motion, const Powers& powers, const
 }
 
 // What is won by displacement, and work per a free distance.
-void add_displacement(const StoredMotion& motion, const Powers& powers, CostGradient& gradient) {
+VectorXd by_last_state(const StoredMotion& motion, const Powers& powers) {
+  const integrator::StateLayout layout{motion.system};
   const maneuver::CostWeights& weights = motion.problem.cost_weights;
-  auto by_position = gradient.by_state.back().segment<3>(integrator::StateLayout{motion.system}.position());
+  VectorXd gradient = VectorXd::Zero(layout.size());
+  auto by_position = gradient.segment<3>(layout.position());
   by_position -= weights.displacement;
-  if (weights.transport == 0.0 || motion.problem.goal->distance()) return;
+  if (weights.transport == 0.0 || motion.problem.goal->distance()) return gradient;
   double work = 0.0;
   for (int k = 0; k <= motion.steps; ++k)
     for (int d = 0; d < motion.system.drive_count(); ++d)
       work += powers.time[k] * mean_size(powers.value(d, k), powers.change(d, k));
   by_position -= weights.transport * work / std::pow(powers.distance, 3) *
                  (motion.solution.position.back() - motion.solution.position.front());
+  return gradient;
 }
 
 }  // namespace
@@ -348,8 +351,10 @@ CostGradient cost_gradient_beside_effort(const StoredMotion& motion) {
                                  mechanics::along_actuation(motion.system, turn).squaredNorm();
   const std::vector<mechanics::Vectors> pulls = pulls_on_turns(motion, powers);
   for (int k = 0; k < N; ++k) add_pulls_by_shapes(motion, powers, pulls[at(k)], k, gradient);
-  add_displacement(motion, powers, gradient);
+  gradient.by_state.back() += by_last_state(motion, powers);
   return gradient;
 }
+
+VectorXd gradient_of_displacement(const StoredMotion& motion) { return by_last_state(motion, powers_of(motion)); }
 
 }  // namespace lamprey::certificate

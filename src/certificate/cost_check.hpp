@@ -25,6 +25,9 @@ struct CostGradient {
 
 CostGradient cost_gradient_beside_effort(const StoredMotion& motion);
 
+/// Its part by the last state that is a worth of displacement, or of work per a free distance, [n] as integrator::StateLayout.
+VectorXd gradient_of_displacement(const StoredMotion& motion);
+
 /// How far a joint's child turns against the parent over a step, rad, as the moments count it: a vector in the parent's
 /// frame, or angles about the axes (equation 13.1).
 Vector3d turn_between(const model::Joint& joint, const mechanics::Rotations& left, const mechanics::Rotations& right);

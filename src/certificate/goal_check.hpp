@@ -30,8 +30,8 @@ double start_error(const StoredMotion& motion);
 /// but the root (whose rest follows from zero total momentum), less what it carries where joints alone are to rest.
 struct GoalRows {
   VectorXd value;         // [rows] rad, m, kg m²/s: 0 at the goal
-  MatrixXd by_end_state;  // [rows][6n+6] columns as integrator::StateLayout
-  VectorXd unit;          // [rows] 1 rad, 1 m, or the given momentum scale: makes rows comparable
+  MatrixXd by_end_state;  // [rows][n] columns as integrator::StateLayout
+  VectorXd unit;  // [rows] 1 rad, the swimmer's unit of length, or the given momentum scale: makes rows comparable
 };
 
 GoalRows goal_rows(const model::System& system, const maneuver::Problem& problem, const integrator::State& end,

@@ -327,9 +327,11 @@ LimitPulls limit_pulls(const StoredMotion& motion) {
     const std::vector<double>* multipliers = multipliers_of(motion, bound);
     if (!multipliers) continue;
     for (int k = 0; k <= motion.steps; ++k) {
-      if (!applies(motion, bound, k) || (*multipliers)[at(k)] == 0.0) continue;
+      const double multiplier = (*multipliers)[at(k)];
+      if (!applies(motion, bound, k) || multiplier == 0.0) continue;
+      if (multiplier < 0.0 && !bound.equality()) continue;  // the wrong way: whoever needs it is not stationary
       pulls.any = true;
-      add_gradient(motion, bound, k, (*multipliers)[at(k)] * node_time(motion, bound, k), pulls);
+      add_gradient(motion, bound, k, multiplier * node_time(motion, bound, k), pulls);
     }
   }
   return pulls;
@@ -471,7 +473,7 @@ std::vector<PullingBound> pulling_bounds(const StoredMotion& motion) {
       if (!applies(motion, bound, k)) continue;
       const double multiplier =
           multipliers ? (*multipliers)[at(k)] : 0.0;  // a waypoint that pulls nothing is kept, too
-      if (!bound.equality() && !(pull_of(bound, multiplier) > least_pull * largest)) continue;
+      if (!bound.equality() && !(multiplier > 0.0 && pull_of(bound, multiplier) > least_pull * largest)) continue;
       result.push_back(pulling_bound(motion, bound, k, multiplier * node_time(motion, bound, k)));
       result.back().holds = holds(motion, bound, k, multiplier, cost_rate);
       result.back().equality = bound.equality();

@@ -94,7 +94,13 @@ ControlSpace control_space(const StoredMotion& motion) {
 
 double worth_by_duration(const StoredMotion& motion) {
   const double cost = cost_of_free_duration(motion), moments = actuated_moments(motion).lpNorm<1>();
-  return moments > 0.0 ? cost / moments : 0.0;
+  if (cost == 0.0) return 0.0;
+  const double duration = motion.steps * motion.time_step, effort = motion.problem.effort;
+  const double as_dear = effort > 0.0 ? effort * motion.time_step * std::sqrt(2.0 * cost / (effort * duration)) : 0.0;
+  if (moments == 0.0) return as_dear;
+  const bool few_suffice =
+      effort > 0.0 && !motion.problem.limits.of_moments();  // else what they cost may be next to nothing
+  return few_suffice ? std::min(cost / moments, as_dear) : cost / moments;
 }
 
 VectorXd node_weights(const StoredMotion& motion) {
@@ -148,7 +154,8 @@ double gradient_by_later_turns(const StoredMotion& motion) {
 }
 
 double least_gradient(const StoredMotion& motion) {
-  return std::max({worth_by_duration(motion), gradient_of_coasting(motion), gradient_by_later_turns(motion)});
+  return std::max({worth_by_duration(motion), gradient_of_coasting(motion), gradient_by_later_turns(motion),
+                   gradient_by_displacement(motion)});
 }
 
 VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space) {
@@ -320,12 +327,13 @@ void join_ends_of_period(Eigen::Index controls, Eigen::Index moments, FirstOrder
   join(order.conditions.rows.leftCols(controls), order.conditions.rows.middleCols(last, controls));
 }
 
-// A state or the duration changes all nodes' moments: by what that costs it counts, as a moment does by its own.
+// A state or the duration changes all nodes' moments: by what that costs it counts, as a moment does by its own; of what costs
+// something where moments cost nothing, as all of it.
 void weigh_free_numbers(const StoredMotion& motion, const VectorXd& moments, Eigen::Index free, FirstOrder& order) {
   const auto by_moments = order.gradient.head(moments.size());
   const double costs = by_moments.cwiseProduct(moments).lpNorm<1>() + cost_of_free_duration(motion);
   const double unit = std::max(by_moments.lpNorm<Eigen::Infinity>(), worth_by_duration(motion));
-  const double share = costs > 0.0 ? unit / costs : 0.0;
+  const double share = costs > 0.0 ? (unit > 0.0 ? unit : 1.0) / costs : 0.0;
   order.gradient.tail(free) *= share;
   order.conditions.shift.tail(free) *= share;
   order.conditions.rows.rightCols(free) *= share;
@@ -358,6 +366,32 @@ FirstOrder first_order_of_nodes(const StoredMotion& motion, const Tables& tables
 
 }  // namespace
 
+// What is won by the way, pulled back from the end: rest, without moments, is stationary against it.
+double gradient_by_displacement(const StoredMotion& motion) {
+  if (!motion.problem.cost_weights.of_displacement()) return 0.0;
+  const Tables tables = tables_of(motion);
+  LimitPulls pulls;
+  pulls.any = true;
+  pulls.by_state.assign(at(motion.steps + 1), VectorXd::Zero(integrator::StateLayout{motion.system}.size()));
+  pulls.by_control.assign(at(motion.steps + 1), VectorXd::Zero(motion.system.control_count()));
+  pulls.by_state.back() = -gradient_of_displacement(motion);
+  const MatrixXd none(0, pulls.by_state.back().size());
+  return spanning_conditions(tables, none, {}, pulls, {}).shift.lpNorm<Eigen::Infinity>();
+}
+
+double round_off_of_kkt(const StoredMotion& motion, const ControlSpace& space, double moment_round_off) {
+  const double smoothness = motion.problem.cost_weights.smoothness;
+  if (smoothness == 0.0 || space.basis.size() > 0) return moment_round_off;
+  VectorXd gradient = cost_gradient(motion, space);
+  const CostGradient others = cost_gradient_beside_effort(motion);
+  const Eigen::Index controls = motion.system.control_count();
+  for (std::size_t k = 0; k < others.by_control.size(); ++k)
+    gradient.segment(controls * static_cast<Eigen::Index>(k), controls) += others.by_control[k];
+  const double whole = std::max(gradient.lpNorm<Eigen::Infinity>(), least_gradient(motion));
+  const double of_differences = 4.0 * smoothness / motion.time_step * space.value.lpNorm<Eigen::Infinity>();
+  return moment_round_off * std::max(1.0, whole > 0.0 ? of_differences / whole : 1.0);
+}
+
 MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, const MatrixXd& end_rows) {
   return by_free_numbers(motion, space, spanning_conditions(tables_of(motion), end_rows, {}, {}, {}).rows);
 }
@@ -383,8 +417,6 @@ double kkt_residual(const StoredMotion& motion, const ControlSpace& space, doubl
     left.add(std::abs(entry));
   for (double entry : order.gradient) whole.add(std::abs(entry));
   whole.add(least_gradient(motion));
-  if (motion.problem.cost_weights.of_displacement())  // against which rest, without moments, is stationary
-    for (double entry : order.conditions.shift) whole.add(std::abs(entry));
   return left.relative_to(whole.value());
 }
 

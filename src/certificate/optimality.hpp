@@ -23,7 +23,8 @@ VectorXd node_weights(const StoredMotion& motion);
 /// Gradient of the cost by the free numbers of the space.
 VectorXd cost_gradient(const StoredMotion& motion, const ControlSpace& space);
 
-/// What a free duration makes ∇cost worth at least by a moment, (N m) s: the time's cost over Σ|u|; 0 where it is given.
+/// What a free duration makes ∇cost worth at least by a moment, (N m) s: the time's cost over Σ|u|, but, where nothing limits the moments,
+/// no more than what ∇cost is of moments that cost as much as the time; 0 where it is given.
 double worth_by_duration(const StoredMotion& motion);
 
 /// What ∇cost is at least, (N m) s, for a motion may go on by itself at no cost: in a gait that of moments a thousandth of what would bring
@@ -35,7 +36,10 @@ double gradient_of_coasting(const StoredMotion& motion);
 /// else acted and inertia stayed that of the start; 0 without a weight of angular velocity.
 double gradient_by_later_turns(const StoredMotion& motion);
 
-/// The largest of these three, which ∇cost counts as at least.
+/// About what a worth of displacement adds to ∇cost, (N m) s, without limits and other costs; 0 without one.
+double gradient_by_displacement(const StoredMotion& motion);
+
+/// The largest of these four, which ∇cost counts as at least.
 double least_gradient(const StoredMotion& motion);
 
 /// Typical size of each entry of a state's perturbation when turns and shifts, by the unit of length, are of size 1 over `duration` s.
@@ -56,5 +60,8 @@ MatrixXd spanning_rows(const StoredMotion& motion, const ControlSpace& space, co
 /// Limits and waypoints count with the multipliers that the solution gives; a free duration and a periodic motion's free
 /// start are columns beside the moments.
 double kkt_residual(const StoredMotion& motion, const ControlSpace& space, double momentum_scale);
+
+/// What round-off of the moments, a share of the largest, leaves of it: where smoothness costs their second differences do.
+double round_off_of_kkt(const StoredMotion& motion, const ControlSpace& space, double moment_round_off);
 
 }  // namespace lamprey::certificate

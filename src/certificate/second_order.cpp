@@ -382,7 +382,7 @@ Chain lagrangian_chain(const StoredMotion& motion, EffortChain effort, const Cos
   chain.end_form.setZero();
   chain.end_form.topLeftCorner(reached, reached) = here.transpose() * at_end * here;
   std::optional<Eigen::Index> duration;
-  // where nothing is spent no other duration costs less, and there is nothing to measure it by
+  // where nothing is spent, and time costs nothing (else kkt tells), no other duration costs less, and nothing measures it
   if (motion.problem.duration.free && !duration_holds(motion) && effort.cost > 0.0) duration = chain.end_form.rows();
   if (duration) {
     add_duration(motion, effort, chain);

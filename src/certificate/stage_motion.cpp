@@ -40,7 +40,8 @@ integrator::State stored_node(const StoredMotion& motion, int k) {
 
 bool has_stages(const StoredMotion& motion, std::size_t nodes) {
   const maneuver::Solution& stored = motion.solution;
-  if (integrator::single_step(motion.problem.scheme) || stored.divided.steps > 0) return false;
+  if (integrator::single_step(motion.problem.scheme) || stored.divided.steps > 0 || !stored.marched_by.empty())
+    return false;
   if (stored.control_stages.size() != at(motion.steps) || stored.angular_velocity.size() != stored.time.size() ||
       stored.linear_velocity.size() != stored.time.size())
     return false;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 
 #include "document/io_error.hpp"
 #include "result/result_shapes.hpp"
@@ -161,6 +162,32 @@ bool has_array(hid_t file, const std::string& path) {
   }
 }
 
+// Texts of an attribute; nothing where it is not there, or holds none.
+std::optional<std::vector<std::string>> texts_of(hid_t object, const char* name, const std::string& path) {
+  if (H5Aexists(object, name) <= 0) return std::nullopt;
+  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, path, unreadable);
+  const Handle type(H5Aget_type(attribute), H5Tclose, path, unreadable);
+  const Handle space(H5Aget_space(attribute), H5Sclose, path, unreadable);
+  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0) return std::nullopt;
+  const std::size_t longest = H5Tget_size(type);
+  const hssize_t count = H5Sget_simple_extent_npoints(space);
+  require(count < 0 ? -1 : 0, path, unreadable);
+  std::string padded(longest * static_cast<std::size_t>(count), '\0');
+  if (!padded.empty()) require(H5Aread(attribute, type, padded.data()), path, unreadable);
+  std::vector<std::string> texts;
+  for (std::size_t n = 0; n < static_cast<std::size_t>(count); ++n)
+    texts.emplace_back(padded.substr(n * longest, longest).c_str());
+  return texts;
+}
+
+// What an attribute says other than it should; files that do not have it say nothing.
+std::string text_difference(hid_t object, const char* name, const std::vector<std::string>& is, const std::string& of,
+                            const std::string& path) {
+  const auto told = texts_of(object, name, path);
+  if (!told || *told == is) return "";
+  return fmt::format("{}{} is \"{}\", not \"{}\"", of, name, fmt::join(*told, "\", \""), fmt::join(is, "\", \""));
+}
+
 std::string array_difference(hid_t file, const ShapedArray& array, const std::string& path) {
   if (!has_array(file, array.path())) return fmt::format("{} is missing", array.path());
   const Handle dataset(H5Dopen2(file, array.path().c_str(), H5P_DEFAULT), H5Dclose, path, unreadable);
@@ -171,6 +198,8 @@ std::string array_difference(hid_t file, const ShapedArray& array, const std::st
   if (shape != array.shape)
     return fmt::format("{} is {}, not {}", array.path(), shape_in_words(shape), shape_in_words(array.shape));
   std::vector<double> values(array.values.size());
+  if (const std::string unit = text_difference(dataset, "unit", {array.unit}, array.path() + ": ", path); !unit.empty())
+    return unit;
   if (!values.empty())
     require(H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), path, unreadable);
   for (std::size_t entry = 0; entry < values.size(); ++entry)
@@ -187,6 +216,10 @@ std::string trajectory_difference(const std::string& folder, const Results& resu
   if (!std::filesystem::exists(path)) return "";
   const Library library;
   const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, path, unreadable);
+  const std::string bodies = text_difference(file, "bodies", names_of(results.problem.bodies), "", path);
+  if (!bodies.empty()) return bodies;
+  const std::string joints = text_difference(file, "joints", names_of(results.problem.joints), "", path);
+  if (!joints.empty()) return joints;
   for (const ShapedArray& array : shaped_arrays(results)) {
     const std::string difference = array_difference(file, array, path);
     if (!difference.empty()) return difference;

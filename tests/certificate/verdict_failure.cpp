@@ -185,6 +185,76 @@ TEST(Verdict, proves_nothing_by_the_pull_of_a_duration_that_is_not_reached) {
   }
 }
 
+// A motion without moments is no answer where time has a price: a little faster costs next to nothing.
+TEST(Verdict, does_not_pass_a_motion_without_moments_where_time_costs) {
+  maneuver::Problem resting = translation().problem;
+  resting.goal->move = {0.0, 0.0, 0.0};
+  maneuver::Problem drifting = chain_problem(40, 1.5);
+  drifting.start.linear_velocity = Vector3d(0.3, 0.1, 0.0);
+  drifting.start.angular_velocity.assign(3, Vector3d(0, 0, 0.1));
+  drifting.goal->turn = std::nullopt;
+  drifting.goal->move = {std::nullopt, std::nullopt, std::nullopt};
+  drifting.goal->rest = false;
+  for (maneuver::Problem problem : {resting, drifting}) {
+    problem.duration = {.free = false, .value = 1.5};
+    MarchedAnswer answer = answered(problem);
+    ASSERT_EQ(judged(answer).verdict, Verdict::proved) << answer.solution.message;
+    answer.problem.duration = {.free = true, .value = 1.5, .min = 1.0, .max = 2.0};
+    answer.problem.time_weight = 1.0;
+    answer.solution.cost += 1.5;
+    const Certificate proof = judged(answer);
+    EXPECT_LE(proof.cost_error, tolerance(1e-12));
+    EXPECT_GT(proof.kkt, 0.1);
+    EXPECT_EQ(proof.verdict, Verdict::not_optimal);
+  }
+}
+
+// The planar translation up to a wall that it touches at its end, where the goal's rows take up whatever the wall is said to pull.
+MarchedAnswer up_to_a_wall(double pull) {
+  constexpr int foremost = 1;
+  MarchedAnswer answer = translation();
+  answer.problem.limits.half_spaces = {{answer.solution.position.back(), Vector3d(-1, 0, 0)}};
+  const certificate::LimitsKept beyond = *judged(answer).limits;
+  EXPECT_EQ(beyond.time, answer.solution.time.back());
+  answer.problem.limits.half_spaces[0].point.x() += beyond.violation;
+  maneuver::LimitMultiplier wall;
+  wall.key = "limits.half_space";
+  wall.body = foremost;
+  wall.component = 0;
+  wall.multiplier.assign(answer.solution.time.size(), 0.0);
+  wall.multiplier.back() = pull * answer.solution.cost;
+  answer.solution.limit_multipliers = {wall};
+  return answer;
+}
+
+TEST(Verdict, takes_no_measure_from_multipliers_that_the_goal_takes_up) {
+  ASSERT_EQ(judged(up_to_a_wall(1e7)).verdict, Verdict::proved) << "the wall is not where the motion ends";
+  MarchedAnswer longer = up_to_a_wall(1e7);  // would be cheaper, whoever forbids to be shorter
+  longer.problem.duration = {.free = true, .value = 1.0, .min = 1.0, .max = 2.0};
+  maneuver::LimitMultiplier least;
+  least.key = "time.min";
+  least.multiplier.assign(longer.solution.time.size(), 0.0);
+  least.multiplier.back() = -3.0 * longer.solution.cost;
+  longer.solution.limit_multipliers.push_back(least);
+  EXPECT_EQ(judged(longer).verdict, Verdict::not_optimal) << judged(longer).kkt;
+
+  MarchedAnswer sideways = up_to_a_wall(1e7);
+  sideways.problem.cost_weights.displacement = Vector3d(0.0, 0.1 * sideways.solution.cost, 0.0);
+  sideways.solution.cost -= sideways.problem.cost_weights.displacement.y() * sideways.solution.position.back().y();
+  const Certificate proof = judged(sideways);
+  EXPECT_LE(proof.cost_error, tolerance(1e-12));
+  EXPECT_GT(proof.kkt, 1e-3);
+  EXPECT_EQ(proof.verdict, Verdict::not_optimal);
+}
+
+// What marks of a marched motion allow is no matter of a word beside an answer.
+TEST(Verdict, keeps_its_marks_whatever_an_answer_says_to_be_marched_by) {
+  MarchedAnswer answer = translation();
+  const double allowed = judged(answer).momentum_allowed();
+  answer.solution.marched_by = "reference";
+  EXPECT_EQ(judged(answer).momentum_allowed(), allowed);
+}
+
 // A gait whose first shape is free may begin beyond a face that no later node reaches.
 TEST(Verdict, sees_the_first_node_of_gaits_in_what_is_kept_out_of) {
   MarchedAnswer answer = translation();
@@ -278,7 +348,7 @@ TEST(Verdict, of_questions_that_are_not_checked_is_none) {
       EXPECT_EQ(proof.verdict, Verdict::not_optimal) << what;
       EXPECT_TRUE(std::isnan(proof.kkt)) << what;
     };
-    expect_none("limit", [](maneuver::Problem& problem) { problem.limits.torque = 1e9; });
+    expect_none("limit", [](maneuver::Problem& problem) { problem.limits.torque = 1e7; });
     expect_none("waypoint", [](maneuver::Problem& problem) {
       problem.waypoints = {{problem.duration.value / 2.0, {100.0, std::nullopt, std::nullopt}, {}, {}}};
     });

@@ -505,6 +505,29 @@ TEST(TrajectoryFile, any_changed_number_is_a_difference_told_with_its_place) {
   }
 }
 
+TEST(TrajectoryFile, names_and_units_of_another_answer_are_a_difference) {
+  const tests::TemporaryFolder folder;
+  const result::Results results = staged_results();
+  result::Results renamed = results;
+  renamed.problem.bodies.back().name = "tail";
+  result::write_trajectory(folder.path(), renamed);
+  const std::string told = result::trajectory_difference(folder.path(), results);
+  EXPECT_EQ(told.rfind("bodies is \"", 0), 0U) << told;
+  EXPECT_NE(told.find("\"tail\", not \""), std::string::npos) << told;
+  result::write_trajectory(folder.path(), results);
+  const std::string path = folder / "trajectory.h5";
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  const hid_t time = H5Dopen2(file, "time", H5P_DEFAULT);
+  const hid_t unit = H5Aopen(time, "unit", H5P_DEFAULT), type = H5Aget_type(unit);
+  ASSERT_EQ(H5Tget_size(type), 1U);
+  EXPECT_GE(H5Awrite(unit, type, "h"), 0);
+  H5Tclose(type);
+  H5Aclose(unit);
+  H5Dclose(time);
+  H5Fclose(file);
+  EXPECT_EQ(result::trajectory_difference(folder.path(), results), "time: unit is \"h\", not \"s\"");
+}
+
 TEST(TrajectoryFile, of_another_answer_differs_by_its_shapes_and_without_an_array_by_its_name) {
   const tests::TemporaryFolder folder;
   result::write_trajectory(folder.path(), tests::sample_results(6));

@@ -44,5 +44,39 @@ TEST(FineSteps, are_asked_for_no_more_than_their_digits_hold) {
   EXPECT_LE(answer.certificate.kkt_round_off, certificate::proof_mark);
 }
 
+// Smoothness takes second differences of the moments, whose last digits grow with the fourth power of the number of steps.
+TEST(FineSteps, of_smooth_moments_are_asked_for_no_more_than_their_digits_hold) {
+  maneuver::Problem problem;
+  problem.swimmer.bodies.resize(2);
+  problem.swimmer.bodies[0].name = "hull";
+  problem.swimmer.bodies[0].semi_axes = {0.5, 0.2, 0.2};
+  problem.swimmer.bodies[1].name = "wheel";
+  problem.swimmer.bodies[1].semi_axes = {0.1, 0.1, 0.02};
+  model::JointDescription axle;
+  axle.name = axle.child = "wheel";
+  axle.parent = "hull";
+  axle.kind = model::JointKind::hinge;
+  axle.axis = Vector3d::UnitZ();
+  problem.swimmer.joints = {axle};
+  problem.swimmer.density = 1000.0;
+  problem.start.rotation.assign(2, Vector3d::Zero());
+  problem.start.angular_velocity.assign(2, Vector3d::Zero());
+  problem.goal.emplace();
+  problem.goal->rotation["hull"] = Vector3d(0.0, 0.0, 3e-3);
+  problem.duration.value = 1.0;
+  problem.effort = 1e-4;
+  problem.cost_weights.smoothness = 1.0;
+  problem.search.starts = 1;
+  std::vector<double> round_off;
+  for (const int steps : {25, 50, 100, 200}) {
+    problem.steps = steps;
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << steps << ": " << answer.solution.message;
+    round_off.push_back(answer.certificate.kkt_round_off);
+  }
+  EXPECT_GT(round_off[1] / round_off[0], 8.0);
+  EXPECT_GT(round_off[2] / round_off[1], 8.0);
+}
+
 }  // namespace
 }  // namespace lamprey::tests
