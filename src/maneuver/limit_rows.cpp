@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "fluid/gap.hpp"
+#include "fluid/gap_across.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/joint_angle.hpp"
 
@@ -21,8 +21,6 @@ using model::System;
 using Kind = LimitRow::Kind;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
-
-constexpr int bounds_looked_at = 3;  // before a gap is found exactly
 
 // Where the pieces of the body coordinates lie.
 Eigen::Index turn_of(int body) { return 3 * body; }
@@ -100,46 +98,6 @@ fluid::EllipsoidPair pair_of_bodies(const System& system, const LimitRow& row, c
 fluid::EllipsoidPair pair_with_sphere(const System& system, const LimitRow& row, const LimitedNode& node) {
   return {Vector3d::Constant(row.bound), system.body(row.body).gap_axes(), Matrix3d::Identity(),
           node.rotation[at(row.body)], mass_centre(system, node, row.body) - row.centre};
-}
-
-// A look at two bodies: a lower bound of their gap, and the direction that it was found along.
-struct Look {
-  double apart;
-  Vector3d direction;
-};
-
-// Along the centres, then along what is between the points that planes across them touch, until they are more than `enough` apart.
-Look look_at(const fluid::EllipsoidPair& pair, double enough) {
-  const auto touched = [](const Vector3d& semi_axes, const Matrix3d& R, const Vector3d& n) -> Vector3d {
-    const Vector3d y = semi_axes.cwiseProduct(R.transpose() * n);
-    return R * semi_axes.cwiseProduct(y) / y.norm();
-  };
-  const double distance = pair.offset.norm();
-  if (!(distance > 0.0)) return {0.0, Vector3d::Zero()};
-  Look best{-std::numeric_limits<double>::infinity(), Vector3d::Zero()};
-  Vector3d n = pair.offset / distance;
-  for (int look = 0; look < bounds_looked_at; ++look) {
-    const double apart = fluid::separation_along(pair, n);
-    if (apart > best.apart) best = {apart, n};
-    if (apart > enough) break;
-    const Vector3d between =
-        pair.offset - touched(pair.semi_axes_1, pair.rotation_1, n) - touched(pair.semi_axes_2, pair.rotation_2, n);
-    const double length = between.norm();
-    if (!(length > 0.0) || n.dot(between) < 0.0) break;
-    n = between / length;
-  }
-  return best;
-}
-
-// Bodies apart have one gap from wherever it is searched.
-fluid::Gap gap_after(const Look& look, const fluid::EllipsoidPair& pair) {
-  return look.apart > 0.0 ? fluid::gap(pair, look.direction) : fluid::gap(pair);
-}
-
-// The gap, or a lower bound of it where that is more than asked for.
-double gap_or_enough(const fluid::EllipsoidPair& pair, double enough) {
-  const Look look = look_at(pair, enough);
-  return look.apart > enough ? look.apart : gap_after(look, pair).value;
 }
 
 // Equation 10.4: half the sum of a body's extents towards a half-space's face.
@@ -290,14 +248,14 @@ void half_space_derivatives(const System& system, const LimitRow& row, const Lim
   spread_pair(system, node, -1, row.body, local / row.unit, local_hessian / row.unit, gradient, hessian);
 }
 
-void gap_row_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
-                         MatrixXd& hessian) {
+void gap_row_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, Vector3d& across,
+                         VectorXd& gradient, MatrixXd& hessian) {
   const bool sphere = row.kind == Kind::sphere;
   const fluid::EllipsoidPair pair = sphere ? pair_with_sphere(system, row, node) : pair_of_bodies(system, row, node);
   Vector9d local;
   Matrix9d local_hessian;
-  const Look look = look_at(pair, std::numeric_limits<double>::infinity());
-  fluid::gap_derivatives(pair, gap_after(look, pair), local, local_hessian);
+  const fluid::Gap gap = fluid::gap_across(pair, across);
+  fluid::gap_derivatives(pair, gap, local, local_hessian);
   if (sphere) {
     local.head<3>().setZero();  // a sphere does not turn
     local_hessian.topRows<3>().setZero();
@@ -333,7 +291,8 @@ double angle_of(const System& system, const LimitRow& row, const LimitedNode& no
   return twist_about(angle_axis(joint, row.freedom()), joint, mechanics::child_to_parent(node.rotation, joint));
 }
 
-double plain_value(const System& system, const LimitRow& row, const LimitedNode& node, double enough) {
+double plain_value(const System& system, const LimitRow& row, const LimitedNode& node, double enough,
+                   Vector3d& across) {
   switch (row.kind) {
     case Kind::torque:
       return 1.0 - joint_moment(system, row.joint, node.moment).norm() / row.bound;
@@ -361,11 +320,11 @@ double plain_value(const System& system, const LimitRow& row, const LimitedNode&
       return 1.0 - angle_change(system, row, node) / (row.bound * node.time_step);
     case Kind::clearance: {
       const fluid::EllipsoidPair pair = pair_of_bodies(system, row, node);
-      return gap_or_enough(pair, enough * row.unit + row.bound) - row.bound;
+      return fluid::gap_or_enough(pair, enough * row.unit + row.bound, across) - row.bound;
     }
     case Kind::sphere: {
       const fluid::EllipsoidPair pair = pair_with_sphere(system, row, node);
-      return gap_or_enough(pair, enough * row.unit);
+      return fluid::gap_or_enough(pair, enough * row.unit, across);
     }
     case Kind::half_space:
       return row.normal.dot(mass_centre(system, node, row.body) - row.centre) -
@@ -384,12 +343,24 @@ double plain_value(const System& system, const LimitRow& row, const LimitedNode&
 
 }  // namespace
 
+double limit_value(const System& system, const LimitRow& row, const LimitedNode& node, double enough,
+                   Vector3d& across) {
+  return plain_value(system, row, node, enough, across) / row.unit;
+}
+
 double limit_value(const System& system, const LimitRow& row, const LimitedNode& node, double enough) {
-  return plain_value(system, row, node, enough) / row.unit;
+  Vector3d across = Vector3d::Zero();
+  return limit_value(system, row, node, enough, across);
 }
 
 void limit_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
                        MatrixXd& hessian) {
+  Vector3d across = Vector3d::Zero();
+  limit_derivatives(system, row, node, across, gradient, hessian);
+}
+
+void limit_derivatives(const System& system, const LimitRow& row, const LimitedNode& node, Vector3d& across,
+                       VectorXd& gradient, MatrixXd& hessian) {
   gradient.setZero(body_coordinates(system));
   hessian.setZero(gradient.size(), gradient.size());
   switch (row.kind) {
@@ -413,7 +384,7 @@ void limit_derivatives(const System& system, const LimitRow& row, const LimitedN
       return rate_derivatives(system, row, node, gradient, hessian);
     case Kind::clearance:
     case Kind::sphere:
-      return gap_row_derivatives(system, row, node, gradient, hessian);
+      return gap_row_derivatives(system, row, node, across, gradient, hessian);
     case Kind::half_space:
       return half_space_derivatives(system, row, node, gradient, hessian);
     case Kind::pass_position:

@@ -90,10 +90,16 @@ struct LimitedNode {
 /// Number of body coordinates.
 inline int body_coordinates(const model::System& system) { return 6 * system.body_count() + 4; }
 
-/// Value of a row divided by its unit; where two bodies are far apart, a lower bound that is larger than `enough`.
+/// Value of a row divided by its unit; where two bodies are far apart, a lower bound that is larger than `enough`. Of gaps `across` is a
+/// direction from one body to the other, world frame: that of the gap at a node nearby, which is found sooner from there, or zero; then
+/// that of this one.
+double limit_value(const model::System& system, const LimitRow& row, const LimitedNode& node, double enough,
+                   Eigen::Vector3d& across);
 double limit_value(const model::System& system, const LimitRow& row, const LimitedNode& node, double enough);
 
 /// Gradient and Hessian of limit_value by the body coordinates, not of torque rows: [body_coordinates], squared.
+void limit_derivatives(const model::System& system, const LimitRow& row, const LimitedNode& node,
+                       Eigen::Vector3d& across, VectorXd& gradient, MatrixXd& hessian);
 void limit_derivatives(const model::System& system, const LimitRow& row, const LimitedNode& node, VectorXd& gradient,
                        MatrixXd& hessian);
 

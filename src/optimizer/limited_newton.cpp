@@ -17,6 +17,9 @@ constexpr int landing_iterations = 20;                   // with one of them
 constexpr double settling_weight = 1e-2;                 // of that of landings
 constexpr double landing_share = 0.5;                    // of a set's error, that the next one may leave
 constexpr double near_cost = 1e-3;                       // relative, by which its cost may differ where it leaves more
+constexpr int most_worse = 3;                            // sets in a row, each of which leaves
+constexpr double far_worse = 2.0;                        // times as much as the one before
+constexpr int most_idle_sets = 5;                        // from an old answer's on, that are no better than one before
 constexpr double slow_share = 0.2;                       // of the error before a landing, from where its weight grows
 constexpr double more_weight = 10.0, most_weight = 1e3;  // times it
 constexpr double first_landing = 1e-5;                   // error, of other costs' kinks too, from which sets are tried
@@ -63,6 +66,10 @@ struct Landing {
   double error = std::numeric_limits<double>::infinity();  // of the last one
   double cost = std::numeric_limits<double>::infinity();   // likewise
   double grown = 1.0;                                      // how many times the weight is that of a landing
+  int worse = 0;                                           // sets in a row that left far more than the one before
+  bool old = false;                                        // whether the first set was an old answer's
+  double best = std::numeric_limits<double>::infinity();   // error of the sets since then
+  int idle = 0;                                            // sets since the best one
 
   bool worth_trying(double found) const { return left > 0 && found < from; }
 
@@ -74,10 +81,15 @@ struct Landing {
       from = next_landing * found;
       error = cost = std::numeric_limits<double>::infinity();
       grown = 1.0;
+      worse = 0;
       if (!program.land()) left = 0;
       return left > 0;
     }
     const double before = std::exchange(error, found);
+    worse = found > far_worse * before ? worse + 1 : 0;
+    idle = found < best ? 0 : idle + 1;
+    best = std::min(best, found);
+    const bool lost = worse == most_worse || (old && idle == most_idle_sets);
     if (converged && found < before && found > slow_share * before && grown < most_weight) {
       grown *= more_weight;
       program.weigh_landed(more_weight);
@@ -85,8 +97,9 @@ struct Landing {
     }
     const double cost_before = std::exchange(cost, program.cost()), changed = std::abs(cost - cost_before);
     const bool near = changed > 0.0 && changed <= near_cost * std::abs(cost);  // a node may be all that is missing
-    if (--left > 0 && converged && (found < landing_share * before || near)) return false;
+    if (--left > 0 && converged && !lost && (found < landing_share * before || near)) return false;
     program.take_off();
+    old = false;
     return true;
   }
 };
@@ -125,7 +138,8 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
   const auto begin = std::chrono::steady_clock::now();
   Options round = options;
   Landing landing{options.exact_limits ? most_landings : 0};
-  if (program.landed()) program.land();  // the limits that hold an old answer may hold the new one
+  landing.old = program.landed();
+  if (landing.old) program.land();  // the limits that hold an old answer may hold the new one
   double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
   int idle = 0, rounds_astray = 0;
   bool eased = false, answered = false, tried_in_vain = false;

@@ -71,10 +71,19 @@ bool StageNewton::near() const { return near_ || change_ < nearly_stationary; }
 
 double StageNewton::smallest_shift() const { return near() ? least_shift : first_shift; }
 
-// Of the end rows in the Hessian. Where a point that does nothing misses them by little, little is much.
-double StageNewton::end_penalty() const {
+// Of the end rows in the Hessian, where a unit of them is worth so much. Where a point that does nothing misses them by little,
+// little is much.
+double StageNewton::penalty_of(double worth) const {
   const double unit = std::min(1.0, idle_violation_ / small_violation);
-  return penalty_per_cost * highest_cost_ / (unit * unit);
+  return penalty_per_cost * worth / (unit * unit);
+}
+
+double StageNewton::end_penalty() const { return penalty_of(highest_cost_); }
+
+// Rows that bend against multipliers far above the cost take more.
+double StageNewton::firm_penalty() const {
+  const double multiplier = end_multiplier_.size() > 0 ? end_multiplier_.lpNorm<Eigen::Infinity>() : 0.0;
+  return firmer * penalty_of(std::max(highest_cost_, multiplier));
 }
 
 // Whether the Hessian is positive definite where the end rows are kept. What penalty shows it depends on their units: next
@@ -82,7 +91,7 @@ double StageNewton::end_penalty() const {
 bool StageNewton::factor_unshifted() {
   const double penalty = end_penalty();
   if (riccati_.factor(model_, 0.0, penalty)) return true;
-  firm_ = (near() || small_miss_) && riccati_.factor(model_, 0.0, firmer * penalty);
+  firm_ = (near() || small_miss_) && riccati_.factor(model_, 0.0, firm_penalty());
   return firm_;
 }
 
@@ -90,7 +99,7 @@ bool StageNewton::factor_unshifted() {
 bool StageNewton::factor_shifted() {
   const double penalty = end_penalty();
   return riccati_.factor(model_, shift_, penalty) ||
-         ((firm_ || small_miss_) && riccati_.factor(model_, shift_, firmer * penalty));
+         ((firm_ || small_miss_) && riccati_.factor(model_, shift_, firm_penalty()));
 }
 
 // The least shift that makes the Hessian positive definite, found by trial. Next to a solution small shifts come first:
@@ -102,7 +111,7 @@ bool StageNewton::factor(double least) {
     shift_ = 0.0;
     return true;
   }
-  const double growth = near() ? shift_growth * shift_growth : shift_growth;
+  const double growth = near() && least == 0.0 ? shift_growth * shift_growth : shift_growth;
   for (shift_ = least; shift_ < largest_shift; shift_ = std::max(smallest_shift(), growth * shift_))
     if (shift_ == 0.0 ? factor_unshifted() : factor_shifted()) return true;
   return false;

@@ -37,7 +37,9 @@ class StageNewton {
   void begin(const StageProgram& program);
   bool near() const;
   double smallest_shift() const;
+  double penalty_of(double worth) const;
   double end_penalty() const;
+  double firm_penalty() const;
   bool factor_unshifted();
   bool factor_shifted();
   bool factor(double least_shift);

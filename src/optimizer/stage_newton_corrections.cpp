@@ -33,8 +33,8 @@ bool StageNewton::begin_corrections(StageProgram& program) {
 // those at hand these would be moved most.
 bool StageNewton::find_gap_response() {
   own_factors_ = false;
-  const double shift = std::max(shift_, correcting_shift), penalty = end_penalty();
-  if (!riccati_.factor(model_, shift, penalty) && !riccati_.factor(model_, shift, firmer * penalty)) return false;
+  const double shift = std::max(shift_, correcting_shift);
+  if (!riccati_.factor(model_, shift, end_penalty()) && !riccati_.factor(model_, shift, firm_penalty())) return false;
   riccati_.solve(model_, share_, response_);
   return true;
 }

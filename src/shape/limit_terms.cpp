@@ -64,6 +64,7 @@ LimitTerms::LimitTerms(const System& system, std::vector<LimitRow> rows, const S
   angle_.resize(f);
   along_.resize(2 * f + p + 1);
   const auto count = static_cast<Eigen::Index>(rows_.size());
+  across_.assign(rows_.size() * at(steps + 1), Vector3d::Zero());
   slopes_.assign(at(steps + 1), MatrixXd::Zero(count, 2 * f + p + 1));
   if (of_moments_) moment_slopes_.assign(at(steps + 1), MatrixXd::Zero(count, system.control_count()));
 }
@@ -125,12 +126,12 @@ LimitTerms::Hold LimitTerms::hold_in_model(std::size_t row, int node, double val
   return held;
 }
 
-void LimitTerms::measure(int node, const LimitedNode& node_at, Eigen::Ref<VectorXd> value) const {
+void LimitTerms::measure(int node, const LimitedNode& node_at, Eigen::Ref<VectorXd> value) {
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const auto index = static_cast<Eigen::Index>(r);
     const double w = std::max(worth_.multipliers.weight, 1e-300) * time_unit(rows_[r]);
     const double enough = barrier_reach + std::max(worth_.multipliers.value(index, node), 0.0) / w;
-    value[index] = applies(rows_[r], node) ? limit_value(system_, rows_[r], node_at, enough)
+    value[index] = applies(rows_[r], node) ? limit_value(system_, rows_[r], node_at, enough, across(r, node))
                                            : std::numeric_limits<double>::infinity();
   }
 }
@@ -211,7 +212,7 @@ void LimitTerms::add_rows(int node, const LimitedNode& node_at, const Eigen::Ref
       slope.segment(f, f) = angle_.transpose();
       continue;
     }
-    limit_derivatives(system_, row, node_at, by_body_.slope, by_body_.bend);
+    limit_derivatives(system_, row, node_at, across(r, node), by_body_.slope, by_body_.bend);
     add_row(time, held, by_body_, by_bodies_, bend_bodies_);
     along_.setZero();
     optimizer::add_image(1.0, transposed_, by_body_.slope, along_);

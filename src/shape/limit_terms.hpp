@@ -64,7 +64,7 @@ class LimitTerms {
   const std::vector<LimitRow>& rows() const { return rows_; }
 
   /// Values of all rows at a node, [rows]; infinite where a row does not apply.
-  void measure(int node, const LimitedNode& at, Eigen::Ref<VectorXd> value) const;
+  void measure(int node, const LimitedNode& at, Eigen::Ref<VectorXd> value);
   /// What a node's values add to the cost; adds to its round-off that of the values.
   double cost(int node, const Eigen::Ref<const VectorXd>& value, double& round_off) const;
   /// Adds the derivatives of `cost` by the node's moments, [controls], squared: the gradient, and the Hessian that the
@@ -122,6 +122,7 @@ class LimitTerms {
   /// Of `land`: which limits are equalities.
   void hold_those_that_pull(const MatrixXd& value);
   double node_time(const LimitRow& row, int node) const { return counted_time(row, node, steps_, duration_); }
+  Vector3d& across(std::size_t row, int node) { return across_[row * model::at(steps_ + 1) + model::at(node)]; }
   /// Time that a row's multipliers, barrier and weight are for: 1 of those with a density in time.
   double time_unit(const LimitRow& row) const { return row.time >= 0.0 || row.of_duration() ? duration_ : 1.0; }
   // A row's pull p on the row, −∂p/∂s and the stiffness −∂p/∂g, and what it all adds to the cost.
@@ -181,6 +182,7 @@ class LimitTerms {
   bool landed_ = false;
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> holds_;  // [rows][N + 1] limits that are equalities, where landed
   MatrixXd before_landing_;                                   // [rows][N + 1] multipliers
+  std::vector<Vector3d> across_;                              // [rows · (N + 1)] world frame, of gaps: see limit_value
   ShapeTurns turns_;
   // workspace
   RowDerivatives by_body_, by_moment_;

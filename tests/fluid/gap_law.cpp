@@ -1,4 +1,5 @@
 #include "fluid/gap.hpp"
+#include "fluid/gap_across.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -85,6 +86,31 @@ TEST(Gap, of_two_spheres_is_their_distance_less_both_radii) {
     EXPECT_LT(gradient.head<6>().norm(), tests::tolerance(1e-14));
     EXPECT_LT((hessian.bottomRightCorner<3, 3>() - across / distance).norm() * distance, tests::tolerance(1e-12));
   }
+}
+
+// From no direction, from that of a gap nearby, from any: the same gap, or a lower bound that is more than asked for.
+TEST(Gap, is_the_same_from_wherever_it_is_sought) {
+  PairDraw draw(12);
+  int bounds = 0;
+  for (int n = 0; n < 500; ++n) {
+    const auto axes = [&] { return Vector3d(draw.uniform(0.2, 2.0), draw.uniform(0.2, 2.0), draw.uniform(0.2, 2.0)); };
+    EllipsoidPair pair{axes(), axes(), lie::exp(draw.vector(3.0)), lie::exp(draw.vector(3.0)), draw.vector(6.0)};
+    const double value = gap(pair).value, rounding = tests::tolerance(1e-13 * size_of(pair));
+    Vector3d near = Vector3d::Zero(), any = draw.vector(1.0).normalized();
+    EXPECT_NEAR(gap_across(pair, near).value, value, rounding);
+    EXPECT_NEAR(gap_across(pair, any).value, value, rounding);
+    pair.offset += 0.1 * draw.vector(1.0);
+    const double moved = gap(pair).value, enough = draw.uniform(-1.0, 3.0);
+    EXPECT_NEAR(gap_across(pair, near).value, moved, rounding);
+    EXPECT_NEAR(near.norm(), 1.0, tests::tolerance(1e-14));
+    const double found = gap_or_enough(pair, enough, any);
+    EXPECT_LE(found, moved + rounding);
+    if (found > enough && found < moved - rounding)
+      ++bounds;
+    else
+      EXPECT_NEAR(found, moved, rounding);
+  }
+  EXPECT_GT(bounds, 20);
 }
 
 TEST(Gap, is_the_same_after_exchange_of_the_bodies) {

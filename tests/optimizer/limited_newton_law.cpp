@@ -245,6 +245,26 @@ TEST(LimitedNewton, goes_on_from_set_to_set_while_costs_hardly_change) {
   }
 }
 
+// Each set breaks what it does not hold three times as far as the one before it, at costs that hardly change.
+class FartherByEachSet : public Landing {
+ public:
+  FartherByEachSet() : Landing(true) {}
+  double limit_error() const override { return landed() ? error_ : 0.0; }
+  double cost() const override { return 1.0 + error_; }
+  void renew_limits(bool) override { error_ *= landed() ? 3.0 : 1.0; }
+
+ private:
+  double error_ = 1e-6;
+};
+
+TEST(LimitedNewton, returns_from_sets_that_lead_farther_and_farther_away) {
+  FartherByEachSet program;
+  const optimizer::Outcome outcome = solve(program, {});
+  EXPECT_EQ(outcome.termination, Termination::converged) << outcome.reason;
+  EXPECT_FALSE(program.landed());
+  EXPECT_LT(program.cost(), 1.001) << "went on for too long";
+}
+
 // Limits that are met from the beginning, beside kinks of the cost that settle slowly: before they have, which limits hold changes.
 class LandingBesideKinks : public SlowLimit {
  public:

@@ -429,7 +429,7 @@ TEST(UnusualGoals, have_the_same_independent_conditions_whatever_the_seed) {
     const model::System system(problem.swimmer);
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
       problem.search.seed = seed;
-      const study::Reached reached(system, problem);
+      const study::Reached reached(system, problem, problem.steps);
       EXPECT_EQ(reached.rows.size(), expected.rows) << expected.name << " seed " << seed;
       EXPECT_EQ(reached.coordinates.shape.cols(), expected.shape) << expected.name << " seed " << seed;
       EXPECT_EQ(reached.coordinates.pose.cols(), 6) << expected.name << " seed " << seed;
@@ -503,6 +503,22 @@ TEST(UnusualGoals, of_the_smallest_strokes_cost_in_proportion_to_their_distance)
   }
   EXPECT_NEAR(cost[1] / cost[0], 1.0, 0.02);
   EXPECT_NEAR(cost[2] / cost[1], 1.0, 2e-3);
+}
+
+// Small strokes answer to a goal's rows by the square of what they bend: multipliers are far above the cost there.
+TEST(UnusualGoals, of_a_whole_pose_near_the_start_are_proved_minima) {
+  maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/examples/three_links.toml");
+  problem.goal.emplace();
+  problem.goal->move = {0.0012224901894711255, -0.020719475618523317, std::nullopt};
+  problem.goal->rotation["middle"] = Vector3d(0.0, 0.0, -0.02994868489823914);
+  problem.goal->rotation["head"] = Vector3d(0.0, 0.0, 0.2700513151017609);
+  problem.goal->rotation["tail"] = Vector3d(0.0, 0.0, -0.20994868489823912);
+  problem.steps = 200;
+  problem.duration.value = 1.0;
+  problem.search.starts = 2;
+  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
+  EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
+  EXPECT_LE(answer.certificate.kkt, 1e-9);
 }
 
 // A wheel on a satellite, of which as much is asked as whole turns of the wheel give: to and fro it gives nothing. Steps have
