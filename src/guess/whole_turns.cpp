@@ -100,7 +100,7 @@ VectorXd numbers_of_turns(const MatrixXd& effect, const Vector3d& way, Random& r
 std::vector<int> joints_that_turn_round(const System& system, const Problem& problem) {
   std::vector<int> joints;
   for (int j = 0; j < system.joint_count(); ++j)
-    if (turns_round(system.joint(j), problem.limits)) joints.push_back(j);
+    if (turns_round(system.joint(j), problem.limits) && system.joint(j).stiffness == 0.0) joints.push_back(j);
   return joints;
 }
 

@@ -253,14 +253,17 @@ std::optional<Matrix3d> joint_at_end(const System& system, const Maneuver& maneu
   return maneuver.tells_joint(j) ? maneuver.end_joint[at(j)] : std::nullopt;
 }
 
+bool limited_in_angle(const model::Joint& joint, const Limits& limits) {
+  return limits.angle.contains(joint.name) || limits.swing.contains(joint.name) || limits.twist.contains(joint.name);
+}
+
 bool may_turn_round(const model::Joint& joint, const Limits& limits) {
-  const bool limited =
-      limits.angle.contains(joint.name) || limits.swing.contains(joint.name) || limits.twist.contains(joint.name);
-  return !limited && joint.stiffness == 0.0;
+  return joint.stiffness == 0.0 && !limited_in_angle(joint, limits);
 }
 
 bool turns_round(const model::Joint& joint, const Limits& limits) {
-  return joint.actuation.cols() > 0 && may_turn_round(joint, limits);
+  const bool held = joint.stiffness != 0.0 && joint.kind == model::JointKind::ball;
+  return joint.actuation.cols() > 0 && !held && !limited_in_angle(joint, limits);
 }
 
 bool asks_to_move(const System& system, const Maneuver& maneuver) {

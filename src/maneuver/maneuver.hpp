@@ -78,10 +78,13 @@ bool ends_in_first_shape(const model::System& system, const Maneuver& maneuver);
 /// How a joint is to end, child → parent; nothing: free.
 std::optional<Matrix3d> joint_at_end(const model::System& system, const Maneuver& maneuver, int joint);
 
-/// Whether nothing keeps a joint from turning all the way round: no limit, and no spring, whose moment jumps at half a turn.
+/// Whether a limit keeps a joint from turning all the way round.
+bool limited_in_angle(const model::Joint& joint, const Limits& limits);
+
+/// Whether nothing keeps a joint within half a turn: no limit, and no spring.
 bool may_turn_round(const model::Joint& joint, const Limits& limits);
 
-/// Whether besides moments turn it.
+/// Whether moments can turn a joint all the way round: against a spring, too, but for a ball joint's, whose moment jumps at half a turn.
 bool turns_round(const model::Joint& joint, const Limits& limits);
 
 /// Whether it shall end elsewhere than it began.

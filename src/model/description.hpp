@@ -16,8 +16,9 @@ enum class JointKind { ball, universal, hinge, fixed };
 /// A body as described; the first one is the root.
 struct BodyDescription {
   std::string name;
-  Eigen::Vector3d semi_axes;   // m, half lengths of the ellipsoid, body frame; of an ellipse the third is drawn alone
-  std::optional<double> mass;  // kg; default: density × volume
+  Eigen::Vector3d semi_axes =
+      Eigen::Vector3d::Zero();  // m, half lengths of the ellipsoid, body frame; of an ellipse the third is drawn alone
+  std::optional<double> mass;   // kg; default: density × volume
   std::optional<Eigen::Matrix3d> body_inertia;     // kg m², without fluid, about the mass centre; default: homogeneous
   std::optional<Eigen::Matrix3d> mass_matrix;      // kg, body + fluid: overrides M_i
   std::optional<Eigen::Matrix3d> inertia_matrix;   // kg m², body + fluid: overrides J_i
@@ -32,8 +33,8 @@ struct JointDescription {
   JointKind kind = JointKind::ball;
   std::string parent;
   std::string child;
-  Eigen::Vector3d parent_offset;                                 // m, mass centre → joint, parent's frame
-  Eigen::Vector3d child_offset;                                  // m, mass centre → joint, child's frame
+  Eigen::Vector3d parent_offset = Eigen::Vector3d::Zero();       // m, mass centre → joint, parent's frame
+  Eigen::Vector3d child_offset = Eigen::Vector3d::Zero();        // m, mass centre → joint, child's frame
   Eigen::Vector3d reference_rotation = Eigen::Vector3d::Zero();  // rad, child → parent at zero angle
   std::optional<Eigen::Vector3d> axis;                           // hinge: free axis, child's frame
   std::optional<std::array<Eigen::Vector3d, 2>> axes;            // universal: in the parent's, in the child's frame

@@ -26,7 +26,6 @@ CostTerms::CostTerms(const System& system, const Maneuver& maneuver, const Shape
       weights_(maneuver.cost_weights),
       periodic_(maneuver.periodic),
       rest_(maneuver.rest),
-      free_duration_(maneuver.free_duration),
       steps_(maneuver.steps),
       shape_(static_cast<int>(coordinates.shape.cols())),
       controls_(system.control_count()),

@@ -134,7 +134,7 @@ class CostTerms {
   JointTurns turns_;
   MatrixXd pose_basis_;
   CostWeights weights_;
-  bool periodic_, rest_, free_duration_;
+  bool periodic_, rest_;
   int steps_, shape_, controls_;
   std::vector<int> drive_;  // [controls] whose moment it is
   VectorXd start_rate_;     // [controls] rad/s, of the joints at the start

@@ -90,7 +90,9 @@ LimitMultipliers repeated(const LimitMultipliers& gait, int cycles) {
   const Eigen::Index last = gait.value.cols() - 1;
   if (last < 0) return result;
   result.value.resize(gait.value.rows(), cycles * last + 1);
-  for (int cycle = 0; cycle < cycles; ++cycle) result.value.middleCols(cycle * last, last + 1) = gait.value;
+  result.value.col(0) = gait.value.col(0);  // where most limits do not apply
+  for (int cycle = 0; cycle < cycles; ++cycle)
+    result.value.middleCols(cycle * last + 1, last) = gait.value.rightCols(last);
   return result;
 }
 

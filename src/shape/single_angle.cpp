@@ -1,6 +1,9 @@
 #include "shape/single_angle.hpp"
 
+#include <limits>
+#include <numbers>
 #include <optional>
+#include <tuple>
 
 #include "lie/so3.hpp"
 #include "maneuver/end_rows.hpp"
@@ -21,6 +24,8 @@ constexpr int pieces = 1000;          // of the curve, from where it begins to e
 constexpr double near_enough = 1e-3;  // of what is asked for
 constexpr double jump = 1.0;          // rad: no row changes by so much in a piece, but attitudes beyond half a turn
 constexpr double least_asked = 1e-6;  // units of the end rows: less is met by staying
+constexpr int steps_of_turn = 4;      // that a whole turn takes at least
+constexpr double whole_turn = 2.0 * std::numbers::pi;
 
 // The hinge that alone bends the swimmer, and how far it may, rad from its zero angle.
 struct Hinge {
@@ -29,14 +34,17 @@ struct Hinge {
 };
 
 std::optional<Hinge> single_hinge(const System& system, const Maneuver& maneuver, const maneuver::Limits& limits) {
-  if (maneuver.periodic || maneuver.whole_turns || maneuver::has_momentum(system, maneuver.start)) return std::nullopt;
+  constexpr double endless = std::numeric_limits<double>::infinity();
+  if (maneuver.periodic || maneuver::has_momentum(system, maneuver.start)) return std::nullopt;
   std::optional<Hinge> hinge;
   for (int j = 0; j < system.joint_count(); ++j) {
     const model::Joint& joint = system.joint(j);
     if (joint.kind == model::JointKind::fixed) continue;
     const auto bounds = limits.angle.find(joint.name);
-    if (hinge || joint.kind != model::JointKind::hinge || bounds == limits.angle.end()) return std::nullopt;
-    hinge = Hinge{j, bounds->second[0][0], bounds->second[0][1]};
+    if (hinge || joint.kind != model::JointKind::hinge) return std::nullopt;
+    if (bounds == limits.angle.end() && !maneuver.whole_turns) return std::nullopt;
+    hinge = bounds == limits.angle.end() ? Hinge{j, -endless, endless}
+                                         : Hinge{j, bounds->second[0][0], bounds->second[0][1]};
   }
   return hinge;
 }
@@ -72,6 +80,14 @@ class Curve {
     now_.position += root * lie::exp(Vector3d(0.5 * moved.head<3>())) * moved.tail<3>();
     now_.angle += by;
     place(root * lie::exp(Vector3d(moved.head<3>())), now_.angle);
+  }
+
+  // The whole moves as it did on the way from a place with the same angle to another one.
+  void move_as(const Place& from, const Place& to) {
+    const Matrix3d turn =
+        now_.rotation[0] * from.rotation[0].transpose() * to.rotation[0] * now_.rotation[0].transpose();
+    now_.position += now_.rotation[0] * from.rotation[0].transpose() * (to.position - from.position);
+    for (Matrix3d& R : now_.rotation) R = turn * R;
   }
 
   const Place& now() const { return now_; }
@@ -155,15 +171,49 @@ Nearest nearest_end(Curve& curve, const Hinge& hinge) {
   return nearest;
 }
 
+constexpr const char* to_change_that =
+    "; a second joint or axis would change that, or a goal that leaves more of it \"free\"";
+
+// Ends in the first shape: whole turns, each of which moves the swimmer as the one before it did.
+std::string beyond_whole_turns(const System& system, Curve& curve, double asked, int steps) {
+  const Curve::Place start = curve.now();
+  for (int n = 0; n < pieces; ++n) curve.bend(whole_turn / pieces);
+  const Curve::Place turned = curve.now();
+  const int most = std::max(1, steps / steps_of_turn);
+  VectorXd nearest = VectorXd::Constant(static_cast<Eigen::Index>(curve.rows().size()), asked);
+  int turns = 0;  // nearest by so many
+  for (const auto& [from, to, sign] : {std::tuple(start, turned, 1), std::tuple(turned, start, -1)}) {
+    curve.go_to(start);
+    for (int n = 1; n <= most; ++n) {
+      curve.move_as(from, to);
+      if (const VectorXd missed = curve.missed(); missed.norm() < nearest.norm()) nearest = missed, turns = sign * n;
+    }
+  }
+  if (turns != 0 && nearest.norm() <= near_enough * asked) return "";
+  const std::string number = std::to_string(most);
+  const std::string opening =
+      "where a single joint angle ends in its first shape it has made whole turns, each of which moves the swimmer "
+      "alike, "
+      "and by none of up to " +
+      number + " either way, the most that " + std::to_string(steps) + " steps show, is the goal met";
+  if (turns == 0) return opening + to_change_that;
+  Eigen::Index worst = 0;
+  const double missed = nearest.cwiseAbs().maxCoeff(&worst);
+  return opening + ". It comes nearest by " + std::to_string(turns) + ", after which " +
+         end_row_in_words(system, curve.rows()[static_cast<std::size_t>(worst)], missed) + to_change_that;
+}
+
 }  // namespace
 
-std::string beyond_single_angle(const System& system, const Maneuver& maneuver, const maneuver::Limits& limits) {
+std::string beyond_single_angle(const System& system, const Maneuver& maneuver, const maneuver::Limits& limits,
+                                int steps) {
   const std::optional<Hinge> hinge = single_hinge(system, maneuver, limits);
   if (!hinge) return "";
   Curve curve(system, maneuver, hinge->joint);
   if (curve.rows().empty()) return "";
   const double asked = curve.missed().norm();
   if (asked < least_asked) return "";
+  if (std::isinf(hinge->most)) return beyond_whole_turns(system, curve, asked, steps);
   const Nearest nearest = nearest_end(curve, *hinge);
   if (nearest.missed.norm() <= near_enough * asked) return "";
   Eigen::Index worst = 0;
@@ -173,8 +223,7 @@ std::string beyond_single_angle(const System& system, const Maneuver& maneuver, 
          "(scallop theorem), and at none from " +
          in_words(hinge->least) + " to " + in_words(hinge->most) + " rad is the goal met. It comes nearest at " +
          in_words(nearest.angle) + " rad, where " +
-         end_row_in_words(system, curve.rows()[static_cast<std::size_t>(worst)], missed) +
-         "; a second joint or axis would change that, or a goal that leaves more of it \"free\"";
+         end_row_in_words(system, curve.rows()[static_cast<std::size_t>(worst)], missed) + to_change_that;
 }
 
 }  // namespace lamprey::shape

@@ -1,4 +1,4 @@
-// A swimmer of a single joint angle within limits: without momentum where it is follows from that angle alone
+// A swimmer of a single joint angle: without momentum where it is follows from that angle alone, whole turns counted
 // (scallop theorem), so that what it can reach is a curve.
 #pragma once
 
@@ -9,9 +9,9 @@
 namespace lamprey::shape {
 
 /// Why no motion meets the goal, in words: the curve, within limits.angle, comes no nearer to it than by a thousandth of what is
-/// asked for. Empty where it does, and of swimmers with other joints than one hinge, with momentum, of periodic goals, and where
-/// no limit holds the hinge: beyond half a turn it gets elsewhere.
+/// asked for; nor, without limits and where it ends in its first shape, by whole turns of the hinge, of which so many `steps` show a
+/// quarter as many. Empty where it does, and of swimmers with other joints than one hinge, with momentum, and of periodic goals.
 std::string beyond_single_angle(const model::System& system, const maneuver::Maneuver& maneuver,
-                                const maneuver::Limits& limits);
+                                const maneuver::Limits& limits, int steps);
 
 }  // namespace lamprey::shape

@@ -56,6 +56,10 @@ bool whirls(const Problem& problem, const Solution& solution) {
 // What to try where a motion meets all that is asked but is not optimal.
 std::string advice_where_met(const Problem& problem, const Certificate& proof, const Solution& solution) {
   std::string words = "try ";
+  const bool rounded = problem.cost_weights.smoothness > 0.0 && proof.kkt_round_off >= certificate::proof_mark;
+  if (rounded)
+    words +=
+        "fewer time.steps (where smoothness costs, what digits leave of the moments grows with their fourth power), ";
   const std::string finer = "[time] steps = " + std::to_string(2 * problem.steps);
   if (const std::optional<double> held = solution.solver.held_joint_rate)
     return words +

@@ -46,6 +46,11 @@ Problem coarse_problem(const Problem& problem) {
   return coarse;
 }
 
+int steps_of_scheme(const Problem& problem) {
+  return integrator::single_step(problem.scheme) ? problem.steps
+                                                 : problem.steps * integrator::composition(problem.scheme).stages();
+}
+
 }  // namespace
 
 Grid::Grid(const System& system, const Problem& problem, int steps, const Reached& reached,
@@ -62,7 +67,7 @@ Grids::Grids(const System& system, const Problem& problem, const SolveOptions& o
       problem_(coarse_problem(problem)),
       options_(options),
       budget_(budget),
-      reached_(system, problem_),
+      reached_(system, problem_, steps_of_scheme(problem)),
       limits_(maneuver::limit_rows(system, problem)) {}
 
 bool Grids::composed() const { return !integrator::single_step(asked_.scheme); }
@@ -239,7 +244,7 @@ void take_effort(const Found& tried, Found& found) {
 
 shape::Steps steps_for(int steps) { return steps < coarse_steps ? shape::Steps::rough : shape::Steps::faithful; }
 
-Reached::Reached(const System& system, const Problem& problem) : coordinates(system) {
+Reached::Reached(const System& system, const Problem& problem, int steps_shown) : coordinates(system) {
   for (const int steps : reach_steps) {
     const Maneuver probe = maneuver::make_maneuver(system, problem, steps);
     Maneuver swinging = probe;  // as moments bend joints, not as the goal asks of them
@@ -254,7 +259,7 @@ Reached::Reached(const System& system, const Problem& problem) : coordinates(sys
       rows = *met;
       shape::refuse_price_of_no_displacement(system, probe, coordinates);
       out_of_reach = shape::out_of_reach(system, probe, coordinates, guess);
-      if (out_of_reach.empty()) out_of_reach = shape::beyond_single_angle(system, probe, problem.limits);
+      if (out_of_reach.empty()) out_of_reach = shape::beyond_single_angle(system, probe, problem.limits, steps_shown);
       return;
     }
   }

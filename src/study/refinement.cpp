@@ -51,11 +51,14 @@ certificate::Refinement refine_cost(const maneuver::Problem& problem, double cos
   const int steps = problem.steps;
   const bool halved = steps % 2 == 0 && steps >= least_steps && problem.waypoints.empty();
   std::vector<certificate::GridCost> grids;
-  for (int grid : {steps / 2, steps, 2 * steps, 4 * steps}) {
-    if (grid == (halved ? 4 * steps : steps / 2)) continue;
+  const auto add = [&](int grid) {
     const std::optional<double> found = grid == steps ? cost : cost_on_grid(grid);
     if (found) grids.push_back({grid, *found});
-  }
+    return found.has_value();
+  };
+  const bool begun = halved && add(steps / 2);
+  add(steps);
+  if (add(2 * steps) && !begun) add(4 * steps);
   return refinement_of(grids, steps, expected_order(problem));
 }
 
@@ -71,8 +74,8 @@ std::string refinement_words(const certificate::Refinement& refinement) {
   if (refinement.grids.empty()) return "";
   text.precision(8);
   if (refinement.grids.size() < 3) {
-    text << " Its cost has no error bar: from it searches on other grids, of half and of twice as many steps, do not "
-            "arrive.";
+    text << " Its cost has no error bar: from it searches on other grids, of half, of twice and of four times as many "
+            "steps, do not all arrive.";
     return text.str();
   }
   const auto [least, most] = std::minmax_element(refinement.grids.begin(), refinement.grids.end(),

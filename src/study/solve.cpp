@@ -97,7 +97,7 @@ class Search {
 
   std::optional<double> cost_on_grid(std::size_t candidate, int steps) const {
     if (candidate >= found_.size() || budget_.stopped() || !out_of_reach_.empty()) return std::nullopt;
-    if (rests_ && candidate == 0) return found_[candidate].cost;
+    if (rests_ == candidate) return found_[candidate].cost;
     const Found carried = method_->carry(found_[candidate], steps);
     return carried.converged() ? std::optional(carried.cost) : std::nullopt;
   }
@@ -145,8 +145,8 @@ class Search {
   // An answer without a search, where it is accepted.
   bool offer(const Found& answer, const char* by, const std::string& message) {
     add_unsought(answer, by);
-    rests_ = true;
     if (options_.accept && !options_.accept(solutions_.back())) return false;
+    rests_ = found_.size() - 1;
     solutions_.back().message += message;
     return true;
   }
@@ -168,7 +168,11 @@ class Search {
     solution.solver.processor_seconds = budget_.processor_seconds();
     solution.solver.iterations = iterations_;
     solution.solver.evaluations = evaluations_;
-    found_.push_back(still);
+    add_solution(still, solution);
+  }
+
+  void add_solution(const Found& found, const Solution& solution) {
+    found_.push_back(found);
     solutions_.push_back(solution);
   }
 
@@ -331,8 +335,7 @@ class Search {
   // accepted.
   bool take_candidate(const Found& fine) {
     const auto add = [&](const Found& found) {
-      solutions_.push_back(describe(found));
-      found_.push_back(found);
+      add_solution(found, describe(found));
       return options_.accept && options_.accept(solutions_.back());
     };
     if (add(fine)) return true;
@@ -377,7 +380,7 @@ class Search {
     guess.path = guess::random_guess(system_, full_, seed_of_start(problem_, 0));
     if (!integrator::single_step(problem_.scheme))
       guess.path = guess::refined(system_, guess.path, full_.steps, problem_.scheme);
-    solutions_.push_back(describe(guess));
+    add_solution(guess, describe(guess));
     if (options_.accept) options_.accept(solutions_.back());
   }
 
@@ -387,8 +390,7 @@ class Search {
       if (solution.status == maneuver::Status::optimal) return;
     const std::optional<Found> begun = method_->as_begun();
     if (!begun) return;
-    solutions_.push_back(describe(*begun));
-    found_.push_back(*begun);
+    add_solution(*begun, describe(*begun));
     if (options_.accept) options_.accept(solutions_.back());
   }
 
@@ -455,10 +457,10 @@ class Search {
   std::size_t firsts_ = 0;                      // of them, but spare ones
   maneuver::SearchRecord record_;
   std::vector<Solution> solutions_;
-  std::vector<Found> found_;  // of the solutions
-  std::string out_of_reach_;  // why nothing meets the goal, where that shows without a search
-  bool ended_early_ = false;  // by time or interruption
-  bool rests_ = false;        // whether the first of these does nothing to get to the goal
+  std::vector<Found> found_;          // of the solutions
+  std::string out_of_reach_;          // why nothing meets the goal, where that shows without a search
+  bool ended_early_ = false;          // by time or interruption
+  std::optional<std::size_t> rests_;  // of these the one that does nothing to get to the goal, where it is accepted
   int iterations_ = 0;
   int evaluations_ = 0;
 };

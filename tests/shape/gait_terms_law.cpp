@@ -4,6 +4,7 @@
 #include "certificate/bounds.hpp"
 #include "file/problem_file.hpp"
 #include "maneuver/limit_rows.hpp"
+#include "shape/gait_cycles.hpp"
 #include "study/solve.hpp"
 #include "tolerance.hpp"
 
@@ -51,6 +52,17 @@ TEST(GaitTerms, waypoints_turn_the_root_alone_where_the_first_shape_is_free) {
   EXPECT_EQ(turned(), 6U) << "what is said of a body is said of it";
   problem.start.free_shape = false;
   EXPECT_EQ(turned(), 3U * static_cast<std::size_t>(system.body_count()));
+}
+
+// At node 0 most limits do not apply, so that a seam pulls as a cycle's end does.
+TEST(GaitTerms, repeated_limits_pull_at_the_seams_as_at_a_cycles_end) {
+  shape::LimitMultipliers gait;
+  gait.value = Eigen::MatrixXd::Random(3, 5).cwiseAbs();
+  gait.value.col(0).setZero();
+  const shape::LimitMultipliers twice = shape::repeated(gait, 2);
+  ASSERT_EQ(twice.value.cols(), 9);
+  EXPECT_EQ(twice.value.leftCols(5), gait.value);
+  EXPECT_EQ(twice.value.rightCols(4), gait.value.rightCols(4));
 }
 
 }  // namespace

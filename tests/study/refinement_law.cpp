@@ -37,6 +37,24 @@ TEST(Refinement, is_too_wide_rather_than_too_narrow_where_costs_converge_faster)
   EXPECT_GE(found.cost_error, std::abs(found.grids[1].cost - 100.0));
 }
 
+// Where the half grid does not arrive the one of four times as many steps takes its place.
+TEST(Refinement, takes_finer_grids_where_the_coarser_one_does_not_arrive) {
+  maneuver::Problem problem;
+  problem.steps = 200;
+  const auto costs = [](int least) {
+    return
+        [least](int steps) { return steps < least ? std::nullopt : std::optional(100.0 + std::pow(100.0 / steps, 2)); };
+  };
+  for (const auto& [least, grids] :
+       {std::pair(0, std::vector{100, 200, 400}), std::pair(150, std::vector{200, 400, 800})}) {
+    const certificate::Refinement found = study::refine_cost(problem, 100.25, costs(least));
+    ASSERT_EQ(found.grids.size(), 3U);
+    for (std::size_t n = 0; n < 3; ++n) EXPECT_EQ(found.grids[n].steps, grids[n]);
+    EXPECT_NEAR(found.cost_limit, 100.0, tolerance(1e-9));
+  }
+  EXPECT_EQ(study::refine_cost(problem, 100.25, costs(1000)).grids.size(), 1U);
+}
+
 TEST(Refinement, says_how_far_costs_agree_that_change_unevenly) {
   const certificate::Refinement near = study::refinement_of({{100, 480.0}, {200, 479.0}, {400, 479.5}}, 200, 2);
   EXPECT_TRUE(std::isnan(near.cost_error));

@@ -61,7 +61,7 @@ maneuver::Goal led_by(const maneuver::Problem& problem, double angle) {
 
 std::string beyond(const maneuver::Problem& problem) {
   const model::System system(problem.swimmer);
-  return shape::beyond_single_angle(system, maneuver::make_maneuver(system, problem, 20), problem.limits);
+  return shape::beyond_single_angle(system, maneuver::make_maneuver(system, problem, 20), problem.limits, 20);
 }
 
 TEST(SingleAngle, reaches_where_its_joint_leads_and_nowhere_beside) {
@@ -108,6 +108,28 @@ TEST(SingleAngle, is_told_of_goals_that_only_long_steps_would_reach) {
   EXPECT_EQ(answer.solution.status, maneuver::Status::infeasible);
   EXPECT_NE(answer.solution.message.find("goal.move along e_1 is missed by 0.002 m"), std::string::npos)
       << answer.solution.message;
+}
+
+// Of attitudes in the first shape whole turns reach one after the other, and none between.
+TEST(SingleAngle, by_whole_turns_ends_where_each_of_them_leads) {
+  maneuver::Problem problem = two_halves();
+  problem.limits = {};
+  for (const double stiffness : {0.0, 1e-9}) {
+    problem.swimmer.joints[0].stiffness = stiffness;
+    for (const int turns : {1, -2}) {
+      maneuver::Goal goal = led_by(problem, 2.0 * M_PI * turns);
+      goal.turn = goal.rotation["front"];
+      goal.rotation.clear();
+      problem.goal = goal;
+      EXPECT_EQ(beyond(problem), "") << turns;
+      *problem.goal->turn *= 1.05;
+      EXPECT_NE(beyond(problem).find("none of up to 5 either way"), std::string::npos) << beyond(problem);
+      EXPECT_NE(beyond(problem).find("comes nearest by " + std::to_string(turns)), std::string::npos)
+          << beyond(problem);
+    }
+  }
+  const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
+  EXPECT_EQ(answer.solution.status, maneuver::Status::infeasible) << answer.solution.message;
 }
 
 TEST(SingleAngle, says_nothing_of_what_can_turn_round_drift_or_has_more_joints) {
