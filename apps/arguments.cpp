@@ -34,6 +34,15 @@ CLI::Validator positive() {
   return number_in(least, most, "a number > 0");
 }
 
+// An unset variable of the shell is no folder.
+CLI::Validator named() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        return text.empty() ? std::string("found \"\"; allowed: a folder's name; give one (\".\" is this folder)") : "";
+      },
+      "");
+}
+
 // Which a minus sign would wind round.
 CLI::Validator without_sign() {
   return {[](const std::string& text) {
@@ -46,7 +55,9 @@ CLI::Validator without_sign() {
 void describe_solve(CLI::App& app, Arguments& arguments) {
   CLI::App* solve = app.add_subcommand("solve", "Find the maneuver of a problem file and prove it");
   solve->add_option("problem", arguments.solve.problem, "problem file (TOML)")->required();
-  solve->add_option("--out", arguments.solve.out, "folder for solution.json, trajectory.h5, report.html")->required();
+  solve->add_option("--out", arguments.solve.out, "folder for solution.json, trajectory.h5, report.html")
+      ->required()
+      ->check(named());
   solve->add_option("--workers", arguments.solve.workers, "threads for multi-start (default: one for each core)")
       ->check(CLI::Range(1, 1024));
   solve
@@ -75,7 +86,7 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
   solve
       ->add_option("--time-limit", arguments.solve.time_limit,
                    "s, instead of the file's search.time_limit; the best motion is refined and proved for half as long "
-                   "again at most")
+                   "again, or what one pass over the steps takes")
       ->check(positive());
   solve->add_flag("--json", arguments.solve.json, "print solution.json on standard output");
 }
@@ -85,7 +96,8 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
       app.add_subcommand("simulate", "March from the start under given moments or none, or along given joint angles");
   simulate->add_option("problem", arguments.simulate.problem, "problem file (TOML)")->required();
   simulate->add_option("--out", arguments.simulate.out, "folder for solution.json, trajectory.h5, report.html")
-      ->required();
+      ->required()
+      ->check(named());
   CLI::Option* controls = simulate->add_option(
       "--controls", arguments.simulate.controls,
       "solution.json or its folder, or CSV: t, then 3 columns for each joint: N m on the parent, in the parent's frame "

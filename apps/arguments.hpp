@@ -15,7 +15,7 @@ struct Arguments {
   SimulateArguments simulate;
   VerifyArguments verify;
   std::string problem, folder;
-  std::vector<std::string> folders, bench;
+  std::vector<std::string> folders;
   std::vector<double> semi_axes;
   double density = 0.0;
   bool json = false;

@@ -23,7 +23,7 @@ struct SolveArguments {
   std::string problem, out, command;
   bool json = false;
   int workers = 0;                      // 0: one for each core
-  std::string solver;                   // newton or ipopt; empty: as suits the problem
+  std::string solver;                   // newton, ipopt or both; empty: as suits the problem
   bool resolve = false;                 // on more steps, until they resolve the answer
   std::optional<bool> refinement = {};  // default: where it is cheap
   std::string first;                    // folder of the motion to begin at; empty: random first guesses
@@ -67,7 +67,7 @@ int guarded(const Command& command);
 
 int explain_failure() noexcept;
 
-/// Writes out what is buffered of standard output; throws file::IoError where that cannot be written.
+/// Writes out what is buffered of standard output; throws document::IoError where that cannot be written.
 void finish_output();
 
 template <typename Command>

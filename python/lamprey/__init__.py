@@ -59,6 +59,8 @@ def verify(directory, *, problem=None):
     so. status, message, certificate: what the numbers say now. claims: fields of the stored certificate that are not so,
     {field, stored, found} each, None where nothing is found. trajectory: where trajectory.h5 differs from solution.json, in
     words; "" where it does not. problem: where the stored problem is another than the given one, a sentence for each field.
+    FileNotFoundError where there is no solution.json, another OSError where it is not what Lamprey writes, InputError for the
+    problem.
     """
     found, holds, claims, trajectory, differences = _verify(directory, problem)
     return {

@@ -18,6 +18,7 @@ def ellipsoid_inertia(semi_axes: numpy.typing.ArrayLike, density: float) -> dict
     Returns a dict with the words of `lamprey inertia --json`, in the frame of the ellipsoid's own axes, about its centre:
     volume (m³), mass (kg), body_inertia (3,) kg m², added_mass (3,) kg, added_inertia (3,) kg m²,
     mass_matrix (3, 3) kg and inertia_matrix (3, 3) kg m², which are body and fluid together.
+    InputError where a half length is no positive number or the density a negative one.
     """
 
 class Problem:
@@ -33,7 +34,9 @@ class Problem:
 
     @staticmethod
     def from_toml(text: str, path: str = '<Python>') -> Problem:
-        """The problem of a file's text; `path` names it in messages."""
+        """
+        The problem of a file's text; `path` names it in messages. InputError naming the key where it is none.
+        """
 
     def changed(self, **sections) -> Problem:
         """
@@ -91,7 +94,7 @@ class Problem:
         """
         The local connection at a shape: how the root moves as the joints turn, where total momentum is zero.
 
-        rotation: (bodies, 3, 3), body to world, of which the shape alone counts. Returns "angular" (3, f) and "linear" (3, f, in m): the root's angular velocity and its mass centre's velocity, both along its own axes, by the f rates of the joints, and "inertia" (f, f): M of the kinetic energy ½ rate·M rate, kg m².
+        rotation: (bodies, 3, 3), body to world, of which the shape alone counts; InputError where a body is off its joint by more than 1e-6 rad. Returns "angular" (3, f) and "linear" (3, f, in m): the root's angular velocity and its mass centre's velocity, both along its own axes, by the f rates of the joints, and "inertia" (f, f): M of the kinetic energy ½ rate·M rate, kg m².
         "rates": the joint and the axis of each, of a hinge or universal joint the angle about it, of a ball joint a component of the child's angular velocity against the parent's, in the parent's frame. Equation 9.28.
         """
 
@@ -99,7 +102,7 @@ class Problem:
         """
         The curvature of the local connection at a shape: what small loops of shapes move the root by.
 
-        rotation: (bodies, 3, 3), body to world, of which the shape alone counts. Returns "angular" (3, f, f) and "linear" (3, f, f, in m), by the f "rates" of connection: the parallelogram of two small motions a, b of the joints (rad) turns the root by angular[k] @ b · a about its axis k and moves it by linear[k] likewise, to second order in its size. Antisymmetric, exact. Equations 9.29, 9.30.
+        rotation: (bodies, 3, 3), body to world, of which the shape alone counts; InputError as in connection. Returns "angular" (3, f, f) and "linear" (3, f, f, in m), by the f "rates" of connection: the parallelogram of two small motions a, b of the joints (rad) turns the root by angular[k] @ b · a about its axis k and moves it by linear[k] likewise, to second order in its size. Antisymmetric, exact. Equations 9.29, 9.30.
         """
 
     def height_functions(self, first: str | tuple[str, int] | dict, second: str | tuple[str, int] | dict, first_range: tuple[float, float], second_range: tuple[float, float], points: int = 31, middle: dict | None = None) -> dict[str, Any]:
@@ -240,12 +243,12 @@ class Trajectory:
 
     def report(self, path: str | os.PathLike) -> None:
         """
-        Writes the report, one HTML file that opens without a server or a network.
+        Writes the report, one HTML file that opens without a server or a network. OSError where it cannot be written.
         """
 
     def save(self, directory: str | os.PathLike) -> None:
         """
-        Writes solution.json, trajectory.h5 and report.html into a directory, as `lamprey solve --out` does; of other minima, too, each in a directory minimum_2, minimum_3 ... within it.
+        Writes solution.json, trajectory.h5 and report.html into a directory, as `lamprey solve --out` does; of other minima, too, each in a directory minimum_2, minimum_3 ... within it. OSError where they cannot be written.
         """
 
     def __repr__(self) -> str: ...
@@ -272,7 +275,7 @@ class Solution(Trajectory):
     @property
     def search(self) -> dict[str, Any] | None:
         """
-        starts, solved, minima [{cost, count, by_ipopt where both solvers searched}].
+        starts, solved, minima [{cost, count, by_ipopt where both solvers searched}]; where there are such, strokes and hops (first guesses among them) and set_aside {cost, steps}.
         """
 
     @property
@@ -284,7 +287,7 @@ class Solution(Trajectory):
     @property
     def solver(self) -> dict[str, Any] | None:
         """
-        name, iterations, evaluations, wall_seconds (of the search), total_wall_seconds (of the whole answer), history.
+        name, iterations, evaluations, wall_seconds (of the search), processor_seconds (of all workers), total_wall_seconds (of the whole answer), history; limit_weight, (N m)², and work_weight, 1/W, {value, largest}, where there are such multipliers.
         """
 
     @property
@@ -295,7 +298,9 @@ class Solution(Trajectory):
 
     @property
     def limit_multipliers(self) -> list[dict[str, Any]] | None:
-        """What the limits that hold somewhere cost at each node."""
+        """
+        What the limits that hold somewhere cost: a dict for each with key (of the problem file), joint, bodies, component and upper (which of its bounds), and multiplier (nodes,): (N m)² by N m, rad, rad/s, m or s, by how much the cost falls for each unit by which the limit gives way, per second.
+        """
 
     @property
     def work_multipliers(self) -> list[list[float]] | None:
@@ -317,7 +322,7 @@ class Solution(Trajectory):
 
 def load_solution(directory: str | os.PathLike) -> Trajectory:
     """
-    Reads solution.json of a directory: a Solution, or a Trajectory where it was simulated.
+    Reads solution.json of a directory: a Solution, or a Trajectory where it was simulated. FileNotFoundError where there is none, another OSError where it is not what Lamprey writes.
     """
 
 def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: float | None = None, first: Trajectory | str | os.PathLike | None = None, progress: Callable[[str], object] | None = None, resolve: bool = False) -> Solution:
@@ -448,7 +453,7 @@ class Solver:
         """
         Newton steps from the last answer on; releases the GIL.
 
-        The outcome says whether they arrived; unless they did the last answer stays. max_iterations: Newton steps in all, 500 and more while they pay where none are given. time_limit: s; where it ended a search the next one goes on. Ctrl-C raises KeyboardInterrupt.
+        The outcome says whether they arrived; unless they did the last answer stays. max_iterations: Newton steps in all, 500 and more while they pay where none are given. time_limit: s; where it ended a search the next one goes on. Ctrl-C raises KeyboardInterrupt; InputError where max_iterations is negative or time_limit not above 0; RuntimeError where another thread is in this Solver.
         """
 
     @property
@@ -479,5 +484,5 @@ class Solver:
         """
         The last answer with velocities and momenta; at first the solution that was given. Its certificate is None: see certify.
 
-        feedback: with gains about it, for simulate(feedback=) or a vehicle that follows it until the next answer.
+        feedback: with gains about it, for simulate(feedback=) or a vehicle that follows it until the next answer; ValueError where that answer is no motion.
         """

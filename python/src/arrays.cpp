@@ -49,8 +49,8 @@ void require_shape(const Numbers& given, const std::vector<std::size_t>& shape, 
     size *= found.back();
   }
   if (found != shape)
-    throw model::InputError(key, fmt::format("found the shape {}; allowed: {}; give an array of that shape",
-                                             found.empty() ? "of one number" : shown(found), shown(shape)));
+    throw model::InputError(
+        key, fmt::format("found the shape {}; allowed: {}; give an array of that shape", shown(found), shown(shape)));
   for (std::size_t n = 0; n < size; ++n)
     if (!std::isfinite(given.data()[n]))
       throw model::InputError(key, fmt::format("found {}; allowed: finite numbers; mend entry {}", given.data()[n], n));
@@ -79,8 +79,7 @@ Eigen::Vector3d three(nb::handle object, const std::string& key, const std::stri
 
 std::vector<double> several(nb::handle object, std::size_t count, const std::string& key, const std::string& what) {
   const Numbers given = numbers(object, key);
-  if (given.size() != count || given.ndim() > 1 || (given.ndim() == 0 && count != 1))
-    throw model::InputError(key, "found another shape; allowed: " + what);
+  if (given.size() != count || given.ndim() != 1) throw model::InputError(key, "found another shape; allowed: " + what);
   const std::vector<double> values(given.data(), given.data() + count);
   for (double value : values)
     if (!std::isfinite(value))

@@ -74,7 +74,8 @@ void bind_file(nb::module_& module) {
           "settings"_a)
       .def_static(
           "from_toml", [](const std::string& text, const std::string& path) { return problem_from(text, path); },
-          "text"_a, "path"_a = made_in_python, "The problem of a file's text; `path` names it in messages.")
+          "text"_a, "path"_a = made_in_python,
+          "The problem of a file's text; `path` names it in messages. InputError naming the key where it is none.")
       .def(
           "changed",
           [](const Problem& self, const nb::kwargs& sections) {

@@ -48,7 +48,8 @@ void bind_fluid(nb::module_& module) {
       "Returns a dict with the words of `lamprey inertia --json`, in the frame of the ellipsoid's own axes, about "
       "its centre:\n"
       "volume (m³), mass (kg), body_inertia (3,) kg m², added_mass (3,) kg, added_inertia (3,) kg m²,\n"
-      "mass_matrix (3, 3) kg and inertia_matrix (3, 3) kg m², which are body and fluid together.");
+      "mass_matrix (3, 3) kg and inertia_matrix (3, 3) kg m², which are body and fluid together.\n"
+      "InputError where a half length is no positive number or the density a negative one.");
 }
 
 }  // namespace lamprey::python

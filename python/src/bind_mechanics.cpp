@@ -211,7 +211,9 @@ void bind_mechanics(nb::module_& module) {
       .def("connection", &connection, "rotation"_a,
            nb::sig("def connection(self, rotation: numpy.typing.ArrayLike) -> dict[str, typing.Any]"),
            "The local connection at a shape: how the root moves as the joints turn, where total momentum is zero.\n\n"
-           "rotation: (bodies, 3, 3), body to world, of which the shape alone counts. Returns \"angular\" (3, f) and "
+           "rotation: (bodies, 3, 3), body to world, of which the shape alone counts; InputError where a body is off "
+           "its joint by more than "
+           "1e-6 rad. Returns \"angular\" (3, f) and "
            "\"linear\" "
            "(3, f, in m): the root's angular velocity and its mass centre's velocity, both along its own axes, by the "
            "f rates "
@@ -220,16 +222,16 @@ void bind_mechanics(nb::module_& module) {
            "axis of each, of a hinge or universal joint the angle about it, of a ball joint a component of the child's "
            "angular "
            "velocity against the parent's, in the parent's frame. Equation 9.28.")
-      .def(
-          "connection_curvature", &connection_curvature, "rotation"_a,
-          nb::sig("def connection_curvature(self, rotation: numpy.typing.ArrayLike) -> dict[str, typing.Any]"),
-          "The curvature of the local connection at a shape: what small loops of shapes move the root by.\n\n"
-          "rotation: (bodies, 3, 3), body to world, of which the shape alone counts. Returns \"angular\" (3, f, f) and "
-          "\"linear\" (3, f, f, in m), by the f \"rates\" of connection: the parallelogram of two small motions a, b "
-          "of "
-          "the joints (rad) turns the root by angular[k] @ b · a about its axis k and moves it by linear[k] likewise, "
-          "to "
-          "second order in its size. Antisymmetric, exact. Equations 9.29, 9.30.")
+      .def("connection_curvature", &connection_curvature, "rotation"_a,
+           nb::sig("def connection_curvature(self, rotation: numpy.typing.ArrayLike) -> dict[str, typing.Any]"),
+           "The curvature of the local connection at a shape: what small loops of shapes move the root by.\n\n"
+           "rotation: (bodies, 3, 3), body to world, of which the shape alone counts; InputError as in connection. "
+           "Returns \"angular\" (3, f, f) and "
+           "\"linear\" (3, f, f, in m), by the f \"rates\" of connection: the parallelogram of two small motions a, b "
+           "of "
+           "the joints (rad) turns the root by angular[k] @ b · a about its axis k and moves it by linear[k] likewise, "
+           "to "
+           "second order in its size. Antisymmetric, exact. Equations 9.29, 9.30.")
       .def(
           "height_functions", &height_functions, "first"_a, "second"_a, "first_range"_a, "second_range"_a,
           "points"_a = 31, "middle"_a = nb::none(),

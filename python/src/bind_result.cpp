@@ -270,11 +270,12 @@ void bind_result(nb::module_& module) {
            "of a universal joint with fewer moments two, of a\nball joint how far it is from its zero angle, over "
            "the nodes); an empty list: no motion.")
       .def("report", &write_report, "path"_a,
-           "Writes the report, one HTML file that opens without a server or a network.")
+           "Writes the report, one HTML file that opens without a server or a network. OSError where it cannot be "
+           "written.")
       .def("save", &save, "directory"_a,
            "Writes solution.json, trajectory.h5 and report.html into a directory, as `lamprey solve --out` does; of "
            "other "
-           "minima, too, each in a directory minimum_2, minimum_3 ... within it.")
+           "minima, too, each in a directory minimum_2, minimum_3 ... within it. OSError where they cannot be written.")
       .def("__repr__", [](const Trajectory& self) { return shown("Trajectory", self); })
       .def("__getstate__", &state<Trajectory>)
       .def("__setstate__", &from_state<Trajectory>);
@@ -288,7 +289,9 @@ void bind_result(nb::module_& module) {
                    "effort, work, power, smoothness, angular_velocity, time, transport before weighting, where more "
                    "than effort and time is asked for.")
       .def_prop_ro("search", said("search"), nb::sig("def search(self) -> dict[str, typing.Any] | None"),
-                   "starts, solved, minima [{cost, count, by_ipopt where both solvers searched}].")
+                   "starts, solved, minima [{cost, count, by_ipopt where both solvers searched}]; where there are "
+                   "such, strokes and "
+                   "hops (first guesses among them) and set_aside {cost, steps}.")
       .def_prop_ro(
           "others",
           [](const Solution& self) {
@@ -299,15 +302,21 @@ void bind_result(nb::module_& module) {
           nb::sig("def others(self) -> list[Solution]"),
           "Of other minima, by rising cost, where search.keep of the problem is more than 1; not kept by pickle and "
           "load_solution.")
-      .def_prop_ro("solver", said("solver"), nb::sig("def solver(self) -> dict[str, typing.Any] | None"),
-                   "name, iterations, evaluations, wall_seconds (of the search), total_wall_seconds (of the whole "
-                   "answer), history.")
+      .def_prop_ro(
+          "solver", said("solver"), nb::sig("def solver(self) -> dict[str, typing.Any] | None"),
+          "name, iterations, evaluations, wall_seconds (of the search), processor_seconds (of all workers), "
+          "total_wall_seconds (of the whole answer), history; limit_weight, (N m)², and work_weight, 1/W, {value, "
+          "largest}, where there are such multipliers.")
       .def_prop_ro("feedback", &feedback, nb::sig("def feedback(self) -> dict[str, typing.Any] | None"),
                    "Gains about the motion: time (times,), gain (times, controls, states), control_coordinates, "
                    "state_coordinates.")
-      .def_prop_ro("limit_multipliers", said("limit_multipliers"),
-                   nb::sig("def limit_multipliers(self) -> list[dict[str, typing.Any]] | None"),
-                   "What the limits that hold somewhere cost at each node.")
+      .def_prop_ro(
+          "limit_multipliers", said("limit_multipliers"),
+          nb::sig("def limit_multipliers(self) -> list[dict[str, typing.Any]] | None"),
+          "What the limits that hold somewhere cost: a dict for each with key (of the problem file), joint, bodies, "
+          "component "
+          "and upper (which of its bounds), and multiplier (nodes,): (N m)² by N m, rad, rad/s, m or s, by how "
+          "much the cost falls for each unit by which the limit gives way, per second.")
       .def_prop_ro("work_multipliers", said("work_multipliers"),
                    nb::sig("def work_multipliers(self) -> list[list[float]] | None"),
                    "[drives][nodes] signs of the powers, where work has a weight: a row for each joint, of a universal "
@@ -319,9 +328,11 @@ void bind_result(nb::module_& module) {
       .def("__repr__", [](const Solution& self) { return shown("Solution", self); })
       .def("__getstate__", &state<Solution>)
       .def("__setstate__", &from_state<Solution>);
-  module.def("load_solution", &load_solution, "directory"_a,
-             nb::sig("def load_solution(directory: str | os.PathLike) -> Trajectory"),
-             "Reads solution.json of a directory: a Solution, or a Trajectory where it was simulated.");
+  module.def(
+      "load_solution", &load_solution, "directory"_a,
+      nb::sig("def load_solution(directory: str | os.PathLike) -> Trajectory"),
+      "Reads solution.json of a directory: a Solution, or a Trajectory where it was simulated. FileNotFoundError where "
+      "there is none, another OSError where it is not what Lamprey writes.");
 }
 
 #undef LAMPREY_ARRAY

@@ -75,10 +75,10 @@ class Solver {
       : file_(problem.file),
         system_(task::system_of(file_)),
         begun_(task::begun_results(file_, system_, "lamprey.Solver.solve()")),
-        goal_(*file_.problem.goal),
         answer_(solution) {
     without_lock(
         [&] { solver_ = std::make_unique<study::Solver>(system_, file_.problem, answer_.results().solution); });
+    goal_ = *file_.problem.goal;  // a problem without one is refused
     look();
   }
   Solver(const Solver&) = delete;
@@ -89,7 +89,13 @@ class Solver {
     const std::unique_lock lock = taken();
     maneuver::Goal goal = goal_;
     if (!move.is_none()) goal.move = moves(move);
-    if (!turn.is_none()) goal.turn = three(turn, "turn", "a rotation vector (rad)");
+    if (!turn.is_none()) {
+      if (goal.rotation.size() == model::at(system_.body_count()))
+        throw InputError("turn",
+                         "found it where the goal gives every body's rotation, which a turn leaves as it is; give "
+                         "rotation = {...} of those that are to move");
+      goal.turn = three(turn, "turn", "a rotation vector (rad)");
+    }
     for (const auto& [body, vector] : rotation) {
       require_body(body);
       goal.rotation[body] = three(vector, "rotation." + body, "a rotation vector (rad)");
@@ -354,12 +360,14 @@ void bind_study(nb::module_& module) {
           "per "
           "distance is that of the rest.\nInputError where nothing is left, for periodic goals and where waypoints are "
           "tied to times.")
-      .def("solve", &Solver::solve, nb::kw_only(), "max_iterations"_a = nb::none(), "time_limit"_a = nb::none(),
-           "Newton steps from the last answer on; releases the GIL.\n\n"
-           "The outcome says whether they arrived; unless they did the last answer stays. max_iterations: Newton steps "
-           "in all, "
-           "500 and more while they pay where none are given. time_limit: s; where it ended a search the next one goes "
-           "on. Ctrl-C raises KeyboardInterrupt.")
+      .def(
+          "solve", &Solver::solve, nb::kw_only(), "max_iterations"_a = nb::none(), "time_limit"_a = nb::none(),
+          "Newton steps from the last answer on; releases the GIL.\n\n"
+          "The outcome says whether they arrived; unless they did the last answer stays. max_iterations: Newton steps "
+          "in all, "
+          "500 and more while they pay where none are given. time_limit: s; where it ended a search the next one goes "
+          "on. Ctrl-C raises KeyboardInterrupt; InputError where max_iterations is negative or time_limit not above 0; "
+          "RuntimeError where another thread is in this Solver.")
       .def_prop_ro(
           "answered", &Solver::answered,
           "Whether the last answer belongs to the goal, start and duration that were set last: false from then "
@@ -377,11 +385,11 @@ void bind_study(nb::module_& module) {
       .def_prop_ro(
           "cost", [](const Solver& self) { return self.answer().results().solution.cost; },
           "Of the last answer, by the problem's rule.")
-      .def(
-          "solution", &Solver::solution, nb::kw_only(), "feedback"_a = false,
-          "The last answer with velocities and momenta; at first the solution that was given. Its certificate is "
-          "None: see certify.\n\n"
-          "feedback: with gains about it, for simulate(feedback=) or a vehicle that follows it until the next answer.");
+      .def("solution", &Solver::solution, nb::kw_only(), "feedback"_a = false,
+           "The last answer with velocities and momenta; at first the solution that was given. Its certificate is "
+           "None: see certify.\n\n"
+           "feedback: with gains about it, for simulate(feedback=) or a vehicle that follows it until the next answer; "
+           "ValueError where that answer is no motion.");
 }
 
 }  // namespace lamprey::python

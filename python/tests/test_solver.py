@@ -239,6 +239,19 @@ def test_of_measured_velocities_the_joints_rates_alone_count(translation, soluti
     assert np.abs(found[0].control[:, 0, 2] - planned).max() < 0.01 * np.abs(planned).max()
 
 
+def test_a_problem_without_a_goal_is_refused(translation, solution):
+    settings = dict(translation.settings)
+    del settings["goal"]
+    with pytest.raises(lp.InputError, match="found no goal, which a Solver does not take"):
+        lp.Solver(lp.Problem(settings), solution)
+
+
+def test_a_turn_that_every_rotation_would_override_is_refused(solver):
+    solver.set_goal(rotation={"middle": [0.0, 0.0, 0.0], "front": [0.0, 0.0, 0.0], "back": [0.0, 0.0, np.pi / 4]})
+    with pytest.raises(lp.InputError, match="turn: found it where the goal gives every body's rotation"):
+        solver.set_goal(turn=[0.0, 0.0, 0.1])
+
+
 def test_goals_out_of_reach_are_a_status(solver, solution):
     solver.set_goal(turn=[0.1, 0.0, 0.0])
     outcome = solver.solve()

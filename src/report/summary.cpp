@@ -253,10 +253,11 @@ std::string verdict(const result::Results& results) {
   }
   if (!results.certificate) return words;
   const Certificate& proof = *results.certificate;
-  if (results.solution.status == Status::optimal && proof.replay &&
-      !(proof.replay->rotation_error <= certificate::replay_mark))
-    words += fmt::format(", on steps too coarse to resolve it (replay off by {} rad)",
-                         number(proof.replay->rotation_error, 2));
+  if (results.solution.status == Status::optimal && proof.replay && proof.replay->misses())
+    words += std::isnan(proof.replay->rotation_error)
+                 ? std::string(", on steps too coarse to resolve it (its replay breaks off)")
+                 : fmt::format(", on steps too coarse to resolve it (replay off by {} rad)",
+                               number(proof.replay->rotation_error, 2));
   if (const auto& aside = results.solution.search.set_aside; aside && results.solution.status == Status::optimal)
     words += fmt::format(", dearer than a motion of cost {} that takes {} steps", grouped(aside->cost),
                          aside->steps ? std::to_string(*aside->steps) : "more");
@@ -267,7 +268,7 @@ std::string verdict(const result::Results& results) {
                          number(parts_of_cost->work, 4), number(proof.replay->work, 4));
   if (without_motion(results))
     return fmt::format(
-        "{}: no motion was found; what is shown is the search’s last trial, whose steps do not follow from "
+        "{}: what is shown is no motion but the search’s last trial, whose steps do not follow from "
         "each other (by {} of the momentum’s scale)",
         words, number(proof.equation_residual, 2));
   std::vector<std::string> parts;

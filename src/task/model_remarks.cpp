@@ -192,6 +192,14 @@ std::string turn_remark(const std::string& key, const Vector3d& turn) {
                      document::short_number(angle), document::short_number(whole - angle));
 }
 
+// Of joints that end at an angle whole turns are not told apart.
+std::string angle_remark(const std::string& key, double angle) {
+  const double nearest = std::remainder(angle, 2.0 * std::numbers::pi);
+  if (std::abs(angle) <= std::numbers::pi + half_turn_slack) return "";
+  return fmt::format("{} of {} rad ends where {} rad does: a goal counts no whole turns; is it meant in radians?", key,
+                     document::short_number(angle), document::short_number(nearest));
+}
+
 }  // namespace
 
 std::vector<std::string> model_remarks(const Problem& problem, const System& system) {
@@ -223,10 +231,13 @@ std::vector<std::string> model_remarks(const Problem& problem, const System& sys
     for (const auto& [body, rotation] : problem.goal->rotation)
       if (rotation) add(turn_remark(document::printable(document::key_path("goal.rotation", body)), *rotation));
   if (problem.goal)
-    for (const auto& [joint, angles] : problem.goal->angle)
+    for (const auto& [joint, angles] : problem.goal->angle) {
+      const std::string key = document::printable(document::key_path("goal.angle", joint));
       if (angles.size() == 3)
-        add(turn_remark(document::printable(document::key_path("goal.angle", joint)),
-                        *problem.goal->turn_of_joint(joint)));
+        add(turn_remark(key, *problem.goal->turn_of_joint(joint)));
+      else
+        for (const double angle : angles) add(angle_remark(key, angle));
+    }
   return remarks;
 }
 

@@ -167,7 +167,7 @@ TEST(Verdict, says_that_there_is_no_motion_and_nothing_of_its_cost) {
   results.solution.status = maneuver::Status::stalled;
   results.certificate->equation_residual = 0.064;
   EXPECT_EQ(report::verdict(results),
-            "Stalled before it was optimal: no motion was found; what is shown is the search’s last trial, whose steps "
+            "Stalled before it was optimal: what is shown is no motion but the search’s last trial, whose steps "
             "do not "
             "follow from each other (by 0.064 of the momentum’s scale)");
   EXPECT_FALSE(says("Cost") || says("Clearance") || says("Work of the joints"));

@@ -182,7 +182,9 @@ TEST(ModelRemarks, tell_of_slips) {
            {[](maneuver::Problem& p) { p.goal->turn = Eigen::Vector3d(0, 0, 5.0); },
             "goal.turn turns by 5 rad, which ends where 1.28319 rad the other way do"},
            {[](maneuver::Problem& p) { p.goal->rotation["tail"] = Eigen::Vector3d(0, 3.2, 0); },
-            "goal.rotation.tail turns by 3.2 rad"}}) {
+            "goal.rotation.tail turns by 3.2 rad"},
+           {[](maneuver::Problem& p) { p.goal->angle["hip"] = {4.0}; },
+            "goal.angle.hip of 4 rad ends where -2.28319 rad does"}}) {
     maneuver::Problem problem = two_bodies();
     change(problem);
     const std::vector<std::string> remarks = remarks_of(problem);
