@@ -119,7 +119,9 @@ struct Clearance {
 };
 
 struct Certificate {
-  double goal_error = unset;      // max over goal rows, rad or m
+  double goal_error = unset;     // max over goal rows, rad or m
+  std::string goal_missed = {};  // which of them that is, and whether it is in rad; not stored
+  bool goal_missed_by_turn = true;
   double rest_error = unset;      // max |μ_N| / scale
   double momentum_drift = unset;  // max |p − p_0| / scale
   double momentum_round_off =

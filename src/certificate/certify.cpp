@@ -172,7 +172,10 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   }
 
   proof.iterates_momentum = iterates_momentum(solution.solver);
-  proof.goal_error = goal_error(motion);
+  const GoalMiss miss = largest_miss(motion);
+  proof.goal_error = miss.error;
+  proof.goal_missed = miss.condition;
+  proof.goal_missed_by_turn = miss.is_turn;
   proof.verdict = Verdict::not_optimal;
   if (!motion.steps_known) {
     proof.verdict = verdict(problem, proof);

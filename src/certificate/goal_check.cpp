@@ -56,22 +56,31 @@ std::vector<AskedJoint> asked_joints(const model::System& system, const maneuver
   return asked;
 }
 
-double goal_error(const StoredMotion& motion) {
-  Largest error;
-  const auto asked = asked_rotations(motion.system, motion.problem);
+GoalMiss largest_miss(const StoredMotion& motion) {
+  const model::System& system = motion.system;
+  GoalMiss largest{0.0, "", true};
+  const auto add = [&](double error, const std::string& condition, bool is_turn) {
+    if (error > largest.error || std::isnan(error)) largest = {error, condition, is_turn};
+  };
+  const auto asked = asked_rotations(system, motion.problem);
   const auto& end = motion.solution.rotation.back();
+  const auto name = [&](std::size_t i) { return system.body(static_cast<int>(i)).name; };
   for (std::size_t i = 0; i < asked.size(); ++i)
-    if (asked[i]) error.add(lie::rotation_angle(asked[i]->transpose() * end[i]));
-  for (const AskedJoint& joint : asked_joints(motion.system, motion.problem))
-    error.add(lie::rotation_angle(joint.rotation.transpose() *
-                                  mechanics::child_to_parent(end, motion.system.joint(joint.joint))));
+    if (asked[i]) add(lie::rotation_angle(asked[i]->transpose() * end[i]), "the end attitude of " + name(i), true);
+  for (const AskedJoint& asked_joint : asked_joints(system, motion.problem)) {
+    const model::Joint& joint = system.joint(asked_joint.joint);
+    add(lie::rotation_angle(asked_joint.rotation.transpose() * mechanics::child_to_parent(end, joint)),
+        "the end of joint " + joint.name, true);
+  }
   for (int c = 0; c < 3; ++c)
     if (const auto& move = motion.problem.goal->move[at(c)])
-      error.add(std::abs(motion.solution.position.back()[c] - motion.problem.start.position[c] - *move));
+      add(std::abs(motion.solution.position.back()[c] - motion.problem.start.position[c] - *move),
+          "goal.move along e_" + std::to_string(c + 1), false);
   const auto& begin = motion.solution.rotation.front();
   for (std::size_t i = 1; i < end.size() && motion.problem.goal->periodic; ++i)
-    error.add(lie::rotation_angle((begin[0].transpose() * begin[i]).transpose() * (end[0].transpose() * end[i])));
-  return error.value();
+    add(lie::rotation_angle((begin[0].transpose() * begin[i]).transpose() * (end[0].transpose() * end[i])),
+        "the shape of " + name(i) + " at the end of the period", true);
+  return largest;
 }
 
 double start_error(const StoredMotion& motion) {

@@ -21,7 +21,12 @@ struct AskedJoint {
 std::vector<AskedJoint> asked_joints(const model::System& system, const maneuver::Problem& problem);
 
 /// Largest miss over all goal rows: full rotation angle, rad, or displacement along an axis, m. Not of rest.
-double goal_error(const StoredMotion& motion);
+struct GoalMiss {
+  double error = unset;
+  std::string condition;  // the one that is missed so: "the end attitude of tail", "goal.move along e_1"
+  bool is_turn = true;    // rad, not m
+};
+GoalMiss largest_miss(const StoredMotion& motion);
 
 /// Largest difference of node 0 from the problem's start: full rotation angle, rad, or distance, m.
 double start_error(const StoredMotion& motion);

@@ -87,6 +87,13 @@ bool Budget::stopped() const {
   return seconds() > late_share * end_of_time() || (interrupted() && seconds() > interrupted_at_ + grace);
 }
 
+void Budget::tell_what_ended(optimizer::Outcome& outcome) const {
+  if (outcome.termination != optimizer::Termination::stalled) return;
+  outcome.termination = interrupted() ? optimizer::Termination::interrupted : optimizer::Termination::time_limit;
+  outcome.reason =
+      std::string(interrupted() ? "it was interrupted" : "the time limit was reached") + " before a motion was found";
+}
+
 optimizer::Options Budget::optimizer_options(int max_iterations, double tolerance) const {
   optimizer::Options options;
   options.tolerance = tolerance;

@@ -31,6 +31,8 @@ class Budget {
   bool interrupted() const;
   /// Whether that someone wants it to end at once.
   bool hurried() const { return options_.hurried && options_.hurried(); }
+  /// Of a search that found no motion before it had tried all that was asked for: what ended it, in the place of `stalled`.
+  void tell_what_ended(optimizer::Outcome& outcome) const;
   /// Options of a solve within what is left of the time.
   optimizer::Options optimizer_options(int max_iterations, double tolerance) const;
   double seconds() const;

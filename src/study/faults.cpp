@@ -69,7 +69,11 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
     return "no motion was found that obeys the mechanics and meets the goal (discrete equations off by " +
            number(proof.equation_residual) + " of the momentum's scale, goal by " + number(proof.goal_error) +
            " rad or m)";
-  if (!(proof.goal_error <= goal_mark)) return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
+  if (!(proof.goal_error <= goal_mark) && proof.goal_missed.empty())
+    return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
+  if (!(proof.goal_error <= goal_mark))
+    return proof.goal_missed + " is missed by " + number(proof.goal_error) +
+           (proof.goal_missed_by_turn ? " rad" : " m");
   if (proof.limits && !(proof.limits->violation <= limit_mark))
     return violation_in_words(proof.limits->key, proof.limits->violation, proof.limits->time);
   if (problem.goal && problem.goal->joints_rest && !(proof.rest_error <= rest_mark))

@@ -377,6 +377,7 @@ class Search {
       return;  // otherwise nothing was found: the first guess, so that there is something to look at
     Found guess;
     guess.outcome = starts_.front().outcome;
+    if (ended_early_) budget_.tell_what_ended(guess.outcome);
     guess.path = guess::random_guess(system_, full_, seed_of_start(problem_, 0));
     if (!integrator::single_step(problem_.scheme))
       guess.path = guess::refined(system_, guess.path, full_.steps, problem_.scheme);

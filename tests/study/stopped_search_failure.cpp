@@ -30,6 +30,24 @@ TEST(StoppedSearch, ends_with_an_exception_of_its_threads_whatever_their_number)
   }
 }
 
+// Guesses that were not tried might have been motions: "stalled" would say that none is.
+TEST(StoppedSearch, without_a_motion_says_what_ended_it) {
+  const Problem problem = translation(20);
+  for (const bool interrupted : {true, false}) {
+    study::SolveOptions options;
+    options.interrupted = [&] { return interrupted; };
+    const study::Budget budget(problem, options);
+    optimizer::Outcome outcome;
+    budget.tell_what_ended(outcome);
+    EXPECT_EQ(outcome.termination,
+              interrupted ? optimizer::Termination::interrupted : optimizer::Termination::time_limit);
+    EXPECT_NE(outcome.reason.find("before a motion was found"), std::string::npos);
+    outcome.termination = optimizer::Termination::infeasible;
+    budget.tell_what_ended(outcome);
+    EXPECT_EQ(outcome.termination, optimizer::Termination::infeasible);
+  }
+}
+
 // An answer whose search shall stop once it tells of a line, by interruption or because that takes all its time.
 struct StoppedAt {
   std::vector<std::string> told;
