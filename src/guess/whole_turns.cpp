@@ -14,7 +14,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using maneuver::turns_round;
 using model::at;
 using shape::ShapeProgram;
 using shape::Steps;
@@ -100,7 +99,8 @@ VectorXd numbers_of_turns(const MatrixXd& effect, const Vector3d& way, Random& r
 std::vector<int> joints_that_turn_round(const System& system, const Problem& problem) {
   std::vector<int> joints;
   for (int j = 0; j < system.joint_count(); ++j)
-    if (turns_round(system.joint(j), problem.limits) && system.joint(j).stiffness == 0.0) joints.push_back(j);
+    if (system.joint(j).actuation.cols() > 0 && maneuver::may_turn_round(system.joint(j), problem.limits))
+      joints.push_back(j);
   return joints;
 }
 

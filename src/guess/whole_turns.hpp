@@ -13,7 +13,7 @@ using maneuver::EndRow;
 using maneuver::Random;
 using maneuver::ShapeCoordinates;
 
-/// Joints that `turns_round`, against no spring.
+/// Joints that moments turn and that `may_turn_round`.
 std::vector<int> joints_that_turn_round(const model::System& system, const Problem& problem);
 
 /// Turns of these joints, drawn at random among those that turn the swimmer by about this share of the turn that the goal asks for, as

@@ -46,6 +46,7 @@ Problem coarse_problem(const Problem& problem) {
   return coarse;
 }
 
+// By each of which a body may turn by a quarter.
 int steps_of_scheme(const Problem& problem) {
   return integrator::single_step(problem.scheme) ? problem.steps
                                                  : problem.steps * integrator::composition(problem.scheme).stages();
@@ -67,7 +68,7 @@ Grids::Grids(const System& system, const Problem& problem, const SolveOptions& o
       problem_(coarse_problem(problem)),
       options_(options),
       budget_(budget),
-      reached_(system, problem_, steps_of_scheme(problem)),
+      reached_(system, problem),
       limits_(maneuver::limit_rows(system, problem)) {}
 
 bool Grids::composed() const { return !integrator::single_step(asked_.scheme); }
@@ -244,7 +245,8 @@ void take_effort(const Found& tried, Found& found) {
 
 shape::Steps steps_for(int steps) { return steps < coarse_steps ? shape::Steps::rough : shape::Steps::faithful; }
 
-Reached::Reached(const System& system, const Problem& problem, int steps_shown) : coordinates(system) {
+Reached::Reached(const System& system, const Problem& asked) : coordinates(system) {
+  const Problem problem = coarse_problem(asked);
   for (const int steps : reach_steps) {
     const Maneuver probe = maneuver::make_maneuver(system, problem, steps);
     Maneuver swinging = probe;  // as moments bend joints, not as the goal asks of them
@@ -259,7 +261,8 @@ Reached::Reached(const System& system, const Problem& problem, int steps_shown) 
       rows = *met;
       shape::refuse_price_of_no_displacement(system, probe, coordinates);
       out_of_reach = shape::out_of_reach(system, probe, coordinates, guess);
-      if (out_of_reach.empty()) out_of_reach = shape::beyond_single_angle(system, probe, problem.limits, steps_shown);
+      if (out_of_reach.empty())
+        out_of_reach = shape::beyond_single_angle(system, probe, problem.limits, steps_of_scheme(asked));
       return;
     }
   }

@@ -19,8 +19,7 @@ struct Reached {
   maneuver::ShapeCoordinates coordinates;
   std::vector<maneuver::EndRow> rows;
   std::string out_of_reach;  // why no motion meets the goal; empty where none shows
-  /// `steps_shown`: those of the answer, by which what one step shows counts.
-  Reached(const model::System& system, const maneuver::Problem& problem, int steps_shown);
+  Reached(const model::System& system, const maneuver::Problem& asked);
 };
 
 /// A program and its solver at one resolution.

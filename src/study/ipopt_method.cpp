@@ -51,7 +51,7 @@ class IpoptMethod : public Method {
 
   std::string name() const override { return "ipopt"; }
   std::string out_of_reach() const override {
-    return newton_takes(system_, problem_) ? Reached(system_, problem_, problem_.steps).out_of_reach : "";
+    return newton_takes(system_, problem_) ? Reached(system_, problem_).out_of_reach : "";
   }
 
   std::vector<Found> solve_starts(int first, int count) override {
@@ -94,7 +94,7 @@ class IpoptMethod : public Method {
   // The motion of a first guess's shapes, if it is one.
   std::optional<NodePath> moved_by_shapes(const Maneuver& grid, int start) const {
     if (!newton_takes(system_, problem_)) return std::nullopt;
-    const Reached reached(system_, problem_, problem_.steps);
+    const Reached reached(system_, problem_);
     shape::ShapeProgram motion(system_, grid, reached.coordinates, reached.rows, {}, shape::Steps::rough);
     if (!motion.go_to(guess(grid, start))) return std::nullopt;
     return motion.path();

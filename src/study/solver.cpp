@@ -69,7 +69,7 @@ const Solution& fitting(const Problem& problem, const Solution& solution) {
 }  // namespace
 
 Solver::Solver(const System& system, const Problem& problem, const Solution& solution)
-    : Solver(system, problem, solution, Reached(system, taken(system, problem), problem.steps)) {}
+    : Solver(system, problem, solution, Reached(system, taken(system, problem))) {}
 
 Solver::Solver(const System& system, const Problem& problem, const Solution& solution, const Reached& reached)
     : system_(system),

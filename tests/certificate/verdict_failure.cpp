@@ -238,13 +238,18 @@ TEST(Verdict, takes_no_measure_from_multipliers_that_the_goal_takes_up) {
   longer.solution.limit_multipliers.push_back(least);
   EXPECT_EQ(judged(longer).verdict, Verdict::not_optimal) << judged(longer).kkt;
 
-  MarchedAnswer sideways = up_to_a_wall(1e7);
-  sideways.problem.cost_weights.displacement = Vector3d(0.0, 0.1 * sideways.solution.cost, 0.0);
-  sideways.solution.cost -= sideways.problem.cost_weights.displacement.y() * sideways.solution.position.back().y();
-  const Certificate proof = judged(sideways);
-  EXPECT_LE(proof.cost_error, tolerance(1e-12));
-  EXPECT_GT(proof.kkt, 1e-3);
-  EXPECT_EQ(proof.verdict, Verdict::not_optimal);
+  std::vector<double> residual;
+  for (const double pull : {0.0, 1e12}) {
+    MarchedAnswer sideways = up_to_a_wall(pull);
+    sideways.problem.cost_weights.displacement = Vector3d(0.0, 0.1 * sideways.solution.cost, 0.0);
+    sideways.solution.cost -= sideways.problem.cost_weights.displacement.y() * sideways.solution.position.back().y();
+    const Certificate proof = judged(sideways);
+    EXPECT_LE(proof.cost_error, tolerance(1e-12));
+    EXPECT_EQ(proof.verdict, Verdict::not_optimal);
+    residual.push_back(proof.kkt);
+  }
+  EXPECT_GT(residual[0], 1e-2);
+  EXPECT_NEAR(residual[1] / residual[0], 1.0, tolerance(1e-2));
 }
 
 // What marks of a marched motion allow is no matter of a word beside an answer.

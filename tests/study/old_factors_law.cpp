@@ -46,7 +46,7 @@ TEST_P(OldFactors, arrive_where_newton_steps_do_with_fewer_second_derivatives) {
   path.position = coarse.position;
   path.control.assign(path.position.size(), Eigen::VectorXd::Zero(system.control_count()));
 
-  const study::Reached reached(system, problem, problem.steps);
+  const study::Reached reached(system, problem);
   const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, fine_nodes);
   CountedProgram with(system, maneuver, reached.coordinates, reached.rows),
       without(system, maneuver, reached.coordinates, reached.rows);

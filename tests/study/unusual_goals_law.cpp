@@ -429,7 +429,7 @@ TEST(UnusualGoals, have_the_same_independent_conditions_whatever_the_seed) {
     const model::System system(problem.swimmer);
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
       problem.search.seed = seed;
-      const study::Reached reached(system, problem, problem.steps);
+      const study::Reached reached(system, problem);
       EXPECT_EQ(reached.rows.size(), expected.rows) << expected.name << " seed " << seed;
       EXPECT_EQ(reached.coordinates.shape.cols(), expected.shape) << expected.name << " seed " << seed;
       EXPECT_EQ(reached.coordinates.pose.cols(), 6) << expected.name << " seed " << seed;
