@@ -56,8 +56,9 @@ def verify(directory, *, problem=None):
 
     problem: a Problem, or the path of a problem file, whose question the solution has to be one to.
     Returns {holds, status, message, certificate, claims, trajectory, problem}. holds: whether the files promise nothing that is not
-    so. status, message, certificate: what the numbers say now. claims: fields of the stored certificate that are not so,
-    {field, stored, found} each, None where nothing is found. trajectory: where trajectory.h5 differs from solution.json, in
+    so. status, message, certificate: what the numbers say now. claims: fields of the stored certificate, and others that follow
+    from the rest, that are not so, {field, stored, found, contradiction} each: found is None where nothing is found; contradiction
+    tells in words what the stored number is beside another one that is stored, which found is then, else it is None. trajectory: where trajectory.h5 differs from solution.json, in
     words; "" where it does not. problem: where the stored problem is another than the given one, a sentence for each field.
     FileNotFoundError where there is no solution.json, another OSError where it is not what Lamprey writes, InputError for the
     problem.

@@ -329,7 +329,7 @@ def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, s
     """
     Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.
 
-    problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); the answer does not depend on it.
+    problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); without a time limit the answer does not depend on it.
     solver: "newton", "ipopt" or "both" from the same first guesses (default: newton where it takes the problem).
     refinement: solve on half and twice the steps too, for the certificate (default: where that is cheap).
     time_limit: s, wall clock, instead of the problem's. first: a motion of the same bodies and joints, or its directory: the first

@@ -226,9 +226,10 @@ class Solver {
       for (int c = 0; c < 3; ++c)
         if (auto& move = waypoint.move[static_cast<std::size_t>(c)]) *move += problem.start->position[c] - start[c];
       if (!waypoint.turn) continue;
-      for (std::size_t i = 0; i < problem.bodies.size(); ++i)
-        waypoint.rotation.try_emplace(problem.bodies[i].name,
-                                      lie::log(lie::exp(*waypoint.turn) * problem.start->rotation[i]));
+      for (std::size_t i = 0; i < problem.bodies.size(); ++i)  // with a free shape the root alone turns
+        if (waypoint.turns(problem.bodies[i].name, i == 0, problem.free_shape))
+          waypoint.rotation.try_emplace(problem.bodies[i].name,
+                                        lie::log(lie::exp(*waypoint.turn) * problem.start->rotation[i]));
       waypoint.turn.reset();
     }
   }

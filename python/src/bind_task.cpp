@@ -245,11 +245,15 @@ nb::tuple verify(const std::filesystem::path& directory, const nb::object& probl
   if (signal) throw nb::python_error(*signal);
   nb::list claims;
   for (const certificate::FalseClaim& claim : is->claims) {
-    const bool verdict = claim.field == "verdict";
+    const bool verdict = claim.field == "verdict", yes_or_no = claim.field.ends_with(".positive");
+    const auto told = [&](double value) -> nb::object {
+      return yes_or_no && !std::isnan(value) ? nb::cast(value > 0.0) : number_or_none(value);
+    };
     nb::dict one;
     one["field"] = claim.field;
-    one["stored"] = verdict ? verdict_or_none(is->stored) : number_or_none(claim.stored);
-    one["found"] = verdict ? verdict_or_none(is->found) : number_or_none(claim.found);
+    one["stored"] = verdict ? verdict_or_none(is->stored) : told(claim.stored);
+    one["found"] = verdict ? verdict_or_none(is->found) : told(claim.found);
+    one["contradiction"] = claim.contradiction.empty() ? nb::none() : nb::cast(claim.contradiction);
     claims.append(one);
   }
   nb::list differences;
@@ -271,7 +275,7 @@ void bind_task(nb::module_& module) {
               "object] | None = None, resolve: bool = False) -> Solution"),
       "Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.\n\n"
       "problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); "
-      "the answer does not depend on it.\n"
+      "without a time limit the answer does not depend on it.\n"
       "solver: \"newton\", \"ipopt\" or \"both\" from the same first guesses (default: newton where it takes the "
       "problem).\n"
       "refinement: solve on half and twice the steps too, for the certificate (default: where that is cheap).\n"

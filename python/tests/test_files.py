@@ -116,6 +116,19 @@ def test_verify_names_what_is_claimed_in_vain(solution, tmp_path):
     assert claim["field"] == "replay.whole_rotation_error" and claim["stored"] == 1e-12 < claim["found"]
 
 
+def test_verify_tells_contradictions_and_truths(solution, tmp_path):
+    solution.save(tmp_path)
+    stored = json.loads((tmp_path / "solution.json").read_text(encoding="utf-8"))
+    stored["search"]["minima"][0]["cost"] = 0.0
+    stored["certificate"]["second_order_all_axes"]["positive"] = not stored["certificate"]["second_order_all_axes"]["positive"]
+    (tmp_path / "solution.json").write_text(json.dumps(stored), encoding="utf-8")
+    claims = {claim["field"]: claim for claim in lp.verify(tmp_path)["claims"]}
+    assert claims["search.minima[0].cost"]["contradiction"] == "though the answer costs something"
+    for field, claim in claims.items():
+        if field.endswith(".positive"):
+            assert claim["stored"] in (True, False) and isinstance(claim["stored"], bool) and claim["contradiction"] is None
+
+
 def test_wrong_results_are_told_with_their_field(solution, tmp_path):
     solution.save(tmp_path)
     stored = json.loads((tmp_path / "solution.json").read_text(encoding="utf-8"))

@@ -342,3 +342,14 @@ def test_gaits_are_certified_and_verified_wherever_their_goal_moves(root, tmp_pa
     assert found.status == "optimal", found.message
     solver.solution().save(tmp_path / "gait")
     assert lp.verify(tmp_path / "gait")["holds"]
+
+
+def test_a_gait_that_turns_on_its_way_turns_its_root_alone(root):
+    gait = lp.load(root / "examples" / "gait.toml").changed(
+        time={"steps": 40}, search={"starts": 1}, waypoint=[{"time": 0.5, "turn": [0.0, 0.0, 0.05]}]
+    )
+    solver = lp.Solver(gait, lp.solve(gait, refinement=False))
+    solver.set_goal(move=[2.01, "free", "free"])
+    assert solver.solve().status == "optimal"
+    certified = lp.certify(solver.solution())
+    assert certified.status == "optimal", certified.message

@@ -75,7 +75,7 @@ std::vector<Bound> bounds_of(const StoredMotion& motion) {
         bounds.push_back({Kind::pass_position, "waypoint", -1, -1, -1, c, false,
                           problem.start.position[c] + *waypoint.move[at(c)], node});
     for (int i = 0; i < system.body_count(); ++i)
-      if (waypoint.turns(system.body(i).name, system.body(i).parent < 0, problem.start))
+      if (waypoint.turns(system.body(i).name, system.body(i).parent < 0, problem.start.free_shape))
         for (int c = 0; c < 3; ++c)
           bounds.push_back({Kind::pass_turn, "waypoint", -1, i, -1, c, false, 0.0, node, static_cast<int>(w)});
   }

@@ -38,6 +38,8 @@ struct SecondOrder {
   double smallest_eigenvalue = unset;  // 1: pure effort
   bool positive = false;               // smallest eigenvalue above 1e-6
   std::optional<int> negative_eigenvalues = {};
+  bool costs_nothing =
+      false;  // and nothing less can be, so that other directions, of a duration or a first shape, may be flat; not stored
   /// Whether round-off hides how many directions lower the cost, and how steeply.
   bool lost() const { return !positive && !negative_eigenvalues && smallest_eigenvalue < -curvature_mark; }
 };
@@ -50,7 +52,7 @@ struct AllAxes {
 
 /// What the numbers add up to.
 enum class Verdict {
-  proved,      // goal met, stationary, positive on the tangent space: a strict local minimum
+  proved,  // goal met, stationary, positive on the tangent space: a strict local minimum; or at no cost, where none is less
   stationary,  // goal met, stationary; curvature not positive or not known
   not_optimal
 };

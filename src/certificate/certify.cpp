@@ -94,9 +94,11 @@ double iterates_momentum(const maneuver::SolverRecord& solver) {
   return largest;
 }
 
-// By the moments at the nodes or the coefficients of the steps.
+// By the moments at the nodes or the coefficients of the steps. Where nothing is spent goal and limits pull at nothing, and what is left is
+// the effort's own.
 std::optional<SecondOrder> curvature(const StoredMotion& motion, const std::optional<StageMotion>& stages,
                                      double momentum_scale, double kkt) {
+  if (costs_nothing(motion)) return SecondOrder{1.0, true, 0, true};
   if (stages) return second_order(motion, *stages, momentum_scale);
   return motion.steps_known ? second_order(motion, momentum_scale, kkt) : std::nullopt;
 }
@@ -131,15 +133,31 @@ AllAxes all_axes(const maneuver::Problem& free, const maneuver::Solution& soluti
   return result;
 }
 
-// What only the steps tell, of a scheme above order 2.
-void certify_stages(const StoredMotion& motion, const Options& options, double scale, Certificate& proof) {
+// What only the steps tell, of a motion by a scheme above order 2.
+void certify_stages(const StoredMotion& motion, const StageMotion& stages, double scale, Certificate& proof) {
+  proof.equation_residual = step_residual(motion, stages, scale);
+  proof.control_error = stages.actuation_error;
+  proof.time_error = std::max(proof.time_error, stages.time_error / motion.solution.time.back());
+  proof.velocity_error = velocity_error(motion, stages.node, scale);
+}
+
+// A march, which nobody sought: the law of its steps, and what it tells of them.
+void certify_march(const StoredMotion& motion, double scale, Certificate& proof) {
+  if (motion.steps_known) {
+    proof.control_error = beyond_actuation(motion);
+    proof.velocity_error = velocity_error(motion, node_states(motion), scale);
+  } else if (const std::optional<StageMotion> stages = check_march(motion)) {
+    certify_stages(motion, *stages, scale, proof);
+  }
+}
+
+// An answer by a scheme above order 2.
+void certify_sought_stages(const StoredMotion& motion, const Options& options, double scale, Certificate& proof) {
   const std::optional<StageMotion> stages = march_again(motion);
   if (!stages) return;
-  proof.equation_residual = step_residual(motion, *stages, scale);
+  certify_stages(motion, *stages, scale, proof);
+  proof.control_error = std::max(proof.control_error, stages->polynomial_error);
   proof.rest_error = largest_part(motion.system, stages->node.back().momentum) / scale;
-  proof.control_error = stages->control_error;
-  proof.time_error = std::max(proof.time_error, stages->time_error / motion.solution.time.back());
-  proof.velocity_error = velocity_error(motion, stages->node, scale);
   proof.cost_error = cost_error(motion, cost_of_steps(motion, *stages));
   if (options.optimality) proof.kkt = kkt_residual(motion, *stages, scale);
   if (options.replay) proof.replay = replay(motion, *stages, {options.replay_tolerance, options.stopped});
@@ -165,9 +183,8 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   Options options = asked;
   if (sought && !covered(problem)) options.optimality = options.second_order = false;
   proof.time_error = time_error(motion);
-  if (!motion.steps_known && sought) certify_stages(motion, options, balance.scale, proof);
   if (!sought) {
-    if (motion.steps_known) proof.velocity_error = velocity_error(motion, node_states(motion), balance.scale);
+    certify_march(motion, balance.scale, proof);
     return proof;
   }
 
@@ -178,6 +195,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   proof.goal_missed_by_turn = miss.is_turn;
   proof.verdict = Verdict::not_optimal;
   if (!motion.steps_known) {
+    certify_sought_stages(motion, options, balance.scale, proof);
     proof.verdict = verdict(problem, proof);
     if (options.second_order) add_second_order(system, problem, solution, proof);
     return proof;

@@ -28,9 +28,10 @@ class Claims {
     claims_.push_back({field, stored, found});
   }
 
-  void value(const std::string& field, double stored, double found) {
+  /// Beside a `whole` of its unit, for small ones have fewer digits.
+  void value(const std::string& field, double stored, double found, double whole) {
     if (std::isnan(stored)) return;
-    if (std::abs(stored - found) <= same_value * std::max(std::abs(found), same_value)) return;
+    if (std::abs(stored - found) <= same_value * std::max(std::abs(found), same_value * whole)) return;
     claims_.push_back({field, stored, found});
   }
 
@@ -58,11 +59,11 @@ class Claims {
 };
 
 void compare(const std::string& field, const SecondOrder& stored, const SecondOrder& found, Claims& claims) {
-  claims.value(field + ".smallest_eigenvalue", stored.smallest_eigenvalue, found.smallest_eigenvalue);
+  claims.value(field + ".smallest_eigenvalue", stored.smallest_eigenvalue, found.smallest_eigenvalue, 1.0);
   claims.at_most(field + ".positive", stored.positive ? 1.0 : 0.0, found.positive ? 1.0 : 0.0);
   if (stored.negative_eigenvalues)
     claims.value(field + ".negative_eigenvalues", *stored.negative_eigenvalues,
-                 found.negative_eigenvalues ? *found.negative_eigenvalues : unset);
+                 found.negative_eigenvalues ? *found.negative_eigenvalues : unset, 1.0);
 }
 
 // Whether growing perturbations leave a whole replay's error its digits.
@@ -94,9 +95,9 @@ void compare(const Replay& stored, const Replay& found, double duration, Claims&
   }
   measured("servo_rotation_error", stored.servo_rotation_error, found.servo_rotation_error);
   measured("servo_position_error", stored.servo_position_error, found.servo_position_error);
-  claims.value("replay.window", stored.window, found.window);
-  claims.value("replay.growth_rate", stored.growth_rate, found.growth_rate);
-  claims.value("replay.work", stored.work, found.work);
+  claims.value("replay.window", stored.window, found.window, duration);
+  claims.value("replay.growth_rate", stored.growth_rate, found.growth_rate, 1.0 / duration);
+  claims.value("replay.work", stored.work, found.work, 0.0);
 }
 
 // Of costs on other grids what they say of the answer's.
@@ -130,7 +131,8 @@ double weight_of(const std::optional<Verdict>& verdict) {
 
 }  // namespace
 
-std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificate& found, double duration) {
+std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificate& found, double duration,
+                                     double length) {
   Claims claims;
   claims.error("goal_error", stored.goal_error, found.goal_error, goal_mark);
   claims.error("rest_error", stored.rest_error, found.rest_error, rest_mark);
@@ -166,7 +168,8 @@ std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificat
   }
   if (stored.replay) compare(*stored.replay, found.replay.value_or(Replay()), duration, claims);
   if (stored.refinement && found.refinement) compare(*stored.refinement, *found.refinement, claims);
-  if (stored.clearance) claims.value("clearance.gap", stored.clearance->gap, found.clearance.value_or(Clearance()).gap);
+  if (stored.clearance)
+    claims.value("clearance.gap", stored.clearance->gap, found.clearance.value_or(Clearance()).gap, length);
   claims.at_most("verdict", weight_of(stored.verdict), weight_of(found.verdict));
   return std::move(claims).all();
 }

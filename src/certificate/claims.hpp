@@ -16,7 +16,9 @@ struct FalseClaim {
 
 /// Fields of `stored` that promise more than `found` has: errors that are much larger (beyond round-off), other curvatures,
 /// gaps and verdicts. What `stored` leaves out promises nothing; costs on other grids, which only a search finds, are not judged.
-/// `duration`, s: whole replays that do not multiply round-off much over it come out the same everywhere.
-std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificate& found, double duration);
+/// `duration`, s: whole replays that do not multiply round-off much over it come out the same everywhere; with `length`, the swimmer's
+/// unit in m, it is what a time or gap is small against.
+std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificate& found, double duration,
+                                     double length);
 
 }  // namespace lamprey::certificate

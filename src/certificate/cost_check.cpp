@@ -226,6 +226,18 @@ double spent(const StoredMotion& motion, double cost) {
   return cost + won(motion) - cost_of_duration(motion) + cost_of_free_duration(motion);
 }
 
+bool costs_nothing(const StoredMotion& motion) {
+  const maneuver::CostWeights& weights = motion.problem.cost_weights;
+  if (weights.of_displacement() || weights.angular_velocity > 0.0 || cost_of_free_duration(motion) > 0.0) return false;
+  const auto none = [](const mechanics::Vectors& moments) {
+    return std::all_of(moments.begin(), moments.end(), [](const Vector3d& u) { return u.isZero(0.0); });
+  };
+  const maneuver::Solution& stored = motion.solution;
+  return motion.problem.effort > 0.0 && std::all_of(stored.control.begin(), stored.control.end(), none) &&
+         std::all_of(stored.control_stages.begin(), stored.control_stages.end(),
+                     [&](const auto& step) { return std::all_of(step.begin(), step.end(), none); });
+}
+
 CostCheck check_cost(const StoredMotion& motion) {
   const maneuver::Problem& problem = motion.problem;
   const maneuver::CostWeights& weights = problem.cost_weights;

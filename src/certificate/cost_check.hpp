@@ -71,6 +71,9 @@ double cost_of_free_duration(const StoredMotion& motion);
 /// A cost without what a duration that is not free adds, before what the displacement takes off: what it is up to the motion.
 double spent(const StoredMotion& motion, double cost);
 
+/// Whether no moment acts, and nothing but moments costs, or only what is given: no motion costs less.
+bool costs_nothing(const StoredMotion& motion);
+
 /// Difference of the stored cost from a recomputed one, of what is spent. Last digits of what a given duration adds are none.
 double cost_error(const StoredMotion& motion, double recomputed);
 

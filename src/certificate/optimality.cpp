@@ -25,6 +25,7 @@ constexpr int most_segments = 20;        // a growth of 1e20 over the whole is 1
 constexpr double coasting = 1e-3;        // of what would bring a motion to rest in its time: moments that hardly act
 constexpr double worth_of_round_off =
     1e-7;  // of a momentum, or what turns by 1 rad in a step, over a step: of moments whose round-off is a share of 1e-8
+constexpr double round_off_alone = 1e-12;  // of the same: moments of a motion that goes on by itself
 
 // Largest difference of the stored moments from given ones along the axes, relative to the largest moment.
 double difference(const StoredMotion& motion, const MatrixXd& moments) {
@@ -81,6 +82,8 @@ MatrixXd actuated_moments(const StoredMotion& motion) {
   return moments;
 }
 
+double beyond_actuation(const StoredMotion& motion) { return difference(motion, actuated_moments(motion)); }
+
 ControlSpace control_space(const StoredMotion& motion) {
   const MatrixXd moments = actuated_moments(motion);
   if (motion.problem.control == maneuver::ControlKind::steps)
@@ -134,7 +137,11 @@ double gradient_of_coasting(const StoredMotion& motion) {
   Largest inertia;
   for (const model::Body& body : motion.system.bodies()) inertia.add(body.inertia_matrix.norm());
   const double round_off = momentum.value() + inertia.value() / motion.time_step;
-  return worth_of_round_off * weight * round_off / motion.time_step;
+  const double worth = weight * round_off / motion.time_step;
+  const double spent = weight * actuated_moments(motion).lpNorm<Eigen::Infinity>();
+  if (spent <= round_off_alone * worth) return worth_of_round_off * worth;
+  // else what is asked of the gradient still holds of that of the moments, to what a proof rests on
+  return std::min(worth_of_round_off * worth, spent * std::max(proof_mark / motion.problem.search.tolerance, 1.0));
 }
 
 double gradient_by_later_turns(const StoredMotion& motion) {

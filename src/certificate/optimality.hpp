@@ -14,6 +14,9 @@ struct ControlSpace {
 
 ControlSpace control_space(const StoredMotion& motion);
 
+/// Largest part of a stored moment outside the actuation axes / largest moment.
+double beyond_actuation(const StoredMotion& motion);
+
 /// Stored moments along the actuation axes, [N+1][controls] N m.
 MatrixXd actuated_moments(const StoredMotion& motion);
 
@@ -29,7 +32,8 @@ double worth_by_duration(const StoredMotion& motion);
 
 /// What ∇cost is at least, (N m) s, for a motion may go on by itself at no cost: in a gait that of moments a thousandth of what would bring
 /// it to rest in its time; in a maneuver that begins in motion that of moments whose own round-off is as large as what counts as none
-/// beside them; 0 of others.
+/// beside them, but, unless the moments are round-off themselves, no more than keeps what the tolerance allows within proof_mark of theirs;
+/// 0 of others.
 double gradient_of_coasting(const StoredMotion& motion);
 
 /// About what turns of the joints add to ∇cost where they cost, (N m) s: a moment at one node turns its joint ever after, as if nothing

@@ -22,7 +22,7 @@ using model::System;
 constexpr double dependent_stage_row = 1e-11;  // of the largest pivot
 constexpr int most_stage_segments = 20;        // a growth of 1e20 over the whole is 10 over each
 
-// What is outside the actuation axes, or beside given moments along them.
+// Of the moments of joints, and those along the actuation axes.
 double distance_from(const System& system, const Moments& control, const VectorXd& moments) {
   Largest distance;
   const Moments exerted = mechanics::joint_moments(system, moments);
@@ -52,9 +52,10 @@ bool has_stages(const StoredMotion& motion, std::size_t nodes) {
 
 class Marcher {
  public:
-  Marcher(const StoredMotion& motion, StageMotion& stages)
+  Marcher(const StoredMotion& motion, bool keeps_all, StageMotion& stages)
       : motion_(motion),
         stages_(stages),
+        keeps_all_(keeps_all),
         march_(motion.system, motion.problem.scheme),
         none_(at(motion.system.joint_count()), Vector3d::Zero()),
         basis_(stages.stages + 1, stages.terms) {
@@ -73,7 +74,7 @@ class Marcher {
     // how the joints stand at a stage's end tells which moment acts there: its impulse is added then
     const auto control = [&](int node) -> const Moments& { return node == stage ? begin : none_; };
     const auto witness = [&](const mechanics::Interval& interval, integrator::State& there) {
-      stages_.interval.push_back(interval);
+      if (keeps_all_) stages_.interval.push_back(interval);
       begin = mechanics::moments_of_applied(system, there.rotation, moments[at(stage + 1)]);
       stages_.control.push_back(begin);
       there.momentum += 0.5 * stages_.time_step[at(stage)] *
@@ -90,10 +91,13 @@ class Marcher {
     return true;
   }
 
+  void fail() { momentum_.add(unset); }
+
   void finish() {
     stages_.momentum_error = momentum_.value();
     stages_.configuration_error = configuration_.value();
-    stages_.control_error = outside_.relative_to(largest_.value());
+    stages_.actuation_error = outside_.relative_to(largest_.value());
+    stages_.polynomial_error = beside_.relative_to(largest_.value());
     stages_.time_error = time_.value();
   }
 
@@ -129,21 +133,23 @@ class Marcher {
     for (int s = 0; s < nodes; ++s)
       samples.row(s) = mechanics::along_actuation(motion_.system, stages_.control[at(k * nodes + s)]).transpose();
     const MatrixXd coefficients = algebra::least_squares(basis_, samples);  // [terms][controls]
-    stages_.polynomial.push_back(coefficients.transpose().reshaped());
+    if (keeps_all_) stages_.polynomial.push_back(coefficients.transpose().reshaped());
     const MatrixXd fitted = basis_ * coefficients;
     for (int s = 0; s < nodes; ++s) {
       const Moments& control = stages_.control[at(k * nodes + s)];
-      outside_.add(distance_from(motion_.system, control, fitted.row(s).transpose()));
+      outside_.add(distance_from(motion_.system, control, samples.row(s).transpose()));
+      beside_.add(distance_from(motion_.system, control, fitted.row(s).transpose()));
       for (const Vector3d& u : control) largest_.add(u.norm());
     }
   }
 
   const StoredMotion& motion_;
   StageMotion& stages_;
+  bool keeps_all_;
   integrator::March march_;
   Moments none_;
   MatrixXd basis_;  // [stages + 1][terms]
-  Largest momentum_, configuration_, outside_, largest_, time_;
+  Largest momentum_, configuration_, outside_, beside_, largest_, time_;
 };
 
 // Rows by the state at the end of a range of steps, carried to its beginning and to the coefficients on the way.
@@ -197,9 +203,7 @@ MatrixXd spanning_rows(const StoredMotion& motion, const StageMotion& stages, co
   return algebra::null_space(ties).transpose() * rows_of_all;
 }
 
-}  // namespace
-
-std::optional<StageMotion> march_again(const StoredMotion& motion) {
+std::optional<StageMotion> march(const StoredMotion& motion, bool keeps_all) {
   if (integrator::single_step(motion.problem.scheme)) return std::nullopt;
   const integrator::Composition& composed = integrator::composition(motion.problem.scheme);
   if (!has_stages(motion, at(composed.stages() + 1))) return std::nullopt;
@@ -209,12 +213,22 @@ std::optional<StageMotion> march_again(const StoredMotion& motion) {
   stages.fraction = maneuver::stage_fractions(motion.problem.scheme);
   for (double fraction : composed.fractions) stages.time_step.push_back(fraction * motion.time_step);
   for (int k = 0; k <= motion.steps; ++k) stages.node.push_back(stored_node(motion, k));
-  Marcher marcher(motion, stages);
+  Marcher marcher(motion, keeps_all, stages);
   for (int k = 0; k < motion.steps; ++k)
-    if (!marcher.march(k)) return std::nullopt;
+    if (!marcher.march(k)) {
+      if (keeps_all) return std::nullopt;
+      marcher.fail();
+      break;
+    }
   marcher.finish();
   return stages;
 }
+
+}  // namespace
+
+std::optional<StageMotion> march_again(const StoredMotion& motion) { return march(motion, true); }
+
+std::optional<StageMotion> check_march(const StoredMotion& motion) { return march(motion, false); }
 
 mechanics::ForcedStep forced_stage(const StoredMotion& motion, const StageMotion& stages, int k, int s) {
   const std::size_t node = at(k * (stages.stages + 1) + s);

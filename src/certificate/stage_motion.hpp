@@ -21,13 +21,18 @@ struct StageMotion {
   double momentum_error;       // kg m²/s, largest part of the difference of a marched end from the next node
   double configuration_error;  // rad, of positions by the unit of length, likewise
   double
-      control_error;  // largest distance of a stored moment from the polynomials, its part outside the actuation, or what
-                      // a node has beside the mean of both its sides / largest moment
-  double time_error;  // s, of the stages' stored times
+      actuation_error;  // largest part of a stored moment outside the actuation, or what a node has beside the mean of
+                        // both its sides / largest moment
+  double polynomial_error;  // largest distance of a stored moment from the steps' polynomials / largest moment
+  double time_error;        // s, of the stages' stored times
 };
 
 /// Nothing for other schemes, without stored stages, where a march divided its steps and where a step does not converge.
 std::optional<StageMotion> march_again(const StoredMotion& motion);
+
+/// The same without intervals and polynomials, which long marches would fill the memory with; where a step does not converge
+/// its error is infinite.
+std::optional<StageMotion> check_march(const StoredMotion& motion);
 
 /// Stage s of step k.
 mechanics::ForcedStep forced_stage(const StoredMotion& motion, const StageMotion& stages, int k, int s);

@@ -133,7 +133,8 @@ std::string turned_otherwise(const Problem& problem, const maneuver::Waypoint& t
   for (std::size_t i = 0; turned.turn && i < problem.start.rotation.size(); ++i) {
     const std::string& body = problem.swimmer.bodies[i].name;
     const auto own = told.rotation.find(body);
-    if (own == told.rotation.end() || turned.rotation.contains(body) || !turned.turns(body, i == 0, problem.start))
+    if (own == told.rotation.end() || turned.rotation.contains(body) ||
+        !turned.turns(body, i == 0, problem.start.free_shape))
       continue;
     const Eigen::Matrix3d R = lie::exp(*turned.turn) * lie::exp(problem.start.rotation[i]);
     if (lie::rotation_angle(R.transpose() * lie::exp(own->second)) > angle_tolerance) return body;

@@ -134,7 +134,7 @@ void add_waypoint_rows(const System& system, const Problem& problem, std::vector
     row.kind = Kind::pass_turn;
     row.unit = 1.0;
     for (int i = 0; i < system.body_count(); ++i) {
-      if (!waypoint.turns(system.body(i).name, system.body(i).parent < 0, problem.start)) continue;
+      if (!waypoint.turns(system.body(i).name, system.body(i).parent < 0, problem.start.free_shape)) continue;
       const auto own = waypoint.rotation.find(system.body(i).name);
       row.asked = own != waypoint.rotation.end()
                       ? lie::exp(own->second)

@@ -117,9 +117,9 @@ struct Waypoint {
   std::optional<Eigen::Vector3d> turn;              // rad, as in Goal; where the first shape is free of the root alone
   std::map<std::string, Eigen::Vector3d> rotation;  // rad by body, absolute
 
-  /// Whether it says how a body is turned.
-  bool turns(const std::string& body, bool root, const Start& start) const {
-    return rotation.contains(body) || (turn && (root || !start.free_shape));
+  /// Whether it says how a body is turned, where the first shape is free or not.
+  bool turns(const std::string& body, bool root, bool free_shape) const {
+    return rotation.contains(body) || (turn && (root || !free_shape));
   }
 };
 
@@ -176,6 +176,8 @@ struct Problem : ProblemStatement {
 
   CostRule cost_rule() const { return rule.value_or(CostRule::trapezoid); }
   double time_step() const { return duration.value / steps; }
+  /// (N m)² s, the same whatever the motion.
+  double cost_of_given_duration() const { return duration.free ? 0.0 : time_weight * duration.value; }
 };
 
 }  // namespace lamprey::maneuver

@@ -30,45 +30,26 @@ bool may_coast(const Problem& problem, const Maneuver& maneuver) {
 // Motions without moments in given times, as far as they are simulated.
 class Coasts {
  public:
-  Coasts(const model::System& system, const Problem& problem, int steps)
-      : system_(system), problem_(problem), steps_(steps) {}
+  Coasts(const model::System& system, const Problem& problem, int steps, const std::function<bool()>& stopped)
+      : system_(system), problem_(problem), steps_(steps), stopped_(stopped) {}
 
   struct Coast {
     Found found;
     double missed;  // rad, m, by the goal and, over limits, by those
   };
 
-  std::optional<Coast> in(double duration) const {
-    Problem given = problem_;
-    given.duration = {};
-    given.duration.value = duration;
-    given.steps = steps_;
-    const maneuver::Solution motion =
-        maneuver::simulate(system_, given, maneuver::no_control(system_), maneuver::SimulateOptions());
-    if (motion.status != maneuver::Status::simulated) return std::nullopt;
-    Coast coast{found_of(motion, duration), 0.0};
-    Maneuver asked = maneuver::make_maneuver(system_, given, steps_);
-    asked.cost_weights = {};
-    asked.time_weight = 0.0;  // what a given duration costs is no moment's
-    shape::ShapeProgram program(system_, asked, maneuver::ShapeCoordinates(system_), {},
-                                maneuver::limit_rows(system_, given), shape::Steps::faithful);
-    if (!program.go_to(coast.found.path)) return std::nullopt;
-    coast.missed = std::max(program.stated_goal_error(), program.limit_violation());
-    // moments that still the joints at the end, where they are asked to
-    const double still = round_off * maneuver::bodies_momentum(system_, asked.start) / asked.time_step();
-    if (asked.rest && !(program.cost() <= asked.effort * still * still * duration)) return std::nullopt;
-    return coast;
-  }
+  std::optional<Coast> in(double duration) const { return in(duration, steps_); }
 
-  // Of durations over a range the one in which the goal is missed least, to round-off.
+  // Of durations over a range the one in which the goal is missed least, to round-off; looked for on few steps first.
   std::optional<Coast> nearest(double least, double most) const {
     const double ratio = std::pow(most / least, 1.0 / tried_durations);
-    std::optional<Coast> best;
+    std::optional<double> missed;
     double at = least;
     for (int n = 0; n <= tried_durations; ++n)
-      if (std::optional<Coast> coast = in(least * std::pow(ratio, n));
-          coast && !(best && best->missed <= coast->missed))
-        best = std::move(coast), at = best->found.duration;
+      if (const std::optional<Coast> coast = in(least * std::pow(ratio, n), std::min(steps_, scanning_steps));
+          coast && !(missed && *missed <= coast->missed))
+        missed = coast->missed, at = coast->found.duration;
+    std::optional<Coast> best = missed ? in(at) : std::nullopt;
     double left = std::max(least, at / ratio), right = std::min(most, at * ratio);
     const double first = best ? best->missed : 0.0;
     for (int n = 0; n < golden_sections && best && best->missed > met; ++n) {
@@ -84,8 +65,31 @@ class Coasts {
   }
 
  private:
-  static constexpr int tried_durations = 32, golden_sections = 64, telling_sections = 10;
+  static constexpr int tried_durations = 32, scanning_steps = 500, golden_sections = 64, telling_sections = 10;
   static constexpr double golden = 0.3819660112501051, telling_share = 0.1;
+
+  std::optional<Coast> in(double duration, int steps) const {
+    if (stopped_ && stopped_()) return std::nullopt;
+    Problem given = problem_;
+    given.duration = {};
+    given.duration.value = duration;
+    given.steps = steps;
+    const maneuver::Solution motion =
+        maneuver::simulate(system_, given, maneuver::no_control(system_), {.interrupted = stopped_});
+    if (motion.status != maneuver::Status::simulated) return std::nullopt;
+    Coast coast{found_of(motion, duration), 0.0};
+    Maneuver asked = maneuver::make_maneuver(system_, given, steps);
+    asked.cost_weights = {};
+    asked.time_weight = 0.0;  // what a given duration costs is no moment's
+    shape::ShapeProgram program(system_, asked, maneuver::ShapeCoordinates(system_), {},
+                                maneuver::limit_rows(system_, given), shape::Steps::faithful);
+    if (!program.go_to(coast.found.path)) return std::nullopt;
+    coast.missed = std::max(program.stated_goal_error(), program.limit_violation());
+    // moments that still the joints at the end, where they are asked to
+    const double still = round_off * maneuver::bodies_momentum(system_, asked.start) / asked.time_step();
+    if (asked.rest && !(program.cost() <= asked.effort * still * still * duration)) return std::nullopt;
+    return coast;
+  }
 
   Found found_of(const maneuver::Solution& motion, double duration) const {
     Found found;
@@ -107,6 +111,7 @@ class Coasts {
   const model::System& system_;
   const Problem& problem_;
   int steps_;
+  const std::function<bool()>& stopped_;  // asked at every step; may be empty
 };
 
 }  // namespace
@@ -118,18 +123,20 @@ maneuver::NodePath carried_by_momentum(const model::System& system, const Proble
   return guess::coasting(system, problem, guess, share).value_or(std::move(guess));
 }
 
-std::optional<Found> coasting(const model::System& system, const Problem& problem, const Maneuver& maneuver) {
+std::optional<Found> coasting(const model::System& system, const Problem& problem, const Maneuver& maneuver,
+                              const std::function<bool()>& stopped) {
   if (maneuver.start.momentum.isZero(0.0) || maneuver.periodic || !integrator::single_step(problem.scheme))
     return std::nullopt;
   Problem free = problem;
   if (free.goal) free.goal->rest = free.goal->joints_rest = false;
-  std::optional<Coasts::Coast> coast = Coasts(system, free, maneuver.steps).in(maneuver.duration);
+  std::optional<Coasts::Coast> coast = Coasts(system, free, maneuver.steps, stopped).in(maneuver.duration);
   return coast ? std::optional(std::move(coast->found)) : std::nullopt;
 }
 
-std::optional<Found> coasting_to_goal(const model::System& system, const Problem& problem, const Maneuver& maneuver) {
+std::optional<Found> coasting_to_goal(const model::System& system, const Problem& problem, const Maneuver& maneuver,
+                                      const std::function<bool()>& stopped) {
   if (!may_coast(problem, maneuver)) return std::nullopt;
-  const Coasts coasts(system, problem, maneuver.steps);
+  const Coasts coasts(system, problem, maneuver.steps, stopped);
   const maneuver::Duration& asked = problem.duration;
   std::optional<Coasts::Coast> coast = coasts.in(asked.free ? asked.min : asked.value);
   const bool at_once = coast && coast->missed <= met;

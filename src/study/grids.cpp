@@ -216,7 +216,8 @@ void Grids::add_coarser(Found& found) const {
   found.outcome.history = half.outcome.history;
   found.outcome.iterations = half.outcome.iterations;
   found.outcome.evaluations = half.outcome.evaluations;
-  if (half.converged() && std::abs(half.cost - found.cost) < same_solution * std::abs(found.cost))
+  if (half.converged() &&
+      std::abs(half.cost - found.cost) < same_solution * std::abs(found.cost - problem_.cost_of_given_duration()))
     found.coarser = half.path;
 }
 

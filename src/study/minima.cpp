@@ -9,7 +9,7 @@ namespace lamprey::study {
 
 namespace {
 
-constexpr double same_cost = 1e-6;      // relative
+constexpr double same_cost = 1e-6;      // relative, of what is spent
 constexpr double cost_of_phase = 1e-4;  // relative, by which a gait may cost more where it begins between two nodes
 constexpr double same_turning = 1e-3;   // relative, of each joint
 
@@ -21,7 +21,7 @@ bool near_by(double value, double other, double relative) {
 
 Minimum minimum_of(const model::System& system, const maneuver::Problem& problem, double cost,
                    const std::vector<mechanics::Rotations>& rotation) {
-  Minimum minimum{cost, {}};
+  Minimum minimum{cost, cost - problem.cost_of_given_duration(), {}};
   if (!problem.goal || !problem.goal->periodic || rotation.empty()) return minimum;
   minimum.turning.setZero(system.joint_count());
   for (int j = 0; j < system.joint_count(); ++j)
@@ -34,11 +34,11 @@ Minimum minimum_of(const model::System& system, const maneuver::Problem& problem
   return minimum;
 }
 
-bool same_minimum(double cost, double other) { return near_by(cost, other, same_cost); }
-
 bool same_minimum(const Minimum& one, const Minimum& other) {
-  if (same_minimum(one.cost, other.cost)) return true;
-  if (one.turning.size() == 0 || !near_by(one.cost, other.cost, cost_of_phase)) return false;
+  if (near_by(one.spent, other.spent, same_cost)) return true;
+  if (one.turning.size() == 0 || one.turning.size() != other.turning.size() ||
+      !near_by(one.spent, other.spent, cost_of_phase))
+    return false;
   for (Eigen::Index j = 0; j < one.turning.size(); ++j)
     if (!near_by(one.turning[j], other.turning[j], same_turning)) return false;
   return true;

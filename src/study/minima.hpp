@@ -12,6 +12,7 @@ namespace lamprey::study {
 /// What is known of a minimum, that others which are the same have, too.
 struct Minimum {
   double cost = 0.0;
+  double spent = 0.0;       // of it, beside what a given duration costs whatever the motion
   Eigen::VectorXd turning;  // [joints] rad², N Σ|turn of a step|² of a gait, wherever it begins; else empty
 };
 
@@ -19,10 +20,7 @@ struct Minimum {
 Minimum minimum_of(const model::System& system, const maneuver::Problem& problem, double cost,
                    const std::vector<mechanics::Rotations>& rotation);
 
-/// Whether minima of these costs are one.
-bool same_minimum(double cost, double other);
-
-/// The same; gaits are one where their costs are near and their joints turn alike.
+/// Whether they are one: as dear as each other, or gaits whose costs are near and whose joints turn alike.
 bool same_minimum(const Minimum& one, const Minimum& other);
 
 }  // namespace lamprey::study

@@ -16,6 +16,7 @@ std::string words_of_goal(const certificate::Certificate& proof) {
 }
 
 std::string words_of_minimum(const certificate::Certificate& proof) {
+  if (proof.second_order->costs_nothing) return " It costs nothing, and nothing less can be.";
   return " A strict local minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
 }
 

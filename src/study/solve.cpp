@@ -112,7 +112,7 @@ class Search {
   bool stays() { return guess::met_by_rest(system_, problem_, full_) && rest("the goal is where the swimmer rests"); }
 
   bool coasts() {
-    const std::optional<Found> coast = coasting_to_goal(system_, problem_, full_);
+    const std::optional<Found> coast = coasting_to_goal(system_, problem_, full_, [this] { return budget_.stopped(); });
     return coast && offer(*coast, without_moments, " It does nothing: " + coast->outcome.reason + ".");
   }
 
@@ -153,7 +153,7 @@ class Search {
 
   // A start in motion does not stay: what it does without moments is shown.
   void add_rest(optimizer::Termination termination, const std::string& reason) {
-    const std::optional<Found> coast = coasting(system_, problem_, full_);
+    const std::optional<Found> coast = coasting(system_, problem_, full_, [this] { return budget_.hurried(); });
     Found shown = coast ? *coast : staying(system_, problem_, full_, reason);
     shown.outcome.termination = termination;
     shown.outcome.reason = reason;
@@ -252,7 +252,8 @@ class Search {
         const Found fine = method_->carry(starts_[s], steps);
         count_effort(fine.outcome);
         confirmed_[s] =
-            fine.converged() && std::abs(fine.cost - starts_[s].cost) < settled_cost * std::abs(starts_[s].cost);
+            fine.converged() && std::abs(fine.cost - starts_[s].cost) <
+                                    settled_cost * std::abs(starts_[s].cost - problem_.cost_of_given_duration());
       }
       if (*confirmed_[s]) return s;
     }
@@ -274,6 +275,8 @@ class Search {
     return order;
   }
 
+  Minimum minimum(const Found& found) const { return minimum_of(system_, problem_, found.cost, found.path.rotation); }
+
   // Distinct costs; the first start that ended at each is a candidate.
   void count_minima() {
     const std::vector<std::size_t> order = by_rising_cost();
@@ -283,7 +286,7 @@ class Search {
     record_.hops = static_cast<int>(starts_.size()) - first_hop_;
     for (std::size_t s : order) {
       if (!starts_[s].converged()) continue;
-      const Minimum own = minimum_of(system_, problem_, starts_[s].cost, starts_[s].path.rotation);
+      const Minimum own = minimum(starts_[s]);
       ++record_.solved;
       const auto same =
           std::find_if(known.begin(), known.end(), [&](const Minimum& other) { return same_minimum(other, own); });
@@ -342,7 +345,7 @@ class Search {
     if (solutions_.back().status != maneuver::Status::feasible || !fine.converged() || budget_.stopped()) return false;
     const Found again = method_->carry(fine, full_.steps);
     count_effort(again.outcome);
-    return again.converged() && same_minimum(again.cost, fine.cost) && add(again);
+    return again.converged() && same_minimum(minimum(again), minimum(fine)) && add(again);
   }
 
   // Candidates at full resolution, where costs can be compared, two at a time by rising coarse cost, until as many accepted ones as

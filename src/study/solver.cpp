@@ -95,9 +95,14 @@ Solver::Solver(const System& system, const Problem& problem, const Solution& sol
   const maneuver::NodePath moved = program_.path();
   last_.path.control = moved.control;
   answers_ = last_.converged() && same_motion(moved) && program_.merit().violation <= goal_met &&
-             program_.limit_violation() <= limits_met &&
-             std::abs(program_.cost() - last_.cost) <= same_answer * std::abs(last_.cost);
+             program_.limit_violation() <= limits_met && costs_as_before();
   if (answers_) learn_from_answer();
+}
+
+// What a given duration costs hides no difference.
+bool Solver::costs_as_before() const {
+  const double given = maneuver_.free_duration ? 0.0 : maneuver_.time_weight * maneuver_.duration;
+  return std::abs(program_.cost() - last_.cost) <= same_answer * std::abs(last_.cost - given);
 }
 
 // Whether what the swimmer makes of the last answer's shapes from the start that is asked for is that answer.
@@ -124,8 +129,7 @@ void Solver::learn_from_answer() {
   optimizer::Options options = newton_options();
   options.max_iterations = most_polishing;
   solve_program(newton_, program_, options, outcome_);
-  answers_ = outcome_.termination == Termination::converged &&
-             std::abs(program_.cost() - last_.cost) <= same_answer * std::abs(last_.cost);
+  answers_ = outcome_.termination == Termination::converged && costs_as_before();
   if (!answers_) return;
   moved_ = false;
   keep_answer();

@@ -100,6 +100,7 @@ class Solver {
   bool go_to(const maneuver::NodePath& path, double duration, const shape::LimitMultipliers& limits,
              const shape::WorkMultipliers& work, const Eigen::VectorXd& ends);
   bool same_motion(const maneuver::NodePath& moved) const;
+  bool costs_as_before() const;
   maneuver::NodePath stirred_shapes() const;
   bool still() const;
   bool stays();

@@ -33,6 +33,13 @@ std::string where_it_ended(const Problem& problem, const Solution& solution) {
   return far_turn(problem, solution) + spring_at_its_jump(problem, solution) + fading(problem, solution);
 }
 
+// Whether the goal is missed by more than an optimiser leaves of what it meets, which is in the swimmer's own unit of length.
+bool missed_beyond_tolerance(const Problem& problem, const Certificate& proof) {
+  constexpr double left = 10.0;  // of the mark
+  const double unit = proof.goal_missed_by_turn ? 1.0 : model::System(problem.swimmer).length_unit();
+  return !(proof.goal_error <= goal_mark * std::max(1.0, left * unit));
+}
+
 // Which limits a motion that does not arrive is at, as a sentence.
 std::string reached_words(const Certificate& proof) {
   if (!proof.limits || proof.limits->reached.empty()) return "";
@@ -71,7 +78,7 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
     solution.message = "The goal is met, but " + unsettled(problem, proof) + "." + stopped +
                        where_it_ended(problem, solution) + " To mend it: " + advice(problem, proof, solution) + ".";
   } else {
-    const bool beyond_moments = solution.status == Status::optimal && !(proof.goal_error <= goal_mark);
+    const bool beyond_moments = solution.status == Status::optimal && missed_beyond_tolerance(problem, proof);
     if (!cut_short && solution.status != Status::infeasible)
       solution.status = beyond_moments ? Status::infeasible : Status::stalled;
     if (beyond_moments) {
@@ -87,10 +94,14 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   }
 }
 
-void judge_march(const Certificate& proof, Solution& solution) {
+void judge_march(const Problem& problem, const Certificate& proof, Solution& solution) {
   const auto beyond = [](double error, double mark) { return error > mark; };  // NaN: not computed
+  const bool of_stages =
+      !integrator::single_step(problem.scheme) && solution.divided.steps == 0 && solution.marched_by.empty();
   std::string missing;
-  if (beyond(proof.equation_residual, proof.equation_allowed()))
+  if (of_stages && std::isnan(proof.equation_residual))
+    missing = "the files lack control_stages or velocities, which all marches by such a scheme tell";
+  else if (beyond(proof.equation_residual, proof.equation_allowed()))
     missing = "the discrete equations are off by " + number(proof.equation_residual) + " of the momentum's scale";
   else if (beyond(proof.momentum_drift, proof.momentum_allowed()))
     missing = "total momentum changes by " + number(proof.momentum_drift) + " of its scale";
@@ -103,6 +114,8 @@ void judge_march(const Certificate& proof, Solution& solution) {
         "stored velocities, momenta or joint angles are off by " + number(proof.velocity_error) + " of the largest";
   else if (beyond(proof.time_error, certificate::time_mark))
     missing = "the nodes' times differ by " + number(proof.time_error) + " of the duration from equal steps";
+  else if (beyond(proof.control_error, certificate::control_mark))
+    missing = number(proof.control_error) + " of the moments is outside what the joints can exert";
   else if (std::isfinite(solution.cost))
     missing = "a march has no cost, and one is stored";
   if (missing.empty()) return;

@@ -15,7 +15,8 @@ void judge(const maneuver::Problem& problem, const certificate::Certificate& cer
 
 /// The same of a simulated motion, which seeks no goal: status simulated where its numbers fit each other and the mechanics as
 /// far as the certificate can tell, else stalled with the reason as message.
-void judge_march(const certificate::Certificate& certificate, maneuver::Solution& solution);
+void judge_march(const maneuver::Problem& problem, const certificate::Certificate& certificate,
+                 maneuver::Solution& solution);
 
 /// What second derivatives say, as sentences after a blank.
 std::string curvature_words(const maneuver::Problem& problem, const certificate::Certificate& certificate);

@@ -70,19 +70,22 @@ void add_false_gains(const Results& stored, const certificate::StoredMotion& mot
   }
 }
 
-// Where an angle that counts whole turns jumps by more than half of one from node to node, which no step does.
-void add_false_turns(const Results& stored, Claims& claims) {
-  const auto& angle = stored.solution.joint_angle;
-  for (std::size_t j = 0; j < stored.problem.joints.size(); ++j) {
-    if (stored.problem.joints[j].kind == model::JointKind::ball) continue;
-    for (std::size_t k = 0; k + 1 < angle.size(); ++k)
-      for (int axis = 0; axis < 2; ++axis) {
-        const double before = angle[k][j][axis], told = angle[k + 1][j][axis];
-        const double turn = lie::shorter_way(told - before);
-        if (std::abs(told - before) <= std::numbers::pi) continue;
-        claims.push_back({fmt::format("joint_angle[{}][{}][{}]", k + 1, j, axis), told, before + turn});
-        return;
-      }
+// Where joints have turned otherwise than the bodies did from node to node, by whole turns that no rotation shows.
+void add_false_turns(const Results& stored, const certificate::StoredMotion& motion, Claims& claims) {
+  constexpr double same = 1e-3;  // rad: what is less than a turn is looked at with the velocities
+  const auto& told = stored.solution.joint_angle;
+  const auto joints = static_cast<std::size_t>(motion.system.joint_count());
+  for (std::size_t j = 0; j < joints; ++j) {
+    const model::Joint& joint = motion.system.joint(static_cast<int>(j));
+    Eigen::Vector3d turn = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < told.size() && k < stored.solution.rotation.size(); ++k) {
+      if (told[k].size() != joints) return;
+      turn = mechanics::turn_from_zero(joint, mechanics::child_to_parent(stored.solution.rotation[k], joint), turn);
+      Eigen::Index axis = 0;
+      if ((told[k][j] - turn).cwiseAbs().maxCoeff(&axis) <= same) continue;
+      claims.push_back({fmt::format("joint_angle[{}][{}][{}]", k, j, axis), told[k][j][axis], turn[axis]});
+      return;
+    }
   }
 }
 
@@ -153,6 +156,10 @@ void add_contradictions(const Results& stored, Claims& claims) {
   if (search.set_aside && !(search.set_aside->cost < stored.solution.cost))
     claims.push_back(
         {"search.set_aside.cost", search.set_aside->cost, stored.solution.cost, "no less than the answer"});
+  const bool of_moments_alone = !stored.problem.cost_weights.any() || !integrator::single_step(stored.problem.scheme) ||
+                                stored.solution.status == maneuver::Status::simulated;
+  if (stored.solution.cost_parts && of_moments_alone)
+    claims.push_back({"cost_parts", stored.solution.cost_parts->effort, certificate::unset});
   if (!stored.certificate || !stored.certificate->refinement) return;
   const auto& grids = stored.certificate->refinement->grids;
   const int steps = stored.problem.steps;
@@ -172,9 +179,9 @@ std::vector<certificate::FalseClaim> false_statements(const Results& stored, con
   add_false_restatements(stored, system, problem, claims);
   add_false_times(stored, claims);
   add_contradictions(stored, claims);
-  add_false_turns(stored, claims);
   if (stored.solution.time.size() < 2) return claims;
   const certificate::StoredMotion motion(system, problem, stored.solution);
+  add_false_turns(stored, motion, claims);
   add_false_place(stored, found, motion, claims);
   add_false_limit(stored, found, motion, claims);
   if (with_gains) add_false_gains(stored, motion, claims);

@@ -151,7 +151,7 @@ result::Results certified(const result::Results& results) {
   again.solution.message.clear();  // no optimiser stopped here, and none says that it arrived
   if (again.solution.status == maneuver::Status::optimal) again.solution.status = maneuver::Status::feasible;
   if (again.solution.status == maneuver::Status::simulated)
-    study::judge_march(*again.certificate, again.solution);
+    study::judge_march(problem, *again.certificate, again.solution);
   else if (problem.goal)
     study::judge(problem, *again.certificate, again.solution);
   return again;
@@ -174,7 +174,8 @@ Verification verify_task(const std::string& folder, const std::optional<file::Pr
   if (result.stored.certificate)
     result.claims =
         certificate::false_claims(*result.stored.certificate, *result.found.certificate,
-                                  result.stored.solution.time.empty() ? 0.0 : result.stored.solution.time.back());
+                                  result.stored.solution.time.empty() ? 0.0 : result.stored.solution.time.back(),
+                                  model::System(result::swimmer_of(result.stored.problem)).length_unit());
   for (certificate::FalseClaim& claim : false_statements(result.stored, result.found, sought && result.status_holds))
     result.claims.push_back(std::move(claim));
   result.trajectory_difference = result::trajectory_difference(folder, result.stored);

@@ -15,7 +15,7 @@ namespace {
 using certificate::Certificate;
 using certificate::false_claims;
 
-constexpr double one_second = 1.0;
+constexpr double one_second = 1.0, one_metre = 1.0;
 
 const Certificate& proof() {
   static const Certificate found = [] {
@@ -31,7 +31,7 @@ const Certificate& proof() {
 
 TEST(Claims, of_the_certificate_itself_hold) {
   EXPECT_EQ(proof().verdict, certificate::Verdict::proved);
-  for (const auto& claim : false_claims(proof(), proof(), one_second)) ADD_FAILURE() << claim.field;
+  for (const auto& claim : false_claims(proof(), proof(), one_second, one_metre)) ADD_FAILURE() << claim.field;
 }
 
 TEST(Claims, that_say_less_or_nothing_hold) {
@@ -41,7 +41,7 @@ TEST(Claims, that_say_less_or_nothing_hold) {
   modest.replay.reset();
   modest.second_order.reset();
   modest.verdict = certificate::Verdict::stationary;
-  for (const auto& claim : false_claims(modest, proof(), one_second)) ADD_FAILURE() << claim.field;
+  for (const auto& claim : false_claims(modest, proof(), one_second, one_metre)) ADD_FAILURE() << claim.field;
 }
 
 TEST(Claims, that_say_more_are_named_in_every_field) {
@@ -84,7 +84,7 @@ TEST(Claims, that_say_more_are_named_in_every_field) {
   for (const auto& [field, make_worse] : worse) {
     Certificate found = proof();
     make_worse(found);
-    const auto claims = false_claims(proof(), found, one_second);
+    const auto claims = false_claims(proof(), found, one_second, one_metre);
     ASSERT_EQ(claims.size(), 1U) << field;
     EXPECT_EQ(claims.front().field, field);
   }
@@ -98,7 +98,7 @@ TEST(Claims, of_whole_replays_are_held_to_as_many_digits_as_growth_leaves) {
     told.replay->whole_rotation_error = 2e-4;
     Certificate found = told;
     found.replay->whole_rotation_error = 3e-4;
-    const auto claims = false_claims(told, found, one_second);
+    const auto claims = false_claims(told, found, one_second, one_metre);
     EXPECT_EQ(claims.size(), growth < 10.0 ? 1U : 0U) << growth;
   }
 }
@@ -106,12 +106,34 @@ TEST(Claims, of_whole_replays_are_held_to_as_many_digits_as_growth_leaves) {
 TEST(Claims, of_all_axes_are_held_to_what_is_found) {
   Certificate told = proof();
   told.all_axes = certificate::AllAxes{1e-12, {}};
-  EXPECT_TRUE(false_claims(told, told, one_second).empty());
+  EXPECT_TRUE(false_claims(told, told, one_second, one_metre).empty());
   Certificate found = told;
   found.all_axes->kkt = 1e-3;
-  const auto claims = false_claims(told, found, one_second);
+  const auto claims = false_claims(told, found, one_second, one_metre);
   ASSERT_EQ(claims.size(), 1U);
   EXPECT_EQ(claims.front().field, "second_order_all_axes.kkt");
+}
+
+// Of small swimmers, and of short maneuvers, as of large and long ones.
+TEST(Claims, of_small_numbers_are_held_to_their_own_size) {
+  const double length = 1e-5, duration = 1e-6;
+  Certificate told = proof();
+  told.clearance->gap = 5e-7;
+  told.replay->window = 1e-7;
+  told.replay->work = 5e-7;
+  told.replay->growth_rate = 1e4;
+  const std::vector<std::pair<std::string, std::function<void(Certificate&)>>> others = {
+      {"clearance.gap", [](Certificate& is) { is.clearance->gap = -4e-7; }},
+      {"replay.window", [](Certificate& is) { is.replay->window = 2e-7; }},
+      {"replay.growth_rate", [](Certificate& is) { is.replay->growth_rate = 2e4; }},
+      {"replay.work", [](Certificate& is) { is.replay->work = 1e-9; }}};
+  for (const auto& [field, change] : others) {
+    Certificate found = told;
+    change(found);
+    const auto claims = false_claims(told, found, duration, length);
+    ASSERT_EQ(claims.size(), 1U) << field;
+    EXPECT_EQ(claims.front().field, field);
+  }
 }
 
 }  // namespace

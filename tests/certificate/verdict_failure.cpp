@@ -5,6 +5,7 @@
 #include "certificate/certify.hpp"
 #include "certificate/limit_check.hpp"
 #include "certificate/marched_answers.hpp"
+#include "certificate/optimality.hpp"
 #include "lie/so3.hpp"
 #include "study/answer.hpp"
 #include "tolerance.hpp"
@@ -418,7 +419,8 @@ TEST(Verdict, residual_of_a_free_duration_does_not_depend_on_the_unit_of_mass) {
   EXPECT_NEAR(residual[2] / residual[0], 1.0, tolerance(1e-6));
 }
 
-// One step is too few for a closed motion to have any freedom; the certificate says that it is none, or knows nothing.
+// One step is too few for a closed motion to have any freedom; the certificate says that it is none, knows nothing, or that staying costs
+// nothing.
 TEST(Verdict, of_a_gait_of_one_step_ends_in_words) {
   maneuver::Problem problem = chain_problem(1, 0.1);
   problem.goal->periodic = true;
@@ -428,7 +430,8 @@ TEST(Verdict, of_a_gait_of_one_step_ends_in_words) {
   const model::System system(problem.swimmer);
   const study::Answer answer = study::answer(system, problem, {});
   EXPECT_FALSE(answer.solution.message.empty());
-  EXPECT_NE(answer.certificate.verdict, Verdict::proved);
+  const bool proved = answer.certificate.verdict == Verdict::proved;
+  EXPECT_EQ(proved, proved && answer.certificate.second_order->costs_nothing && answer.solution.cost == 0.0);
 }
 
 // A tail that nothing drives has no work. Said to be driven about axes that the motion does not turn it about, its powers are
@@ -463,6 +466,22 @@ TEST(Verdict, does_not_take_powers_of_a_joint_that_is_not_used_for_held) {
     EXPECT_LE(proof.kkt, 1e-8) << noise;
     EXPECT_NE(proof.verdict, Verdict::proved) << noise;
   }
+}
+
+// A start that hardly moves: moments of round-off are a motion that goes on by itself, others are held to their own gradient.
+TEST(Verdict, of_starts_in_motion_asks_more_of_moments_that_are_more_than_round_off) {
+  maneuver::Problem problem = chain_problem(400, 0.4);
+  problem.start.angular_velocity[0] = Vector3d(0.0, 0.0, 1e-30);
+  const model::System system(problem.swimmer);
+  const auto worth_over_own = [&](double moment) {
+    const NodeMoments even(401, mechanics::Moments{Vector3d(0.0, 0.0, moment), Vector3d(0.0, 0.0, -moment)});
+    const MarchedAnswer answer = march(problem, even);
+    const certificate::StoredMotion motion(system, answer.problem, answer.solution);
+    return certificate::gradient_of_coasting(motion) / (certificate::node_weights(motion).maxCoeff() * moment);
+  };
+  EXPECT_GT(worth_over_own(1e-9), 1e6);
+  EXPECT_NEAR(worth_over_own(1e-2), certificate::proof_mark / problem.search.tolerance, 1e-6);
+  EXPECT_LT(worth_over_own(1e3), 0.1);
 }
 
 }  // namespace

@@ -46,6 +46,21 @@ class Advice : public testing::Test {
   Solution solution_;
 };
 
+// An optimiser leaves a share of the swimmer's own unit of length, 128 m here, of what it meets.
+TEST_F(Advice, calls_nothing_out_of_reach_that_only_the_optimiser_left) {
+  for (model::BodyDescription& body : problem_.swimmer.bodies) body.semi_axes = Eigen::Vector3d(1e3, 6e2, 4e2);
+  solution_.status = maneuver::Status::optimal;
+  proof_.goal_missed = "goal.move along e_1";
+  proof_.goal_missed_by_turn = false;
+  proof_.goal_error = 1e-7;
+  EXPECT_FALSE(tells("Out of reach"));
+  proof_.goal_error = 1e-3;
+  EXPECT_TRUE(tells("Out of reach"));
+  proof_.goal_error = 1e-7;
+  proof_.goal_missed_by_turn = true;
+  EXPECT_TRUE(tells("Out of reach"));
+}
+
 TEST_F(Advice, ranks_motions_by_what_they_miss_most) {
   EXPECT_EQ(study::missed_by(problem_, proof_), 0.0);
   proof_.goal_error = 0.5 * certificate::goal_mark;

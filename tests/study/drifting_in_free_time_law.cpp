@@ -5,6 +5,7 @@
 #include "maneuver/maneuver.hpp"
 #include "model/input_error.hpp"
 #include "study/answer.hpp"
+#include "study/drifting.hpp"
 #include "study/first_motion.hpp"
 #include "study/solver.hpp"
 #include "tolerance.hpp"
@@ -210,6 +211,18 @@ TEST(DriftingInFreeTime, is_the_same_in_other_units_of_time) {
   expect_proved_in_free_time(other);
   EXPECT_NEAR(other.solution.time.back() / one.solution.time.back() / unit, 1.0, 1e-7);
   EXPECT_NEAR(other.solution.cost / one.solution.cost * unit * unit * unit, 1.0, 1e-8);
+}
+
+TEST(DriftingInFreeTime, stops_looking_for_a_coast_when_told_to) {
+  Problem problem = turn_in_free_time();
+  problem.time_weight = 0.0;
+  const model::System system(problem.swimmer);
+  const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, problem.steps);
+  int asked = 0, in_all = 0;
+  study::coasting_to_goal(system, problem, maneuver, [&] { return ++in_all < 0; });
+  EXPECT_FALSE(study::coasting_to_goal(system, problem, maneuver, [&] { return ++asked > 100; }));
+  EXPECT_GT(in_all, 2000);
+  EXPECT_LT(asked, 200) << "one more for each duration";
 }
 
 TEST(DriftingInFreeTime, is_refused_of_gaits_alone) {

@@ -82,7 +82,7 @@ TEST_P(HighOrder, is_verified_with_its_feedback) {
   EXPECT_LT(answer.certificate.replay->feedback_rotation_error, 1e-4);  // moments linear between nodes leave more
   const certificate::Certificate found = certificate::certify(model::System(problem.swimmer), problem, answer.solution);
   for (const certificate::FalseClaim& claim :
-       certificate::false_claims(answer.certificate, found, answer.solution.time.back()))
+       certificate::false_claims(answer.certificate, found, answer.solution.time.back(), 1.0))
     ADD_FAILURE() << claim.field << " is " << claim.found << ", not " << claim.stored;
 }
 

@@ -22,7 +22,9 @@ TEST(Minima, of_gaits_do_not_depend_on_where_they_begin) {
   const study::Minimum one = study::minimum_of(system, problem, gait.cost, gait.rotation);
   const study::Minimum same = study::minimum_of(system, problem, gait.cost * (1.0 + 2e-5), later);
   EXPECT_TRUE(same_minimum(one, same));
-  EXPECT_FALSE(study::same_minimum(one.cost, same.cost));
+  study::Minimum unknown = same;
+  unknown.turning.resize(0);
+  EXPECT_FALSE(same_minimum(one, unknown));
   study::Minimum other = same;
   other.turning[0] *= 1.01;
   EXPECT_FALSE(same_minimum(one, other)) << "as dear, but by other strokes";
@@ -31,6 +33,19 @@ TEST(Minima, of_gaits_do_not_depend_on_where_they_begin) {
   EXPECT_FALSE(same_minimum(study::minimum_of(system, problem, gait.cost, gait.rotation),
                             study::minimum_of(system, problem, gait.cost * (1.0 + 2e-5), later)))
       << "maneuvers begin where they are told to";
+}
+
+// What a given duration costs is the same for all.
+TEST(Minima, are_told_apart_by_what_is_spent) {
+  maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml");
+  problem.time_weight = 1e9;
+  const model::System system(problem.swimmer);
+  const double time = 1e9 * problem.duration.value;
+  const auto minimum = [&](double spent) { return study::minimum_of(system, problem, time + spent, {}); };
+  EXPECT_FALSE(same_minimum(minimum(100.0), minimum(101.0)));
+  EXPECT_TRUE(same_minimum(minimum(100.0), minimum(100.0)));
+  problem.duration.free = true;
+  EXPECT_TRUE(same_minimum(minimum(100.0), minimum(101.0)));
 }
 
 }  // namespace

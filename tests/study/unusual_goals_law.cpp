@@ -53,6 +53,26 @@ TEST(UnusualGoals, where_the_swimmer_rests_cost_nothing) {
       }
 }
 
+// Whatever else is free: moments along splines, a duration, a gait's first shape.
+TEST(UnusualGoals, that_cost_nothing_are_proved_and_not_called_strict) {
+  for (const std::string kind : {"splines", "duration", "gait"}) {
+    maneuver::Problem problem = planar_chain();
+    problem.goal->turn = Vector3d::Zero();
+    if (kind == "splines") problem.control = maneuver::ControlKind::spline, problem.points = 8;
+    if (kind == "duration") problem.duration.free = true, problem.duration.min = 1.0, problem.duration.max = 2.0;
+    if (kind == "gait") {
+      problem.goal->periodic = problem.start.free_shape = true;
+      problem.goal->rest = false;
+    }
+    const study::Answer answer = answered(problem);
+    EXPECT_EQ(answer.solution.cost, 0.0) << kind;
+    EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << kind << ": " << answer.solution.message;
+    EXPECT_NE(answer.solution.message.find("It costs nothing, and nothing less can be."), std::string::npos)
+        << kind << ": " << answer.solution.message;
+    EXPECT_EQ(answer.solution.message.find("strict"), std::string::npos) << kind;
+  }
+}
+
 // Where a joint's angle is called zero is nobody's way: its goal may be on the other side of half a turn.
 TEST(UnusualGoals, do_not_depend_on_where_angles_begin) {
   for (const model::JointKind kind : {model::JointKind::hinge, model::JointKind::universal})
