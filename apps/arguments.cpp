@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <utility>
 
@@ -32,6 +33,17 @@ CLI::Validator number_in(double least, double most, const std::string& allowed) 
 CLI::Validator positive() {
   constexpr double least = std::numeric_limits<double>::denorm_min(), most = std::numeric_limits<double>::max();
   return number_in(least, most, "a number > 0");
+}
+
+// Of a solution.json its folder.
+CLI::Validator folder() {
+  return CLI::Validator(
+      [](std::string& text) {
+        const std::filesystem::path path(text);
+        if (path.filename() == "solution.json") text = path.has_parent_path() ? path.parent_path().string() : ".";
+        return std::string();
+      },
+      "", "folder");
 }
 
 // An unset variable of the shell is no folder.
@@ -69,9 +81,11 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
   solve->add_flag_function(
       "--refinement,!--no-refinement", [&arguments](std::int64_t times) { arguments.solve.refinement = times > 0; },
       "solve on half and on twice the steps too, for the certificate's refinement (default: with newton)");
-  solve->add_option(
-      "--first", arguments.solve.first,
-      "folder of a stored motion of the same bodies and joints: the first guess, in the place of a random one");
+  solve
+      ->add_option(
+          "--first", arguments.solve.first,
+          "folder of a stored motion of the same bodies and joints: the first guess, in the place of a random one")
+      ->transform(folder());
   solve
       ->add_option(
           "--keep", arguments.solve.keep,
@@ -127,6 +141,7 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
   CLI::Option* feedback = simulate
                               ->add_option("--feedback", arguments.simulate.feedback,
                                            "folder of a maneuver: follow it by its moments and gains")
+                              ->transform(folder())
                               ->excludes(controls)
                               ->excludes(angles);
   simulate
@@ -171,15 +186,20 @@ void describe_others(CLI::App& app, Arguments& arguments) {
   check->add_option("problem", arguments.problem, "problem file (TOML)")->required();
   CLI::App* verify = app.add_subcommand(
       "verify", "Recompute the certificate from the files alone; refinement, which takes solving, is kept as stored");
-  verify->add_option("folder", arguments.verify.folder, "folder of a solution.json")->required();
+  verify->add_option("folder", arguments.verify.folder, "folder of a solution.json")->required()->transform(folder());
   verify->add_option("--problem", arguments.verify.problem,
                      "problem file (TOML) whose question the answer has to be one to");
   CLI::App* report = app.add_subcommand("report", "Write the report again; with two folders, compare them");
-  report->add_option("folders", arguments.folders, "one folder, or two to compare")->required()->expected(1, 2);
+  report->add_option("folders", arguments.folders, "one folder, or two to compare")
+      ->required()
+      ->expected(1, 2)
+      ->transform(folder());
   CLI::App* tables = app.add_subcommand(
       "export",
       "Write a motion's joint angles and moments as tables, angles.csv and moments.csv, as simulate reads them");
-  tables->add_option("folder", arguments.folder, "folder of a solution.json, into which they go")->required();
+  tables->add_option("folder", arguments.folder, "folder of a solution.json, into which they go")
+      ->required()
+      ->transform(folder());
   CLI::App* inertia = app.add_subcommand(
       "inertia", "Mass and inertia of an ellipsoid, or of an ellipse in the plane, with the fluid it drags along");
   inertia

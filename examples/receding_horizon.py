@@ -63,6 +63,8 @@ def main(path):
     carried = [solution.momentum[kind]["total"][0] for kind in ("linear", "angular")]
     drifts = np.abs(carried).max() > 1e-9 * np.abs(solution.momentum["linear"]["bodies"]).max()  # else what is seen of it is an error
     print(f"planned: cost {solution.cost:.6g}, {solution.message}")
+    if not solution.certificate["resolved"]:
+        print(f"  {STEPS} steps do not resolve this plan, and what follows misses for that alone: more of them (STEPS) may help")
 
     for name, way in (("one plan", {"controls": solution}), ("one plan and its gains", {"feedback": solution})):
         print(f"{name}: misses by {missed(swim(settings, solution, 0, **way).rotation[-1], goal):.2g} rad")
@@ -73,6 +75,8 @@ def main(path):
         seen = swim(settings, seen, node, feedback=plan, feedback_from=solver.passed, duration=duration / PARTS,
                     steps=2 * STEPS // PARTS)
         node = -1
+        if seen.status != "simulated" or "lost" in seen.message:
+            print(f"  {(part + 1) * duration / PARTS:.1f} s: {seen.message}")
         if part + 1 == PARTS:
             break
         solver.advance(duration / PARTS)

@@ -33,6 +33,9 @@ from ._core import (
     solve,
 )
 from .errors import InputError
+from importlib.metadata import version as _version
+
+__version__ = _version("lamprey")
 
 __all__ = [
     "InputError",
@@ -63,6 +66,8 @@ def verify(directory, *, problem=None):
     FileNotFoundError where there is no solution.json, another OSError where it is not what Lamprey writes, InputError for the
     problem.
     """
+    if isinstance(directory, Trajectory):
+        raise TypeError("verify(): directory: found a motion; allowed: where one is saved; certify takes the motion itself")
     found, holds, claims, trajectory, differences = _verify(directory, problem)
     return {
         "holds": holds,

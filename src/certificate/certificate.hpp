@@ -93,6 +93,13 @@ struct Refinement {
   double cost_limit = unset;      // extrapolated to no step at all
   double cost_error = unset;      // of the answer's cost against it
   std::vector<GridCost> grids;    // by rising steps
+
+  /// Whether each finer grid costs half as much again as the one before it, or more: the goal may be within reach of long steps alone.
+  bool grows() const {
+    for (std::size_t g = 0; g + 1 < grids.size(); ++g)
+      if (!(grids[g].cost > 0.0 && grids[g + 1].cost > 1.5 * grids[g].cost)) return false;
+    return grids.size() >= 3;
+  }
 };
 
 /// Limits and waypoints along the stored motion.

@@ -58,6 +58,9 @@ void require_room_at(const Place& place, const Problem& problem, double least) {
 void require_room_for_root(const model::System& system, const Problem& problem) {
   const double least = system.body(0).semi_axes.minCoeff();
   const Vector3d& start = problem.start.position;
+  // a first shape that is free moves its limits, but not the root
+  static const Move stays = {0.0, 0.0, 0.0};
+  if (problem.start.free_shape) require_room_at({"start.position", start, stays}, problem, least);
   if (problem.goal) require_room_at({"goal.move", start, problem.goal->move}, problem, least);
   for (std::size_t n = 0; n < problem.waypoints.size(); ++n)
     require_room_at({fmt::format("waypoint[{}].move", n), start, problem.waypoints[n].move}, problem, least);

@@ -180,7 +180,7 @@ void require_ends_within_limits(const ProblemFile& file) {
   const std::vector<maneuver::LimitRow> rows = maneuver::limit_rows(system, problem);
   try {
     require_clearance_of_joined(file);
-    if (problem.start.free_shape) return;
+    if (problem.start.free_shape) return require_room_for_root(system, problem);
     if (const auto broken = maneuver::broken_by_start(system, maneuver, rows)) {
       const int joint = broken->row->joint;
       const std::string own =
@@ -190,7 +190,7 @@ void require_ends_within_limits(const ProblemFile& file) {
       refuse_end(system, "start", *broken, bent_at_start(system, maneuver, joint),
                  fmt::format("change {}, let start.free_shape be true, or widen the limit", own));
     }
-    if (problem.goal->periodic) return;
+    if (problem.goal->periodic) return require_room_for_root(system, problem);
     if (const auto broken = maneuver::broken_by_goal(system, maneuver, rows))
       refuse_end(system, "goal", *broken, "", "change [goal], or widen the limit");
     require_room_for_root(system, problem);

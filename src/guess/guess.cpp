@@ -32,8 +32,10 @@ using mechanics::Rotations;
 using model::System;
 
 constexpr int harmonics = 4;
-constexpr double amplitude = 0.8;     // rad, of the first harmonic; 0.3 to 0.8 serve alike
-constexpr double same_place = 1e-12;  // rad, units of length
+constexpr double amplitude = 0.8;                   // rad, of the first harmonic; 0.3 to 0.8 serve alike
+constexpr double leaning_amplitude = 0.4;           // rad
+constexpr std::uint64_t leaning_seed = 0x6c65616e;  // beside that of the swings
+constexpr double same_place = 1e-12;                // rad, units of length
 
 using model::at;
 
@@ -184,10 +186,32 @@ NodePath swung(const System& system, const Maneuver& maneuver, const Swing& swin
   return path;
 }
 
+namespace {
+
+// How far joints are bent at the end, [joints] rad along their actuation, that no goal holds there: in the first shape, which may be
+// straight, what they move may be no more than of second order.
+mechanics::Vectors random_leaning(const System& system, const Maneuver& maneuver, std::uint64_t seed) {
+  Random random(seed + leaning_seed);
+  mechanics::Vectors leaning;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const model::Joint& joint = system.joint(j);
+    VectorXd bend(joint.actuation.cols());
+    for (double& angle : bend) angle = leaning_amplitude * random.normal();
+    const bool free = !maneuver.periodic && !joint_at_end(system, maneuver, j);
+    leaning.push_back(free ? Vector3d(joint.actuation * bend) : Vector3d::Zero());
+  }
+  return leaning;
+}
+
+}  // namespace
+
 NodePath random_guess(const System& system, const Maneuver& maneuver, std::uint64_t seed) {
   Random random(seed);
   const JointSwings swings(system, random);
-  const Swing swing = [&](int joint, double s) { return swings.swing(joint, s); };
+  const mechanics::Vectors leaning = random_leaning(system, maneuver, seed);
+  const Swing swing = [&](int joint, double s) -> Vector3d {
+    return swings.swing(joint, s) + blend(s) * leaning[at(joint)];
+  };
   if (!maneuver.whole_turns) return swung(system, maneuver, swing);
   const double number = 1.5 * random.normal();  // of turns, seldom many, never none
   const double turn = 2.0 * std::numbers::pi * (number < 0.0 ? std::floor(number) : std::ceil(number));

@@ -108,13 +108,13 @@ Rows rows_of_mechanics(const certificate::Certificate& proof, const result::Reso
 }
 
 // Whether the file's numbers are those of that motion.
-Rows rows_of_file(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
+Rows rows_of_file(const certificate::Certificate& proof) {
   return {
-      held("Start", proof.start_error, "", problem.goal ? start_mark : unset,
+      held("Start", proof.start_error, "", start_mark,
            "Largest distance of the first node from where the problem begins, in rad or m."),
       held("Times of the nodes", proof.time_error, "", time_mark,
            "Largest difference of a node’s time from equal steps over the duration, relative to the duration."),
-      held("Moments beside the actuation", proof.control_error, "", problem.goal ? control_mark : unset,
+      held("Moments beside the actuation", proof.control_error, "", control_mark,
            "Largest part of a moment that joints, control_axes or the control’s kind do not have, relative to the "
            "largest moment."),
       held("Stored velocities", proof.velocity_error, "", velocity_mark,
@@ -224,8 +224,8 @@ Rows rows_of_multipliers(const certificate::Certificate& proof) {
 
 Rows certificate_rows(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
   Rows all;
-  for (const Rows& rows : {rows_of_goal(proof, problem), rows_of_mechanics(proof, problem),
-                           rows_of_file(proof, problem), rows_of_optimality(proof, problem), rows_of_multipliers(proof),
+  for (const Rows& rows : {rows_of_goal(proof, problem), rows_of_mechanics(proof, problem), rows_of_file(proof),
+                           rows_of_optimality(proof, problem), rows_of_multipliers(proof),
                            rows_of_replay(proof.replay.value_or(certificate::Replay{})),
                            rows_of_refinement(proof.refinement.value_or(certificate::Refinement{}))})
     all.insert(all.end(), rows.begin(), rows.end());

@@ -60,6 +60,11 @@ std::string zero_line(double share, double allowed) {
 
 std::string sign_words(double mean, double asked) { return mean * asked > 0.0 ? "the sign" : "against the sign"; }
 
+// Of a mean that is none beside the largest.
+std::string no_mean_line(const char* kind, const char* along) {
+  return fmt::format("· mean {} momentum of the bodies {} e₁ is zero to round-off", kind, along);
+}
+
 // Bodies that end turned as they began have all moved as the root has: the mean of their momentum has the sign of the move. Of others
 // no law asks it.
 std::string linear_line(double mean, double asked, bool by_law) {
@@ -106,11 +111,18 @@ std::vector<std::string> momentum_lines(const result::Results& results) {
   // signs of motions that go elsewhere say nothing
   if (!results.certificate || !(results.certificate->goal_error <= certificate::goal_mark)) return lines;
   const maneuver::Goal& goal = *results.problem.goal;
-  if (goal.move[0] && *goal.move[0] != 0.0)
-    lines.push_back(
-        linear_line(mean_along_e1(solution.linear_momentum.bodies), *goal.move[0], ends_turned_as_it_began(solution)));
-  if (goal.turn && (*goal.turn)[0] != 0.0 && !drifts(results))  // momentum turns a swimmer either way
-    lines.push_back(angular_line(mean_along_e1(solution.angular_momentum.bodies), (*goal.turn)[0]));
+  const auto none = [](double mean, const Vectors& momenta) { return std::abs(mean) < no_momentum * largest(momenta); };
+  if (goal.move[0] && *goal.move[0] != 0.0) {
+    const double mean = mean_along_e1(solution.linear_momentum.bodies);
+    lines.push_back(none(mean, solution.linear_momentum.bodies)
+                        ? no_mean_line("linear", "along")
+                        : linear_line(mean, *goal.move[0], ends_turned_as_it_began(solution)));
+  }
+  if (goal.turn && (*goal.turn)[0] != 0.0 && !drifts(results)) {  // momentum turns a swimmer either way
+    const double mean = mean_along_e1(solution.angular_momentum.bodies);
+    lines.push_back(none(mean, solution.angular_momentum.bodies) ? no_mean_line("angular", "about")
+                                                                 : angular_line(mean, (*goal.turn)[0]));
+  }
   return lines;
 }
 

@@ -258,6 +258,8 @@ std::string verdict(const result::Results& results) {
                  ? std::string(", on steps too coarse to resolve it (its replay breaks off)")
                  : fmt::format(", on steps too coarse to resolve it (replay off by {} rad)",
                                number(proof.replay->rotation_error, 2));
+  if (results.solution.status == Status::optimal && proof.refinement && proof.refinement->grows())
+    words += ", at a cost that grows on finer steps";
   if (const auto& aside = results.solution.search.set_aside; aside && results.solution.status == Status::optimal)
     words += fmt::format(", dearer than a motion of cost {} that takes {} steps", grouped(aside->cost),
                          aside->steps ? std::to_string(*aside->steps) : "more");

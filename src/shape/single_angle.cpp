@@ -23,6 +23,8 @@ using model::System;
 constexpr int pieces = 1000;          // of the curve, from where it begins to either end, and of the best of them
 constexpr double near_enough = 1e-3;  // of what is asked for
 constexpr double jump = 1.0;          // rad: no row changes by so much in a piece, but attitudes beyond half a turn
+constexpr double settled = 1e-5;      // units of the end rows, beside what other pieces of the curve make of it
+constexpr double alike = 1e-3;        // of what is missed
 constexpr double least_asked = 1e-6;  // units of the end rows: less is met by staying
 constexpr int steps_of_turn = 4;      // that a whole turn takes at least
 constexpr double whole_turn = 2.0 * std::numbers::pi;
@@ -82,12 +84,14 @@ class Curve {
     place(root * lie::exp(Vector3d(moved.head<3>())), now_.angle);
   }
 
-  // The whole moves as it did on the way from a place with the same angle to another one.
-  void move_as(const Place& from, const Place& to) {
-    const Matrix3d turn =
-        now_.rotation[0] * from.rotation[0].transpose() * to.rotation[0] * now_.rotation[0].transpose();
+  // The whole has moved from where the curve begins as it did on the way from a place with the same angle to another one, so many times;
+  // from where it has moved so once less.
+  void move_as(const Place& from, const Place& to, int times) {
+    const mechanics::Rotations& start = maneuver_.start.rotation;
+    const Vector3d turn = lie::log(from.rotation[0].transpose() * to.rotation[0]);
     now_.position += now_.rotation[0] * from.rotation[0].transpose() * (to.position - from.position);
-    for (Matrix3d& R : now_.rotation) R = turn * R;
+    const Matrix3d whole = start[0] * lie::exp(times * turn) * start[0].transpose();
+    for (std::size_t i = 0; i < start.size(); ++i) now_.rotation[i] = whole * start[i];
   }
 
   const Place& now() const { return now_; }
@@ -174,22 +178,39 @@ Nearest nearest_end(Curve& curve, const Hinge& hinge) {
 constexpr const char* to_change_that =
     "; a second joint or axis would change that, or a goal that leaves more of it \"free\"";
 
-// Ends in the first shape: whole turns, each of which moves the swimmer as the one before it did.
-std::string beyond_whole_turns(const System& system, Curve& curve, double asked, int steps) {
+// What the goal is missed by after each number of whole turns from −most to most, of curves in so many pieces.
+std::vector<VectorXd> missed_after_turns(Curve& curve, int pieces_of_turn, int most) {
   const Curve::Place start = curve.now();
-  for (int n = 0; n < pieces; ++n) curve.bend(whole_turn / pieces);
+  for (int n = 0; n < pieces_of_turn; ++n) curve.bend(whole_turn / pieces_of_turn);
   const Curve::Place turned = curve.now();
-  const int most = std::max(1, steps / steps_of_turn);
-  VectorXd nearest = VectorXd::Constant(static_cast<Eigen::Index>(curve.rows().size()), asked);
-  int turns = 0;  // nearest by so many
+  std::vector<VectorXd> missed(at(2 * most + 1));
   for (const auto& [from, to, sign] : {std::tuple(start, turned, 1), std::tuple(turned, start, -1)}) {
     curve.go_to(start);
+    missed[at(most)] = curve.missed();
     for (int n = 1; n <= most; ++n) {
-      curve.move_as(from, to);
-      if (const VectorXd missed = curve.missed(); missed.norm() < nearest.norm()) nearest = missed, turns = sign * n;
+      curve.move_as(from, to, n);
+      missed[at(most + sign * n)] = curve.missed();
     }
   }
-  if (turns != 0 && nearest.norm() <= near_enough * asked) return "";
+  curve.go_to(start);
+  return missed;
+}
+
+// Ends in the first shape: whole turns, each of which moves the swimmer as the one before it did.
+std::string beyond_whole_turns(const System& system, Curve& curve, double asked, int steps) {
+  const int most = std::max(1, steps / steps_of_turn);
+  const std::vector<VectorXd> coarse = missed_after_turns(curve, pieces, most),
+                              fine = missed_after_turns(curve, 2 * pieces, most);
+  VectorXd nearest = VectorXd::Constant(static_cast<Eigen::Index>(curve.rows().size()), asked);
+  int turns = 0;  // nearest by so many
+  for (int n = 1; n <= most; ++n)
+    for (const int by : {n, -n}) {
+      const VectorXd &missed = fine[at(most + by)], &roughly = coarse[at(most + by)];
+      if (missed.norm() <= settled + (missed - roughly).norm()) return "";
+      if (missed.norm() >= (1.0 - alike) * nearest.norm()) continue;  // of turns that end alike the fewest
+      nearest = missed;
+      turns = by;
+    }
   const std::string number = std::to_string(most);
   const std::string opening =
       "where a single joint angle ends in its first shape it has made whole turns, each of which moves the swimmer "

@@ -10,6 +10,7 @@
 #include "mechanics/continuous.hpp"
 #include "study/advice.hpp"
 #include "study/answer_parts.hpp"
+#include "study/enough_memory.hpp"
 #include "study/faults.hpp"
 #include "study/minima.hpp"
 #include "study/plain_words.hpp"
@@ -201,6 +202,7 @@ SolveOptions telling_one_at_a_time(SolveOptions options) {
 }  // namespace
 
 Answer answer(const model::System& system, const Problem& problem, const SolveOptions& asked) {
+  require_memory(system, problem, bytes_of_machine());
   const SolveOptions options = telling_one_at_a_time(asked);
   Parts parts(problem, options);
   std::vector<std::optional<Certificate>> proofs;

@@ -84,12 +84,14 @@ std::string refinement_words(const certificate::Refinement& refinement) {
   if (spread <= near)
     text << " Other grids have the cost to " << std::setprecision(2) << 100.0 * spread << std::setprecision(8) << " %:";
   else
-    text << " The cost has not settled:";
+    text << (refinement.grows() ? " The cost grows on finer grids:" : " The cost has not settled:");
   for (const certificate::GridCost& grid : refinement.grids)
     text << (grid.steps == refinement.grids.front().steps ? " " : ", ") << grid.cost << " with " << grid.steps
          << " steps";
   if (spread <= near)
     text << "; it changes too unevenly for an error bar.";
+  else if (refinement.grows())
+    text << "; the goal may be within reach of long steps alone, by their own error.";
   else
     text << "; more steps are needed, or the grids hold different motions.";
   return text.str();

@@ -137,6 +137,7 @@ class Resolving {
     kept.erase(std::unique(kept.begin(), kept.end(), same), kept.end());
     for (; std::ssize(kept) > asked_.problem.search.keep; kept.pop_back())
       kept.front().results.solution.message += words_of(kept.back(), kept.front());
+    for (Kept& each : kept) each.results.solution.solver.total_wall_seconds = seconds();  // searches in vain included
     result::Results results = std::move(kept.front().results);
     for (auto other = kept.begin() + 1; other != kept.end(); ++other)
       results.others.push_back(std::move(other->results));
@@ -170,7 +171,6 @@ class Resolving {
     after.solver.evaluations += before.solver.evaluations;
     after.solver.wall_seconds += before.solver.wall_seconds;
     after.solver.processor_seconds += before.solver.processor_seconds;
-    after.solver.total_wall_seconds = seconds();
   }
 
   const file::ProblemFile& asked_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 #include "maneuver/goal_miss.hpp"
 #include "maneuver/maneuver.hpp"
 #include "maneuver/tracking.hpp"
+#include "mechanics/tree_motion.hpp"
 
 namespace lamprey::task {
 
@@ -123,6 +125,36 @@ std::string remark_on_length(const MarchOptions& options, const maneuver::Durati
                      asked.value);
 }
 
+// Angles that look like degrees, and a first shape that is not the problem's.
+std::string remarks_on_angles(const MarchOptions& options, const model::System& system, const Problem& asked) {
+  constexpr double three_turns = 6.0 * std::numbers::pi, same = 1e-6;  // rad
+  if (!options.angles || options.angles->first) return "";
+  std::string text;
+  for (int j = 0; j < system.joint_count(); ++j) {
+    const model::Joint& joint = system.joint(j);
+    const auto place = static_cast<std::size_t>(j);
+    if (!options.angles->passive.empty() && options.angles->passive[place]) continue;
+    double most = 0.0;
+    for (const auto& node : options.angles->angle) most = std::max(most, node[place].lpNorm<Eigen::Infinity>());
+    if (most >= three_turns && text.empty())
+      text = fmt::format(" The angles of {} go to {:.4g} rad, {:.3g} turns; are they meant in radians?", joint.name,
+                         most, most / (2.0 * std::numbers::pi));
+  }
+  for (int j = 0; j < system.joint_count() && !asked.start.free_shape; ++j) {
+    const model::Joint& joint = system.joint(j);
+    const auto place = static_cast<std::size_t>(j);
+    if (!options.angles->passive.empty() && options.angles->passive[place]) continue;
+    const Eigen::Matrix3d begins = mechanics::rotation_at_turn(joint, options.angles->angle.front()[place]),
+                          was = lie::exp(asked.start.rotation[model::at(joint.parent)]).transpose() *
+                                lie::exp(asked.start.rotation[model::at(joint.child)]);
+    const double beside = lie::rotation_angle(was.transpose() * begins);
+    if (beside <= same) continue;
+    return text + fmt::format(" The march begins with {} as the angles have it, {:.3g} rad beside the problem's start.",
+                              joint.name, beside);
+  }
+  return text;
+}
+
 // What people should know of a march, as further sentences.
 std::string remarks_on_what_is_marched(const MarchOptions& options, const model::System& system, const Problem& problem,
                                        const result::Results& results) {
@@ -161,7 +193,7 @@ std::string remarks_on_what_is_marched(const MarchOptions& options, const model:
 std::string march_remarks(const MarchOptions& options, const model::System& system, const Problem& problem,
                           const Problem& with_goal, const maneuver::Duration& asked, const result::Results& results) {
   return remarks_on_what_is_marched(options, system, problem, results) +
-         remark_on_length(options, asked, problem.duration.value) +
+         remark_on_length(options, asked, problem.duration.value) + remarks_on_angles(options, system, with_goal) +
          remark_on_goal(system, with_goal, results.solution) + remark_on_energy(system, results);
 }
 

@@ -200,6 +200,26 @@ std::string angle_remark(const std::string& key, double angle) {
                      document::short_number(angle), document::short_number(nearest));
 }
 
+// Two hinges whose axes, as the swimmer begins, are parallel but for digits that were left out.
+std::string axes_remark(const Problem& problem, const System& system) {
+  constexpr double round_off = 1e-12, rounded = 1e-4;  // rad
+  std::vector<std::pair<const Joint*, Vector3d>> axes;
+  for (const Joint& joint : system.joints()) {
+    if (joint.kind != model::JointKind::hinge) continue;
+    const Vector3d axis = lie::exp(problem.start.rotation[at(joint.child)]) * joint.child_axis;
+    for (const auto& [other, its] : axes)
+      if (const double beside = its.cross(axis).norm(); beside > round_off && beside < rounded)
+        return fmt::format(
+            "the axes of {} and {} are parallel but for {} rad, which takes the swimmer out of its plane; with all "
+            "digits "
+            "(π is {}) it stays there",
+            document::printable(other->name), document::printable(joint.name),
+            document::short_number(one_digit(beside)), std::numbers::pi);
+    axes.emplace_back(&joint, axis);
+  }
+  return "";
+}
+
 }  // namespace
 
 std::vector<std::string> model_remarks(const Problem& problem, const System& system) {
@@ -223,6 +243,7 @@ std::vector<std::string> model_remarks(const Problem& problem, const System& sys
   add(weight_remark(problem, system));
   add(density_remark(problem));
   add(range_remark(system));
+  add(axes_remark(problem, system));
   add(light_remark(problem, system));
   add(velocity_remark(problem, system));
   add(goal_remark(problem, system));

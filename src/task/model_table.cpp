@@ -232,7 +232,8 @@ void add_goal(document::TextTable& table, const Problem& problem) {
     return;
   }
   const maneuver::Goal& goal = *problem.goal;
-  const std::string all_bodies = goal.angle.empty() ? "every body" : "every body not below the joints that follow";
+  const std::string every = goal.rotation.empty() ? "every body" : "every other body";
+  const std::string all_bodies = goal.angle.empty() ? every : every + " not below the joints that follow";
   table.add_row({"goal", move_text(goal)});
   if (!goal.turn) {
     if (!goal.of_joints()) table.add_row({"", "end rotations are free"});

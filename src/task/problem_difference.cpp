@@ -24,7 +24,7 @@ std::string found_at(const nlohmann::json& document, const std::string& pointer)
 nlohmann::json question(const result::ResolvedProblem& problem, bool swimmer_alone) {
   nlohmann::json all = nlohmann::json::parse(result::problem_text(problem));
   if (problem.free_duration) {
-    all.erase("duration");
+    all["duration"] = "free";
     all.erase("time_step");
   }
   if (swimmer_alone) return {{"bodies", all["bodies"]}, {"joints", all["joints"]}};

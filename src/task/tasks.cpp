@@ -15,6 +15,7 @@
 #include "result/stored_question.hpp"
 #include "result/trajectory_file.hpp"
 #include "study/answer.hpp"
+#include "study/enough_memory.hpp"
 #include "study/faults.hpp"
 #include "study/refinement.hpp"
 #include "study/verdict.hpp"
@@ -90,6 +91,7 @@ std::string check_task(const file::ProblemFile& file) {
   if (!file.problem.goal) return text;
   try {
     file::require_supported(file, file::Purpose::solve);
+    study::require_memory(system, file.problem, study::bytes_of_machine());
   } catch (const model::InputError& refusal) {  // a file may be valid, and simulate take it
     text += "\nNot for lamprey solve\n" + document::wrapped(refusal.what());
   }

@@ -63,6 +63,11 @@ TEST(Refinement, says_how_far_costs_agree_that_change_unevenly) {
             "changes too unevenly for an error bar.");
   const certificate::Refinement far = study::refinement_of({{100, 480.0}, {200, 400.0}, {400, 479.5}}, 200, 2);
   EXPECT_NE(study::refinement_words(far).find("has not settled"), std::string::npos);
+  EXPECT_FALSE(far.grows() || near.grows());
+  const certificate::Refinement grows = study::refinement_of({{100, 2.4}, {200, 6.9}, {400, 21.2}}, 200, 2);
+  EXPECT_TRUE(grows.grows());
+  EXPECT_NE(study::refinement_words(grows).find("The cost grows on finer grids: 2.4 with 100 steps"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -41,11 +41,11 @@ maneuver::Problem two_halves() {
 }
 
 // Where the hinge's bending from 0 to an angle, and nothing else, takes the front.
-maneuver::Goal led_by(const maneuver::Problem& problem, double angle) {
+maneuver::Goal led_by(const maneuver::Problem& problem, double angle, int steps = 2000) {
   maneuver::Problem march = problem;
   march.goal.reset();
   march.limits = {};
-  march.steps = 2000;
+  march.steps = steps;
   guess::JointAngles angles;
   angles.turn = [angle](double s) { return maneuver::Vectors{Vector3d(angle * s * s * (3.0 - 2.0 * s), 0.0, 0.0)}; };
   angles.rate = [angle](double s) { return maneuver::Vectors{Vector3d(6.0 * angle * s * (1.0 - s), 0.0, 0.0)}; };
@@ -117,7 +117,7 @@ TEST(SingleAngle, by_whole_turns_ends_where_each_of_them_leads) {
   for (const double stiffness : {0.0, 1e-9}) {
     problem.swimmer.joints[0].stiffness = stiffness;
     for (const int turns : {1, -2}) {
-      maneuver::Goal goal = led_by(problem, 2.0 * M_PI * turns);
+      maneuver::Goal goal = led_by(problem, 2.0 * M_PI * turns, 20000);
       goal.turn = goal.rotation["front"];
       goal.rotation.clear();
       problem.goal = goal;
@@ -130,6 +130,23 @@ TEST(SingleAngle, by_whole_turns_ends_where_each_of_them_leads) {
   }
   const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
   EXPECT_EQ(answer.solution.status, maneuver::Status::infeasible) << answer.solution.message;
+}
+
+// Many turns end as far beside as few, and next to one of them is beside it.
+TEST(SingleAngle, by_many_whole_turns_keeps_its_attitude_a_rotation) {
+  maneuver::Problem problem = two_halves();
+  problem.limits = {};
+  problem.goal->turn = Vector3d(0.0, 0.0, 5e-5);
+  const model::System system(problem.swimmer);
+  const auto words = [&] {
+    return shape::beyond_single_angle(system, maneuver::make_maneuver(system, problem, 400), problem.limits, 400);
+  };
+  EXPECT_NE(words().find("none of up to 100 either way"), std::string::npos) << words();
+  const Vector3d whole = *led_by(problem, 2.0 * M_PI, 20000).rotation["front"];
+  problem.goal->turn = whole + Vector3d(0.0, 0.0, 1e-4);
+  EXPECT_NE(words().find("comes nearest by 1, after which"), std::string::npos) << words();
+  problem.goal->turn = whole;
+  EXPECT_EQ(words(), "");
 }
 
 TEST(SingleAngle, says_nothing_of_what_can_turn_round_drift_or_has_more_joints) {
