@@ -220,6 +220,25 @@ TEST(MomentumLines, tell_signs_of_motions_that_arrive_alone) {
   EXPECT_EQ(report::momentum_lines(results).size(), 1U);
 }
 
+TEST(MomentumLines, take_no_sign_from_round_off) {
+  result::Results results = tests::sample_results(5);
+  for (Eigen::Vector3d& momentum : results.solution.linear_momentum.bodies) momentum[0] = 1e-15;
+  const std::vector<std::string> lines = report::momentum_lines(results);
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[1], "· mean linear momentum of the bodies along e₁ is zero to round-off");
+}
+
+TEST(Verdict, tells_of_costs_that_grow_on_finer_grids) {
+  result::Results results = tests::sample_results(5);
+  results.solution.status = maneuver::Status::optimal;
+  results.certificate->verdict = certificate::Verdict::proved;
+  results.certificate->refinement.emplace();
+  results.certificate->refinement->grids = {{100, 1.0}, {200, 2.0}, {400, 4.0}};
+  EXPECT_NE(report::verdict(results).find("at a cost that grows on finer steps"), std::string::npos);
+  results.certificate->refinement->grids.back().cost = 2.1;
+  EXPECT_EQ(report::verdict(results).find("grows"), std::string::npos);
+}
+
 // Bodies that end turned otherwise have moved by another way than the root: no law gives their momentum the move's sign.
 TEST(MomentumLines, find_fault_with_signs_where_a_law_gives_them_alone) {
   result::Results results = tests::sample_results(5);

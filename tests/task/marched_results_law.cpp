@@ -51,6 +51,25 @@ TEST(MarchedResults, of_a_free_duration_say_which_was_taken) {
   EXPECT_FALSE(tells());
 }
 
+// Tables of angles in degrees, or of another first shape, are asked about.
+TEST(MarchedResults, of_angles_tell_far_turns_and_another_start) {
+  const file::ProblemFile problem =
+      file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/examples/three_links.toml");
+  const auto message = [&](double begin, double end) {
+    task::MarchOptions options;
+    options.steps = 40;
+    options.angle = [=](double t) {
+      const double s = t / 1.0;
+      return std::vector<Eigen::Vector3d>(2, Eigen::Vector3d(begin + (end - begin) * s * s, 0.0, 0.0));
+    };
+    return task::march_task(problem, options, "").solution.message;
+  };
+  EXPECT_EQ(message(0.0, 0.3).find("meant in radians"), std::string::npos) << message(0.0, 0.3);
+  EXPECT_EQ(message(0.0, 0.3).find("beside the problem's start"), std::string::npos) << message(0.0, 0.3);
+  EXPECT_NE(message(0.0, 30.0).find("are they meant in radians?"), std::string::npos) << message(0.0, 30.0);
+  EXPECT_NE(message(0.4, 0.5).find("0.4 rad beside the problem's start"), std::string::npos) << message(0.4, 0.5);
+}
+
 // Angles of a motion lead to where it goes; a shorter one, or none, ends beside the goal by as much as it says.
 TEST(MarchedResults, say_how_far_beside_the_goal_they_end_and_what_they_leave_out) {
   file::ProblemFile problem = file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/examples/yaw.toml");

@@ -194,6 +194,36 @@ TEST(ModelRemarks, tell_of_slips) {
   }
 }
 
+// Hinges whose axes would be parallel with all digits of π.
+TEST(ModelRemarks, tell_of_axes_that_were_meant_to_be_parallel) {
+  maneuver::Problem problem = two_bodies();
+  model::BodyDescription tip = problem.swimmer.bodies[1];
+  tip.name = "tip";
+  problem.swimmer.bodies.push_back(tip);
+  model::JointDescription second = problem.swimmer.joints[0];
+  second.name = "second";
+  second.parent = "tail";
+  second.child = "tip";
+  second.parent_offset = {-0.65, 0.0, 0.0};
+  problem.swimmer.joints.push_back(second);
+  problem.start.angular_velocity.assign(3, Vector3d::Zero());
+  for (model::JointDescription& joint : problem.swimmer.joints) {
+    joint.kind = model::JointKind::hinge;
+    joint.axis = Vector3d::UnitZ();
+  }
+  const auto told = [&](double half_turn) {
+    problem.swimmer.joints[1].reference_rotation = {half_turn, 0.0, 0.0};
+    problem.start.rotation = {Vector3d::Zero(), Vector3d::Zero(), Vector3d(half_turn, 0.0, 0.0)};
+    const std::vector<std::string> remarks = remarks_of(problem);
+    return std::any_of(remarks.begin(), remarks.end(), [](const std::string& remark) {
+      return contains(remark, "the axes of hip and second are parallel but for 7e-06 rad");
+    });
+  };
+  EXPECT_TRUE(told(3.1416));
+  EXPECT_FALSE(told(M_PI));
+  EXPECT_FALSE(told(0.3));
+}
+
 // A third body at the end of the second one, so many times smaller.
 maneuver::Problem with_a_fin(double times) {
   maneuver::Problem problem = two_bodies();
