@@ -122,11 +122,11 @@ int solve(const SolveArguments& arguments) {
   if (arguments.keep > 0) search.keep = arguments.keep;
   if (arguments.seed) search.seed = *arguments.seed;
   if (arguments.time_limit) search.time_limit = arguments.time_limit;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.workers = arguments.workers > 0 ? arguments.workers : static_cast<int>(std::thread::hardware_concurrency());
-  if (arguments.solver == "newton") options.solver = study::Backend::newton;
-  if (arguments.solver == "ipopt") options.solver = study::Backend::ipopt;
-  if (arguments.solver == "both") options.solver = study::Backend::both;
+  if (arguments.solver == "newton") options.solver = search::Backend::newton;
+  if (arguments.solver == "ipopt") options.solver = search::Backend::ipopt;
+  if (arguments.solver == "both") options.solver = search::Backend::both;
   options.refinement = arguments.refinement;
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
   watch_for_interrupts(2);

@@ -4,8 +4,8 @@
 #include "certificate/certify.hpp"
 #include "guess/guess.hpp"
 #include "measured.hpp"
-#include "study/solve.hpp"
-#include "study/solver.hpp"
+#include "search/solve.hpp"
+#include "search/solver.hpp"
 #include "swimmers.hpp"
 #include "transcription/goal_rank.hpp"
 #include "transcription/transcription.hpp"
@@ -64,7 +64,7 @@ void certify(benchmark::State& state, bool replay) {
 void solve(benchmark::State& state, const Problem& problem) {
   const model::System system(problem.swimmer);
   for (auto _ : state) {
-    const std::vector<maneuver::Solution> found = study::solve(system, problem, study::SolveOptions());
+    const std::vector<maneuver::Solution> found = search::solve(system, problem, search::SolveOptions());
     if (found.front().status != maneuver::Status::optimal) return state.SkipWithError("not solved");
     state.counters["iterations"] = found.front().solver.iterations;
     state.counters["starts"] = found.front().search.starts;
@@ -75,7 +75,7 @@ void solve(benchmark::State& state, const Problem& problem) {
 // From an answer on, to a goal that has moved by a hundredth, and back, and so on.
 void solve_again(benchmark::State& state, const Problem& problem) {
   const model::System system(problem.swimmer);
-  study::Solver solver(system, problem, study::solve(system, problem, study::SolveOptions()).front());
+  search::Solver solver(system, problem, search::solve(system, problem, search::SolveOptions()).front());
   maneuver::Goal near = *problem.goal, far = near;
   if (far.move[0]) *far.move[0] *= 1.01;
   *far.turn *= 0.99;

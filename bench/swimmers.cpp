@@ -6,7 +6,7 @@
 
 #include "lie/so3.hpp"
 #include "maneuver/simulate.hpp"
-#include "study/solve.hpp"
+#include "search/solve.hpp"
 
 namespace lamprey::bench {
 
@@ -109,7 +109,7 @@ March::March(const model::SwimmerDescription& swimmer, mechanics::DiscreteLagran
 
 March rotation_march() {
   March march(paper_chain(), mechanics::DiscreteLagrangian::trapezoid);
-  march.moments = study::solve(march.system, rotation(1000), study::SolveOptions()).front().control;
+  march.moments = search::solve(march.system, rotation(1000), search::SolveOptions()).front().control;
   return march;
 }
 

@@ -27,12 +27,13 @@ MAY_USE = {
     "transcription": ["shape", "maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS, "optimizer"],
     "guess": ["shape", "maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS, "optimizer"],
     "certificate": ["maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS],
-    "study": ["certificate", "guess", "transcription", *LEFT_OF_GUESS],
+    "search": ["guess", "transcription", *LEFT_OF_GUESS],
+    "study": ["search", "certificate", "guess", "transcription", *LEFT_OF_GUESS],
     "document": LEFT_OF_MECHANICS,
     "file": ["document", "certificate", *LEFT_OF_GUESS],
     "result": ["file", "document", "certificate", "guess", *LEFT_OF_GUESS],
-    "task": ["result", "file", "document", "study", "certificate", "guess", "transcription", *LEFT_OF_GUESS],
-    "report": ["task", "result", "file", "document", "study", "certificate", "guess", "transcription", *LEFT_OF_GUESS],
+    "task": ["result", "file", "document", "study", "search", "certificate", "guess", "transcription", *LEFT_OF_GUESS],
+    "report": ["task", "result", "file", "document", "study", "search", "certificate", "guess", "transcription", *LEFT_OF_GUESS],
 }
 # certificate/ shares no solver code: of maneuver/ it may see only the plain structs that describe question and answer, and what
 # motors give, which no solver uses.

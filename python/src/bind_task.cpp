@@ -54,11 +54,11 @@ void require_positive(const char* key, const std::optional<double>& value) {
     throw InputError(key, fmt::format("found {}; allowed: finite numbers > 0 (s); change it", *value));
 }
 
-study::Backend backend(const std::optional<std::string>& solver) {
-  if (!solver) return study::Backend::automatic;
-  if (*solver == "newton") return study::Backend::newton;
-  if (*solver == "ipopt") return study::Backend::ipopt;
-  if (*solver == "both") return study::Backend::both;
+search::Backend backend(const std::optional<std::string>& solver) {
+  if (!solver) return search::Backend::automatic;
+  if (*solver == "newton") return search::Backend::newton;
+  if (*solver == "ipopt") return search::Backend::ipopt;
+  if (*solver == "both") return search::Backend::both;
   throw InputError("solver", "found \"" + *solver + "\"; allowed: newton, ipopt, both, None; choose one of them");
 }
 
@@ -124,7 +124,7 @@ Solution solve(nb::handle asked, const std::optional<int>& workers, const std::o
   require_positive("time_limit", time_limit);
   file::ProblemFile file = problem.file;
   if (time_limit) file.problem.search.time_limit = time_limit;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.solver = backend(solver);
   options.workers = threads(workers);
   options.refinement = refinement;

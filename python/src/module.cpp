@@ -10,5 +10,5 @@ NB_MODULE(_core, module) {
   bind_mechanics(module);
   bind_result(module);
   bind_task(module);
-  bind_study(module);
+  bind_search(module);
 }

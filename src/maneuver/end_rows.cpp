@@ -64,9 +64,9 @@ double moment_unit(const System& system, double duration) {
 
 }  // namespace
 
-std::string in_words(double value) {
+std::string in_words(double value, int digits) {
   std::ostringstream text;
-  text.precision(3);
+  text.precision(digits);
   text << value;
   return text.str();
 }

@@ -10,7 +10,7 @@
 namespace lamprey::maneuver {
 
 /// A number as messages have it, three digits.
-std::string in_words(double value);
+std::string in_words(double value, int digits = 3);
 
 /// One scalar condition at the end.
 struct EndRow {

@@ -11,9 +11,9 @@
 #include "guess/whole_turns.hpp"
 #include "integrator/scheme.hpp"
 #include "mechanics/connection.hpp"
+#include "search/method.hpp"
 #include "study/enough_time.hpp"
 #include "study/faults.hpp"
-#include "study/method.hpp"
 #include "study/plain_words.hpp"
 
 namespace lamprey::study {
@@ -256,7 +256,7 @@ std::string untried_turns(const model::System& system, const Problem& problem) {
   const auto& joints = system.joints();
   const bool moved_by_all =
       std::all_of(joints.begin(), joints.end(), [](const auto& joint) { return joint.actuation.cols() > 0; });
-  if (search.starts < enough_starts || search.whole_turns > 0 || !newton_takes(system, problem)) return "";
+  if (search.starts < enough_starts || search.whole_turns > 0 || !search::newton_takes(system, problem)) return "";
   if (!problem.goal || problem.goal->periodic || !moved_by_all || system.control_count() < 2) return "";
   if (guess::joints_that_turn_round(system, problem).empty()) return "";
   if (maneuver::has_momentum(system, problem.start)) return "";  // no first guess of such a start does

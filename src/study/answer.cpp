@@ -8,11 +8,11 @@
 #include <tuple>
 
 #include "mechanics/continuous.hpp"
+#include "search/minima.hpp"
 #include "study/advice.hpp"
 #include "study/answer_parts.hpp"
 #include "study/enough_memory.hpp"
 #include "study/faults.hpp"
-#include "study/minima.hpp"
 #include "study/plain_words.hpp"
 #include "study/verdict.hpp"
 
@@ -50,8 +50,8 @@ struct Certified {
 std::vector<const Answer*> cheaper_ones(const model::System& system, const Problem& problem,
                                         const std::vector<const Certified*>& order, const Solution& best) {
   const auto same = [&](const Solution& one, const Solution& other) {
-    return same_minimum(minimum_of(system, problem, one.cost, one.rotation),
-                        minimum_of(system, problem, other.cost, other.rotation));
+    return search::same_minimum(search::minimum_of(system, problem, one.cost, one.rotation),
+                                search::minimum_of(system, problem, other.cost, other.rotation));
   };
   std::vector<const Answer*> cheaper;
   for (const Certified* one : order) {
@@ -166,15 +166,17 @@ std::string words_on_steps(const Problem& problem, const Answer& of, bool resolv
 // Of candidates in order of worth those after the first that are to be kept, each minimum once; where more steps follow, what costs
 // less than the first is kept for them as well.
 std::vector<Answer> others(const model::System& system, const Problem& problem,
-                           const std::vector<const Certified*>& order, const SolveOptions& options, Parts& parts) {
+                           const std::vector<const Certified*>& order, const search::SolveOptions& options,
+                           Parts& parts) {
   std::vector<Answer> kept;
   const auto minimum = [&](const Answer& of) {
-    return minimum_of(system, problem, of.solution.cost, of.solution.rotation);
+    return search::minimum_of(system, problem, of.solution.cost, of.solution.rotation);
   };
   const auto known = [&](const Answer& other) {
-    const Minimum own = minimum(other);
-    return same_minimum(minimum(order.front()->answer), own) ||
-           std::any_of(kept.begin(), kept.end(), [&](const Answer& of) { return same_minimum(minimum(of), own); });
+    const search::Minimum own = minimum(other);
+    return search::same_minimum(minimum(order.front()->answer), own) ||
+           std::any_of(kept.begin(), kept.end(),
+                       [&](const Answer& of) { return search::same_minimum(minimum(of), own); });
   };
   for (const Certified* one : order) {
     const bool cheaper = options.resolving && one->answer.solution.cost < order.front()->answer.solution.cost;
@@ -190,7 +192,7 @@ std::vector<Answer> others(const model::System& system, const Problem& problem,
 }
 
 // What is told is told by one thread at a time.
-SolveOptions telling_one_at_a_time(SolveOptions options) {
+search::SolveOptions telling_one_at_a_time(search::SolveOptions options) {
   if (!options.progress) return options;
   options.progress = [tell = options.progress, turn = std::make_shared<std::mutex>()](const std::string& line) {
     const std::scoped_lock lock(*turn);
@@ -201,14 +203,14 @@ SolveOptions telling_one_at_a_time(SolveOptions options) {
 
 }  // namespace
 
-Answer answer(const model::System& system, const Problem& problem, const SolveOptions& asked) {
+Answer answer(const model::System& system, const Problem& problem, const search::SolveOptions& asked) {
   require_memory(system, problem, bytes_of_machine());
-  const SolveOptions options = telling_one_at_a_time(asked);
+  const search::SolveOptions options = telling_one_at_a_time(asked);
   Parts parts(problem, options);
   std::vector<std::optional<Certificate>> proofs;
   bool proven = false;                                      // whether a candidate is
   double met_at = std::numeric_limits<double>::infinity();  // cost of the cheapest one that keeps all that is asked
-  SolveOptions certified = options;
+  search::SolveOptions certified = options;
   certified.accept = [&](Solution& solution) {
     // without a certificate an answer is worth little: time or not, the first candidate has one, and so have others that
     // may be proven where none is yet, or keep what is asked at less cost than those that do
@@ -226,7 +228,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
       met_at = std::min(met_at, solution.cost);
     return solution.status == Status::optimal && unresolved(problem, solution, proof).empty();
   };
-  const Candidates candidates = find_candidates(system, problem, certified);
+  const search::Candidates candidates = search::find_candidates(system, problem, certified);
   if (!candidates.out_of_reach.empty()) {
     Answer none{candidates.solution.front(), {}};
     none.certificate = first_certificate(system, problem, none.solution, options.workers, parts);
@@ -264,7 +266,7 @@ Answer answer(const model::System& system, const Problem& problem, const SolveOp
     best.solution.message += " It goes on by itself: its moments, and what they cost, are round-off.";
   if (optimal && !by_itself)
     best.solution.message +=
-        few_arrivals(best.solution) + (options.solver == Backend::ipopt ? "" : untried_turns(system, problem));
+        few_arrivals(best.solution) + (options.solver == search::Backend::ipopt ? "" : untried_turns(system, problem));
   if (optimal) best.others = others(system, problem, order, options, parts);
   parts.tell(candidates.unsearched, best.solution);
   best.solution.solver.total_wall_seconds = parts.seconds();

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "certificate/certificate.hpp"
-#include "study/solve.hpp"
+#include "search/solve.hpp"
 
 namespace lamprey::study {
 
@@ -18,6 +18,6 @@ struct Answer {
 /// Where more minima are to be kept (search.keep) the next ones by the same order are answers, too, all but their costs on other grids.
 /// Time limit and interruption hold for these too: what has not begun by then is left out, and the message says so; an answer
 /// that was interrupted before it had all of them has status interrupted. One candidate at least is always certified.
-Answer answer(const model::System& system, const maneuver::Problem& problem, const SolveOptions& options);
+Answer answer(const model::System& system, const maneuver::Problem& problem, const search::SolveOptions& options);
 
 }  // namespace lamprey::study

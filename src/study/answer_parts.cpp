@@ -5,7 +5,7 @@
 
 #include "certificate/certify.hpp"
 #include "maneuver/feedback.hpp"
-#include "study/workers.hpp"
+#include "search/workers.hpp"
 
 namespace lamprey::study {
 
@@ -112,7 +112,7 @@ Certificate first_certificate(const model::System& system, const Problem& proble
   options.replay = false;
   Certificate proof;
   std::optional<certificate::Replay> replay;
-  run_in_threads(2, workers, [&](int part) {
+  search::run_in_threads(2, workers, [&](int part) {
     if (part == 0) proof = certificate::certify(system, problem, solution, options);
     if (part == 1) replay = certificate::certify_replay(system, problem, solution, options);
   });
@@ -124,7 +124,7 @@ Certificate first_certificate(const model::System& system, const Problem& proble
 Completion complete(const model::System& system, const Problem& problem, const Answer& best,
                     const CostOnGrid& cost_on_grid, int workers, Parts& parts) {
   Completion done;
-  run_in_threads(3, workers, [&](int part) {
+  search::run_in_threads(3, workers, [&](int part) {
     if (part == 0) done.curved = with_curvature(system, problem, best, parts);
     if (part == 1) done.followed = with_feedback(system, problem, best, parts);
     if (part == 2) done.refinement = cost_on_other_grids(problem, best, cost_on_grid, parts);

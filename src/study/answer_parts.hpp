@@ -6,8 +6,8 @@
 #include <set>
 #include <string>
 
+#include "search/budget.hpp"
 #include "study/answer.hpp"
-#include "study/method.hpp"
 #include "study/refinement.hpp"
 
 namespace lamprey::study {
@@ -19,12 +19,13 @@ enum class Part { other_candidate, replay, minimum, all_axes, feedback, followed
 /// is worth most by: whether it is a minimum, and its feedback. They may run side by side.
 class Parts {
  public:
-  Parts(const maneuver::Problem& problem, const SolveOptions& options) : options_(options), budget_(problem, options) {}
+  Parts(const maneuver::Problem& problem, const search::SolveOptions& options)
+      : options_(options), budget_(problem, options) {}
   bool stopped() const { return budget_.closing(); }
   double seconds() const { return budget_.seconds(); }
   bool stopped(Part part) const {
     const bool late = part == Part::minimum || part == Part::feedback || part == Part::followed_replay;
-    return late ? budget_.past(late_share) : stopped();
+    return late ? budget_.past(search::late_share) : stopped();
   }
   bool begins(Part part) {
     if (!stopped(part)) return true;
@@ -43,8 +44,8 @@ class Parts {
   }
 
  private:
-  const SolveOptions& options_;  // for progress
-  Budget budget_;
+  const search::SolveOptions& options_;  // for progress
+  search::Budget budget_;
   mutable std::mutex mutex_;
   std::set<Part> left_out_;
 };

@@ -8,7 +8,7 @@
 #include "certificate/certify.hpp"
 #include "certificate/limit_words.hpp"
 #include "integrator/scheme.hpp"
-#include "study/found.hpp"
+#include "search/found.hpp"
 #include "study/plain_words.hpp"
 
 namespace lamprey::study {
@@ -29,8 +29,8 @@ constexpr double half_turn_mark = 1e-4;  // rad
 constexpr double small_motion = 1e-2;    // displacement over the largest distance of joints from parents' mass centres
 
 // By schemes whose steps are one.
-StepTurn turn_of_steps(const Problem& problem, const Solution& solution) {
-  return integrator::single_step(problem.scheme) ? largest_turn(solution.rotation) : StepTurn();
+search::StepTurn turn_of_steps(const Problem& problem, const Solution& solution) {
+  return integrator::single_step(problem.scheme) ? search::largest_turn(solution.rotation) : search::StepTurn();
 }
 
 }  // namespace
@@ -138,8 +138,8 @@ std::string spring_at_its_jump(const Problem& problem, const Solution& solution)
 }
 
 std::string far_turn(const Problem& problem, const Solution& solution) {
-  const StepTurn turn = turn_of_steps(problem, solution);
-  if (turn.angle < nearly_quarter_turn) return "";
+  const search::StepTurn turn = turn_of_steps(problem, solution);
+  if (turn.angle < search::nearly_quarter_turn) return "";
   return " " + problem.swimmer.bodies[turn.body].name + " turns by " + number(turn.angle, 3) + " rad in one step, at " +
          number(solution.time[turn.step], 3) +
          " s, and a quarter turn is the most that a step can show: time.steps = " + std::to_string(problem.steps) +

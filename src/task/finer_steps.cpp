@@ -11,7 +11,7 @@
 
 #include "study/advice.hpp"
 #include "study/faults.hpp"
-#include "study/minima.hpp"
+#include "search/minima.hpp"
 
 namespace lamprey::task {
 
@@ -23,7 +23,7 @@ constexpr int most_rounds = 4;
 // replay proposes, until they do or time is over: all of them, so that their costs can be compared where they arrive.
 class Resolving {
  public:
-  Resolving(const file::ProblemFile& file, const study::SolveOptions& options, const std::string& command)
+  Resolving(const file::ProblemFile& file, const search::SolveOptions& options, const std::string& command)
       : asked_(file), finer_(file), options_(options), command_(command) {
     maneuver::Search& search = finer_.problem.search;
     search.starts = search.keep = 1;
@@ -129,7 +129,7 @@ class Resolving {
     const model::System system = system_of(asked_);
     const auto minimum = [&](const Kept& each) {
       const maneuver::Solution& is = each.results.solution;
-      return study::minimum_of(system, asked_.problem, is.cost, is.rotation);
+      return search::minimum_of(system, asked_.problem, is.cost, is.rotation);
     };
     const auto same = [&](const Kept& a, const Kept& b) {
       return a.steps == b.steps && same_minimum(minimum(a), minimum(b));
@@ -175,16 +175,16 @@ class Resolving {
 
   const file::ProblemFile& asked_;
   file::ProblemFile finer_;
-  study::SolveOptions options_;
+  search::SolveOptions options_;
   const std::string& command_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace
 
-result::Results resolve_task(const file::ProblemFile& file, const study::SolveOptions& options,
+result::Results resolve_task(const file::ProblemFile& file, const search::SolveOptions& options,
                              const std::string& command, const std::optional<StoredMotion>& first) {
-  study::SolveOptions to_begin_with = options;
+  search::SolveOptions to_begin_with = options;
   to_begin_with.resolving = true;
   Resolving resolving(file, to_begin_with, command);
   return resolving.from(solve_task(file, to_begin_with, command, first));

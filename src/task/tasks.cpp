@@ -37,8 +37,8 @@ certificate::Refinement refinement_again(const certificate::Refinement& stored, 
 }
 
 // Of a first motion, where joints are of other kinds than those it was made with.
-void tell_what_joints_leave_out(const study::FirstMotion& first, const model::System& system, const std::string& path,
-                                const study::SolveOptions& options) {
+void tell_what_joints_leave_out(const search::FirstMotion& first, const model::System& system, const std::string& path,
+                                const search::SolveOptions& options) {
   constexpr double worth_telling = 1e-6;  // rad
   if (!options.progress || first.left_out <= worth_telling) return;
   const model::Joint& joint = system.joint(first.left_out_by);
@@ -50,7 +50,7 @@ void tell_what_joints_leave_out(const study::FirstMotion& first, const model::Sy
 
 // Of a first motion whose bodies or joints go by other names: they are taken in their order.
 void tell_other_names(const result::ResolvedProblem& moved, const model::System& system, const std::string& path,
-                      const study::SolveOptions& options) {
+                      const search::SolveOptions& options) {
   if (!options.progress) return;
   const auto tell = [&](const char* what, const std::string& there, const std::string& here) {
     options.progress(
@@ -110,17 +110,17 @@ result::Results begun_results(const file::ProblemFile& file, const model::System
   return results;
 }
 
-result::Results solve_task(const file::ProblemFile& file, const study::SolveOptions& asked, const std::string& command,
+result::Results solve_task(const file::ProblemFile& file, const search::SolveOptions& asked, const std::string& command,
                            const std::optional<StoredMotion>& first) {
-  study::SolveOptions options = asked;
-  const bool of_ipopt = options.solver == study::Backend::ipopt || options.solver == study::Backend::both;
+  search::SolveOptions options = asked;
+  const bool of_ipopt = options.solver == search::Backend::ipopt || options.solver == search::Backend::both;
   file::require_supported(file, of_ipopt ? file::Purpose::solve_with_ipopt : file::Purpose::solve);
   const model::System system = system_of(file);
   result::Results results = begun_results(file, system, command);
   if (first) {
     result::require_same_tree(first->results, first->path, system, false);
     result::require_whole(first->results, first->path);
-    options.first = study::first_motion(system, file.problem, first->results.solution);
+    options.first = search::first_motion(system, file.problem, first->results.solution);
     tell_other_names(first->results.problem, system, first->path, options);
     tell_what_joints_leave_out(*options.first, system, first->path, options);
   }

@@ -15,7 +15,7 @@
 #include "result/angles_file.hpp"
 #include "result/controls_file.hpp"
 #include "result/results.hpp"
-#include "study/solve.hpp"
+#include "search/solve.hpp"
 
 namespace lamprey::task {
 
@@ -37,7 +37,7 @@ struct StoredMotion {
 
 /// Finds the maneuver and its certificate. Throws model::InputError, with its place, for problems that are not solved, and for
 /// a first motion that is none of the problem's swimmer.
-result::Results solve_task(const file::ProblemFile& file, const study::SolveOptions& options,
+result::Results solve_task(const file::ProblemFile& file, const search::SolveOptions& options,
                            const std::string& command, const std::optional<StoredMotion>& first = {});
 
 struct MarchOptions {

@@ -15,7 +15,7 @@
 #include "integrator/step_derivatives.hpp"
 #include "mechanics/connection.hpp"
 #include "study/answer.hpp"
-#include "study/solver.hpp"
+#include "search/solver.hpp"
 #include "tolerance.hpp"
 #include "transcription/goal_rank.hpp"
 #include "transcription/transcription.hpp"
@@ -317,7 +317,7 @@ TEST(SecondOrder, with_limits_that_pull_is_that_of_differences_of_the_gradient) 
   problem.limits.swing["front"] = 0.9 * swing;
   problem.limits.torque = 0.95 * torque;
   const model::System system(problem.swimmer);
-  study::Solver solver(system, problem, unlimited);  // on to the limited minimum next to it
+  search::Solver solver(system, problem, unlimited);  // on to the limited minimum next to it
   ASSERT_EQ(solver.solve().termination, optimizer::Termination::converged);
   const maneuver::Solution solution = solver.solution();
   int swings = 0, torques = 0;
@@ -365,7 +365,7 @@ void expect_curvature_of_least_cost(const maneuver::Problem& free, const maneuve
     maneuver::Problem problem = free;
     problem.duration = {};
     problem.duration.value = solution.time.back() * std::exp(tau);
-    study::Solver solver(system, problem, solution);
+    search::Solver solver(system, problem, solution);
     EXPECT_EQ(solver.solve().termination, optimizer::Termination::converged);
     return solver.cost();
   };
@@ -403,7 +403,7 @@ TEST(SecondOrder, of_a_free_duration_from_a_start_in_motion_is_that_of_the_least
   const auto solved_in_free_time = [](maneuver::Problem problem) {
     problem.search.starts = 2;
     const model::System system(problem.swimmer);
-    return study::solve(system, problem, study::SolveOptions()).front();
+    return search::solve(system, problem, search::SolveOptions()).front();
   };
   for (const char* name : {"drifting", "drifting_to_rest", "joints"}) {
     SCOPED_TRACE(name);

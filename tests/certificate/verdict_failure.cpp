@@ -150,7 +150,7 @@ TEST(Verdict, counts_no_bound_as_held_whose_pull_nothing_needs) {
 }
 
 MarchedAnswer answered(const maneuver::Problem& problem) {
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   return {problem, study::answer(model::System(problem.swimmer), problem, options).solution};
 }

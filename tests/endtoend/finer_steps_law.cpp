@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "program.hpp"
-#include "study/budget.hpp"
+#include "search/budget.hpp"
 #include "task/finer_steps.hpp"
 
 namespace lamprey::tests {
@@ -34,7 +34,7 @@ struct Once {
 // s: several times what the first look takes here.
 double limit_of(const file::ProblemFile& file) {
   const auto begin = std::chrono::steady_clock::now();
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   task::solve_task(file, options, "test");
   return std::ceil(3.0 + 5.0 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
@@ -42,12 +42,12 @@ double limit_of(const file::ProblemFile& file) {
 
 // Also the time by which the best motion is refined late.
 void wait_until_over(double limit) {
-  std::this_thread::sleep_for(std::chrono::duration<double>(1.1 * study::late_share * limit));
+  std::this_thread::sleep_for(std::chrono::duration<double>(1.1 * search::late_share * limit));
 }
 
 result::Results resolved(const file::ProblemFile& file, const std::function<void(const std::string&)>& progress,
                          const std::function<bool()>& interrupted = {}) {
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   options.progress = progress;
   options.interrupted = interrupted;

@@ -47,7 +47,7 @@ TEST(ShapeLoop, foretells_what_the_swimmer_moved) {
 
 TEST(ShapeLoop, of_the_forward_gait_foretells_its_two_metres) {
   const file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/gait.toml");
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   const std::optional<report::ShapeLoop> loop = report::shape_loop(task::solve_task(problem, options, "test"));
   ASSERT_TRUE(loop && loop->displacement);

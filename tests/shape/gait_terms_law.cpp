@@ -5,7 +5,7 @@
 #include "file/problem_file.hpp"
 #include "maneuver/limit_rows.hpp"
 #include "shape/gait_cycles.hpp"
-#include "study/solve.hpp"
+#include "search/solve.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -20,7 +20,7 @@ maneuver::Problem gait(double first_guess) {
 }
 
 maneuver::Solution solved(const maneuver::Problem& problem) {
-  return study::solve(model::System(problem.swimmer), problem, study::SolveOptions()).front();
+  return search::solve(model::System(problem.swimmer), problem, search::SolveOptions()).front();
 }
 
 double bent(const model::System& system, const maneuver::Solution& solution, std::size_t node) {

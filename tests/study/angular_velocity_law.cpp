@@ -4,8 +4,8 @@
 
 #include "certificate/marched_answers.hpp"
 #include "file/problem_file.hpp"
+#include "search/first_motion.hpp"
 #include "study/answer.hpp"
-#include "study/first_motion.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -14,17 +14,17 @@ namespace {
 using Eigen::Vector3d;
 
 study::Answer answer_of(const maneuver::Problem& problem) {
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   return study::answer(model::System(problem.swimmer), problem, options);
 }
 
 study::Answer answer_by_ipopt(const maneuver::Problem& problem, const maneuver::Solution& from) {
   const model::System system(problem.swimmer);
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
-  options.solver = study::Backend::ipopt;
-  options.first = study::first_motion(system, problem, from);
+  options.solver = search::Backend::ipopt;
+  options.first = search::first_motion(system, problem, from);
   return study::answer(system, problem, options);
 }
 

@@ -7,7 +7,7 @@
 
 #include "certificate/certify.hpp"
 #include "file/problem_file.hpp"
-#include "study/method.hpp"
+#include "search/method.hpp"
 
 namespace lamprey::tests {
 
@@ -25,24 +25,24 @@ class BackEndsOn {
     return problem;
   }
 
-  certificate::Certificate certified(const study::Found& found) const {
+  certificate::Certificate certified(const search::Found& found) const {
     certificate::Options options;
     options.replay = false;
     const maneuver::Maneuver maneuver = maneuver::make_maneuver(system_, problem_, problem_.steps);
     return certificate::certify(
         system_, problem_,
-        study::describe(system_, maneuver, problem_.scheme, maneuver::limit_rows(system_, problem_), found), options);
+        search::describe(system_, maneuver, problem_.scheme, maneuver::limit_rows(system_, problem_), found), options);
   }
 
-  void expect_to_stay(study::Method& method, const study::Found& at) {
-    const study::Found stayed = method.carry(at, problem_.steps);
+  void expect_to_stay(search::Method& method, const search::Found& at) {
+    const search::Found stayed = method.carry(at, problem_.steps);
     ASSERT_TRUE(stayed.converged()) << method.name() << ": " << stayed.outcome.reason;
     EXPECT_NEAR(stayed.cost / at.cost, 1.0, 1e-8) << method.name();
   }
 
   // Where Ipopt arrives from the first of its first guesses whose answer is certified: it may end where constraints are all but
   // dependent, and what its multipliers hide the certificate tells.
-  void arrive_by_ipopt(study::Found& by_ipopt, certificate::Certificate& proof) {
+  void arrive_by_ipopt(search::Found& by_ipopt, certificate::Certificate& proof) {
     for (int start = 0; start < most_starts && !(proof.kkt < 1e-8); ++start) {
       by_ipopt = ipopt_->solve_starts(start, 1).front();
       tried_ = start + 1;
@@ -54,18 +54,18 @@ class BackEndsOn {
 
   // From the same first guesses the two may end at different minima: both are in the catalogue of so many starts.
   void expect_minima_of_both_in_the_catalogue(int starts) {
-    const study::Found by_newton = newton_->solve_starts(0, 1).front();
+    const search::Found by_newton = newton_->solve_starts(0, 1).front();
     ASSERT_TRUE(by_newton.converged()) << by_newton.outcome.reason;
-    study::Found by_ipopt;
+    search::Found by_ipopt;
     certificate::Certificate proof;
     ASSERT_NO_FATAL_FAILURE(arrive_by_ipopt(by_ipopt, proof));
     EXPECT_TRUE(proof.second_order->positive);
     maneuver::Problem problem = problem_;
     problem.search.starts = starts;
-    study::SolveOptions options;
-    options.solver = study::Backend::newton;
+    search::SolveOptions options;
+    options.solver = search::Backend::newton;
     options.workers = 2;
-    const maneuver::SearchRecord record = study::solve(system_, problem, options).front().search;
+    const maneuver::SearchRecord record = search::solve(system_, problem, options).front().search;
     EXPECT_EQ(record.starts, starts);
     for (double cost : {by_newton.cost, by_ipopt.cost})
       EXPECT_TRUE(
@@ -75,7 +75,7 @@ class BackEndsOn {
   }
 
   void expect_newton_to_stay_where_ipopt_arrives() {
-    study::Found by_ipopt;
+    search::Found by_ipopt;
     certificate::Certificate proof;
     ASSERT_NO_FATAL_FAILURE(arrive_by_ipopt(by_ipopt, proof));
     if (proof.second_order->positive)
@@ -87,10 +87,10 @@ class BackEndsOn {
   int tried_ = 0;  // first guesses by Ipopt
   maneuver::Problem problem_;
   model::System system_ = model::System(problem_.swimmer);
-  study::SolveOptions options_;
-  study::Budget budget_ = study::Budget(problem_, options_);
-  std::unique_ptr<study::Method> newton_ = study::newton_method(system_, problem_, options_, budget_);
-  std::unique_ptr<study::Method> ipopt_ = study::ipopt_method(system_, problem_, options_, budget_);
+  search::SolveOptions options_;
+  search::Budget budget_ = search::Budget(problem_, options_);
+  std::unique_ptr<search::Method> newton_ = search::newton_method(system_, problem_, options_, budget_);
+  std::unique_ptr<search::Method> ipopt_ = search::ipopt_method(system_, problem_, options_, budget_);
 };
 
 class BackEnds : public testing::TestWithParam<const char*>, protected BackEndsOn {

@@ -5,7 +5,7 @@
 namespace lamprey::tests {
 namespace {
 
-using study::Found;
+using search::Found;
 
 TEST_P(BackEnds, stay_at_the_minima_of_newtons_method) {
   const Found by_newton = newton_->solve_starts(0, 1).front();
@@ -42,9 +42,9 @@ TEST_P(BackEndsTogether, lay_their_minima_into_one_catalogue) {
   certificate::Certificate proof;
   ASSERT_NO_FATAL_FAILURE(arrive_by_ipopt(by_ipopt, proof));
   problem_.search.starts = tried_;
-  options_.solver = study::Backend::both;
+  options_.solver = search::Backend::both;
   options_.workers = 2;
-  const maneuver::SearchRecord record = study::solve(system_, problem_, options_).front().search;
+  const maneuver::SearchRecord record = search::solve(system_, problem_, options_).front().search;
   EXPECT_EQ(record.starts, 2 * tried_);
   const auto counted = [&](double cost) {
     const auto found = std::find_if(record.minima.begin(), record.minima.end(), [&](const maneuver::Minimum& minimum) {

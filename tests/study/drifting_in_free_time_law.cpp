@@ -4,10 +4,10 @@
 #include "file/problem_file.hpp"
 #include "maneuver/maneuver.hpp"
 #include "model/input_error.hpp"
+#include "search/drifting.hpp"
+#include "search/first_motion.hpp"
+#include "search/solver.hpp"
 #include "study/answer.hpp"
-#include "study/drifting.hpp"
-#include "study/first_motion.hpp"
-#include "study/solver.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -36,12 +36,12 @@ Problem space_in_free_time() {
 }
 Problem rest_in_free_time() { return of_free_time("/examples/drifting_to_rest.toml", 100, 20.0); }
 
-study::Answer answer_in_free_time(const Problem& problem, study::Backend solver, const Solution* from = nullptr) {
+study::Answer answer_in_free_time(const Problem& problem, search::Backend solver, const Solution* from = nullptr) {
   const model::System system(problem.swimmer);
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   options.solver = solver;
-  if (from != nullptr) options.first = study::first_motion(system, problem, *from);
+  if (from != nullptr) options.first = search::first_motion(system, problem, *from);
   return study::answer(system, problem, options);
 }
 
@@ -58,10 +58,10 @@ void expect_proved_in_free_time(const study::Answer& answer) {
 
 TEST(DriftingInFreeTime, has_one_answer_by_both_solvers) {
   for (const Problem& problem : {turn_in_free_time(), space_in_free_time()}) {
-    const study::Answer own = answer_in_free_time(problem, study::Backend::newton);
+    const study::Answer own = answer_in_free_time(problem, search::Backend::newton);
     expect_proved_in_free_time(own);
     EXPECT_EQ(own.solution.solver.name, "lamprey newton");
-    const study::Answer other = answer_in_free_time(problem, study::Backend::ipopt, &own.solution);
+    const study::Answer other = answer_in_free_time(problem, search::Backend::ipopt, &own.solution);
     EXPECT_EQ(other.solution.status, maneuver::Status::optimal) << other.solution.message;
     EXPECT_NEAR(other.solution.cost / own.solution.cost, 1.0, 1e-8);
     EXPECT_NEAR(other.solution.time.back() / own.solution.time.back(), 1.0, 1e-5);
@@ -71,8 +71,8 @@ TEST(DriftingInFreeTime, has_one_answer_by_both_solvers) {
 // From the same cold start both end at the same minimum, neither knowing of the other.
 TEST(DriftingInFreeTime, is_found_by_both_solvers_from_their_own_guesses) {
   const Problem problem = turn_in_free_time();
-  const study::Answer own = answer_in_free_time(problem, study::Backend::newton),
-                      other = answer_in_free_time(problem, study::Backend::ipopt);
+  const study::Answer own = answer_in_free_time(problem, search::Backend::newton),
+                      other = answer_in_free_time(problem, search::Backend::ipopt);
   expect_proved_in_free_time(own);
   EXPECT_EQ(other.certificate.verdict, certificate::Verdict::proved) << other.solution.message;
   EXPECT_EQ(other.solution.solver.name, "ipopt");
@@ -82,7 +82,7 @@ TEST(DriftingInFreeTime, is_found_by_both_solvers_from_their_own_guesses) {
 // In the duration that it found, given, the answer stays; a little less or more time costs more, time's own price included.
 TEST(DriftingInFreeTime, takes_the_time_that_costs_least) {
   for (const Problem& problem : {turn_in_free_time(), space_in_free_time(), rest_in_free_time()}) {
-    const study::Answer answer = answer_in_free_time(problem, study::Backend::automatic);
+    const study::Answer answer = answer_in_free_time(problem, search::Backend::automatic);
     expect_proved_in_free_time(answer);
     const double duration = answer.solution.time.back(), cost = answer.solution.cost;
     EXPECT_GT(duration, 1.02 * problem.duration.min);
@@ -91,7 +91,7 @@ TEST(DriftingInFreeTime, takes_the_time_that_costs_least) {
       Problem given = problem;
       given.duration = {};
       given.duration.value = share * duration;
-      const study::Answer found = answer_in_free_time(given, study::Backend::newton, &answer.solution);
+      const study::Answer found = answer_in_free_time(given, search::Backend::newton, &answer.solution);
       EXPECT_EQ(found.certificate.verdict, certificate::Verdict::proved) << found.solution.message;
       return found.solution.cost;
     };
@@ -109,8 +109,8 @@ TEST(DriftingInFreeTime, goes_on_with_the_rest_of_an_answer) {
     Problem problem = space_in_free_time();
     problem.steps = steps;
     const model::System system(problem.swimmer);
-    const study::Answer answer = answer_in_free_time(problem, study::Backend::newton);
-    study::Solver solver(system, problem, answer.solution);
+    const study::Answer answer = answer_in_free_time(problem, search::Backend::newton);
+    search::Solver solver(system, problem, answer.solution);
     EXPECT_TRUE(solver.answers());
     const double passed = answer.solution.time[static_cast<std::size_t>(steps) / 4];
     solver.advance(passed);
@@ -128,10 +128,10 @@ TEST(DriftingInFreeTime, goes_on_with_the_rest_of_an_answer) {
 TEST(DriftingInFreeTime, goes_on_to_the_end_of_a_plan_with_a_joint_that_nothing_drives) {
   Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/bench/problems/drifting_passive_tip_in_free_time.toml");
   const model::System system(problem.swimmer);
-  const study::Answer answer = answer_in_free_time(problem, study::Backend::newton);
+  const study::Answer answer = answer_in_free_time(problem, search::Backend::newton);
   expect_proved_in_free_time(answer);
   for (const double share : {0.8, 0.9, 0.95}) {
-    study::Solver solver(system, problem, answer.solution);
+    search::Solver solver(system, problem, answer.solution);
     const double passed = share * answer.solution.time.back();
     solver.advance(passed);
     const optimizer::Outcome outcome = solver.solve();
@@ -146,7 +146,7 @@ TEST(DriftingInFreeTime, does_nothing_where_its_momentum_gets_there) {
   problem.goal = maneuver::Goal();
   problem.goal->rest = false;
   problem.goal->angle[problem.swimmer.joints[0].name] = {0.0};
-  const study::Answer at_once = answer_in_free_time(problem, study::Backend::automatic);
+  const study::Answer at_once = answer_in_free_time(problem, search::Backend::automatic);
   expect_proved_in_free_time(at_once);
   EXPECT_EQ(at_once.solution.time.back(), problem.duration.min);
   EXPECT_NEAR(at_once.solution.cost, problem.time_weight * problem.duration.min, 1e-15);
@@ -155,14 +155,14 @@ TEST(DriftingInFreeTime, does_nothing_where_its_momentum_gets_there) {
   problem.goal->turn = Vector3d::Zero();
   problem.goal->move = {1.0, 0.0, std::nullopt};
   problem.time_weight = 0.0;
-  const study::Answer in_time = answer_in_free_time(problem, study::Backend::automatic);
+  const study::Answer in_time = answer_in_free_time(problem, search::Backend::automatic);
   EXPECT_EQ(in_time.solution.status, maneuver::Status::optimal) << in_time.solution.message;
   EXPECT_EQ(in_time.solution.cost, 0.0);
   EXPECT_NEAR(in_time.solution.time.back(), 1.0 / problem.start.linear_velocity.norm(), 1e-8);
   problem.duration = {};
   problem.duration.value = in_time.solution.time.back();
   problem.time_weight = 3.0;
-  const study::Answer given = answer_in_free_time(problem, study::Backend::automatic);
+  const study::Answer given = answer_in_free_time(problem, search::Backend::automatic);
   expect_proved_in_free_time(given);
   EXPECT_NEAR(given.solution.cost, 3.0 * problem.duration.value, 1e-12);
 }
@@ -173,7 +173,7 @@ TEST(FreeTime, is_the_least_where_nothing_needs_to_move) {
   problem.start.linear_velocity.setZero();
   problem.goal->turn = Vector3d::Zero();
   problem.goal->rest = true;
-  const study::Answer answer = answer_in_free_time(problem, study::Backend::automatic);
+  const study::Answer answer = answer_in_free_time(problem, search::Backend::automatic);
   EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
   EXPECT_EQ(answer.solution.time.back(), problem.duration.min);
   EXPECT_EQ(answer.solution.cost, problem.time_weight * problem.duration.min);
@@ -188,7 +188,7 @@ TEST(DriftingInFreeTime, is_found_within_wide_bounds_as_within_narrow_ones) {
   const auto cost_within = [&](double most) {
     problem.duration.max = most;
     problem.duration.value = 0.5 * (problem.duration.min + most);
-    const study::Answer answer = answer_in_free_time(problem, study::Backend::automatic);
+    const study::Answer answer = answer_in_free_time(problem, search::Backend::automatic);
     expect_proved_in_free_time(answer);
     return answer.solution.cost;
   };
@@ -206,8 +206,8 @@ TEST(DriftingInFreeTime, is_the_same_in_other_units_of_time) {
   slow.duration.min *= unit;
   slow.duration.max *= unit;
   slow.time_weight /= unit * unit * unit * unit;
-  const study::Answer one = answer_in_free_time(problem, study::Backend::newton),
-                      other = answer_in_free_time(slow, study::Backend::newton, &one.solution);
+  const study::Answer one = answer_in_free_time(problem, search::Backend::newton),
+                      other = answer_in_free_time(slow, search::Backend::newton, &one.solution);
   expect_proved_in_free_time(other);
   EXPECT_NEAR(other.solution.time.back() / one.solution.time.back() / unit, 1.0, 1e-7);
   EXPECT_NEAR(other.solution.cost / one.solution.cost * unit * unit * unit, 1.0, 1e-8);
@@ -219,8 +219,8 @@ TEST(DriftingInFreeTime, stops_looking_for_a_coast_when_told_to) {
   const model::System system(problem.swimmer);
   const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, problem.steps);
   int asked = 0, in_all = 0;
-  study::coasting_to_goal(system, problem, maneuver, [&] { return ++in_all < 0; });
-  EXPECT_FALSE(study::coasting_to_goal(system, problem, maneuver, [&] { return ++asked > 100; }));
+  search::coasting_to_goal(system, problem, maneuver, [&] { return ++in_all < 0; });
+  EXPECT_FALSE(search::coasting_to_goal(system, problem, maneuver, [&] { return ++asked > 100; }));
   EXPECT_GT(in_all, 2000);
   EXPECT_LT(asked, 200) << "one more for each duration";
 }
@@ -229,7 +229,7 @@ TEST(DriftingInFreeTime, is_refused_of_gaits_alone) {
   Problem problem = turn_in_free_time();
   problem.goal->periodic = true;
   try {
-    answer_in_free_time(problem, study::Backend::automatic);
+    answer_in_free_time(problem, search::Backend::automatic);
     FAIL() << "taken";
   } catch (const model::InputError& error) {
     EXPECT_EQ(error.key, "start");

@@ -7,11 +7,11 @@
 #include "maneuver/simulate.hpp"
 #include "mechanics/continuous.hpp"
 #include "model/input_error.hpp"
+#include "search/first_motion.hpp"
+#include "search/solve.hpp"
+#include "search/solver.hpp"
 #include "shape/reach.hpp"
 #include "study/answer.hpp"
-#include "study/first_motion.hpp"
-#include "study/solve.hpp"
-#include "study/solver.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -31,8 +31,8 @@ Problem drifting(const std::string& path, int steps) {
 Problem drifting_turn() { return drifting("/bench/problems/drifting_turn.toml", 80); }
 Problem drifting_in_space() { return drifting("/examples/drifting.toml", 100); }
 
-study::Answer answer_to_drift(const Problem& problem, study::Backend solver = study::Backend::automatic) {
-  study::SolveOptions options;
+study::Answer answer_to_drift(const Problem& problem, search::Backend solver = search::Backend::automatic) {
+  search::SolveOptions options;
   options.refinement = false;
   options.solver = solver;
   return study::answer(model::System(problem.swimmer), problem, options);
@@ -52,13 +52,13 @@ TEST(DriftingSwimmer, has_one_answer_by_both_solvers) {
   Problem free_in_space = drifting_in_space();
   free_in_space.limits = {};
   for (const Problem& problem : {drifting_turn(), free_in_space}) {
-    const study::Answer own = answer_to_drift(problem, study::Backend::newton);
+    const study::Answer own = answer_to_drift(problem, search::Backend::newton);
     expect_drift_proved(own);
     const model::System system(problem.swimmer);
-    study::SolveOptions options;
+    search::SolveOptions options;
     options.refinement = false;
-    options.solver = study::Backend::ipopt;
-    options.first = study::first_motion(system, problem, own.solution);
+    options.solver = search::Backend::ipopt;
+    options.first = search::first_motion(system, problem, own.solution);
     const study::Answer other = study::answer(system, problem, options);
     EXPECT_EQ(other.solution.status, maneuver::Status::optimal) << other.solution.message;
     EXPECT_NEAR(other.solution.cost / own.solution.cost, 1.0, 1e-8);
@@ -117,7 +117,7 @@ TEST(DriftingSwimmer, of_no_momentum_ends_at_rest_with_its_joints) {
 TEST(DriftingSwimmer, whose_joints_end_still_is_not_given_to_ipopt) {
   Problem problem = drifting_turn();
   problem.goal->joints_rest = true;
-  for (const study::Backend backend : {study::Backend::ipopt, study::Backend::both}) {
+  for (const search::Backend backend : {search::Backend::ipopt, search::Backend::both}) {
     try {
       answer_to_drift(problem, backend);
       FAIL() << "taken";
@@ -248,7 +248,7 @@ struct SolvedDrift {
   model::System system;
   Solution solution;
   explicit SolvedDrift(const Problem& of)
-      : problem(of), system(of.swimmer), solution(study::solve(system, of, study::SolveOptions()).front()) {}
+      : problem(of), system(of.swimmer), solution(search::solve(system, of, search::SolveOptions()).front()) {}
 };
 
 mechanics::SpatialMomentum carried(const model::System& system, const integrator::State& state) {
@@ -262,7 +262,7 @@ TEST(SolverThatDrifts, goes_on_with_the_rest_of_its_answer) {
     problem.limits = {};
     problem.steps = steps;
     const SolvedDrift solved(problem);
-    study::Solver solver(solved.system, solved.problem, solved.solution);
+    search::Solver solver(solved.system, solved.problem, solved.solution);
     EXPECT_TRUE(solver.answers());
     const std::size_t from = static_cast<std::size_t>(steps) / 3;
     double rest = 0.0;
@@ -290,7 +290,7 @@ TEST(SolverThatDrifts, goes_on_with_the_rest_of_its_answer) {
 // Pushed on the way: the plan made anew is the optimum of the problem that begins so.
 TEST(SolverThatDrifts, takes_a_start_as_it_is_seen) {
   const SolvedDrift solved(drifting_in_space());
-  study::Solver solver(solved.system, solved.problem, solved.solution);
+  search::Solver solver(solved.system, solved.problem, solved.solution);
   Problem pushed = solved.problem;
   pushed.start.linear_velocity += Vector3d(0.01, -0.005, 0.01);
   pushed.start.angular_velocity[0] += Vector3d(0.01, 0.0, -0.01);
@@ -313,7 +313,7 @@ TEST(SolverThatDrifts, may_come_to_rest_and_drift_again) {
   Problem problem = drifting_in_space();
   problem.limits = {};
   const SolvedDrift solved(problem);
-  study::Solver solver(solved.system, solved.problem, solved.solution);
+  search::Solver solver(solved.system, solved.problem, solved.solution);
   maneuver::Start still = solved.problem.start;
   still.linear_velocity.setZero();
   for (Vector3d& rate : still.angular_velocity) rate.setZero();
@@ -340,7 +340,7 @@ TEST(SolverThatDrifts, goes_on_from_where_it_was_pushed) {
   Problem problem = drifting_in_space();
   problem.limits = {};
   const SolvedDrift solved(problem);
-  study::Solver solver(solved.system, solved.problem, solved.solution);
+  search::Solver solver(solved.system, solved.problem, solved.solution);
   solver.advance(0.3);
   maneuver::Start pushed;
   const integrator::State& start = solver.maneuver().start;
@@ -366,7 +366,7 @@ Eigen::MatrixXd in_the_plane() {
   return pose;
 }
 
-std::string refused_start(study::Solver& solver, const integrator::State& start) {
+std::string refused_start(search::Solver& solver, const integrator::State& start) {
   try {
     solver.set_start(start);
   } catch (const model::InputError& error) {
@@ -379,7 +379,7 @@ std::string refused_start(study::Solver& solver, const integrator::State& start)
 TEST(SolverThatDrifts, says_which_momentum_it_does_not_take) {
   Problem problem = drifting_turn();
   const SolvedDrift solved(problem);
-  study::Solver solver(solved.system, solved.problem, solved.solution);
+  search::Solver solver(solved.system, solved.problem, solved.solution);
   problem.start.linear_velocity = Vector3d(0.3, 0.05, 0.0);
   EXPECT_EQ(refused_start(solver, maneuver::start_as_seen(solved.system, problem.start)), "");
   problem.start.linear_velocity[2] = 1e-3;  // as measurements err
@@ -394,7 +394,7 @@ TEST(SolverThatDrifts, says_which_momentum_it_does_not_take) {
   still.steps = 60;
   still.search.starts = 1;
   const SolvedDrift at_rest(still);
-  study::Solver other(at_rest.system, at_rest.problem, at_rest.solution);
+  search::Solver other(at_rest.system, at_rest.problem, at_rest.solution);
   still.start.linear_velocity = Vector3d(0.1, 0.0, 0.0);
   EXPECT_NE(refused_start(other, maneuver::start_as_seen(at_rest.system, still.start)).find("start_without_momentum"),
             std::string::npos);

@@ -3,8 +3,8 @@
 
 #include "certificate/certify.hpp"
 #include "file/problem_file.hpp"
+#include "search/solver.hpp"
 #include "study/answer.hpp"
-#include "study/solver.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -13,11 +13,11 @@ namespace {
 TEST(DriftingSwimmers, are_sought_by_the_second_solver_where_the_first_finds_nothing) {
   const maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/bench/problems/tumbling_pair.toml");
   const model::System system(problem.swimmer);
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
-  options.solver = study::Backend::newton;
+  options.solver = search::Backend::newton;
   EXPECT_NE(study::answer(system, problem, options).solution.status, maneuver::Status::optimal);
-  options.solver = study::Backend::automatic;
+  options.solver = search::Backend::automatic;
   const study::Answer answer = study::answer(system, problem, options);
   EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
   EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
@@ -33,11 +33,11 @@ TEST(SolversThatDrift, go_on_within_limits_on_a_thousand_steps) {
   problem.steps = 1000;
   problem.search.starts = 1;
   const model::System system(problem.swimmer);
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   const study::Answer answer = study::answer(system, problem, options);
   ASSERT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
-  study::Solver solver(system, problem, answer.solution);
+  search::Solver solver(system, problem, answer.solution);
   EXPECT_TRUE(solver.answers());
   for (const double share : {1.01, 1.0}) {
     maneuver::Goal goal = *problem.goal;

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "file/problem_file.hpp"
-#include "study/solve.hpp"
-#include "study/solver.hpp"
+#include "search/solve.hpp"
+#include "search/solver.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -21,7 +21,7 @@ struct Turned {
   Turned() {
     problem.steps = 60;
     problem.search.starts = 1;
-    solution = study::solve(system, problem, study::SolveOptions()).front();
+    solution = search::solve(system, problem, search::SolveOptions()).front();
     EXPECT_EQ(solution.status, maneuver::Status::optimal) << solution.message;
   }
   double duration() const { return solution.time.back(); }
@@ -38,7 +38,7 @@ double largest_moment(const maneuver::Solution& solution) {
 TEST(EnoughTime, is_that_in_which_moments_come_down_to_their_limit) {
   Turned turned;
   const double limit = 0.3 * largest_moment(turned.solution);
-  study::Solver solver(turned.system, turned.problem, turned.solution);
+  search::Solver solver(turned.system, turned.problem, turned.solution);
   turned.problem.limits.torque = limit;
   const auto enough = study::enough_time(turned.system, turned.problem, turned.solution);
   ASSERT_TRUE(enough);
@@ -56,7 +56,7 @@ TEST(EnoughTime, is_that_in_which_rates_come_down_to_their_limit) {
   const auto slower = study::enough_time(turned.system, turned.problem, turned.solution);
   ASSERT_TRUE(slow && slower);
   EXPECT_NEAR(*slower / *slow, 10.0, 1e-9);
-  study::Solver solver(turned.system, turned.problem, turned.solution);
+  search::Solver solver(turned.system, turned.problem, turned.solution);
   turned.problem.limits.angular_velocity.reset();
   solver.set_duration(*slow);
   ASSERT_EQ(solver.solve().termination, optimizer::Termination::converged);

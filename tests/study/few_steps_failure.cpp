@@ -34,7 +34,7 @@ TEST(FewSteps, of_goals_in_parts_are_those_asked_for) {
   for (const char* joint : {"b1", "b2"}) problem.limits.angle[joint] = {{-0.6, 0.6}};
   problem.duration.value = 8.0;
   problem.search.starts = 1;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   for (const int steps : {48, 80}) {
     problem.steps = steps;

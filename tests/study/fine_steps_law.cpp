@@ -15,7 +15,7 @@ study::Answer turned(int steps, double duration, int starts, double smoothness =
   problem.search.starts = starts;
   problem.search.hops = 0;
   problem.cost_weights.smoothness = smoothness;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   return study::answer(model::System(problem.swimmer), problem, options);
 }

@@ -5,8 +5,8 @@
 #include "chains.hpp"
 #include "lie/so3.hpp"
 #include "mechanics/tree_motion.hpp"
+#include "search/method.hpp"
 #include "study/answer.hpp"
-#include "study/method.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -21,9 +21,9 @@ maneuver::Problem turning(double angle) {
   return problem;
 }
 
-study::Answer answered(const maneuver::Problem& problem, const std::optional<study::FirstMotion>& first,
-                       study::Backend solver = study::Backend::newton) {
-  study::SolveOptions options;
+study::Answer answered(const maneuver::Problem& problem, const std::optional<search::FirstMotion>& first,
+                       search::Backend solver = search::Backend::newton) {
+  search::SolveOptions options;
   options.solver = solver;
   options.first = first;
   options.refinement = false;
@@ -35,14 +35,14 @@ const study::Answer& turned() {
   return answer;
 }
 
-study::FirstMotion first(const maneuver::Problem& problem) {
-  return study::first_motion(model::System(problem.swimmer), problem, turned().solution);
+search::FirstMotion first(const maneuver::Problem& problem) {
+  return search::first_motion(model::System(problem.swimmer), problem, turned().solution);
 }
 
 TEST(FirstMotion, of_an_answer_stays_there) {
   ASSERT_EQ(turned().certificate.verdict, certificate::Verdict::proved);
   const maneuver::Problem problem = turning(2.0);
-  for (study::Backend solver : {study::Backend::newton, study::Backend::ipopt}) {
+  for (search::Backend solver : {search::Backend::newton, search::Backend::ipopt}) {
     const study::Answer again = answered(problem, first(problem), solver);
     EXPECT_NEAR(again.solution.cost, turned().solution.cost, tolerance(1e-8) * turned().solution.cost);
     EXPECT_LE(again.solution.solver.iterations, 10);
@@ -50,12 +50,12 @@ TEST(FirstMotion, of_an_answer_stays_there) {
 }
 
 TEST(FirstMotion, tells_what_joints_of_another_kind_leave_out) {
-  const study::FirstMotion same = first(turning(2.0));
+  const search::FirstMotion same = first(turning(2.0));
   EXPECT_LE(same.left_out, 1e-12);
   maneuver::Problem hinged = turning(2.0);
   hinged.swimmer.joints[1].kind = model::JointKind::hinge;
   hinged.swimmer.joints[1].axis = {0.0, 0.0, 1.0};
-  const study::FirstMotion other = first(hinged);
+  const search::FirstMotion other = first(hinged);
   EXPECT_EQ(other.left_out_by, 1);
   const auto& stored = turned().solution.rotation;
   double most = 0.0;  // of the swing out of the hinge's plane, which is no more than what the joint turns
@@ -73,7 +73,7 @@ TEST(FirstMotion, of_an_answer_within_limits_stays_there) {
   ASSERT_EQ(within.certificate.verdict, certificate::Verdict::proved) << within.solution.message;
   ASSERT_FALSE(within.solution.limit_multipliers.empty());
   const model::System system(problem.swimmer);
-  const study::Answer again = answered(problem, study::first_motion(system, problem, within.solution));
+  const study::Answer again = answered(problem, search::first_motion(system, problem, within.solution));
   EXPECT_NEAR(again.solution.cost, within.solution.cost, tolerance(1e-7) * within.solution.cost);
   EXPECT_LT(again.solution.solver.iterations, within.solution.solver.iterations);
 }
@@ -86,7 +86,7 @@ TEST(FirstMotion, of_an_answer_for_work_stays_there) {
   const study::Answer for_work = answered(problem, std::nullopt);
   ASSERT_EQ(for_work.certificate.verdict, certificate::Verdict::proved) << for_work.solution.message;
   const model::System system(problem.swimmer);
-  const study::Answer again = answered(problem, study::first_motion(system, problem, for_work.solution));
+  const study::Answer again = answered(problem, search::first_motion(system, problem, for_work.solution));
   EXPECT_NEAR(again.solution.cost, for_work.solution.cost, tolerance(1e-7) * for_work.solution.cost);
   EXPECT_LE(again.solution.solver.iterations, 20);
 }
@@ -95,15 +95,15 @@ TEST(FirstMotion, of_an_answer_for_work_stays_there) {
 TEST(FirstMotion, is_held_as_it_is_where_it_has_all_steps) {
   maneuver::Problem problem = turning(2.0);
   problem.cost_weights.work = 100.0;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.first = first(problem);
   const model::System system(problem.swimmer);
   const maneuver::Solution& stored = turned().solution;
   const auto held = [&] {
-    const study::Budget budget(problem, options);
-    return study::newton_method(system, problem, options, budget)->as_begun();
+    const search::Budget budget(problem, options);
+    return search::newton_method(system, problem, options, budget)->as_begun();
   };
-  const std::optional<study::Found> begun = held();
+  const std::optional<search::Found> begun = held();
   ASSERT_TRUE(begun);
   EXPECT_EQ(begun->outcome.termination, optimizer::Termination::feasible);
   ASSERT_TRUE(begun->cost_parts);
@@ -124,7 +124,7 @@ TEST(FirstMotion, follows_a_minimum_as_the_goal_moves) {
   for (double angle : {2.05, 2.1, 2.15}) {
     const maneuver::Problem problem = turning(angle);
     const model::System system(problem.swimmer);
-    const study::Answer next = answered(problem, study::first_motion(system, problem, last));
+    const study::Answer next = answered(problem, search::first_motion(system, problem, last));
     EXPECT_EQ(next.certificate.verdict, certificate::Verdict::proved) << next.solution.message;
     EXPECT_GT(next.solution.cost, last.cost);
     EXPECT_LT(next.solution.cost, 1.1 * last.cost);
@@ -147,7 +147,7 @@ TEST(FirstMotion, begins_as_the_problem_does) {
   for (Vector3d& rotation : problem.start.rotation) rotation = lie::log(heading * lie::exp(rotation));
   problem.start.position = {1.0, 2.0, 3.0};
   const maneuver::Solution& stored = turned().solution;
-  const study::FirstMotion moved = first(problem);
+  const search::FirstMotion moved = first(problem);
   ASSERT_EQ(moved.path.rotation.size(), stored.rotation.size());
   for (std::size_t k = 0; k < stored.rotation.size(); ++k) {
     for (std::size_t i = 0; i < stored.rotation[k].size(); ++i)
@@ -157,7 +157,7 @@ TEST(FirstMotion, begins_as_the_problem_does) {
         tolerance(1e-12));
   }
   problem.start.rotation[1] = lie::log(heading * lie::exp(Vector3d(0.0, 0.0, 0.4)));  // another first shape
-  const study::FirstMotion bent = first(problem);
+  const search::FirstMotion bent = first(problem);
   EXPECT_LE((bent.path.rotation.front()[1] - lie::exp(problem.start.rotation[1])).norm(), tolerance(1e-12));
   EXPECT_LE((bent.path.rotation.back()[1] - moved.path.rotation.back()[1]).norm(), tolerance(1e-12));
 }
@@ -168,7 +168,7 @@ TEST(FirstMotion, turns_about_the_axes_that_the_joints_have) {
   problem.swimmer.joints[0].axis = Vector3d(0.0, 0.6, 0.8);
   const model::System system(problem.swimmer);
   const model::Joint& hinge = system.joint(0);
-  for (const mechanics::Rotations& R : study::first_motion(system, problem, turned().solution).path.rotation) {
+  for (const mechanics::Rotations& R : search::first_motion(system, problem, turned().solution).path.rotation) {
     const Matrix3d Q = mechanics::child_to_parent(R, hinge);
     EXPECT_LE((Q - mechanics::joint_rotation(hinge, mechanics::joint_angles(hinge, Q))).norm(), tolerance(1e-12));
   }

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "guess/guess.hpp"
+#include "search/grids.hpp"
 #include "study/answer.hpp"
-#include "study/grids.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -77,7 +77,7 @@ TEST(FreeEnds, in_a_vacuum_keep_the_mass_centre_of_all) {
   const double moved = (0.66 * std::cos(0.5) + 0.22 * std::cos(0.2) - 0.88) / 3.0;
   problem.goal->move = {moved, std::nullopt, std::nullopt};
   const model::System system(problem.swimmer);
-  EXPECT_EQ(study::Reached(system, problem).rows.size(), 3U);
+  EXPECT_EQ(search::Reached(system, problem).rows.size(), 3U);
   const study::Answer answer = answer_of_row(problem);
   EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
   EXPECT_LE(answer.certificate.goal_error, 1e-12);

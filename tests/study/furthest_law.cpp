@@ -12,7 +12,7 @@ TEST(FurthestGaits, are_more_than_the_least_strokes_that_pay) {
   maneuver::Problem problem =
       file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/furthest_of_two_arms.toml");
   problem.cost_weights.displacement[0] = 1e3;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   for (const std::uint64_t seed : {1U, 3U}) {
     problem.search.seed = seed;
@@ -26,7 +26,7 @@ TEST(FurthestGaits, are_more_than_the_least_strokes_that_pay) {
 TEST(FurthestGaits, go_round_more_than_once_where_that_wins_more) {
   maneuver::Problem problem =
       file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/furthest_by_several_cycles.toml");
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   const model::System system(problem.swimmer);
   const auto solved = [&] { return study::answer(system, problem, options); };

@@ -5,8 +5,8 @@
 #include "certificate/claims.hpp"
 #include "file/problem_file.hpp"
 #include "integrator/scheme.hpp"
+#include "search/solve.hpp"
 #include "study/answer.hpp"
-#include "study/solve.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -62,7 +62,7 @@ TEST_P(HighOrder, finds_the_minima_of_fine_steps_of_order_2) {
 TEST_P(HighOrder, has_its_own_order_on_other_grids) {
   Problem problem = from_one_guess("translation", GetParam(), 60);
   problem.time_weight = 500.0;  // a second costs so much, whatever the grid
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = true;
   const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
   ASSERT_TRUE(answer.certificate.refinement);
@@ -106,7 +106,7 @@ TEST(HighOrderSearch, does_not_creep_along_valleys) {
     SCOPED_TRACE(example + std::string(" from seed ") + std::to_string(seed));
     Problem problem = from_one_guess(example, Scheme::order4, 50);
     problem.search.seed = seed;
-    const maneuver::Solution found = study::solve(model::System(problem.swimmer), problem, {}).front();
+    const maneuver::Solution found = search::solve(model::System(problem.swimmer), problem, {}).front();
     EXPECT_EQ(found.status, maneuver::Status::optimal) << found.message;
     EXPECT_LE(found.solver.iterations, iterations);
   };

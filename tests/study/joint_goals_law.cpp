@@ -7,9 +7,9 @@
 #include "maneuver/goal_miss.hpp"
 #include "mechanics/tree_motion.hpp"
 #include "model/input_error.hpp"
+#include "search/first_motion.hpp"
+#include "search/solver.hpp"
 #include "study/answer.hpp"
-#include "study/first_motion.hpp"
-#include "study/solver.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -23,15 +23,15 @@ maneuver::Problem turning_chain(maneuver::Scheme scheme) {
   return problem;
 }
 
-study::Answer proven(const maneuver::Problem& problem, const study::SolveOptions& options = {}) {
+study::Answer proven(const maneuver::Problem& problem, const search::SolveOptions& options = {}) {
   study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
   EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
   return answer;
 }
 
-study::SolveOptions beginning_at(const maneuver::Problem& problem, const maneuver::Solution& solution) {
-  study::SolveOptions options;
-  options.first = study::first_motion(model::System(problem.swimmer), problem, solution);
+search::SolveOptions beginning_at(const maneuver::Problem& problem, const maneuver::Solution& solution) {
+  search::SolveOptions options;
+  options.first = search::first_motion(model::System(problem.swimmer), problem, solution);
   return options;
 }
 
@@ -111,8 +111,8 @@ TEST(JointGoals, of_one_joint_leave_the_others_free_and_hold_for_the_other_solve
     const Matrix3d end = joint_of(system.joint(1), solution, true);
     EXPECT_LT((mechanics::turn_from_zero(system.joint(1), end, turn) - turn).norm(), 1e-9);
     EXPECT_GT(lie::log(joint_of(system.joint(0), solution, true)).norm(), 1e-3);
-    study::SolveOptions options = beginning_at(problem, solution);
-    options.solver = study::Backend::ipopt;
+    search::SolveOptions options = beginning_at(problem, solution);
+    options.solver = search::Backend::ipopt;
     EXPECT_NEAR(proven(problem, options).solution.cost / solution.cost, 1.0, 1e-8);
   }
 }
@@ -181,7 +181,7 @@ TEST(JointGoals, move_in_a_solver) {
   const std::string hinge = problem.swimmer.joints[0].name;
   problem.goal->angle[hinge] = {0.4};
   const model::System system(problem.swimmer);
-  study::Solver solver(system, problem, proven(problem).solution);
+  search::Solver solver(system, problem, proven(problem).solution);
   EXPECT_TRUE(solver.answers());
   maneuver::Goal moved = *problem.goal;
   moved.angle[hinge] = {0.43};

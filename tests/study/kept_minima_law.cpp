@@ -14,7 +14,7 @@ study::Answer kept(int minima, int workers) {
   problem.steps = 200;
   problem.search.starts = 12;
   problem.search.keep = minima;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   options.workers = workers;
   return study::answer(model::System(problem.swimmer), problem, options);
@@ -48,7 +48,7 @@ TEST(KeptMinima, are_no_more_than_there_are) {
   problem.steps = 100;
   problem.search.starts = 4;
   problem.search.keep = 1000;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
   EXPECT_LT(answer.others.size(), answer.solution.search.minima.size());

@@ -13,7 +13,7 @@ TEST(Kinks, settle_within_limits_that_hold_nowhere_as_well_as_without) {
       file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/transport_within_wide_limits.toml");
   maneuver::Problem without = within;
   without.limits = maneuver::Limits();
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   const study::Answer far = study::answer(model::System(within.swimmer), within, options),
                       free = study::answer(model::System(without.swimmer), without, options);

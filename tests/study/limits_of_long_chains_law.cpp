@@ -18,7 +18,7 @@ maneuver::Problem hard(const std::string& name) {
 maneuver::Problem eel_within_limits() { return hard("eel_within_limits"); }
 
 study::Answer answered_without_refinement(const maneuver::Problem& problem) {
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   return study::answer(model::System(problem.swimmer), problem, options);
 }

@@ -9,9 +9,9 @@
 #include "file/problem_file.hpp"
 #include "guess/guess.hpp"
 #include "lie/so3.hpp"
+#include "search/method.hpp"
 #include "shape/shape_program.hpp"
 #include "study/answer.hpp"
-#include "study/method.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -64,20 +64,20 @@ maneuver::Problem whipping_tail(int steps) {
 struct Whipping {
   maneuver::Problem problem;
   model::System system;
-  study::SolveOptions options;
-  study::Budget budget;
-  std::unique_ptr<study::Method> method;
+  search::SolveOptions options;
+  search::Budget budget;
+  std::unique_ptr<search::Method> method;
   explicit Whipping(int steps)
       : problem(whipping_tail(steps)),
         system(problem.swimmer),
         budget(problem, options),
-        method(study::newton_method(system, problem, options, budget)) {}
+        method(search::newton_method(system, problem, options, budget)) {}
 };
 
 // Where no answer is found but such turns, one is found that keeps joints from them, and its reason says by what limit.
 TEST(LongTurns, give_way_to_an_answer_of_slower_joints) {
   const Whipping whipping(100);
-  const study::Found found = whipping.method->solve_starts(0, 1).front();
+  const search::Found found = whipping.method->solve_starts(0, 1).front();
   ASSERT_TRUE(found.joint_rate);
   EXPECT_EQ(found.outcome.termination, optimizer::Termination::feasible);
   EXPECT_LE(largest_turn(found.path.rotation), 1.2 * *found.joint_rate * found.duration / 100);
@@ -87,9 +87,9 @@ TEST(LongTurns, give_way_to_an_answer_of_slower_joints) {
   maneuver::Problem slow = whipping.problem;
   slow.limits.angular_velocity = found.joint_rate;
   slow.search.starts = 1;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
-  options.first = study::FirstMotion{found.path, found.duration, found.limit_multipliers, {}};
+  options.first = search::FirstMotion{found.path, found.duration, found.limit_multipliers, {}};
   const study::Answer answer = study::answer(whipping.system, slow, options);
   EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
   EXPECT_NEAR(answer.solution.cost, found.cost, 1e-6 * found.cost);
@@ -97,9 +97,9 @@ TEST(LongTurns, give_way_to_an_answer_of_slower_joints) {
 
 // More steps show what these keep from: their answer is one without that limit.
 TEST(LongTurns, of_slower_joints_lead_to_an_answer_on_more_steps) {
-  const study::Found slow = Whipping(100).method->solve_starts(0, 1).front();
+  const search::Found slow = Whipping(100).method->solve_starts(0, 1).front();
   ASSERT_TRUE(slow.joint_rate);
-  const study::Found found = Whipping(300).method->refine({&slow}).front();
+  const search::Found found = Whipping(300).method->refine({&slow}).front();
   EXPECT_TRUE(found.converged()) << found.outcome.reason;
   EXPECT_FALSE(found.joint_rate);
   EXPECT_LT(largest_turn(found.path.rotation), 1.5);

@@ -13,8 +13,8 @@
 #include "guess/guess.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/motion.hpp"
+#include "search/stroke_searches.hpp"
 #include "study/answer.hpp"
-#include "study/stroke_searches.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -212,14 +212,14 @@ TEST(GaitsOfManyStrokes, grow_out_of_rest_and_go_back_to_it) {
   problem.duration.value *= 3.0 / 16.0;
   problem.goal->move[1] = 0.036;
   const model::System system(problem.swimmer);
-  const study::SolveOptions options;
-  const study::Budget budget(problem, options);
-  const study::Grids grids(system, problem, options, budget);
-  const std::vector<study::Found> found = study::solve_gaits_from_rest(grids);
+  const search::SolveOptions options;
+  const search::Budget budget(problem, options);
+  const search::Grids grids(system, problem, options, budget);
+  const std::vector<search::Found> found = search::solve_gaits_from_rest(grids);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_TRUE(found.front().converged()) << found.front().outcome.reason;
   problem.goal->rotation["bow"] = Vector3d::Zero();  // a gait does not know it
-  EXPECT_TRUE(study::solve_gaits_from_rest(study::Grids(system, problem, options, budget)).empty());
+  EXPECT_TRUE(search::solve_gaits_from_rest(search::Grids(system, problem, options, budget)).empty());
 }
 
 // What one stroke within limits does not reach is reached by several cycles of a smaller gait.

@@ -4,8 +4,8 @@
 
 #include "certificate/certify.hpp"
 #include "file/problem_file.hpp"
+#include "search/solve.hpp"
 #include "study/answer.hpp"
-#include "study/solve.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -57,7 +57,7 @@ class Scale : public ::testing::TestWithParam<bool> {};
 TEST_P(Scale, of_length_and_time_changes_nothing_but_units) {
   const auto solved = [&](double scale, double time_scale) {
     const maneuver::Problem problem = swimmer(scale, time_scale, GetParam());
-    return study::solve(model::System(problem.swimmer), problem, study::SolveOptions()).front();
+    return search::solve(model::System(problem.swimmer), problem, search::SolveOptions()).front();
   };
   const maneuver::Solution one = solved(1.0, 1.0);
   ASSERT_EQ(one.status, maneuver::Status::optimal) << one.message;
@@ -105,7 +105,7 @@ maneuver::Problem scaled(maneuver::Problem problem, double scale) {
 TEST(Places, change_no_verdict) {
   maneuver::Problem problem = swimmer(1.0, 1.0, false);
   problem.search.starts = 1;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   for (const double away : {0.0, 1e2, 1e3}) {
     problem.start.position = Vector3d(away, -0.3 * away, 0.0);
@@ -129,7 +129,7 @@ TEST(Scale, of_length_changes_no_momentum_over_the_iterates) {
   for (const double scale : {1e-4, 1e4}) {
     maneuver::Problem problem = swimmer(scale, 1.0, false);
     problem.search.starts = 1;
-    study::SolveOptions options;
+    search::SolveOptions options;
     options.refinement = false;
     const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
     EXPECT_LE(answer.certificate.iterates_momentum, 1e-11) << scale;
@@ -140,7 +140,7 @@ TEST(Scale, of_length_changes_no_momentum_over_the_iterates) {
 // Limits that hold are kept in the second-order test in units of the swimmer's.
 void expect_one_proof_at_all_scales(maneuver::Problem problem) {
   problem.search.starts = 1;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   std::vector<double> smallest;
   for (const double scale : {0x1p-10, 1.0, 0x1p10}) {
@@ -203,7 +203,7 @@ TEST(Scale, of_length_changes_nothing_but_units_for_ipopt) {
     for (const double scale : {1.0, 0x1p-8, 0x1p8}) {
       maneuver::Problem asked = scaled(problem, scale);
       asked.start.linear_velocity *= scale;
-      found.push_back(study::solve(model::System(asked.swimmer), asked, study::SolveOptions()).front());
+      found.push_back(search::solve(model::System(asked.swimmer), asked, search::SolveOptions()).front());
       EXPECT_EQ(found.back().status, found.front().status) << kind << " at " << scale << ": " << found.back().message;
       EXPECT_NEAR(found.back().cost / std::pow(scale, 10), found.front().cost, tolerance(1e-8) * found.front().cost)
           << kind << " at " << scale;
@@ -226,7 +226,7 @@ TEST(Scale, of_time_changes_no_proof_within_angles_in_a_free_duration) {
   problem.search.starts = 1;
   problem.steps = 40;
   for (const char* joint : {"b1", "b2"}) problem.limits.angle[joint] = {{-0.6, 0.6}};
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   for (const double seconds : {1e-4, 1.0, 1e9}) {
     problem.duration = {.free = true, .value = seconds, .min = 0.1 * seconds, .max = 2.0 * seconds};
@@ -246,7 +246,7 @@ TEST(Scale, of_the_costs_weight_changes_no_minimum) {
     const auto solved = [&](double weight) {
       maneuver::Problem asked = problem;
       asked.effort = weight;
-      return study::solve(model::System(asked.swimmer), asked, {}).front();
+      return search::solve(model::System(asked.swimmer), asked, {}).front();
     };
     const maneuver::Solution one = solved(1.0);
     for (const double weight : {0x1p-30, 0x1p30}) {
@@ -262,7 +262,7 @@ TEST(Scale, of_length_changes_no_certificate_of_bodies_that_touch_an_obstacle) {
   maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/examples/around_an_obstacle.toml");
   problem.steps = 40;
   problem.search.starts = 1;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   const auto answered = [&](double scale) {
     const maneuver::Problem asked = scaled(problem, scale);
@@ -288,7 +288,7 @@ TEST(Scale, of_what_a_given_duration_costs_changes_no_verdict) {
   problem.steps = 60;
   problem.search.starts = 1;
   const auto answered = [](const maneuver::Problem& asked) {
-    study::SolveOptions options;
+    search::SolveOptions options;
     options.refinement = false;
     return study::answer(model::System(asked.swimmer), asked, options);
   };

@@ -11,7 +11,7 @@ namespace lamprey::tests {
 namespace {
 
 study::Answer answered_alone(const maneuver::Problem& problem) {
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   return study::answer(model::System(problem.swimmer), problem, options);
 }

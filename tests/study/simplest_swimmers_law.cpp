@@ -18,7 +18,7 @@ study::Answer answered(const std::string& joint, const std::string& second, cons
       "{}\n[search]\nstarts = {}\n",
       second, joint, goal, steps, starts);
   const maneuver::Problem problem = file::parse_problem(text, "two_bodies.toml").problem;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   return study::answer(model::System(problem.swimmer), problem, options);
 }
@@ -47,7 +47,7 @@ TEST(TwoBodies, on_one_angle_in_few_steps_are_told_in_how_many_they_are_proved) 
         "1.0\nsteps = {}\n",
         steps);
     const maneuver::Problem problem = file::parse_problem(text, "folded.toml").problem;
-    study::SolveOptions options;
+    search::SolveOptions options;
     options.refinement = false;
     return study::answer(model::System(problem.swimmer), problem, options);
   };

@@ -70,7 +70,7 @@ TEST(SingleAngle, reaches_where_its_joint_leads_and_nowhere_beside) {
     problem.goal = led_by(problem, angle);
     EXPECT_EQ(beyond(problem), "") << angle;
     const model::System system(problem.swimmer);
-    study::SolveOptions options;
+    search::SolveOptions options;
     options.refinement = false;
     maneuver::Problem found = problem;  // one of the conditions leads to the others, but for what steps make of them
     found.goal->rotation["front"] = std::nullopt;

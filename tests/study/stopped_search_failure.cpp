@@ -4,8 +4,8 @@
 #include <thread>
 
 #include "file/problem_file.hpp"
+#include "search/budget.hpp"
 #include "study/answer.hpp"
-#include "study/budget.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -23,10 +23,10 @@ TEST(StoppedSearch, ends_with_an_exception_of_its_threads_whatever_their_number)
   const Problem problem = translation(20);
   const model::System system(problem.swimmer);
   for (int workers : {1, 2, 4}) {
-    study::SolveOptions options;
+    search::SolveOptions options;
     options.workers = workers;
     options.progress = [](const std::string&) { throw std::out_of_range("told"); };
-    EXPECT_THROW(study::solve(system, problem, options), std::out_of_range) << workers << " workers";
+    EXPECT_THROW(search::solve(system, problem, options), std::out_of_range) << workers << " workers";
   }
 }
 
@@ -34,9 +34,9 @@ TEST(StoppedSearch, ends_with_an_exception_of_its_threads_whatever_their_number)
 TEST(StoppedSearch, without_a_motion_says_what_ended_it) {
   const Problem problem = translation(20);
   for (const bool interrupted : {true, false}) {
-    study::SolveOptions options;
+    search::SolveOptions options;
     options.interrupted = [&] { return interrupted; };
-    const study::Budget budget(problem, options);
+    const search::Budget budget(problem, options);
     optimizer::Outcome outcome;
     budget.tell_what_ended(outcome);
     EXPECT_EQ(outcome.termination,
@@ -55,7 +55,7 @@ struct StoppedAt {
 
   StoppedAt(const Problem& problem, const std::string& line, int workers = 1, double times_limit = 1.0) {
     bool stop = false;
-    study::SolveOptions options;
+    search::SolveOptions options;
     options.workers = workers;
     options.refinement = true;
     options.interrupted = [&] { return stop; };
@@ -113,13 +113,13 @@ TEST(StoppedSearch, certifies_what_it_has_and_begins_nothing_more_once_it_is_int
 
 // A motion on a coarse grid is no answer: the best that was found is carried on to all steps, however the search ends.
 TEST(StoppedSearch, carries_the_best_motion_on_to_its_steps) {
-  for (const study::Backend solver : {study::Backend::newton, study::Backend::ipopt})
+  for (const search::Backend solver : {search::Backend::newton, search::Backend::ipopt})
     for (const std::optional<double> limit : {std::optional<double>(), std::optional(4.0)}) {
       Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml");
       problem.search.starts = 100'000;
       problem.search.time_limit = limit;
-      problem.steps = solver == study::Backend::newton ? 1000 : 40;
-      study::SolveOptions options;
+      problem.steps = solver == search::Backend::newton ? 1000 : 40;
+      search::SolveOptions options;
       options.solver = solver;
       options.refinement = false;
       bool begun = false;  // whether a first guess has been solved
@@ -137,7 +137,8 @@ TEST(StoppedSearch, carries_the_best_motion_on_to_its_steps) {
           << message;
       if (limit) {  // within it, on slow machines too
         const bool untold = message.find("whether it is a minimum") == std::string::npos;
-        if (solver == study::Backend::newton || untold) {  // Ipopt may leave too little time for the proof, and says so
+        if (solver == search::Backend::newton ||
+            untold) {  // Ipopt may leave too little time for the proof, and says so
           EXPECT_EQ(stopped.certificate.verdict, certificate::Verdict::proved) << message;
         }
         EXPECT_LT(stopped.solution.solver.wall_seconds, *limit);
@@ -148,9 +149,9 @@ TEST(StoppedSearch, carries_the_best_motion_on_to_its_steps) {
 // A guess that runs when another one arrives has no more time than those that come after it.
 TEST(StoppedSearch, ends_guesses_that_run_sooner_once_one_has_arrived) {
   Problem problem = translation(200);
-  const study::SolveOptions options;
-  study::Budget budget(problem, options);
-  budget.enter(study::Budget::Stage::guessing);
+  const search::SolveOptions options;
+  search::Budget budget(problem, options);
+  budget.enter(search::Budget::Stage::guessing);
   while (budget.seconds() < 0.3) continue;
   problem.search.time_limit = 1.4 * budget.seconds();  // of which more than two thirds are over
   const optimizer::Options running = budget.optimizer_options(100, 1e-8);
@@ -164,7 +165,7 @@ TEST(StoppedSearch, leaves_time_for_hops) {
   problem.search.starts = 100'000;
   problem.search.hops = 100'000;
   problem.search.time_limit = 3.0;  // of which a third is for all steps and the proof, on slow machines too
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   const study::Answer stopped = study::answer(model::System(problem.swimmer), problem, options);
   EXPECT_GE(stopped.solution.search.hops, 8);
@@ -185,7 +186,7 @@ TEST(StoppedSearch, has_the_best_motion_of_the_starts_that_began) {
       problem.search.starts = 8;
       problem.search.hops = 0;
       int asked = 0;
-      study::SolveOptions options;
+      search::SolveOptions options;
       options.interrupted = [&] { return asked++ >= allowed; };
       const study::Answer stopped = study::answer(model::System(problem.swimmer), problem, options);
       EXPECT_EQ(stopped.solution.status, maneuver::Status::interrupted) << example << " after " << allowed;

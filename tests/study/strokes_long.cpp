@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "file/problem_file.hpp"
+#include "search/stroke_searches.hpp"
 #include "study/answer.hpp"
-#include "study/stroke_searches.hpp"
 
 namespace lamprey::tests {
 namespace {
@@ -18,7 +18,7 @@ maneuver::Problem sideways_by_two_fins() {
 
 TEST(StrokesWithinLimits, reach_sideways_in_parts_of_the_way) {
   const maneuver::Problem problem = sideways_by_two_fins();
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   options.workers = 2;
   const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
@@ -30,10 +30,10 @@ TEST(StrokesWithinLimits, reach_sideways_in_parts_of_the_way) {
 TEST(StrokesWithinLimits, reach_sideways_by_a_gait_that_begins_and_ends_at_rest) {
   const maneuver::Problem problem = sideways_by_two_fins();
   const model::System system(problem.swimmer);
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.workers = 2;
-  const study::Budget budget(problem, options);
-  EXPECT_TRUE(study::any_converged(study::solve_gaits_from_rest(study::Grids(system, problem, options, budget))));
+  const search::Budget budget(problem, options);
+  EXPECT_TRUE(search::any_converged(search::solve_gaits_from_rest(search::Grids(system, problem, options, budget))));
 }
 
 }  // namespace

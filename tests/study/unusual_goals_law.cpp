@@ -8,9 +8,9 @@
 #include "file/problem_file.hpp"
 #include "guess/guess.hpp"
 #include "lie/so3.hpp"
+#include "search/first_motion.hpp"
+#include "search/grids.hpp"
 #include "study/answer.hpp"
-#include "study/first_motion.hpp"
-#include "study/grids.hpp"
 #include "study/hull_with_fins.hpp"
 #include "tolerance.hpp"
 
@@ -31,7 +31,7 @@ study::Answer answered(const maneuver::Problem& problem) {
 
 // Without its cost on other grids.
 study::Answer answered_on_its_grid(const maneuver::Problem& problem) {
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   return study::answer(model::System(problem.swimmer), problem, options);
 }
@@ -366,9 +366,9 @@ TEST(UnusualGoals, within_rates_of_motors_lie_between_those_within_rates_of_join
     problem.search.starts = 1;
     limit(problem.limits);
     const model::System system(problem.swimmer);
-    study::SolveOptions options;
+    search::SolveOptions options;
     options.refinement = false;
-    if (from) options.first = study::first_motion(system, problem, from->solution);
+    if (from) options.first = search::first_motion(system, problem, from->solution);
     study::Answer answer = study::answer(system, problem, options);
     EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << name << answer.solution.message;
     EXPECT_FALSE(answer.certificate.limits->reached.empty()) << name << ": nothing is tested";
@@ -449,7 +449,7 @@ TEST(UnusualGoals, have_the_same_independent_conditions_whatever_the_seed) {
     const model::System system(problem.swimmer);
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
       problem.search.seed = seed;
-      const study::Reached reached(system, problem);
+      const search::Reached reached(system, problem);
       EXPECT_EQ(reached.rows.size(), expected.rows) << expected.name << " seed " << seed;
       EXPECT_EQ(reached.coordinates.shape.cols(), expected.shape) << expected.name << " seed " << seed;
       EXPECT_EQ(reached.coordinates.pose.cols(), 6) << expected.name << " seed " << seed;
@@ -474,12 +474,12 @@ TEST(UnusualGoals, within_limits_about_each_axis_of_universal_joints_are_proved)
     return problem;
   };
   study::Answer last;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   const auto answer_within = [&](double most) {
     const maneuver::Problem problem = within(most);
     const model::System system(problem.swimmer);
-    if (options.first) options.first = study::first_motion(system, problem, last.solution);
+    if (options.first) options.first = search::first_motion(system, problem, last.solution);
     return study::answer(system, problem, options);
   };
   last = answer_within(0.2);
@@ -499,7 +499,7 @@ TEST(UnusualGoals, within_limits_about_each_axis_of_universal_joints_are_proved)
   const double less = answer_within(0.2 - by).solution.cost, more = answer_within(0.2 + by).solution.cost;
   EXPECT_NEAR((less - more) / (2.0 * by), worth, 1e-4 * worth);
   last = answer;
-  options.solver = study::Backend::ipopt;
+  options.solver = search::Backend::ipopt;
   EXPECT_NEAR(answer_within(0.2).solution.cost, answer.solution.cost, tolerance(1e-7) * answer.solution.cost);
 }
 
@@ -594,8 +594,8 @@ TEST(UnusualGoals, work_of_joints_that_turn_at_the_start_counts_from_their_rates
   problem.goal->rotation["b0"] = Vector3d(0.0, 0.0, -0.4);
   problem.goal->rotation["b1"] = std::nullopt;
   problem.cost_weights.work = 0.01;
-  for (const study::Backend backend : {study::Backend::newton, study::Backend::ipopt}) {
-    study::SolveOptions options;
+  for (const search::Backend backend : {search::Backend::newton, search::Backend::ipopt}) {
+    search::SolveOptions options;
     options.solver = backend;
     const study::Answer answer = study::answer(system, problem, options);
     ASSERT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
@@ -609,7 +609,7 @@ TEST(UnusualGoals, gaits_of_little_transport_with_a_passive_fin_are_found_by_way
   maneuver::Problem problem =
       file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/transport_of_a_tail.toml");
   problem.search.starts = 2;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   options.workers = 2;
   const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
@@ -672,7 +672,7 @@ TEST(UnusualGoals, answers_of_work_alone_on_coarse_steps_ask_for_smoother_moment
   problem.search.starts = 1;
   const auto message_with = [&](double work) {
     problem.cost_weights.work = work;
-    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, study::SolveOptions());
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, search::SolveOptions());
     EXPECT_EQ(answer.solution.status, maneuver::Status::optimal) << answer.solution.message;
     return answer.solution.message;
   };

@@ -19,7 +19,7 @@ maneuver::Problem example(const std::string& path, int steps) {
 
 study::Answer answer_to(const maneuver::Problem& problem) {
   const model::System system(problem.swimmer);
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   return study::answer(system, problem, options);
 }

@@ -108,7 +108,7 @@ TEST(MarchedAgain, takes_no_steps_from_motions_of_others) {
 TEST(MarchedAgain, goes_through_a_gait_again_and_again) {
   file::ProblemFile problem = file::read_problem_file(LAMPREY_SOURCE_DIR "/examples/ellipses.toml");
   problem.problem.search.starts = 1;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   const result::Results gait = task::solve_task(problem, options, "");
   ASSERT_EQ(gait.solution.status, maneuver::Status::optimal) << gait.solution.message;

@@ -29,7 +29,7 @@ const Results& solved() {
       joint.control_axes.reset();
     }
     file.problem.limits = {};
-    study::SolveOptions options;
+    search::SolveOptions options;
     options.refinement = false;
     return task::solve_task(file, options, "");
   }();
@@ -133,7 +133,7 @@ TEST(StoredStatements, of_which_limit_is_broken_most_are_told_unless_it_is) {
   file.problem.steps = 40;
   file.problem.search.starts = 1;
   file.problem.limits.torque = 1e9;
-  study::SolveOptions options;
+  search::SolveOptions options;
   options.refinement = false;
   const Results within = task::solve_task(file, options, "");
   ASSERT_TRUE(within.certificate && within.certificate->limits) << within.solution.message;

@@ -1,0 +1,41 @@
+// Gaits of fish whose tails nothing drives: next to their minima some motions, the phase above all, change hardly anything, and
+// searches that do not see how idle moments bend creep along them.
+#include <gtest/gtest.h>
+
+#include "certificate/certify.hpp"
+#include "file/problem_file.hpp"
+#include "search/solve.hpp"
+
+namespace lamprey::tests {
+namespace {
+
+struct Tail {
+  double stiffness, damping;  // N m/rad, N m s/rad
+  unsigned seed;
+};
+
+class PassiveTails : public testing::TestWithParam<Tail> {};
+
+TEST_P(PassiveTails, beat_at_proved_minima_after_a_few_hundred_steps_of_the_search) {
+  maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/passive_tail.toml");
+  problem.steps = 100;
+  problem.search.starts = 1;
+  problem.search.seed = GetParam().seed;
+  problem.swimmer.joints[1].stiffness = GetParam().stiffness;
+  problem.swimmer.joints[1].damping = GetParam().damping;
+  const model::System system(problem.swimmer);
+  const maneuver::Solution solution = search::solve(system, problem, search::SolveOptions()).front();
+  ASSERT_EQ(solution.status, maneuver::Status::optimal) << solution.message;
+  EXPECT_LE(solution.solver.iterations, 800);
+  certificate::Options options;
+  options.replay = false;
+  const certificate::Certificate proof = certificate::certify(system, problem, solution, options);
+  EXPECT_EQ(proof.verdict, certificate::Verdict::proved);
+}
+
+INSTANTIATE_TEST_SUITE_P(Tails, PassiveTails,
+                         testing::Values(Tail{0.5, 0.01, 1}, Tail{1.0, 0.01, 1}, Tail{1.0, 0.05, 2}, Tail{2.0, 0.01, 1},
+                                         Tail{2.0, 0.01, 2}, Tail{2.0, 0.05, 1}, Tail{4.0, 0.05, 1}));
+
+}  // namespace
+}  // namespace lamprey::tests
