@@ -189,15 +189,16 @@ NodePath swung(const System& system, const Maneuver& maneuver, const Swing& swin
 namespace {
 
 // How far joints are bent at the end, [joints] rad along their actuation, that no goal holds there: in the first shape, which may be
-// straight, what they move may be no more than of second order.
+// straight, what they move may be no more than of second order. A swimmer that begins in motion is moved on its way.
 mechanics::Vectors random_leaning(const System& system, const Maneuver& maneuver, std::uint64_t seed) {
   Random random(seed + leaning_seed);
   mechanics::Vectors leaning;
+  const bool from_rest = maneuver.start.momentum.isZero(0.0);
   for (int j = 0; j < system.joint_count(); ++j) {
     const model::Joint& joint = system.joint(j);
     VectorXd bend(joint.actuation.cols());
     for (double& angle : bend) angle = leaning_amplitude * random.normal();
-    const bool free = !maneuver.periodic && !joint_at_end(system, maneuver, j);
+    const bool free = from_rest && !maneuver.periodic && !joint_at_end(system, maneuver, j);
     leaning.push_back(free ? Vector3d(joint.actuation * bend) : Vector3d::Zero());
   }
   return leaning;

@@ -125,6 +125,14 @@ std::string remark_on_length(const MarchOptions& options, const maneuver::Durati
                      asked.value);
 }
 
+// Where a march by a table of moments ends early: long steps may have more than one answer, and a table tells none from the other.
+std::string remark_on_table(const MarchOptions& options, const maneuver::Solution& solution) {
+  if (solution.status != maneuver::Status::stalled || !options.controls || options.controls->first) return "";
+  return " A table of moments tells nothing of the motion that they were made for: --controls with its solution.json "
+         "seeks "
+         "each step where that went.";
+}
+
 // Angles that look like degrees, and a first shape that is not the problem's.
 std::string remarks_on_angles(const MarchOptions& options, const model::System& system, const Problem& asked) {
   constexpr double three_turns = 6.0 * std::numbers::pi, same = 1e-6;  // rad
@@ -192,7 +200,7 @@ std::string remarks_on_what_is_marched(const MarchOptions& options, const model:
 
 std::string march_remarks(const MarchOptions& options, const model::System& system, const Problem& problem,
                           const Problem& with_goal, const maneuver::Duration& asked, const result::Results& results) {
-  return remarks_on_what_is_marched(options, system, problem, results) +
+  return remarks_on_what_is_marched(options, system, problem, results) + remark_on_table(options, results.solution) +
          remark_on_length(options, asked, problem.duration.value) + remarks_on_angles(options, system, with_goal) +
          remark_on_goal(system, with_goal, results.solution) + remark_on_energy(system, results);
 }
