@@ -9,7 +9,7 @@
 
 namespace lamprey::maneuver {
 
-/// A number as messages have it, three digits.
+/// A number as messages have it.
 std::string in_words(double value, int digits = 3);
 
 /// One scalar condition at the end.

@@ -6,6 +6,7 @@
 
 #include "guess/guess.hpp"
 #include "lie/so3.hpp"
+#include "maneuver/goal_miss.hpp"
 #include "maneuver/motion.hpp"
 
 namespace lamprey::search {
@@ -105,6 +106,15 @@ void hold_in_least_time(const model::System& system, const maneuver::Problem& pr
   for (std::size_t r = 0; r < rows.size(); ++r)  // of the duration over its bound
     if (rows[r].kind == LimitRow::Kind::not_shorter)
       multiplier(static_cast<Eigen::Index>(r), maneuver.steps) = found.cost;
+}
+
+bool reaches_goal(const model::System& system, const maneuver::Problem& problem, const maneuver::NodePath& motion) {
+  constexpr double beside = 1e-6;  // rad, units of length, that is none of an optimiser's
+  maneuver::Solution end;
+  end.rotation = motion.rotation;
+  end.position = motion.position;
+  const auto miss = maneuver::goal_miss(system, problem, end);
+  return !miss || (miss->rotation <= beside && miss->position <= beside * system.length_unit());
 }
 
 bool any_converged(const std::vector<Found>& all) {

@@ -38,6 +38,9 @@ Found staying(const model::System& system, const maneuver::Problem& problem, con
 void hold_in_least_time(const model::System& system, const maneuver::Problem& problem,
                         const maneuver::Maneuver& maneuver, Found& found);
 
+/// Whether a motion ends as the problem's goal asks, those of its conditions included that were taken to follow from others.
+bool reaches_goal(const model::System& system, const maneuver::Problem& problem, const maneuver::NodePath& motion);
+
 /// Whether any of them has arrived.
 bool any_converged(const std::vector<Found>& all);
 

@@ -10,7 +10,6 @@
 
 #include "guess/guess.hpp"
 #include "guess/mirror.hpp"
-#include "maneuver/goal_miss.hpp"
 #include "optimizer/ipopt.hpp"
 #include "search/drifting.hpp"
 #include "search/method.hpp"
@@ -35,9 +34,8 @@ constexpr std::size_t refined_candidates =
     16;                     // coarse grids lie about cost: at most so many are compared at full resolution
 constexpr int retries = 4;  // further guesses where a single start fails
 constexpr int shooting_iterations = 200;
-constexpr int hop_round = 8;          // hops from one minimum; fixed, so that the answer does not depend on the machine
-constexpr int confirming_steps = 4;   // times the coarse grid's
-constexpr double beside_goal = 1e-6;  // rad, units of length, that is none of an optimiser's
+constexpr int hop_round = 8;         // hops from one minimum; fixed, so that the answer does not depend on the machine
+constexpr int confirming_steps = 4;  // times the coarse grid's
 constexpr double settled_cost = 0.05;  // relative difference of cost between the two
 constexpr double faded = 1e-6;         // displacement over the swimmer's size: as good as none
 constexpr const char* at_rest = "at rest";
@@ -101,19 +99,11 @@ class Search {
     if (candidate >= found_.size() || budget_.stopped() || !out_of_reach_.empty()) return std::nullopt;
     if (rests_ == candidate) return found_[candidate].cost;
     const Found carried = method_->carry(found_[candidate], steps);
-    return carried.converged() && reaches_goal(carried) ? std::optional(carried.cost) : std::nullopt;
+    return carried.converged() && reaches_goal(system_, problem_, carried.path) ? std::optional(carried.cost)
+                                                                                : std::nullopt;
   }
 
  private:
-  // Whether it also meets those of the goal's conditions that were taken to follow from the others.
-  bool reaches_goal(const Found& found) const {
-    Solution motion;
-    motion.rotation = found.path.rotation;
-    motion.position = found.path.position;
-    const auto miss = maneuver::goal_miss(system_, problem_, motion);
-    return !miss || (miss->rotation <= beside_goal && miss->position <= beside_goal * system_.length_unit());
-  }
-
   void count_effort(const Outcome& outcome) {
     iterations_ += outcome.iterations;
     evaluations_ += outcome.evaluations;

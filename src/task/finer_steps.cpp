@@ -9,9 +9,9 @@
 
 #include <fmt/format.h>
 
+#include "search/minima.hpp"
 #include "study/advice.hpp"
 #include "study/faults.hpp"
-#include "search/minima.hpp"
 
 namespace lamprey::task {
 

@@ -4,8 +4,8 @@
 #include "certificate/bounds.hpp"
 #include "file/problem_file.hpp"
 #include "maneuver/limit_rows.hpp"
-#include "shape/gait_cycles.hpp"
 #include "search/solve.hpp"
+#include "shape/gait_cycles.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
