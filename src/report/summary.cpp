@@ -141,7 +141,8 @@ bool succeeded(const result::Results& results) {
   if (results.solution.status == Status::simulated) return march_faults(results).empty();
   const auto& proof = results.certificate;
   const bool unresolved = proof && proof->replay && proof->replay->misses();
-  return results.solution.status == Status::optimal && !unresolved;
+  const bool grows = proof && proof->refinement && proof->refinement->grows();
+  return results.solution.status == Status::optimal && !unresolved && !grows;
 }
 
 bool without_motion(const result::Results& results) {

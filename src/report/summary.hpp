@@ -10,7 +10,7 @@
 
 namespace lamprey::report {
 
-/// Whether the run did what was asked: optimal, on steps that resolve the motion, or simulated.
+/// Whether the run did what was asked: optimal, on steps that resolve the motion and whose cost does not grow on finer ones, or simulated.
 bool succeeded(const result::Results& results);
 
 /// Whether what was sought was not even found as a motion: the nodes, a guess then, do not obey the mechanics.

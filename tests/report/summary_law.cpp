@@ -235,8 +235,11 @@ TEST(Verdict, tells_of_costs_that_grow_on_finer_grids) {
   results.certificate->refinement.emplace();
   results.certificate->refinement->grids = {{100, 1.0}, {200, 2.0}, {400, 4.0}};
   EXPECT_NE(report::verdict(results).find("at a cost that grows on finer steps"), std::string::npos);
+  results.certificate->replay->rotation_error = 0.0;
+  EXPECT_FALSE(report::succeeded(results));
   results.certificate->refinement->grids.back().cost = 2.1;
   EXPECT_EQ(report::verdict(results).find("grows"), std::string::npos);
+  EXPECT_TRUE(report::succeeded(results));
 }
 
 // Bodies that end turned otherwise have moved by another way than the root: no law gives their momentum the move's sign.
