@@ -87,7 +87,7 @@ class Marcher {
     compare_node(k);
     if (k + 1 == motion_.steps) compare_node(k + 1);
     compare_times(k);
-    fit(k);
+    compare_moments(k);
     return true;
   }
 
@@ -127,20 +127,26 @@ class Marcher {
       time_.add(std::abs(stored.stage_time[at(k)][s] - (stored.time[at(k)] + stages_.fraction[s] * motion_.time_step)));
   }
 
-  void fit(int k) {
+  void compare_moments(int k) {
     const int nodes = stages_.stages + 1, controls = motion_.system.control_count();
     MatrixXd samples(nodes, controls);
     for (int s = 0; s < nodes; ++s)
       samples.row(s) = mechanics::along_actuation(motion_.system, stages_.control[at(k * nodes + s)]).transpose();
-    const MatrixXd coefficients = algebra::least_squares(basis_, samples);  // [terms][controls]
-    if (keeps_all_) stages_.polynomial.push_back(coefficients.transpose().reshaped());
-    const MatrixXd fitted = basis_ * coefficients;
     for (int s = 0; s < nodes; ++s) {
       const Moments& control = stages_.control[at(k * nodes + s)];
       outside_.add(distance_from(motion_.system, control, samples.row(s).transpose()));
-      beside_.add(distance_from(motion_.system, control, fitted.row(s).transpose()));
       for (const Vector3d& u : control) largest_.add(u.norm());
     }
+    if (keeps_all_) fit(k, samples);
+  }
+
+  void fit(int k, const MatrixXd& samples) {
+    const MatrixXd coefficients = algebra::least_squares(basis_, samples);  // [terms][controls]
+    stages_.polynomial.push_back(coefficients.transpose().reshaped());
+    const MatrixXd fitted = basis_ * coefficients;
+    for (Eigen::Index s = 0; s < fitted.rows(); ++s)
+      beside_.add(distance_from(motion_.system, stages_.control[at(k * (stages_.stages + 1) + static_cast<int>(s))],
+                                fitted.row(s).transpose()));
   }
 
   const StoredMotion& motion_;

@@ -23,8 +23,9 @@ struct StageMotion {
   double
       actuation_error;  // largest part of a stored moment outside the actuation, or what a node has beside the mean of
                         // both its sides / largest moment
-  double polynomial_error;  // largest distance of a stored moment from the steps' polynomials / largest moment
-  double time_error;        // s, of the stages' stored times
+  double
+      polynomial_error;  // largest distance of a stored moment from the steps' polynomials / largest moment; 0 without these
+  double time_error;  // s, of the stages' stored times
 };
 
 /// Nothing for other schemes, without stored stages, where a march divided its steps and where a step does not converge.

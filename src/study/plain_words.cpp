@@ -1,15 +1,10 @@
 #include "study/plain_words.hpp"
 
-#include <sstream>
+#include "maneuver/end_rows.hpp"
 
 namespace lamprey::study {
 
-std::string number(double value, int digits) {
-  std::ostringstream text;
-  text.precision(digits);
-  text << value;
-  return text.str();
-}
+std::string number(double value, int digits) { return maneuver::in_words(value, digits); }
 
 std::string words_of_goal(const certificate::Certificate& proof) {
   return "Goal met within " + number(proof.goal_error) + " (rad, m); stationary to " + number(proof.kkt) + ".";

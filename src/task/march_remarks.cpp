@@ -137,30 +137,26 @@ std::string remark_on_table(const MarchOptions& options, const maneuver::Solutio
 std::string remarks_on_angles(const MarchOptions& options, const model::System& system, const Problem& asked) {
   constexpr double three_turns = 6.0 * std::numbers::pi, same = 1e-6;  // rad
   if (!options.angles || options.angles->first) return "";
-  std::string text;
+  const result::AngleSamples& angles = *options.angles;
+  std::string far, elsewhere;  // of the first joint that is
   for (int j = 0; j < system.joint_count(); ++j) {
     const model::Joint& joint = system.joint(j);
     const auto place = static_cast<std::size_t>(j);
-    if (!options.angles->passive.empty() && options.angles->passive[place]) continue;
+    if (!angles.passive.empty() && angles.passive[place]) continue;
     double most = 0.0;
-    for (const auto& node : options.angles->angle) most = std::max(most, node[place].lpNorm<Eigen::Infinity>());
-    if (most >= three_turns && text.empty())
-      text = fmt::format(" The angles of {} go to {:.4g} rad, {:.3g} turns; are they meant in radians?", joint.name,
-                         most, most / (2.0 * std::numbers::pi));
-  }
-  for (int j = 0; j < system.joint_count() && !asked.start.free_shape; ++j) {
-    const model::Joint& joint = system.joint(j);
-    const auto place = static_cast<std::size_t>(j);
-    if (!options.angles->passive.empty() && options.angles->passive[place]) continue;
-    const Eigen::Matrix3d begins = mechanics::rotation_at_turn(joint, options.angles->angle.front()[place]),
+    for (const auto& node : angles.angle) most = std::max(most, node[place].lpNorm<Eigen::Infinity>());
+    if (most >= three_turns && far.empty())
+      far = fmt::format(" The angles of {} go to {:.4g} rad, {:.3g} turns; are they meant in radians?", joint.name,
+                        most, most / (2.0 * std::numbers::pi));
+    const Eigen::Matrix3d begins = mechanics::rotation_at_turn(joint, angles.angle.front()[place]),
                           was = lie::exp(asked.start.rotation[model::at(joint.parent)]).transpose() *
                                 lie::exp(asked.start.rotation[model::at(joint.child)]);
     const double beside = lie::rotation_angle(was.transpose() * begins);
-    if (beside <= same) continue;
-    return text + fmt::format(" The march begins with {} as the angles have it, {:.3g} rad beside the problem's start.",
+    if (beside > same && elsewhere.empty() && !asked.start.free_shape)
+      elsewhere = fmt::format(" The march begins with {} as the angles have it, {:.3g} rad beside the problem's start.",
                               joint.name, beside);
   }
-  return text;
+  return far + elsewhere;
 }
 
 // What people should know of a march, as further sentences.
