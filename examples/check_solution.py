@@ -704,13 +704,12 @@ def check_motion(s, m, S, report):
     reach = largest(x - x[0]) + np.array([path_length(s, i) for i in range(s.n)])
     norm = lambda A: np.linalg.norm(A, axis=(1, 2))
     sizes = norm(s.J) + norm(s.M) * (s.length + reach) * (reach + largest(x))
-    sizes = np.linalg.norm(sizes)
-    scale = max(scale, 16 * 2.0**-52 * sizes / h)  # at rest all is round-off
-    round_off = min(1e-8, 16 * 2.0**-52 * sizes / (h * scale))  # (6.22)
+    scale = max(scale, 16 * 2.0**-52 * sizes.max() / h)  # at rest all is round-off
+    round_off = min(1e-8, 16 * 2.0**-52 * sizes.max() / (h * scale))  # (6.22)
     report.same("momentum_round_off", round_off, certificate["momentum_round_off"], 1e-6)
     moment = np.linalg.norm(np.array(S["control"], float), axis=-1).max()
     if "kkt_round_off" in certificate and moment > 0:
-        of_moments = min(1e-6, 2.0**-52 * sizes / (h * h * moment))  # below (6.22)
+        of_moments = min(1e-6, 2.0**-52 * sizes.max() / (h * h * moment))  # below (6.22)
         report.same("kkt_round_off", of_moments, certificate["kkt_round_off"], 1e-6)
     residual = max(size(left[1:] - right[:-1] - h * U[1:-1]) if N > 1 else 0.0, size(ends)) / scale
     report.error("equation_residual", residual, certificate["equation_residual"], max(1e-10, round_off))

@@ -60,18 +60,18 @@ double shortest_step(const StoredMotion& motion) {
 }
 
 // Stored rotations and positions, these so far from the origin, end at their last digit: over a step that is a momentum
-// (equation 6.22), of all bodies that of independent ones.
+// (equation 6.22).
 double momentum_of_last_digit(const StoredMotion& motion, double distance) {
   const double unit = motion.system.length_unit();
-  double way = 0.0, squares = 0.0;
+  double way = 0.0, inertia = 0.0;
   for (const Vector3d& x : motion.solution.position) way = std::max(way, (x - motion.problem.start.position).norm());
   for (const model::Body& body : motion.system.bodies()) {
     double reach = way;
     for (const model::PathPoint& point : body.path) reach += point.offset.norm();
-    const double inertia = body.inertia_matrix.norm() + body.mass_matrix.norm() * (unit + reach) * (reach + distance);
-    squares += inertia * inertia;
+    inertia =
+        std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (unit + reach) * (reach + distance));
   }
-  return std::numeric_limits<double>::epsilon() * std::sqrt(squares) / shortest_step(motion);
+  return std::numeric_limits<double>::epsilon() * inertia / shortest_step(motion);
 }
 
 double momentum_of_last_digits(const StoredMotion& motion, double distance) {
