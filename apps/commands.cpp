@@ -132,7 +132,7 @@ int solve(const SolveArguments& arguments) {
   watch_for_interrupts(2);
   options.interrupted = interrupted;
   options.hurried = interrupted_again;
-  std::optional<task::StoredMotion> first;
+  std::optional<task::EarlierMotion> first;
   if (!arguments.first.empty()) first = {result::read_solution(arguments.first), arguments.first + "/solution.json"};
   document::require_writable(arguments.out);  // before the work, not after it
   tell_remarks(problem_file);
@@ -279,8 +279,14 @@ int verify(const VerifyArguments& arguments) {
                is.trajectory_difference);
   for (const std::string& difference : is.problem_differences)
     fmt::print("  Another problem than that of {}: {}.\n", arguments.problem, difference);
-  if (asked && is.problem_differences.empty()) fmt::print("  The problem is that of {}.\n", arguments.problem);
-  return is.holds() ? exit_code(is.stored.solution.status) : no_optimal_solution;
+  if (asked && is.problem_differences.empty() && is.march_differences.empty())
+    fmt::print("  The problem is that of {}.\n", arguments.problem);
+  else if (asked && is.problem_differences.empty())
+    fmt::print("  The swimmer is that of {}; it was marched with another {}.\n", arguments.problem,
+               fmt::join(is.march_differences, ", another "));
+  if (!is.holds()) return no_optimal_solution;
+  const Status stored = is.stored.solution.status;
+  return exit_code(stored == Status::interrupted ? Status::time_limit : stored);  // nobody interrupted this check
 }
 
 int report(const std::vector<std::string>& folders) {

@@ -140,7 +140,7 @@ nb::object load_solution(const std::filesystem::path& directory) {
     const nb::gil_scoped_release unlocked;
     results = result::read_solution(directory.string());
   }
-  if (results.solution.status == maneuver::Status::simulated) return nb::cast(Trajectory(std::move(results)));
+  if (results.marched()) return nb::cast(Trajectory(std::move(results)));
   return nb::cast(Solution(std::move(results)));
 }
 

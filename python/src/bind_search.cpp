@@ -1,4 +1,4 @@
-// study: the Solver that goes on from its last answer.
+// search: the Solver that goes on from its last answer.
 #include <fmt/format.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/map.h>

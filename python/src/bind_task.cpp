@@ -98,10 +98,10 @@ std::function<void(const std::string&)> told_to(const nb::object& progress, Rais
 }
 
 // A motion, or the directory of one; `word` is the argument.
-std::optional<task::StoredMotion> stored_motion(const nb::object& motion, const char* word) {
+std::optional<task::EarlierMotion> stored_motion(const nb::object& motion, const char* word) {
   if (motion.is_none()) return std::nullopt;
   if (nb::isinstance<Trajectory>(motion))
-    return task::StoredMotion{nb::cast<const Trajectory&>(motion).results(), word};
+    return task::EarlierMotion{nb::cast<const Trajectory&>(motion).results(), word};
   std::filesystem::path folder;
   if (!nb::try_cast(motion, folder))
     throw nb::type_error((std::string(word) +
@@ -109,7 +109,7 @@ std::optional<task::StoredMotion> stored_motion(const nb::object& motion, const 
                           "the directory of one")
                              .c_str());
   const std::string directory = folder.string();
-  return task::StoredMotion{result::read_solution(directory), directory + "/solution.json"};
+  return task::EarlierMotion{result::read_solution(directory), directory + "/solution.json"};
 }
 
 Solution solve(nb::handle asked, const std::optional<int>& workers, const std::optional<std::string>& solver,
@@ -131,7 +131,7 @@ Solution solve(nb::handle asked, const std::optional<int>& workers, const std::o
   Raised raised;
   options.progress = told_to(progress, raised);
   std::optional<result::Results> results;
-  const std::optional<task::StoredMotion> begin = stored_motion(first, "first");
+  const std::optional<task::EarlierMotion> begin = stored_motion(first, "first");
   if (begin) call.add("first", std::optional(begin->path));
   if (resolve) call.add("resolve", std::optional<std::string>("True"));
   const auto task = resolve ? task::resolve_task : task::solve_task;
@@ -147,7 +147,7 @@ Solution solve(nb::handle asked, const std::optional<int>& workers, const std::o
 }
 
 void take_followed(const nb::object& feedback, task::MarchOptions& options) {
-  if (std::optional<task::StoredMotion> followed = stored_motion(feedback, "feedback")) {
+  if (std::optional<task::EarlierMotion> followed = stored_motion(feedback, "feedback")) {
     options.followed = std::move(followed->results);
     options.followed_path = followed->path;
   }

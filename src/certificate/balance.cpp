@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "lie/so3.hpp"
@@ -59,19 +60,47 @@ double shortest_step(const StoredMotion& motion) {
   return least * motion.time_step;
 }
 
-// Stored rotations and positions, these so far from the origin, end at their last digit: over a step that is a momentum
-// (equation 6.22).
-double momentum_of_last_digit(const StoredMotion& motion, double distance) {
-  const double unit = motion.system.length_unit();
-  double way = 0.0, inertia = 0.0;
+// m, from where the problem starts to the farthest place of the root.
+double way_of_root(const StoredMotion& motion) {
+  double way = 0.0;
   for (const Vector3d& x : motion.solution.position) way = std::max(way, (x - motion.problem.start.position).norm());
-  for (const model::Body& body : motion.system.bodies()) {
-    double reach = way;
-    for (const model::PathPoint& point : body.path) reach += point.offset.norm();
-    inertia =
-        std::max(inertia, body.inertia_matrix.norm() + body.mass_matrix.norm() * (unit + reach) * (reach + distance));
+  return way;
+}
+
+// kg m², by which a last digit of each body's rotation counts, and kg m by which one of the root's position does: joints that lead their
+// child compose its rotation of those before it, so that it turns along, with all that it leads; a ball joint's child is only moved.
+struct TurnedByDigits {
+  std::vector<double> inertia;  // [bodies]
+  double mass_moment;
+};
+
+TurnedByDigits turned_by_digits(const StoredMotion& motion) {
+  const model::System& system = motion.system;
+  const double way = way_of_root(motion);
+  TurnedByDigits turned{std::vector<double>(at(system.body_count()), 0.0), 0.0};
+  for (const model::Body& body : system.bodies()) {
+    double lever = system.length_unit() + way;
+    for (const model::PathPoint& point : body.path) lever += point.offset.norm();
+    const double mass_moment = body.mass_matrix.norm() * lever;
+    turned.mass_moment += mass_moment;
+    double led = body.inertia_matrix.norm(), arm = 0.0;  // of what turns along with the body on the path
+    for (auto point = body.path.rbegin(); point != body.path.rend(); ++point) {
+      arm += point->offset.norm();
+      turned.inertia[at(point->body)] += led + mass_moment * arm;
+      const int joint = system.body(point->body).joint;
+      if (joint >= 0 && system.joint(joint).free()) led = arm = 0.0;
+    }
   }
-  return std::numeric_limits<double>::epsilon() * inertia / shortest_step(motion);
+  return turned;
+}
+
+// Stored rotations and positions, these so far from the origin, end at their last digit: over a step that is a momentum, each digit's its
+// own (equation 6.22).
+double momentum_of_last_digit(const StoredMotion& motion, double distance) {
+  const TurnedByDigits turned = turned_by_digits(motion);
+  double squares = std::pow(turned.mass_moment * distance, 2);
+  for (double inertia : turned.inertia) squares += inertia * inertia;
+  return std::numeric_limits<double>::epsilon() * std::sqrt(squares) / shortest_step(motion);
 }
 
 double momentum_of_last_digits(const StoredMotion& motion, double distance) {

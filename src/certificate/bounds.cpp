@@ -86,6 +86,51 @@ std::vector<Bound> bounds_of(const StoredMotion& motion) {
   return bounds;
 }
 
+bool applies(const StoredMotion& motion, const Bound& bound, int node) {
+  if (bound.node >= 0) return node == bound.node;
+  const bool of_moments = bound.kind == Kind::torque || bound.kind == Kind::torque_component;
+  return of_moments ? !motion.solution.control.empty() : node > 0;
+}
+
+double node_time(const StoredMotion& motion, const Bound& bound, int node) {
+  if (bound.node >= 0) return 1.0;
+  const bool of_moments = bound.kind == Kind::torque || bound.kind == Kind::torque_component;
+  return (of_moments && (node == 0 || node == motion.steps) ? 0.5 : 1.0) * motion.time_step;
+}
+
+namespace {
+
+bool names(const maneuver::LimitMultiplier& own, const Bound& bound) {
+  if (own.key != bound.key || own.body != bound.body || own.component != bound.component) return false;
+  return bound.equality() ||
+         (own.joint == bound.joint && own.other_body == bound.other_body && own.upper == bound.upper);
+}
+
+}  // namespace
+
+const std::vector<double>* multipliers_of(const StoredMotion& motion, const Bound& bound) {
+  for (const maneuver::LimitMultiplier& own : motion.solution.limit_multipliers) {
+    if (!names(own, bound) || own.multiplier.size() != motion.solution.time.size()) continue;
+    if (!bound.equality() || own.multiplier[at(bound.node)] != 0.0) return &own.multiplier;
+  }
+  return nullptr;
+}
+
+std::optional<IdlePull> idle_pull(const StoredMotion& motion) {
+  const std::vector<Bound> bounds = bounds_of(motion);
+  for (std::size_t m = 0; m < motion.solution.limit_multipliers.size(); ++m) {
+    const maneuver::LimitMultiplier& own = motion.solution.limit_multipliers[m];
+    for (std::size_t k = 0; k < own.multiplier.size(); ++k) {
+      const auto asks = [&](const Bound& bound) {
+        return names(own, bound) && applies(motion, bound, static_cast<int>(k));
+      };
+      if (own.multiplier[k] != 0.0 && std::none_of(bounds.begin(), bounds.end(), asks))
+        return IdlePull{m, k, own.multiplier[k]};
+    }
+  }
+  return std::nullopt;
+}
+
 double unit_of(const Bound& bound) {
   const bool relative = bound.kind == Kind::torque || bound.kind == Kind::torque_component || bound.of_rate() ||
                         bound.kind == Kind::duration;

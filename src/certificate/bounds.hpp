@@ -1,6 +1,7 @@
 // Which limits, waypoints and bounds of the duration a problem has.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,24 @@ struct Bound {
 
 /// All of a problem's, in the order of the file's keys.
 std::vector<Bound> bounds_of(const StoredMotion& motion);
+
+/// Whether it asks for anything at a node: of states none where the motion begins.
+bool applies(const StoredMotion& motion, const Bound& bound, int node);
+
+/// Time for which a node counts, s; waypoints and the duration count once.
+double node_time(const StoredMotion& motion, const Bound& bound, int node);
+
+/// Multipliers of a bound at all nodes, or nothing.
+const std::vector<double>* multipliers_of(const StoredMotion& motion, const Bound& bound);
+
+/// A stored multiplier at a node where no bound of its name asks for anything.
+struct IdlePull {
+  std::size_t record;  // of limit_multipliers
+  std::size_t node;
+  double multiplier;
+};
+
+std::optional<IdlePull> idle_pull(const StoredMotion& motion);
 
 /// What violations are counted in: moments, rates and durations against their bound.
 double unit_of(const Bound& bound);

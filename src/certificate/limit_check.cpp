@@ -176,34 +176,6 @@ double margin(const StoredMotion& motion, const Bound& bound, const Place& place
   return unset;
 }
 
-bool applies(const StoredMotion& motion, const Bound& bound, int node) {
-  if (bound.node >= 0) return node == bound.node;
-  const bool of_moments = bound.kind == Kind::torque || bound.kind == Kind::torque_component;
-  return of_moments ? !motion.solution.control.empty() : node > 0;
-}
-
-// Time for which a node counts, s; waypoints and the duration count once.
-double node_time(const StoredMotion& motion, const Bound& bound, int node) {
-  if (bound.node >= 0) return 1.0;
-  const bool of_moments = bound.kind == Kind::torque || bound.kind == Kind::torque_component;
-  return (of_moments && (node == 0 || node == motion.steps) ? 0.5 : 1.0) * motion.time_step;
-}
-
-// Multipliers of a bound at all nodes, or nothing.
-const std::vector<double>* multipliers_of(const StoredMotion& motion, const Bound& bound) {
-  for (const maneuver::LimitMultiplier& own : motion.solution.limit_multipliers) {
-    const bool waypoint = bound.equality() && own.key == bound.key && own.body == bound.body &&
-                          own.component == bound.component && own.multiplier.size() > at(bound.node) &&
-                          own.multiplier[at(bound.node)] != 0.0;
-    const bool same = own.key == bound.key && own.joint == bound.joint && own.body == bound.body &&
-                      own.other_body == bound.other_body && own.component == bound.component &&
-                      own.upper == bound.upper;
-    if ((waypoint || (same && !bound.equality())) && own.multiplier.size() == motion.solution.time.size())
-      return &own.multiplier;
-  }
-  return nullptr;
-}
-
 // Central difference of order four.
 double slope(const std::function<double(double)>& f, double step) {
   return (8.0 * (f(step) - f(-step)) - (f(2.0 * step) - f(-2.0 * step))) / (12.0 * step);

@@ -174,7 +174,7 @@ class Simulation {
         stages_(march_.nodes()) {}
 
   /// Node k as files have it: of moments that jump there the mean, which with equal steps is what both sides exert, and the state
-  /// half way through it.
+  /// half way through it; but where files tell the moments of stages on both sides, the state between them.
   void append(int k, int steps, const State& reached, Solution& solution) const {
     const double time = k * h_;
     State state = reached;
@@ -227,8 +227,8 @@ class Simulation {
   void add_half_of_jump(const mechanics::Moments& after, State& state, mechanics::Moments& moments) const {
     const VectorXd before = mechanics::generalized_force(system_, state.rotation, moments);
     for (std::size_t j = 0; j < moments.size(); ++j) moments[j] = 0.5 * (moments[j] + after[j]);
-    const double acting = 0.5 * last_step_ * integrator::composition(scheme_).fractions.back();
-    state.momentum += acting * (mechanics::generalized_force(system_, state.rotation, moments) - before);
+    if (keeps_stages()) return;
+    state.momentum += 0.5 * last_step_ * (mechanics::generalized_force(system_, state.rotation, moments) - before);
   }
 
   // The step of the known motion, which is gone through again and again.

@@ -8,6 +8,8 @@
 
 #include "lie/so3.hpp"
 #include "model/system.hpp"
+#include "report/joint_rates.hpp"
+#include "report/work_within_step.hpp"
 #include "shape/node_work.hpp"
 
 namespace lamprey::report {
@@ -17,34 +19,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using model::at;
-
-// rad/s, of the child against the parent, parent's frame.
-Vector3d joint_rate(const result::Results& results, std::size_t node, const result::ResolvedJoint& joint) {
-  const auto& R = results.solution.rotation[node];
-  const auto& rate = results.solution.angular_velocity[node];
-  return R[at(joint.parent)].transpose() * R[at(joint.child)] * rate[at(joint.child)] - rate[at(joint.parent)];
-}
-
-// The axes of a universal joint as they lie at a node, orthogonal, and the normal to both, parent's frame; of others anything.
-Matrix3d axes_at(const result::Results& results, std::size_t node, const result::ResolvedJoint& joint) {
-  if (!joint.axes) return Matrix3d::Identity();
-  const auto& R = results.solution.rotation[node];
-  const Vector3d first = (*joint.axes)[0].normalized();
-  Vector3d second = R[at(joint.parent)].transpose() * R[at(joint.child)] * (*joint.axes)[1];
-  second = (second - first.dot(second) * first).normalized();
-  Matrix3d axes;
-  axes << first, second, first.cross(second);
-  return axes;
-}
-
-// The same over the step after a node.
-Vector3d step_rate(const result::Results& results, std::size_t node, const result::ResolvedJoint& joint) {
-  const auto relative = [&](std::size_t k) -> Eigen::Matrix3d {
-    const auto& R = results.solution.rotation[k];
-    return R[at(joint.parent)].transpose() * R[at(joint.child)];
-  };
-  return lie::log(relative(node + 1) * relative(node).transpose()) / results.problem.time_step;
-}
 
 // Before and after a node a joint's rates over the steps, or what it has at either end, rad/s.
 std::pair<Vector3d, Vector3d> rates_about(const result::Results& results, std::size_t node, std::size_t j) {
@@ -81,8 +55,8 @@ std::vector<Driven> drives_of(const result::ResolvedProblem& problem) {
   return drives;
 }
 
-// A node's moment, constant about it, against the rates from step to step.
-void add_node(const result::Results& results, std::size_t node, const Driven& drive, JointDemand& demand) {
+// What a node asks for, and the work of its moment, constant about it, against the rates from step to step, J.
+double take_node(const result::Results& results, std::size_t node, const Driven& drive, JointDemand& demand) {
   const result::ResolvedJoint& joint = results.problem.joints[drive.joint];
   const Matrix3d axes = axes_at(results, node, joint);
   const auto rates = rates_about(results, node, drive.joint);
@@ -92,8 +66,8 @@ void add_node(const result::Results& results, std::size_t node, const Driven& dr
   const double share = node == 0 || node + 1 == results.solution.time.size() ? 0.5 : 1.0;
   demand.largest_rate = std::max({demand.largest_rate, before.norm(), after.norm(), own.norm()});
   demand.largest_power = std::max(demand.largest_power, std::abs(u.dot(own)));
-  demand.work +=
-      share * results.problem.time_step * shape::mean_work({0.5 * u.dot(after + before), 0.5 * u.dot(after - before)});
+  return share * results.problem.time_step *
+         shape::mean_work({0.5 * u.dot(after + before), 0.5 * u.dot(after - before)});
 }
 
 // Of a universal joint's axes the first does not move in the parent's frame, the second stays orthogonal to it.
@@ -137,6 +111,7 @@ std::optional<std::vector<JointDemand>> joint_demands(const result::Results& res
   const maneuver::Solution& solution = results.solution;
   const std::size_t nodes = solution.time.size();
   if (nodes < 2 || solution.control.size() != nodes || solution.angular_velocity.size() != nodes) return std::nullopt;
+  const bool within = tells_stages(results);
   std::vector<JointDemand> demands;
   for (const Driven& drive : drives_of(results.problem)) {
     const std::string& name = results.problem.joints[drive.joint].name;
@@ -144,7 +119,11 @@ std::optional<std::vector<JointDemand>> joint_demands(const result::Results& res
                        .largest_moment = largest_moment(results, drive),
                        .ball = results.problem.joints[drive.joint].kind == model::JointKind::ball,
                        .angles = swept(results, drive)};
-    for (std::size_t k = 0; k < nodes; ++k) add_node(results, k, drive, demand);
+    for (std::size_t k = 0; k < nodes; ++k) {
+      const double about_node = take_node(results, k, drive, demand);
+      if (!within) demand.work += about_node;
+      if (within && k + 1 < nodes) demand.work += work_within_step(results, k, drive.joint, drive.axis);
+    }
     demands.push_back(std::move(demand));
   }
   return demands;

@@ -12,6 +12,7 @@
 #include "model/system.hpp"
 #include "report/wording.hpp"
 #include "result/resolve.hpp"
+#include "task/march_remarks.hpp"
 
 namespace lamprey::report {
 
@@ -188,6 +189,10 @@ std::vector<std::string> march_faults(const result::Results& results) {
                                    : fmt::format("{} limits are broken, {} most", others + 1, worst->key));
     }
   if (results.solution.tracking && results.solution.tracking->lost()) faults.emplace_back("feedback has lost the plan");
+  const model::System system(result::problem_of(results).swimmer);
+  if (const auto energy = task::energy_out_of_balance(system, results))
+    faults.push_back(
+        fmt::format("on steps too coarse to resolve it ({} J that no moment has worked)", number(energy->unworked, 2)));
   return faults;
 }
 

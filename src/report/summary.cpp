@@ -137,12 +137,26 @@ void append_tracking(const maneuver::Tracking& tracking, std::vector<std::pair<s
 
 }  // namespace
 
+namespace {
+
+// Whether the nodes, which the cost looks at, see other work than the joints do.
+bool works_otherwise(const result::Results& results) {
+  const auto& proof = results.certificate;
+  return proof && proof->replay && results.solution.cost_parts &&
+         proof->replay->works_otherwise(results.solution.cost_parts->work);
+}
+
+}  // namespace
+
 bool succeeded(const result::Results& results) {
   if (results.solution.status == Status::simulated) return march_faults(results).empty();
-  const auto& proof = results.certificate;
-  const bool unresolved = proof && proof->replay && proof->replay->misses();
-  const bool grows = proof && proof->refinement && proof->refinement->grows();
-  return results.solution.status == Status::optimal && !unresolved && !grows;
+  if (results.solution.status != Status::optimal) return false;
+  if (!results.certificate) return true;
+  const Certificate& proof = *results.certificate;
+  const bool proved = !proof.verdict || *proof.verdict == certificate::Verdict::proved;
+  const bool unresolved = proof.replay && proof.replay->misses();
+  const bool grows = proof.refinement && proof.refinement->grows();
+  return proved && !unresolved && !grows && !works_otherwise(results);
 }
 
 bool without_motion(const result::Results& results) {
@@ -265,8 +279,7 @@ std::string verdict(const result::Results& results) {
     words += fmt::format(", dearer than a motion of cost {} that takes {} steps", grouped(aside->cost),
                          aside->steps ? std::to_string(*aside->steps) : "more");
   const auto& parts_of_cost = results.solution.cost_parts;
-  if (results.solution.status == Status::optimal && proof.replay && parts_of_cost &&
-      proof.replay->works_otherwise(parts_of_cost->work))
+  if (results.solution.status == Status::optimal && works_otherwise(results))
     words += fmt::format(", of a cost whose nodes see {} J of work where the joints do {} J",
                          number(parts_of_cost->work, 4), number(proof.replay->work, 4));
   if (without_motion(results))

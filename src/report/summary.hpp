@@ -10,7 +10,8 @@
 
 namespace lamprey::report {
 
-/// Whether the run did what was asked: optimal, on steps that resolve the motion and whose cost does not grow on finer ones, or simulated.
+/// Whether the run did what was asked: a proved minimum, on steps that resolve motion and work and whose cost does not grow on finer ones,
+/// or a march that resolves its motion and keeps the limits.
 bool succeeded(const result::Results& results);
 
 /// Whether what was sought was not even found as a motion: the nodes, a guess then, do not obey the mechanics.

@@ -89,6 +89,12 @@ struct Results {
   Provenance provenance;
   std::vector<Results> others = {};  // of other minima that are kept, by rising cost; each in a folder of its own
   bool alone = false;                // read from a file: whether there are others is not known
+
+  /// Whether a march made it, which seeks no goal, and not a search; one that ended early has another status than the others.
+  bool marched() const {
+    using maneuver::Status;
+    return solution.status == Status::simulated || (!problem.goal && solution.status != Status::optimal);
+  }
 };
 
 }  // namespace lamprey::result

@@ -29,7 +29,7 @@ constexpr int start_iterations = 400;
 constexpr int quick_iterations = 40;    // of a refinement that goes well
 constexpr int refine_iterations = 200;  // of one that does not
 
-// MUMPS keeps global data: tasks run in processes of their own.
+// MUMPS keeps global data: tasks run at once in processes of their own.
 class IpoptMethod : public Method {
  public:
   IpoptMethod(const System& system, const Problem& problem, const SolveOptions& options, const Budget& budget)

@@ -183,8 +183,10 @@ std::vector<Answer> others(const model::System& system, const Problem& problem,
     if (static_cast<int>(kept.size()) + 1 >= problem.search.keep && !cheaper) continue;
     if (one->answer.solution.status != Status::optimal || known(one->answer)) continue;
     Answer other = one->answer;
+    parts.begin_another();
     add_to(other, problem, complete(system, problem, other, {}, options.workers, parts));
     other.solution.message += words_on_steps(problem, other, options.resolving);
+    parts.tell("", other);
     other.solution.solver.total_wall_seconds = parts.seconds();
     kept.push_back(std::move(other));
   }
@@ -199,6 +201,49 @@ search::SolveOptions telling_one_at_a_time(search::SolveOptions options) {
     tell(line);
   };
   return options;
+}
+
+// Of a search that met something: what is worth most, with all that is to be found out about it.
+Answer best_of(const model::System& system, const Problem& problem, const search::Candidates& candidates,
+               const std::vector<std::optional<Certificate>>& proofs, const search::SolveOptions& options,
+               Parts& parts) {
+  std::vector<Certified> found;
+  for (std::size_t n = 0; n < candidates.solution.size(); ++n)
+    if (proofs[n]) found.push_back({n, {candidates.solution[n], *proofs[n]}});
+  std::vector<const Certified*> order;
+  for (const Certified& one : found) order.push_back(&one);
+  std::stable_sort(order.begin(), order.end(), [&](const Certified* a, const Certified* b) {
+    return rank(problem, a->answer) < rank(problem, b->answer);
+  });
+  const Certified* const chosen = order.front();
+  Answer best = chosen->answer;
+  const bool optimal = best.solution.status == Status::optimal;
+  if (optimal) {
+    CostOnGrid cost_on_grid;
+    if (candidates.cost_on_grid)
+      cost_on_grid = [&](int steps) {
+        parts.progress("on a grid of " + std::to_string(steps) + " steps");
+        return candidates.cost_on_grid(chosen->candidate, steps);
+      };
+    add_to(best, problem, complete(system, problem, best, cost_on_grid, options.workers, parts));
+  }
+  const std::vector<const Answer*> cheaper = cheaper_ones(system, problem, order, best.solution);
+  best.solution.search.set_aside = cheapest_set_aside(problem, cheaper);
+  best.solution.message += words_of_cheaper_ones(problem, cheaper, best.solution, options.resolving);
+  if (optimal || best.solution.status == Status::feasible)
+    best.solution.message += words_on_steps(problem, best, options.resolving);
+  const bool by_itself = optimal && costs_nothing(problem, best.solution);
+  if (by_itself && best.solution.solver.iterations > 0)
+    best.solution.message += " It goes on by itself: its moments, and what they cost, are round-off.";
+  if (optimal && !by_itself)
+    best.solution.message +=
+        few_arrivals(best.solution) + (options.solver == search::Backend::ipopt ? "" : untried_turns(system, problem));
+  parts.tell(candidates.unsearched, best);
+  if (optimal) best.others = others(system, problem, order, options, parts);
+  const bool cut = std::any_of(best.others.begin(), best.others.end(),
+                               [](const Answer& other) { return other.solution.status == Status::interrupted; });
+  if (cut) best.solution.status = Status::interrupted;  // what it stands beside is not complete
+  return best;
 }
 
 }  // namespace
@@ -236,39 +281,7 @@ Answer answer(const model::System& system, const Problem& problem, const search:
     none.solution.solver.total_wall_seconds = parts.seconds();
     return none;
   }
-  std::vector<Certified> found;
-  for (std::size_t n = 0; n < candidates.solution.size(); ++n)
-    if (proofs[n]) found.push_back({n, {candidates.solution[n], *proofs[n]}});
-  std::vector<const Certified*> order;
-  for (const Certified& one : found) order.push_back(&one);
-  std::stable_sort(order.begin(), order.end(), [&](const Certified* a, const Certified* b) {
-    return rank(problem, a->answer) < rank(problem, b->answer);
-  });
-  const Certified* const chosen = order.front();
-  Answer best = chosen->answer;
-  const bool optimal = best.solution.status == Status::optimal;
-  if (optimal) {
-    CostOnGrid cost_on_grid;
-    if (candidates.cost_on_grid)
-      cost_on_grid = [&](int steps) {
-        parts.progress("on a grid of " + std::to_string(steps) + " steps");
-        return candidates.cost_on_grid(chosen->candidate, steps);
-      };
-    add_to(best, problem, complete(system, problem, best, cost_on_grid, options.workers, parts));
-  }
-  const std::vector<const Answer*> cheaper = cheaper_ones(system, problem, order, best.solution);
-  best.solution.search.set_aside = cheapest_set_aside(problem, cheaper);
-  best.solution.message += words_of_cheaper_ones(problem, cheaper, best.solution, options.resolving);
-  if (optimal || best.solution.status == Status::feasible)
-    best.solution.message += words_on_steps(problem, best, options.resolving);
-  const bool by_itself = optimal && costs_nothing(problem, best.solution);
-  if (by_itself && best.solution.solver.iterations > 0)
-    best.solution.message += " It goes on by itself: its moments, and what they cost, are round-off.";
-  if (optimal && !by_itself)
-    best.solution.message +=
-        few_arrivals(best.solution) + (options.solver == search::Backend::ipopt ? "" : untried_turns(system, problem));
-  if (optimal) best.others = others(system, problem, order, options, parts);
-  parts.tell(candidates.unsearched, best.solution);
+  Answer best = best_of(system, problem, candidates, proofs, options, parts);
   best.solution.solver.total_wall_seconds = parts.seconds();
   return best;
 }

@@ -87,7 +87,9 @@ std::optional<certificate::Refinement> cost_on_other_grids(const Problem& proble
 
 }  // namespace
 
-void Parts::tell(const std::string& unsearched, maneuver::Solution& solution) const {
+void Parts::tell(const std::string& unsearched, Answer& answer) {
+  Solution& solution = answer.solution;
+  if (answer.certificate.replay && answer.certificate.replay->cut_short) leave_out(Part::replay);
   const bool interrupted = budget_.interrupted();
   if (left_out_.empty() && unsearched.empty() && (!interrupted || solution.status == Status::optimal)) return;
   if (interrupted) solution.status = Status::interrupted;
@@ -117,7 +119,6 @@ Certificate first_certificate(const model::System& system, const Problem& proble
     if (part == 1) replay = certificate::certify_replay(system, problem, solution, options);
   });
   proof.replay = replay;
-  if (replay && replay->cut_short) parts.leave_out(Part::replay);
   return proof;
 }
 

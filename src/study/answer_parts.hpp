@@ -36,9 +36,11 @@ class Parts {
     const std::scoped_lock lock(mutex_);
     left_out_.insert(part);
   }
+  /// Of another answer nothing has been left out yet.
+  void begin_another() { left_out_.clear(); }
 
-  /// Says what was left out; an answer that was interrupted before it was complete has that status.
-  void tell(const std::string& unsearched, maneuver::Solution& solution) const;
+  /// Says what was left out of the answer; one that was interrupted before it was complete has that status.
+  void tell(const std::string& unsearched, Answer& answer);
   void progress(const std::string& line) const {
     if (options_.progress) options_.progress(line);
   }

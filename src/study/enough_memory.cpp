@@ -44,6 +44,13 @@ double bytes_of_machine() {
                                : std::numeric_limits<double>::infinity();
 }
 
+std::string short_of_memory(const model::System& system, const maneuver::Problem& problem, double bytes) {
+  const double needed = bytes_of_search(system, problem);
+  if (needed <= bytes) return "";
+  return "a search takes about " + in_gigabytes(needed) + " of memory, of which this machine has " +
+         in_gigabytes(bytes);
+}
+
 void require_memory(const model::System& system, const maneuver::Problem& problem, double bytes) {
   const double needed = bytes_of_search(system, problem);
   if (needed <= bytes) return;

@@ -11,6 +11,7 @@
 
 #include "search/minima.hpp"
 #include "study/advice.hpp"
+#include "study/enough_memory.hpp"
 #include "study/faults.hpp"
 
 namespace lamprey::task {
@@ -79,15 +80,22 @@ class Resolving {
                                           : "the time was over (search.time_limit)"));
   }
 
-  static void leave(Kept& kept, std::string words) {
+  // An answer that might have been another one, had nobody interrupted, has that status.
+  void leave(Kept& kept, std::string words) const {
     kept.results.solution.message += words;
     kept.unfinished = std::move(words);
+    if (interrupted()) kept.results.solution.status = maneuver::Status::interrupted;
   }
 
   void solve_again(Kept& kept, int steps) {
     finer_.problem.steps = steps;
+    const std::string too_much = study::short_of_memory(system_of(finer_), finer_.problem, bytes_);
+    if (!too_much.empty()) {
+      leave(kept, fmt::format(" {} steps were not tried: {}.", steps, too_much));
+      return;
+    }
     result::Results again =
-        solve_task(finer_, options_, command_, StoredMotion{kept.results, "the answer on fewer steps"});
+        solve_task(finer_, options_, command_, EarlierMotion{kept.results, "the answer on fewer steps"});
     if (again.solution.status != maneuver::Status::optimal) {
       leave(kept, unfinished(again, steps));
       return;
@@ -177,13 +185,14 @@ class Resolving {
   file::ProblemFile finer_;
   search::SolveOptions options_;
   const std::string& command_;
+  double bytes_ = study::bytes_of_machine();
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace
 
 result::Results resolve_task(const file::ProblemFile& file, const search::SolveOptions& options,
-                             const std::string& command, const std::optional<StoredMotion>& first) {
+                             const std::string& command, const std::optional<EarlierMotion>& first) {
   search::SolveOptions to_begin_with = options;
   to_begin_with.resolving = true;
   Resolving resolving(file, to_begin_with, command);

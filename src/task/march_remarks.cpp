@@ -80,15 +80,9 @@ std::string remarks_on_tracking(const maneuver::Tracking& tracking, const MarchO
   return text;
 }
 
-// Of a march by a scheme of order 1 or 2 that has no springs and dampers: its nodes tell the work, those of other integrators do not.
-// A plan that was lost has its remark on steps already.
 std::string remark_on_energy(const model::System& system, const result::Results& results) {
-  const maneuver::Solution& solution = results.solution;
-  if (solution.status != maneuver::Status::simulated || !solution.marched_by.empty()) return "";
-  if (system.compliant() || !integrator::single_step(results.problem.scheme)) return "";
-  if (solution.tracking && solution.tracking->lost()) return "";
-  const auto energy = maneuver::energy_balance(system, solution);
-  if (!energy || !energy->off()) return "";
+  const auto energy = energy_out_of_balance(system, results);
+  if (!energy) return "";
   return fmt::format(
       " Energy balance: off by up to {:.3g} J that no moment has worked; these steps do not resolve the motion, try "
       "--steps {}.",
@@ -193,6 +187,16 @@ std::string remarks_on_what_is_marched(const MarchOptions& options, const model:
 }
 
 }  // namespace
+
+std::optional<maneuver::EnergyBalance> energy_out_of_balance(const model::System& system,
+                                                             const result::Results& results) {
+  const maneuver::Solution& solution = results.solution;
+  if (solution.status != maneuver::Status::simulated || !solution.marched_by.empty()) return std::nullopt;
+  if (system.compliant() || !integrator::single_step(results.problem.scheme)) return std::nullopt;
+  if (solution.tracking && solution.tracking->lost()) return std::nullopt;  // which has its own words
+  const auto energy = maneuver::energy_balance(system, solution);
+  return energy && energy->off() ? energy : std::nullopt;
+}
 
 std::string march_remarks(const MarchOptions& options, const model::System& system, const Problem& problem,
                           const Problem& with_goal, const maneuver::Duration& asked, const result::Results& results) {

@@ -46,9 +46,9 @@ std::string path_in_words(const std::string& pointer) {
 }
 
 std::vector<std::string> problem_differences(const result::Results& stored, const file::ProblemFile& asked) {
-  const bool march = stored.solution.status == maneuver::Status::simulated;
-  const nlohmann::json is = question(stored.problem, march);
-  const nlohmann::json should_be = question(result::resolve(system_of(asked), asked.problem), march);
+  const bool marched = stored.marched();
+  const nlohmann::json is = question(stored.problem, marched);
+  const nlohmann::json should_be = question(result::resolve(system_of(asked), asked.problem), marched);
   std::vector<std::string> differences;
   std::size_t left = 0;
   for (const nlohmann::json& change : nlohmann::json::diff(is, should_be)) {
@@ -60,6 +60,16 @@ std::vector<std::string> problem_differences(const result::Results& stored, cons
       ++left;
   }
   if (left > 0) differences.push_back(fmt::format("{} more fields differ", left));
+  return differences;
+}
+
+std::vector<std::string> march_differences(const result::Results& stored, const file::ProblemFile& asked) {
+  std::vector<std::string> differences;
+  if (!stored.marched()) return differences;
+  const nlohmann::json is = question(stored.problem, false);
+  const nlohmann::json should_be = question(result::resolve(system_of(asked), asked.problem), false);
+  for (const char* key : {"start", "duration", "steps", "scheme"})
+    if (is.value(key, nlohmann::json()) != should_be.value(key, nlohmann::json())) differences.emplace_back(key);
   return differences;
 }
 

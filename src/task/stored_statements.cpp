@@ -39,10 +39,20 @@ void add_false_times(const Results& stored, Claims& claims) {
   claim("problem.time_step", problem.time_step, problem.duration / problem.steps);
 }
 
+// [2 velocity_count] what a column of gains is by in N m: turns as they are, ways by the swimmer's unit of length, rates by the duration.
+Eigen::VectorXd unit_of_columns(const certificate::StoredMotion& motion) {
+  const Eigen::Index half = motion.system.velocity_count();
+  Eigen::VectorXd unit = Eigen::VectorXd::Ones(2 * half);
+  unit.segment(half - 3, 3).setConstant(motion.system.length_unit());
+  unit.tail(half) = unit.head(half) / (motion.time_step * motion.steps);
+  return unit;
+}
+
 // Gains follow from problem and motion: where one is another than these give, by more than round-off along an unstable motion, a
 // vehicle would follow somebody else's.
 void add_false_gains(const Results& stored, const certificate::StoredMotion& motion, Claims& claims) {
-  constexpr double other = 1e-3;  // of the largest gain at the node
+  constexpr double other = 1e-3;   // of the column's largest gain at the node
+  constexpr double beside = 1e-6;  // of the largest one of all columns, in N m by what they are by
   const std::vector<Eigen::MatrixXd>& told = stored.solution.feedback.gain;
   if (told.empty()) return;
   maneuver::Feedback feedback;
@@ -51,6 +61,7 @@ void add_false_gains(const Results& stored, const certificate::StoredMotion& mot
   } catch (const std::domain_error&) {  // there are none for such a motion
   }
   const std::vector<Eigen::MatrixXd>& found = feedback.gain;
+  const Eigen::VectorXd unit = unit_of_columns(motion);
   if (found.size() != told.size()) {
     claims.push_back({"feedback.gain", static_cast<double>(told.size()), static_cast<double>(found.size())});
     return;
@@ -62,8 +73,10 @@ void add_false_gains(const Results& stored, const certificate::StoredMotion& mot
       return;
     }
     Eigen::Index row = 0, column = 0;
-    const double off = (told[m] - found[m]).cwiseAbs().maxCoeff(&row, &column);
-    if (off <= other * found[m].cwiseAbs().maxCoeff()) continue;
+    const Eigen::MatrixXd is = found[m] * unit.asDiagonal(), off = (told[m] - found[m]) * unit.asDiagonal();
+    const Eigen::RowVectorXd allowed =
+        (other * is.cwiseAbs().colwise().maxCoeff()).cwiseMax(beside * is.cwiseAbs().maxCoeff());
+    if ((off.cwiseAbs().rowwise() - allowed).maxCoeff(&row, &column) <= 0.0) continue;
     claims.push_back(
         {fmt::format("feedback.gain[{}][{}][{}]", m, row, column), told[m](row, column), found[m](row, column)});
     return;
@@ -106,6 +119,13 @@ void add_false_restatements(const Results& stored, const model::System& system, 
     claims.push_back({"problem." + path_in_words(pointer), number, settled});
     return;
   }
+}
+
+// Multipliers tell what a limit is worth: where it asks for nothing that is nothing.
+void add_idle_pulls(const certificate::StoredMotion& motion, Claims& claims) {
+  if (const std::optional<certificate::IdlePull> idle = certificate::idle_pull(motion))
+    claims.push_back(
+        {fmt::format("limit_multipliers[{}].multiplier[{}]", idle->record, idle->node), idle->multiplier, 0.0});
 }
 
 // Of limits that are broken alike a file may name any.
@@ -183,6 +203,7 @@ std::vector<certificate::FalseClaim> false_statements(const Results& stored, con
   const certificate::StoredMotion motion(system, problem, stored.solution);
   add_false_turns(stored, motion, claims);
   add_false_place(stored, found, motion, claims);
+  add_idle_pulls(motion, claims);
   add_false_limit(stored, found, motion, claims);
   if (with_gains) add_false_gains(stored, motion, claims);
   return claims;

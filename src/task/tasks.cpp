@@ -111,7 +111,7 @@ result::Results begun_results(const file::ProblemFile& file, const model::System
 }
 
 result::Results solve_task(const file::ProblemFile& file, const search::SolveOptions& asked, const std::string& command,
-                           const std::optional<StoredMotion>& first) {
+                           const std::optional<EarlierMotion>& first) {
   search::SolveOptions options = asked;
   const bool of_ipopt = options.solver == search::Backend::ipopt || options.solver == search::Backend::both;
   file::require_supported(file, of_ipopt ? file::Purpose::solve_with_ipopt : file::Purpose::solve);
@@ -150,7 +150,8 @@ result::Results certified(const result::Results& results) {
   if (sought) again.certificate->verdict = certificate::verdict(problem, *again.certificate);
   if (results.certificate && results.certificate->refinement)
     again.certificate->refinement = refinement_again(*results.certificate->refinement, problem, results.solution.cost);
-  again.solution.message.clear();  // no optimiser stopped here, and none says that it arrived
+  const bool ended_early = results.marched() && results.solution.status != maneuver::Status::simulated;
+  if (!ended_early) again.solution.message.clear();  // no optimiser stopped here, and none says that it arrived
   if (again.solution.status == maneuver::Status::optimal) again.solution.status = maneuver::Status::feasible;
   if (again.solution.status == maneuver::Status::simulated)
     study::judge_march(problem, *again.certificate, again.solution);
@@ -181,7 +182,10 @@ Verification verify_task(const std::string& folder, const std::optional<file::Pr
   for (certificate::FalseClaim& claim : false_statements(result.stored, result.found, sought && result.status_holds))
     result.claims.push_back(std::move(claim));
   result.trajectory_difference = result::trajectory_difference(folder, result.stored);
-  if (asked) result.problem_differences = problem_differences(result.stored, *asked);
+  if (asked) {
+    result.problem_differences = problem_differences(result.stored, *asked);
+    result.march_differences = march_differences(result.stored, *asked);
+  }
   return result;
 }
 

@@ -30,7 +30,7 @@ std::string check_task(const file::ProblemFile& file);
 result::Results begun_results(const file::ProblemFile& file, const model::System& system, const std::string& command);
 
 /// A stored motion that a search begins with.
-struct StoredMotion {
+struct EarlierMotion {
   result::Results results;
   std::string path;  // names it in messages
 };
@@ -38,7 +38,7 @@ struct StoredMotion {
 /// Finds the maneuver and its certificate. Throws model::InputError, with its place, for problems that are not solved, and for
 /// a first motion that is none of the problem's swimmer.
 result::Results solve_task(const file::ProblemFile& file, const search::SolveOptions& options,
-                           const std::string& command, const std::optional<StoredMotion>& first = {});
+                           const std::string& command, const std::optional<EarlierMotion>& first = {});
 
 struct MarchOptions {
   std::optional<maneuver::Scheme> scheme = {};          // instead of the file's
@@ -85,6 +85,7 @@ struct Verification {
   std::string fault;                             // why the numbers are no optimal answer's, in words; empty: they are
   std::string trajectory_difference;             // from solution.json, in words; empty: none
   std::vector<std::string> problem_differences;  // from a problem file, in words
+  std::vector<std::string> march_differences;    // of a march, what is not as in that file: its start, say
   bool promises() const;  // whether the stored status says something that could be false: "optimal" or "simulated"
   bool holds() const {
     return status_holds && claims.empty() && trajectory_difference.empty() && problem_differences.empty();

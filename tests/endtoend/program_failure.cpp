@@ -254,6 +254,34 @@ TEST(Program, verify_sees_false_gains) {
   EXPECT_NE(run.out.find("does not hold: feedback.gain[7][1][2] is "), std::string::npos) << run.out;
 }
 
+// A march has the file's swimmer, and begins and lasts as its options say.
+TEST(Program, verify_says_what_of_a_march_is_not_as_in_the_file) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "translation", {{"steps", "40"}});
+  const auto verified = [&](const std::string& options) {
+    EXPECT_EQ(lamprey(folder, "simulate " + problem + options + " --out " + (folder / "run")).exit_code, 0);
+    const ProgramRun run = lamprey(folder, "verify " + (folder / "run") + " --problem " + problem);
+    EXPECT_EQ(run.exit_code, 0) << run.out;
+    return run.out;
+  };
+  EXPECT_NE(verified("").find("The problem is that of "), std::string::npos);
+  const std::string other = verified(" --duration 3 --scheme midpoint");
+  EXPECT_NE(other.find("The swimmer is that of "), std::string::npos) << other;
+  EXPECT_NE(other.find("it was marched with another duration, another scheme."), std::string::npos) << other;
+}
+
+// Nobody interrupted the check of an answer that was interrupted.
+TEST(Program, verify_of_an_interrupted_answer_is_not_interrupted) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "free_time", {{"steps", "40"}, {"starts", "1"}});
+  ASSERT_EQ(lamprey(folder, "solve " + problem + " --no-refinement --out " + (folder / "run")).exit_code, 0);
+  result::Results results = result::read_solution(folder / "run");
+  results.solution.status = maneuver::Status::interrupted;
+  result::write_solution(folder / "run", results);
+  const ProgramRun run = lamprey(folder, "verify " + (folder / "run"));
+  EXPECT_EQ(run.exit_code, 4) << run.out;
+}
+
 // An answer to an easier question is none.
 TEST(Program, verify_compares_the_question_with_a_problem_file) {
   const Folder folder;

@@ -158,6 +158,9 @@ TEST(LimitReaches, of_clearance_are_those_of_the_nearest_pair) {
 // What a march looks like where nobody should overlook something.
 TEST(MarchFaults, of_overlap_and_of_broken_limits_take_the_good_word_away) {
   result::Results results = tests::simulated_results(40);
+  for (auto& velocities : results.solution.angular_velocity)
+    for (Eigen::Vector3d& velocity : velocities) velocity.setZero();
+  for (Eigen::Vector3d& velocity : results.solution.linear_velocity) velocity.setZero();
   for (result::ResolvedBody& body : results.problem.bodies) body.semi_axes *= 0.05;
   EXPECT_GT(report::march_clearance(results)->gap, 0.0);
   EXPECT_TRUE(report::succeeded(results));
@@ -169,6 +172,11 @@ TEST(MarchFaults, of_overlap_and_of_broken_limits_take_the_good_word_away) {
   EXPECT_FALSE(report::succeeded(results));
   EXPECT_EQ(report::verdict(results), "Simulated, but limits.torque is broken");
   results.problem.limits = {};
+  result::Results unworked = results;  // as if it had begun to move by itself
+  for (std::size_t k = 20; k < unworked.solution.time.size(); ++k) unworked.solution.linear_velocity[k].x() = 1.0;
+  EXPECT_FALSE(report::succeeded(unworked));
+  EXPECT_NE(report::verdict(unworked).find("Simulated, but on steps too coarse to resolve it ("), std::string::npos)
+      << report::verdict(unworked);
   for (result::ResolvedBody& body : results.problem.bodies) body.semi_axes *= 40.0;
   EXPECT_FALSE(report::succeeded(results));
   EXPECT_EQ(report::verdict(results), "Simulated, but bodies pass through each other");

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <tuple>
 
+#include "file/problem_file.hpp"
 #include "lie/so3.hpp"
 #include "report/cost_shares.hpp"
 #include "report/joint_demands.hpp"
@@ -12,6 +13,7 @@
 #include "report/sample_results.hpp"
 #include "report/summary.hpp"
 #include "report/wording.hpp"
+#include "task/tasks.hpp"
 
 namespace lamprey {
 namespace {
@@ -328,6 +330,31 @@ TEST(JointDemands, are_what_motors_must_give) {
   EXPECT_NEAR(demands[1].angles[0].second, 0.2, 1e-14);
   results.solution.control_stages = {{{{0.0, 0.0, 7.0}, {0.0, 0.0, 0.0}}}};
   EXPECT_DOUBLE_EQ(report::joint_demands(results)->front().largest_moment, 7.0);
+}
+
+// Long steps of high order work as short ones of order 2 do: within them, not at their nodes alone.
+TEST(JointDemands, of_long_steps_of_high_order_are_those_of_short_ones) {
+  const auto work = [](maneuver::Scheme scheme, int steps) {
+    file::ProblemFile file =
+        file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation_in_space.toml");
+    task::MarchOptions options;
+    options.scheme = scheme;
+    options.steps = steps;
+    options.duration = 0.5;
+    options.control = [](double t) {
+      return std::vector<Eigen::Vector3d>{{20.0 * std::cos(3.0 * t), 10.0, 30.0 * std::sin(5.0 * t)},
+                                          {5.0, 8.0 * std::sin(2.0 * t), -20.0}};
+    };
+    double sum = 0.0;
+    for (const auto& demand : report::joint_demands(task::march_task(file, options, "")).value()) sum += demand.work;
+    return sum;
+  };
+  const double fine = work(maneuver::Scheme::trapezoid, 2000);
+  for (const maneuver::Scheme scheme : {maneuver::Scheme::order4, maneuver::Scheme::order6}) {
+    const double coarse = std::abs(work(scheme, 20) / fine - 1.0), finer = std::abs(work(scheme, 40) / fine - 1.0);
+    EXPECT_LE(coarse, 2e-3);
+    EXPECT_LE(finer, 0.3 * coarse + 1e-6) << "and converge";
+  }
 }
 
 // Turned about its first axis under −1 N m, about its second, which that carries along, under 2 N m.

@@ -35,6 +35,9 @@ TEST(EnoughMemory, is_told_with_the_steps_that_a_machine_holds) {
   }
   EXPECT_NO_THROW(study::require_memory(system, problem, 1e12));
   EXPECT_GT(study::bytes_of_machine(), 1e8);
+  const std::string words = study::short_of_memory(system, problem, 1e9);
+  EXPECT_NE(words.find("GB of memory, of which this machine has 1 GB"), std::string::npos) << words;
+  EXPECT_EQ(study::short_of_memory(system, problem, 1e12), "");
 }
 
 }  // namespace

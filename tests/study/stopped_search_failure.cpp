@@ -111,6 +111,35 @@ TEST(StoppedSearch, certifies_what_it_has_and_begins_nothing_more_once_it_is_int
       << first.answer.solution.message;
 }
 
+// What one of several answers lacks is told of that one.
+TEST(StoppedSearch, says_of_each_answer_what_it_lacks) {
+  Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/rotation.toml");
+  problem.steps = 100;
+  problem.search.starts = 6;
+  problem.search.keep = 3;
+  bool stop = false, proving = false;
+  search::SolveOptions options;
+  options.refinement = false;
+  options.workers = 1;
+  options.interrupted = [&] { return stop; };
+  options.progress = [&](const std::string& line) {
+    stop = stop || (proving && line == "proving");  // the second answer's
+    proving = proving || line == "proving";
+  };
+  const study::Answer best = study::answer(model::System(problem.swimmer), problem, options);
+  const auto lacks = [](const study::Answer& answer) {
+    return answer.solution.message.find("these were not computed") != std::string::npos;
+  };
+  ASSERT_TRUE(stop);
+  ASSERT_FALSE(best.others.empty());
+  EXPECT_FALSE(lacks(best)) << best.solution.message;
+  EXPECT_EQ(best.solution.status, maneuver::Status::interrupted);
+  EXPECT_TRUE(best.certificate.second_order && has_feedback(best));
+  EXPECT_TRUE(lacks(best.others.front())) << best.others.front().solution.message;
+  EXPECT_EQ(best.others.front().solution.status, maneuver::Status::interrupted);
+  EXPECT_FALSE(has_feedback(best.others.front()));
+}
+
 // A motion on a coarse grid is no answer: the best that was found is carried on to all steps, however the search ends.
 TEST(StoppedSearch, carries_the_best_motion_on_to_its_steps) {
   for (const search::Backend solver : {search::Backend::newton, search::Backend::ipopt})

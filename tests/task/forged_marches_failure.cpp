@@ -1,4 +1,5 @@
 // Marches whose files tell of steps that were none, of moments that their joints cannot exert, or of too little.
+#include <cmath>
 #include <functional>
 #include <numbers>
 #include <string>
@@ -17,14 +18,18 @@ using Eigen::Vector3d;
 using maneuver::Scheme;
 using result::Results;
 
+// N m, at the front joint.
+using Moment = std::function<double(double time)>;
+
 // Three bodies whose joints bend in a plane, under moments that change between the nodes.
-Results marched(Scheme scheme) {
+Results marched(
+    Scheme scheme, const Moment& front = [](double t) { return 30.0 * std::sin(5.0 * t); }) {
   file::ProblemFile file = file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml");
   task::MarchOptions options;
   options.scheme = scheme;
   options.steps = 40;
-  options.control = [](double t) {
-    return std::vector<Vector3d>{Vector3d(0.0, 0.0, 30.0 * std::sin(5.0 * t)), Vector3d(0.0, 0.0, -20.0)};
+  options.control = [front](double t) {
+    return std::vector<Vector3d>{Vector3d(0.0, 0.0, front(t)), Vector3d(0.0, 0.0, -20.0)};
   };
   return task::march_task(file, options, "");
 }
@@ -38,13 +43,21 @@ struct ForgedMarches : testing::TestWithParam<Scheme> {
   }
 };
 
-TEST_P(ForgedMarches, as_they_were_marched_are_true) {
-  const Results again = task::certified(marched(GetParam()));
+void expect_true(const Results& march) {
+  const Results again = task::certified(march);
   EXPECT_EQ(again.solution.status, maneuver::Status::simulated);
   EXPECT_EQ(again.solution.message, "");
   EXPECT_LE(again.certificate->equation_residual, 1e-11);
   EXPECT_LE(again.certificate->control_error, 1e-12);
   EXPECT_LE(again.certificate->velocity_error, 1e-9);
+}
+
+TEST_P(ForgedMarches, as_they_were_marched_are_true) { expect_true(marched(GetParam())); }
+
+// At a node as well as within a step.
+TEST_P(ForgedMarches, under_moments_that_jump_are_true) {
+  for (const double when : {0.5, 0.513})
+    expect_true(marched(GetParam(), [when](double t) { return t < when ? 30.0 : -30.0; }));
 }
 
 TEST_P(ForgedMarches, of_places_that_no_step_leads_to_are_told) {

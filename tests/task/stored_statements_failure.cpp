@@ -71,6 +71,14 @@ TEST(StoredStatements, that_follow_from_the_problem_are_told_where_they_do_not) 
 TEST(StoredStatements, of_feedback_are_told_where_its_times_or_gains_are_others) {
   EXPECT_EQ(false_field([](Results& r) { r.solution.feedback.time.back() *= 2.0; }), "feedback.time[40]");
   EXPECT_EQ(false_field([](Results& r) { r.solution.feedback.gain[3] *= 1.01; }).substr(0, 16), "feedback.gain[3]");
+  // by each of its units, however small its numbers are beside the others: turns, ways, rates
+  const auto half = solved().solution.feedback.gain[3].cols() / 2;
+  for (const auto& [first, count] : {std::pair(Eigen::Index{0}, half - 3), {half - 3, Eigen::Index{3}}, {half, half}})
+    EXPECT_EQ(false_field([first, count](Results& r) {
+                r.solution.feedback.gain[3].middleCols(first, count) *= 1.01;
+              }).substr(0, 16),
+              "feedback.gain[3]")
+        << first;
 }
 
 TEST(StoredStatements, of_a_search_are_told_where_they_contradict_each_other) {
@@ -149,6 +157,19 @@ TEST(StoredStatements, of_which_limit_is_broken_most_are_told_unless_it_is) {
   const double step = within.problem.time_step;
   EXPECT_EQ(told("limits.torque", 3.0 * step), "limits.key") << "far from its bound";
   EXPECT_EQ(told("limits.swing.nosuch", 3.0 * step), "limits.key");
+  // what a limit is worth where it asks for nothing
+  Results idle = within;
+  ASSERT_FALSE(idle.solution.limit_multipliers.empty());
+  EXPECT_TRUE(task::false_statements(idle, within, false).empty());
+  const auto& pulls = idle.solution.limit_multipliers;
+  const auto of_states = std::find_if(pulls.begin(), pulls.end(),
+                                      [](const auto& own) { return own.key.find("torque") == std::string::npos; });
+  ASSERT_NE(of_states, pulls.end());
+  const auto place = static_cast<std::size_t>(of_states - pulls.begin());
+  idle.solution.limit_multipliers[place].multiplier[0] = -1e12;
+  const auto claims = task::false_statements(idle, within, false);
+  ASSERT_FALSE(claims.empty());
+  EXPECT_EQ(claims.front().field, "limit_multipliers[" + std::to_string(place) + "].multiplier[0]");
   ASSERT_FALSE(is.key.empty()) << "limits to round-off, some a little broken";
   EXPECT_EQ(told(is.key, is.time), "");
   EXPECT_EQ(told(is.key, is.time + 0.5 * step), "limits.time") << "between two nodes";
