@@ -59,6 +59,13 @@ void ease(StageNewton& newton, StageProgram& program) {
   }
 }
 
+// A barrier as stiff as at an answer lets no search get far from there: one that is stuck has a weaker one from then on. Returns whether
+// it has.
+bool ease_where_stuck(StageProgram& program, const Outcome& outcome) {
+  const bool stuck = outcome.termination != Termination::converged && outcome.infeasibility > astray;
+  return stuck && !program.landed() && program.pulled_as_answer() && program.ease_limits(most_easing);
+}
+
 // When a search goes on with the limits that hold as equalities, and when it returns from there.
 struct Landing {
   int left;                                                // sets of such limits that are tried
@@ -175,6 +182,10 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
       if (go_back(newton, program, round, limit_tolerance, outcome)) return;
     }
     tried_in_vain = false;
+    if (ease_where_stuck(program, outcome)) {
+      rounds_astray = 0;
+      continue;
+    }
     program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
     if (done && (program.landed() || !landing.worth_trying(found))) return;
     if (outcome.iterations >= options.most_iterations) {
