@@ -1,20 +1,21 @@
 #include "shape/single_angle.hpp"
 
+#include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <optional>
 #include <tuple>
 
-#include "lie/so3.hpp"
 #include "maneuver/end_rows.hpp"
-#include "mechanics/connection.hpp"
+#include "model/input_error.hpp"
+#include "shape/curve_of_hinge.hpp"
 
 namespace lamprey::shape {
 
 namespace {
 
 using Eigen::VectorXd;
-using maneuver::EndRow;
 using maneuver::in_words;
 using maneuver::Maneuver;
 using model::at;
@@ -27,7 +28,8 @@ constexpr double settled = 1e-5;      // units of the end rows, beside what othe
 constexpr double alike = 1e-3;        // of what is missed
 constexpr double least_asked = 1e-6;  // units of the end rows: less is met by staying
 constexpr int steps_of_turn = 4;      // that a whole turn takes at least
-constexpr double whole_turn = 2.0 * std::numbers::pi;
+constexpr int first_shapes = 100;     // of a gait, in a whole turn
+constexpr int most_steps_of_gait = 10'000;  // beyond, so many turns from so many shapes take too long
 
 // The hinge that alone bends the swimmer, and how far it may, rad from its zero angle.
 struct Hinge {
@@ -35,102 +37,23 @@ struct Hinge {
   double least, most;
 };
 
-std::optional<Hinge> single_hinge(const System& system, const Maneuver& maneuver, const maneuver::Limits& limits) {
+std::optional<Hinge> single_hinge(const System& system, const Maneuver& maneuver, const maneuver::Limits& limits,
+                                  int steps) {
   constexpr double endless = std::numeric_limits<double>::infinity();
-  if (maneuver.periodic || maneuver::has_momentum(system, maneuver.start)) return std::nullopt;
+  if (maneuver::has_momentum(system, maneuver.start)) return std::nullopt;
+  if (maneuver.periodic && steps > most_steps_of_gait) return std::nullopt;
   std::optional<Hinge> hinge;
   for (int j = 0; j < system.joint_count(); ++j) {
     const model::Joint& joint = system.joint(j);
     if (joint.kind == model::JointKind::fixed) continue;
     const auto bounds = limits.angle.find(joint.name);
     if (hinge || joint.kind != model::JointKind::hinge) return std::nullopt;
-    if (bounds == limits.angle.end() && !maneuver.whole_turns) return std::nullopt;
+    if (bounds == limits.angle.end() ? !maneuver.whole_turns : maneuver.periodic) return std::nullopt;
     hinge = bounds == limits.angle.end() ? Hinge{j, -endless, endless}
                                          : Hinge{j, bounds->second[0][0], bounds->second[0][1]};
   }
   return hinge;
 }
-
-// A swimmer along its curve.
-class Curve {
- public:
-  struct Place {
-    mechanics::Rotations rotation;
-    Vector3d position;   // m
-    double angle = 0.0;  // rad
-  };
-
-  Curve(const System& system, const Maneuver& maneuver, int joint)
-      : system_(system),
-        maneuver_(maneuver),
-        joint_(joint),
-        rows_(stated_end_rows(system, maneuver, {})),
-        derivative_(maneuver::shape_size(system) + 6),
-        rate_(at(system.joint_count()), Vector3d::Zero()) {
-    rate_[at(joint)] = Vector3d::UnitX();
-    now_.rotation = maneuver_.start.rotation;
-    now_.position = maneuver_.start.position;
-    now_.angle = mechanics::joint_angles(system_.joint(joint_),
-                                         mechanics::child_to_parent(now_.rotation, system_.joint(joint_)))[0];
-  }
-
-  // The joint bends by so much, the root moved as it is half way.
-  void bend(double by) {
-    const Matrix3d root = now_.rotation[0];
-    place(root, now_.angle + 0.5 * by);
-    const mechanics::Twist moved = by * mechanics::moved_root(system_, now_.rotation, rate_);
-    now_.position += root * lie::exp(Vector3d(0.5 * moved.head<3>())) * moved.tail<3>();
-    now_.angle += by;
-    place(root * lie::exp(Vector3d(moved.head<3>())), now_.angle);
-  }
-
-  // The whole has moved from where the curve begins as it did on the way from a place with the same angle to another one, so many times;
-  // from where it has moved so once less.
-  void move_as(const Place& from, const Place& to, int times) {
-    const mechanics::Rotations& start = maneuver_.start.rotation;
-    const Vector3d turn = lie::log(from.rotation[0].transpose() * to.rotation[0]);
-    now_.position += now_.rotation[0] * from.rotation[0].transpose() * (to.position - from.position);
-    const Matrix3d whole = start[0] * lie::exp(times * turn) * start[0].transpose();
-    for (std::size_t i = 0; i < start.size(); ++i) now_.rotation[i] = whole * start[i];
-  }
-
-  const Place& now() const { return now_; }
-  void go_to(const Place& there) { now_ = there; }
-  const std::vector<EndRow>& rows() const { return rows_; }
-
-  // What the goal is missed by there, in the rows' units.
-  VectorXd missed() {
-    VectorXd values(static_cast<Eigen::Index>(rows_.size()));
-    for (std::size_t r = 0; r < rows_.size(); ++r)
-      values[static_cast<Eigen::Index>(r)] =
-          end_row(system_, maneuver_, rows_[r], now_.rotation, now_.position, derivative_);
-    return values;
-  }
-
- private:
-  void place(const Matrix3d& root, double angle) {
-    const mechanics::Rotations before = now_.rotation;
-    for (int i : system_.root_to_leaves()) {
-      const model::Body& body = system_.body(i);
-      if (body.parent < 0) {
-        now_.rotation[0] = root;
-        continue;
-      }
-      const model::Joint& joint = system_.joint(body.joint);
-      now_.rotation[at(i)] = now_.rotation[at(body.parent)] *
-                             (body.joint == joint_ ? mechanics::rotation_at_turn(joint, Vector3d(angle, 0.0, 0.0))
-                                                   : mechanics::child_to_parent(before, joint));
-    }
-  }
-
-  const System& system_;
-  const Maneuver& maneuver_;
-  int joint_;
-  std::vector<EndRow> rows_;
-  Eigen::RowVectorXd derivative_;
-  mechanics::Vectors rate_;
-  Place now_;
-};
 
 // Where on the line from one to the other the origin is nearest; where attitudes jump, at the nearer end.
 VectorXd nearest_between(const VectorXd& from, const VectorXd& to) {
@@ -143,18 +66,18 @@ VectorXd nearest_between(const VectorXd& from, const VectorXd& to) {
 
 // Of a curve, where its pieces come nearest to the goal.
 struct Nearest {
-  VectorXd missed;     // there, in the rows' units
-  double angle;        // rad
-  Curve::Place begun;  // where the best piece begins
-  double piece = 0.0;  // rad, how long it is; 0: nothing is nearer than the curve's own beginning
+  VectorXd missed;            // there, in the rows' units
+  double angle;               // rad
+  CurveOfHinge::Place begun;  // where the best piece begins
+  double piece = 0.0;         // rad, how long it is; 0: nothing is nearer than the curve's own beginning
 };
 
 // Follows so many pieces of the curve from a place on.
-void look_along(Curve& curve, const Curve::Place& from, double piece, Nearest& nearest) {
+void look_along(CurveOfHinge& curve, const CurveOfHinge::Place& from, double piece, Nearest& nearest) {
   curve.go_to(from);
   VectorXd before = curve.missed();
   for (int n = 0; n < pieces; ++n) {
-    const Curve::Place begun = curve.now();
+    const CurveOfHinge::Place begun = curve.now();
     curve.bend(piece);
     const VectorXd now = curve.missed();
     if (const VectorXd between = nearest_between(before, now); between.norm() < nearest.missed.norm())
@@ -163,64 +86,106 @@ void look_along(Curve& curve, const Curve::Place& from, double piece, Nearest& n
   }
 }
 
-Nearest nearest_end(Curve& curve, const Hinge& hinge) {
-  const Curve::Place start = curve.now();
+Nearest nearest_end(CurveOfHinge& curve, const Hinge& hinge) {
+  const CurveOfHinge::Place start = curve.now();
   Nearest nearest{curve.missed(), start.angle, start};
   for (const double end : {hinge.least, hinge.most}) look_along(curve, start, (end - start.angle) / pieces, nearest);
   if (nearest.piece == 0.0) return nearest;
   const double piece = nearest.piece;  // within which a small stroke bends
   curve.go_to(nearest.begun);
   nearest = {curve.missed(), curve.now().angle, curve.now()};
-  look_along(curve, Curve::Place(nearest.begun), piece / pieces, nearest);
+  look_along(curve, CurveOfHinge::Place(nearest.begun), piece / pieces, nearest);
   return nearest;
 }
 
 constexpr const char* to_change_that =
     "; a second joint or axis would change that, or a goal that leaves more of it \"free\"";
 
-// What the goal is missed by after each number of whole turns from −most to most, of curves in so many pieces.
-std::vector<VectorXd> missed_after_turns(Curve& curve, int pieces_of_turn, int most) {
-  const Curve::Place start = curve.now();
-  for (int n = 0; n < pieces_of_turn; ++n) curve.bend(whole_turn / pieces_of_turn);
-  const Curve::Place turned = curve.now();
-  std::vector<VectorXd> missed(at(2 * most + 1));
-  for (const auto& [from, to, sign] : {std::tuple(start, turned, 1), std::tuple(turned, start, -1)}) {
-    curve.go_to(start);
-    missed[at(most)] = curve.missed();
-    for (int n = 1; n <= most; ++n) {
-      curve.move_as(from, to, n);
-      missed[at(most + sign * n)] = curve.missed();
+// Where whole turns end.
+struct End {
+  VectorXd missed;    // in the rows' units
+  Vector3d position;  // m
+};
+
+// Of so many first shapes, the swimmer's own first, where each number of whole turns from −most to most ends, by curves in so many pieces.
+std::vector<std::vector<End>> ends_of_turns(CurveOfHinge& curve, int shapes, int pieces_of_turn, int most) {
+  const CurveOfHinge::Place start = curve.now();
+  std::vector<CurveOfHinge::Place> places = {start};
+  for (int n = 0; n < (shapes > 1 ? 2 : 1) * pieces_of_turn; ++n) {
+    curve.bend(2.0 * std::numbers::pi / pieces_of_turn);
+    places.push_back(curve.now());
+  }
+  std::vector<std::vector<End>> ends(at(shapes), std::vector<End>(at(2 * most + 1)));
+  for (int shape = 0; shape < shapes; ++shape) {
+    const int piece = static_cast<int>(std::int64_t{pieces_of_turn} * shape / shapes);
+    const CurveOfHinge::Place &first = places[at(piece)], &turned = places[at(piece + pieces_of_turn)];
+    for (const auto& [from, to, sign] : {std::tuple(first, turned, 1), std::tuple(turned, first, -1)}) {
+      curve.go_to(start);
+      for (int n = 0; n <= most; ++n) {
+        if (n > 0) curve.move_as(from, to, n);
+        ends[at(shape)][at(most + sign * n)] = {curve.missed(), curve.now().position};
+      }
     }
   }
   curve.go_to(start);
-  return missed;
+  return ends;
 }
 
-// Ends in the first shape: whole turns, each of which moves the swimmer as the one before it did.
-std::string beyond_whole_turns(const System& system, Curve& curve, double asked, int steps) {
-  const int most = std::max(1, steps / steps_of_turn);
-  const std::vector<VectorXd> coarse = missed_after_turns(curve, pieces, most),
-                              fine = missed_after_turns(curve, 2 * pieces, most);
-  VectorXd nearest = VectorXd::Constant(static_cast<Eigen::Index>(curve.rows().size()), asked);
-  int turns = 0;  // nearest by so many
-  for (int n = 1; n <= most; ++n)
-    for (const int by : {n, -n}) {
-      const VectorXd &missed = fine[at(most + by)], &roughly = coarse[at(most + by)];
-      if (missed.norm() <= settled + (missed - roughly).norm()) return "";
-      if (missed.norm() >= (1.0 - alike) * nearest.norm()) continue;  // of turns that end alike the fewest
-      nearest = missed;
-      turns = by;
-    }
-  const std::string number = std::to_string(most);
-  const std::string opening =
-      "where a single joint angle ends in its first shape it has made whole turns, each of which moves the swimmer "
-      "alike, "
-      "and by none of up to " +
-      number + " either way, the most that " + std::to_string(steps) + " steps show, is the goal met";
-  if (turns == 0) return opening + to_change_that;
+// Whole turns that end in the first shape, each of which moves the swimmer as the one before it did; of gaits whose first shape is free
+// from many of them.
+class WholeTurns {
+ public:
+  WholeTurns(CurveOfHinge& curve, const Maneuver& maneuver, int steps)
+      : most_(std::max(1, steps / steps_of_turn)),
+        shapes_(maneuver.periodic && maneuver.free_shape ? first_shapes : 1),
+        coarse_(ends_of_turns(curve, shapes_, pieces, most_)),
+        fine_(ends_of_turns(curve, shapes_, 2 * pieces, most_)) {}
+
+  int most() const { return most_; }
+  int shapes() const { return shapes_; }
+  const End& end(int shape, int turns) const { return fine_[at(shape)][at(most_ + turns)]; }
+
+  // By how much an end may be off, by the curve's pieces and from one first shape to the next: in the rows' units, and its position, m.
+  double unsure(int shape, int turns) const {
+    return apart(end(shape, turns), roughly(shape, turns)) +
+           apart(end(shape, turns), end((shape + 1) % shapes_, turns));
+  }
+  double unsure_way(int shape, int turns) const {
+    return (end(shape, turns).position - roughly(shape, turns).position).norm();
+  }
+  bool meets(int shape, int turns) const { return end(shape, turns).missed.norm() <= settled + unsure(shape, turns); }
+
+ private:
+  // Attitudes beyond half a turn jump, and are far from what is asked.
+  static double apart(const End& one, const End& other) {
+    const double apart = (one.missed - other.missed).norm();
+    return apart > jump ? 0.0 : apart;
+  }
+  const End& roughly(int shape, int turns) const { return coarse_[at(shape)][at(most_ + turns)]; }
+
+  int most_, shapes_;
+  std::vector<std::vector<End>> coarse_, fine_;
+};
+
+std::string beyond_whole_turns(const System& system, const CurveOfHinge& curve, const WholeTurns& turns, int steps) {
+  VectorXd nearest = turns.end(0, 0).missed;
+  int nearest_by = 0;
+  for (int shape = 0; shape < turns.shapes(); ++shape)
+    for (int n = 1; n <= turns.most(); ++n)
+      for (const int by : {n, -n}) {
+        if (turns.meets(shape, by)) return "";
+        const VectorXd& missed = turns.end(shape, by).missed;
+        if (missed.norm() >= (1.0 - alike) * nearest.norm()) continue;  // of turns that end alike the fewest
+        nearest = missed;
+        nearest_by = by;
+      }
   Eigen::Index worst = 0;
   const double missed = nearest.cwiseAbs().maxCoeff(&worst);
-  return opening + ". It comes nearest by " + std::to_string(turns) + ", after which " +
+  return "where a single joint angle ends in its first shape it has made whole turns, each of which moves the swimmer "
+         "alike, and by none of up to " +
+         std::to_string(turns.most()) + " either way, the most that " + std::to_string(steps) +
+         " steps show, is the goal met. It comes nearest " +
+         (nearest_by == 0 ? "without any, where " : "by " + std::to_string(nearest_by) + ", after which ") +
          end_row_in_words(system, curve.rows()[static_cast<std::size_t>(worst)], missed) + to_change_that;
 }
 
@@ -228,13 +193,13 @@ std::string beyond_whole_turns(const System& system, Curve& curve, double asked,
 
 std::string beyond_single_angle(const System& system, const Maneuver& maneuver, const maneuver::Limits& limits,
                                 int steps) {
-  const std::optional<Hinge> hinge = single_hinge(system, maneuver, limits);
+  const std::optional<Hinge> hinge = single_hinge(system, maneuver, limits, steps);
   if (!hinge) return "";
-  Curve curve(system, maneuver, hinge->joint);
+  CurveOfHinge curve(system, maneuver, hinge->joint);
   if (curve.rows().empty()) return "";
   const double asked = curve.missed().norm();
   if (asked < least_asked) return "";
-  if (std::isinf(hinge->most)) return beyond_whole_turns(system, curve, asked, steps);
+  if (std::isinf(hinge->most)) return beyond_whole_turns(system, curve, WholeTurns(curve, maneuver, steps), steps);
   const Nearest nearest = nearest_end(curve, *hinge);
   if (nearest.missed.norm() <= near_enough * asked) return "";
   Eigen::Index worst = 0;
@@ -245,6 +210,30 @@ std::string beyond_single_angle(const System& system, const Maneuver& maneuver, 
          in_words(hinge->least) + " to " + in_words(hinge->most) + " rad is the goal met. It comes nearest at " +
          in_words(nearest.angle) + " rad, where " +
          end_row_in_words(system, curve.rows()[static_cast<std::size_t>(worst)], missed) + to_change_that;
+}
+
+void refuse_price_of_no_whole_turn(const System& system, const Maneuver& maneuver, const maneuver::Limits& limits,
+                                   int steps) {
+  const maneuver::CostWeights& weights = maneuver.cost_weights;
+  const bool by_metre = weights.transport > 0.0 && !asks_to_move(system, maneuver);
+  const std::optional<Hinge> hinge = single_hinge(system, maneuver, limits, steps);
+  if (!hinge || !std::isinf(hinge->most) || !(weights.of_displacement() || by_metre)) return;
+  CurveOfHinge curve(system, maneuver, hinge->joint);
+  const WholeTurns turns(curve, maneuver, steps);
+  const double still = settled * system.length_unit();
+  for (int shape = 0; shape < turns.shapes(); ++shape)
+    for (int by = -turns.most(); by <= turns.most(); ++by) {
+      const Vector3d way = turns.end(shape, by).position - maneuver.start.position;
+      const double wins = by_metre ? way.norm() : std::abs(way.dot(weights.displacement.normalized()));
+      if (by != 0 && turns.meets(shape, by) && wins > still + turns.unsure_way(shape, by)) return;
+    }
+  throw model::InputError(by_metre ? "cost.transport" : "cost.displacement",
+                          std::string("found a price of ") + (by_metre ? "each metre" : "displacement") +
+                              ", but a single joint angle that ends in its first shape has made whole turns, and none "
+                              "of up to " +
+                              std::to_string(turns.most()) +
+                              " either way meets the goal and moves the swimmer so; leave it out, or add a second "
+                              "joint or axis");
 }
 
 }  // namespace lamprey::shape

@@ -6,6 +6,7 @@
 
 #include "guess/angle_march.hpp"
 #include "lie/so3.hpp"
+#include "model/input_error.hpp"
 #include "shape/single_angle.hpp"
 #include "study/answer.hpp"
 
@@ -147,6 +148,47 @@ TEST(SingleAngle, by_many_whole_turns_keeps_its_attitude_a_rotation) {
   EXPECT_NE(words().find("comes nearest by 1, after which"), std::string::npos) << words();
   problem.goal->turn = whole;
   EXPECT_EQ(words(), "");
+}
+
+// A gait closes by whole turns or goes back, whatever its first shape: what these turns lead to is all that there is.
+TEST(SingleAngle, of_gaits_that_close_by_whole_turns_leads_where_these_do) {
+  maneuver::Problem problem = two_halves();
+  problem.limits = {};
+  const Vector3d whole = *led_by(problem, 2.0 * M_PI, 20000).rotation["front"];
+  problem.goal->periodic = true;
+  problem.goal->move = {};
+  for (const bool free_shape : {false, true}) {
+    problem.start.free_shape = free_shape;
+    problem.goal->turn = whole;
+    EXPECT_EQ(beyond(problem), "");
+    *problem.goal->turn *= 1.05;
+    EXPECT_NE(beyond(problem).find("none of up to 5 either way"), std::string::npos) << beyond(problem);
+  }
+  // halves alike turn by half a turn, so that two whole turns bring them back
+  problem.swimmer.bodies[1].semi_axes = problem.swimmer.bodies[0].semi_axes;
+  problem.goal->turn = Vector3d::Zero();
+  problem.goal->move = {0.05, std::nullopt, std::nullopt};
+  EXPECT_NE(beyond(problem).find("none of up to 5 either way"), std::string::npos) << beyond(problem);
+  problem.goal->move = {};
+  problem.cost_weights.displacement = {5.0, 0.0, 0.0};
+  const model::System alike(problem.swimmer);
+  const auto refuse = [&] {
+    shape::refuse_price_of_no_whole_turn(alike, maneuver::make_maneuver(alike, problem, 20), problem.limits, 20);
+  };
+  EXPECT_THROW(refuse(), model::InputError);
+  problem.goal->turn.reset();  // one turn leaves them turned, and elsewhere
+  EXPECT_NO_THROW(refuse());
+}
+
+// Where no turn comes nearer than to stay, that is told.
+TEST(SingleAngle, that_stays_nearer_than_any_turn_leads_says_so) {
+  maneuver::Problem problem = two_halves();
+  problem.limits = {};
+  problem.goal->move = {0.01, std::nullopt, std::nullopt};
+  problem.goal->turn = Vector3d::Zero();
+  EXPECT_NE(beyond(problem).find("comes nearest without any, where goal.move along e_1 is missed by 0.01 m"),
+            std::string::npos)
+      << beyond(problem);
 }
 
 TEST(SingleAngle, says_nothing_of_what_can_turn_round_drift_or_has_more_joints) {
