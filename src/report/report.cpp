@@ -1,6 +1,7 @@
 #include "report/report.hpp"
 
 #include <filesystem>
+#include <optional>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -29,6 +30,19 @@ std::string filled(const std::vector<std::pair<std::string_view, std::string>>& 
     done = at + mark.size();
   }
   return html.append(page, done, std::string_view::npos);
+}
+
+// Those of other minima beyond the first `count` that came with the result that lies in a folder: one run wrote them all.
+std::vector<std::filesystem::path> folders_of_others(const std::filesystem::path& within, std::size_t count) {
+  std::vector<std::filesystem::path> folders;
+  std::optional<result::Provenance> run;
+  for (std::size_t n = count; std::filesystem::exists(within / folder_of_other(n) / "solution.json"); ++n) {
+    if (!run) run = result::stored_provenance(within.string());
+    if (!run) break;
+    const std::filesystem::path folder = within / folder_of_other(n);
+    if (result::stored_provenance(folder.string()) == run) folders.push_back(folder);
+  }
+  return folders;
 }
 
 // What write_results writes, and the folder where it holds nothing else.
@@ -65,14 +79,14 @@ std::string folder_of_other(std::size_t n) { return "minimum_" + std::to_string(
 
 void write_results(const std::string& folder, const result::Results& results) {
   const std::filesystem::path within = folder.empty() ? "." : folder;
+  std::vector<std::filesystem::path> outdated;
+  if (!results.alone)  // a motion that was read may have others that it does not know
+    outdated = folders_of_others(within, results.others.size());
   for (std::size_t n = 0; n < results.others.size(); ++n)
     write_results((within / folder_of_other(n)).string(), results.others[n]);
   document::write_files(folder, {result::solution_file(results), result::trajectory_file(results),
                                  document::finished_file("report.html", report_html(results))});
-  // those of what was here before; a motion that was read may have some that it does not know
-  for (std::size_t n = results.others.size();
-       !results.alone && std::filesystem::exists(within / folder_of_other(n) / "solution.json"); ++n)
-    remove_results(within / folder_of_other(n));
+  for (const std::filesystem::path& other : outdated) remove_results(other);
 }
 
 }  // namespace lamprey::report

@@ -17,7 +17,8 @@ std::string report_html(const result::Results& results);
 std::string comparison_html(const result::Results& a, const result::Results& b);
 
 /// Writes FOLDER/solution.json, trajectory.h5 and report.html, all of them or none, and the same of each other minimum that the results
-/// hold into a folder within it; what earlier results left in such folders goes. Failures of file::write_files.
+/// hold into a folder within it. Of such folders beyond these, those go whose provenance is that of the solution.json that is
+/// replaced. Failures of file::write_files.
 void write_results(const std::string& folder, const result::Results& results);
 
 /// Name of the folder of other minimum n: minimum_2 of the first.

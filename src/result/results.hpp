@@ -23,6 +23,8 @@ struct Provenance {
   std::string command;
   std::string problem_sha256;  // of the problem file's bytes
   std::uint64_t seed = 0;
+
+  bool operator==(const Provenance&) const = default;
 };
 
 /// A body and a joint as solved: defaults filled in, names resolved to indices.

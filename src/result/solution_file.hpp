@@ -1,6 +1,7 @@
 // solution.json: Results ↔ the fields and shapes of the interface, numbers with 17 digits, the same bytes for the same Results.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "document/atomic_write.hpp"
@@ -28,5 +29,8 @@ Results read_solution(const std::string& folder);
 
 /// The same from the file's bytes; `path` only names them.
 Results parse_solution(const std::string& bytes, const std::string& path);
+
+/// Where FOLDER/solution.json comes from; nothing where there is none that can be read.
+std::optional<Provenance> stored_provenance(const std::string& folder);
 
 }  // namespace lamprey::result

@@ -4,10 +4,12 @@
 
 #include <fmt/format.h>
 
+#include "document/io_error.hpp"
 #include "document/json_document.hpp"
 #include "document/json_words.hpp"
 #include "document/text_file.hpp"
 #include "file/words.hpp"
+#include "model/input_error.hpp"
 #include "result/certificate_reader.hpp"
 #include "result/limits_json.hpp"
 #include "result/result_shapes.hpp"
@@ -386,6 +388,10 @@ Provenance read_provenance(const document::JsonReader& reader) {
   return provenance;
 }
 
+std::string path_within(const std::string& folder) {
+  return (std::filesystem::path(folder) / "solution.json").string();
+}
+
 }  // namespace
 
 Results parse_solution(const std::string& bytes, const std::string& path) {
@@ -439,8 +445,20 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
 }
 
 Results read_solution(const std::string& folder) {
-  const std::string path = (std::filesystem::path(folder) / "solution.json").string();
+  const std::string path = path_within(folder);
   return parse_solution(document::read_bytes(path, solution_byte_limit), path);
+}
+
+std::optional<Provenance> stored_provenance(const std::string& folder) {
+  const std::string path = path_within(folder);
+  try {
+    const document::JsonDocument document(document::read_bytes(path, solution_byte_limit), path);
+    return read_provenance(document.root().at("provenance"));
+  } catch (const model::InputError&) {
+    return std::nullopt;
+  } catch (const document::IoError&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace lamprey::result
