@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -21,10 +22,10 @@ std::string typed(int count, char** words) {
   return line;
 }
 
-// Becomes lamprey_bench, or the script that also measures peers; both sit beside this program.
-int run_bench(const std::string& program, bool peers, bool quick) {
-  const std::string folder = program.substr(0, program.rfind('/') + 1);
-  const std::string bench = folder + "lamprey_bench", with_peers = folder + "lamprey_bench_peers";
+// Becomes lamprey_bench, or the script that also measures peers; both sit beside this program, wherever it was called from.
+int run_bench(bool peers, bool quick) {
+  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const std::string bench = folder / "lamprey_bench", with_peers = folder / "lamprey_bench_peers";
   for (const std::string& beside : {bench, with_peers}) {
     if ((peers || beside == bench) && access(beside.c_str(), X_OK) != 0) {
       fmt::print(stderr, "lamprey: {} is missing; ./dev bench builds it\n", beside);
@@ -40,7 +41,7 @@ int run_bench(const std::string& program, bool peers, bool quick) {
   return program_missing;
 }
 
-int dispatch(const CLI::App& app, const Arguments& arguments, const std::string& program) {
+int dispatch(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("solve")) return solve(arguments.solve);
   if (app.got_subcommand("simulate")) return simulate(arguments.simulate);
   if (app.got_subcommand("check")) return check(arguments.problem);
@@ -48,7 +49,7 @@ int dispatch(const CLI::App& app, const Arguments& arguments, const std::string&
   if (app.got_subcommand("report")) return report(arguments.folders);
   if (app.got_subcommand("export")) return export_tables(arguments.folder);
   if (app.got_subcommand("inertia")) return inertia(arguments.semi_axes, arguments.density, arguments.json);
-  return run_bench(program, arguments.peers, arguments.quick);
+  return run_bench(arguments.peers, arguments.quick);
 }
 
 int run(int count, char** words) {
@@ -69,7 +70,7 @@ int run(int count, char** words) {
     return app.exit(error) == 0 ? done : usage;
   }
   arguments.solve.command = arguments.simulate.command = typed(count, words);
-  return dispatch(app, arguments, words[0]);
+  return dispatch(app, arguments);
 }
 
 }  // namespace

@@ -540,6 +540,19 @@ TEST(Program, measures_nothing_and_says_why_with_code_7_when_peers_cannot_be_ins
   EXPECT_TRUE(fs::exists(folder / "measured"));
 }
 
+// The shell finds it by PATH, and names no folder.
+TEST(Program, measures_with_what_lies_beside_it_and_not_in_the_present_folder) {
+  const BenchFolder folder;
+  const Folder present;
+  std::ofstream(present / "lamprey_bench") << "#!/bin/sh\ntouch " << (present / "foreign") << "\n";
+  fs::permissions(present / "lamprey_bench", fs::perms::owner_all);
+  const std::string command =
+      "cd " + (present / "") + " && PATH=" + (folder / "") + ":$PATH lamprey bench >/dev/null 2>&1";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 0);
+  EXPECT_TRUE(fs::exists(folder / "measured"));
+  EXPECT_FALSE(fs::exists(present / "foreign"));
+}
+
 TEST(Program, says_how_to_build_the_benchmarks_when_they_are_missing) {
   const BenchFolder folder;
   fs::remove(folder / "lamprey_bench_peers");
