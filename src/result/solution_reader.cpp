@@ -105,6 +105,25 @@ ResolvedJoint read_joint(const document::JsonReader& reader, int bodies) {
   return joint;
 }
 
+// What joints make of the bodies is a tree, whose root is the first of them.
+void require_tree(const document::JsonReader& joints, const ResolvedProblem& problem) {
+  joints.require_array(problem.bodies.size() - 1);
+  std::vector<std::size_t> above(problem.bodies.size(), problem.joints.size());  // joint, of each body but the root
+  for (std::size_t j = 0; j < problem.joints.size(); ++j) {
+    const auto child = static_cast<std::size_t>(problem.joints[j].child);
+    if (child == 0 || above[child] != problem.joints.size())
+      joints.at(j).at("child").refuse("each body but the first below one joint, and the first below none");
+    above[child] = j;
+  }
+  for (std::size_t j = 0; j < problem.joints.size(); ++j) {
+    auto body = static_cast<std::size_t>(problem.joints[j].parent);
+    for (std::size_t passed = 0; body != 0; ++passed) {
+      if (passed == problem.joints.size()) joints.at(j).at("parent").refuse("a way up to the first body");
+      body = static_cast<std::size_t>(problem.joints[above[body]].parent);
+    }
+  }
+}
+
 // Of weights or parts of the cost, where files that are older than it have another value.
 double angular_velocity_in(const document::JsonReader& costs, double untold) {
   return costs.has("angular_velocity") ? costs.at("angular_velocity").number() : untold;
@@ -175,6 +194,7 @@ ResolvedProblem read_resolved(const document::JsonReader& reader) {
   joints.require_array();
   for (std::size_t j = 0; j < joints.size(); ++j)
     problem.joints.push_back(read_joint(joints.at(j), static_cast<int>(problem.bodies.size())));
+  require_tree(joints, problem);
   if (reader.has("density")) {
     problem.density = reader.at("density").number();
     if (*problem.density < 0.0) reader.at("density").refuse("a number >= 0 (kg/m³)");

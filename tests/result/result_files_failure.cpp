@@ -3,8 +3,10 @@
 #include <sys/resource.h>
 
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "document/io_error.hpp"
+#include "file/refusals.hpp"
 #include "file/samples.hpp"
 #include "model/input_error.hpp"
 #include "result/solution_file.hpp"
@@ -185,6 +187,33 @@ TEST(SolutionReader, what_is_wrong_is_told_by_file_and_json_pointer) {
             std::string::npos);
   EXPECT_NE(refusal(edited("\"schema\": 1", "\"schema\": 2")).find("/schema: found 2; allowed: 1"), std::string::npos);
   EXPECT_NE(refusal(edited("\"provenance\"", "\"provenience\"")).find("/provenance: found nothing"), std::string::npos);
+}
+
+TEST(SolutionReader, joints_that_make_no_tree_are_refused_at_the_joint) {
+  const std::string text = result::solution_text(tests::sample_results(2));
+  const auto told = [&](const std::vector<std::pair<int, int>>& parent_and_child) {
+    auto document = nlohmann::json::parse(text);
+    for (std::size_t j = 0; j < parent_and_child.size(); ++j) {
+      document["problem"]["joints"][j]["parent"] = parent_and_child[j].first;
+      document["problem"]["joints"][j]["child"] = parent_and_child[j].second;
+    }
+    return refusal(document.dump());
+  };
+  EXPECT_EQ(told({{0, 1}, {1, 2}}), "");
+  EXPECT_EQ(told({{2, 1}, {0, 2}}), "") << "in any order";
+  EXPECT_EQ(
+      told({{0, 1}, {2, 1}}),
+      "solution.json: /problem/joints/1/child: found 1; allowed: each body but the first below one joint, and the "
+      "first below none; write the file again with lamprey or mend this field");
+  EXPECT_NE(told({{0, 1}, {1, 0}}).find("/problem/joints/1/child: found 0; allowed: each body but the first"),
+            std::string::npos);
+  EXPECT_NE(told({{2, 1}, {1, 2}}).find("/problem/joints/0/parent: found 2; allowed: a way up to the first body"),
+            std::string::npos);
+  auto fewer = nlohmann::json::parse(text);
+  fewer["problem"]["joints"].erase(1);
+  EXPECT_NE(refusal(fewer.dump()).find("/problem/joints: found array of 1 entries; allowed: an array of 2 entries"),
+            std::string::npos)
+      << refusal(fewer.dump());
 }
 
 TEST(SolutionReader, text_that_is_not_json_is_told_by_line) {
