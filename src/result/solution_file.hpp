@@ -10,7 +10,8 @@
 namespace lamprey::result {
 
 /// The text of solution.json. Single numbers that are not finite become null; std::domain_error names the first array entry that is
-/// not finite or the first array of the wrong length (N + 1 = problem.steps + 1 nodes, or none at all).
+/// not finite or the first array of the wrong length (N + 1 = problem.steps + 1 nodes, or none at all, which leaves the motion out and
+/// is not read back).
 std::string solution_text(const Results& results);
 
 /// Its field `problem`, one JSON object.

@@ -316,16 +316,15 @@ void read_momentum(const document::JsonReader& reader, std::size_t nodes, maneuv
 
 void read_motion(const document::JsonReader& reader, const ResolvedProblem& problem, maneuver::Solution& solution) {
   const document::JsonReader time = reader.at("time");
-  time.require_array();
-  const std::size_t nodes = time.size();
-  if (nodes != 0) time.require_array(static_cast<std::size_t>(problem.steps) + 1);
+  const std::size_t nodes = static_cast<std::size_t>(problem.steps) + 1;
+  time.require_array(nodes);
   read_nodes(time, nodes, solution.time);
   read_nodes(reader.at("position"), nodes, solution.position);
   read_nodes(reader.at("rotation"), nodes, problem.bodies.size(), solution.rotation);
   read_nodes(reader.at("control"), nodes, problem.joints.size(), solution.control);
   if (reader.has("joint_angle"))
     read_nodes(reader.at("joint_angle"), nodes, problem.joints.size(), solution.joint_angle);
-  if (nodes != 0) read_stages(reader, nodes - 1, problem.joints.size(), solution);
+  read_stages(reader, nodes - 1, problem.joints.size(), solution);
   const document::JsonReader velocity = reader.at("velocity");
   read_nodes(velocity.at("linear"), nodes, solution.linear_velocity);
   read_nodes(velocity.at("angular"), nodes, problem.bodies.size(), solution.angular_velocity);

@@ -38,5 +38,15 @@ TEST_F(StoredFiles, with_a_body_on_two_joints) {
   refused_by_all(march, "/problem/joints/1/child");
 }
 
+TEST_F(StoredFiles, without_nodes) {
+  for (const char* array : {"time", "position", "rotation", "control", "joint_angle"}) march[array] = json::array();
+  for (json* group : {&march["velocity"], &march["momentum"]["linear"], &march["momentum"]["angular"]})
+    for (json& array : *group) array = json::array();
+  refused_by_all(march, "/time");
+  march["status"] = "optimal";
+  march["problem"]["steps"] = 2'000'000;  // of which verify would make as many
+  refused_by_all(march, "/time");
+}
+
 }  // namespace
 }  // namespace lamprey::tests

@@ -104,6 +104,20 @@ inline void sample_motion(int steps, double time_step, SampleNumbers& sample, ma
     *momentum = {vectors(steps + 1), vectors(steps + 1), vectors(steps + 1)};
 }
 
+/// One node at rest, of bodies that a tree of joints holds.
+inline maneuver::Solution standing(std::size_t bodies, std::size_t joints) {
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  maneuver::Solution solution;
+  solution.time = {0.0};
+  solution.position = solution.linear_velocity = {none};
+  solution.rotation.emplace_back(bodies, Eigen::Matrix3d::Identity());
+  solution.angular_velocity.emplace_back(bodies, none);
+  solution.control.emplace_back(joints, none);
+  solution.joint_angle.emplace_back(joints, none);
+  solution.linear_momentum = solution.angular_momentum = {{none}, {none}, {none}};
+  return solution;
+}
+
 inline std::size_t at_nodes(int steps) { return static_cast<std::size_t>(steps) + 1; }
 
 /// Results of every field, three bodies and two joints.

@@ -189,6 +189,17 @@ TEST(SolutionReader, what_is_wrong_is_told_by_file_and_json_pointer) {
   EXPECT_NE(refusal(edited("\"provenance\"", "\"provenience\"")).find("/provenance: found nothing"), std::string::npos);
 }
 
+// No program of ours writes such: each march and each search has the start at least.
+TEST(SolutionReader, a_motion_without_nodes_is_refused_whatever_steps_it_tells) {
+  result::Results none = tests::sample_results(2);
+  none.solution = {};
+  const std::string told = "solution.json: /time: found []; allowed: an array of ";
+  EXPECT_EQ(refusal(result::solution_text(none)),
+            told + "3 entries; write the file again with lamprey or mend this field");
+  none.problem.steps = 2'000'000'000;
+  tests::expect_begins(refusal(result::solution_text(none)), told + "2000000001 entries");
+}
+
 TEST(SolutionReader, joints_that_make_no_tree_are_refused_at_the_joint) {
   const std::string text = result::solution_text(tests::sample_results(2));
   const auto told = [&](const std::vector<std::pair<int, int>>& parent_and_child) {
