@@ -4,12 +4,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <system_error>
 #include <utility>
 
 #include "file/problem_file.hpp"
@@ -55,14 +57,23 @@ CLI::Validator named() {
       "");
 }
 
-// Which a minus sign would wind round.
-CLI::Validator without_sign() {
-  return {[](const std::string& text) {
-            return text.starts_with('-') ? "found " + text + "; allowed: a whole number that is not negative"
-                                         : std::string();
-          },
-          "", "without sign"};
+// Digits alone: CLI11 would wind a minus sign round, take the largest for what is too large, and eights for tens behind a zero.
+CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
+  return CLI::Validator(
+      [=](std::string& text) {
+        std::uint64_t value = 0;
+        const char* const end = text.data() + text.size();
+        const auto [stop, error] = std::from_chars(text.data(), end, value);
+        if (text.empty() || stop != end || error != std::errc() || value < least || value > most)
+          return fmt::format("found {}; allowed: a whole number from {} to {}", text.empty() ? "\"\"" : text, least,
+                             most);
+        text = fmt::format("{}", value);
+        return std::string();
+      },
+      fmt::format("from {} to {}", least, most), "whole number");
 }
+
+CLI::Validator seed() { return whole_number(0, std::numeric_limits<std::int64_t>::max()); }  // as problem files
 
 void describe_solve(CLI::App& app, Arguments& arguments) {
   CLI::App* solve = app.add_subcommand("solve", "Find the maneuver of a problem file and prove it");
@@ -71,7 +82,7 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
       ->required()
       ->check(named());
   solve->add_option("--workers", arguments.solve.workers, "threads for multi-start (default: one for each core)")
-      ->check(CLI::Range(1, 1024));
+      ->transform(whole_number(1, 1024));
   solve
       ->add_option("--solver", arguments.solve.solver,
                    "newton: our own along the steps; ipopt: the full transcription; both: both from the same first "
@@ -90,13 +101,13 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
       ->add_option(
           "--keep", arguments.solve.keep,
           "minima to write, by rising cost, instead of the file's search.keep; the second into DIR/minimum_2 ...")
-      ->check(CLI::Range(1, 1000));
+      ->transform(whole_number(1, 1000));
   solve->add_flag("--resolve", arguments.solve.resolve,
                   "where the file's steps do not resolve the answer, solve from it on again on more, until they do");
   solve->add_option("--starts", arguments.solve.starts, "first guesses to try, instead of the file's search.starts")
-      ->check(CLI::Range(1, 1'000'000));
+      ->transform(whole_number(1, 1'000'000));
   solve->add_option("--seed", arguments.solve.seed, "of the first guesses, instead of the file's search.seed")
-      ->check(without_sign());
+      ->transform(seed());
   solve
       ->add_option("--time-limit", arguments.solve.time_limit,
                    "s, instead of the file's search.time_limit; the best motion is refined and proved for half as long "
@@ -169,15 +180,15 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
                    "file's, drawn at random: 0.05 for 5 %; total momentum stays that of the start")
       ->check(number_in(0.0, 0.9, "a number from 0 to 0.9"));
   simulate->add_option("--seed", arguments.simulate.seed, "of the random axes and shares (default 1)")
-      ->check(without_sign());
+      ->transform(seed());
   simulate->add_option("--steps", arguments.simulate.steps, "number of steps instead of the file's")
-      ->check(CLI::Range(std::int64_t{1}, file::step_limit));
+      ->transform(whole_number(1, file::step_limit));
   simulate
       ->add_option("--cycles", arguments.simulate.cycles,
                    "how often the gait of --controls or --feedback, or the period of a table, is repeated (default "
                    "1); --steps and --duration are of all "
                    "cycles together")
-      ->check(CLI::Range(1, 100'000));
+      ->transform(whole_number(1, 100'000));
   simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")->check(positive());
 }
 
