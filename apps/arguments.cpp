@@ -160,7 +160,7 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
                    "s of the maneuver's time, at which the march begins, from the problem's start (default 0); without "
                    "--duration it follows the rest")
       ->needs(feedback)
-      ->check(positive());
+      ->check(number_in(0.0, std::numeric_limits<double>::max(), "a number >= 0 (s)"));
   simulate
       ->add_flag("--reference", arguments.simulate.reference,
                  "march the continuous equations by a Runge-Kutta method of order 8 instead of a scheme")

@@ -41,5 +41,20 @@ TEST(WholeNumbers, with_zeros_before_them_are_the_same) {
   marched("--seed 9223372036854775807 --steps 12");
 }
 
+TEST(Numbers, of_the_time_at_which_a_plan_is_taken_up_may_be_that_of_its_beginning) {
+  const Folder folder;
+  const std::string problem = varied_example(folder, "translation", {{"steps", "40"}, {"starts", "1"}});
+  ASSERT_EQ(lamprey(folder, "solve " + problem + " --no-refinement --out " + (folder / "plan")).exit_code, 0);
+  const std::string follow = "simulate " + problem + " --feedback " + (folder / "plan") + " --out ";
+  EXPECT_EQ(lamprey(folder, follow + (folder / "untold")).exit_code, 0);
+  const ProgramRun begin = lamprey(folder, follow + (folder / "told") + " --feedback-from 0");
+  ASSERT_EQ(begin.exit_code, 0) << begin.err;
+  EXPECT_EQ(result::read_solution(folder / "told").solution.rotation,
+            result::read_solution(folder / "untold").solution.rotation);
+  const ProgramRun before = lamprey(folder, follow + (folder / "none") + " --feedback-from -1");
+  EXPECT_EQ(before.exit_code, 2);
+  EXPECT_NE(before.err.find("--feedback-from: found -1; allowed: a number >= 0 (s)"), std::string::npos) << before.err;
+}
+
 }  // namespace
 }  // namespace lamprey::tests
