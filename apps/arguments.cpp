@@ -141,7 +141,8 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
       "joint x, y, z "
       "of its "
       "rotation vector: the march follows them, a cubic from row to row, and finds the moments. A header names "
-      "joints in any order: \"tail\", \"fin 1\", \"spine x (deg)\"; joints with actuated = false that it leaves out "
+      "joints in any order, all with a unit or none: \"tail (deg)\", \"fin 1 (deg)\", \"spine x (rad)\"; joints with "
+      "actuated = false that it leaves out "
       "move as they do");
   angles->excludes(controls);
   CLI::Option* scheme = simulate->add_option("--scheme", arguments.simulate.scheme,

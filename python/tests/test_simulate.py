@@ -152,7 +152,7 @@ def test_joint_angles_are_followed_in_every_form(three_links, tmp_path):
     in_full = np.concatenate([rows[:, :, None], np.zeros((201, 2, 2))], axis=2)
     table = tmp_path / "angles.csv"
     lines = [f"{t!r},{float(np.degrees(b))!r},{a!r}" for t, (a, b) in zip(time.tolist(), rows.tolist())]
-    table.write_text("\n".join(["t,tail (deg),head", *lines]))
+    table.write_text("\n".join(["t,tail (deg),head (rad)", *lines]))
     for angles in (in_full, by_array, table):
         same = lp.simulate(three_links, angles=(time, angles) if angles is in_full else angles, steps=200, duration=1.0)
         assert np.abs(same.position - by_function.position).max() < 1e-10

@@ -173,6 +173,24 @@ std::optional<HeaderFault> wrong_unit(TableKind kind, const std::vector<Label>& 
   return std::nullopt;
 }
 
+// Radians would be read where the others' degrees are meant. Moments have one unit.
+std::optional<HeaderFault> lacking_unit(TableKind kind, const std::vector<Label>& labels,
+                                        const std::vector<std::string_view>& cells) {
+  if (kind == TableKind::moments) return std::nullopt;
+  const auto find = [&](bool with_unit) {
+    std::size_t n = 1;
+    while (n < labels.size() && (labels[n].name.empty() || labels[n].unit.empty() == with_unit)) ++n;
+    return n;
+  };
+  const std::size_t without = find(false), with = find(true);
+  if (without >= labels.size() || with >= labels.size()) return std::nullopt;
+  const std::string name(labels[without].name);
+  return HeaderFault{
+      without, fmt::format("{} without a unit beside {}", document::in_quotes(name), document::in_quotes(cells[with])),
+      "a unit behind every column, or behind none where all are radians",
+      fmt::format("write {} or {}", document::in_quotes(name + " (deg)"), document::in_quotes(name + " (rad)"))};
+}
+
 // In the unit that samples have.
 double in_unit(std::string_view unit) { return unit == "deg" || unit == "°" ? std::numbers::pi / 180.0 : 1.0; }
 
@@ -263,7 +281,7 @@ TableHeader read_table_header(TableKind kind, const std::vector<std::string_view
   const Columns known(kind, joints);
   std::vector<Label> labels;
   for (const std::string_view cell : cells) labels.push_back(label_of(cell));
-  if ((header.fault = wrong_unit(kind, labels))) return header;
+  if ((header.fault = wrong_unit(kind, labels)) || (header.fault = lacking_unit(kind, labels, cells))) return header;
   std::vector<std::optional<JointPart>> place;
   for (std::size_t n = 1; n < labels.size(); ++n) place.push_back(known.named(labels[n].name));
   header.named = std::any_of(place.begin(), place.end(), [](const auto& one) { return one.has_value(); });

@@ -51,7 +51,7 @@ std::vector<TableColumn> columns_in_order(TableKind kind, const std::vector<mode
 /// Columns by name where the header has names: "front x", "front.x" or "front_x", with the unit "(N m)" behind it or none, in
 /// any order; a hinge's name alone is its motor's moment along its axis, or its angle; "fin 1" and "fin 2" are those of
 /// the motors of a universal joint, or its angles; motors' moments stand in the place of x, y and z, or beside them; of
-/// a single joint "x" is enough. Joints that exert no moments may be left out. A header in which no cell names a joint leaves columns in the joints' order.
+/// a single joint "x" is enough. Joints that exert no moments may be left out. Of angles all columns have a unit, or none. A header in which no cell names a joint leaves columns in the joints' order.
 TableHeader read_table_header(TableKind kind, const std::vector<std::string_view>& cells,
                               const std::vector<model::JointDescription>& joints);
 

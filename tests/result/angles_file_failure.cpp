@@ -44,14 +44,15 @@ TEST(AnglesTable, holds_the_angles_of_each_joints_freedoms) {
 
 TEST(AnglesTable, a_header_says_whose_each_column_is_and_in_which_unit) {
   const AngleSamples samples = parse_angles(
-      "t (s),fin 2 (deg),fin_1,spine z,elbow (°),spine.x (rad),spine y\n0,90,2,3,-180,5,6\n1,0,0,0,0,0,0\n", "a.csv",
-      one_of_each());
+      "t,fin 2 (deg),fin_1 (rad),spine z [rad],elbow (°),spine.x (rad),spine y (rad)\n0,90,2,3,-180,5,6\n"
+      "1,0,0,0,0,0,0\n",
+      "a.csv", one_of_each());
   const double half = 0.5 * M_PI;
   EXPECT_LE((samples.angle[0][0] - Eigen::Vector3d(-2.0 * half, 0, 0)).norm(), tolerance(1e-15) * 4.0);
   EXPECT_LE((samples.angle[0][1] - Eigen::Vector3d(2.0, half, 0)).norm(), tolerance(1e-15) * 4.0);
   EXPECT_EQ(samples.angle[0][2], Eigen::Vector3d(5, 6, 3));
-  const AngleSamples unnamed =
-      parse_angles("t,a (deg),b,c,d,e,f\n0,180,2,3,4,5,6\n1,0,0,0,0,0,0\n", "a.csv", one_of_each());
+  const AngleSamples unnamed = parse_angles(
+      "t,a (deg),b (deg),c (deg),d (deg),e (deg),f (deg)\n0,180,2,3,4,5,6\n1,0,0,0,0,0,0\n", "a.csv", one_of_each());
   EXPECT_NEAR(unnamed.angle[0][0][0], M_PI, 1e-15) << "a unit holds without a name";
   EXPECT_EQ(
       unnamed.remark,
@@ -77,6 +78,18 @@ TEST(AnglesTable, that_cannot_be_meant_is_refused_at_its_column) {
   expect_begins(refusal("0,1,2,3,4,5,6\n1,0,nan,0,0,0,0\n"),
                 "a.csv:2:5: angle of fin: found \"nan\"; allowed: a finite");
   expect_begins(refusal("0,1,2,3,4,5,6\n"), "a.csv:1:1: t: found 1 rows; allowed: at least two");
+}
+
+// Radians would be read where degrees are meant.
+TEST(AnglesTable, with_units_for_some_columns_and_none_for_others_is_refused) {
+  const std::string rows = "\n0,1,2,3,4,5,6\n1,0,0,0,0,0,0\n";
+  const std::string allowed = "; allowed: a unit behind every column, or behind none where all are radians; ";
+  EXPECT_EQ(refusal("t (s),elbow (deg),fin 1 (deg),fin 2,spine x,spine y,spine z" + rows),
+            "a.csv:1:31: header: found \"fin 2\" without a unit beside \"elbow (deg)\"" + allowed +
+                "write \"fin 2 (deg)\" or \"fin 2 (rad)\"");
+  expect_begins(refusal("t,a,b,c,d,e,f [rad]" + rows),
+                "a.csv:1:3: header: found \"a\" without a unit beside \"f [rad]\"" + allowed);
+  EXPECT_EQ(refusal("t (s),elbow,fin 1,fin 2,spine x,spine y,spine z" + rows), "") << "that of time says nothing";
 }
 
 TEST(AnglesTable, of_a_swimmer_without_angles_has_no_columns) {
