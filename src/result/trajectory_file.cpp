@@ -162,22 +162,39 @@ bool has_array(hid_t file, const std::string& path) {
   }
 }
 
+// Texts that lie one after the other, each as long as the longest.
+std::vector<std::string> padded_texts(hid_t attribute, hid_t type, std::size_t count, const std::string& path) {
+  const std::size_t longest = H5Tget_size(type);
+  std::string padded(longest * count, '\0');
+  if (!padded.empty()) require(H5Aread(attribute, type, padded.data()), path, unreadable);
+  std::vector<std::string> texts;
+  for (std::size_t n = 0; n < count; ++n) texts.emplace_back(padded.substr(n * longest, longest).c_str());
+  return texts;
+}
+
+// Texts each of a length of its own, which the library allocates: h5py's, where it is not told otherwise.
+std::vector<std::string> separate_texts(hid_t attribute, hid_t type, hid_t space, std::size_t count,
+                                        const std::string& path) {
+  std::vector<char*> read(count, nullptr);
+  if (count > 0) require(H5Aread(attribute, type, read.data()), path, unreadable);
+  std::vector<std::string> texts;
+  for (const char* text : read) texts.emplace_back(text != nullptr ? text : "");
+  if (count > 0) H5Dvlen_reclaim(type, space, H5P_DEFAULT, read.data());
+  return texts;
+}
+
 // Texts of an attribute; nothing where it is not there, or holds none.
 std::optional<std::vector<std::string>> texts_of(hid_t object, const char* name, const std::string& path) {
   if (H5Aexists(object, name) <= 0) return std::nullopt;
   const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, path, unreadable);
   const Handle type(H5Aget_type(attribute), H5Tclose, path, unreadable);
   const Handle space(H5Aget_space(attribute), H5Sclose, path, unreadable);
-  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0) return std::nullopt;
-  const std::size_t longest = H5Tget_size(type);
-  const hssize_t count = H5Sget_simple_extent_npoints(space);
-  require(count < 0 ? -1 : 0, path, unreadable);
-  std::string padded(longest * static_cast<std::size_t>(count), '\0');
-  if (!padded.empty()) require(H5Aread(attribute, type, padded.data()), path, unreadable);
-  std::vector<std::string> texts;
-  for (std::size_t n = 0; n < static_cast<std::size_t>(count); ++n)
-    texts.emplace_back(padded.substr(n * longest, longest).c_str());
-  return texts;
+  if (H5Tget_class(type) != H5T_STRING) return std::nullopt;
+  const hssize_t points = H5Sget_simple_extent_npoints(space);
+  require(points < 0 ? -1 : 0, path, unreadable);
+  const auto count = static_cast<std::size_t>(points);
+  return H5Tis_variable_str(type) > 0 ? separate_texts(attribute, type, space, count, path)
+                                      : padded_texts(attribute, type, count, path);
 }
 
 // What an attribute says other than it should; files that do not have it say nothing.
