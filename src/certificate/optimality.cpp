@@ -373,9 +373,16 @@ FirstOrder first_order_of_nodes(const StoredMotion& motion, const Tables& tables
 
 }  // namespace
 
-// What is won by the way, pulled back from the end: rest, without moments, is stationary against it.
+// What is won by the way, pulled back from the end: rest, without moments, is stationary against it. Where moments move the whole to
+// second order alone, as from a straight shape, that is round-off: at least a small share of what the impulse of 1 N m at a node would
+// win all through the duration, were it a push at the swimmer's unit of length.
 double gradient_by_displacement(const StoredMotion& motion) {
-  if (!motion.problem.cost_weights.of_displacement()) return 0.0;
+  constexpr double least_share = 1e-7;
+  const maneuver::CostWeights& weights = motion.problem.cost_weights;
+  if (!weights.of_displacement()) return 0.0;
+  double mass = 0.0;
+  for (const model::Body& body : motion.system.bodies()) mass += body.mass_matrix.norm();
+  const double way = motion.time_step * motion.time_step * motion.steps / (mass * motion.system.length_unit());
   const Tables tables = tables_of(motion);
   LimitPulls pulls;
   pulls.any = true;
@@ -383,7 +390,8 @@ double gradient_by_displacement(const StoredMotion& motion) {
   pulls.by_control.assign(at(motion.steps + 1), VectorXd::Zero(motion.system.control_count()));
   pulls.by_state.back() = -gradient_of_displacement(motion);
   const MatrixXd none(0, pulls.by_state.back().size());
-  return spanning_conditions(tables, none, {}, pulls, {}).shift.lpNorm<Eigen::Infinity>();
+  const double gradient = spanning_conditions(tables, none, {}, pulls, {}).shift.lpNorm<Eigen::Infinity>();
+  return std::max(gradient, least_share * weights.displacement.norm() * way);
 }
 
 double round_off_of_kkt(const StoredMotion& motion, const ControlSpace& space, double moment_round_off) {

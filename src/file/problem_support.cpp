@@ -174,11 +174,11 @@ void require_clearance_of_joined(const ProblemFile& file) {
 void require_ends_within_limits(const ProblemFile& file) {
   const maneuver::Problem& problem = file.problem;
   if (!problem.goal) return;
-  const model::System system(problem.swimmer);
-  const maneuver::Maneuver maneuver =
-      maneuver::make_maneuver(system, problem, problem.steps);  // refuses contradictions
-  const std::vector<maneuver::LimitRow> rows = maneuver::limit_rows(system, problem);
   try {
+    const model::System system(problem.swimmer);
+    const maneuver::Maneuver maneuver =
+        maneuver::make_maneuver(system, problem, problem.steps);  // refuses contradictions
+    const std::vector<maneuver::LimitRow> rows = maneuver::limit_rows(system, problem);
     require_clearance_of_joined(file);
     if (problem.start.free_shape) return require_room_for_root(system, problem);
     if (const auto broken = maneuver::broken_by_start(system, maneuver, rows)) {

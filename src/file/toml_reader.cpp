@@ -240,7 +240,8 @@ double TableReader::number_in(const document::TomlValue& value, std::string_view
            degrees ? "write radians: 180 degrees are 3.14159" : "choose a finite value in that range");
   }
   const double size = std::abs(as_double(value));
-  if (size > largest_size || (size < least_size && !range.contains(0.0)))
+  const bool of_round_off = range.contains(-least_size);  // what may have a sign may be next to nothing
+  if (size > largest_size || (size > 0.0 && size < least_size && !of_round_off))
     refuse(key(name), shown(whole), fmt::format("{}, of a size between {} and {}", allowed, least_size, largest_size),
            "check the units: products of such numbers are none");
   return as_double(value);

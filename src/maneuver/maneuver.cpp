@@ -78,19 +78,49 @@ std::optional<mechanics::Rotations> fixed_attitudes(const Maneuver& maneuver) {
   return ends;
 }
 
+// How far the weighted centre of such bodies may be from the root, all joints stretched, m.
+double farthest_centre(const System& system) {
+  double sum = 0.0, whole = 0.0;
+  for (const model::Body& body : system.bodies()) {
+    const double mass = mass_in_all_directions(body).value_or(0.0);
+    double length = 0.0;
+    for (const model::PathPoint& point : body.path) length += point.offset.norm();
+    sum += mass * length;
+    whole += mass;
+  }
+  return sum / whole;
+}
+
+// Where attitudes are free the root comes as far from the centre, which is there `before`, as joints are long.
+void refuse_beyond_centre(const System& system, const Maneuver& maneuver, const Vector3d& before,
+                          const std::string& put, const std::string& cure) {
+  const double far = farthest_centre(system);
+  for (int c = 0; c < 3; ++c) {
+    const auto& asked = maneuver.end_position[at(c)];
+    if (!asked) continue;
+    const double way = *asked - maneuver.start.position[c];
+    const double most = far + (way > 0.0 ? before[c] : -before[c]);
+    if (std::abs(way) <= most + same_pose * system.size()) continue;
+    std::ostringstream text;
+    text << "found " << way << " m along e_" << c + 1 << ", but " << put << "the root moves that way by at most "
+         << most << " m, with all joints stretched; ask for less" << cure;
+    throw InputError("goal.move", text.str());
+  }
+}
+
 // Linear momentum zero, Σ m_i v_i of such bodies, keeps their weighted centre where it is.
 void refuse_to_move_centre(const System& system, const Maneuver& maneuver) {
   const std::optional<Vector3d> before = weighted_centre(system, maneuver.start.rotation);
-  const std::optional<mechanics::Rotations> ends = fixed_attitudes(maneuver);
-  if (!before || !ends) return;
-  const std::string stays =
-      std::string("each body is as heavy in all directions (") +
-      (system.density() == 0.0  ? "a vacuum"
-       : system.body(0).ellipse ? "circles, fluid included"
-                                : "spheres, fluid included") +
-      "), so that at zero momentum their weighted centre stays put, and the attitudes asked for tell where the root is "
-      "from there";
+  if (!before) return;
+  const std::string put = std::string("each body is as heavy in all directions (") +
+                          (system.density() == 0.0  ? "a vacuum"
+                           : system.body(0).ellipse ? "circles, fluid included"
+                                                    : "spheres, fluid included") +
+                          "), so that at zero momentum their weighted centre stays put, and ";
   const std::string cure = system.density() == 0.0 ? "" : ", or give bodies longer in one direction than in others";
+  const std::optional<mechanics::Rotations> ends = fixed_attitudes(maneuver);
+  if (!ends) return refuse_beyond_centre(system, maneuver, *before, put, cure);
+  const std::string stays = put + "the attitudes asked for tell where the root is from there";
   if (maneuver.cost_weights.of_displacement())
     throw InputError("cost.displacement",
                      "found a price of displacement, but " + stays + "; leave it out or an attitude \"free\"" + cure);

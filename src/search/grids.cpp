@@ -262,7 +262,7 @@ Reached::Reached(const System& system, const Problem& asked) : coordinates(syste
       rows = *met;
       shape::refuse_price_of_no_displacement(system, probe, coordinates);
       shape::refuse_price_of_no_whole_turn(system, probe, problem.limits, steps_of_scheme(asked));
-      out_of_reach = shape::out_of_reach(system, probe, coordinates, guess);
+      out_of_reach = shape::out_of_reach(system, probe, problem.waypoints, coordinates, guess);
       if (out_of_reach.empty())
         out_of_reach = shape::beyond_single_angle(system, probe, problem.limits, steps_of_scheme(asked));
       return;

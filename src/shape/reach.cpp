@@ -1,6 +1,7 @@
 #include "shape/reach.hpp"
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "algebra/row_space.hpp"
@@ -53,18 +54,20 @@ std::string axis_in_words(const Vector3d& axis) {
   return "(" + in_words(axis[0]) + ", " + in_words(axis[1]) + ", " + in_words(axis[2]) + ")";
 }
 
-// How far the displacement asked for is from those along the columns, m.
-double beyond_shifts(const Maneuver& maneuver, const MatrixXd& shifts) {
+using Place = std::array<std::optional<double>, 3>;
+
+// How far a displacement to a place is from those along the columns, m.
+double beyond_shifts(const Maneuver& maneuver, const Place& place, const MatrixXd& shifts) {
   std::vector<int> asked;
   for (int c = 0; c < 3; ++c)
-    if (maneuver.end_position[at(c)]) asked.push_back(c);
+    if (place[at(c)]) asked.push_back(c);
   if (asked.empty()) return 0.0;
   MatrixXd rows(static_cast<Eigen::Index>(asked.size()), shifts.cols());
   VectorXd distance(rows.rows());
   for (Eigen::Index r = 0; r < rows.rows(); ++r) {
     const int c = asked[static_cast<std::size_t>(r)];
     rows.row(r) = shifts.row(c);
-    distance[r] = *maneuver.end_position[at(c)] - maneuver.start.position[c];
+    distance[r] = *place[at(c)] - maneuver.start.position[c];
   }
   rows = (rows.array().abs() > reach_threshold).select(rows, 0.0);
   return algebra::beyond_rows(distance, rows.transpose(), reach_threshold).norm();
@@ -239,8 +242,24 @@ std::optional<ShapeCoordinates> reachable_coordinates(const System& system, cons
   return found;
 }
 
+namespace {
+
+// Of a swimmer that moments keep in a plane or on a line.
+void refuse_price_beside_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates) {
+  const Vector3d& price = maneuver.cost_weights.displacement;
+  if (price.isZero(0.0) || has_momentum(system, maneuver.start)) return;
+  const MatrixXd shifts = algebra::span_of_rows(coordinates.pose.bottomRows<3>().transpose(), reach_threshold);
+  if ((shifts.transpose() * price).norm() > reach_threshold * price.norm()) return;
+  throw model::InputError("cost.displacement", "found a price along " + axis_in_words(price.normalized()) +
+                                                   ", along which the joints' moments move nothing; leave it out, or "
+                                                   "add joints or control_axes that bend that way");
+}
+
+}  // namespace
+
 void refuse_price_of_no_displacement(const System& system, const Maneuver& maneuver,
                                      const ShapeCoordinates& coordinates) {
+  refuse_price_beside_reach(system, maneuver, coordinates);
   if (!goes_back(system, maneuver, coordinates)) return;
   const auto refuse = [](const char* key, const char* found) {
     throw model::InputError(key, std::string("found ") + found + ", but " + goes_back_in_words +
@@ -265,7 +284,8 @@ mechanics::SpatialMomentum momentum_within(const System& system, const integrato
   return total;
 }
 
-std::string out_of_reach(const System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
+std::string out_of_reach(const System& system, const Maneuver& maneuver,
+                         const std::vector<maneuver::Waypoint>& waypoints, const ShapeCoordinates& coordinates,
                          const NodePath& path) {
   if (momentum_beside(system, maneuver.start, coordinates.pose) > reach_threshold) return "";
   if (goes_back(system, maneuver, coordinates) && asks_to_move(system, maneuver))
@@ -275,13 +295,22 @@ std::string out_of_reach(const System& system, const Maneuver& maneuver, const S
   if (turns.cols() > 1 && shifts.cols() == 3) return "";
   const std::string cure =
       "; joints or control_axes that bend out of it would reach further, or a goal that leaves this \"free\"";
-  if (const double beyond = beyond_shifts(maneuver, shifts); beyond > same_pose * system.size()) {
+  const auto asks_out_of = [&](const char* key, const Place& place) {
+    const double beyond = beyond_shifts(maneuver, place, shifts);
+    if (beyond <= same_pose * system.size()) return std::string();
     std::string kept = "where they are";
     if (shifts.cols() == 2)
       kept = "in the plane normal to " + axis_in_words(algebra::null_space(shifts.transpose()).col(0));
     if (shifts.cols() == 1) kept = "on the line along " + axis_in_words(shifts.col(0));
-    return "the joints' moments keep the root's mass centre " + kept + ", and goal.move asks for " + in_words(beyond) +
-           " m out of it" + cure;
+    return "the joints' moments keep the root's mass centre " + kept + ", and " + key + " asks for " +
+           in_words(beyond) + " m out of it" + cure;
+  };
+  if (const std::string words = asks_out_of("goal.move", maneuver.end_position); !words.empty()) return words;
+  for (const maneuver::Waypoint& waypoint : waypoints) {
+    Place place;
+    for (int c = 0; c < 3; ++c)
+      if (waypoint.move[at(c)]) place[at(c)] = maneuver.start.position[c] + *waypoint.move[at(c)];
+    if (const std::string words = asks_out_of("a waypoint's move", place); !words.empty()) return words;
   }
   ShapeProgram program(system, maneuver, coordinates, {}, {}, Steps::rough);
   if (turns.cols() != 1 || !program.go_to(path)) return "";

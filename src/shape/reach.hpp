@@ -32,13 +32,15 @@ double momentum_beside(const model::System& system, const integrator::State& sta
 mechanics::SpatialMomentum momentum_within(const model::System& system, const integrator::State& state,
                                            const MatrixXd& pose);
 
-/// Why no motion meets the goal, in words: it lies outside the plane or the line in which moments keep such a motion, or asks a
+/// Why no motion meets the goal, or the places of waypoints, in words: it lies outside the plane or the line in which moments keep such a motion, or asks a
 /// single coordinate, which can only go back the way it came where it cannot turn right round, for a displacement that ends in the first shape. Empty where neither shows, and
 /// where momentum takes the swimmer out of that plane or line.
-std::string out_of_reach(const model::System& system, const Maneuver& maneuver, const ShapeCoordinates& coordinates,
+std::string out_of_reach(const model::System& system, const Maneuver& maneuver,
+                         const std::vector<maneuver::Waypoint>& waypoints, const ShapeCoordinates& coordinates,
                          const NodePath& path);
 
-/// model::InputError (cost.displacement, cost.transport) where such a single coordinate wins no displacement to pay for.
+/// model::InputError (cost.displacement, cost.transport) where such a single coordinate wins no displacement to pay for, or where the price is
+/// along what no moment moves.
 void refuse_price_of_no_displacement(const model::System& system, const Maneuver& maneuver,
                                      const ShapeCoordinates& coordinates);
 

@@ -53,6 +53,14 @@ std::string reached_words(const Certificate& proof) {
   return " Its motion is at its limits: " + words + (words.empty() || bounds.empty() ? "" : "; ") + bounds + ".";
 }
 
+// An optimiser's reason but for its last clause, where that says what the certificate does of the goal.
+std::string without_what_is_missed(const std::string& reason, const Certificate& proof) {
+  const std::size_t clause = reason.rfind("; ");
+  const bool again = clause != std::string::npos && !proof.goal_missed.empty() &&
+                     reason.substr(clause + 2).starts_with(proof.goal_missed + " is missed by");
+  return again ? reason.substr(0, clause) : reason;
+}
+
 }  // namespace
 
 void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
@@ -64,8 +72,9 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   if (!missing.empty() && !said_so && problem.duration.free && !solution.time.empty() && (above || below))
     missing += ", in " + number(duration, 3) + " s, beyond " + (above ? "time.max" : "time.min");
   const std::string other = foreign(proof);
-  const bool said = !solution.message.empty() && solution.message != "converged";
-  const std::string stopped = said ? " The optimiser stopped: " + solution.message + "." : "";
+  const std::string reason = without_what_is_missed(solution.message, proof);
+  const bool said = !reason.empty() && reason != "converged";
+  const std::string stopped = said ? " The optimiser stopped: " + reason + "." : "";
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
   if (!other.empty()) {
     if (!cut_short) solution.status = Status::stalled;

@@ -28,6 +28,7 @@ CASES = {
     "name_is_a_number": ("name = \"Every key\"", "name = 7", "name = 7", "name", ["found 7", "a text", "double quotes"]),
     "density_missing": ("density = 0.01\n", "", "[fluid]", "fluid.density", ["found nothing", "≥ 0 (kg/m³), 0 for a vacuum", "add this key"]),
     "density_negative": ("density = 0.01", "density = -0.01", "density", "fluid.density", ["found -0.01", "a number ≥ 0 (kg/m³)", "choose a finite value"]),
+    "density_next_to_nothing": ("density = 0.01", "density = 1e-100", "density", "fluid.density", ["found 1e-100", "between 1e-60 and 1e+60", "check the units"]),
     "density_infinite": ("density = 0.01", "density = inf", "density", "fluid.density", ["found inf", "≥ 0 (kg/m³)", "finite"]),
     "density_is_a_text": ("density = 0.01", "density = \"0.01\"", "density", "fluid.density", ["found \"0.01\"", "a number", "without quotes"]),
     "body_name_missing": ("name = \"front\"\n", "", "[[body]]#2", "body[1].name", ["found nothing", "unique", "add this key"]),

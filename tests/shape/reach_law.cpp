@@ -104,7 +104,7 @@ std::string out_of_reach(maneuver::Problem problem, const Eigen::Vector3d& lie, 
   const maneuver::Maneuver probe = maneuver::make_maneuver(system, problem, 20);
   const maneuver::NodePath guess = guess::random_guess(system, probe, 1);
   const auto coordinates = shape::reachable_coordinates(system, probe, guess);
-  return shape::out_of_reach(system, probe, *coordinates, guess);
+  return shape::out_of_reach(system, probe, problem.waypoints, *coordinates, guess);
 }
 
 TEST(Reach, of_planar_joints_ends_at_their_plane_however_it_lies) {
@@ -116,6 +116,11 @@ TEST(Reach, of_planar_joints_ends_at_their_plane_however_it_lies) {
     const std::string beside = out_of_reach(plane, lie, {2.0, 0.0, 0.25}, none);
     EXPECT_NE(beside.find("in the plane normal to"), std::string::npos) << beside;
     EXPECT_NE(beside.find("asks for 0.25 m out of it"), std::string::npos) << beside;
+    maneuver::Problem by_way_of = plane;  // a place out of the plane, on the way to one in it
+    const Eigen::Vector3d place = lie::exp(lie) * Eigen::Vector3d(1.0, 0.0, 0.5);
+    by_way_of.waypoints = {{.time = 0.5, .move = {place[0], place[1], place[2]}, .turn = {}, .rotation = {}}};
+    const std::string aside = out_of_reach(by_way_of, lie, {2.0, 0.0, 0.0}, none);
+    EXPECT_NE(aside.find("a waypoint's move asks for 0.5 m out of it"), std::string::npos) << aside;
     const std::string rolled = out_of_reach(plane, lie, none, {0.5, 0.0, 0.0});
     EXPECT_NE(rolled.find("turn middle about"), std::string::npos) << rolled;
     EXPECT_EQ(out_of_reach(space, lie, {2.0, 0.0, 0.25}, none), "");
@@ -240,6 +245,13 @@ TEST(WeightedCentre, of_equally_heavy_bodies_tells_where_the_root_ends) {
     EXPECT_NE(contradiction(problem).find("along e_2"), std::string::npos);
     problem.goal->rotation["front"] = std::nullopt;
     EXPECT_EQ(contradiction(problem), "") << "one attitude is open";
+    double farthest = 0.0;  // all joints stretched
+    for (const model::Body& body : system.bodies())
+      for (const model::PathPoint& point : body.path)
+        farthest += body.mass_matrix(0, 0) / whole * point.offset.norm();
+    maneuver::Problem far = problem;
+    far.goal->move = {2.0 * farthest + 1e-3, std::nullopt, std::nullopt};  // to and fro
+    EXPECT_NE(contradiction(far).find("with all joints stretched"), std::string::npos) << contradiction(far);
     problem.goal->rotation.clear();
     problem.goal->periodic = problem.start.free_shape = true;
     problem.goal->rest = false;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "file/problem_file.hpp"
+#include "model/input_error.hpp"
 #include "study/answer.hpp"
 
 namespace lamprey::tests {
@@ -37,6 +38,35 @@ TEST(FurthestGaits, go_round_more_than_once_where_that_wins_more) {
   const study::Answer once = solved();
   EXPECT_LT(once.solution.position.back().x() - once.solution.position.front().x(), 0.32) << "the loop of all shapes";
   EXPECT_LT(several.solution.cost, 1.3 * once.solution.cost) << "both below zero";
+}
+
+// From a straight shape no moment moves the swimmer to first order: to stay is stationary there, and an answer where the price is low.
+TEST(FurthestGaits, stay_where_no_stroke_is_worth_its_cost) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/furthest_of_two_arms.toml");
+  problem.steps = 100;
+  problem.search.starts = 3;
+  problem.cost_weights.displacement[0] *= 1e-6;
+  search::SolveOptions options;
+  options.refinement = false;
+  const study::Answer still = study::answer(model::System(problem.swimmer), problem, options);
+  EXPECT_EQ(still.solution.status, maneuver::Status::optimal) << still.solution.message;
+  EXPECT_EQ(still.solution.cost, 0.0);
+  EXPECT_NE(still.solution.message.find("It stays where it is"), std::string::npos) << still.solution.message;
+}
+
+TEST(FurthestGaits, are_not_sought_along_what_no_moment_moves) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/furthest_of_two_arms.toml");
+  problem.cost_weights.displacement = {0.0, 0.0, -5.0};
+  const model::System system(problem.swimmer);
+  try {
+    study::answer(system, problem, {});
+    FAIL() << "sought";
+  } catch (const model::InputError& error) {
+    EXPECT_EQ(error.key, "cost.displacement");
+    EXPECT_NE(error.message.find("along which the joints' moments move nothing"), std::string::npos) << error.message;
+  }
 }
 
 }  // namespace
