@@ -98,6 +98,21 @@ std::string advice_far_away(const Problem& problem) {
          " m), ";
 }
 
+// In what time momentum alone takes the root nearest to where the goal asks for it, where that is not about the one that is given.
+std::string time_of_drift(const Problem& problem, const Eigen::Vector3d& velocity) {
+  constexpr double alike = 0.1;
+  Eigen::Vector3d asked = Eigen::Vector3d::Zero(), along = Eigen::Vector3d::Zero();
+  for (std::size_t c = 0; c < 3; ++c)
+    if (const auto& move = problem.goal->move[c]) {
+      asked[static_cast<Eigen::Index>(c)] = *move;
+      along[static_cast<Eigen::Index>(c)] = velocity[static_cast<Eigen::Index>(c)];
+    }
+  const double seconds = asked.dot(along) / along.squaredNorm();
+  if (problem.duration.free || !(seconds > 0.0) || !std::isfinite(seconds)) return "";
+  if (std::abs(seconds / problem.duration.value - 1.0) <= alike) return "";
+  return "a time.duration nearer to the " + number(seconds, 3) + " s in which its momentum alone takes it there, ";
+}
+
 // Where a place is missed, or not reached in the time that there may be, and total momentum takes the whole elsewhere: as far as it
 // would go as one.
 std::string advice_on_drift(const Problem& problem, const Certificate& proof, const Solution& solution) {
@@ -115,12 +130,15 @@ std::string advice_on_drift(const Problem& problem, const Certificate& proof, co
   }
   const bool out_of_time =
       asked && proof.limits && proof.limits->key.starts_with("time.") && !(proof.limits->violation <= limit_mark);
-  if (!(missed > certificate::goal_mark) && !out_of_time) return "";
+  const bool missed_place = missed > certificate::goal_mark || out_of_time;
+  const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
+  if (!missed_place && !(asked && broken)) return "";
   const auto total = mechanics::spatial_momentum(system, start.rotation, start.position, start.momentum);
   const mechanics::Vectors still(static_cast<std::size_t>(system.joint_count()), Eigen::Vector3d::Zero());
-  const Eigen::Vector3d way =
-      (problem.duration.free ? 1.0 : problem.duration.value) *
+  const Eigen::Vector3d velocity =
       mechanics::velocity_of_rates(system, start.rotation, start.position, still, total).tail<3>();
+  if (!missed_place) return time_of_drift(problem, velocity);
+  const Eigen::Vector3d way = (problem.duration.free ? 1.0 : problem.duration.value) * velocity;
   return "a goal.move nearer to where its momentum takes it, which moments cannot change (stiff it would go (" +
          number(way[0], 3) + ", " + number(way[1], 3) + ", " + number(way[2], 3) + ") m in " +
          (problem.duration.free ? "each second" : "this time") + " as it begins), ";
@@ -236,16 +254,21 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
   const std::string drift = advice_on_drift(problem, proof, solution);
   words += advice_far_away(problem) + drift;
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
-  if (broken && proof.limits->key.starts_with("limits.")) words += "a looser " + proof.limits->key + ", ";
+  const bool by_long_steps = long_steps && broken && proof.limits->key.starts_with("limits.angular_velocity");
+  if (broken && proof.limits->key.starts_with("limits.") && !by_long_steps)
+    words += "a looser " + proof.limits->key + ", ";
   if (broken && proof.limits->key.starts_with("limits.torque") && proof.limits->violation > other_units)
     words += "other units (its N m, lengths' m, the density's kg/m³, the time's s), ";
   const std::string hurried = limits_on_haste(problem.limits);
   const bool gait = problem.goal && problem.goal->periodic;
-  if (!hurried.empty() && drift.empty() && near_the_most(problem, solution))
+  const bool has_momentum = maneuver::has_momentum(model::System(problem.swimmer), problem.start);
+  if (!hurried.empty() && drift.empty() && near_the_most(problem, solution) && !by_long_steps)
     words += more_time(problem, proof, solution) + ", ";
   if (broken && proof.limits->key == "time.max" && !hurried.empty()) words += "a looser " + hurried + ", ";
   if (!problem.waypoints.empty()) words += "waypoints farther apart in time, or fewer, ";
-  if (broken && !gait) words += "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";
+  if (broken && !gait)
+    words += has_momentum ? "a share of the way, "
+                          : "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";
   if (problem.search.starts == 1) return words + "[search] starts = 8, another seed, or a nearer goal";
   return words + "more starts, another seed, or a nearer goal; check that control_axes can reach it";
 }

@@ -8,6 +8,7 @@
 #include "certificate/certify.hpp"
 #include "certificate/limit_words.hpp"
 #include "integrator/scheme.hpp"
+#include "lie/so3.hpp"
 #include "search/found.hpp"
 #include "study/plain_words.hpp"
 
@@ -143,7 +144,27 @@ std::string far_turn(const Problem& problem, const Solution& solution) {
   return " " + problem.swimmer.bodies[turn.body].name + " turns by " + number(turn.angle, 3) + " rad in one step, at " +
          number(solution.time[turn.step], 3) +
          " s, and a quarter turn is the most that a step can show: time.steps = " + std::to_string(problem.steps) +
-         " may be too few; a limits.angular_velocity keeps motions from such turns.";
+         " may be too few" +
+         (problem.limits.of_rates() ? " for what limits.angular_velocity leaves."
+                                    : "; a limits.angular_velocity keeps motions from such turns.");
+}
+
+std::string way_round(const Problem& problem, const Solution& solution) {
+  constexpr double same = 1e-3;  // rad
+  if (!problem.goal || !problem.goal->turn || solution.rotation.size() < 2) return "";
+  const double asked = problem.goal->turn->norm();
+  if (asked == 0.0) return "";
+  Eigen::Vector3d turned = Eigen::Vector3d::Zero();  // world frame
+  for (std::size_t k = 0; k + 1 < solution.rotation.size(); ++k) {
+    const Eigen::Matrix3d& R = solution.rotation[k][0];
+    turned += R * lie::log(Eigen::Matrix3d(R.transpose() * solution.rotation[k + 1][0]));
+  }
+  const Eigen::Vector3d axis = *problem.goal->turn / asked;
+  const double about = turned.dot(axis), whole = std::round((about - asked) / (2.0 * std::numbers::pi));
+  const bool keeps_axis = (turned - (asked + 2.0 * std::numbers::pi * whole) * axis).norm() <= same;
+  if (whole == 0.0 || !keeps_axis) return "";
+  return " On its way " + problem.swimmer.bodies.front().name + " turns by " + number(about, 4) + " rad, not by " +
+         number(asked, 4) + ": whole turns lead to the same attitude.";
 }
 
 std::string fading(const Problem& problem, const Solution& solution) {

@@ -1,5 +1,6 @@
 #include "study/verdict.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "certificate/certify.hpp"
@@ -20,11 +21,12 @@ using maneuver::Status;
 
 // Of a single joint angle long steps reach poses, by their own error, that no motion does.
 std::string why_curvature_is_not_told(const Problem& problem, bool worked) {
-  constexpr int steps_that_tell = 200;
+  constexpr int fewest = 200, many = 1000;
   if (worked) return "where powers vanish second derivatives may differ from side to side";
   std::string words = "its second derivatives may be lost in round-off";
-  if (problem.steps < steps_that_tell)
-    words += ", or in the error of long steps: [time] steps = " + std::to_string(steps_that_tell) + " may show it";
+  if (problem.steps < many)
+    words += ", or in the error of long steps: [time] steps = " + std::to_string(std::max(fewest, 2 * problem.steps)) +
+             " may show it";
   return words;
 }
 
@@ -76,12 +78,14 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   const bool said = !reason.empty() && reason != "converged";
   const std::string stopped = said ? " The optimiser stopped: " + reason + "." : "";
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
+  // what steps cannot show may be within reach of shorter ones
+  if (solution.status == Status::infeasible && !far_turn(problem, solution).empty()) solution.status = Status::stalled;
   if (!other.empty()) {
     if (!cut_short) solution.status = Status::stalled;
     solution.message = "No answer to this problem: " + other + "." + stopped;
   } else if (missing.empty() && certificate::stationary(problem, proof)) {
     solution.status = Status::optimal;
-    solution.message = words_of_goal(proof) + far_turn(problem, solution);
+    solution.message = words_of_goal(proof) + far_turn(problem, solution) + way_round(problem, solution);
   } else if (missing.empty()) {
     if (!cut_short) solution.status = Status::feasible;
     solution.message = "The goal is met, but " + unsettled(problem, proof) + "." + stopped +

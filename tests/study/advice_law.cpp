@@ -3,6 +3,7 @@
 
 #include "file/problem_file.hpp"
 #include "lie/so3.hpp"
+#include "study/advice.hpp"
 #include "study/faults.hpp"
 #include "study/verdict.hpp"
 
@@ -199,6 +200,66 @@ TEST_F(Advice, is_a_distance_where_a_motion_of_least_work_per_distance_shrank) {
   solution_.position.back().x() = 1e-4;
   problem_.cost_weights.transport = 0.0;
   EXPECT_FALSE(tells("shrank")) << message();
+}
+
+// Half a turn one way is half a turn the other, and people asked for one.
+TEST(WayRound, is_told_where_the_root_goes_another_one_than_asked) {
+  maneuver::Problem problem;
+  problem.swimmer.bodies.resize(1);
+  problem.swimmer.bodies[0].name = "middle";
+  problem.goal.emplace();
+  problem.goal->turn = Eigen::Vector3d(0.0, 0.0, M_PI);
+  const auto turned = [&](double by, double beside = 0.0) {
+    maneuver::Solution solution;
+    for (int k = 0; k <= 20; ++k)
+      solution.rotation.push_back(
+          {lie::exp({beside * std::sin(M_PI * k / 20.0), 0.0, 0.0}) * lie::exp({0.0, 0.0, by * k / 20.0})});
+    return study::way_round(problem, solution);
+  };
+  EXPECT_EQ(turned(M_PI), "");
+  EXPECT_EQ(turned(-M_PI),
+            " On its way middle turns by -3.142 rad, not by 3.142: whole turns lead to the same attitude.");
+  EXPECT_NE(turned(3.0 * M_PI), "");
+  EXPECT_EQ(turned(-M_PI, 1.0), "") << "in space there is no one way round";
+  problem.goal->turn = Eigen::Vector3d::Zero();
+  EXPECT_EQ(turned(2.0 * M_PI), "") << "asked for nothing";
+}
+
+// What limits of angular velocity leave is no cure; nor is a gait for what begins in motion, which momentum takes there by itself.
+TEST(AdviceOnMore, of_long_steps_and_of_drifts_is_what_helps) {
+  maneuver::Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml");
+  problem.steps = 2;
+  problem.limits.angular_velocity = 100.0;
+  maneuver::Solution solution;
+  for (int k = 0; k <= 2; ++k) {
+    solution.time.push_back(0.5 * k);
+    solution.position.emplace_back(0.0, 0.0, 0.0);
+    solution.rotation.push_back(
+        {Eigen::Matrix3d::Identity(), lie::exp({0.0, 0.0, 1.57 * k}), Eigen::Matrix3d::Identity()});
+  }
+  EXPECT_NE(study::far_turn(problem, solution).find("may be too few for what limits.angular_velocity leaves"),
+            std::string::npos)
+      << study::far_turn(problem, solution);
+  problem.limits = {};
+  EXPECT_NE(study::far_turn(problem, solution).find("; a limits.angular_velocity keeps"), std::string::npos);
+  for (auto& rotations : solution.rotation) rotations[1].setIdentity();
+  maneuver::Problem drifting = problem;
+  drifting.steps = 200;
+  drifting.start.linear_velocity = {1.0, 0.0, 0.0};
+  drifting.goal->rest = false;
+  drifting.goal->move = {4.0, std::nullopt, std::nullopt};
+  drifting.duration.value = 1.0;
+  solution.position.back().x() = 4.0;
+  certificate::Certificate proof;
+  proof.goal_error = 0.0;
+  proof.limits.emplace();
+  proof.limits->key = "limits.swing.front";
+  proof.limits->violation = 0.5;
+  const std::string words = study::advice(drifting, proof, solution);
+  EXPECT_NE(words.find("a time.duration nearer to the 4 s in which its momentum alone takes it there"),
+            std::string::npos)
+      << words;
+  EXPECT_EQ(words.find("goal.periodic"), std::string::npos) << words;
 }
 
 }  // namespace
