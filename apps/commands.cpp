@@ -228,8 +228,9 @@ void print_status(const task::Verification& is) {
            std::isnan(is.found.certificate->equation_residual))
     fmt::print(
         "  The stored status, {}, is not refuted: the files do not hold all that the steps of such a march are made "
-        "of.\n",
-        status);
+        "of{}.\n",
+        status,
+        is.found.certificate->beyond_moments <= 1.0 ? ", but none leads farther than moments like its own could" : "");
   else if (is.status_holds)
     fmt::print("  The stored status, {}, holds.\n", status);
   else

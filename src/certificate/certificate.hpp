@@ -154,6 +154,8 @@ struct Certificate {
                                      // largest, and of joint angles from those of the bodies, and of led bodies
                                      // from what their joints allow, rad
   double cost_error = unset;         // relative difference of the stored cost from the one recomputed
+  double beyond_moments = unset;     // of marches whose files do not tell the steps: how many times as far as moments
+                                     // leave open one leads; not stored
 
   std::string refusal;  // of files: why no problem file may ask their question, which is then not judged; else empty
 

@@ -11,6 +11,7 @@
 #include "certificate/replay.hpp"
 #include "certificate/second_order.hpp"
 #include "certificate/stage_motion.hpp"
+#include "certificate/untold_steps.hpp"
 
 namespace lamprey::certificate {
 
@@ -148,6 +149,8 @@ void certify_march(const StoredMotion& motion, double scale, Certificate& proof)
     proof.velocity_error = velocity_error(motion, node_states(motion), scale);
   } else if (const std::optional<StageMotion> stages = check_march(motion)) {
     certify_stages(motion, *stages, scale, proof);
+  } else {
+    proof.beyond_moments = beyond_moments(motion, scale);
   }
 }
 

@@ -129,6 +129,10 @@ void judge_march(const Problem& problem, const Certificate& proof, Solution& sol
     missing = "the nodes' times differ by " + number(proof.time_error) + " of the duration from equal steps";
   else if (beyond(proof.control_error, certificate::control_mark))
     missing = number(proof.control_error) + " of the moments is outside what the joints can exert";
+  else if (beyond(proof.beyond_moments, 1.0))
+    missing = std::isinf(proof.beyond_moments)
+                  ? std::string("more of its steps than were divided are none of the scheme's")
+                  : "a step leads " + number(proof.beyond_moments) + " times as far as moments like its own leave open";
   else if (std::isfinite(solution.cost))
     missing = "a march has no cost, and one is stored";
   if (missing.empty()) return;

@@ -95,6 +95,33 @@ INSTANTIATE_TEST_SUITE_P(Schemes, ForgedMarches,
                                          Scheme::order6),
                          [](const auto& is) { return std::string(file::word(is.param)); });
 
+// Of marches by the reference integrator, and of steps that were divided, files tell the nodes alone.
+TEST(ForgedMarch, whose_steps_are_not_told_must_be_within_what_its_moments_do) {
+  file::ProblemFile file = file::read_problem_file(std::string(LAMPREY_SOURCE_DIR) + "/examples/translation.toml");
+  task::MarchOptions options;
+  options.steps = 40;
+  options.control = [](double t) {
+    return std::vector<Vector3d>{Vector3d(0.0, 0.0, t < 0.513 ? 30.0 : -30.0), Vector3d(0.0, 0.0, -20.0)};
+  };
+  options.reference = true;
+  const Results reference = task::march_task(file, options, "");
+  ASSERT_FALSE(reference.solution.marched_by.empty());
+  Results renamed = marched(Scheme::trapezoid);
+  renamed.solution.divided.steps = 1;
+  for (const Results& march : {reference, renamed}) {
+    const Results again = task::certified(march);
+    EXPECT_EQ(again.solution.message, "");
+    EXPECT_LE(again.certificate->beyond_moments, 1.0);
+    Results moved = march;
+    for (std::size_t k = 20; k < moved.solution.position.size(); ++k) moved.solution.position[k].x() += 5.0;
+    EXPECT_NE(task::certified(moved).solution.message, "") << "elsewhere from the middle on";
+    Results turned = march;
+    for (auto& velocities : turned.solution.angular_velocity)
+      for (Vector3d& velocity : velocities) velocity *= -1.0;
+    EXPECT_NE(task::certified(turned).solution.message, "");
+  }
+}
+
 TEST(ForgedMarch, above_order_2_without_what_their_steps_are_made_of_are_told) {
   Results results = marched(Scheme::order4);
   results.solution.control_stages.clear();

@@ -1,0 +1,130 @@
+#include "certificate/untold_steps.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+
+#include "certificate/balance.hpp"
+#include "integrator/reference_integrator.hpp"
+
+namespace lamprey::certificate {
+
+namespace {
+
+using integrator::ReferenceState;
+using model::at;
+
+constexpr double endless = std::numeric_limits<double>::infinity();
+constexpr double tolerance = 1e-10;                   // of the reference integrator
+constexpr double round_off = 1e-6;                    // of the momenta's scale, rad, m over the swimmer's reach
+constexpr double moments_between = 2.0;               // times the largest at a node
+constexpr double most_turn = 0.5 * std::numbers::pi;  // rad in a step of a scheme
+constexpr double coupled = 4.0;                       // times as fast as a body by itself one may turn under an impulse
+
+class UntoldSteps {
+ public:
+  UntoldSteps(const StoredMotion& motion, double scale)
+      : motion_(motion),
+        scale_(scale),
+        integrator_(
+            motion.system, [this](double time) { return moments(time); }, tolerance) {
+    Largest force;
+    for (int k = 0; k <= motion.steps; ++k) force.add(largest_part(motion.system, this->force(k)));
+    impulse_ = moments_between * motion.time_step * force.value() + round_off * scale;
+    double lightest = endless;
+    for (const model::Body& body : motion.system.bodies()) {
+      double reach = motion.system.length_unit();
+      for (const model::PathPoint& point : body.path) reach += point.offset.norm();
+      reach_ = std::max(reach_, reach);
+      lightest = std::min(lightest, body.inertia_matrix.trace() / 3.0);
+    }
+    turn_ = coupled * motion.time_step * impulse_ / lightest + round_off;
+  }
+
+  // How many times as far as it may step k leads.
+  double beyond(int k) {
+    step_ = k;
+    const integrator::State begun = node(k), asked = node(k + 1);
+    ReferenceState state{begun.rotation, begun.position, integrator::velocity_of_state(motion_.system, begun)};
+    const std::vector<double>& time = motion_.solution.time;
+    if (!integrator_.advance(time[at(k)], time[at(k + 1)], state)) return endless;
+    const integrator::State ended =
+        integrator::state_of_velocity(motion_.system, state.rotation, state.position, state.velocity);
+    Largest turned;
+    for (std::size_t i = 0; i < asked.rotation.size(); ++i)
+      turned.add(lie::rotation_angle(asked.rotation[i].transpose() * ended.rotation[i]));
+    Largest beyond;
+    beyond.add(largest_part(motion_.system, asked.momentum - ended.momentum) / impulse_);
+    beyond.add(turned.value() / turn_);
+    beyond.add((asked.position - ended.position).norm() / (turn_ * reach_));
+    return beyond.value();
+  }
+
+  // Whether a body turns by so much that its attitudes do not tell which way round.
+  bool hides_its_way(int k) const {
+    const auto &from = motion_.solution.rotation[at(k)], &to = motion_.solution.rotation[at(k + 1)];
+    for (std::size_t i = 0; i < from.size(); ++i)
+      if (lie::rotation_angle(from[i].transpose() * to[i]) > most_turn) return true;
+    return false;
+  }
+
+  // Whether it obeys the scheme whole.
+  bool obeys_scheme(int k) const {
+    const StepMomenta momenta = step_momenta(motion_, k);
+    const double half = 0.5 * motion_.time_step;
+    Largest off;
+    off.add(largest_part(motion_.system, momenta.minus - half * force(k) - node(k).momentum));
+    off.add(largest_part(motion_.system, momenta.plus + half * force(k + 1) - node(k + 1).momentum));
+    return off.value() <= round_off * scale_;
+  }
+
+ private:
+  VectorXd force(int k) const {
+    return mechanics::generalized_force(motion_.system, motion_.solution.rotation[at(k)], motion_.control[at(k)]);
+  }
+
+  integrator::State node(int k) const {
+    const maneuver::Solution& stored = motion_.solution;
+    const mechanics::Rotations& R = stored.rotation[at(k)];
+    return integrator::state_of_velocity(
+        motion_.system, R, stored.position[at(k)],
+        mechanics::velocity_of_bodies(motion_.system, R, stored.angular_velocity[at(k)],
+                                      R[0] * stored.linear_velocity[at(k)]));
+  }
+
+  mechanics::Moments moments(double time) const {
+    const double share = (time - motion_.solution.time[at(step_)]) / motion_.time_step;
+    mechanics::Moments between = motion_.control[at(step_)];
+    for (std::size_t j = 0; j < between.size(); ++j)
+      between[j] = (1.0 - share) * between[j] + share * motion_.control[at(step_ + 1)][j];
+    return between;
+  }
+
+  const StoredMotion& motion_;
+  double scale_;
+  integrator::ReferenceIntegrator integrator_;
+  int step_ = 0;
+  double impulse_, turn_;  // kg m²/s, rad: what moments leave open in a step
+  double reach_ = 0.0;     // m
+};
+
+}  // namespace
+
+double beyond_moments(const StoredMotion& motion, double scale) {
+  const maneuver::Solution& stored = motion.solution;
+  const bool divided = stored.marched_by.empty();
+  if (divided && !integrator::single_step(motion.problem.scheme)) return unset;
+  if (stored.angular_velocity.size() != stored.time.size() || stored.linear_velocity.size() != stored.time.size())
+    return unset;
+  UntoldSteps steps(motion, scale);
+  Largest beyond;
+  int others = 0;
+  for (int k = 0; k < motion.steps; ++k) {
+    if (divided && (steps.obeys_scheme(k) || steps.hides_its_way(k))) continue;
+    beyond.add(steps.beyond(k));
+    ++others;
+  }
+  return divided && others > stored.divided.steps ? endless : beyond.value();
+}
+
+}  // namespace lamprey::certificate
