@@ -19,7 +19,10 @@ constexpr double tolerance = 1e-10;                   // of the reference integr
 constexpr double round_off = 1e-6;                    // of the momenta's scale, rad, m over the swimmer's reach
 constexpr double moments_between = 2.0;               // times the largest at a node
 constexpr double most_turn = 0.5 * std::numbers::pi;  // rad in a step of a scheme
-constexpr double coupled = 4.0;                       // times as fast as a body by itself one may turn under an impulse
+constexpr double coupled = 2.0;                       // times as fast as a body by itself one may turn under an impulse
+
+constexpr double coarse =
+    10.0;  // times as far as that the pieces of a step that did not converge may lead by their own error
 
 class UntoldSteps {
  public:
@@ -28,17 +31,12 @@ class UntoldSteps {
         scale_(scale),
         integrator_(
             motion.system, [this](double time) { return moments(time); }, tolerance) {
-    Largest force;
-    for (int k = 0; k <= motion.steps; ++k) force.add(largest_part(motion.system, this->force(k)));
-    impulse_ = moments_between * motion.time_step * force.value() + round_off * scale;
-    double lightest = endless;
     for (const model::Body& body : motion.system.bodies()) {
       double reach = motion.system.length_unit();
       for (const model::PathPoint& point : body.path) reach += point.offset.norm();
       reach_ = std::max(reach_, reach);
-      lightest = std::min(lightest, body.inertia_matrix.trace() / 3.0);
+      lightest_ = std::min(lightest_, body.inertia_matrix.trace() / 3.0);
     }
-    turn_ = coupled * motion.time_step * impulse_ / lightest + round_off;
   }
 
   // How many times as far as it may step k leads.
@@ -53,10 +51,11 @@ class UntoldSteps {
     Largest turned;
     for (std::size_t i = 0; i < asked.rotation.size(); ++i)
       turned.add(lie::rotation_angle(asked.rotation[i].transpose() * ended.rotation[i]));
+    const double impulse = left_open(k), turn = coupled * motion_.time_step * impulse / lightest_ + round_off;
     Largest beyond;
-    beyond.add(largest_part(motion_.system, asked.momentum - ended.momentum) / impulse_);
-    beyond.add(turned.value() / turn_);
-    beyond.add((asked.position - ended.position).norm() / (turn_ * reach_));
+    beyond.add(largest_part(motion_.system, asked.momentum - ended.momentum) / impulse);
+    beyond.add(turned.value() / turn);
+    beyond.add((asked.position - ended.position).norm() / (turn * reach_));
     return beyond.value();
   }
 
@@ -79,6 +78,14 @@ class UntoldSteps {
   }
 
  private:
+  // kg m²/s, the impulse that moments on the way of a step may have beside those that are linear between its nodes.
+  double left_open(int k) const {
+    Largest moments;
+    for (int near = std::max(0, k - 1); near <= std::min(motion_.steps, k + 2); ++near)
+      moments.add(largest_part(motion_.system, force(near)));
+    return moments_between * motion_.time_step * moments.value() + round_off * scale_;
+  }
+
   VectorXd force(int k) const {
     return mechanics::generalized_force(motion_.system, motion_.solution.rotation[at(k)], motion_.control[at(k)]);
   }
@@ -104,8 +111,8 @@ class UntoldSteps {
   double scale_;
   integrator::ReferenceIntegrator integrator_;
   int step_ = 0;
-  double impulse_, turn_;  // kg m²/s, rad: what moments leave open in a step
-  double reach_ = 0.0;     // m
+  double lightest_ = endless;  // kg m², a body's mean inertia
+  double reach_ = 0.0;         // m
 };
 
 }  // namespace
@@ -121,7 +128,7 @@ double beyond_moments(const StoredMotion& motion, double scale) {
   int others = 0;
   for (int k = 0; k < motion.steps; ++k) {
     if (divided && (steps.obeys_scheme(k) || steps.hides_its_way(k))) continue;
-    beyond.add(steps.beyond(k));
+    beyond.add(steps.beyond(k) / (divided ? coarse : 1.0));
     ++others;
   }
   return divided && others > stored.divided.steps ? endless : beyond.value();
