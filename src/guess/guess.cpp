@@ -33,11 +33,31 @@ using model::System;
 
 constexpr int harmonics = 4;
 constexpr double amplitude = 0.8;                   // rad, of the first harmonic; 0.3 to 0.8 serve alike
+constexpr int many_joints = 10;                     // of a swimmer, beyond which each by itself would coil it up
+constexpr int places_along_run = 3;                 // of joints one behind the other, that are drawn then
 constexpr double leaning_amplitude = 0.4;           // rad
 constexpr std::uint64_t leaning_seed = 0x6c65616e;  // beside that of the swings
 constexpr double same_place = 1e-12;                // rad, units of length
 
 using model::at;
+
+// Joints one behind the other, with as many moments each, from one that is not so on.
+std::vector<std::vector<int>> runs_of_joints(const System& system) {
+  std::vector<std::vector<int>> runs;
+  std::vector<int> run_of(at(system.joint_count()), -1);
+  for (int i : system.root_to_leaves()) {
+    const model::Body& body = system.body(i);
+    if (body.parent < 0) continue;
+    const model::Body& parent = system.body(body.parent);
+    const bool goes_on = parent.joint >= 0 && parent.children.size() == 1 &&
+                         system.joint(parent.joint).actuation.cols() == system.joint(body.joint).actuation.cols();
+    int& run = run_of[at(body.joint)];
+    run = goes_on ? run_of[at(parent.joint)] : static_cast<int>(runs.size());
+    if (!goes_on) runs.emplace_back();
+    runs[at(run)].push_back(body.joint);
+  }
+  return runs;
+}
 
 // Random smooth swings of the joints along their actuation, zero at both ends.
 class JointSwings {
@@ -50,6 +70,9 @@ class JointSwings {
           coefficients(c, m) = amplitude * random.normal() / (m + 1);
       coefficients_.push_back(coefficients);
     }
+    if (system.joint_count() <= many_joints) return;
+    for (const std::vector<int>& run : runs_of_joints(system))
+      if (std::ssize(run) > places_along_run) spread(run);
   }
 
   Vector3d swing(int j, double s) const {
@@ -60,6 +83,20 @@ class JointSwings {
   }
 
  private:
+  // The swings of a few joints, drawn as any, become those of all along a run, linearly from place to place: bends of a body that stay what
+  // they are however many links it is made of.
+  void spread(const std::vector<int>& run) {
+    std::vector<MatrixXd> drawn;
+    for (int place = 0; place < places_along_run; ++place) drawn.push_back(coefficients_[at(run[at(place)])]);
+    const auto count = static_cast<double>(run.size());
+    for (std::size_t n = 0; n < run.size(); ++n) {
+      const double along = static_cast<double>(n) / (count - 1.0) * (places_along_run - 1);
+      const std::size_t left = std::min<std::size_t>(static_cast<std::size_t>(along), places_along_run - 2);
+      const double share = along - static_cast<double>(left);
+      coefficients_[at(run[n])] = places_along_run / count * ((1.0 - share) * drawn[left] + share * drawn[left + 1]);
+    }
+  }
+
   const System& system_;
   std::vector<MatrixXd> coefficients_;
 };

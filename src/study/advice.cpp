@@ -10,6 +10,8 @@
 #include "certificate/certify.hpp"
 #include "guess/whole_turns.hpp"
 #include "integrator/scheme.hpp"
+#include "lie/so3.hpp"
+#include "maneuver/motion.hpp"
 #include "mechanics/connection.hpp"
 #include "search/method.hpp"
 #include "study/enough_time.hpp"
@@ -53,6 +55,25 @@ bool whirls(const Problem& problem, const Solution& solution) {
   return fastest * (solution.time.back() - solution.time.front()) > many * 2.0 * std::numbers::pi;
 }
 
+// The weight of cost.angular_velocity at which turning costs as much as moments do on this motion, "cost.angular_velocity = 1e-05".
+std::string words_on_calming(const Problem& problem, const Solution& solution) {
+  const model::System system(problem.swimmer);
+  const double h = problem.duration.free ? solution.time[1] - solution.time[0] : problem.time_step();
+  double turning = 0.0;  // 1/s, ∫ ½ Σ |ω|² dt of the joints
+  for (std::size_t k = 0; k + 1 < solution.rotation.size(); ++k)
+    for (const model::Joint& joint : system.joints()) {
+      const double angle = lie::rotation_angle(mechanics::child_to_parent(solution.rotation[k], joint).transpose() *
+                                               mechanics::child_to_parent(solution.rotation[k + 1], joint));
+      turning += 0.5 * angle * angle / h;
+    }
+  const int steps = static_cast<int>(solution.rotation.size()) - 1;
+  const double moments =
+      maneuver::cost_of(maneuver::node_weights(problem.cost_rule(), problem.effort, h, steps), solution.control);
+  const double weight = moments / turning;
+  return weight > 0.0 && std::isfinite(weight) ? "cost.angular_velocity = " + number(rounded_up(weight))
+                                               : "a little cost.angular_velocity";
+}
+
 // What to try where a motion meets all that is asked but is not optimal.
 std::string advice_where_met(const Problem& problem, const Certificate& proof, const Solution& solution) {
   std::string words = "try ";
@@ -63,12 +84,13 @@ std::string advice_where_met(const Problem& problem, const Certificate& proof, c
   const std::string finer = "[time] steps = " + std::to_string(2 * problem.steps);
   if (const std::optional<double> held = solution.solver.held_joint_rate)
     return words +
-           (whirls(problem, solution) ? "a limits.angular_velocity that motors can do (at " + number(*held, 3) +
-                                            " rad/s steps cease to show turns), a little cost.angular_velocity, or "
-                                      : "limits.angular_velocity = " + number(*held, 6) + ", or ") +
+           (whirls(problem, solution)
+                ? "a limits.angular_velocity that motors can do (at " + number(*held, 3) +
+                      " rad/s steps cease to show turns), " + words_on_calming(problem, solution) + ", or "
+                : "limits.angular_velocity = " + number(*held, 6) + ", or ") +
            (solution.status == Status::time_limit ? "a longer search.time_limit" : finer);
   if (!far_turn(problem, solution).empty()) words += finer + ", ";
-  if (whirls(problem, solution)) words += "a little cost.angular_velocity, which calms bodies that whirl, ";
+  if (whirls(problem, solution)) words += words_on_calming(problem, solution) + ", which calms bodies that whirl, ";
   const bool sharp = problem.cost_weights.work > 0.0 || problem.cost_weights.transport > 0.0;
   if (sharp)
     words += std::string(problem.cost_weights.smoothness > 0.0 ? "more" : "a little") +
@@ -249,6 +271,7 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
   const bool long_steps = !far_turn(problem, solution).empty() || too_long_for_stages(problem, proof);
   if (long_steps || problem.steps < fewest_steps)
     words += "[time] steps = " + std::to_string(problem.steps < fewest_steps ? few_steps : 2 * problem.steps) + ", ";
+  if (whirls(problem, solution)) words += words_on_calming(problem, solution) + ", which calms bodies that whirl, ";
   if (problem.cost_weights.of_displacement())
     words += "a larger cost.effort and, from that answer on (--first), the one that is asked for, ";
   const std::string drift = advice_on_drift(problem, proof, solution);
