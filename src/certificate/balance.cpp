@@ -175,10 +175,7 @@ Balance check_nodes(const StoredMotion& motion, const integrator::State& start) 
   Drift drift(motion, start);
   Largest scale;
   for (int k = 0; k <= motion.steps; ++k) {
-    const mechanics::Rotations& R = stored.rotation[at(k)];
-    const VectorXd velocity = mechanics::velocity_of_bodies(motion.system, R, stored.angular_velocity[at(k)],
-                                                            R[0] * stored.linear_velocity[at(k)]);
-    const VectorXd momentum = mechanics::generalized_momentum(motion.system, R, velocity);
+    const VectorXd momentum = stored_state(motion, k).momentum;
     scale.add(largest_part(motion.system, momentum));
     scale.add(motion.time_step * largest_part(motion.system, force(motion, k)));
     drift.add(k, momentum);

@@ -30,14 +30,6 @@ double distance_from(const System& system, const Moments& control, const VectorX
   return distance.value();
 }
 
-integrator::State stored_node(const StoredMotion& motion, int k) {
-  const maneuver::Solution& stored = motion.solution;
-  const mechanics::Rotations& R = stored.rotation[at(k)];
-  const VectorXd velocity = mechanics::velocity_of_bodies(motion.system, R, stored.angular_velocity[at(k)],
-                                                          R[0] * stored.linear_velocity[at(k)]);
-  return {R, stored.position[at(k)], mechanics::generalized_momentum(motion.system, R, velocity)};
-}
-
 bool has_stages(const StoredMotion& motion, std::size_t nodes) {
   const maneuver::Solution& stored = motion.solution;
   if (integrator::single_step(motion.problem.scheme) || stored.divided.steps > 0 || !stored.marched_by.empty())
@@ -218,7 +210,7 @@ std::optional<StageMotion> march(const StoredMotion& motion, bool keeps_all) {
   stages.terms = maneuver::polynomial_terms(motion.problem.scheme);
   stages.fraction = maneuver::stage_fractions(motion.problem.scheme);
   for (double fraction : composed.fractions) stages.time_step.push_back(fraction * motion.time_step);
-  for (int k = 0; k <= motion.steps; ++k) stages.node.push_back(stored_node(motion, k));
+  for (int k = 0; k <= motion.steps; ++k) stages.node.push_back(stored_state(motion, k));
   Marcher marcher(motion, keeps_all, stages);
   for (int k = 0; k < motion.steps; ++k)
     if (!marcher.march(k)) {

@@ -36,6 +36,14 @@ integrator::State start_of(const model::System& system, const maneuver::Start& s
   return integrator::state_of_velocity(system, rotation, start.position, velocity);
 }
 
+integrator::State stored_state(const StoredMotion& motion, int k) {
+  const maneuver::Solution& stored = motion.solution;
+  const mechanics::Rotations& R = stored.rotation[at(k)];
+  return integrator::state_of_velocity(motion.system, R, stored.position[at(k)],
+                                       mechanics::velocity_of_bodies(motion.system, R, stored.angular_velocity[at(k)],
+                                                                     R[0] * stored.linear_velocity[at(k)]));
+}
+
 StepMomenta step_momenta(const StoredMotion& motion, int k) {
   const model::System& system = motion.system;
   mechanics::Interval interval(system.body_count());

@@ -44,6 +44,9 @@ struct StepMomenta {
   VectorXd plus;   // p⁺ − ψ⁺ at the end
 };
 
+/// A node's state by its stored velocities.
+integrator::State stored_state(const StoredMotion& motion, int k);
+
 StepMomenta step_momenta(const StoredMotion& motion, int k);
 
 /// States at the nodes, [N+1]: μ_k = E⁻_k − (h/2) U_k, at the end E⁺_N + (h/2) U_N (equation 4.5).

@@ -21,8 +21,7 @@ constexpr double moments_between = 2.0;               // times the largest at a 
 constexpr double most_turn = 0.5 * std::numbers::pi;  // rad in a step of a scheme
 constexpr double coupled = 2.0;                       // times as fast as a body by itself one may turn under an impulse
 
-constexpr double coarse =
-    10.0;  // times as far as that the pieces of a step that did not converge may lead by their own error
+constexpr double coarse = 10.0;  // times as far the pieces of a divided step may lead by their own error
 
 class UntoldSteps {
  public:
@@ -90,14 +89,7 @@ class UntoldSteps {
     return mechanics::generalized_force(motion_.system, motion_.solution.rotation[at(k)], motion_.control[at(k)]);
   }
 
-  integrator::State node(int k) const {
-    const maneuver::Solution& stored = motion_.solution;
-    const mechanics::Rotations& R = stored.rotation[at(k)];
-    return integrator::state_of_velocity(
-        motion_.system, R, stored.position[at(k)],
-        mechanics::velocity_of_bodies(motion_.system, R, stored.angular_velocity[at(k)],
-                                      R[0] * stored.linear_velocity[at(k)]));
-  }
+  integrator::State node(int k) const { return stored_state(motion_, k); }
 
   mechanics::Moments moments(double time) const {
     const double share = (time - motion_.solution.time[at(step_)]) / motion_.time_step;

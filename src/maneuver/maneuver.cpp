@@ -91,7 +91,8 @@ double farthest_centre(const System& system) {
   return sum / whole;
 }
 
-// Where attitudes are free the root comes as far from the centre, which is there `before`, as joints are long.
+// Where attitudes are free the root comes as far from the centre, which is there `before` unless the first shape is free, as joints are
+// long.
 void refuse_beyond_centre(const System& system, const Maneuver& maneuver, const Vector3d& before,
                           const std::string& put, const std::string& cure) {
   const double far = farthest_centre(system);
@@ -99,7 +100,7 @@ void refuse_beyond_centre(const System& system, const Maneuver& maneuver, const 
     const auto& asked = maneuver.end_position[at(c)];
     if (!asked) continue;
     const double way = *asked - maneuver.start.position[c];
-    const double most = far + (way > 0.0 ? before[c] : -before[c]);
+    const double most = far + (maneuver.free_shape ? far : way > 0.0 ? before[c] : -before[c]);
     if (std::abs(way) <= most + same_pose * system.size()) continue;
     std::ostringstream text;
     text << "found " << way << " m along e_" << c + 1 << ", but " << put << "the root moves that way by at most "
