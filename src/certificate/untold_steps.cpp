@@ -20,8 +20,7 @@ constexpr double round_off = 1e-6;                    // of the momenta's scale,
 constexpr double moments_between = 2.0;               // times the largest at a node
 constexpr double most_turn = 0.5 * std::numbers::pi;  // rad in a step of a scheme
 constexpr double coupled = 2.0;                       // times as fast as a body by itself one may turn under an impulse
-
-constexpr double coarse = 10.0;  // times as far the pieces of a divided step may lead by their own error
+constexpr double coarse = 1.0;                        // of the momenta's scale: the error of a divided step's pieces
 
 class UntoldSteps {
  public:
@@ -82,7 +81,8 @@ class UntoldSteps {
     Largest moments;
     for (int near = std::max(0, k - 1); near <= std::min(motion_.steps, k + 2); ++near)
       moments.add(largest_part(motion_.system, force(near)));
-    return moments_between * motion_.time_step * moments.value() + round_off * scale_;
+    const bool divided = motion_.solution.marched_by.empty();
+    return moments_between * motion_.time_step * moments.value() + (divided ? coarse : round_off) * scale_;
   }
 
   VectorXd force(int k) const {
@@ -120,7 +120,7 @@ double beyond_moments(const StoredMotion& motion, double scale) {
   int others = 0;
   for (int k = 0; k < motion.steps; ++k) {
     if (divided && (steps.obeys_scheme(k) || steps.hides_its_way(k))) continue;
-    beyond.add(steps.beyond(k) / (divided ? coarse : 1.0));
+    beyond.add(steps.beyond(k));
     ++others;
   }
   return divided && others > stored.divided.steps ? endless : beyond.value();
