@@ -594,6 +594,22 @@ def path_length(s, i):
     return total
 
 
+def last_digit(s, way, far):
+    """kg m²/s times the step: what a last digit of each rotation and position makes of momenta, below (6.22)."""
+    turned, shifted = np.zeros(s.n), 0.0
+    for i in range(s.n):
+        moment = np.linalg.norm(s.M[i]) * (s.length + way + path_length(s, i))
+        shifted += moment
+        led, arm, leave, a = np.linalg.norm(s.J[i]), 0.0, np.zeros(3), i
+        while a >= 0:
+            arm += np.linalg.norm(leave - s.d_ip[a])
+            turned[a] += led + moment * arm
+            if not s.led[a]:  # a ball joint's child turns by itself
+                led = arm = 0.0
+            leave, a = s.d_pi[a], s.parent[a]
+    return 2.0**-52 * math.sqrt(np.sum(turned**2) + (shifted * far) ** 2)
+
+
 def read_motion(S, s):
     """The arrays of solution.json, and the moments along each joint's own axes."""
     problem = S["problem"]
@@ -701,15 +717,13 @@ def check_motion(s, m, S, report):
         ends = mu[:1] - mu[-1:]
     else:
         ends = mu[:1] - continuous_momentum(s, R[:1], m.start_v[None])
-    reach = largest(x - x[0]) + np.array([path_length(s, i) for i in range(s.n)])
-    norm = lambda A: np.linalg.norm(A, axis=(1, 2))
-    sizes = norm(s.J) + norm(s.M) * (s.length + reach) * (reach + largest(x))
-    scale = max(scale, 16 * 2.0**-52 * sizes.max() / h)  # at rest all is round-off
-    round_off = min(1e-8, 16 * 2.0**-52 * sizes.max() / (h * scale))  # (6.22)
+    digit = last_digit(s, largest(x - x[0]), largest(x)) / h
+    scale = max(scale, 16 * digit)  # at rest all is round-off
+    round_off = min(1e-8, 16 * digit / scale)  # (6.22)
     report.same("momentum_round_off", round_off, certificate["momentum_round_off"], 1e-6)
     moment = np.linalg.norm(np.array(S["control"], float), axis=-1).max()
     if "kkt_round_off" in certificate and moment > 0:
-        of_moments = min(1e-6, 2.0**-52 * sizes.max() / (h * h * moment))  # below (6.22)
+        of_moments = min(1e-6, digit / (h * moment))  # below (6.22)
         report.same("kkt_round_off", of_moments, certificate["kkt_round_off"], 1e-6)
     residual = max(size(left[1:] - right[:-1] - h * U[1:-1]) if N > 1 else 0.0, size(ends)) / scale
     report.error("equation_residual", residual, certificate["equation_residual"], max(1e-10, round_off))

@@ -54,6 +54,16 @@ def test_a_stored_march_comes_back_as_a_trajectory(root, tmp_path):
     assert lp.verify(tmp_path)["certificate"]["momentum_drift"] < 1e-12
 
 
+def test_a_march_that_ended_early_comes_back_as_one_with_its_reason(root, tmp_path):
+    problem = lp.load(root / "examples" / "translation.toml").changed(time={"steps": 2})
+    march = lp.simulate(problem, lambda t: np.array([[0.0, 0.0, 1e5], [0.0, 0.0, -1e5]]))
+    assert march.status == "stalled"
+    march.save(tmp_path)
+    again = lp.load_solution(tmp_path)
+    assert type(again) is lp.Trajectory and again.message == march.message
+    assert lp.certify(again).message == march.message
+
+
 def test_motions_are_pickled_and_copied_without_loss(solution, root, tmp_path):
     march = lp.simulate(root / "examples" / "tumble.toml", steps=20, duration=0.1)
     for motion in (solution, march):

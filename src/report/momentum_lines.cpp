@@ -107,8 +107,7 @@ std::vector<std::string> momentum_lines(const result::Results& results) {
   const double moving = largest(solution.linear_momentum.bodies) + largest(solution.angular_momentum.bodies);
   const double start = solution.linear_momentum.bodies.front().norm() + solution.angular_momentum.bodies.front().norm();
   if (moving == 0.0 || in_a_vacuum(results.problem)) return lines;
-  if (start < 1e-9 * moving)
-    lines.push_back(zero_line(share_of_total(results), results.certificate));
+  if (start < 1e-9 * moving) lines.push_back(zero_line(share_of_total(results), results.certificate));
   // signs of motions that go elsewhere say nothing
   if (!results.certificate || !(results.certificate->goal_error <= certificate::goal_mark)) return lines;
   const maneuver::Goal& goal = *results.problem.goal;

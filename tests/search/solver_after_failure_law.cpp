@@ -59,7 +59,8 @@ TEST(SolverAfterFailure, finds_the_goals_that_it_finds_without) {
         solver.set_goal(goal);
         return solver.solve().termination;
       };
-      for (const double nearer : {0.11, 0.12, 0.13, 0.14, 0.15}) ASSERT_EQ(asked_for(nearer), Termination::converged) << nearer;
+      for (const double nearer : {0.11, 0.12, 0.13, 0.14, 0.15})
+        ASSERT_EQ(asked_for(nearer), Termination::converged) << nearer;
       EXPECT_NE(asked_for(too_far), Termination::converged);
       EXPECT_EQ(asked_for(next), Termination::converged) << next << " after " << too_far;
     }
