@@ -16,6 +16,7 @@
 
 #include "file/problem_file.hpp"
 #include "file/toml_reader.hpp"
+#include "task/choices.hpp"
 
 namespace lamprey::app {
 
@@ -82,7 +83,7 @@ void describe_solve(CLI::App& app, Arguments& arguments) {
       ->required()
       ->check(named());
   solve->add_option("--workers", arguments.solve.workers, "threads for multi-start (default: one for each core)")
-      ->transform(whole_number(1, 1024));
+      ->transform(whole_number(1, task::most_workers));
   solve
       ->add_option("--solver", arguments.solve.solver,
                    "newton: our own along the steps; ipopt: the full transcription; both: both from the same first "
@@ -189,7 +190,7 @@ void describe_simulate(CLI::App& app, Arguments& arguments) {
                    "how often the gait of --controls or --feedback, or the period of a table, is repeated (default "
                    "1); --steps and --duration are of all "
                    "cycles together")
-      ->transform(whole_number(1, 100'000));
+      ->transform(whole_number(1, task::most_cycles));
   simulate->add_option("--duration", arguments.simulate.duration, "s, instead of the file's")->check(positive());
 }
 

@@ -23,6 +23,7 @@
 #include "result/solution_file.hpp"
 #include "result/table_files.hpp"
 #include "result/trajectory_file.hpp"
+#include "task/choices.hpp"
 #include "task/finer_steps.hpp"
 #include "task/model_remarks.hpp"
 #include "task/model_table.hpp"
@@ -83,14 +84,6 @@ void print_certificate(const certificate::Certificate& proof, const result::Reso
   }
 }
 
-std::optional<maneuver::Scheme> scheme_named(const std::string& name) {
-  if (name.empty()) return std::nullopt;
-  for (const auto& entry : file::schemes)
-    if (entry.text == name) return entry.value;
-  throw model::InputError(
-      "--scheme", "found \"" + name + "\"; allowed: paper, trapezoid, midpoint, order4, order6; choose one of them");
-}
-
 // Says where a cubic swings beyond its rows.
 void choose_interpolation(const std::string& asked, result::ControlSamples& samples) {
   constexpr double worth_telling = 1.1;
@@ -124,9 +117,7 @@ int solve(const SolveArguments& arguments) {
   if (arguments.time_limit) search.time_limit = arguments.time_limit;
   search::SolveOptions options;
   options.workers = arguments.workers > 0 ? arguments.workers : static_cast<int>(std::thread::hardware_concurrency());
-  if (arguments.solver == "newton") options.solver = search::Backend::newton;
-  if (arguments.solver == "ipopt") options.solver = search::Backend::ipopt;
-  if (arguments.solver == "both") options.solver = search::Backend::both;
+  if (!arguments.solver.empty()) options.solver = task::backend_named("--solver", arguments.solver);
   options.refinement = arguments.refinement;
   options.progress = [](const std::string& line) { fmt::print(stderr, "lamprey: {}\n", line); };
   watch_for_interrupts(2);
@@ -149,8 +140,7 @@ int solve(const SolveArguments& arguments) {
 
 int simulate(const SimulateArguments& arguments) {
   const file::ProblemFile problem_file = file::read_problem_file(arguments.problem);
-  task::MarchOptions options{.scheme = scheme_named(arguments.scheme),
-                             .steps = arguments.steps,
+  task::MarchOptions options{.steps = arguments.steps,
                              .duration = arguments.duration,
                              .cycles = arguments.cycles,
                              .adaptive = arguments.adaptive,
@@ -158,6 +148,7 @@ int simulate(const SimulateArguments& arguments) {
                              .perturb = arguments.perturb,
                              .perturb_inertia = arguments.perturb_inertia,
                              .seed = arguments.seed};
+  if (!arguments.scheme.empty()) options.scheme = task::scheme_named("--scheme", arguments.scheme);
   watch_for_interrupts(1);
   options.interrupted = interrupted;
   if (!arguments.controls.empty()) {

@@ -14,12 +14,14 @@
 
 #include "arrays.hpp"
 #include "bound.hpp"
+#include "file/problem_file.hpp"
 #include "file/words.hpp"
 #include "long_call.hpp"
 #include "march_input.hpp"
 #include "model/input_error.hpp"
 #include "module.hpp"
 #include "result/solution_file.hpp"
+#include "task/choices.hpp"
 #include "task/finer_steps.hpp"
 #include "task/tasks.hpp"
 
@@ -30,10 +32,6 @@ using namespace nb::literals;
 using model::InputError;
 
 namespace {
-
-constexpr int most_steps = 10'000'000;
-constexpr int most_cycles = 100'000;
-constexpr int most_workers = 1024;
 
 // What a call was given beside its problem, for provenance.
 class Call {
@@ -54,18 +52,11 @@ void require_positive(const char* key, const std::optional<double>& value) {
     throw InputError(key, fmt::format("found {}; allowed: finite numbers > 0 (s); change it", *value));
 }
 
-search::Backend backend(const std::optional<std::string>& solver) {
-  if (!solver) return search::Backend::automatic;
-  if (*solver == "newton") return search::Backend::newton;
-  if (*solver == "ipopt") return search::Backend::ipopt;
-  if (*solver == "both") return search::Backend::both;
-  throw InputError("solver", "found \"" + *solver + "\"; allowed: newton, ipopt, both, None; choose one of them");
-}
-
 int threads(const std::optional<int>& workers) {
   if (!workers) return static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  if (*workers < 1 || *workers > most_workers)
-    throw InputError("workers", fmt::format("found {}; allowed: from 1 to {}; change it", *workers, most_workers));
+  if (*workers < 1 || *workers > task::most_workers)
+    throw InputError("workers",
+                     fmt::format("found {}; allowed: from 1 to {}; change it", *workers, task::most_workers));
   return *workers;
 }
 
@@ -125,7 +116,7 @@ Solution solve(nb::handle asked, const std::optional<int>& workers, const std::o
   file::ProblemFile file = problem.file;
   if (time_limit) file.problem.search.time_limit = time_limit;
   search::SolveOptions options;
-  options.solver = backend(solver);
+  if (solver) options.solver = task::backend_named("solver", *solver);
   options.workers = threads(workers);
   options.refinement = refinement;
   Raised raised;
@@ -153,14 +144,6 @@ void take_followed(const nb::object& feedback, task::MarchOptions& options) {
   }
 }
 
-std::optional<maneuver::Scheme> scheme_named(const std::optional<std::string>& name) {
-  if (!name) return std::nullopt;
-  for (const auto& entry : file::schemes)
-    if (entry.text == *name) return entry.value;
-  throw InputError("scheme",
-                   "found \"" + *name + "\"; allowed: paper, trapezoid, midpoint, order4, order6; choose one of them");
-}
-
 Trajectory simulate(nb::handle asked, const nb::object& controls, const std::optional<std::string>& scheme,
                     const std::optional<int>& steps, const std::optional<double>& duration, int cycles, bool adaptive,
                     bool reference, const nb::object& feedback, double perturb, std::uint64_t seed,
@@ -177,11 +160,11 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
   if (perturb > 0.0) call.add("perturb", std::optional(perturb));
   if (perturb_inertia > 0.0) call.add("perturb_inertia", std::optional(perturb_inertia));
   if (perturb > 0.0 || perturb_inertia > 0.0) call.add("seed", std::optional(seed));
-  if (steps && (*steps < 1 || *steps > most_steps))
-    throw InputError("steps", fmt::format("found {}; allowed: from 1 to {}; change it", *steps, most_steps));
+  if (steps && (*steps < 1 || *steps > file::step_limit))
+    throw InputError("steps", fmt::format("found {}; allowed: from 1 to {}; change it", *steps, file::step_limit));
   require_positive("duration", duration);
-  if (cycles < 1 || cycles > most_cycles)
-    throw InputError("cycles", fmt::format("found {}; allowed: from 1 to {}; change it", cycles, most_cycles));
+  if (cycles < 1 || cycles > task::most_cycles)
+    throw InputError("cycles", fmt::format("found {}; allowed: from 1 to {}; change it", cycles, task::most_cycles));
   if (!(perturb >= 0.0 && perturb <= 3.0))
     throw InputError("perturb", fmt::format("found {}; allowed: from 0 to 3 (rad); change it", perturb));
   if (!(perturb_inertia >= 0.0 && perturb_inertia <= 0.9))
@@ -199,8 +182,7 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
                      "them; leave them out");
   if (reference && (scheme || adaptive))
     throw InputError("reference", "found beside scheme or adaptive; allowed: without them; leave them out");
-  task::MarchOptions options{.scheme = scheme_named(scheme),
-                             .steps = steps.value_or(0),
+  task::MarchOptions options{.steps = steps.value_or(0),
                              .duration = duration.value_or(0.0),
                              .cycles = cycles,
                              .adaptive = adaptive,
@@ -208,6 +190,7 @@ Trajectory simulate(nb::handle asked, const nb::object& controls, const std::opt
                              .perturb = perturb,
                              .perturb_inertia = perturb_inertia,
                              .seed = seed};
+  if (scheme) options.scheme = task::scheme_named("scheme", *scheme);
   take_controls(controls, problem.file.problem.swimmer.joints, options);
   take_angles(angles, problem.file.problem.swimmer.joints, options);
   take_followed(feedback, options);
