@@ -247,8 +247,7 @@ TEST(WeightedCentre, of_equally_heavy_bodies_tells_where_the_root_ends) {
     EXPECT_EQ(contradiction(problem), "") << "one attitude is open";
     double farthest = 0.0;  // all joints stretched
     for (const model::Body& body : system.bodies())
-      for (const model::PathPoint& point : body.path)
-        farthest += body.mass_matrix(0, 0) / whole * point.offset.norm();
+      for (const model::PathPoint& point : body.path) farthest += body.mass_matrix(0, 0) / whole * point.offset.norm();
     maneuver::Problem far = problem;
     far.goal->move = {2.0 * farthest + 1e-3, std::nullopt, std::nullopt};  // to and fro
     EXPECT_NE(contradiction(far).find("with all joints stretched"), std::string::npos) << contradiction(far);
