@@ -1,7 +1,5 @@
 #include "optimizer/ipopt.hpp"
 
-#include <pthread.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -33,23 +31,6 @@ using Ipopt::Number;
 
 constexpr double sharpness =
     1e-2;  // of the tolerance, that the barrier has to reach: how near limits what they are worth holds
-
-// MUMPS keeps global data: one search at a time in a process, and none while it forks, so that a child finds it whole.
-class Turn {
- public:
-  Turn() {
-    [[maybe_unused]] static const int once =
-        pthread_atfork([] { mutex().lock(); }, [] { mutex().unlock(); }, [] { mutex().unlock(); });
-    lock_ = std::unique_lock(mutex());
-  }
-
- private:
-  static std::mutex& mutex() {
-    static std::mutex mutex;
-    return mutex;
-  }
-  std::unique_lock<std::mutex> lock_;
-};
 
 class Adapter : public Ipopt::TNLP {
  public:
@@ -252,8 +233,13 @@ void explain(Ipopt::ApplicationReturnStatus status, const Adapter& adapter, Outc
 
 }  // namespace
 
+std::unique_lock<std::mutex> turn_of_ipopt() {
+  static std::mutex mutex;
+  return std::unique_lock(mutex);
+}
+
 Outcome solve_with_ipopt(Program& program, const Options& options, const VectorXd& start, const VectorXd& multipliers) {
-  const Turn turn;
+  const std::unique_lock<std::mutex> turn = turn_of_ipopt();
   if (openblas_set_num_threads) openblas_set_num_threads(1);
   Outcome outcome;
   const bool warm = multipliers.size() == program.constraint_count();

@@ -15,6 +15,8 @@
 #include <system_error>
 #include <thread>
 
+#include "optimizer/ipopt.hpp"
+
 namespace lamprey::search {
 
 namespace {
@@ -127,7 +129,9 @@ std::optional<Worker> start(int t, const std::function<Numbers(int)>& task) {
   std::fflush(nullptr);  // a child must not write the parent's buffers again
   int ends[2];
   if (pipe(ends) != 0) return std::nullopt;
+  std::unique_lock<std::mutex> turn = optimizer::turn_of_ipopt();
   const pid_t process = fork();
+  turn.unlock();
   if (process == 0) {
     close(ends[0]);
     work(ends[1], t, task);
