@@ -150,6 +150,11 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
   double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
   int idle = 0, rounds_astray = 0;
   bool eased = false, answered = false, tried_in_vain = false;
+  const auto late = [&] {
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+    round.time_limit = options.time_limit - taken.count();  // of all rounds together
+    return stopped(options, taken.count(), outcome);
+  };
   for (int n = 0; n < most_rounds && idle < most_idle_rounds && rounds_astray < most_rounds_astray; ++n) {
     if (!eased && !program.landed()) {
       ease(newton, program);
@@ -183,6 +188,7 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
     }
     tried_in_vain = false;
     if (ease_where_stuck(program, outcome)) {
+      if (late()) return;
       rounds_astray = 0;
       continue;
     }
@@ -199,9 +205,7 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
       idle = 0;
       best = std::numeric_limits<double>::infinity();
     }
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
-    round.time_limit = options.time_limit - taken.count();  // of all rounds together
-    if (stopped(options, taken.count(), outcome)) return;
+    if (late()) return;
   }
   if (program.limit_violation() > out_of_reach) {
     outcome.termination = Termination::infeasible;

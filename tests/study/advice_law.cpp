@@ -91,6 +91,25 @@ TEST_F(Advice, says_where_round_off_hides_the_curvature) {
   EXPECT_NE(words(-1e-9, {}).find("smallest curvature -1e-09"), std::string::npos) << "flat, not lost";
 }
 
+// What the certificate says is not said again with an optimiser's other digits; what steps cannot show is not infeasible for that.
+TEST_F(Advice, says_once_what_is_missed_and_blames_long_steps_for_limits_they_break) {
+  proof_.goal_missed = "goal.move along e_1";
+  proof_.goal_missed_by_turn = false;
+  proof_.goal_error = 0.16;
+  maneuver::Solution stuck = solution_;
+  stuck.status = maneuver::Status::infeasible;
+  stuck.message = "no step makes progress; goal.move along e_1 is missed by 0.119 m";
+  maneuver::Solution kept = stuck;
+  study::judge(problem_, proof_, kept);
+  EXPECT_EQ(kept.message.find("0.119"), std::string::npos) << kept.message;
+  EXPECT_NE(kept.message.find("no step makes progress."), std::string::npos) << kept.message;
+  EXPECT_EQ(kept.status, maneuver::Status::infeasible);
+  for (std::size_t k = 0; k < stuck.rotation.size(); ++k)
+    stuck.rotation[k][1] = lie::exp({0.0, 0.0, 1.57 * static_cast<double>(k)});
+  study::judge(problem_, proof_, stuck);
+  EXPECT_EQ(stuck.status, maneuver::Status::stalled);
+}
+
 TEST_F(Advice, speaks_of_neither_where_nothing_points_there) {
   EXPECT_TRUE(tells("try more starts, another seed")) << message();
   for (const char* other : {"[time] steps", "looser", "nearer goal", "control_axes", "tolerance ="})
