@@ -40,6 +40,8 @@ struct SecondOrder {
   std::optional<int> negative_eigenvalues = {};
   bool costs_nothing =
       false;  // and nothing less can be, so that other directions, of a duration or a first shape, may be flat; not stored
+  std::optional<double> along_phase =
+      {};  // set aside of the numbers above: that of beginning elsewhere along a gait, within ±1e-6
   /// Whether round-off hides how many directions lower the cost, and how steeply.
   bool lost() const { return !positive && !negative_eigenvalues && smallest_eigenvalue < -curvature_mark; }
 };

@@ -23,6 +23,7 @@ constexpr double settled_value = 1e-9;  // relative change of Lanczos' value fro
 constexpr double bracket = 1e-3;        // of the eigenvalue
 constexpr double least_bracket = 1e-6;
 constexpr int most_halvings = 60;
+constexpr int inverse_iterations = 3;
 constexpr double first_shift = -0.01;
 constexpr double shift_growth = 8.0;
 constexpr double farthest_shift = -1e12;
@@ -50,6 +51,17 @@ double metric_product(const Chain& chain, const Inputs& a, const Inputs& b) {
 
 void add(double factor, const Inputs& terms, Inputs& sum) {
   for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += factor * terms[k];
+}
+
+// Takes off what lies along inputs of size 1.
+void remove(const Chain& chain, const Inputs& along, Inputs& inputs) {
+  add(-metric_product(chain, along, inputs), along, inputs);
+}
+
+// The gradient whose solution is the inverse's image of the metric's.
+ChainGradient weighed(const Chain& chain, Inputs inputs) {
+  for (std::size_t k = 0; k < inputs.size(); ++k) inputs[k] *= -chain.stage[k].weight;
+  return {std::move(inputs), {}};
 }
 
 // Inputs without a pattern, the same each time.
@@ -315,8 +327,27 @@ std::vector<VectorXd> ChainSolver::costates(const ChainGradient& gradient, const
   return costate;
 }
 
-SmallestEigenvalue smallest_eigenvalue(const Chain& chain, ChainSolver& solver) {
-  const auto definite = [&](double shift) { return solver.factor(shift) == 0; };
+std::optional<Eigenvector> eigenvector_near(const Chain& chain, ChainSolver& solver, double shift, const Inputs& from) {
+  if (solver.factor(shift) != 0) return std::nullopt;
+  const double length = std::sqrt(metric_product(chain, from, from));
+  if (!(length > 0.0)) return std::nullopt;
+  Eigenvector found{from, 0.0};
+  for (int n = 0; n < inverse_iterations; ++n) {
+    found.inputs = solver.solve(weighed(chain, std::move(found.inputs)));
+    const double size = std::sqrt(metric_product(chain, found.inputs, found.inputs));
+    if (!(size > 0.0)) return std::nullopt;
+    for (VectorXd& input : found.inputs) input /= size;
+  }
+  found.cosine = metric_product(chain, found.inputs, from) / length;
+  return found;
+}
+
+SmallestEigenvalue smallest_eigenvalue(const Chain& chain, ChainSolver& solver, const Inputs* set_aside) {
+  const int count_aside = set_aside ? 1 : 0;
+  const auto definite = [&](double shift) {
+    const std::optional<int> below = solver.factor(shift);
+    return below && *below <= count_aside;
+  };
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   double bound = 0.0;
   for (double next = first_shift; !definite(bound); next *= shift_growth) {
@@ -327,13 +358,10 @@ SmallestEigenvalue smallest_eigenvalue(const Chain& chain, ChainSolver& solver) 
   // Lanczos: the largest eigenvalue of (form − bound · metric)⁻¹ metric
   std::vector<Inputs> basis;
   std::vector<double> diagonal, beside;
-  const auto weighed = [&](Inputs inputs) {
-    for (std::size_t k = 0; k < inputs.size(); ++k) inputs[k] *= -chain.stage[k].weight;
-    return ChainGradient{std::move(inputs), {}};
-  };
-  Inputs next = solver.solve(weighed(scattered(chain)));
+  Inputs next = solver.solve(weighed(chain, scattered(chain)));
   double value = std::numeric_limits<double>::infinity();
   for (int n = 0; n < most_lanczos_steps; ++n) {
+    if (set_aside) remove(chain, *set_aside, next);
     const double size = std::sqrt(metric_product(chain, next, next));
     if (n > 0) {
       if (!(size > 1e-13 * diagonal.front())) break;  // the whole space is spanned
@@ -343,7 +371,7 @@ SmallestEigenvalue smallest_eigenvalue(const Chain& chain, ChainSolver& solver) 
     }
     for (VectorXd& input : next) input /= size;
     basis.push_back(next);
-    next = solver.solve(weighed(basis.back()));
+    next = solver.solve(weighed(chain, basis.back()));
     diagonal.push_back(metric_product(chain, basis.back(), next));
     for (int pass = 0; pass < 2; ++pass)
       for (const Inputs& before : basis) add(-metric_product(chain, before, next), before, next);

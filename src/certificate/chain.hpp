@@ -109,6 +109,16 @@ struct SmallestEigenvalue {
 
 /// Lanczos' method with the chain's solver, then tests of definiteness until value − bound is within 1e-3 of the value
 /// (or 1e-6). NaN where no shift makes the form definite.
-SmallestEigenvalue smallest_eigenvalue(const Chain& chain, ChainSolver& solver);
+/// With `set_aside`, an eigenvector of size 1 in the metric: the smallest of the others.
+SmallestEigenvalue smallest_eigenvalue(const Chain& chain, ChainSolver& solver, const Inputs* set_aside = nullptr);
+
+/// The eigenvector whose eigenvalue is nearest to a shift below all, found from inputs that may miss the rows a little.
+struct Eigenvector {
+  Inputs inputs;  // of size 1 in the metric
+  double cosine;  // of its angle with where it was sought from, in the metric
+};
+
+/// By inverse iteration. Nothing where the form is not definite above the shift.
+std::optional<Eigenvector> eigenvector_near(const Chain& chain, ChainSolver& solver, double shift, const Inputs& from);
 
 }  // namespace lamprey::certificate

@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "certificate/certificate.hpp"
 #include "certificate/stored_motion.hpp"
 
 namespace lamprey::certificate {

@@ -9,6 +9,7 @@
 #include "certificate/compliance_in_time.hpp"
 #include "certificate/cost_order.hpp"
 #include "certificate/gait_ends.hpp"
+#include "certificate/gait_phase.hpp"
 #include "certificate/joints_at_rest.hpp"
 #include "certificate/spline_order.hpp"
 #include "certificate/stage_motion.hpp"
@@ -24,7 +25,8 @@ constexpr double penalty_per_cost = 1e4;                  // of the end rows
 constexpr double row_weight = 1e6, heavier_rows = 100.0;  // of the metric, and times that
 constexpr double agreed_value = 0.01;
 constexpr double least_row = 1e-9;  // of a bound's gradient, that changes of the moments make of it: less is round-off
-constexpr double needed_pull = 10.0;  // over what the conditions of first order are missed by
+constexpr double same_direction = 0.99;  // cosine: of the flat direction with that in which the phase changes
+constexpr double needed_pull = 10.0;     // over what the conditions of first order are missed by
 
 // Curvature of the goal's rotations of led bodies, and of ball joints on them, along constant freedoms, [turns][turns]; at the goal
 // that of a body that turns on its own vanishes.
@@ -244,6 +246,26 @@ std::optional<SecondOrder> eigenvalues_by_one_sweep(const Chain& chain, double c
   return result;
 }
 
+// Of a gait, one direction of whose form is flat: where that is the one in which its phase changes, the numbers without it.
+SecondOrder beside_phase(const Chain& chain, double cost, const Inputs& phase, const SecondOrder& whole) {
+  ChainSolver solver(chain, penalty_per_cost * cost);
+  const std::optional<Eigenvector> flat = eigenvector_near(chain, solver, -2.0 * curvature_mark, phase);
+  if (!flat || std::abs(flat->cosine) < same_direction) return whole;
+  const SmallestEigenvalue next = smallest_eigenvalue(chain, solver, &flat->inputs);
+  const std::optional<int> below = solver.factor(curvature_mark);
+  if (std::isnan(next.value) || below != 1 || !(next.value > curvature_mark)) return whole;
+  SecondOrder result = whole;
+  result.smallest_eigenvalue = next.value;
+  result.positive = true;
+  result.along_phase = whole.smallest_eigenvalue;
+  return result;
+}
+
+// A flat direction is neither one of descent nor one of a proof.
+bool is_flat(const SecondOrder& found) {
+  return !found.positive && found.negative_eigenvalues == 0 && std::abs(found.smallest_eigenvalue) <= curvature_mark;
+}
+
 // Whether two weights of rows say the same.
 bool agree(const std::optional<SecondOrder>& one, const std::optional<SecondOrder>& two) {
   return one && two && one->negative_eigenvalues == two->negative_eigenvalues &&
@@ -454,10 +476,15 @@ std::optional<SecondOrder> second_order(const StoredMotion& motion, double momen
   const Costates costates = costates_by_least_squares(motion, *effort, bounds);
   if (!(costates.residual <= costates_hold)) return std::nullopt;
   free_needless_bounds(*effort, kkt * costates.gradient, bounds);
+  std::optional<Inputs> phase = phase_direction(motion, *effort);
   effort->tangents.A.clear();
   const double cost = effort->cost;
-  const std::optional<SecondOrder> result =
-      eigenvalues_of(lagrangian_chain(motion, std::move(*effort), costates, bounds), cost);
+  const Chain chain = lagrangian_chain(motion, std::move(*effort), costates, bounds);
+  std::optional<SecondOrder> result = eigenvalues_of(chain, cost);
+  if (result && phase && is_flat(*result)) {
+    if (chain.stage.size() > phase->size()) phase->insert(phase->begin(), VectorXd::Zero(1));  // no other duration
+    result = beside_phase(chain, cost, *phase, *result);
+  }
   // a multiplier at its bound where the power vanishes too: what costs less on the smooth branch need not cost less
   if (result && kinks.weak && !result->positive) return std::nullopt;
   return result;

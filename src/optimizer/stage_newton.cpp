@@ -18,6 +18,11 @@ constexpr double most_end_change = 0.5;  // that one step takes off an end row
 constexpr double first_shift = 0.03;     // in units of the states' metric
 constexpr double least_shift = 1e-7;
 constexpr double largest_shift = 1e8;
+constexpr double valley_shift = 1e-4;   // next to a flat valley, so that steps do not run along it
+constexpr double gradient_shift = 1.0;  // by which a step is nearly the gradient
+constexpr double ran_along =
+    0.5;  // of the change before, what a step next to a solution leaves where it runs along a valley
+constexpr double flat = 1e-5;               // curvature of a valley, of the effort's own
 constexpr double leapt_over = 1e-3;         // shift up to which it grows by the square
 constexpr double shift_growth = 3.0;        // where a step fails; where one succeeds the shift falls by its square
 constexpr double most_multiplier = 1.0;     // that the end rows' removal may add, relative to what they have
@@ -221,10 +226,15 @@ void StageNewton::take_last_step(StageProgram& program, Outcome& outcome) {
 // Where no step shows progress any more because what it gains drowns in round-off: a last one, without a shift, of no more than
 // a given change.
 bool StageNewton::settle(StageProgram& program, double most_change, Outcome& outcome) {
-  if (program.merit().violation > met || !factor_unshifted()) return false;
-  shift_ = 0.0;
-  find_step();
-  change_ = stationarity();
+  if (program.merit().violation > met) return false;
+  if (valley_ > 0.0) {
+    if (!find_step_beside_valley()) return false;
+  } else {
+    if (!factor_unshifted()) return false;
+    shift_ = 0.0;
+    find_step();
+    change_ = stationarity();
+  }
   if (!(change_ <= most_change)) return false;
   take_last_step(program, outcome);
   return true;
@@ -281,19 +291,46 @@ void StageNewton::record(const StageProgram& program, Outcome& outcome) const {
                              program.goal_error(), length_, program.drift()});
 }
 
-// One step from the model at the point.
-StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& options, Outcome& outcome) {
-  if (!factor(damping_)) return Verdict::stuck;
+// Whether the step next to a solution runs along a flat valley of solutions, as of gaits that may begin anywhere along themselves.
+bool StageNewton::runs_along_valley(const StageProgram& program, double change_before) {
+  if (shift_ > 0.0 || !near_ || program.merit().violation > met) return false;
+  return change_ < nearly_stationary && change_ > ran_along * change_before &&
+         bare_curvature() < flat * effort_of_step();
+}
+
+// How far along a valley a Newton step goes says nothing: the gradient is measured by one that is shifted far, and the step
+// taken by one that is shifted a little.
+bool StageNewton::find_step_beside_valley() {
+  if (!factor(gradient_shift)) return false;
   find_step();
   change_ = stationarity();
+  if (!factor(std::max(damping_, valley_))) return false;
+  find_step();
+  return true;
+}
+
+// The step from the model, and what of the gradient is left.
+bool StageNewton::find_measured_step(const StageProgram& program) {
+  if (valley_ > 0.0) return find_step_beside_valley();
+  if (!factor(damping_)) return false;
+  find_step();
+  const double before = std::exchange(change_, stationarity());
+  if (!runs_along_valley(program, before)) return true;
+  valley_ = valley_shift;
+  return find_step_beside_valley();
+}
+
+// One step from the model at the point.
+StageNewton::Verdict StageNewton::improve(StageProgram& program, const Options& options, Outcome& outcome) {
+  if (!find_measured_step(program)) return Verdict::stuck;
   const bool settled = change_ <= options.tolerance && program.merit().violation <= met && shift_ <= most_shift_at_rest;
-  if (shift_ > 0.0 && change_ <= saddle && program.merit().violation <= nearly_met) {
+  if (shift_ > valley_ && change_ <= saddle && program.merit().violation <= nearly_met) {
     if (std::exchange(may_be_saddle_, false) && leave_saddle(program, outcome)) return Verdict::accepted;
     if (!factor(settled ? 0.0 : damping_)) return Verdict::stuck;  // what damps the search has no part in the last step
     find_step();
   }
   if (settled) {
-    if (shift_ == 0.0) take_last_step(program, outcome);
+    if (shift_ <= valley_) take_last_step(program, outcome);
     return Verdict::converged;
   }
   const double before = program.merit().violation;
@@ -320,7 +357,7 @@ void StageNewton::begin(const StageProgram& program) {
   factored_ = false;
   with_costates_ = program.takes_costates();
   riccati_.want_costates(with_costates_);
-  damping_ = 0.0;
+  damping_ = valley_ = 0.0;
   unshifted_first_ = firm_ = false;
   change_ = 1.0;
   near_ = false;

@@ -64,7 +64,12 @@ class StageNewton {
   double raised_shift() const;
   void ease_or_damp(double ratio);
   bool leave_saddle(StageProgram& program, Outcome& outcome);
+  bool runs_along_valley(const StageProgram& program, double change_before);
+  bool find_step_beside_valley();
+  bool find_measured_step(const StageProgram& program);
+  const VectorXd& measured(std::size_t k);
   double stationarity();
+  double effort_of_step();
   double slope() const;
   double curvature();
   double bare_curvature();
@@ -81,6 +86,7 @@ class StageNewton {
   VectorXd end_multiplier_;       // at the point, the end rows left as they are
   double shift_ = 0.0;            // of the inputs' metric, added to the Hessian
   double damping_ = 0.0;          // least shift, raised where steps fail
+  double valley_ = 0.0;           // least shift where a step has run along a flat valley, else 0
   bool near_ = false;             // whether the latest step began next to a solution
   bool small_miss_ = false;       // whether the point meets the end rows but for what small steps repair
   bool own_factors_ = true;       // whether the latest factors are those of the step, not of its corrections

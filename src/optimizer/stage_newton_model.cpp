@@ -18,19 +18,22 @@ double along(const VectorXd& left, const MatrixXd& form, const VectorXd& right, 
 
 }  // namespace
 
+// What the step changes of what a stage's weight measures.
+const VectorXd& StageNewton::measured(std::size_t k) {
+  const Stage& stage = model_.stage[k];
+  if (stage.measured_by_input.size() == 0) return step_.input[k];
+  input_.setZero();
+  add_image(1.0, stage.measured_by_state, step_.state[k], input_);
+  add_image(1.0, stage.measured_by_input, step_.input[k], input_);
+  return input_;
+}
+
 // What a Newton step still changes in the cost's gradient, relative to that gradient.
 double StageNewton::stationarity() {
   double change = 0.0, gradient = 0.0;
   for (std::size_t k = 0; k < model_.stage.size(); ++k) {
     const Stage& stage = model_.stage[k];
-    if (stage.measured_by_input.size() == 0) {
-      input_ = step_.input[k];
-    } else {
-      input_.setZero();
-      add_image(1.0, stage.measured_by_state, step_.state[k], input_);
-      add_image(1.0, stage.measured_by_input, step_.input[k], input_);
-    }
-    const double moved = stage.weight * input_.lpNorm<Eigen::Infinity>();
+    const double moved = stage.weight * measured(k).lpNorm<Eigen::Infinity>();
     if (std::isnan(moved)) return std::numeric_limits<double>::infinity();  // a step of no numbers goes on
     change = std::max(change, moved);
     gradient = std::max(gradient, stage.gradient);
@@ -44,6 +47,13 @@ double StageNewton::slope() const {
   for (std::size_t k = 0; k < model_.stage.size(); ++k)
     rate += model_.stage[k].q.dot(step_.state[k]) + model_.stage[k].r.dot(step_.input[k]);
   return rate;
+}
+
+// What the effort's own form says of the step.
+double StageNewton::effort_of_step() {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < model_.stage.size(); ++k) sum += model_.stage[k].weight * measured(k).squaredNorm();
+  return sum;
 }
 
 // sᵀHs along any step, without the shift.

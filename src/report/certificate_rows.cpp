@@ -43,6 +43,8 @@ CertificateRow shown(const char* name, double value, const char* unit, const cha
 std::string curvature_value(const certificate::SecondOrder& second_order) {
   std::string text = number(second_order.smallest_eigenvalue, 3);
   if (second_order.lost()) return text + ", lost in round-off";
+  if (second_order.along_phase)
+    text += fmt::format(", and {} by beginning elsewhere", number(*second_order.along_phase, 1));
   if (second_order.negative_eigenvalues.value_or(0) > 0)
     text += fmt::format(", {} of descent", *second_order.negative_eigenvalues);
   return text;
@@ -54,7 +56,9 @@ CertificateRow second_order_row(const certificate::SecondOrder& second_order) {
   return {"Smallest curvature", curvature_value(second_order), fmt::format("> {}", number(curvature_mark)), holds,
           "Smallest eigenvalue of the Lagrangian’s Hessian among the changes of control that keep the goal, relative "
           "to the "
-          "effort alone (1 = pure effort). Above zero: a strict local minimum; below: a saddle."};
+          "effort alone (1 = pure effort). Above zero: a strict local minimum; below: a saddle. A gait that nothing "
+          "ties to "
+          "its start may begin elsewhere along itself, which changes nothing and is set aside."};
 }
 
 using Rows = std::vector<CertificateRow>;

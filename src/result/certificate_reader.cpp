@@ -41,6 +41,7 @@ certificate::SecondOrder read_curvature(const document::JsonReader& reader) {
       reader.at("smallest_eigenvalue").number_or_nan(), reader.at("positive").boolean(), {}};
   if (told(reader, "negative_eigenvalues"))
     result.negative_eigenvalues = reader.at("negative_eigenvalues").integer(0, largest_count);
+  if (told(reader, "along_phase")) result.along_phase = reader.at("along_phase").number_or_nan();
   return result;
 }
 

@@ -195,9 +195,11 @@ std::string problem_text(const ResolvedProblem& problem) {
 namespace {
 
 std::string curvature_text(const certificate::SecondOrder& second) {
-  return fmt::format("\"smallest_eigenvalue\": {}, \"positive\": {}, \"negative_eigenvalues\": {}",
+  const std::string beside =
+      second.along_phase ? fmt::format(", \"along_phase\": {}", document::json(*second.along_phase)) : "";
+  return fmt::format("\"smallest_eigenvalue\": {}, \"positive\": {}, \"negative_eigenvalues\": {}{}",
                      document::json(second.smallest_eigenvalue), document::json(second.positive),
-                     second.negative_eigenvalues ? document::json(*second.negative_eigenvalues) : "null");
+                     second.negative_eigenvalues ? document::json(*second.negative_eigenvalues) : "null", beside);
 }
 
 std::string clearance_text(const certificate::Clearance& clearance) {

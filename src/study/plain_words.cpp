@@ -12,6 +12,10 @@ std::string words_of_goal(const certificate::Certificate& proof) {
 
 std::string words_of_minimum(const certificate::Certificate& proof) {
   if (proof.second_order->costs_nothing) return " It costs nothing, and nothing less can be.";
+  if (proof.second_order->along_phase)
+    return " A local minimum, strict but for where along itself the gait begins, which costs the same: smallest "
+           "curvature " +
+           number(proof.second_order->smallest_eigenvalue, 3) + ".";
   return " A strict local minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
 }
 

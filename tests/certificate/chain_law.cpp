@@ -110,6 +110,32 @@ TEST(Chain, counts_the_negative_eigenvalues_of_the_dense_form_whatever_the_penal
   EXPECT_GT(indefinite, 20);
 }
 
+TEST(Chain, sets_an_eigenvector_aside_that_it_finds_from_inputs_beside_it) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Chain chain = random_chain(seed, 8, 1.0);
+    const Dense dense(chain);
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> split(dense.kept.transpose() * dense.form * dense.kept,
+                                                                   dense.kept.transpose() * dense.metric * dense.kept);
+    const VectorXd smallest = dense.kept * split.eigenvectors().col(0);
+    Random random(seed + 100);
+    Inputs from;
+    for (int k = 0; k < 8; ++k)
+      from.emplace_back(smallest.segment<inputs>(inputs * k) + 0.02 * VectorXd(random_matrix(random, inputs, 1)));
+    ChainSolver solver(chain, 1.0);
+    const double shift = split.eigenvalues()[0] - 1e-3;
+    const auto found = certificate::eigenvector_near(chain, solver, shift, from);
+    ASSERT_TRUE(found) << seed;
+    const VectorXd inputs_found = stacked(found->inputs);
+    EXPECT_NEAR(std::abs(inputs_found.dot(dense.metric * smallest)), 1.0, 1e-6) << seed;
+    const double length = std::sqrt(stacked(from).dot(dense.metric * stacked(from)));
+    EXPECT_NEAR(found->cosine, inputs_found.dot(dense.metric * stacked(from)) / length, 1e-12);
+    const certificate::SmallestEigenvalue next = smallest_eigenvalue(chain, solver, &found->inputs);
+    EXPECT_NEAR(next.value, split.eigenvalues()[1], tolerance(1e-6) * std::abs(split.eigenvalues()[1])) << seed;
+    EXPECT_LT(next.bound, next.value);
+    EXPECT_FALSE(certificate::eigenvector_near(chain, solver, split.eigenvalues()[0] + 1e-3, from)) << "not below all";
+  }
+}
+
 // Rows that one input can keep, that it takes the inputs before to keep, that say the same twice, and that the end rows imply.
 Chain chain_with_rows(unsigned seed) {
   Chain chain = random_chain(seed, 10, 1.0);

@@ -5,6 +5,7 @@
 
 #include "certificate/balance.hpp"
 #include "certificate/certify.hpp"
+#include "certificate/gait_phase.hpp"
 #include "certificate/goal_check.hpp"
 #include "certificate/marched_answers.hpp"
 #include "certificate/optimality.hpp"
@@ -367,6 +368,91 @@ maneuver::Problem gait_in_the_plane(int count) {
 TEST(GaitOrder, in_the_plane_is_that_of_second_differences) {
   const maneuver::Problem problem = gait_in_the_plane(16);
   expect_eigenvalues_of_gait(problem, solved_gait(problem), true);
+}
+
+maneuver::Problem turning_gait(int count, double turn) {
+  maneuver::Problem problem = gait_in_the_plane(count);
+  problem.goal->move[0].reset();
+  problem.goal->turn = Vector3d(0, 0, turn);
+  return problem;
+}
+
+// A turn about the plane's normal is the same wherever along itself the gait begins.
+TEST(GaitOrder, of_a_gait_that_turns_is_that_of_second_differences_but_for_its_phase) {
+  const maneuver::Problem problem = turning_gait(14, 0.02);
+  const maneuver::Solution solution = solved_gait(problem);
+  DenseMotion dense(problem, solution);
+  const VectorXd values = dense.eigenvalues();
+  const SecondOrder found = dense.certified();
+  ASSERT_TRUE(found.along_phase);
+  EXPECT_LE(std::abs(*found.along_phase), certificate::curvature_mark);
+  EXPECT_NEAR(*found.along_phase, values[0], 1e-5) << "what differences leave of nothing";
+  EXPECT_NEAR(found.smallest_eigenvalue, values[1], tolerance(1e-4) * values[1]);
+  EXPECT_TRUE(found.positive);
+  EXPECT_EQ(found.negative_eigenvalues, 0);
+}
+
+// How much the nodes tell one phase from another falls faster than any power of their number; what is proved beside it stays.
+TEST(GaitOrder, of_the_phase_fades_with_more_steps_as_those_of_smooth_periods_do) {
+  std::vector<double> along, beside;
+  for (const int count : {8, 11, 14, 17}) {
+    const maneuver::Problem problem = turning_gait(count, 0.02);
+    const maneuver::Solution solution = solved_gait(problem);
+    const SecondOrder found = DenseMotion(problem, solution).certified();
+    along.push_back(std::abs(found.along_phase.value_or(found.smallest_eigenvalue)));
+    if (found.along_phase) beside.push_back(found.smallest_eigenvalue);
+  }
+  EXPECT_LT(along[1], 1e-2 * along[0]);
+  EXPECT_LT(along[2], 1e-2 * along[1]);
+  ASSERT_EQ(beside.size(), 2u);
+  EXPECT_NEAR(beside[1], beside[0], 0.05 * beside[0]);
+}
+
+// Along the linearised motion the phase moves what it began with, to where the period closes.
+TEST(GaitPhase, leads_back_to_its_beginning_to_second_order_in_the_step) {
+  std::vector<double> left;
+  for (const int count : {20, 80}) {
+    const maneuver::Problem problem = turning_gait(count, 0.02);
+    const maneuver::Solution solution = solved_gait(problem);
+    const model::System system(problem.swimmer);
+    const StoredMotion motion(system, problem, solution);
+    const auto effort = certificate::effort_chain(motion, certificate::check_balance(motion).scale);
+    ASSERT_TRUE(effort);
+    const auto phase = certificate::phase_direction(motion, *effort);
+    ASSERT_TRUE(phase);
+    ASSERT_EQ(phase->size(), effort->chain.stage.size());
+    VectorXd y = VectorXd::Zero(effort->chain.end_form.rows());
+    double sum = 0.0;
+    for (std::size_t k = 0; k < phase->size(); ++k) {
+      y = (effort->chain.stage[k].A * y + effort->chain.stage[k].B * (*phase)[k]).eval();
+      sum += y.squaredNorm() / count;
+    }
+    left.push_back((effort->chain.end_rows * y).norm() / std::sqrt(sum));
+  }
+  EXPECT_NEAR(0.5 * std::log2(left[0] / left[1]), 2.0, 0.5) << left[0] << ", as searches begin their gaits anywhere";
+}
+
+// That the first angle of a wheel is nobody's business is another direction, and not set aside.
+TEST(GaitOrder, sets_no_other_flat_direction_aside) {
+  maneuver::Problem problem = gait_in_the_plane(16);
+  model::BodyDescription wheel;
+  wheel.name = "wheel";
+  wheel.semi_axes = Vector3d(3.0, 3.0, 1.0);
+  problem.swimmer.bodies.push_back(wheel);
+  model::JointDescription hinge;
+  hinge.name = "wheel";
+  hinge.kind = model::JointKind::hinge;
+  hinge.parent = problem.swimmer.bodies.front().name;
+  hinge.child = "wheel";
+  hinge.axis = Vector3d(0, 0, 1);
+  problem.swimmer.joints.push_back(hinge);
+  problem.start.rotation.emplace_back(Vector3d::Zero());
+  problem.start.angular_velocity.emplace_back(Vector3d::Zero());
+  const maneuver::Solution solution = solved_gait(problem);
+  const SecondOrder found = DenseMotion(problem, solution).certified();
+  EXPECT_FALSE(found.along_phase);
+  EXPECT_FALSE(found.positive);
+  EXPECT_LE(std::abs(found.smallest_eigenvalue), certificate::curvature_mark);
 }
 
 TEST(GaitOrder, of_a_planar_gait_that_may_leave_the_plane_is_a_saddle_as_second_differences_say) {
