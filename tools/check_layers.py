@@ -11,7 +11,9 @@ import re
 import sys
 
 LEFT_OF_MECHANICS = ["lie", "fluid", "model"]
+LEFT_OF_EVIDENCE = ["maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS]
 LEFT_OF_GUESS = ["shape", "maneuver", "optimizer", "integrator", "mechanics", *LEFT_OF_MECHANICS]
+PROOF = ["certificate", "optimality", "evidence"]
 # Every source begins with algebra/operators.hpp, by CMakeLists.txt and not by its own includes; all rooms may use that room.
 FOUNDATION = "algebra"
 MAY_USE = {
@@ -26,19 +28,21 @@ MAY_USE = {
     "shape": ["maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS, "optimizer"],
     "transcription": ["shape", "maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS, "optimizer"],
     "guess": ["shape", "maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS, "optimizer"],
-    "certificate": ["maneuver", "integrator", "mechanics", *LEFT_OF_MECHANICS],
+    "evidence": LEFT_OF_EVIDENCE,
+    "optimality": ["evidence", *LEFT_OF_EVIDENCE],
+    "certificate": ["optimality", "evidence", *LEFT_OF_EVIDENCE],
     "search": ["guess", "transcription", *LEFT_OF_GUESS],
-    "study": ["search", "certificate", "guess", "transcription", *LEFT_OF_GUESS],
+    "study": ["search", *PROOF, "guess", "transcription", *LEFT_OF_GUESS],
     "document": LEFT_OF_MECHANICS,
     "file": ["document", "certificate", *LEFT_OF_GUESS],
-    "result": ["file", "document", "certificate", "guess", *LEFT_OF_GUESS],
-    "task": ["result", "file", "document", "study", "search", "certificate", "guess", "transcription", *LEFT_OF_GUESS],
-    "report": ["task", "result", "file", "document", "study", "search", "certificate", "guess", "transcription", *LEFT_OF_GUESS],
+    "result": ["file", "document", *PROOF, "guess", *LEFT_OF_GUESS],
+    "task": ["result", "file", "document", "study", "search", "certificate", "evidence", "guess", "transcription", *LEFT_OF_GUESS],
+    "report": ["task", "result", "file", "document", "study", "search", *PROOF, "guess", "transcription", *LEFT_OF_GUESS],
 }
-# certificate/ shares no solver code: of maneuver/ it may see only the plain structs that describe question and answer, and what
+# What proves shares no solver code: of maneuver/ it may see only the plain structs that describe question and answer, and what
 # motors give, which no solver uses.
-ALLOWED_HEADERS = {("certificate", "maneuver"): {"maneuver/problem.hpp", "maneuver/solution.hpp", "maneuver/control_path.hpp",
-                                                "maneuver/motor_limits.hpp", "maneuver/step_polynomial.hpp"}}
+ALLOWED_HEADERS = {(room, "maneuver"): {"maneuver/problem.hpp", "maneuver/solution.hpp", "maneuver/control_path.hpp",
+                                        "maneuver/motor_limits.hpp", "maneuver/step_polynomial.hpp"} for room in PROOF}
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 

@@ -2,16 +2,17 @@
 
 #include <limits>
 
-#include "certificate/balance.hpp"
-#include "certificate/clearance.hpp"
-#include "certificate/cost_check.hpp"
-#include "certificate/goal_check.hpp"
-#include "certificate/limit_check.hpp"
-#include "certificate/optimality.hpp"
 #include "certificate/replay.hpp"
-#include "certificate/second_order.hpp"
-#include "certificate/stage_motion.hpp"
 #include "certificate/untold_steps.hpp"
+#include "certificate/verdict.hpp"
+#include "evidence/balance.hpp"
+#include "evidence/clearance.hpp"
+#include "evidence/cost_check.hpp"
+#include "evidence/goal_check.hpp"
+#include "evidence/limit_check.hpp"
+#include "evidence/stage_motion.hpp"
+#include "optimality/first_order.hpp"
+#include "optimality/second_order.hpp"
 
 namespace lamprey::certificate {
 
@@ -19,21 +20,6 @@ namespace {
 
 bool confined(const model::System& system, const model::Joint& joint) {
   return joint.actuation.cols() > 0 && joint.actuation.cols() < system.body(joint.child).freedoms;
-}
-
-// Whether the files tell of a motion of the problem's swimmer, from its start, in its time, by moments that it has, at the cost
-// that they state.
-bool of_the_problem(const Certificate& proof) {
-  return proof.refusal.empty() && proof.rotation_drift <= rotation_mark &&
-         proof.momentum_drift <= proof.momentum_allowed() && proof.start_error <= start_mark &&
-         proof.control_error <= control_mark && proof.time_error <= time_mark &&
-         proof.velocity_error <= velocity_mark && proof.cost_error <= cost_mark;
-}
-
-bool meets_goal(const maneuver::Problem& problem, const Certificate& proof) {
-  return of_the_problem(proof) && proof.equation_residual <= proof.equation_allowed() &&
-         proof.goal_error <= goal_mark && (!problem.goal->stills_joints() || proof.rest_error <= rest_mark) &&
-         (!proof.limits || proof.limits->violation <= limit_mark);
 }
 
 // Above order 2, and of moments on splines, nothing but effort and time is checked.
@@ -50,7 +36,7 @@ double time_error(const StoredMotion& motion) {
   const std::vector<double>& time = motion.solution.time;
   const maneuver::Duration& asked = motion.problem.duration;
   const double duration = asked.free ? time.back() : asked.value;
-  Largest error;
+  evidence::Largest error;
   for (int k = 0; k <= motion.steps; ++k) error.add(std::abs(time[model::at(k)] - duration * k / motion.steps));
   return duration > 0.0 ? error.value() / duration : std::numeric_limits<double>::infinity();
 }
@@ -77,9 +63,9 @@ double parts_difference(const maneuver::CostParts& stored, const maneuver::CostP
 }
 
 // By the limit's key; of keep-outs the one that is reached most.
-std::map<std::string, double> shares_at_limits(const LimitCheck& kept) {
+std::map<std::string, double> shares_at_limits(const evidence::LimitCheck& kept) {
   std::map<std::string, double> shares;
-  for (const LimitReach& reach : kept.reaches)
+  for (const evidence::LimitReach& reach : kept.reaches)
     if (reach.reached()) shares[reach.key] = std::max(shares[reach.key], reach.share);
   return shares;
 }
@@ -97,11 +83,11 @@ double iterates_momentum(const maneuver::SolverRecord& solver) {
 
 // By the moments at the nodes or the coefficients of the steps. Where nothing is spent goal and limits pull at nothing, and what is left is
 // the effort's own.
-std::optional<SecondOrder> curvature(const StoredMotion& motion, const std::optional<StageMotion>& stages,
-                                     double momentum_scale, double kkt) {
-  if (costs_nothing(motion)) return SecondOrder{1.0, true, 0, true};
-  if (stages) return second_order(motion, *stages, momentum_scale);
-  return motion.steps_known ? second_order(motion, momentum_scale, kkt) : std::nullopt;
+std::optional<optimality::SecondOrder> curvature(const StoredMotion& motion, const std::optional<StageMotion>& stages,
+                                                 double momentum_scale, double kkt) {
+  if (evidence::costs_nothing(motion)) return optimality::SecondOrder{1.0, true, 0, true};
+  if (stages) return optimality::second_order(motion, *stages, momentum_scale);
+  return motion.steps_known ? optimality::second_order(motion, momentum_scale, kkt) : std::nullopt;
 }
 
 // The problem with all that confined joints leave free; nothing where none is confined, limits may name their axes, or the work has
@@ -121,33 +107,33 @@ std::optional<maneuver::Problem> with_all_axes(const model::System& system, cons
 }
 
 // The second-order test of that problem.
-AllAxes all_axes(const maneuver::Problem& free, const maneuver::Solution& solution, double momentum_scale,
-                 double kkt_round_off) {
+optimality::AllAxes all_axes(const maneuver::Problem& free, const maneuver::Solution& solution, double momentum_scale,
+                             double kkt_round_off) {
   const model::System free_system(free.swimmer);
   const StoredMotion motion(free_system, free, solution);
-  const std::optional<StageMotion> stages = march_again(motion);
-  AllAxes result;
-  result.kkt = stages ? kkt_residual(motion, *stages, momentum_scale)
-                      : kkt_residual(motion, control_space(motion), momentum_scale);
+  const std::optional<StageMotion> stages = evidence::march_again(motion);
+  optimality::AllAxes result;
+  result.kkt = stages ? optimality::kkt_residual(motion, *stages, momentum_scale)
+                      : optimality::kkt_residual(motion, evidence::control_space(motion), momentum_scale);
   if (result.kkt <= std::max(free.search.tolerance, kkt_round_off))
-    result.second_order = curvature(motion, stages, momentum_scale, result.kkt).value_or(SecondOrder());
+    result.second_order = curvature(motion, stages, momentum_scale, result.kkt).value_or(optimality::SecondOrder());
   return result;
 }
 
 // What only the steps tell, of a motion by a scheme above order 2.
 void certify_stages(const StoredMotion& motion, const StageMotion& stages, double scale, Certificate& proof) {
-  proof.equation_residual = step_residual(motion, stages, scale);
+  proof.equation_residual = evidence::step_residual(motion, stages, scale);
   proof.control_error = stages.actuation_error;
   proof.time_error = std::max(proof.time_error, stages.time_error / motion.solution.time.back());
-  proof.velocity_error = velocity_error(motion, stages.node, scale);
+  proof.velocity_error = evidence::velocity_error(motion, stages.node, scale);
 }
 
 // A march, which nobody sought: the law of its steps, and what it tells of them.
 void certify_march(const StoredMotion& motion, double scale, Certificate& proof) {
   if (motion.steps_known) {
-    proof.control_error = beyond_actuation(motion);
-    proof.velocity_error = velocity_error(motion, node_states(motion), scale);
-  } else if (const std::optional<StageMotion> stages = check_march(motion)) {
+    proof.control_error = evidence::beyond_actuation(motion);
+    proof.velocity_error = evidence::velocity_error(motion, evidence::node_states(motion), scale);
+  } else if (const std::optional<StageMotion> stages = evidence::check_march(motion)) {
     certify_stages(motion, *stages, scale, proof);
   } else {
     proof.beyond_moments = beyond_moments(motion, scale);
@@ -156,13 +142,13 @@ void certify_march(const StoredMotion& motion, double scale, Certificate& proof)
 
 // An answer by a scheme above order 2.
 void certify_sought_stages(const StoredMotion& motion, const Options& options, double scale, Certificate& proof) {
-  const std::optional<StageMotion> stages = march_again(motion);
+  const std::optional<StageMotion> stages = evidence::march_again(motion);
   if (!stages) return;
   certify_stages(motion, *stages, scale, proof);
   proof.control_error = std::max(proof.control_error, stages->polynomial_error);
-  proof.rest_error = largest_part(motion.system, stages->node.back().momentum) / scale;
-  proof.cost_error = cost_error(motion, cost_of_steps(motion, *stages));
-  if (options.optimality) proof.kkt = kkt_residual(motion, *stages, scale);
+  proof.rest_error = evidence::largest_part(motion.system, stages->node.back().momentum) / scale;
+  proof.cost_error = evidence::cost_error(motion, evidence::cost_of_steps(motion, *stages));
+  if (options.optimality) proof.kkt = optimality::kkt_residual(motion, *stages, scale);
   if (options.replay) proof.replay = replay(motion, *stages, {options.replay_tolerance, options.stopped});
 }
 
@@ -173,10 +159,10 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   Certificate proof;
   if (solution.time.size() < 2) return proof;
   const StoredMotion motion(system, problem, solution);
-  const Balance balance = check_balance(motion);
+  const evidence::Balance balance = evidence::check_balance(motion);
   proof.rotation_drift = balance.rotation_drift;
-  proof.start_error = start_error(motion);
-  proof.clearance = clearance(motion);
+  proof.start_error = evidence::start_error(motion);
+  proof.clearance = evidence::clearance(motion);
   proof.momentum_drift = balance.momentum_drift;
   proof.momentum_round_off = balance.round_off;
   const bool sought = problem.goal && solution.status != maneuver::Status::simulated;
@@ -192,7 +178,7 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
   }
 
   proof.iterates_momentum = iterates_momentum(solution.solver);
-  const GoalMiss miss = largest_miss(motion);
+  const evidence::GoalMiss miss = evidence::largest_miss(motion);
   proof.goal_error = miss.error;
   proof.goal_missed = miss.condition;
   proof.goal_missed_by_turn = miss.is_turn;
@@ -204,46 +190,34 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
     return proof;
   }
   proof.rest_error = balance.end_momentum;
-  const ControlSpace space = control_space(motion);
+  const evidence::ControlSpace space = evidence::control_space(motion);
   proof.control_error = space.outside;
   if (problem.limits.any() || problem.duration.free || !problem.waypoints.empty()) {
-    const LimitCheck kept = check_limits(motion);
+    const evidence::LimitCheck kept = evidence::check_limits(motion);
     proof.limits = {kept.violation, kept.key, kept.time, kept.complementarity, kept.negative, shares_at_limits(kept)};
   }
-  const CostCheck cost = check_cost(motion);
-  proof.velocity_error = velocity_error(motion, node_states(motion), balance.scale);
-  proof.cost_error = cost_error(motion, cost.cost);
+  const evidence::CostCheck cost = evidence::check_cost(motion);
+  proof.velocity_error = evidence::velocity_error(motion, evidence::node_states(motion), balance.scale);
+  proof.cost_error = evidence::cost_error(motion, cost.cost);
   if (solution.cost_parts)
     proof.cost_error = std::max(proof.cost_error, parts_difference(*solution.cost_parts, cost.parts));
   if (problem.cost_weights.any()) proof.costs = {proof.cost_error, cost.signs};
   const bool worth_it = options.of_misses || meets_goal(problem, proof);
-  if (options.optimality && worth_it) proof.kkt = kkt_residual(motion, space, balance.scale);
-  proof.kkt_round_off = std::min(round_off_of_kkt(motion, space, balance.moment_round_off), proof_mark);
+  if (options.optimality && worth_it) proof.kkt = optimality::kkt_residual(motion, space, balance.scale);
+  proof.kkt_round_off =
+      std::min(optimality::round_off_of_kkt(motion, space, balance.moment_round_off), optimality::proof_mark);
   proof.verdict = verdict(problem, proof);
   if (options.second_order) add_second_order(system, problem, solution, proof);
   if (options.replay) proof.replay = replay(motion, {options.replay_tolerance, options.stopped});
   return proof;
 }
 
-bool stationary(const maneuver::Problem& problem, const Certificate& proof) {
-  return proof.kkt <= proof.kkt_allowed(problem.search.tolerance) &&
-         (!proof.costs || proof.costs->signs <= sign_mark) &&
-         (!proof.limits ||
-          (proof.limits->complementarity <= complementarity_mark && proof.limits->negative <= sign_mark));
-}
-
-Verdict verdict(const maneuver::Problem& problem, const Certificate& proof) {
-  if (!problem.goal || !meets_goal(problem, proof) || !stationary(problem, proof)) return Verdict::not_optimal;
-  const bool positive = proof.second_order && proof.second_order->positive;
-  return positive && proof.kkt <= proof_mark ? Verdict::proved : Verdict::stationary;
-}
-
 bool add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,
                       Certificate& proof, const std::function<bool()>& stopped) {
   if (!problem.goal || verdict(problem, proof) == Verdict::not_optimal) return true;
   const StoredMotion motion(system, problem, solution);
-  const double scale = check_balance(motion).scale;
-  proof.second_order = curvature(motion, march_again(motion), scale, proof.kkt);
+  const double scale = evidence::check_balance(motion).scale;
+  proof.second_order = curvature(motion, evidence::march_again(motion), scale, proof.kkt);
   proof.verdict = verdict(problem, proof);
   const std::optional<maneuver::Problem> free = with_all_axes(system, problem);
   if (!free) return true;
@@ -258,7 +232,7 @@ std::optional<Replay> certify_replay(const model::System& system, const maneuver
   const StoredMotion motion(system, problem, solution);
   const ReplayOptions within{options.replay_tolerance, options.stopped};
   if (motion.steps_known) return replay(motion, within);
-  const std::optional<StageMotion> stages = march_again(motion);
+  const std::optional<StageMotion> stages = evidence::march_again(motion);
   return stages ? std::optional(replay(motion, *stages, within)) : std::nullopt;
 }
 
@@ -268,7 +242,7 @@ void certify_feedback(const model::System& system, const maneuver::Problem& prob
   const ReplayOptions within{options.replay_tolerance, options.stopped};
   if (motion.steps_known)
     replay_with_feedback(motion, within, result);
-  else if (const std::optional<StageMotion> stages = march_again(motion))
+  else if (const std::optional<StageMotion> stages = evidence::march_again(motion))
     replay_with_feedback(motion, *stages, within, result);
 }
 

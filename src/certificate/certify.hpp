@@ -32,12 +32,6 @@ Certificate certify(const model::System& system, const maneuver::Problem& proble
 std::optional<Replay> certify_replay(const model::System& system, const maneuver::Problem& problem,
                                      const maneuver::Solution& solution, const Options& options = {});
 
-/// Whether kkt and the signs of multipliers keep their marks: the cost is stationary where the goal and limits are kept.
-bool stationary(const maneuver::Problem& problem, const Certificate& certificate);
-
-/// What a certificate's numbers add up to.
-Verdict verdict(const maneuver::Problem& problem, const Certificate& certificate);
-
 /// Adds what second derivatives say, and the verdict, to a certificate of the same answer. Once `stopped` says so (it may be
 /// empty) the test with all axes does not begin; returns whether all was done.
 bool add_second_order(const model::System& system, const maneuver::Problem& problem, const maneuver::Solution& solution,

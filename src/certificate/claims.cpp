@@ -58,7 +58,8 @@ class Claims {
   std::vector<FalseClaim> claims_;
 };
 
-void compare(const std::string& field, const SecondOrder& stored, const SecondOrder& found, Claims& claims) {
+void compare(const std::string& field, const optimality::SecondOrder& stored, const optimality::SecondOrder& found,
+             Claims& claims) {
   claims.value(field + ".smallest_eigenvalue", stored.smallest_eigenvalue, found.smallest_eigenvalue, 1.0);
   if (stored.along_phase)  // of round-off's size: whether it is one
     claims.at_most(field + ".along_phase", std::abs(*stored.along_phase), found.along_phase ? curvature_mark : 0.0);
@@ -136,42 +137,43 @@ double weight_of(const std::optional<Verdict>& verdict) {
 std::vector<FalseClaim> false_claims(const Certificate& stored, const Certificate& found, double duration,
                                      double length) {
   Claims claims;
-  claims.error("goal_error", stored.goal_error, found.goal_error, goal_mark);
-  claims.error("rest_error", stored.rest_error, found.rest_error, rest_mark);
+  claims.error("goal_error", stored.goal_error, found.goal_error, evidence::goal_mark);
+  claims.error("rest_error", stored.rest_error, found.rest_error, evidence::rest_mark);
   claims.error("momentum_drift", stored.momentum_drift, found.momentum_drift, found.momentum_allowed());
-  claims.error("rotation_drift", stored.rotation_drift, found.rotation_drift, rotation_mark);
+  claims.error("rotation_drift", stored.rotation_drift, found.rotation_drift, evidence::rotation_mark);
   claims.error("iterates_momentum", stored.iterates_momentum, found.iterates_momentum, found.momentum_allowed());
   claims.error("equation_residual", stored.equation_residual, found.equation_residual, found.equation_allowed());
-  claims.error("start_error", stored.start_error, found.start_error, start_mark);
-  claims.error("control_error", stored.control_error, found.control_error, control_mark);
-  claims.error("time_error", stored.time_error, found.time_error, time_mark);
-  claims.error("velocity_error", stored.velocity_error, found.velocity_error, velocity_mark);
-  claims.error("cost_error", stored.cost_error, found.cost_error, cost_mark);
+  claims.error("start_error", stored.start_error, found.start_error, evidence::start_mark);
+  claims.error("control_error", stored.control_error, found.control_error, evidence::control_mark);
+  claims.error("time_error", stored.time_error, found.time_error, evidence::time_mark);
+  claims.error("velocity_error", stored.velocity_error, found.velocity_error, evidence::velocity_mark);
+  claims.error("cost_error", stored.cost_error, found.cost_error, evidence::cost_mark);
   claims.round_off("momentum_round_off", stored.momentum_round_off, found.momentum_round_off);
   claims.error("kkt", stored.kkt, found.kkt, kkt_scale);
   if (!std::isnan(found.kkt)) claims.round_off("kkt_round_off", stored.kkt_round_off, found.kkt_round_off);
   if (stored.costs) {
-    const CostsKept is = found.costs.value_or(CostsKept());
-    claims.error("costs.error", stored.costs->error, is.error, cost_mark);
-    claims.error("costs.signs", stored.costs->signs, is.signs, sign_mark);
+    const evidence::CostsKept is = found.costs.value_or(evidence::CostsKept());
+    claims.error("costs.error", stored.costs->error, is.error, evidence::cost_mark);
+    claims.error("costs.signs", stored.costs->signs, is.signs, evidence::sign_mark);
   }
   if (stored.limits) {
-    const LimitsKept is = found.limits.value_or(LimitsKept());
-    claims.error("limits.violation", stored.limits->violation, is.violation, limit_mark);
-    claims.error("limits.complementarity", stored.limits->complementarity, is.complementarity, complementarity_mark);
-    claims.error("limits.negative", stored.limits->negative, is.negative, sign_mark);
+    const evidence::LimitsKept is = found.limits.value_or(evidence::LimitsKept());
+    claims.error("limits.violation", stored.limits->violation, is.violation, evidence::limit_mark);
+    claims.error("limits.complementarity", stored.limits->complementarity, is.complementarity,
+                 evidence::complementarity_mark);
+    claims.error("limits.negative", stored.limits->negative, is.negative, evidence::sign_mark);
   }
   if (stored.second_order)
-    compare("second_order", *stored.second_order, found.second_order.value_or(SecondOrder()), claims);
+    compare("second_order", *stored.second_order, found.second_order.value_or(optimality::SecondOrder()), claims);
   if (stored.all_axes) {
-    const AllAxes is = found.all_axes.value_or(AllAxes());
+    const optimality::AllAxes is = found.all_axes.value_or(optimality::AllAxes());
     claims.error("second_order_all_axes.kkt", stored.all_axes->kkt, is.kkt, kkt_scale);
     compare("second_order_all_axes", stored.all_axes->second_order, is.second_order, claims);
   }
   if (stored.replay) compare(*stored.replay, found.replay.value_or(Replay()), duration, claims);
   if (stored.refinement && found.refinement) compare(*stored.refinement, *found.refinement, claims);
   if (stored.clearance)
-    claims.value("clearance.gap", stored.clearance->gap, found.clearance.value_or(Clearance()).gap, length);
+    claims.value("clearance.gap", stored.clearance->gap, found.clearance.value_or(evidence::Clearance()).gap, length);
   claims.at_most("verdict", weight_of(stored.verdict), weight_of(found.verdict));
   return std::move(claims).all();
 }

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "algebra/row_space.hpp"
-#include "certificate/optimality.hpp"
 #include "certificate/servo_replay.hpp"
+#include "evidence/control_space.hpp"
 #include "integrator/feedback_law.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "maneuver/control_path.hpp"
@@ -15,6 +15,10 @@ namespace lamprey::certificate {
 
 namespace {
 
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using evidence::Largest;
 using integrator::ReferenceIntegrator;
 using integrator::ReferenceState;
 using integrator::State;
@@ -38,7 +42,7 @@ maneuver::ControlPath control_path(const StoredMotion& motion) {
   const MatrixXd moments = node_moments(motion);
   const VectorXd times = Eigen::Map<const VectorXd>(motion.solution.time.data(), motion.steps + 1);
   if (motion.problem.control == maneuver::ControlKind::steps) return {maneuver::Interpolation::linear, times, moments};
-  const MatrixXd basis = control_space(motion).basis;
+  const MatrixXd basis = evidence::control_space(motion).basis;
   const MatrixXd points = algebra::least_squares(basis, moments.transpose());
   return {maneuver::Interpolation::natural_cubic,
           VectorXd::LinSpaced(motion.problem.points, times[0], times[motion.steps]), points.transpose()};
@@ -66,7 +70,7 @@ Course course_of(const StoredMotion& motion, const StageMotion& stages) {
   Course course{motion, stages.node, {}};
   course.control = [&motion, &stages, step = course.step](double t) {
     const double fraction = (t - motion.solution.time[at(*step)]) / motion.time_step;
-    return moments_of_step(motion, stages, *step, fraction);
+    return evidence::moments_of_step(motion, stages, *step, fraction);
   };
   return course;
 }
@@ -214,7 +218,7 @@ double growth_rate(const StoredMotion& motion) {
   integrator::StepTangent tangent(motion.system);
   mechanics::Interval interval(motion.system.body_count());
   return steepest_growth(motion, [&](int k, MatrixXd& perturbed) {
-    read_interval(motion, k, interval);
+    evidence::read_interval(motion, k, interval);
     integrator::linearize_step(motion.system, motion.lagrangian, motion.time_step, interval, motion.control[at(k)],
                                motion.control[at(k + 1)], work, tangent);
     perturbed = tangent.A * perturbed;
@@ -237,7 +241,9 @@ double growth_rate(const StoredMotion& motion, const StageMotion& stages) {
 
 namespace {
 
-Course course_of(const StoredMotion& motion) { return {motion, node_states(motion), control_function(motion)}; }
+Course course_of(const StoredMotion& motion) {
+  return {motion, evidence::node_states(motion), control_function(motion)};
+}
 
 void follow(Course course, const ReplayOptions& options, Replay& result) {
   course.stopped = options.stopped;

@@ -4,10 +4,13 @@
 #include <functional>
 
 #include "certificate/certificate.hpp"
-#include "certificate/stage_motion.hpp"
-#include "certificate/stored_motion.hpp"
+#include "evidence/stage_motion.hpp"
+#include "evidence/stored_motion.hpp"
 
 namespace lamprey::certificate {
+
+using evidence::StageMotion;
+using evidence::StoredMotion;
 
 struct ReplayOptions {
   double tolerance;                 // of a step of the reference integrator

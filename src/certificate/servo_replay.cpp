@@ -9,6 +9,10 @@ namespace lamprey::certificate {
 
 namespace {
 
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
 using mechanics::Rotations;
 using mechanics::Vectors;
 using model::at;
@@ -60,7 +64,7 @@ class ServoMarch {
       : motion_(motion),
         path_(maneuver::Interpolation::not_a_knot_cubic,
               Eigen::Map<const VectorXd>(motion.solution.time.data(), motion.steps + 1), turns),
-        first_(node_states(motion).front()) {
+        first_(evidence::node_states(motion).front()) {
     total_ = mechanics::spatial_momentum(motion.system, first_.rotation, first_.position, first_.momentum);
   }
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include "certificate/certificate.hpp"
-#include "certificate/stored_motion.hpp"
+#include "evidence/stored_motion.hpp"
 
 namespace lamprey::certificate {
+
+using evidence::StoredMotion;
 
 /// The joints go through the stored nodes along cubic splines of their turns; the root goes as the total momentum at the start
 /// demands, with no trace of the steps' own rule (equations 9.32 and 6.8). Fills the two `servo_…` errors, those at the end; they stay

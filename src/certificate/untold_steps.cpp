@@ -4,13 +4,15 @@
 #include <limits>
 #include <numbers>
 
-#include "certificate/balance.hpp"
+#include "evidence/balance.hpp"
 #include "integrator/reference_integrator.hpp"
 
 namespace lamprey::certificate {
 
 namespace {
 
+using Eigen::VectorXd;
+using evidence::Largest;
 using integrator::ReferenceState;
 using model::at;
 
@@ -51,7 +53,7 @@ class UntoldSteps {
       turned.add(lie::rotation_angle(asked.rotation[i].transpose() * ended.rotation[i]));
     const double impulse = left_open(k), turn = coupled * motion_.time_step * impulse / lightest_ + round_off;
     Largest beyond;
-    beyond.add(largest_part(motion_.system, asked.momentum - ended.momentum) / impulse);
+    beyond.add(evidence::largest_part(motion_.system, asked.momentum - ended.momentum) / impulse);
     beyond.add(turned.value() / turn);
     beyond.add((asked.position - ended.position).norm() / (turn * reach_));
     return beyond.value();
@@ -67,11 +69,11 @@ class UntoldSteps {
 
   // Whether it obeys the scheme whole.
   bool obeys_scheme(int k) const {
-    const StepMomenta momenta = step_momenta(motion_, k);
+    const evidence::StepMomenta momenta = evidence::step_momenta(motion_, k);
     const double half = 0.5 * motion_.time_step;
     Largest off;
-    off.add(largest_part(motion_.system, momenta.minus - half * force(k) - node(k).momentum));
-    off.add(largest_part(motion_.system, momenta.plus + half * force(k + 1) - node(k + 1).momentum));
+    off.add(evidence::largest_part(motion_.system, momenta.minus - half * force(k) - node(k).momentum));
+    off.add(evidence::largest_part(motion_.system, momenta.plus + half * force(k + 1) - node(k + 1).momentum));
     return off.value() <= round_off * scale_;
   }
 
@@ -80,7 +82,7 @@ class UntoldSteps {
   double left_open(int k) const {
     Largest moments;
     for (int near = std::max(0, k - 1); near <= std::min(motion_.steps, k + 2); ++near)
-      moments.add(largest_part(motion_.system, force(near)));
+      moments.add(evidence::largest_part(motion_.system, force(near)));
     const bool divided = motion_.solution.marched_by.empty();
     return moments_between * motion_.time_step * moments.value() + (divided ? coarse : round_off) * scale_;
   }
@@ -89,7 +91,7 @@ class UntoldSteps {
     return mechanics::generalized_force(motion_.system, motion_.solution.rotation[at(k)], motion_.control[at(k)]);
   }
 
-  integrator::State node(int k) const { return stored_state(motion_, k); }
+  integrator::State node(int k) const { return evidence::stored_state(motion_, k); }
 
   mechanics::Moments moments(double time) const {
     const double share = (time - motion_.solution.time[at(step_)]) / motion_.time_step;

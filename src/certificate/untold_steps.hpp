@@ -1,9 +1,11 @@
 // Marches whose files do not tell the steps: by the reference integrator, or by steps that were divided where they did not converge.
 #pragma once
 
-#include "certificate/stored_motion.hpp"
+#include "evidence/stored_motion.hpp"
 
 namespace lamprey::certificate {
+
+using evidence::StoredMotion;
 
 /// By how many times the farthest step leads beyond what the stored moments leave open: from each node's state the continuous equations
 /// go on to the next one, under moments that are linear in between, and may miss it by what twice the largest moment at the four

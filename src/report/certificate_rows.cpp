@@ -11,18 +11,18 @@ namespace {
 
 constexpr double undercut = 1e-6;  // of a clearance, less than asked for
 
-using certificate::complementarity_mark;
-using certificate::control_mark;
-using certificate::cost_mark;
-using certificate::curvature_mark;
-using certificate::goal_mark;
-using certificate::limit_mark;
-using certificate::rest_mark;
-using certificate::sign_mark;
-using certificate::start_mark;
-using certificate::time_mark;
-using certificate::unset;
-using certificate::velocity_mark;
+using evidence::complementarity_mark;
+using evidence::control_mark;
+using evidence::cost_mark;
+using evidence::goal_mark;
+using evidence::limit_mark;
+using evidence::rest_mark;
+using evidence::sign_mark;
+using evidence::start_mark;
+using evidence::time_mark;
+using evidence::unset;
+using evidence::velocity_mark;
+using optimality::curvature_mark;
 
 std::string with_unit(double value, const char* unit) {
   if (std::isnan(value) || *unit == '\0') return number(value, 3);
@@ -40,7 +40,7 @@ CertificateRow shown(const char* name, double value, const char* unit, const cha
   return {name, with_unit(value, unit), "", std::nullopt, meaning};
 }
 
-std::string curvature_value(const certificate::SecondOrder& second_order) {
+std::string curvature_value(const optimality::SecondOrder& second_order) {
   std::string text = number(second_order.smallest_eigenvalue, 3);
   if (second_order.lost()) return text + ", lost in round-off";
   if (second_order.along_phase)
@@ -50,7 +50,7 @@ std::string curvature_value(const certificate::SecondOrder& second_order) {
   return text;
 }
 
-CertificateRow second_order_row(const certificate::SecondOrder& second_order) {
+CertificateRow second_order_row(const optimality::SecondOrder& second_order) {
   std::optional<bool> holds;
   if (!std::isnan(second_order.smallest_eigenvalue)) holds = second_order.positive;
   return {"Smallest curvature", curvature_value(second_order), fmt::format("> {}", number(curvature_mark)), holds,
@@ -99,7 +99,7 @@ Rows rows_of_mechanics(const certificate::Certificate& proof, const result::Reso
       held("Momentum over all iterates", proof.iterates_momentum, "", proof.momentum_allowed(),
            "Largest total momentum of any point that the solver went through, as it measured it, relative to that "
            "point's largest momentum: the search cannot live on momentum that leaks."),
-      held("Rotation drift", proof.rotation_drift, "", certificate::rotation_mark,
+      held("Rotation drift", proof.rotation_drift, "", evidence::rotation_mark,
            "Largest entry of RᵀR − I, or of det R − 1: how far stored rotations are from rotations."),
       {"Clearance",
        proof.clearance ? clearance_words(*proof.clearance, problem)
@@ -143,10 +143,10 @@ Rows rows_of_optimality(const certificate::Certificate& proof, const result::Res
       held("First-order optimality (KKT)", proof.kkt, "", proof.kkt_allowed(problem.tolerance),
            "Largest part of the cost’s gradient that no multiplier of the goal explains, relative to the gradient "
            "itself."),
-      second_order_row(proof.second_order.value_or(certificate::SecondOrder{})),
+      second_order_row(proof.second_order.value_or(optimality::SecondOrder{})),
       {"Curvature, all axes free",
        proof.all_axes || !proof.second_order || confines_axes(problem)
-           ? curvature_value(proof.all_axes.value_or(certificate::AllAxes{}).second_order)
+           ? curvature_value(proof.all_axes.value_or(optimality::AllAxes{}).second_order)
            : "no axes are confined",
        "", std::nullopt,
        "The same with every direction moved that the joints leave free, where control_axes confine them. Below zero: "
@@ -198,7 +198,7 @@ Rows rows_of_refinement(const certificate::Refinement& refinement) {
 
 }  // namespace
 
-std::string clearance_words(const certificate::Clearance& clearance, const result::ResolvedProblem& problem) {
+std::string clearance_words(const evidence::Clearance& clearance, const result::ResolvedProblem& problem) {
   if (std::isnan(clearance.gap) || clearance.first < 0 || clearance.second < 0) return number(unset);
   const std::string pair = fmt::format("{} and {}", problem.bodies[static_cast<std::size_t>(clearance.first)].name,
                                        problem.bodies[static_cast<std::size_t>(clearance.second)].name);

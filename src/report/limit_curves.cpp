@@ -4,14 +4,14 @@
 
 #include <fmt/format.h>
 
-#include "certificate/limit_check.hpp"
+#include "evidence/limit_check.hpp"
 
 namespace lamprey::report {
 
 namespace {
 
-using certificate::Bound;
-using certificate::StoredMotion;
+using evidence::Bound;
+using evidence::StoredMotion;
 using model::at;
 using Kind = Bound::Kind;
 
@@ -27,7 +27,7 @@ std::optional<int> entry_along(const model::Joint& joint, int column) {
 
 // Bound less margin, node by node: what a limit of a size bounds.
 std::vector<double> bounded_values(const StoredMotion& motion, const Bound& bound) {
-  std::vector<double> values = certificate::margins(motion, bound);
+  std::vector<double> values = evidence::margins(motion, bound);
   for (double& value : values) value = bound.value - value;
   return values;
 }
@@ -81,7 +81,7 @@ std::optional<LimitCurve> curve_of(const StoredMotion& motion, const Bound& boun
 
 std::vector<LimitCurve> limit_curves(const StoredMotion& motion) {
   std::vector<LimitCurve> curves;
-  for (const Bound& bound : certificate::bounds_of(motion))
+  for (const Bound& bound : evidence::bounds_of(motion))
     if (std::optional<LimitCurve> curve = curve_of(motion, bound)) {
       LimitCurve* last = curves.empty() ? nullptr : &curves.back();
       const bool other_side = last && curve->line && last->line == curve->line && last->joint == curve->joint &&

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "certificate/stored_motion.hpp"
+#include "evidence/stored_motion.hpp"
 
 namespace lamprey::report {
 
@@ -22,6 +22,6 @@ struct LimitCurve {
 };
 
 /// Of limits of moments, angles, swing, twist and rates, in the order of the joints.
-std::vector<LimitCurve> limit_curves(const certificate::StoredMotion& motion);
+std::vector<LimitCurve> limit_curves(const evidence::StoredMotion& motion);
 
 }  // namespace lamprey::report

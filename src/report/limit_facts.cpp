@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "certificate/clearance.hpp"
 #include "certificate/limit_words.hpp"
+#include "evidence/clearance.hpp"
 #include "model/system.hpp"
 #include "report/wording.hpp"
 #include "result/resolve.hpp"
@@ -18,8 +18,8 @@ namespace lamprey::report {
 
 namespace {
 
-using certificate::LimitReach;
-using Kind = certificate::Bound::Kind;
+using evidence::LimitReach;
+using Kind = evidence::Bound::Kind;
 
 constexpr std::size_t most_named = 6;                // limits that are reached, one by one
 constexpr std::size_t most_bodies_placed = 100'000;  // at all nodes, between which a summary looks for overlaps
@@ -30,16 +30,14 @@ bool has_motion(const maneuver::Solution& solution) {
          solution.angular_velocity.size() == nodes;
 }
 
-bool broken(const LimitReach& reach) { return !(reach.violation <= certificate::limit_mark); }
+bool broken(const LimitReach& reach) { return !(reach.violation <= evidence::limit_mark); }
 
 bool of_length(const LimitReach& reach) {
   return reach.kind == Kind::sphere || reach.kind == Kind::half_space || reach.kind == Kind::clearance;
 }
 
 // m; round-off is none.
-std::string length(double metres) {
-  return number(std::abs(metres) <= certificate::limit_mark ? 0.0 : metres, 3) + " m";
-}
+std::string length(double metres) { return number(std::abs(metres) <= evidence::limit_mark ? 0.0 : metres, 3) + " m"; }
 
 std::string percent(double share) {
   return fmt::format("{} % of the time", share > 0.1 ? fmt::format("{:.0f}", 100.0 * share) : number(100.0 * share, 2));
@@ -65,7 +63,7 @@ std::string length_words(const std::vector<LimitReach>& reaches, const LimitReac
                        length(reach.bound), there);
   }
   const std::string name = obstacle(reaches, reach);
-  if (std::abs(reach.margin) <= certificate::limit_mark)
+  if (std::abs(reach.margin) <= evidence::limit_mark)
     return fmt::format("touches {} at {}{}", name, time_words(reach), there);
   return fmt::format("{} {} {} at {}{}", length(std::abs(reach.margin)), broken(reach) ? "within" : "from", name,
                      time_words(reach), there);
@@ -113,13 +111,13 @@ std::string reached_words(const std::vector<LimitReach>& reached) {
 
 }  // namespace
 
-std::optional<certificate::LimitCheck> limits_seen(const result::Results& results) {
+std::optional<evidence::LimitCheck> limits_seen(const result::Results& results) {
   const result::ResolvedProblem& asked = results.problem;
   const bool limits = asked.limits.any() || asked.free_duration || !asked.waypoints.empty();
   if (!limits || !has_motion(results.solution)) return std::nullopt;
   const maneuver::Problem problem = result::problem_of(results);
   const model::System system(problem.swimmer);
-  return certificate::check_limits(certificate::StoredMotion(system, problem, results.solution));
+  return evidence::check_limits(evidence::StoredMotion(system, problem, results.solution));
 }
 
 std::optional<LimitReach> worst_broken(const std::vector<LimitReach>& reaches) {
@@ -153,7 +151,7 @@ std::string reaches_in_words(const std::vector<LimitReach>& reaches) {
 
 std::vector<std::pair<std::string, std::string>> limit_facts(const result::Results& results) {
   std::vector<std::pair<std::string, std::string>> rows;
-  const std::optional<certificate::LimitCheck> check = limits_seen(results);
+  const std::optional<evidence::LimitCheck> check = limits_seen(results);
   if (!check) return rows;
   if (const std::string near = reaches_in_words(check->reaches); !near.empty()) {
     const std::optional<LimitReach> worst = worst_broken(check->reaches);
@@ -163,19 +161,19 @@ std::vector<std::pair<std::string, std::string>> limit_facts(const result::Resul
                                              (marched ? ": a march does not keep limits; " : "; ") + near);
   }
   if (!results.problem.waypoints.empty())
-    rows.emplace_back("Waypoints", fmt::format("{} {} rad or m",
-                                               check->missed > certificate::limit_mark ? "missed by" : "passed within",
-                                               number(check->missed, 2)));
+    rows.emplace_back(
+        "Waypoints", fmt::format("{} {} rad or m", check->missed > evidence::limit_mark ? "missed by" : "passed within",
+                                 number(check->missed, 2)));
   return rows;
 }
 
-std::optional<certificate::Clearance> march_clearance(const result::Results& results) {
+std::optional<evidence::Clearance> march_clearance(const result::Results& results) {
   const maneuver::Solution& solution = results.solution;
   if (!has_motion(solution) || solution.time.size() * results.problem.bodies.size() > most_bodies_placed)
     return std::nullopt;
   const maneuver::Problem problem = result::problem_of(results);
   const model::System system(problem.swimmer);
-  return certificate::clearance(certificate::StoredMotion(system, problem, solution));
+  return evidence::clearance(evidence::StoredMotion(system, problem, solution));
 }
 
 std::vector<std::string> march_faults(const result::Results& results) {

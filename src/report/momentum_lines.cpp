@@ -109,7 +109,7 @@ std::vector<std::string> momentum_lines(const result::Results& results) {
   if (moving == 0.0 || in_a_vacuum(results.problem)) return lines;
   if (start < 1e-9 * moving) lines.push_back(zero_line(share_of_total(results), results.certificate));
   // signs of motions that go elsewhere say nothing
-  if (!results.certificate || !(results.certificate->goal_error <= certificate::goal_mark)) return lines;
+  if (!results.certificate || !(results.certificate->goal_error <= evidence::goal_mark)) return lines;
   const maneuver::Goal& goal = *results.problem.goal;
   const auto none = [](double mean, const Vectors& momenta) { return std::abs(mean) < no_momentum * largest(momenta); };
   if (goal.move[0] && *goal.move[0] != 0.0) {

@@ -311,7 +311,7 @@ std::string page_data(const std::vector<const result::Results*>& runs) {
     words.back() = ',';
     const maneuver::Problem problem = result::problem_of(*run);
     const model::System system(problem.swimmer);
-    const certificate::StoredMotion motion(system, problem, run->solution);
+    const evidence::StoredMotion motion(system, problem, run->solution);
     const std::vector<LimitCurve> curves = limit_curves(motion);
     const std::size_t numbers =
         25 + 7 * run->problem.bodies.size() + 6 * run->problem.joints.size() + curves_with_values(curves);

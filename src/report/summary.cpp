@@ -10,9 +10,9 @@
 
 #include <fmt/format.h>
 
-#include "certificate/clearance.hpp"
-#include "certificate/limit_check.hpp"
 #include "certificate/limit_words.hpp"
+#include "evidence/clearance.hpp"
+#include "evidence/limit_check.hpp"
 #include "file/words.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/energy_balance.hpp"
@@ -288,13 +288,13 @@ std::string verdict(const result::Results& results) {
         "each other (by {} of the momentum’s scale)",
         words, number(proof.equation_residual, 2));
   std::vector<std::string> parts;
-  const bool missed = proof.goal_error > certificate::goal_mark;
+  const bool missed = proof.goal_error > evidence::goal_mark;
   if (!std::isnan(proof.goal_error)) {
     parts.push_back(fmt::format("goal {} {} {}", missed ? "missed by" : "reached within", number(proof.goal_error, 2),
                                 goal_unit(results.problem)));
   }
   if (results.solution.status == Status::infeasible) {  // what else holds of it helps nobody
-    if (proof.limits && proof.limits->violation > certificate::limit_mark)
+    if (proof.limits && proof.limits->violation > evidence::limit_mark)
       return words + ": " +
              certificate::violation_in_words(proof.limits->key, proof.limits->violation, proof.limits->time);
     return parts.empty() ? words : words + ": " + parts.front();
@@ -303,7 +303,7 @@ std::string verdict(const result::Results& results) {
   if (rests && !std::isnan(proof.rest_error))
     parts.push_back(fmt::format("rest{} within {}", results.problem.goal->joints_rest ? " of the joints" : "",
                                 number(proof.rest_error, 2)));
-  if (proof.limits && proof.limits->violation > certificate::limit_mark)
+  if (proof.limits && proof.limits->violation > evidence::limit_mark)
     parts.push_back(certificate::violation_in_words(proof.limits->key, proof.limits->violation, proof.limits->time));
   if (!std::isnan(proof.kkt)) parts.push_back(fmt::format("optimality conditions within {}", number(proof.kkt, 2)));
   if (proof.second_order && proof.second_order->lost())

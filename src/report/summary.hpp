@@ -28,7 +28,7 @@ std::vector<std::pair<std::string, std::string>> facts(const result::Results& re
 
 /// "0.52 m: front and back at 0.42 s", or, where they overlap, "bodies pass through each other: front and back by 0.31 m
 /// at 0.42 s".
-std::string clearance_words(const certificate::Clearance& clearance, const result::ResolvedProblem& problem);
+std::string clearance_words(const evidence::Clearance& clearance, const result::ResolvedProblem& problem);
 
 struct CertificateRow {
   std::string name;

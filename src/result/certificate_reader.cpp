@@ -36,16 +36,15 @@ certificate::Refinement read_refinement(const document::JsonReader& reader) {
   return result;
 }
 
-certificate::SecondOrder read_curvature(const document::JsonReader& reader) {
-  certificate::SecondOrder result{
-      reader.at("smallest_eigenvalue").number_or_nan(), reader.at("positive").boolean(), {}};
+optimality::SecondOrder read_curvature(const document::JsonReader& reader) {
+  optimality::SecondOrder result{reader.at("smallest_eigenvalue").number_or_nan(), reader.at("positive").boolean(), {}};
   if (told(reader, "negative_eigenvalues"))
     result.negative_eigenvalues = reader.at("negative_eigenvalues").integer(0, largest_count);
   if (told(reader, "along_phase")) result.along_phase = reader.at("along_phase").number_or_nan();
   return result;
 }
 
-certificate::Clearance read_clearance(const document::JsonReader& reader, int bodies) {
+evidence::Clearance read_clearance(const document::JsonReader& reader, int bodies) {
   const document::JsonReader pair = reader.at("bodies");
   pair.require_array(2);
   return {reader.at("gap").number_or_nan(), reader.at("time").number_or_nan(),
@@ -72,7 +71,7 @@ certificate::Replay read_replay(const document::JsonReader& reader) {
   return replay;
 }
 
-certificate::LimitsKept read_limits_kept(const document::JsonReader& reader) {
+evidence::LimitsKept read_limits_kept(const document::JsonReader& reader) {
   return {reader.at("violation").number_or_nan(), reader.at("key").text(), reader.at("time").number_or_nan(),
           reader.at("complementarity").number_or_nan(), reader.at("negative").number_or_nan()};
 }

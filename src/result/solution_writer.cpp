@@ -194,7 +194,7 @@ std::string problem_text(const ResolvedProblem& problem) {
 
 namespace {
 
-std::string curvature_text(const certificate::SecondOrder& second) {
+std::string curvature_text(const optimality::SecondOrder& second) {
   const std::string beside =
       second.along_phase ? fmt::format(", \"along_phase\": {}", document::json(*second.along_phase)) : "";
   return fmt::format("\"smallest_eigenvalue\": {}, \"positive\": {}, \"negative_eigenvalues\": {}{}",
@@ -202,12 +202,12 @@ std::string curvature_text(const certificate::SecondOrder& second) {
                      second.negative_eigenvalues ? document::json(*second.negative_eigenvalues) : "null", beside);
 }
 
-std::string clearance_text(const certificate::Clearance& clearance) {
+std::string clearance_text(const evidence::Clearance& clearance) {
   return fmt::format("{{\"gap\": {}, \"time\": {}, \"bodies\": [{}, {}]}}", document::json(clearance.gap),
                      document::json(clearance.time), clearance.first, clearance.second);
 }
 
-std::string limit_check_text(const certificate::LimitsKept& limits) {
+std::string limit_check_text(const evidence::LimitsKept& limits) {
   return fmt::format("{{\"violation\": {}, \"key\": {}, \"time\": {}, \"complementarity\": {}, \"negative\": {}}}",
                      document::json(limits.violation), document::json(limits.key), document::json(limits.time),
                      document::json(limits.complementarity), document::json(limits.negative));
@@ -265,7 +265,7 @@ std::string certificate_text(const certificate::Certificate& certificate) {
                                   document::json(costs->signs)));
   if (certificate.limits) text.add("limits", limit_check_text(*certificate.limits));
   or_null("second_order", certificate.second_order,
-          [](const certificate::SecondOrder& second) { return "{" + curvature_text(second) + "}"; });
+          [](const optimality::SecondOrder& second) { return "{" + curvature_text(second) + "}"; });
   or_null("second_order_all_axes", certificate.all_axes, [](const auto& all) {
     return fmt::format("{{\"kkt\": {}, {}}}", document::json(all.kkt), curvature_text(all.second_order));
   });

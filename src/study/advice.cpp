@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "certificate/certify.hpp"
+#include "certificate/verdict.hpp"
 #include "guess/whole_turns.hpp"
 #include "integrator/scheme.hpp"
 #include "lie/so3.hpp"
@@ -23,7 +23,7 @@ namespace lamprey::study {
 namespace {
 
 using certificate::Certificate;
-using certificate::limit_mark;
+using evidence::limit_mark;
 using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
@@ -77,7 +77,7 @@ std::string words_on_calming(const Problem& problem, const Solution& solution) {
 // What to try where a motion meets all that is asked but is not optimal.
 std::string advice_where_met(const Problem& problem, const Certificate& proof, const Solution& solution) {
   std::string words = "try ";
-  const bool rounded = problem.cost_weights.smoothness > 0.0 && proof.kkt_round_off >= certificate::proof_mark;
+  const bool rounded = problem.cost_weights.smoothness > 0.0 && proof.kkt_round_off >= optimality::proof_mark;
   if (rounded)
     words +=
         "fewer time.steps (where smoothness costs, what digits leave of the moments grows with their fourth power), ";
@@ -152,7 +152,7 @@ std::string advice_on_drift(const Problem& problem, const Certificate& proof, co
   }
   const bool out_of_time =
       asked && proof.limits && proof.limits->key.starts_with("time.") && !(proof.limits->violation <= limit_mark);
-  const bool missed_place = missed > certificate::goal_mark || out_of_time;
+  const bool missed_place = missed > evidence::goal_mark || out_of_time;
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
   if (!missed_place && !(asked && broken)) return "";
   const auto total = mechanics::spatial_momentum(system, start.rotation, start.position, start.momentum);
@@ -240,7 +240,7 @@ std::string words_on_tolerance(const Problem& problem, const Certificate& proof)
   looser.search.tolerance = rounded_up(proof.kkt);
   if (!certificate::stationary(looser, proof)) return "";
   return "[search] tolerance = " + number(rounded_up(proof.kkt)) + " accepts it" +
-         (proof.kkt > certificate::proof_mark ? ", unproved" : "");
+         (proof.kkt > optimality::proof_mark ? ", unproved" : "");
 }
 
 std::string advice(const Problem& problem, const Certificate& proof, const Solution& solution) {
@@ -257,7 +257,7 @@ std::string advice(const Problem& problem, const Certificate& proof, const Solut
     if (problem.duration.free && !solution.time.empty() &&
         solution.time.back() > problem.duration.max * (1.0 + limit_mark))
       words += ", or a larger time.max";
-    if (problem.goal && !(proof.goal_error <= certificate::goal_mark) && asks_beside_place(problem))
+    if (problem.goal && !(proof.goal_error <= evidence::goal_mark) && asks_beside_place(problem))
       words += ", or first the same with goal.move \"free\", which shows where such motions go by themselves";
     return words;
   }

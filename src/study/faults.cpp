@@ -5,8 +5,8 @@
 #include <limits>
 #include <numbers>
 
-#include "certificate/certify.hpp"
 #include "certificate/limit_words.hpp"
+#include "certificate/verdict.hpp"
 #include "integrator/scheme.hpp"
 #include "lie/so3.hpp"
 #include "search/found.hpp"
@@ -17,12 +17,12 @@ namespace lamprey::study {
 namespace {
 
 using certificate::Certificate;
-using certificate::complementarity_mark;
-using certificate::goal_mark;
-using certificate::limit_mark;
-using certificate::rest_mark;
-using certificate::sign_mark;
 using certificate::violation_in_words;
+using evidence::complementarity_mark;
+using evidence::goal_mark;
+using evidence::limit_mark;
+using evidence::rest_mark;
+using evidence::sign_mark;
 using maneuver::Problem;
 using maneuver::Solution;
 
@@ -39,20 +39,20 @@ search::StepTurn turn_of_steps(const Problem& problem, const Solution& solution)
 std::string foreign(const Certificate& proof) {
   if (!proof.refusal.empty()) return "the files ask what no problem file may (" + proof.refusal + ")";
   if (!(proof.equation_residual <= proof.equation_allowed())) return "";  // the motion is none
-  if (!(proof.rotation_drift <= certificate::rotation_mark))
+  if (!(proof.rotation_drift <= evidence::rotation_mark))
     return "rotations are none: |RᵀR − I| is " + number(proof.rotation_drift);
   if (std::isnan(proof.start_error)) return "the files do not tell the start that was asked for";
-  if (!(proof.start_error <= certificate::start_mark))
+  if (!(proof.start_error <= evidence::start_mark))
     return "the motion begins " + number(proof.start_error) + " (rad or m) beside the problem's start";
-  if (!(proof.time_error <= certificate::time_mark))
+  if (!(proof.time_error <= evidence::time_mark))
     return "the nodes' times differ by " + number(proof.time_error) + " of the duration from its equal steps";
-  if (!(proof.control_error <= certificate::control_mark))
+  if (!(proof.control_error <= evidence::control_mark))
     return number(proof.control_error) + " of the moments is outside what the joints or the control's kind can exert";
   if (!(proof.momentum_drift <= proof.momentum_allowed()))
     return "total momentum changes by " + number(proof.momentum_drift) + " of its scale";
-  if (!(proof.velocity_error <= certificate::velocity_mark))
+  if (!(proof.velocity_error <= evidence::velocity_mark))
     return "stored velocities, momenta or joint angles are off by " + number(proof.velocity_error) + " of the largest";
-  if (!(proof.cost_error <= certificate::cost_mark))
+  if (!(proof.cost_error <= evidence::cost_mark))
     return "the stored cost is off by " + number(proof.cost_error) + " of the one recomputed";
   return "";
 }

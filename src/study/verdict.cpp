@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "certificate/certify.hpp"
+#include "certificate/verdict.hpp"
 #include "study/advice.hpp"
 #include "study/faults.hpp"
 #include "study/plain_words.hpp"
@@ -13,8 +13,8 @@ namespace lamprey::study {
 namespace {
 
 using certificate::Certificate;
-using certificate::goal_mark;
-using certificate::limit_mark;
+using evidence::goal_mark;
+using evidence::limit_mark;
 using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
@@ -118,16 +118,16 @@ void judge_march(const Problem& problem, const Certificate& proof, Solution& sol
     missing = "the discrete equations are off by " + number(proof.equation_residual) + " of the momentum's scale";
   else if (beyond(proof.momentum_drift, proof.momentum_allowed()))
     missing = "total momentum changes by " + number(proof.momentum_drift) + " of its scale";
-  else if (beyond(proof.rotation_drift, certificate::rotation_mark))
+  else if (beyond(proof.rotation_drift, evidence::rotation_mark))
     missing = "rotations are none: |RᵀR − I| is " + number(proof.rotation_drift);
-  else if (beyond(proof.start_error, certificate::start_mark))
+  else if (beyond(proof.start_error, evidence::start_mark))
     missing = "it begins " + number(proof.start_error) + " (rad or m) beside its start";
-  else if (beyond(proof.velocity_error, certificate::velocity_mark))
+  else if (beyond(proof.velocity_error, evidence::velocity_mark))
     missing =
         "stored velocities, momenta or joint angles are off by " + number(proof.velocity_error) + " of the largest";
-  else if (beyond(proof.time_error, certificate::time_mark))
+  else if (beyond(proof.time_error, evidence::time_mark))
     missing = "the nodes' times differ by " + number(proof.time_error) + " of the duration from equal steps";
-  else if (beyond(proof.control_error, certificate::control_mark))
+  else if (beyond(proof.control_error, evidence::control_mark))
     missing = number(proof.control_error) + " of the moments is outside what the joints can exert";
   else if (beyond(proof.beyond_moments, 1.0))
     missing = std::isinf(proof.beyond_moments)
@@ -141,10 +141,10 @@ void judge_march(const Problem& problem, const Certificate& proof, Solution& sol
 }
 
 std::string curvature_words(const Problem& problem, const Certificate& proof) {
-  const auto saddle = [](const certificate::SecondOrder& second) {
+  const auto saddle = [](const optimality::SecondOrder& second) {
     return second.negative_eigenvalues && *second.negative_eigenvalues > 0;
   };
-  const auto directions = [](const certificate::SecondOrder& second) {
+  const auto directions = [](const optimality::SecondOrder& second) {
     return std::to_string(*second.negative_eigenvalues) +
            (*second.negative_eigenvalues == 1 ? " direction lowers" : " directions lower") + " the cost";
   };
@@ -154,10 +154,10 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   if (!proof.second_order)
     words = " Whether it is a minimum cannot be told: " + why_curvature_is_not_told(problem, worked) + ".";
   else if (proof.second_order->positive)
-    words = proof.kkt <= certificate::proof_mark
+    words = proof.kkt <= optimality::proof_mark
                 ? words_of_minimum(proof)
                 : " Not proved a minimum: its conditions hold to " + number(proof.kkt, 4) +
-                      " only, and a proof takes " + number(certificate::proof_mark) + ".";
+                      " only, and a proof takes " + number(optimality::proof_mark) + ".";
   else if (saddle(*proof.second_order))
     words = " A saddle: " + directions(*proof.second_order) +
             "; another number of time.steps, more starts or another seed may lead to a minimum.";
@@ -169,7 +169,7 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   else
     words = " Not proved a minimum: smallest curvature " + number(proof.second_order->smallest_eigenvalue, 3) + ".";
   const bool flat = proof.second_order && !proof.second_order->positive &&
-                    std::abs(proof.second_order->smallest_eigenvalue) < certificate::curvature_mark;
+                    std::abs(proof.second_order->smallest_eigenvalue) < optimality::curvature_mark;
   if (flat && problem.goal->periodic && problem.start.free_shape)
     words += " Where nothing ties a gait to its start it may begin anywhere along itself, which costs the same.";
   if (proof.all_axes && saddle(proof.all_axes->second_order))

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "certificate/certificate.hpp"
-#include "certificate/clearance.hpp"
-#include "certificate/limit_check.hpp"
+#include "evidence/clearance.hpp"
+#include "evidence/limit_check.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/feedback.hpp"
 #include "result/resolve.hpp"
@@ -21,7 +21,7 @@ namespace lamprey::task {
 
 namespace {
 
-using certificate::Clearance;
+using evidence::Clearance;
 using nlohmann::json;
 using result::Results;
 
@@ -32,7 +32,7 @@ void add_false_times(const Results& stored, Claims& claims) {
   const result::ResolvedProblem& problem = stored.problem;
   const std::vector<double>& time = stored.solution.time;
   const auto claim = [&](const char* field, double told, double is) {
-    if (!(std::abs(told - is) <= certificate::time_mark * std::abs(is))) claims.push_back({field, told, is});
+    if (!(std::abs(told - is) <= evidence::time_mark * std::abs(is))) claims.push_back({field, told, is});
   };
   if (problem.steps == 0) return;
   if (problem.free_duration && time.size() > 1) claim("problem.duration", problem.duration, time.back());
@@ -40,7 +40,7 @@ void add_false_times(const Results& stored, Claims& claims) {
 }
 
 // [2 velocity_count] what a column of gains is by in N m: turns as they are, ways by the swimmer's unit of length, rates by the duration.
-Eigen::VectorXd unit_of_columns(const certificate::StoredMotion& motion) {
+Eigen::VectorXd unit_of_columns(const evidence::StoredMotion& motion) {
   const Eigen::Index half = motion.system.velocity_count();
   Eigen::VectorXd unit = Eigen::VectorXd::Ones(2 * half);
   unit.segment(half - 3, 3).setConstant(motion.system.length_unit());
@@ -50,7 +50,7 @@ Eigen::VectorXd unit_of_columns(const certificate::StoredMotion& motion) {
 
 // Gains follow from problem and motion: where one is another than these give, by more than round-off along an unstable motion, a
 // vehicle would follow somebody else's.
-void add_false_gains(const Results& stored, const certificate::StoredMotion& motion, Claims& claims) {
+void add_false_gains(const Results& stored, const evidence::StoredMotion& motion, Claims& claims) {
   constexpr double other = 1e-3;   // of the column's largest gain at the node
   constexpr double beside = 1e-6;  // of the largest one of all columns, in N m by what they are by
   const std::vector<Eigen::MatrixXd>& told = stored.solution.feedback.gain;
@@ -68,7 +68,7 @@ void add_false_gains(const Results& stored, const certificate::StoredMotion& mot
   }
   for (std::size_t m = 0; m < told.size(); ++m) {
     const double at = stored.solution.feedback.time[m];
-    if (!(std::abs(at - feedback.time[m]) <= certificate::time_mark * stored.solution.time.back())) {
+    if (!(std::abs(at - feedback.time[m]) <= evidence::time_mark * stored.solution.time.back())) {
       claims.push_back({fmt::format("feedback.time[{}]", m), at, feedback.time[m]});
       return;
     }
@@ -84,7 +84,7 @@ void add_false_gains(const Results& stored, const certificate::StoredMotion& mot
 }
 
 // Where joints have turned otherwise than the bodies did from node to node, by whole turns that no rotation shows.
-void add_false_turns(const Results& stored, const certificate::StoredMotion& motion, Claims& claims) {
+void add_false_turns(const Results& stored, const evidence::StoredMotion& motion, Claims& claims) {
   constexpr double same = 1e-3;  // rad: what is less than a turn is looked at with the velocities
   const auto& told = stored.solution.joint_angle;
   const auto joints = static_cast<std::size_t>(motion.system.joint_count());
@@ -114,7 +114,7 @@ void add_false_restatements(const Results& stored, const model::System& system, 
     if (!value.is_number() || pointer == "/duration" || pointer == "/time_step") continue;
     const double number = value;
     const double settled =
-        is.contains(pointer) && is[pointer].is_number() ? is[pointer].get<double>() : certificate::unset;
+        is.contains(pointer) && is[pointer].is_number() ? is[pointer].get<double>() : evidence::unset;
     if (std::abs(number - settled) <= same * std::max(1.0, std::abs(settled))) continue;
     claims.push_back({"problem." + path_in_words(pointer), number, settled});
     return;
@@ -122,35 +122,35 @@ void add_false_restatements(const Results& stored, const model::System& system, 
 }
 
 // Multipliers tell what a limit is worth: where it asks for nothing that is nothing.
-void add_idle_pulls(const certificate::StoredMotion& motion, Claims& claims) {
-  if (const std::optional<certificate::IdlePull> idle = certificate::idle_pull(motion))
+void add_idle_pulls(const evidence::StoredMotion& motion, Claims& claims) {
+  if (const std::optional<evidence::IdlePull> idle = evidence::idle_pull(motion))
     claims.push_back(
         {fmt::format("limit_multipliers[{}].multiplier[{}]", idle->record, idle->node), idle->multiplier, 0.0});
 }
 
 // Of limits that are broken alike a file may name any.
-void add_false_limit(const Results& stored, const Results& found, const certificate::StoredMotion& motion,
+void add_false_limit(const Results& stored, const Results& found, const evidence::StoredMotion& motion,
                      Claims& claims) {
   constexpr double same = 1e-9;  // of their units
   if (!stored.certificate || !stored.certificate->limits || !found.certificate->limits) return;
-  const certificate::LimitsKept &told = *stored.certificate->limits, &is = *found.certificate->limits;
+  const evidence::LimitsKept &told = *stored.certificate->limits, &is = *found.certificate->limits;
   if (told.key.empty() || std::isnan(told.violation) || (told.key == is.key && told.time == is.time)) return;
-  if (certificate::violation_at(motion, told.key, told.time) >= told.violation - same) return;
+  if (evidence::violation_at(motion, told.key, told.time) >= told.violation - same) return;
   if (told.key != is.key)
-    claims.push_back({"limits.key", told.violation, certificate::unset});
+    claims.push_back({"limits.key", told.violation, evidence::unset});
   else
     claims.push_back({"limits.time", told.time, is.time});
 }
 
 // Of equal gaps a file may name any.
-void add_false_place(const Results& stored, const Results& found, const certificate::StoredMotion& motion,
+void add_false_place(const Results& stored, const Results& found, const evidence::StoredMotion& motion,
                      Claims& claims) {
   constexpr double same = 1e-6;  // of the swimmer's unit of length, or of the gap
   if (!stored.certificate || !stored.certificate->clearance || !found.certificate->clearance) return;
   const Clearance &told = *stored.certificate->clearance, &is = *found.certificate->clearance;
   if (std::isnan(told.gap) || (told.time == is.time && told.first == is.first && told.second == is.second)) return;
-  double gap = certificate::unset;
-  if (told.first >= 0 && told.second >= 0 && told.first != told.second) gap = certificate::gap_at(motion, told);
+  double gap = evidence::unset;
+  if (told.first >= 0 && told.second >= 0 && told.first != told.second) gap = evidence::gap_at(motion, told);
   if (std::abs(gap - told.gap) <= same * std::max(motion.system.length_unit(), std::abs(told.gap))) return;
   if (told.first != is.first)
     claims.push_back({"clearance.bodies[0]", static_cast<double>(told.first), static_cast<double>(is.first)});
@@ -179,7 +179,7 @@ void add_contradictions(const Results& stored, Claims& claims) {
   const bool of_moments_alone = !stored.problem.cost_weights.any() || !integrator::single_step(stored.problem.scheme) ||
                                 stored.solution.status == maneuver::Status::simulated;
   if (stored.solution.cost_parts && of_moments_alone)
-    claims.push_back({"cost_parts", stored.solution.cost_parts->effort, certificate::unset});
+    claims.push_back({"cost_parts", stored.solution.cost_parts->effort, evidence::unset});
   if (!stored.certificate || !stored.certificate->refinement) return;
   const auto& grids = stored.certificate->refinement->grids;
   const int steps = stored.problem.steps;
@@ -200,7 +200,7 @@ std::vector<certificate::FalseClaim> false_statements(const Results& stored, con
   add_false_times(stored, claims);
   add_contradictions(stored, claims);
   if (stored.solution.time.size() < 2) return claims;
-  const certificate::StoredMotion motion(system, problem, stored.solution);
+  const evidence::StoredMotion motion(system, problem, stored.solution);
   add_false_turns(stored, motion, claims);
   add_false_place(stored, found, motion, claims);
   add_idle_pulls(motion, claims);

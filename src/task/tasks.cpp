@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "certificate/certify.hpp"
+#include "certificate/verdict.hpp"
 #include "document/text_table.hpp"
 #include "file/words.hpp"
 #include "result/followed_file.hpp"
@@ -146,7 +147,7 @@ result::Results certified(const result::Results& results) {
   options.optimality = options.second_order = refusal.empty();
   again.certificate = certificate::certify(system, problem, results.solution, options);
   again.certificate->refusal = refusal;
-  if (!results.problem.start) again.certificate->start_error = certificate::unset;  // known by nothing but the answer
+  if (!results.problem.start) again.certificate->start_error = evidence::unset;  // known by nothing but the answer
   if (sought) again.certificate->verdict = certificate::verdict(problem, *again.certificate);
   if (results.certificate && results.certificate->refinement)
     again.certificate->refinement = refinement_again(*results.certificate->refinement, problem, results.solution.cost);

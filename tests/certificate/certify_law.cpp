@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "certificate/marched_answers.hpp"
+#include "marched_answers.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {

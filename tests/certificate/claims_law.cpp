@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "certificate/certify.hpp"
-#include "certificate/marched_answers.hpp"
+#include "marched_answers.hpp"
 #include "study/answer.hpp"
 
 namespace lamprey::tests {
@@ -37,7 +37,7 @@ TEST(Claims, of_the_certificate_itself_hold) {
 TEST(Claims, that_say_less_or_nothing_hold) {
   Certificate modest = proof();
   modest.goal_error = 1.0;
-  modest.kkt = certificate::unset;
+  modest.kkt = evidence::unset;
   modest.replay.reset();
   modest.second_order.reset();
   modest.verdict = certificate::Verdict::stationary;
@@ -79,7 +79,7 @@ TEST(Claims, that_say_more_are_named_in_every_field) {
       {"refinement.grids.cost", [](Certificate& is) { is.refinement->grids[1].cost *= 1.0 + 1e-9; }},
       {"clearance.gap", [](Certificate& is) { is.clearance->gap -= 0.01; }},
       {"verdict", [](Certificate& is) { is.verdict = certificate::Verdict::stationary; }},
-      {"kkt", [](Certificate& is) { is.kkt = certificate::unset; }},
+      {"kkt", [](Certificate& is) { is.kkt = evidence::unset; }},
       {"clearance.gap", [](Certificate& is) { is.clearance.reset(); }}};
   for (const auto& [field, make_worse] : worse) {
     Certificate found = proof();
@@ -105,7 +105,7 @@ TEST(Claims, of_whole_replays_are_held_to_as_many_digits_as_growth_leaves) {
 
 TEST(Claims, of_all_axes_are_held_to_what_is_found) {
   Certificate told = proof();
-  told.all_axes = certificate::AllAxes{1e-12, {}};
+  told.all_axes = optimality::AllAxes{1e-12, {}};
   EXPECT_TRUE(false_claims(told, told, one_second, one_metre).empty());
   Certificate found = told;
   found.all_axes->kkt = 1e-3;

@@ -2,16 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include "certificate/cost_check.hpp"
-#include "certificate/marched_answers.hpp"
+#include "evidence/cost_check.hpp"
 #include "maneuver/feedback.hpp"
+#include "marched_answers.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
 namespace {
 
 using certificate::Replay;
-using certificate::StoredMotion;
+using evidence::StoredMotion;
 
 Replay replayed(const MarchedAnswer& answer) {
   const model::System system(answer.problem.swimmer);
@@ -116,7 +116,7 @@ TEST(Replay, works_by_drives) {
     answer.problem.cost_weights.work = 1.0;
     const model::System system(answer.problem.swimmer);
     if (system.drive_count() == system.joint_count()) continue;  // no universal joint
-    const certificate::Powers powers = certificate::powers_of(StoredMotion(system, answer.problem, answer.solution));
+    const evidence::Powers powers = evidence::powers_of(StoredMotion(system, answer.problem, answer.solution));
     const double by_nodes = (powers.value.cwiseAbs() * powers.time).sum();
     EXPECT_NEAR(replayed(answer).work, by_nodes, tolerance(2e-3) * by_nodes) << seed;
     ++seen;

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "certificate/marched_answers.hpp"
+#include "marched_answers.hpp"
 #include "tolerance.hpp"
 
 namespace lamprey::tests {
@@ -11,7 +11,7 @@ namespace {
 certificate::Replay led(const maneuver::Problem& problem, const maneuver::Solution& solution) {
   const model::System system(problem.swimmer);
   certificate::Replay replay;
-  certificate::replay_with_servos(certificate::StoredMotion(system, problem, solution), replay);
+  certificate::replay_with_servos(evidence::StoredMotion(system, problem, solution), replay);
   return replay;
 }
 

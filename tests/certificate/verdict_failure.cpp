@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "certificate/certify.hpp"
-#include "certificate/limit_check.hpp"
-#include "certificate/marched_answers.hpp"
-#include "certificate/optimality.hpp"
+#include "certificate/verdict.hpp"
+#include "evidence/limit_check.hpp"
 #include "lie/so3.hpp"
+#include "marched_answers.hpp"
+#include "optimality/cost_gradient.hpp"
+#include "optimality/first_order.hpp"
+#include "optimality/limit_pulls.hpp"
 #include "study/answer.hpp"
 #include "tolerance.hpp"
 
@@ -110,8 +113,8 @@ TEST(Verdict, counts_no_bound_as_held_that_is_not_reached) {
     answer.solution.limit_multipliers.push_back(remainder);
   }
   const model::System system(answer.problem.swimmer);
-  const certificate::StoredMotion motion(system, answer.problem, answer.solution);
-  ASSERT_FALSE(certificate::pulling_bounds(motion).empty()) << "the multipliers belong to no bound";
+  const evidence::StoredMotion motion(system, answer.problem, answer.solution);
+  ASSERT_FALSE(optimality::pulling_bounds(motion).empty()) << "the multipliers belong to no bound";
   const Certificate proof = judged(answer);
   ASSERT_TRUE(proof.second_order);
   EXPECT_NEAR(proof.second_order->smallest_eigenvalue, free, tolerance(1e-8));
@@ -140,7 +143,7 @@ TEST(Verdict, counts_no_bound_as_held_whose_pull_nothing_needs) {
           floor.multiplier[k] = pull * answer.solution.cost;
         answer.solution.limit_multipliers = {floor};
         const model::System system(problem.swimmer);
-        ASSERT_FALSE(certificate::pulling_bounds(certificate::StoredMotion(system, problem, answer.solution)).empty())
+        ASSERT_FALSE(optimality::pulling_bounds(evidence::StoredMotion(system, problem, answer.solution)).empty())
             << "the multipliers belong to no bound";
         const Certificate proof = judged(answer);
         ASSERT_EQ(proof.verdict, Verdict::stationary) << pull << ", kkt " << proof.kkt;
@@ -215,7 +218,7 @@ MarchedAnswer up_to_a_wall(double pull) {
   constexpr int foremost = 1;
   MarchedAnswer answer = translation();
   answer.problem.limits.half_spaces = {{answer.solution.position.back(), Vector3d(-1, 0, 0)}};
-  const certificate::LimitsKept beyond = *judged(answer).limits;
+  const evidence::LimitsKept beyond = *judged(answer).limits;
   EXPECT_EQ(beyond.time, answer.solution.time.back());
   answer.problem.limits.half_spaces[0].point.x() += beyond.violation;
   maneuver::LimitMultiplier wall;
@@ -271,7 +274,7 @@ TEST(Verdict, sees_the_first_node_of_gaits_in_what_is_kept_out_of) {
   const model::System system(answer.problem.swimmer);
   for (const bool free_shape : {true, false}) {
     answer.problem.start.free_shape = free_shape;
-    const auto kept = certificate::check_limits(certificate::StoredMotion(system, answer.problem, answer.solution));
+    const auto kept = evidence::check_limits(evidence::StoredMotion(system, answer.problem, answer.solution));
     EXPECT_EQ(kept.violation > 1.0, free_shape);
     EXPECT_TRUE(!free_shape || kept.time == 0.0);
   }
@@ -283,8 +286,8 @@ TEST(Verdict, proves_nothing_by_a_loose_tolerance) {
   Certificate proof = judged(translation());
   ASSERT_TRUE(proof.second_order->positive);
   problem.search.tolerance = 1e-2;
-  for (const auto& [kkt, verdict] : {std::pair(0.5 * certificate::proof_mark, Verdict::proved),
-                                     std::pair(2.0 * certificate::proof_mark, Verdict::stationary),
+  for (const auto& [kkt, verdict] : {std::pair(0.5 * optimality::proof_mark, Verdict::proved),
+                                     std::pair(2.0 * optimality::proof_mark, Verdict::stationary),
                                      std::pair(2.0 * problem.search.tolerance, Verdict::not_optimal)}) {
     proof.kkt = kkt;
     EXPECT_EQ(certificate::verdict(problem, proof), verdict) << kkt;
@@ -476,11 +479,11 @@ TEST(Verdict, of_starts_in_motion_asks_more_of_moments_that_are_more_than_round_
   const auto worth_over_own = [&](double moment) {
     const NodeMoments even(401, mechanics::Moments{Vector3d(0.0, 0.0, moment), Vector3d(0.0, 0.0, -moment)});
     const MarchedAnswer answer = march(problem, even);
-    const certificate::StoredMotion motion(system, answer.problem, answer.solution);
-    return certificate::gradient_of_coasting(motion) / (certificate::node_weights(motion).maxCoeff() * moment);
+    const evidence::StoredMotion motion(system, answer.problem, answer.solution);
+    return optimality::gradient_of_coasting(motion) / (optimality::node_weights(motion).maxCoeff() * moment);
   };
   EXPECT_GT(worth_over_own(1e-9), 1e6);
-  EXPECT_NEAR(worth_over_own(1e-2), certificate::proof_mark / problem.search.tolerance, 1e-6);
+  EXPECT_NEAR(worth_over_own(1e-2), optimality::proof_mark / problem.search.tolerance, 1e-6);
   EXPECT_LT(worth_over_own(1e3), 0.1);
 }
 

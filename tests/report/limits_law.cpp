@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "document/text_table.hpp"
+#include "evidence/limit_check.hpp"
 #include "report/limit_facts.hpp"
 #include "report/obstacles.hpp"
 #include "report/page_data.hpp"
@@ -40,7 +41,7 @@ result::Results moving(int steps = 60) {
   return results;
 }
 
-const certificate::LimitReach& reach_of(const certificate::LimitCheck& check, const std::string& key) {
+const evidence::LimitReach& reach_of(const evidence::LimitCheck& check, const std::string& key) {
   return *std::find_if(check.reaches.begin(), check.reaches.end(), [&](const auto& one) { return one.key == key; });
 }
 
@@ -143,12 +144,12 @@ TEST(LimitReaches, of_clearance_are_those_of_the_nearest_pair) {
     results.problem.limits.clearance = asked;
     const maneuver::Problem problem = result::problem_of(results);
     const model::System system(problem.swimmer);
-    const certificate::StoredMotion motion(system, problem, results.solution);
+    const evidence::StoredMotion motion(system, problem, results.solution);
     double least = 1e300;
-    for (const certificate::Bound& bound : certificate::bounds_of(motion))
-      for (const double margin : certificate::margins(motion, bound))
+    for (const evidence::Bound& bound : evidence::bounds_of(motion))
+      for (const double margin : evidence::margins(motion, bound))
         if (!std::isnan(margin)) least = std::min(least, margin);
-    const auto check = certificate::check_limits(motion);
+    const auto check = evidence::check_limits(motion);
     EXPECT_EQ(reach_of(check, "limits.clearance").margin, least);
     EXPECT_EQ(check.violation, std::max(0.0, -least));
     EXPECT_EQ(reach_of(check, "limits.clearance").reached(), least <= 1e-3 * system.length_unit());

@@ -80,9 +80,9 @@ inline certificate::Certificate sample_certificate() {
   proof.rest_error = 4.4e-13;
   proof.momentum_drift = 2.2e-14;
   proof.rotation_drift = 8.9e-16;
-  proof.clearance = certificate::Clearance{0.519, 0.42, 0, 1};
+  proof.clearance = evidence::Clearance{0.519, 0.42, 0, 1};
   proof.kkt = 6.3e-10;
-  proof.second_order = certificate::SecondOrder{0.0312, true};
+  proof.second_order = optimality::SecondOrder{0.0312, true};
   proof.replay = certificate::Replay{"order 8 Runge–Kutta", 0.05, 8.4e-5, 3.9e-4, 1.2, 3.1, 29.2};
   return proof;
 }

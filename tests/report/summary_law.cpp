@@ -89,7 +89,7 @@ TEST(Clearance, is_told_with_bodies_and_time_and_overlap_as_a_plain_fact) {
   results.problem.limits.clearance = 0.6;
   EXPECT_EQ(row(results, "Clearance").value,
             "0.519 m: middle and front at 0.42 s, where the limit of 0.6 m holds at nodes alone");
-  results.certificate->clearance = certificate::Clearance{-0.31, 0.42, 1, 2};
+  results.certificate->clearance = evidence::Clearance{-0.31, 0.42, 1, 2};
   const std::string overlap = "bodies pass through each other: front and rear by 0.31 m at 0.42 s";
   EXPECT_EQ(row(results, "Clearance").value, overlap + " (limits.clearance asks for 0.6 m, at nodes)");
   results.problem.limits.clearance.reset();
@@ -97,7 +97,7 @@ TEST(Clearance, is_told_with_bodies_and_time_and_overlap_as_a_plain_fact) {
   EXPECT_FALSE(row(results, "Clearance").holds.has_value());
   const auto told = report::facts(results);
   EXPECT_NE(std::find(told.begin(), told.end(), std::pair<std::string, std::string>("Clearance", overlap)), told.end());
-  results.certificate->clearance = certificate::Clearance{};
+  results.certificate->clearance = evidence::Clearance{};
   EXPECT_EQ(row(results, "Clearance").value, "not computed");
 }
 
@@ -141,7 +141,7 @@ TEST(Verdict, calls_optimal_only_what_is) {
 TEST(CertificateRows, tell_directions_of_descent_and_whether_axes_are_confined) {
   result::Results results = tests::sample_results(5);
   EXPECT_EQ(row(results, "Curvature, all axes free").value, "no axes are confined");
-  results.certificate->all_axes = certificate::AllAxes{1e-12, {-246.0, false, 14}};
+  results.certificate->all_axes = optimality::AllAxes{1e-12, {-246.0, false, 14}};
   EXPECT_EQ(row(results, "Curvature, all axes free").value, "−246, 14 of descent");
   EXPECT_FALSE(row(results, "Curvature, all axes free").holds.has_value());
 }

@@ -46,7 +46,7 @@ TEST(SolutionFile, joints_that_are_to_end_at_rest_come_back) {
 // Where round-off hides how many directions lower the cost the file says so (it once held −1 of them, and was not read again).
 TEST(SolutionFile, directions_that_cannot_be_counted_are_null) {
   result::Results results = tests::sample_results(6);
-  results.certificate->second_order = certificate::SecondOrder{};
+  results.certificate->second_order = optimality::SecondOrder{};
   results.certificate->second_order->smallest_eigenvalue = -1e-9;
   results.certificate->second_order->positive = false;
   results.certificate->second_order->negative_eigenvalues = std::nullopt;
@@ -289,7 +289,7 @@ TEST(SolutionFile, costs_beside_effort_come_back_as_they_were) {
   results.solution.cost_parts = maneuver::CostParts{1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
   results.solution.work_multipliers.assign(results.problem.joints.size(),
                                            std::vector<double>(results.solution.time.size(), -0.5));
-  results.certificate->costs = certificate::CostsKept{1e-16, 1e-9};
+  results.certificate->costs = evidence::CostsKept{1e-16, 1e-9};
   const std::string text = result::solution_text(results);
   const result::Results back = result::parse_solution(text, "x");
   EXPECT_EQ(result::solution_text(back), text);

@@ -271,7 +271,7 @@ TEST_P(SolverOfManeuvers, keeps_its_answer_while_another_start_and_duration_are_
     EXPECT_EQ(solver.answered().start.rotation, path.rotation.front());
     EXPECT_EQ(solver.maneuver().duration, duration);
     const certificate::Certificate certificate = certified(solved, solved.problem, solver);
-    EXPECT_LT(certificate.equation_residual, certificate::equation_mark);
+    EXPECT_LT(certificate.equation_residual, evidence::equation_mark);
     EXPECT_LT(certificate.start_error, 1e-12);
     EXPECT_LT(certificate.kkt, 1e-8);
   };
@@ -331,8 +331,8 @@ TEST_P(SolverOfRicherProblems, stays_at_an_answer_and_moves_on_to_another_goal) 
   EXPECT_LT(certificate.goal_error, 1e-9);
   EXPECT_LT(certificate.kkt, 1e-8);
   if (certificate.limits) {
-    EXPECT_LT(certificate.limits->violation, certificate::limit_mark);
-    EXPECT_LT(certificate.limits->complementarity, certificate::complementarity_mark);
+    EXPECT_LT(certificate.limits->violation, evidence::limit_mark);
+    EXPECT_LT(certificate.limits->complementarity, evidence::complementarity_mark);
   }
   // from scratch they take 60 or more; kinks of work and an obstacle beside the way settle slowly
   const std::string name = GetParam();

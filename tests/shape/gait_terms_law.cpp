@@ -1,7 +1,7 @@
 // What is asked of a gait beside its goal: its first shape is an unknown.
 #include <gtest/gtest.h>
 
-#include "certificate/bounds.hpp"
+#include "evidence/bounds.hpp"
 #include "file/problem_file.hpp"
 #include "maneuver/limit_rows.hpp"
 #include "search/solve.hpp"

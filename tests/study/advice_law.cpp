@@ -64,7 +64,7 @@ TEST_F(Advice, calls_nothing_out_of_reach_that_only_the_optimiser_left) {
 
 TEST_F(Advice, ranks_motions_by_what_they_miss_most) {
   EXPECT_EQ(study::missed_by(problem_, proof_), 0.0);
-  proof_.goal_error = 0.5 * certificate::goal_mark;
+  proof_.goal_error = 0.5 * evidence::goal_mark;
   EXPECT_EQ(study::missed_by(problem_, proof_), 0.0);
   proof_.goal_error = 0.02;
   EXPECT_EQ(study::missed_by(problem_, proof_), 0.02);
@@ -82,7 +82,7 @@ TEST_F(Advice, ranks_motions_by_what_they_miss_most) {
 TEST_F(Advice, says_where_round_off_hides_the_curvature) {
   proof_.kkt = 1e-13;
   const auto words = [&](double smallest, std::optional<int> descent) {
-    proof_.second_order = certificate::SecondOrder{smallest, false, descent};
+    proof_.second_order = optimality::SecondOrder{smallest, false, descent};
     return study::curvature_words(problem_, proof_);
   };
   EXPECT_NE(words(-1e5, {}).find("round-off hides"), std::string::npos);
@@ -147,7 +147,7 @@ TEST_F(Advice, is_more_time_where_moments_or_rates_are_limited_or_the_search_was
   problem_.duration.max = 10.0 * solution_.time.back();
   EXPECT_FALSE(tells("time.max")) << "there is time: " << message();
   problem_.duration.max = solution_.time.back();
-  proof_.limits = certificate::LimitsKept{1.0, "time.max", 5.0, 0.0, 0.0};
+  proof_.limits = evidence::LimitsKept{1.0, "time.max", 5.0, 0.0, 0.0};
   problem_.limits.joint_angular_velocity["front"] = 0.1;
   EXPECT_TRUE(tells("try a larger time.max, a looser limits.torque or limits.angular_velocity.front, ")) << message();
   solution_.status = maneuver::Status::time_limit;
@@ -186,7 +186,7 @@ TEST_F(Advice, is_what_motors_can_do_where_joints_were_held_and_bodies_whirl) {
 }
 
 TEST_F(Advice, is_a_looser_limit_where_that_is_broken) {
-  proof_.limits = certificate::LimitsKept{0.01, "limits.angle.front", 2.0, 0.0, 0.0};
+  proof_.limits = evidence::LimitsKept{0.01, "limits.angle.front", 2.0, 0.0, 0.0};
   EXPECT_TRUE(
       tells("What may help: try a looser limits.angle.front, a share of the way (what takes many strokes is a gait, "
             "goal.periodic, repeated), more starts"))

@@ -2,8 +2,8 @@
 // and bodies so light that effort hardly feels them keep still.
 #include <gtest/gtest.h>
 
-#include "certificate/marched_answers.hpp"
 #include "file/problem_file.hpp"
+#include "marched_answers.hpp"
 #include "search/first_motion.hpp"
 #include "study/answer.hpp"
 #include "tolerance.hpp"

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "certificate/certify.hpp"
+#include "certificate/verdict.hpp"
 #include "file/problem_file.hpp"
 #include "search/solver.hpp"
 #include "study/answer.hpp"

@@ -1,7 +1,7 @@
 // Steps so fine that a file's last digits are more of a moment than the tolerance: an answer is one all the same.
 #include <gtest/gtest.h>
 
-#include "certificate/certify.hpp"
+#include "certificate/verdict.hpp"
 #include "file/problem_file.hpp"
 #include "study/answer.hpp"
 
@@ -42,7 +42,7 @@ TEST(FineSteps, are_asked_for_no_more_than_their_digits_hold) {
   EXPECT_TRUE(certificate::stationary(problem, proof)) << proof.kkt << " is more than " << proof.kkt_round_off;
   proof.kkt_round_off = 0.25 * proof.kkt;
   EXPECT_FALSE(certificate::stationary(problem, proof));
-  EXPECT_LE(answer.certificate.kkt_round_off, certificate::proof_mark);
+  EXPECT_LE(answer.certificate.kkt_round_off, optimality::proof_mark);
 }
 
 // Smoothness takes second differences of the moments, whose last digits grow with the fourth power of the number of steps.

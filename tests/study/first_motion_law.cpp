@@ -1,9 +1,9 @@
 // A stored motion as the first guess of a search.
 #include <gtest/gtest.h>
 
-#include "certificate/marched_answers.hpp"
 #include "chains.hpp"
 #include "lie/so3.hpp"
+#include "marched_answers.hpp"
 #include "mechanics/tree_motion.hpp"
 #include "search/method.hpp"
 #include "study/answer.hpp"

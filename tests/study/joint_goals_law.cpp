@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "certificate/certify.hpp"
-#include "certificate/marched_answers.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/goal_miss.hpp"
+#include "marched_answers.hpp"
 #include "mechanics/tree_motion.hpp"
 #include "model/input_error.hpp"
 #include "search/first_motion.hpp"

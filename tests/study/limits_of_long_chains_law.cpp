@@ -26,7 +26,7 @@ study::Answer answered_without_refinement(const maneuver::Problem& problem) {
 void expect_proved(const study::Answer& answer) {
   EXPECT_LE(answer.certificate.kkt, 1e-8) << answer.solution.message;
   ASSERT_TRUE(answer.certificate.limits && answer.certificate.second_order) << answer.solution.message;
-  EXPECT_LE(answer.certificate.limits->violation, certificate::limit_mark);
+  EXPECT_LE(answer.certificate.limits->violation, evidence::limit_mark);
   EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << answer.solution.message;
 }
 

@@ -99,7 +99,7 @@ TEST(StoppedSearch, that_goes_on_to_its_end_has_the_same_parts_side_by_side) {
 TEST(StoppedSearch, certifies_what_it_has_and_begins_nothing_more_once_it_is_interrupted) {
   const StoppedAt first(translation(40), "certifying");
   EXPECT_EQ(first.answer.solution.status, maneuver::Status::interrupted);
-  EXPECT_LE(first.answer.certificate.goal_error, certificate::goal_mark);
+  EXPECT_LE(first.answer.certificate.goal_error, evidence::goal_mark);
   EXPECT_LE(first.answer.certificate.kkt, 1e-8);
   EXPECT_EQ(first.times("certifying"), 1);
   EXPECT_EQ(first.times("proving") + first.times("on other grids"), 0);
@@ -157,7 +157,7 @@ TEST(StoppedSearch, carries_the_best_motion_on_to_its_steps) {
       const study::Answer stopped = study::answer(model::System(problem.swimmer), problem, options);
       const std::string& message = stopped.solution.message;
       EXPECT_LE(stopped.certificate.kkt, 1e-8) << message;
-      EXPECT_LE(stopped.certificate.goal_error, certificate::goal_mark) << message;
+      EXPECT_LE(stopped.certificate.goal_error, evidence::goal_mark) << message;
       EXPECT_EQ(stopped.solution.status, limit ? maneuver::Status::optimal : maneuver::Status::interrupted) << message;
       EXPECT_GE(stopped.solution.search.solved, 1);
       EXPECT_EQ(message.find("these were not tried: " + std::to_string(100'000 - stopped.solution.search.starts) +
@@ -219,7 +219,7 @@ TEST(StoppedSearch, has_the_best_motion_of_the_starts_that_began) {
       options.interrupted = [&] { return asked++ >= allowed; };
       const study::Answer stopped = study::answer(model::System(problem.swimmer), problem, options);
       EXPECT_EQ(stopped.solution.status, maneuver::Status::interrupted) << example << " after " << allowed;
-      EXPECT_LE(stopped.certificate.equation_residual, certificate::equation_mark) << example << " after " << allowed;
+      EXPECT_LE(stopped.certificate.equation_residual, evidence::equation_mark) << example << " after " << allowed;
       EXPECT_GT(stopped.solution.cost, 0.0);
       for (const auto& own : stopped.solution.limit_multipliers) EXPECT_EQ(own.multiplier.size(), 201U);
       for (const auto& own : stopped.solution.work_multipliers) EXPECT_EQ(own.size(), 201U);

@@ -4,10 +4,10 @@
 #include <numbers>
 
 #include "certificate/certify.hpp"
-#include "certificate/marched_answers.hpp"
 #include "file/problem_file.hpp"
 #include "guess/guess.hpp"
 #include "lie/so3.hpp"
+#include "marched_answers.hpp"
 #include "search/first_motion.hpp"
 #include "search/grids.hpp"
 #include "study/answer.hpp"
@@ -392,7 +392,7 @@ TEST(UnusualGoals, of_slow_small_swimmers_in_many_steps_are_proved) {
   for (const char* name : {"three_links_in_1000_steps", "links_of_two_centimetres"}) {
     const study::Answer answer = answered(kept_problem(name));
     EXPECT_EQ(answer.certificate.verdict, certificate::Verdict::proved) << name << answer.solution.message;
-    EXPECT_GT(answer.certificate.momentum_round_off, certificate::momentum_mark) << name;
+    EXPECT_GT(answer.certificate.momentum_round_off, evidence::momentum_mark) << name;
     EXPECT_LT(answer.certificate.momentum_drift, answer.certificate.momentum_round_off) << name;
     study::Answer leaking = answer;
     leaking.solution.rotation[400][1] = leaking.solution.rotation[400][1] * lie::exp(Vector3d(0, 0, 1e-12));

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "certificate/clearance.hpp"
+#include "evidence/clearance.hpp"
 #include "file/problem_file.hpp"
 #include "result/resolve.hpp"
 #include "task/tasks.hpp"
@@ -108,30 +108,30 @@ TEST(StoredStatements, of_a_search_are_told_where_they_contradict_each_other) {
 // Of equal gaps the other one is as true.
 TEST(StoredStatements, of_where_bodies_come_nearest_are_told_unless_their_gap_is_there) {
   ASSERT_TRUE(solved().certificate->clearance);
-  const certificate::Clearance is = *solved().certificate->clearance;
-  const auto told = [](certificate::Clearance place) {
+  const evidence::Clearance is = *solved().certificate->clearance;
+  const auto told = [](evidence::Clearance place) {
     return false_field([&](Results& r) { r.certificate->clearance = place; });
   };
   EXPECT_EQ(told(is), "");
-  certificate::Clearance later = is;
+  evidence::Clearance later = is;
   later.time += later.time > 0.5 * solved().solution.time.back() ? -0.3 : 0.3;
   EXPECT_EQ(told(later), "clearance.time");
-  certificate::Clearance beyond = is;
+  evidence::Clearance beyond = is;
   beyond.time = 2.0 * solved().solution.time.back();
   EXPECT_EQ(told(beyond), "clearance.time");
-  certificate::Clearance ends = is;
+  evidence::Clearance ends = is;
   ends.first = 1, ends.second = 2;
   EXPECT_EQ(told(ends), is.first == 0 ? "clearance.bodies[0]" : "clearance.bodies[1]");
   // the end of a gait's cycle bends as its beginning does
-  certificate::Clearance begun = is;
+  evidence::Clearance begun = is;
   begun.time = 0.0;
   const maneuver::Problem problem = result::problem_of(solved());
   const model::System system(problem.swimmer);
-  const certificate::StoredMotion motion(system, problem, solved().solution);
-  begun.gap = certificate::gap_at(motion, begun);
-  certificate::Clearance ended = begun;
+  const evidence::StoredMotion motion(system, problem, solved().solution);
+  begun.gap = evidence::gap_at(motion, begun);
+  evidence::Clearance ended = begun;
   ended.time = solved().solution.time.back();
-  EXPECT_NEAR(certificate::gap_at(motion, ended), begun.gap, 1e-9);
+  EXPECT_NEAR(evidence::gap_at(motion, ended), begun.gap, 1e-9);
   EXPECT_EQ(told(ended), "");
 }
 
@@ -153,7 +153,7 @@ TEST(StoredStatements, of_which_limit_is_broken_most_are_told_unless_it_is) {
     const auto claims = task::false_statements(stored, within, false);
     return claims.empty() ? "" : claims.front().field;
   };
-  const certificate::LimitsKept is = *within.certificate->limits;
+  const evidence::LimitsKept is = *within.certificate->limits;
   const double step = within.problem.time_step;
   EXPECT_EQ(told("limits.torque", 3.0 * step), "limits.key") << "far from its bound";
   EXPECT_EQ(told("limits.swing.nosuch", 3.0 * step), "limits.key");
