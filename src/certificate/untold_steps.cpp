@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "evidence/balance.hpp"
+#include "evidence/findings.hpp"
 #include "integrator/reference_integrator.hpp"
 
 namespace lamprey::certificate {
@@ -13,6 +14,7 @@ namespace {
 
 using Eigen::VectorXd;
 using evidence::Largest;
+using evidence::unset;
 using integrator::ReferenceState;
 using model::at;
 
