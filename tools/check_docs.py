@@ -2,13 +2,15 @@
 """Checks that what the documents name exists.
 
 usage: check_docs.py [repository]
- - relative links of README, CHANGELOG, CONTRIBUTING and docs/ lead to files, and their #anchors to headings;
+ - relative links of README, CHANGELOG, CONTRIBUTING, examples/README.md and docs/ lead to files, and their #anchors to headings;
  - problem files named in them (examples/NAME.toml) exist, and so do tests and the commands of ./dev;
+ - examples/README.md tells of every file beside it;
  - equations of docs/theory have one number each, in order, and every number cited in docs or sources is one of them;
  - docs/theory/README.md's table of chapters tells their equations and rooms that there are;
  - every key that the problem file's reader knows stands in docs/problem-file.md;
  - every key that solution.json is written with stands in docs/result-files.md;
- - README's table of rooms states the arrows that tools/check_layers.py enforces.
+ - docs/decisions/README.md lists every decision by its title;
+ - docs/architecture.md's table of rooms states the arrows that tools/check_layers.py enforces, and its diagram draws them.
 Exit 0 when clean; otherwise one line for each fault, and exit 1.
 """
 import pathlib
@@ -31,7 +33,7 @@ ROOM_ROW = re.compile(r"^\| `(\w+)/` \|(?:[^|]*\|)*?([^|]*)\|\s*$")
 
 
 def documents(root):
-    named = [root / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")]
+    named = [root / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "examples/README.md")]
     return [path for path in named + sorted((root / "docs").rglob("*.md")) if path.exists()]
 
 
@@ -142,14 +144,50 @@ def chapter_faults(root):
                      if path.name not in told]
 
 
+def untold_examples(root):
+    page = root / "examples" / "README.md"
+    told = set(re.findall(r"\]\(([\w./-]+)\)", page.read_text(encoding="utf-8")))
+    for file in sorted((root / "examples").rglob("*.*")):
+        name = file.relative_to(page.parent).as_posix()
+        if "__pycache__" not in name and file != page and name not in told:
+            yield f"{page}: does not tell of {name}"
+
+
+DECISION_ROW = re.compile(r"^\| \[(\d{3})\]\(([\w.-]+)\) \| (.*?) \|", re.MULTILINE)
+
+
+def decision_faults(root):
+    """Rows | [001](file) | title |, in order, against the files' first lines."""
+    page = root / "docs" / "decisions" / "README.md"
+    told = [(name, f"# {number}: {title}") for number, name, title in DECISION_ROW.findall(page.read_text(encoding="utf-8"))]
+    found = [(path.name, path.read_text(encoding="utf-8").splitlines()[0]) for path in sorted(page.parent.glob("[0-9]*.md"))]
+    return [f"{page}: states {row}" for row in told if row not in found] + \
+           [f"{page}: does not tell {row}" for row in found if row not in told]
+
+
+def uses_of(cell):
+    """Rooms named in a cell "shape, optimizer, not fluid": those at the ends of arrows, those that do not come along."""
+    names = [name.strip() for name in cell.split(",") if re.search(r"\w", name)]
+    return {name for name in names if not name.startswith("not ")}, {name[4:] for name in names if name.startswith("not ")}
+
+
 def room_faults(root):
-    """README's rows `room/` | what | may use, against the table that check_layers.py enforces."""
-    rows = dict(match.groups() for line in (root / "README.md").read_text(encoding="utf-8").splitlines()
-                if (match := ROOM_ROW.match(line)))
-    stated = {room: sorted(re.findall(r"\w+", uses)) for room, uses in rows.items()}
-    enforced = {room: sorted(uses) for room, uses in check_layers.MAY_USE.items()}
-    return [f"README.md: {room}/ states {stated.get(room)}, tools/check_layers.py enforces {enforced.get(room)}"
-            for room in sorted(set(stated) | set(enforced)) if stated.get(room) != enforced.get(room)]
+    """Rows `room/` | what | uses, and the diagram's arrows, against the table that check_layers.py enforces."""
+    page, enforced = root / "docs" / "architecture.md", check_layers.MAY_USE
+    text = page.read_text(encoding="utf-8")
+    rows = dict(match.groups() for line in text.splitlines() if (match := ROOM_ROW.match(line)))
+    faults, arrows = [], set()
+    for room in sorted(set(rows) | set(enforced)):
+        if room not in rows or room not in enforced:
+            faults.append(f"{page}: {room}/ is in one of the table and tools/check_layers.py alone")
+            continue
+        ends, out = uses_of(rows[room])
+        arrows |= {(room, end) for end in ends}
+        stated = ends.union(*(enforced.get(end, []) for end in ends)) - out
+        if stated != set(enforced[room]):
+            faults.append(f"{page}: {room}/ states {sorted(stated)}, tools/check_layers.py enforces {sorted(enforced[room])}")
+    drawn = set(re.findall(r"^ +(\w+) --> (\w+)$", text, re.MULTILINE))
+    return faults + [f"{page}: {room} --> {end} stands in one of table and diagram alone" for room, end in sorted(arrows ^ drawn)]
 
 
 def main():
@@ -158,7 +196,7 @@ def main():
     assert list(broken_links(root / "made-up.md", made_up)) and list(missing_problems(root, "made-up", made_up))
     menu = re.findall(r"^  ([a-z-]+) ", subprocess.run([root / "dev"], capture_output=True, text=True, check=True).stdout, re.MULTILINE)
     tests = {pair for file in (root / "tests").rglob("*.cpp") for pair in TEST_DEFINED.findall(file.read_text(encoding="utf-8"))}
-    found = equation_faults(root) + chapter_faults(root) + room_faults(root) + [*undocumented_keys(root), *untold_results(root)]
+    found = equation_faults(root) + chapter_faults(root) + room_faults(root) + decision_faults(root) + [*untold_examples(root), *undocumented_keys(root), *untold_results(root)]
     paths = documents(root)
     for path in paths:
         text = path.read_text(encoding="utf-8")

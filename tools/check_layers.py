@@ -34,9 +34,9 @@ MAY_USE = {
     "search": ["guess", "transcription", *LEFT_OF_GUESS],
     "study": ["search", *PROOF, "guess", "transcription", *LEFT_OF_GUESS],
     "document": LEFT_OF_MECHANICS,
-    "file": ["document", "certificate", *LEFT_OF_GUESS],
+    "file": ["document", *PROOF, *LEFT_OF_GUESS],
     "result": ["file", "document", *PROOF, "guess", *LEFT_OF_GUESS],
-    "task": ["result", "file", "document", "study", "search", "certificate", "evidence", "guess", "transcription", *LEFT_OF_GUESS],
+    "task": ["result", "file", "document", "study", "search", *PROOF, "guess", "transcription", *LEFT_OF_GUESS],
     "report": ["task", "result", "file", "document", "study", "search", *PROOF, "guess", "transcription", *LEFT_OF_GUESS],
 }
 # What proves shares no solver code: of maneuver/ it may see only the plain structs that describe question and answer, and what
