@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Checks a solution of Lamprey without Lamprey: python3 check_solution.py DIR
 
-Reads DIR/solution.json and recomputes with NumPy alone, from docs/theory, what its certificate claims. Numbers of
-equations are those of docs/theory. SI units, angles in radians. Exit code 0: every number keeps its mark and agrees
-with the stored one; 1: one does not; 2: wrong usage, unreadable file, or a scheme that is not covered.
+Needs NumPy and nothing else. Reads DIR/solution.json and recomputes, from docs/theory, what its certificate claims.
+Numbers of equations are those of docs/theory. SI units, angles in radians. Exit code 0: every number keeps its mark and
+agrees with the stored one; 1: one does not; 2: wrong usage, unreadable file, no NumPy, or a scheme that is not covered.
 
 Arrays: R [..., bodies, 3, 3] rotations, body to world; x [..., 3] mass centre of the root; v [..., freedoms]
 components along the freedoms of chapter 8 (turns of free bodies, angles of led ones, the root's position last);
@@ -15,7 +15,11 @@ import pathlib
 import sys
 from types import SimpleNamespace
 
-import numpy as np
+try:
+    import numpy as np
+except ImportError:
+    print("check_solution.py: needs NumPy (apt install python3-numpy, or pip install numpy)", file=sys.stderr)
+    sys.exit(2)
 
 IMAGINARY = 1e-30  # step of derivatives by complex numbers: f'(x) = Im f(x + i step) / step, with no round-off
 SEGMENTS = 20      # of the sweep for the multipliers, as in (6.5)
