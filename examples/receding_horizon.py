@@ -1,7 +1,7 @@
 """Plans while it swims: the roll of rotation.toml by a swimmer that is not quite the one that was planned for.
 
-A tenth of the time after the other the swimmer moves by the plan that it has, is measured, and plans anew from there. It has other
-masses than its plans; how far it misses is printed for one plan from beginning to end, for one plan with its gains, and for plans
+In each tenth of the time the swimmer moves by its latest plan, is measured, and plans anew from where it is. Its masses are not those
+that its plans assume. Printed is how far it misses with one plan from beginning to end, with one plan and its gains, and with plans
 made anew. Run: python3 examples/receding_horizon.py [rotation.toml | drifting.toml]
 """
 import copy
@@ -14,7 +14,7 @@ import lamprey as lp
 
 PARTS = 10     # plans
 STEPS = 100    # of a plan
-HEAVIER = 1.03  # the second body's mass and inertia, or where none are given its mass, against those that plans know
+HEAVIER = 1.03  # the second body's mass and inertia, or where none are given its mass, against those that plans assume
 
 
 def swimmer_of(problem):
