@@ -62,7 +62,8 @@ void compare(const std::string& field, const optimality::SecondOrder& stored, co
              Claims& claims) {
   claims.value(field + ".smallest_eigenvalue", stored.smallest_eigenvalue, found.smallest_eigenvalue, 1.0);
   if (stored.along_phase)  // of round-off's size: whether it is one
-    claims.at_most(field + ".along_phase", std::abs(*stored.along_phase), found.along_phase ? curvature_mark : 0.0);
+    claims.at_most(field + ".along_phase", std::abs(*stored.along_phase),
+                   found.along_phase ? optimality::curvature_mark : 0.0);
   claims.at_most(field + ".positive", stored.positive ? 1.0 : 0.0, found.positive ? 1.0 : 0.0);
   if (stored.negative_eigenvalues)
     claims.value(field + ".negative_eigenvalues", *stored.negative_eigenvalues,

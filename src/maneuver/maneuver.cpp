@@ -1,7 +1,8 @@
 #include "maneuver/maneuver.hpp"
 
 #include <algorithm>
-
+#include <cmath>
+#include <numbers>
 #include <sstream>
 
 #include "lie/so3.hpp"
@@ -20,6 +21,46 @@ using model::System;
 constexpr double no_rate = 1e-12;    // of what bodies turn at, that joints turn at
 constexpr double most_misfit = 0.1;  // rad, of a measured rotation beside its joint
 
+// The only axis about which moments turn a joint, in the parent's frame.
+Vector3d axis_of_turn(const model::Joint& joint, const Matrix3d& child_to_parent) {
+  switch (joint.kind) {
+    case model::JointKind::hinge:
+      return child_to_parent * joint.child_axis;
+    case model::JointKind::universal:
+      return joint.actuation(0, 0) != 0.0 ? joint.parent_axis : Vector3d(child_to_parent * joint.child_axis);
+    case model::JointKind::ball:
+    case model::JointKind::fixed:
+      break;
+  }
+  return joint.actuation.col(0);
+}
+
+// The largest angle between a direction and another that is carried right round an axis.
+double largest_angle_on_the_way_round(const Vector3d& axis, const Vector3d& fixed, const Vector3d& carried) {
+  const auto angle = [&](const Vector3d& arm) { return std::atan2(axis.cross(arm).norm(), axis.dot(arm)); };
+  const double sum = angle(fixed) + angle(carried);
+  return std::min(sum, 2.0 * std::numbers::pi - sum);
+}
+
+// Whether a limit certainly stops the only axis of a joint before it has turned right round: an arm that is turned about itself
+// does not swing.
+bool stopped_on_the_way_round(const mechanics::Rotations& start, const model::Joint& joint, const Limits& limits) {
+  constexpr double beside = 1e-6;  // rad
+  const Matrix3d Q = mechanics::child_to_parent(start, joint);
+  const Vector3d axis = axis_of_turn(joint, Q).normalized(), arm = -(Q * joint.child_offset).normalized();
+  const auto angle = limits.angle.find(joint.name);
+  const auto swing = limits.swing.find(joint.name), twist = limits.twist.find(joint.name);
+  if (angle != limits.angle.end()) {
+    const int freedom = joint.kind == model::JointKind::universal && joint.actuation(0, 0) == 0.0 ? 1 : 0;
+    const auto& [least, most] = angle->second[at(freedom)];
+    if (least > beside - std::numbers::pi || most < std::numbers::pi - beside) return true;
+  }
+  if (swing != limits.swing.end() &&
+      largest_angle_on_the_way_round(axis, joint.parent_offset.normalized(), arm) > swing->second + beside)
+    return true;
+  return twist != limits.twist.end() && twist->second < std::numbers::pi - beside && axis.cross(arm).norm() < beside;
+}
+
 // Whether a single joint angle is all that moves and nothing keeps it from turning right round, where the goal asks for a
 // displacement that ends in the first shape: to and fro it gets nowhere, but where its momentum takes it.
 bool needs_whole_turns(const System& system, const Problem& problem, const Maneuver& maneuver) {
@@ -27,7 +68,10 @@ bool needs_whole_turns(const System& system, const Problem& problem, const Maneu
   if (has_momentum(system, maneuver.start)) return false;
   if (!asks_to_move(system, maneuver) && !maneuver.cost_weights.of_displacement()) return false;
   return std::all_of(system.joints().begin(), system.joints().end(), [&](const model::Joint& joint) {
-    return joint.kind == model::JointKind::fixed || turns_round(joint, problem.limits);
+    if (joint.kind == model::JointKind::fixed) return true;
+    const bool held = joint.stiffness != 0.0 && joint.kind == model::JointKind::ball;
+    return joint.actuation.cols() == 1 && !held &&
+           !stopped_on_the_way_round(maneuver.start.rotation, joint, problem.limits);
   });
 }
 
@@ -284,17 +328,9 @@ std::optional<Matrix3d> joint_at_end(const System& system, const Maneuver& maneu
   return maneuver.tells_joint(j) ? maneuver.end_joint[at(j)] : std::nullopt;
 }
 
-bool limited_in_angle(const model::Joint& joint, const Limits& limits) {
-  return limits.angle.contains(joint.name) || limits.swing.contains(joint.name) || limits.twist.contains(joint.name);
-}
-
 bool may_turn_round(const model::Joint& joint, const Limits& limits) {
-  return joint.stiffness == 0.0 && !limited_in_angle(joint, limits);
-}
-
-bool turns_round(const model::Joint& joint, const Limits& limits) {
-  const bool held = joint.stiffness != 0.0 && joint.kind == model::JointKind::ball;
-  return joint.actuation.cols() > 0 && !held && !limited_in_angle(joint, limits);
+  return joint.stiffness == 0.0 && !limits.angle.contains(joint.name) && !limits.swing.contains(joint.name) &&
+         !limits.twist.contains(joint.name);
 }
 
 bool asks_to_move(const System& system, const Maneuver& maneuver) {

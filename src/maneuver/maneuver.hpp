@@ -78,14 +78,8 @@ bool ends_in_first_shape(const model::System& system, const Maneuver& maneuver);
 /// How a joint is to end, child → parent; nothing: free.
 std::optional<Matrix3d> joint_at_end(const model::System& system, const Maneuver& maneuver, int joint);
 
-/// Whether a limit keeps a joint from turning all the way round.
-bool limited_in_angle(const model::Joint& joint, const Limits& limits);
-
-/// Whether nothing keeps a joint within half a turn: no limit, and no spring.
+/// Whether nothing keeps a joint within half a turn, whatever it turns about: no limit, and no spring.
 bool may_turn_round(const model::Joint& joint, const Limits& limits);
-
-/// Whether moments can turn a joint all the way round: against a spring, too, but for a ball joint's, whose moment jumps at half a turn.
-bool turns_round(const model::Joint& joint, const Limits& limits);
 
 /// Whether it shall end elsewhere than it began.
 bool asks_to_move(const model::System& system, const Maneuver& maneuver);

@@ -1,9 +1,9 @@
 #include "optimality/gait_phase.hpp"
 
 #include "algebra/row_space.hpp"
-#include "optimality/gait_ends.hpp"
 #include "lie/so3.hpp"
 #include "mechanics/tree_motion.hpp"
+#include "optimality/gait_ends.hpp"
 
 namespace lamprey::optimality {
 

@@ -207,9 +207,13 @@ void search_in_rounds(StageNewton& newton, StageProgram& program, const Options&
     }
     if (late()) return;
   }
-  if (program.limit_violation() > out_of_reach) {
+  const bool broken = program.limit_violation() > out_of_reach;
+  if (broken && outcome.termination == Termination::converged && idle >= most_idle_rounds) {
     outcome.termination = Termination::infeasible;
     outcome.reason = "near every motion that was tried limits stay violated however much they weigh";
+  } else if (broken) {
+    outcome.termination = Termination::stalled;
+    outcome.reason = "limits are still broken where no step makes progress any more";
   } else if (outcome.termination == Termination::converged) {
     outcome.termination = Termination::stalled;
     outcome.reason = program.limit_violation() > limit_tolerance

@@ -36,8 +36,9 @@ constexpr int retries = 4;  // further guesses where a single start fails
 constexpr int shooting_iterations = 200;
 constexpr int hop_round = 8;         // hops from one minimum; fixed, so that the answer does not depend on the machine
 constexpr int confirming_steps = 4;  // times the coarse grid's
-constexpr double settled_cost = 0.05;  // relative difference of cost between the two
-constexpr double faded = 1e-6;         // displacement over the swimmer's size: as good as none
+constexpr double settled_cost = 0.05;   // relative difference of cost between the two
+constexpr double faded = 1e-6;          // displacement over the swimmer's size: as good as none
+constexpr double won_at_least = 1e-14;  // of what the swimmer's size of displacement wins: less is round-off
 constexpr const char* at_rest = "at rest";
 constexpr const char* without_moments = "without moments";
 constexpr int second_guesses = 4;      // of the second solver, where it is tried because the first one found nothing
@@ -121,20 +122,34 @@ class Search {
   bool nothing_wins() {
     if (!problem_.cost_weights.of_displacement() || budget_.stopped()) return false;
     if (!guess::rest_meets_goal(system_, problem_, full_)) return false;
-    for (const Found& found : starts_)
-      if (!found.path.position.empty() &&
-          (found.path.position.back() - found.path.position.front()).norm() > faded * system_.size())
-        return false;
-    return rest(
-        "every motion that was tried costs more than its displacement wins, as cost.displacement has it: a "
-        "larger one may move");
+    bool tried = false;
+    for (const Found& found : starts_) {
+      if (found.path.position.empty()) continue;
+      tried = true;
+      const double way = (found.path.position.back() - found.path.position.front()).norm();
+      if (way > faded * system_.size() || (found.converged() && wins(found))) return false;
+    }
+    return tried &&
+           rest(
+               "every motion that was tried costs more than its displacement wins, as cost.displacement has it: a "
+               "larger one may move");
+  }
+
+  // Whether a motion costs less than to stay, if only a little where limits keep it small.
+  bool wins(const Found& found) const {
+    const double most = problem_.cost_weights.displacement.norm() * system_.size();
+    return found.cost - problem_.cost_of_given_duration() < -won_at_least * most;
   }
 
   // What moments cannot do needs no search.
   bool cannot() {
     out_of_reach_ = method_->out_of_reach();
     if (out_of_reach_.empty()) return false;
-    add_rest(optimizer::Termination::infeasible, out_of_reach_);
+    Outcome outcome;
+    outcome.termination = optimizer::Termination::infeasible;
+    outcome.reason = out_of_reach_;
+    outcome.infeasibility = 0.0;
+    add_rest(outcome);
     return true;
   }
 
@@ -153,11 +168,10 @@ class Search {
   }
 
   // A start in motion does not stay: what it does without moments is shown.
-  void add_rest(optimizer::Termination termination, const std::string& reason) {
+  void add_rest(const Outcome& outcome) {
     const std::optional<Found> coast = coasting(system_, problem_, full_, [this] { return budget_.hurried(); });
-    Found shown = coast ? *coast : staying(system_, problem_, full_, reason);
-    shown.outcome.termination = termination;
-    shown.outcome.reason = reason;
+    Found shown = coast ? *coast : staying(system_, problem_, full_, outcome.reason);
+    shown.outcome = outcome;
     add_unsought(shown, coast ? without_moments : at_rest);
   }
 
@@ -378,14 +392,11 @@ class Search {
       if (second_) record_.minima.back().by_ipopt = 0;
     }
     if (!solutions_.empty())
-      return;  // otherwise nothing was found: the first guess, so that there is something to look at
-    Found guess;
-    guess.outcome = starts_.front().outcome;
-    if (ended_early_) budget_.tell_what_ended(guess.outcome);
-    guess.path = guess::random_guess(system_, full_, seed_of_start(problem_, 0));
-    if (!integrator::single_step(problem_.scheme))
-      guess.path = guess::refined(system_, guess.path, full_.steps, problem_.scheme);
-    add_solution(guess, describe(guess));
+      return;  // otherwise no motion was found: what happens without moments, so that there is something to look at
+    Outcome outcome = starts_.front().outcome;
+    if (ended_early_) budget_.tell_what_ended(outcome);
+    outcome.reason += "; no motion was found, and what is shown has no moments";
+    add_rest(outcome);
     if (options_.accept) options_.accept(solutions_.back());
   }
 
@@ -424,6 +435,11 @@ class Search {
     const bool shooting = problem_.search.method == maneuver::SearchMethod::shooting;
     Found shown = shot(found);
     shown.path = turned_as_asked(shown.path);
+    if (shown.outcome.termination == optimizer::Termination::infeasible &&
+        guess::rest_meets_goal(system_, problem_, full_)) {
+      shown.outcome.termination = optimizer::Termination::stalled;
+      shown.outcome.reason = "limits are still broken where it ended, though a motion that stays at rest keeps them";
+    }
     Solution solution =
         search::describe(system_, full_, problem_.scheme, maneuver::limit_rows(system_, problem_), shown);
     solution.solver.name = method_->name() + (shooting ? ", single shooting" : "");

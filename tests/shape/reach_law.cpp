@@ -174,6 +174,17 @@ TEST(Reach, of_one_joint_angle_ends_where_its_period_began) {
             std::string::npos);
   problem.cost_weights = {};
   problem.goal = asked;
+  problem.swimmer.joints[0].control_axes = {Eigen::Vector3d(1, 0, 0)};  // along both arms
+  EXPECT_EQ(out_of_reach(problem, none, none, {0.1, 0.0, 0.0}), "")
+      << "an arm that is turned about itself does not swing";
+  problem.limits.swing.clear();
+  problem.limits.twist["front"] = 3.0;
+  EXPECT_NE(out_of_reach(problem, none, none, {0.1, 0.0, 0.0}).find("scallop"), std::string::npos) << "but it twists";
+  problem.limits.twist["front"] = 3.1415926535;
+  EXPECT_EQ(out_of_reach(problem, none, none, {0.1, 0.0, 0.0}), "") << "which is no limit";
+  problem.limits.twist.clear();
+  problem.limits.swing["front"] = 1.5;
+  problem.swimmer.joints[0].control_axes = {Eigen::Vector3d(0, 0, 1)};
   problem.goal->periodic = false;
   problem.goal->rest = true;
   EXPECT_NE(out_of_reach(problem, none, {1.0, 0.0, 0.0}, none).find("scallop"), std::string::npos);
