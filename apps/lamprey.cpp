@@ -9,6 +9,7 @@
 
 #include "arguments.hpp"
 #include "commands.hpp"
+#include "help.hpp"
 #include "interrupt.hpp"
 
 namespace {
@@ -53,8 +54,8 @@ int dispatch(const CLI::App& app, const Arguments& arguments) {
 }
 
 int run(int count, char** words) {
-  CLI::App app("Lamprey: maneuvers of jointed rigid bodies in a perfect fluid");
-  app.set_version_flag("--version", version_line());
+  CLI::App app("Optimal maneuvers and gaits of articulated swimmers in an ideal fluid", "lamprey");
+  app.set_version_flag("--version", version_line(), "print version, build type and compiler");
   app.require_subcommand(1);
   app.footer(
       "Exit codes: 0 done, 1 internal error, 2 usage, 3 invalid input file, 4 no optimal solution,\n"
@@ -67,7 +68,12 @@ int run(int count, char** words) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0)
       if (const int refused = refuse_unknown_option(app, count, words)) return refused;
-    return app.exit(error) == 0 ? done : usage;
+    if (error.get_exit_code() == 0) {  // help or version
+      app.exit(error);
+      return done;
+    }
+    fmt::print(stderr, "{}\n", refusal(app, error));
+    return usage;
   }
   arguments.solve.command = arguments.simulate.command = typed(count, words);
   return dispatch(app, arguments);

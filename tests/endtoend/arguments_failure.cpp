@@ -1,4 +1,5 @@
 // Numbers on the command line are what they look like, or refused.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "program.hpp"
@@ -39,6 +40,48 @@ TEST(WholeNumbers, with_zeros_before_them_are_the_same) {
   EXPECT_FALSE(plain.rotation == marched("--seed 8 --steps 12").rotation);
   EXPECT_TRUE(marched("--seed 00 --steps 12").rotation == marched("--seed 0 --steps 12").rotation);
   marched("--seed 9223372036854775807 --steps 12");
+}
+
+// Plain lines of usage, and nothing of what the parser of arguments would add.
+TEST(Help, is_for_people_and_fits_a_hundred_columns) {
+  const Folder folder;
+  const std::string whole = lamprey(folder, "--help").out;
+  EXPECT_EQ(whole.rfind("Usage: lamprey COMMAND [options]\n\nOptimal maneuvers and gaits", 0), 0U) << whole;
+  EXPECT_NE(whole.find("Exit codes: 0 done"), std::string::npos);
+  for (const auto& [command, usage] :
+       {std::pair("solve", "PROBLEM --out DIR [options]"), std::pair("simulate", "PROBLEM --out DIR [options]"),
+        std::pair("check", "PROBLEM"), std::pair("verify", "DIR [options]"), std::pair("report", "DIR [DIR2]"),
+        std::pair("export", "DIR"), std::pair("inertia", "--semi-axes A B [C] --density D [options]"),
+        std::pair("bench", "[options]")}) {
+    const std::string help = lamprey(folder, std::string(command) + " --help").out;
+    EXPECT_EQ(help.rfind(fmt::format("Usage: lamprey {} {}\n", command, usage), 0), 0U) << help;
+    for (const char* other : {"Exit codes", "{false}", "Excludes", "Needs", "INT", "TEXT", "FLOAT", "REQUIRED", "(1x)"})
+      EXPECT_EQ(help.find(other), std::string::npos) << command << ": " << other;
+    std::istringstream lines(help);
+    for (std::string line; std::getline(lines, line);) {
+      const auto letters = std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xC0) != 0x80; });
+      EXPECT_LE(letters, 100) << line;
+    }
+  }
+  EXPECT_NE(lamprey(folder, "solve --help").out.find("\n  --[no-]refinement  "), std::string::npos);
+}
+
+TEST(Refusals, say_what_to_give) {
+  const Folder folder;
+  const auto refused = [&](const std::string& arguments, const std::string& words) {
+    const ProgramRun run = lamprey(folder, arguments);
+    EXPECT_EQ(run.exit_code, 2) << arguments;
+    EXPECT_NE(run.err.find(words), std::string::npos) << arguments << '\n' << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  };
+  refused("", "lamprey: give a command, one of solve, simulate, ");
+  refused("report", "lamprey report: give one result folder, or two to compare\n");
+  refused("report a b c", "lamprey report: give one result folder, or two to compare\n");
+  refused("solve", "lamprey solve: give a problem file (TOML) and --out DIR (folder for the results: ");
+  refused("solve x.toml", "lamprey solve: give --out DIR (folder");
+  refused("solve x.toml --out", "lamprey solve: give --out DIR (folder");
+  refused("verify a b", "lamprey verify: found \"b\" beyond what it takes; usage: lamprey verify DIR [options]");
+  refused("solve x.toml --out y --solver newtom", "--solver: found newtom; allowed: newton, ipopt, both");
 }
 
 TEST(Numbers, of_the_time_at_which_a_plan_is_taken_up_may_be_that_of_its_beginning) {
