@@ -20,18 +20,18 @@ using Eigen::Vector3d;
 using maneuver::Problem;
 
 constexpr double in_plane = 1e-9;  // of a vector's length
-constexpr const char* reason = "ellipses move in the plane of e_1 and e_2";
+constexpr const char* reason = "ellipses move in the plane of e₁ and e₂";
 
 // A direction in the plane, such as an offset.
 void require_within(const std::string& key, const Vector3d& v) {
   if (std::abs(v[2]) <= in_plane * v.stableNorm()) return;
-  refuse(key, shown(v), fmt::format("0 along e_3: {}", reason), "set its third number to 0");
+  refuse(key, shown(v), fmt::format("0 along e₃: {}", reason), "set its third number to 0");
 }
 
 // A turn in the plane, such as a rotation vector or an axis.
 void require_about_normal(const std::string& key, const Vector3d& v, const char* cure = "write [0.0, 0.0, angle]") {
   if (v.head<2>().stableNorm() <= in_plane * v.stableNorm()) return;
-  refuse(key, shown(v), fmt::format("a turn about e_3: {}", reason), cure);
+  refuse(key, shown(v), fmt::format("a turn about e₃: {}", reason), cure);
 }
 
 void require_plane_joint(const model::JointDescription& joint, std::size_t j) {
@@ -64,7 +64,7 @@ void require_plane_body(const model::BodyDescription& body, std::size_t i) {
 void require_plane_end(const std::string& path, const std::array<std::optional<double>, 3>& move,
                        const std::optional<Vector3d>& turn) {
   if (move[2] && *move[2] != 0.0)
-    refuse(document::key_path(path, "move"), fmt::format("{} along e_3", *move[2]),
+    refuse(document::key_path(path, "move"), fmt::format("{} along e₃", *move[2]),
            fmt::format("0 or \"free\" there: {}", reason), "set its third number to 0");
   if (turn) require_about_normal(document::key_path(path, "turn"), *turn);
 }
@@ -89,7 +89,7 @@ void require_plane_obstacles(const maneuver::Limits& limits, double height) {
   for (std::size_t n = 0; n < limits.spheres.size(); ++n)
     if (std::abs(limits.spheres[n].centre[2] - height) > in_plane * limits.spheres[n].radius)
       refuse(fmt::format("limits.sphere[{}].centre", n), shown(limits.spheres[n].centre),
-             fmt::format("{} along e_3, as start.position has it: {}", height, reason), "put it into the plane");
+             fmt::format("{} along e₃, as start.position has it: {}", height, reason), "put it into the plane");
   for (std::size_t n = 0; n < limits.half_spaces.size(); ++n)
     require_within(fmt::format("limits.half_space[{}].normal", n), limits.half_spaces[n].normal);
 }

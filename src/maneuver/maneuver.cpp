@@ -1,6 +1,7 @@
 #include "maneuver/maneuver.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -135,6 +136,8 @@ double farthest_centre(const System& system) {
   return sum / whole;
 }
 
+constexpr std::array world_axes{"e₁", "e₂", "e₃"};
+
 // Where attitudes are free the root comes as far from the centre, which is there `before` unless the first shape is free, as joints are
 // long.
 void refuse_beyond_centre(const System& system, const Maneuver& maneuver, const Vector3d& before,
@@ -147,8 +150,8 @@ void refuse_beyond_centre(const System& system, const Maneuver& maneuver, const 
     const double most = far + (maneuver.free_shape ? far : way > 0.0 ? before[c] : -before[c]);
     if (std::abs(way) <= most + same_pose * system.size()) continue;
     std::ostringstream text;
-    text << "found " << way << " m along e_" << c + 1 << ", but " << put << "the root moves that way by at most "
-         << most << " m, with all joints stretched; ask for less" << cure;
+    text << "found " << way << " m along " << world_axes[at(c)] << ", but " << put
+         << "the root moves that way by at most " << most << " m, with all joints stretched; ask for less" << cure;
     throw InputError("goal.move", text.str());
   }
 }
@@ -174,8 +177,8 @@ void refuse_to_move_centre(const System& system, const Maneuver& maneuver) {
     const auto& asked = maneuver.end_position[at(c)];
     if (!asked || std::abs(*asked - maneuver.start.position[c] - moved[c]) <= same_pose * system.size()) continue;
     std::ostringstream text;
-    text << "found " << *asked - maneuver.start.position[c] << " m along e_" << c + 1 << ", but " << stays << ": "
-         << moved[c] << " m along that axis; leave it or an attitude \"free\"" << cure;
+    text << "found " << *asked - maneuver.start.position[c] << " m along " << world_axes[at(c)] << ", but " << stays
+         << ": " << moved[c] << " m along that axis; leave it or an attitude \"free\"" << cure;
     throw InputError("goal.move", text.str());
   }
 }

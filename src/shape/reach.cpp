@@ -47,10 +47,11 @@ Maneuver without_costs(Maneuver maneuver) {
   return maneuver;
 }
 
-// As people name it: the axis e_c or three numbers.
+// As people name it: one of the axes or three numbers.
 std::string axis_in_words(const Vector3d& axis) {
+  constexpr std::array axes{"e₁", "e₂", "e₃"};
   for (int c = 0; c < 3; ++c)
-    if (std::abs(axis[c]) > 1.0 - reach_threshold) return "e_" + std::to_string(c + 1);
+    if (std::abs(axis[c]) > 1.0 - reach_threshold) return axes[static_cast<std::size_t>(c)];
   return "(" + in_words(axis[0]) + ", " + in_words(axis[1]) + ", " + in_words(axis[2]) + ")";
 }
 

@@ -220,8 +220,8 @@ std::string move_text(const maneuver::Goal& goal) {
   std::vector<std::string> parts;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto& move = goal.move[k];
-    parts.push_back(move ? fmt::format("{} m along {}", document::short_number(*move), "xyz"[k])
-                         : fmt::format("free along {}", "xyz"[k]));
+    parts.push_back(move ? fmt::format("{} m along {}", document::short_number(*move), world_axes[k])
+                         : fmt::format("free along {}", world_axes[k]));
   }
   return fmt::format("root's mass centre moves {}", fmt::join(parts, ", "));
 }
@@ -232,7 +232,7 @@ void add_goal(document::TextTable& table, const Problem& problem) {
     return;
   }
   const maneuver::Goal& goal = *problem.goal;
-  const std::string every = goal.rotation.empty() ? "every body" : "every other body";
+  const std::string every = goal.periodic ? "the root" : goal.rotation.empty() ? "every body" : "every other body";
   const std::string all_bodies = goal.angle.empty() ? every : every + " not below the joints that follow";
   table.add_row({"goal", move_text(goal)});
   if (!goal.turn) {
@@ -247,10 +247,13 @@ void add_goal(document::TextTable& table, const Problem& problem) {
                                                              : " ends freely turned")});
   }
   for (const std::string& line : joint_end_lines(goal, document::short_number)) table.add_row({"", line});
-  if (goal.periodic) table.add_row({"", "shape and shape velocity return to those of the start"});
-  table.add_row({"", goal.rest          ? "ends at rest"
-                     : goal.joints_rest ? "ends with its joints at rest; the whole drifts on as it must"
-                                        : "velocities at the end are free"});
+  if (goal.periodic) table.add_row({"", "a gait: shape and velocity at the end equal those at the start"});
+  if (goal.rest)
+    table.add_row({"", "ends at rest"});
+  else if (goal.joints_rest)
+    table.add_row({"", "ends with its joints at rest; the whole drifts on as it must"});
+  else if (!goal.periodic)
+    table.add_row({"", "velocities at the end are free"});
 }
 
 void add_lines(document::TextTable& table, const std::string& name, const std::vector<std::string>& lines) {
@@ -270,8 +273,12 @@ std::string time_text(const Problem& problem) {
 std::string start_text(const Problem& problem) {
   bool moving = problem.start.linear_velocity.norm() > 0.0;
   for (const Vector3d& velocity : problem.start.angular_velocity) moving = moving || velocity.norm() > 0.0;
-  return fmt::format("root's mass centre at {} m, {}", vector_text(problem.start.position),
-                     moving ? "in motion" : "at rest");
+  const bool gait = problem.goal && problem.goal->periodic && !problem.goal->stills_joints();
+  std::string how = moving ? "in motion" : "at rest";
+  if (gait && !moving)
+    how = problem.start.free_shape ? "shape and velocity are free (first guess of the shape as in the file)"
+                                   : "velocity is free";
+  return fmt::format("root's mass centre at {} m, {}", vector_text(problem.start.position), how);
 }
 
 // Which no joint moment changes; empty where there is none.
@@ -314,7 +321,7 @@ std::string task_section(const Problem& problem) {
   add_lines(table, "limits", limits.empty() ? std::vector<std::string>{"none"} : limits);
   add_lines(table, "waypoints", waypoint_lines(problem.waypoints, problem.start.free_shape, document::short_number));
   table.add_row({"search", search_text(problem.search)});
-  return "\nTask\n" + table.text();
+  return "\nTask; e₁, e₂, e₃ are the world's x, y, z\n" + table.text();
 }
 
 std::string remarks_section(const Problem& problem, const System& system) {
@@ -350,7 +357,7 @@ std::string cost_words(double effort, double time_weight, const maneuver::CostWe
   for (int c = 0; c < 3; ++c)
     if (const double won = weights.displacement[c]; won != 0.0)
       text += fmt::format(" {} {} × displacement along {}", won > 0.0 ? "−" : "+",
-                          document::short_number(std::abs(won)), "xyz"[c]);
+                          document::short_number(std::abs(won)), world_axes[static_cast<std::size_t>(c)]);
   return text;
 }
 

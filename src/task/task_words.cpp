@@ -1,7 +1,5 @@
 #include "task/task_words.hpp"
 
-#include <array>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -76,13 +74,12 @@ Lines limit_lines(const maneuver::Limits& limits, NumberText number) {
 }
 
 Lines waypoint_lines(const std::vector<maneuver::Waypoint>& waypoints, bool free_shape, NumberText number) {
-  constexpr std::array axes{"e₁", "e₂", "e₃"};
   Lines lines;
   for (const maneuver::Waypoint& waypoint : waypoints) {
     Lines parts;
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (waypoint.move[axis])
-        parts.push_back(fmt::format("{} m along {} from the start", number(*waypoint.move[axis]), axes[axis]));
+        parts.push_back(fmt::format("{} m along {} from the start", number(*waypoint.move[axis]), world_axes[axis]));
     if (waypoint.turn)
       parts.push_back(fmt::format("{} turned by {} rad", free_shape ? "the root" : "every body",
                                   vector_words(*waypoint.turn, number)));

@@ -43,9 +43,9 @@ TEST(Plane, of_ellipses_holds_all_that_a_swimmer_is_asked) {
   expect_begins(refusal([](auto& p) { p.swimmer.joints[0].kind = model::JointKind::universal; }),
                 "joint[0].kind: found a universal joint; allowed: hinge or fixed");
   expect_begins(refusal([](auto& p) { p.swimmer.joints[1].axis = Vector3d(0.1, 0, 1); }),
-                "joint[1].axis: found [0.1, 0, 1]; allowed: a turn about e_3");
+                "joint[1].axis: found [0.1, 0, 1]; allowed: a turn about e₃");
   expect_begins(refusal([](auto& p) { p.swimmer.joints[1].child_offset[2] = 0.01; }),
-                "joint[1].child_offset: found [0.12, 0, 0.01]; allowed: 0 along e_3");
+                "joint[1].child_offset: found [0.12, 0, 0.01]; allowed: 0 along e₃");
   expect_begins(refusal([](auto& p) { p.swimmer.joints[0].reference_rotation[0] = 0.2; }),
                 "joint[0].reference_rotation");
   expect_begins(refusal([](auto& p) { p.start.rotation[2] = Vector3d(0, 1, 0); }), "start.rotation.tail");
@@ -53,7 +53,7 @@ TEST(Plane, of_ellipses_holds_all_that_a_swimmer_is_asked) {
                 "start.angular_velocity.middle");
   expect_begins(refusal([](auto& p) { p.start.linear_velocity = Vector3d(1, 0, 1); }), "start.linear_velocity");
   expect_begins(refusal([](auto& p) { p.goal->move[2] = 0.5; }),
-                "goal.move: found 0.5 along e_3; allowed: 0 or \"free\"");
+                "goal.move: found 0.5 along e₃; allowed: 0 or \"free\"");
   expect_begins(refusal([](auto& p) { p.goal->turn = Vector3d(0.5, 0, 0); }), "goal.turn");
   expect_begins(refusal([](auto& p) { p.goal->rotation["head"] = Vector3d(0.5, 0, 0); }), "goal.rotation.head");
   for (const auto& [row, column] : {std::pair(0, 2), std::pair(2, 1)})
@@ -81,7 +81,7 @@ TEST(Plane, of_ellipses_holds_all_that_a_swimmer_is_asked) {
   expect_begins(refusal([](auto& p) {
                   p.limits.spheres.push_back({Vector3d(0, 0, 0.105), 0.1});
                 }),
-                "limits.sphere[0].centre: found [0, 0, 0.105]; allowed: 0 along e_3");
+                "limits.sphere[0].centre: found [0, 0, 0.105]; allowed: 0 along e₃");
   expect_begins(refusal([](auto& p) {
                   p.limits.half_spaces.push_back({Vector3d(0, -1, 0), Vector3d(0, 0.001, 1)});
                 }),

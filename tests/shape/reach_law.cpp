@@ -225,7 +225,7 @@ TEST(WeightedCentre, of_equally_heavy_bodies_tells_where_the_root_ends) {
     const Eigen::Vector3d none = Eigen::Vector3d::Zero();
     problem.goal->turn = none;
     problem.goal->move = {0.3, std::nullopt, std::nullopt};
-    EXPECT_NE(contradiction(problem).find("goal.move: found 0.3 m along e_1, but each body is as heavy"),
+    EXPECT_NE(contradiction(problem).find("goal.move: found 0.3 m along e₁, but each body is as heavy"),
               std::string::npos)
         << contradiction(problem);
     problem.goal->move[0] = 0.0;
@@ -253,7 +253,7 @@ TEST(WeightedCentre, of_equally_heavy_bodies_tells_where_the_root_ends) {
     for (int c = 0; c < 3; ++c) problem.goal->move[static_cast<std::size_t>(c)] = moved[c] / whole;
     EXPECT_EQ(contradiction(problem), "");
     problem.goal->move[1] = *problem.goal->move[1] + 1e-3;
-    EXPECT_NE(contradiction(problem).find("along e_2"), std::string::npos);
+    EXPECT_NE(contradiction(problem).find("along e₂"), std::string::npos);
     problem.goal->rotation["front"] = std::nullopt;
     EXPECT_EQ(contradiction(problem), "") << "one attitude is open";
     double farthest = 0.0;  // all joints stretched

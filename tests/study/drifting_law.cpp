@@ -165,7 +165,7 @@ TEST(DriftingSwimmer, stays_in_the_plane_of_its_momentum) {
   problem.goal->move = {std::nullopt, std::nullopt, 0.1};
   const study::Answer answer = answer_to_drift(problem);
   EXPECT_EQ(answer.solution.status, maneuver::Status::infeasible);
-  EXPECT_NE(answer.solution.message.find("in the plane normal to e_3"), std::string::npos) << answer.solution.message;
+  EXPECT_NE(answer.solution.message.find("in the plane normal to e₃"), std::string::npos) << answer.solution.message;
   problem.goal->turn.reset();
   problem.goal->move = {std::nullopt, std::nullopt, 0.06};
   problem.start.linear_velocity[2] = 0.02;

@@ -126,7 +126,7 @@ TEST(JointGoals, beside_the_axis_that_moments_bend_about_are_out_of_reach) {
   problem.goal->angle[joint] = {0.3, 0.2, 0.1};
   const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
   EXPECT_EQ(answer.solution.status, maneuver::Status::infeasible);
-  EXPECT_NE(answer.solution.message.find("bend joint " + joint + " about e_3 alone"), std::string::npos)
+  EXPECT_NE(answer.solution.message.find("bend joint " + joint + " about e₃ alone"), std::string::npos)
       << answer.solution.message;
   problem.goal->angle[joint] = {0.0, 0.0, 0.3};
   proven(problem);

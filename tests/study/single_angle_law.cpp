@@ -107,7 +107,7 @@ TEST(SingleAngle, is_told_of_goals_that_only_long_steps_would_reach) {
   problem.goal->move = {0.002, std::nullopt, std::nullopt};
   const study::Answer answer = study::answer(model::System(problem.swimmer), problem, {});
   EXPECT_EQ(answer.solution.status, maneuver::Status::infeasible);
-  EXPECT_NE(answer.solution.message.find("goal.move along e_1 is missed by 0.002 m"), std::string::npos)
+  EXPECT_NE(answer.solution.message.find("goal.move along e₁ is missed by 0.002 m"), std::string::npos)
       << answer.solution.message;
 }
 
@@ -186,7 +186,7 @@ TEST(SingleAngle, that_stays_nearer_than_any_turn_leads_says_so) {
   problem.limits = {};
   problem.goal->move = {0.01, std::nullopt, std::nullopt};
   problem.goal->turn = Vector3d::Zero();
-  EXPECT_NE(beyond(problem).find("comes nearest without any, where goal.move along e_1 is missed by 0.01 m"),
+  EXPECT_NE(beyond(problem).find("comes nearest without any, where goal.move along e₁ is missed by 0.01 m"),
             std::string::npos)
       << beyond(problem);
 }

@@ -53,10 +53,25 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 
 TEST(ModelTable, names_every_body_and_joint_and_tells_the_task_in_words) {
   const std::string text = table_of(two_bodies());
-  for (const char* part : {"Two bodies", "head", "tail", "hip", "ball", "2.5 m along x, free along y", "ends at rest",
-                           "1 s in 1000 steps of 0.001 s", "trapezoid", "one value at each node"}) {
+  for (const char* part : {"Two bodies", "head", "tail", "hip", "ball", "2.5 m along e₁, free along e₂",
+                           "e₁, e₂, e₃ are the world's x, y, z", "ends at rest", "1 s in 1000 steps of 0.001 s",
+                           "trapezoid", "one value at each node"}) {
     EXPECT_TRUE(contains(text, part)) << part << " is missing from\n" << text;
   }
+}
+
+TEST(ModelTable, tells_gaits_what_is_free_and_what_is_asked) {
+  maneuver::Problem problem = two_bodies();
+  EXPECT_TRUE(contains(table_of(problem), "m, at rest"));
+  problem.goal->periodic = true;
+  problem.goal->rest = false;
+  EXPECT_TRUE(contains(table_of(problem), "a gait: shape and velocity at the end equal those at the start"));
+  EXPECT_TRUE(contains(table_of(problem), "m, velocity is free")) << table_of(problem);
+  EXPECT_FALSE(contains(table_of(problem), "velocities at the end are free"));
+  problem.goal->turn = Eigen::Vector3d::Zero();
+  EXPECT_TRUE(contains(table_of(problem), "the root ends with its start rotation")) << table_of(problem);
+  problem.start.free_shape = true;
+  EXPECT_TRUE(contains(table_of(problem), "shape and velocity are free (first guess of the shape as in the file)"));
 }
 
 TEST(ModelTable, tells_bodies_that_overlap_from_bodies_that_do_not) {
