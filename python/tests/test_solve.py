@@ -116,7 +116,7 @@ def test_progress_is_told_and_what_it_raises_ends_the_search(translation):
     lines = []
     few = translation.changed(time={"steps": 20}, search={"starts": 3})
     lp.solve(few, progress=lines.append)
-    assert any(line.startswith("start 3 of 3") for line in lines)
+    assert any(line.startswith("first guess 3 of 3") for line in lines)
 
     told = []
 

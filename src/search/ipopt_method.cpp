@@ -55,7 +55,7 @@ class IpoptMethod : public Method {
   }
 
   std::vector<Found> solve_starts(int first, int count) override {
-    return in_workers(count, "start", coarse_, [&](int n) { return solve_start(first + n); });
+    return in_workers(count, "first guess", coarse_, [&](int n) { return solve_start(first + n); });
   }
 
   std::vector<Found> hop(const Found& from, int first, int count) override {

@@ -42,7 +42,7 @@ class NewtonMethod : public Method {
   std::string out_of_reach() const override { return grids_.reached().out_of_reach; }
 
   std::vector<Found> solve_starts(int first, int count) override {
-    return grids_.in_threads(count, "start", [&](int n) { return solve_start(first + n); });
+    return grids_.in_threads(count, "first guess", [&](int n) { return solve_start(first + n); });
   }
 
   bool has_strokes() const override {

@@ -69,7 +69,7 @@ TEST(FinerSteps, that_time_left_no_room_for_are_named) {
   const result::Results before = resolved(file, Once{"not all of it is resolved", [limit] { wait_until_over(limit); }});
   expect_first_look(before, file, " steps were not tried: the time was over (search.time_limit).");
   const auto within = [limit, begun = false](const std::string& line) mutable {
-    if (begun && line.find("start 1") != std::string::npos) wait_until_over(limit);
+    if (begun && line.find("first guess 1") != std::string::npos) wait_until_over(limit);
     begun = begun || line.find("not all of it is resolved") != std::string::npos;
   };
   expect_first_look(resolved(file, within), file,
@@ -86,7 +86,7 @@ TEST(FinerSteps, that_an_interruption_left_undone_are_named_without_a_time_limit
   stop = false;
   bool begun = false;
   const auto within = [&](const std::string& line) {
-    stop = stop || (begun && line.find("start 1") != std::string::npos);
+    stop = stop || (begun && line.find("first guess 1") != std::string::npos);
     begun = begun || line.find("not all of it is resolved") != std::string::npos;
   };
   expect_first_look(resolved(file, within, [&stop] { return stop; }), file, " It was interrupted before the search on ",

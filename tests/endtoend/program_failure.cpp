@@ -58,7 +58,7 @@ TEST(Program, notices_a_folder_that_cannot_be_written_before_it_searches) {
   std::ofstream(folder / "file") << "in the way";
   const ProgramRun run = lamprey(folder, "solve " + example("translation") + " --out " + (folder / "file/run"));
   EXPECT_EQ(run.exit_code, 6);
-  EXPECT_EQ(run.err.find("start 1"), std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find("first guess 1"), std::string::npos) << run.err;
   EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
 }
 
@@ -87,8 +87,7 @@ TEST(Program, says_why_a_goal_out_of_reach_was_not_met) {
   const result::Results results = result::read_solution(folder / "run");
   EXPECT_NE(results.solution.status, maneuver::Status::optimal);
   EXPECT_NE(results.solution.message.find("Out of reach"), std::string::npos) << results.solution.message;
-  EXPECT_NE(run.out.find("Out of reach: the joints' moments turn middle about e_3 alone"), std::string::npos)
-      << run.out;
+  EXPECT_NE(run.out.find("Out of reach: the joints' moments turn middle about e₃ alone"), std::string::npos) << run.out;
 }
 
 TEST(Program, writes_its_best_point_when_interrupted) {
@@ -107,8 +106,9 @@ TEST(Program, writes_its_best_point_when_interrupted_twice) {
   const std::string out = folder / "run", errors = folder / "errors";
   const std::string problem = varied_example(folder, "translation_in_space", {{"steps", "20000"}});
   const std::string command = "sh -c '" + std::string(LAMPREY_PROGRAM) + " solve " + problem + " --workers 1 --out " +
-                              out + " >/dev/null 2>" + errors + " & P=$!; while kill -0 $P && ! grep -q \"start 2\" " +
-                              errors + "; do sleep 0.1; done; kill -INT $P; sleep 0.2; kill -INT $P; wait $P'";
+                              out + " >/dev/null 2>" + errors +
+                              " & P=$!; while kill -0 $P && ! grep -q \"first guess 2\" " + errors +
+                              "; do sleep 0.1; done; kill -INT $P; sleep 0.2; kill -INT $P; wait $P'";
   EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 130);
   const maneuver::Solution solution = result::read_solution(out).solution;
   EXPECT_EQ(solution.status, maneuver::Status::interrupted);

@@ -152,7 +152,7 @@ TEST(StoppedSearch, carries_the_best_motion_on_to_its_steps) {
       options.solver = solver;
       options.refinement = false;
       bool begun = false;  // whether a first guess has been solved
-      options.progress = [&](const std::string& line) { begun = begun || line.starts_with("start "); };
+      options.progress = [&](const std::string& line) { begun = begun || line.starts_with("first guess "); };
       options.interrupted = [&] { return !limit && begun; };
       const study::Answer stopped = study::answer(model::System(problem.swimmer), problem, options);
       const std::string& message = stopped.solution.message;
@@ -204,7 +204,7 @@ TEST(StoppedSearch, leaves_time_for_hops) {
 
 // Within its starts: of those that began the one that came nearest, a motion in all cases.
 TEST(StoppedSearch, has_the_best_motion_of_the_starts_that_began) {
-  const StoppedAt second(translation(1000), "start 2 of 4");
+  const StoppedAt second(translation(1000), "first guess 2 of 4");
   EXPECT_EQ(second.answer.solution.status, maneuver::Status::interrupted);
   EXPECT_EQ(second.answer.solution.search.starts, 2);
   EXPECT_EQ(second.answer.solution.search.solved, 2);
