@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "certificate/certificate.hpp"
+#include "maneuver/failure.hpp"
 #include "maneuver/problem.hpp"
 #include "maneuver/solution.hpp"
 
@@ -89,6 +90,7 @@ struct Results {
   maneuver::Solution solution;
   std::optional<certificate::Certificate> certificate;
   Provenance provenance;
+  maneuver::Failure failure = {};    // what the message begins with, in parts, where nothing optimal was found
   std::vector<Results> others = {};  // of other minima that are kept, by rising cost; each in a folder of its own
   bool alone = false;                // read from a file: whether there are others is not known
 

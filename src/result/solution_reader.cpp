@@ -407,6 +407,14 @@ Provenance read_provenance(const document::JsonReader& reader) {
   return provenance;
 }
 
+maneuver::Failure read_failure(const document::JsonReader& reader) {
+  maneuver::Failure failure{reader.at("missed").text(), reader.at("cause").text(), {}};
+  const document::JsonReader remedies = reader.at("remedies");
+  remedies.require_array();
+  for (std::size_t n = 0; n < remedies.size(); ++n) failure.remedies.push_back(remedies.at(n).text());
+  return failure;
+}
+
 std::string path_within(const std::string& folder) {
   return (std::filesystem::path(folder) / "solution.json").string();
 }
@@ -422,6 +430,7 @@ Results parse_solution(const std::string& bytes, const std::string& path) {
   if (reader.has("source")) results.source = reader.at("source").text();
   results.solution.status = document::read_word(reader.at("status"), file::statuses);
   results.solution.message = reader.at("message").text();
+  if (reader.has("failure")) results.failure = read_failure(reader.at("failure"));
   results.solution.cost = reader.at("cost").number_or_nan();
   results.problem = read_resolved(reader.at("problem"));
   read_motion(reader, results.problem, results.solution);

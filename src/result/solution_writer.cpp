@@ -417,6 +417,13 @@ std::string solution_text(const Results& results) {
   text.add("source", document::json(results.source));
   text.add("status", document::json(file::word(solution.status)));
   text.add("message", document::json(solution.message));
+  if (const maneuver::Failure& failure = results.failure; failure.any()) {
+    std::vector<std::string> remedies;
+    for (const std::string& remedy : failure.remedies) remedies.push_back(document::json(remedy));
+    text.add("failure",
+             fmt::format("{{\"missed\": {}, \"cause\": {}, \"remedies\": [{}]}}", document::json(failure.missed),
+                         document::json(failure.cause), fmt::join(remedies, ", ")));
+  }
   text.add("cost", document::json(solution.cost));
   if (const auto& parts = solution.cost_parts) {
     for (const double part : {parts->effort, parts->work, parts->power, parts->smoothness, parts->time})

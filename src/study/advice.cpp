@@ -75,29 +75,35 @@ std::string words_on_calming(const Problem& problem, const Solution& solution) {
 }
 
 // What to try where a motion meets all that is asked but is not optimal.
-std::string advice_where_met(const Problem& problem, const Certificate& proof, const Solution& solution) {
-  std::string words = "try ";
-  const bool rounded = problem.cost_weights.smoothness > 0.0 && proof.kkt_round_off >= optimality::proof_mark;
+Remedies advice_where_met(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  Remedies words;
+  const bool rounded = problem.cost_weights.smoothness > 0.0 && proof.kkt_round_off >= certificate::proof_mark;
   if (rounded)
-    words +=
-        "fewer time.steps (where smoothness costs, what digits leave of the moments grows with their fourth power), ";
+    words.emplace_back(
+        "fewer time.steps (where smoothness costs, what digits leave of the moments grows with their fourth power)");
   const std::string finer = "[time] steps = " + std::to_string(2 * problem.steps);
-  if (const std::optional<double> held = solution.solver.held_joint_rate)
-    return words +
-           (whirls(problem, solution)
-                ? "a limits.angular_velocity that motors can do (at " + number(*held, 3) +
-                      " rad/s steps cease to show turns), " + words_on_calming(problem, solution) + ", or "
-                : "limits.angular_velocity = " + number(*held, 6) + ", or ") +
-           (solution.status == Status::time_limit ? "a longer search.time_limit" : finer);
-  if (!far_turn(problem, solution).empty()) words += finer + ", ";
-  if (whirls(problem, solution)) words += words_on_calming(problem, solution) + ", which calms bodies that whirl, ";
+  if (const std::optional<double> held = solution.solver.held_joint_rate) {
+    if (whirls(problem, solution)) {
+      words.push_back("a limits.angular_velocity that motors can do (at " + number(*held, 3) +
+                      " rad/s steps cease to show turns)");
+      words.push_back(words_on_calming(problem, solution));
+    } else {
+      words.push_back("limits.angular_velocity = " + number(*held, 6));
+    }
+    words.push_back(solution.status == Status::time_limit ? "a longer search.time_limit" : finer);
+    return words;
+  }
+  if (!far_turn(problem, solution).empty()) words.push_back(finer);
+  if (whirls(problem, solution))
+    words.push_back(words_on_calming(problem, solution) + ", which calms bodies that whirl");
   const bool sharp = problem.cost_weights.work > 0.0 || problem.cost_weights.transport > 0.0;
   if (sharp)
-    words += std::string(problem.cost_weights.smoothness > 0.0 ? "more" : "a little") +
-             " cost.smoothness, which rounds what work leaves sharp, ";
-  words += problem.search.starts == 1 ? "[search] starts = 8, another seed" : "more starts, another seed";
+    words.push_back(std::string(problem.cost_weights.smoothness > 0.0 ? "more" : "a little") +
+                    " cost.smoothness, which rounds what work leaves sharp");
+  words.emplace_back(problem.search.starts == 1 ? "[search] starts = 8" : "more starts");
+  words.emplace_back("another seed");
   if (const std::string looser = words_on_tolerance(problem, proof); !looser.empty())
-    words += "; where so much is enough, " + looser;
+    words.back() += "; where so much is enough, " + looser;
   return words;
 }
 
@@ -116,8 +122,7 @@ std::string advice_far_away(const Problem& problem) {
   const double away = problem.start.position.norm();
   if (!(away > far_away * model::System(problem.swimmer).size())) return "";
   return "a [start] position nearer to the world's origin (" + number(away, 3) +
-         " m away the last digits of positions are " + number(away * std::numeric_limits<double>::epsilon(), 2) +
-         " m), ";
+         " m away the last digits of positions are " + number(away * std::numeric_limits<double>::epsilon(), 2) + " m)";
 }
 
 // In what time momentum alone takes the root nearest to where the goal asks for it, where that is not about the one that is given.
@@ -132,7 +137,7 @@ std::string time_of_drift(const Problem& problem, const Eigen::Vector3d& velocit
   const double seconds = asked.dot(along) / along.squaredNorm();
   if (problem.duration.free || !(seconds > 0.0) || !std::isfinite(seconds)) return "";
   if (std::abs(seconds / problem.duration.value - 1.0) <= alike) return "";
-  return "a time.duration nearer to the " + number(seconds, 3) + " s in which its momentum alone takes it there, ";
+  return "a time.duration nearer to the " + number(seconds, 3) + " s in which its momentum alone takes it there";
 }
 
 // Where a place is missed, or not reached in the time that there may be, and total momentum takes the whole elsewhere: as far as it
@@ -163,7 +168,7 @@ std::string advice_on_drift(const Problem& problem, const Certificate& proof, co
   const Eigen::Vector3d way = (problem.duration.free ? 1.0 : problem.duration.value) * velocity;
   return "a goal.move nearer to where its momentum takes it, which moments cannot change (stiff it would go (" +
          number(way[0], 3) + ", " + number(way[1], 3) + ", " + number(way[2], 3) + ") m in " +
-         (problem.duration.free ? "each second" : "this time") + " as it begins), ";
+         (problem.duration.free ? "each second" : "this time") + " as it begins)";
 }
 
 // Keys of limits that more time makes easier to keep, "a, b or c"; empty where there are none.
@@ -223,6 +228,11 @@ std::string effort_to_match(const Problem& problem, const Solution& solution) {
   return weight > problem.effort && std::isfinite(weight) ? " (" + number(rounded_up(weight)) + ")" : "";
 }
 
+// Whether steps may be too long to show what is sought.
+bool has_long_steps(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  return !far_turn(problem, solution).empty() || too_long_for_stages(problem, proof);
+}
+
 // Whether what is paid is mostly work: it is least in impulses, which finer steps only make shorter.
 bool mostly_work(const Problem& problem, const Solution& solution) {
   constexpr double mostly = 0.5;
@@ -243,57 +253,79 @@ std::string words_on_tolerance(const Problem& problem, const Certificate& proof)
          (proof.kkt > optimality::proof_mark ? ", unproved" : "");
 }
 
-std::string advice(const Problem& problem, const Certificate& proof, const Solution& solution) {
-  if (problem.search.method == maneuver::SearchMethod::shooting) return "set method = \"simultaneous\"";
-  const bool resolved = unmet(problem, proof).empty() && fading(problem, solution).empty();
-  if (resolved) return advice_where_met(problem, proof, solution);
-  std::string words = "try ";
-  if (solution.status == Status::time_limit) {  // tells little of what is asked
-    words += "a longer search.time_limit";
-    const bool weak = proof.limits && proof.limits->key.starts_with("limits.torque") && proof.limits->violation > 1.0;
-    if (weak) words += ", or " + more_time(problem, proof, solution);
-    if (problem.steps > few_steps)
-      words += ", or fewer time.steps, whose answer lamprey solve --first begins with on as many as these";
-    if (problem.duration.free && !solution.time.empty() &&
-        solution.time.back() > problem.duration.max * (1.0 + limit_mark))
-      words += ", or a larger time.max";
-    if (problem.goal && !(proof.goal_error <= evidence::goal_mark) && asks_beside_place(problem))
-      words += ", or first the same with goal.move \"free\", which shows where such motions go by themselves";
-    return words;
-  }
+namespace {
+
+// Of a search that ran out of time, which tells little of what is asked.
+Remedies advice_out_of_time(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  Remedies words{"a longer search.time_limit"};
+  const bool weak = proof.limits && proof.limits->key.starts_with("limits.torque") && proof.limits->violation > 1.0;
+  if (weak) words.push_back(more_time(problem, proof, solution));
+  if (problem.steps > few_steps)
+    words.emplace_back("fewer time.steps, whose answer lamprey solve --first begins with on as many as these");
+  if (problem.duration.free && !solution.time.empty() &&
+      solution.time.back() > problem.duration.max * (1.0 + limit_mark))
+    words.emplace_back("a larger time.max");
+  if (problem.goal && !(proof.goal_error <= certificate::goal_mark) && asks_beside_place(problem))
+    words.emplace_back("first the same with goal.move \"free\", which shows where such motions go by themselves");
+  return words;
+}
+
+// Where a motion shrank to next to rest, where steps are too long or bodies whirl, where positions have too few digits.
+void add_advice_on_motion(const Problem& problem, const Certificate& proof, const Solution& solution, Remedies& words) {
   if (!fading(problem, solution).empty()) {
     const auto& move = problem.goal->move;
     const bool partly = std::any_of(move.begin(), move.end(), [](const auto& along) { return along.has_value(); });
-    words += partly ? "a goal.move along all axes, which gives the distance, " : "a distance (goal.move), ";
+    words.emplace_back(partly ? "a goal.move along all axes, which gives the distance" : "a distance (goal.move)");
   }
   if (too_long_for_stages(problem, proof) && problem.swimmer.compliant())
-    words += "[integrator] scheme = \"midpoint\" (springs and dampers of light bodies ask for short stages), ";
-  const bool long_steps = !far_turn(problem, solution).empty() || too_long_for_stages(problem, proof);
-  if (long_steps || problem.steps < fewest_steps)
-    words += "[time] steps = " + std::to_string(problem.steps < fewest_steps ? few_steps : 2 * problem.steps) + ", ";
-  if (whirls(problem, solution)) words += words_on_calming(problem, solution) + ", which calms bodies that whirl, ";
+    words.emplace_back("[integrator] scheme = \"midpoint\" (springs and dampers of light bodies ask for short stages)");
+  if (has_long_steps(problem, proof, solution) || problem.steps < fewest_steps)
+    words.push_back("[time] steps = " + std::to_string(problem.steps < fewest_steps ? few_steps : 2 * problem.steps));
+  if (whirls(problem, solution))
+    words.push_back(words_on_calming(problem, solution) + ", which calms bodies that whirl");
   if (problem.cost_weights.of_displacement())
-    words += "a larger cost.effort and, from that answer on (--first), the one that is asked for, ";
-  const std::string drift = advice_on_drift(problem, proof, solution);
-  words += advice_far_away(problem) + drift;
+    words.emplace_back("a larger cost.effort and, from that answer on (--first), the one that is asked for");
+  if (const std::string nearer = advice_far_away(problem); !nearer.empty()) words.push_back(nearer);
+}
+
+// Where limits are broken, or leave too little time.
+void add_advice_on_limits(const Problem& problem, const Certificate& proof, const Solution& solution, bool drifts,
+                          Remedies& words) {
   const bool broken = proof.limits && !(proof.limits->violation <= limit_mark);
-  const bool by_long_steps = long_steps && broken && proof.limits->key.starts_with("limits.angular_velocity");
+  const bool by_long_steps =
+      has_long_steps(problem, proof, solution) && broken && proof.limits->key.starts_with("limits.angular_velocity");
   if (broken && proof.limits->key.starts_with("limits.") && !by_long_steps)
-    words += "a looser " + proof.limits->key + ", ";
+    words.push_back("a looser " + proof.limits->key);
   if (broken && proof.limits->key.starts_with("limits.torque") && proof.limits->violation > other_units)
-    words += "other units (its N m, lengths' m, the density's kg/m³, the time's s), ";
+    words.emplace_back("other units (its N m, lengths' m, the density's kg/m³, the time's s)");
   const std::string hurried = limits_on_haste(problem.limits);
-  const bool gait = problem.goal && problem.goal->periodic;
-  const bool has_momentum = maneuver::has_momentum(model::System(problem.swimmer), problem.start);
-  if (!hurried.empty() && drift.empty() && near_the_most(problem, solution) && !by_long_steps)
-    words += more_time(problem, proof, solution) + ", ";
-  if (broken && proof.limits->key == "time.max" && !hurried.empty()) words += "a looser " + hurried + ", ";
-  if (!problem.waypoints.empty()) words += "waypoints farther apart in time, or fewer, ";
-  if (broken && !gait)
-    words += has_momentum ? "a share of the way, "
-                          : "a share of the way (what takes many strokes is a gait, goal.periodic, repeated), ";
-  if (problem.search.starts == 1) return words + "[search] starts = 8, another seed, or a nearer goal";
-  return words + "more starts, another seed, or a nearer goal; check that control_axes can reach it";
+  if (!hurried.empty() && !drifts && near_the_most(problem, solution) && !by_long_steps)
+    words.push_back(more_time(problem, proof, solution));
+  if (broken && proof.limits->key == "time.max" && !hurried.empty()) words.push_back("a looser " + hurried);
+  if (!problem.waypoints.empty()) words.emplace_back("waypoints farther apart in time, or fewer");
+  if (!broken || (problem.goal && problem.goal->periodic)) return;
+  words.emplace_back(maneuver::has_momentum(model::System(problem.swimmer), problem.start)
+                         ? "a share of the way"
+                         : "a share of the way (what takes many strokes is a gait, goal.periodic, repeated)");
+}
+
+}  // namespace
+
+Remedies advice(const Problem& problem, const Certificate& proof, const Solution& solution) {
+  if (problem.search.method == maneuver::SearchMethod::shooting) return {"method = \"simultaneous\""};
+  const bool resolved = unmet(problem, proof).empty() && fading(problem, solution).empty();
+  if (resolved) return advice_where_met(problem, proof, solution);
+  if (solution.status == Status::time_limit) return advice_out_of_time(problem, proof, solution);
+  Remedies words;
+  add_advice_on_motion(problem, proof, solution, words);
+  const std::string drift = advice_on_drift(problem, proof, solution);
+  if (!drift.empty()) words.push_back(drift);
+  add_advice_on_limits(problem, proof, solution, !drift.empty(), words);
+  const bool once = problem.search.starts == 1;
+  words.emplace_back(once ? "[search] starts = 8" : "more starts");
+  words.emplace_back("another seed");
+  words.emplace_back(once ? "a nearer goal" : "a nearer goal; check that control_axes can reach it");
+  return words;
 }
 
 std::string untried_turns(const model::System& system, const Problem& problem) {
@@ -306,8 +338,9 @@ std::string untried_turns(const model::System& system, const Problem& problem) {
   if (!problem.goal || problem.goal->periodic || !moved_by_all || system.control_count() < 2) return "";
   if (guess::joints_that_turn_round(system, problem).empty()) return "";
   if (maneuver::has_momentum(system, problem.start)) return "";  // no first guess of such a start does
-  return " No first guess had joints turn all the way round, which can be cheaper ([search] whole_turns = " +
-         std::to_string(search.starts / proposed_share) + " lets as many of them do so).";
+  return " No first guess had joints turn all the way round, which can be cheaper: [search] whole_turns = " +
+         std::to_string(search.starts / proposed_share) + " has that many of the " + std::to_string(search.starts) +
+         " first guesses begin with such turns.";
 }
 
 std::string on_smoothness(const Problem& problem) {

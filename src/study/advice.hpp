@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "certificate/certificate.hpp"
 #include "maneuver/problem.hpp"
@@ -11,9 +12,12 @@
 
 namespace lamprey::study {
 
-/// What bears on this motion first, as a clause.
-std::string advice(const maneuver::Problem& problem, const certificate::Certificate& certificate,
-                   const maneuver::Solution& solution);
+/// What to try, as clauses.
+using Remedies = std::vector<std::string>;
+
+/// What bears on this motion first.
+Remedies advice(const maneuver::Problem& problem, const certificate::Certificate& certificate,
+                const maneuver::Solution& solution);
 
 /// What of an optimal answer more steps or smoother moments would mend, as a sentence after a blank. Empty where its replays keep to
 /// their marks. `resolving`: the search goes on to more steps by itself.

@@ -40,6 +40,12 @@ std::tuple<bool, bool, bool, double, bool, double> rank(const Problem& problem, 
           answer.solution.cost};
 }
 
+// What the certificate says of a candidate.
+struct Judged {
+  Certificate certificate;
+  maneuver::Failure failure = {};
+};
+
 // A candidate of the search, by its number.
 struct Certified {
   std::size_t candidate;
@@ -205,11 +211,10 @@ search::SolveOptions telling_one_at_a_time(search::SolveOptions options) {
 
 // Of a search that met something: what is worth most, with all that is to be found out about it.
 Answer best_of(const model::System& system, const Problem& problem, const search::Candidates& candidates,
-               const std::vector<std::optional<Certificate>>& proofs, const search::SolveOptions& options,
-               Parts& parts) {
+               const std::vector<std::optional<Judged>>& proofs, const search::SolveOptions& options, Parts& parts) {
   std::vector<Certified> found;
   for (std::size_t n = 0; n < candidates.solution.size(); ++n)
-    if (proofs[n]) found.push_back({n, {candidates.solution[n], *proofs[n]}});
+    if (proofs[n]) found.push_back({n, {candidates.solution[n], proofs[n]->certificate, {}, proofs[n]->failure}});
   std::vector<const Certified*> order;
   for (const Certified& one : found) order.push_back(&one);
   std::stable_sort(order.begin(), order.end(), [&](const Certified* a, const Certified* b) {
@@ -252,7 +257,7 @@ Answer answer(const model::System& system, const Problem& problem, const search:
   require_memory(system, problem, bytes_of_machine());
   const search::SolveOptions options = telling_one_at_a_time(asked);
   Parts parts(problem, options);
-  std::vector<std::optional<Certificate>> proofs;
+  std::vector<std::optional<Judged>> proofs;
   bool proven = false;                                      // whether a candidate is
   double met_at = std::numeric_limits<double>::infinity();  // cost of the cheapest one that keeps all that is asked
   search::SolveOptions certified = options;
@@ -264,8 +269,9 @@ Answer answer(const model::System& system, const Problem& problem, const search:
     proofs.emplace_back();
     if (!needed && !parts.begins(Part::other_candidate)) return false;
     parts.progress("certifying");
-    Certificate& proof = proofs.back().emplace(first_certificate(system, problem, solution, options.workers, parts));
-    judge(problem, proof, solution);
+    Judged& judged = proofs.back().emplace(first_certificate(system, problem, solution, options.workers, parts));
+    const Certificate& proof = judged.certificate;
+    judged.failure = judge(problem, proof, solution);
     if (solution.status != Status::optimal)
       parts.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
     proven = proven || solution.status == Status::optimal;
@@ -277,7 +283,7 @@ Answer answer(const model::System& system, const Problem& problem, const search:
   if (!candidates.out_of_reach.empty()) {
     Answer none{candidates.solution.front(), {}};
     none.certificate = first_certificate(system, problem, none.solution, options.workers, parts);
-    none.solution.message = "Out of reach: " + candidates.out_of_reach + ".";
+    none.solution.message = none.failure.missed = "Out of reach: " + candidates.out_of_reach + ".";
     none.solution.solver.total_wall_seconds = parts.seconds();
     return none;
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "certificate/certificate.hpp"
+#include "maneuver/failure.hpp"
 #include "search/solve.hpp"
 
 namespace lamprey::study {
@@ -10,6 +11,7 @@ struct Answer {
   maneuver::Solution solution;
   certificate::Certificate certificate;
   std::vector<Answer> others = {};  // of other minima, where more than one is to be kept
+  maneuver::Failure failure = {};   // what its message begins with, in parts, where it is not optimal
 };
 
 /// Solves and certifies every candidate; status and message say what the certificate shows. Of the proven candidates the cheapest

@@ -1,5 +1,7 @@
 #include "study/plain_words.hpp"
 
+#include <utility>
+
 #include "maneuver/end_rows.hpp"
 
 namespace lamprey::study {
@@ -29,6 +31,13 @@ std::string beyond_numbers(const maneuver::Solution& solution, const certificate
   if (proof.second_order && proof.second_order->positive) take_out(words_of_minimum(proof));
   message.erase(0, message.find_first_not_of(' '));
   return message;
+}
+
+std::string with_world_axes(std::string words) {
+  for (const auto& [plain, axis] : {std::pair("e_1", "e₁"), std::pair("e_2", "e₂"), std::pair("e_3", "e₃")})
+    for (std::size_t at = words.find(plain); at != std::string::npos; at = words.find(plain, at))
+      words.replace(at, 3, axis);
+  return words;
 }
 
 }  // namespace lamprey::study

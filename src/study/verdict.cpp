@@ -59,13 +59,12 @@ std::string reached_words(const Certificate& proof) {
 std::string without_what_is_missed(const std::string& reason, const Certificate& proof) {
   const std::size_t clause = reason.rfind("; ");
   const bool again = clause != std::string::npos && !proof.goal_missed.empty() &&
-                     reason.substr(clause + 2).starts_with(proof.goal_missed + " is missed by");
+                     reason.substr(clause + 2).starts_with(with_world_axes(proof.goal_missed) + " is missed by");
   return again ? reason.substr(0, clause) : reason;
 }
 
-}  // namespace
-
-void judge(const Problem& problem, const Certificate& proof, Solution& solution) {
+// What is not as asked for, with the time that it takes where that is not as asked, either.
+std::string missing_words(const Problem& problem, const Certificate& proof, const Solution& solution) {
   std::string missing = unmet(problem, proof);
   const double duration = solution.time.empty() ? 0.0 : solution.time.back() - solution.time.front();
   const bool above = duration > problem.duration.max * (1.0 + limit_mark);
@@ -73,38 +72,50 @@ void judge(const Problem& problem, const Certificate& proof, Solution& solution)
   const bool said_so = proof.limits && proof.limits->key.starts_with("time.") && missing.starts_with("time.");
   if (!missing.empty() && !said_so && problem.duration.free && !solution.time.empty() && (above || below))
     missing += ", in " + number(duration, 3) + " s, beyond " + (above ? "time.max" : "time.min");
-  const std::string other = foreign(proof);
+  return missing;
+}
+
+}  // namespace
+
+maneuver::Failure judge(const Problem& problem, const Certificate& proof, Solution& solution) {
+  const std::string missing = missing_words(problem, proof, solution), other = foreign(proof);
   const std::string reason = without_what_is_missed(solution.message, proof);
   const bool said = !reason.empty() && reason != "converged";
   const std::string stopped = said ? " The optimiser stopped: " + reason + "." : "";
   const bool cut_short = solution.status == Status::interrupted || solution.status == Status::time_limit;
   // what steps cannot show may be within reach of shorter ones
   if (solution.status == Status::infeasible && !far_turn(problem, solution).empty()) solution.status = Status::stalled;
-  if (!other.empty()) {
-    if (!cut_short) solution.status = Status::stalled;
-    solution.message = "No answer to this problem: " + other + "." + stopped;
-  } else if (missing.empty() && certificate::stationary(problem, proof)) {
+  if (other.empty() && missing.empty() && certificate::stationary(problem, proof)) {
     solution.status = Status::optimal;
     solution.message = words_of_goal(proof) + far_turn(problem, solution) + way_round(problem, solution);
+    return {};
+  }
+  maneuver::Failure failure;
+  std::string cause = stopped;
+  if (!other.empty()) {
+    if (!cut_short) solution.status = Status::stalled;
+    failure.missed = "No answer to this problem: " + other + ".";
   } else if (missing.empty()) {
     if (!cut_short) solution.status = Status::feasible;
-    solution.message = "The goal is met, but " + unsettled(problem, proof) + "." + stopped +
-                       where_it_ended(problem, solution) + " To mend it: " + advice(problem, proof, solution) + ".";
+    failure.missed = "The goal is met, but " + unsettled(problem, proof) + ".";
+    cause += where_it_ended(problem, solution);
+    failure.remedies = advice(problem, proof, solution);
+  } else if (solution.status == Status::optimal && missed_beyond_tolerance(problem, proof)) {
+    solution.status = Status::infeasible;
+    failure = {"Out of reach: " + missing + ", and no moment of these joints changes that.",
+               "",
+               {"other control_axes or joints", "a goal that leaves this free"}};
+    cause.clear();
   } else {
-    const bool beyond_moments = solution.status == Status::optimal && missed_beyond_tolerance(problem, proof);
-    if (!cut_short && solution.status != Status::infeasible)
-      solution.status = beyond_moments ? Status::infeasible : Status::stalled;
-    if (beyond_moments) {
-      solution.message = "Out of reach: " + missing +
-                         ", and no moment of these joints changes that. What may help: other control_axes or joints, "
-                         "or a goal that leaves this free.";
-      return;
-    }
-    solution.message =
-        "Not solved: " + missing + "." + stopped + where_it_ended(problem, solution) + reached_words(proof);
+    if (!cut_short && solution.status != Status::infeasible) solution.status = Status::stalled;
+    failure.missed = "Not solved: " + missing + ".";
+    cause += where_it_ended(problem, solution) + reached_words(proof);
     if (solution.status != Status::interrupted)  // which says nothing of what is asked
-      solution.message += " What may help: " + advice(problem, proof, solution) + ".";
+      failure.remedies = advice(problem, proof, solution);
   }
+  if (!cause.empty()) failure.cause = cause.substr(1);  // after the blank
+  solution.message = failure.text();
+  return failure;
 }
 
 void judge_march(const Problem& problem, const Certificate& proof, Solution& solution) {
@@ -173,7 +184,8 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   if (flat && problem.goal->periodic && problem.start.free_shape)
     words += " Where nothing ties a gait to its start it may begin anywhere along itself, which costs the same.";
   if (proof.all_axes && saddle(proof.all_axes->second_order))
-    words += " With control_axes set aside it is a saddle: " + directions(proof.all_axes->second_order) + ".";
+    words += " With moments about all joint axes, " + directions(proof.all_axes->second_order) +
+             ": a saddle; control_axes confine it.";
   return words;
 }
 

@@ -69,6 +69,7 @@ void tell_other_names(const result::ResolvedProblem& moved, const model::System&
 result::Results with_answer(result::Results begun, study::Answer& answer) {
   begun.solution = std::move(answer.solution);
   begun.certificate = answer.certificate;
+  begun.failure = std::move(answer.failure);
   if (!begun.problem.free_duration) return begun;
   begun.problem.duration = begun.solution.time.back();
   begun.problem.time_step = begun.problem.duration / begun.problem.steps;
@@ -157,7 +158,7 @@ result::Results certified(const result::Results& results) {
   if (again.solution.status == maneuver::Status::simulated)
     study::judge_march(problem, *again.certificate, again.solution);
   else if (problem.goal)
-    study::judge(problem, *again.certificate, again.solution);
+    again.failure = study::judge(problem, *again.certificate, again.solution);
   return again;
 }
 

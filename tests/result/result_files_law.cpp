@@ -215,6 +215,19 @@ TEST(SolutionFile, without_joint_angles_is_read_and_written_as_it_is) {
   EXPECT_EQ(result::trajectory_difference(folder.path(), results), "");
 }
 
+TEST(SolutionFile, parts_of_a_failure_come_back_and_are_missing_without_one) {
+  result::Results results = tests::sample_results(3);
+  EXPECT_EQ(result::solution_text(results).find("failure"), std::string::npos);
+  results.failure = {"Not solved: \"it\".", "Too few steps.", {"more steps", "another seed"}};
+  results.solution.message = results.failure.text();
+  const std::string text = result::solution_text(results);
+  const result::Results again = result::parse_solution(text, "solution.json");
+  EXPECT_EQ(again.failure.missed, results.failure.missed);
+  EXPECT_EQ(again.failure.cause, results.failure.cause);
+  EXPECT_EQ(again.failure.remedies, results.failure.remedies);
+  EXPECT_EQ(result::solution_text(again), text);
+}
+
 TEST(SolutionFile, fields_have_the_names_and_the_order_of_the_interface) {
   const auto document = nlohmann::ordered_json::parse(result::solution_text(tests::sample_results(2)));
   using Keys = std::vector<std::string>;

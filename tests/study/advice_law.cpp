@@ -98,7 +98,7 @@ TEST_F(Advice, says_once_what_is_missed_and_blames_long_steps_for_limits_they_br
   proof_.goal_error = 0.16;
   maneuver::Solution stuck = solution_;
   stuck.status = maneuver::Status::infeasible;
-  stuck.message = "no step makes progress; goal.move along e_1 is missed by 0.119 m";
+  stuck.message = "no step makes progress; goal.move along e₁ is missed by 0.119 m";
   maneuver::Solution kept = stuck;
   study::judge(problem_, proof_, kept);
   EXPECT_EQ(kept.message.find("0.119"), std::string::npos) << kept.message;
@@ -155,6 +155,23 @@ TEST_F(Advice, is_more_time_where_moments_or_rates_are_limited_or_the_search_was
   EXPECT_FALSE(tells("time.max")) << message();
 }
 
+// The message is one text for files, its parts are for people's lists.
+TEST_F(Advice, comes_in_parts_that_are_the_message) {
+  proof_.goal_error = 0.1;
+  maneuver::Solution missed = solution_;
+  missed.message = "no step makes progress";
+  const maneuver::Failure failure = study::judge(problem_, proof_, missed);
+  EXPECT_EQ(failure.text(), missed.message);
+  EXPECT_EQ(failure.missed.rfind("Not solved: ", 0), 0U) << failure.missed;
+  EXPECT_NE(failure.cause.find("The optimiser stopped: no step makes progress."), std::string::npos) << failure.cause;
+  ASSERT_EQ(failure.remedies.size(), 3U);
+  EXPECT_EQ(failure.remedies[1], "another seed");
+  proof_.goal_error = 0.0;
+  proof_.kkt = 0.0;
+  const bool failed = study::judge(problem_, proof_, missed).any();
+  EXPECT_EQ(failed, missed.status != maneuver::Status::optimal);
+}
+
 TEST_F(Advice, is_a_nearer_goal_where_it_is_missed) {
   proof_.goal_error = 0.1;
   EXPECT_TRUE(tells("try more starts, another seed, or a nearer goal; check that control_axes can reach it"))
@@ -163,12 +180,12 @@ TEST_F(Advice, is_a_nearer_goal_where_it_is_missed) {
 
 TEST_F(Advice, is_more_steps_where_a_body_turns_by_a_quarter_in_one) {
   turn(1.57);
-  EXPECT_TRUE(tells("To mend it: try [time] steps = 80, more starts")) << message();
+  EXPECT_TRUE(tells("What may help: try [time] steps = 80, more starts")) << message();
 }
 
 TEST_F(Advice, is_the_limit_that_makes_it_a_minimum_where_joints_were_held_from_such_turns) {
   solution_.solver.held_joint_rate = 100.0;
-  EXPECT_TRUE(tells("To mend it: try limits.angular_velocity = 100, or [time] steps = 80.")) << message();
+  EXPECT_TRUE(tells("What may help: try limits.angular_velocity = 100, or [time] steps = 80.")) << message();
   EXPECT_FALSE(tells("more starts")) << message();
   solution_.status = maneuver::Status::time_limit;
   EXPECT_TRUE(tells("try limits.angular_velocity = 100, or a longer search.time_limit.")) << message();
@@ -213,7 +230,7 @@ TEST_F(Advice, is_a_distance_where_a_motion_of_least_work_per_distance_shrank) {
   solution_.position.back().x() = 1e-4;
   EXPECT_TRUE(tells("The motion shrank to a displacement of 0.0001 m, and next to rest work per distance"))
       << message();
-  EXPECT_TRUE(tells("To mend it: try a distance (goal.move), more starts")) << message();
+  EXPECT_TRUE(tells("What may help: try a distance (goal.move), more starts")) << message();
   solution_.position.back().x() = 5.0;
   EXPECT_FALSE(tells("shrank")) << message();
   solution_.position.back().x() = 1e-4;
@@ -274,7 +291,8 @@ TEST(AdviceOnMore, of_long_steps_and_of_drifts_is_what_helps) {
   proof.limits.emplace();
   proof.limits->key = "limits.swing.front";
   proof.limits->violation = 0.5;
-  const std::string words = study::advice(drifting, proof, solution);
+  const maneuver::Failure failure{"Not solved.", "", study::advice(drifting, proof, solution)};
+  const std::string words = failure.text();
   EXPECT_NE(words.find("a time.duration nearer to the 4 s in which its momentum alone takes it there"),
             std::string::npos)
       << words;

@@ -44,7 +44,7 @@ TEST(WholeTurnsSearch, finds_cheaper_ways_through_space) {
   maneuver::Problem problem = example("/examples/translation_in_space.toml", 100);
   problem.search.starts = 16;
   const study::Answer swinging = answer_to(problem);
-  EXPECT_TRUE(says(swinging, "whole_turns = 8 lets as many")) << swinging.solution.message;
+  EXPECT_TRUE(says(swinging, "whole_turns = 8 has that many of the")) << swinging.solution.message;
   EXPECT_TRUE(says(swinging, "of them met once: [search] hops = 64")) << swinging.solution.message;
   problem.search.whole_turns = 15;
   const study::Answer turning = answer_to(problem);
