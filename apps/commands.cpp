@@ -58,16 +58,26 @@ void print_fact(const std::string& name, const std::string& value) {
   fmt::print("  {:<28} {}\n", name, lines);
 }
 
+// In blocks: one for each paragraph, and what to try as a list.
+void print_remarks(const report::Remarks& remarks) {
+  const bool blocks = !remarks.remedies.empty();
+  for (const std::string& words : remarks.paragraphs) fmt::print("{}{}", blocks ? "\n" : "", document::wrapped(words));
+  if (!blocks) return;
+  fmt::print("\n  Try:\n");
+  for (const std::string& remedy : remarks.remedies) fmt::print("{}", document::wrapped(remedy, "    - "));
+  fmt::print("\n");
+}
+
 void print_verdict(const Results& results, const std::string& folder) {
   fmt::print("{}\n  {}\n", results.name, report::verdict(results));
-  if (results.solution.status != Status::simulated) fmt::print("{}", document::wrapped(report::remarks(results)));
+  if (results.solution.status != Status::simulated) print_remarks(report::remarks(results));
   for (const std::string& line : report::momentum_lines(results)) fmt::print("  {}\n", line);
   for (const auto& [name, value] : report::facts(results)) print_fact(name, value);
   const std::string here = folder.empty() ? "." : folder;
   fmt::print("  {:<28} {}/report.html\n", "report", here);
   for (std::size_t n = 0; n < results.others.size(); ++n)
     fmt::print("  {:<28} {}/{}/report.html: cost {}, {}, {} steps\n", n == 0 ? "other minima" : "", here,
-               report::folder_of_other(n), report::number(results.others[n].solution.cost, 8),
+               report::folder_of_other(n), report::cost_number(results.others[n].solution.cost),
                file::word(*results.others[n].certificate->verdict), results.others[n].problem.steps);
 }
 
@@ -80,7 +90,10 @@ void tell_remarks(const file::ProblemFile& problem_file) {
 void print_certificate(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
   for (const report::CertificateRow& row : report::certificate_rows(proof, problem)) {
     if (!problem.goal && row.value == report::number(evidence::unset)) continue;  // a march is asked for less
-    fmt::print("  {} {:<34} {:<22} {}\n", !row.holds ? " " : (*row.holds ? "✓" : "✗"), row.name, row.value, row.mark);
+    fmt::print("  {} {:<41} {:<22} {}{}\n", !row.holds ? " " : (*row.holds ? "✓" : "✗"), row.name, row.value, row.mark,
+               !row.stored        ? ""
+               : row.mark.empty() ? "(stored by the solver)"
+                                  : " (stored by the solver)");
   }
 }
 

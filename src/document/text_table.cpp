@@ -39,18 +39,20 @@ std::string TextTable::text() const {
   return result;
 }
 
-std::string wrapped(const std::string& words) {
+std::string wrapped(const std::string& words, const std::string& lead) {
   constexpr std::size_t widest = 110;
   std::string result, line;
   std::istringstream text(words);
+  const auto add_line = [&] {
+    result += (result.empty() ? lead : std::string(width(lead), ' ')) + line + "\n";
+    line.clear();
+  };
   for (std::string word; text >> word;) {
-    if (!line.empty() && line.size() + 1 + word.size() > widest) {
-      result += "  " + line + "\n";
-      line.clear();
-    }
+    if (!line.empty() && line.size() + 1 + word.size() > widest) add_line();
     line += (line.empty() ? "" : " ") + word;
   }
-  return line.empty() ? result : result + "  " + line + "\n";
+  if (!line.empty()) add_line();
+  return result;
 }
 
 std::string short_number(double value) { return fmt::format("{:.6g}", value == 0.0 ? 0.0 : value); }

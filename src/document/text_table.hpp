@@ -21,8 +21,8 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
-/// Words in lines of at most 110 bytes, each indented by two spaces and ending with a line break.
-std::string wrapped(const std::string& words);
+/// Words in lines of at most 110 bytes, each ending with a line break: the first one after `lead`, the others as far in.
+std::string wrapped(const std::string& words, const std::string& lead = "  ");
 
 /// Six significant digits, as short as they allow.
 std::string short_number(double value);

@@ -36,6 +36,12 @@ CertificateRow held(const char* name, double value, const char* unit, double mar
   return {name, with_unit(value, unit), fmt::format("≤ {}", with_unit(mark, unit)), holds, meaning};
 }
 
+// Of the search itself, which the files do not hold: nothing can recompute it.
+CertificateRow stored(CertificateRow row) {
+  row.stored = true;
+  return row;
+}
+
 CertificateRow shown(const char* name, double value, const char* unit, const char* meaning) {
   return {name, with_unit(value, unit), "", std::nullopt, meaning};
 }
@@ -45,8 +51,8 @@ std::string curvature_value(const optimality::SecondOrder& second_order) {
   if (second_order.lost()) return text + ", lost in round-off";
   if (second_order.along_phase)
     text += fmt::format(", and {} by beginning elsewhere", number(*second_order.along_phase, 1));
-  if (second_order.negative_eigenvalues.value_or(0) > 0)
-    text += fmt::format(", {} of descent", *second_order.negative_eigenvalues);
+  if (const int descents = second_order.negative_eigenvalues.value_or(0); descents > 0)
+    text += fmt::format(" ({} descent direction{})", descents, descents == 1 ? "" : "s");
   return text;
 }
 
@@ -77,6 +83,7 @@ Rows rows_of_goal(const certificate::Certificate& proof, const result::ResolvedP
                 "largest of the motion. 0 is rest of all joints."
               : "Largest momentum left at the end, relative to the largest of the motion. 0 is rest."),
   };
+  if (problem.goal && problem.goal->periodic && std::isnan(rests)) rows.back().value = "not required";
   if (proof.limits)
     rows.insert(rows.begin() + 1,
                 held("Limits", proof.limits->violation, "", limit_mark,
@@ -96,9 +103,10 @@ Rows rows_of_mechanics(const certificate::Certificate& proof, const result::Reso
            "Largest change of the total linear and angular momentum, relative to the largest momentum or impulse of a "
            "step. "
            "Joint moments act in pairs, so nothing may change it."),
-      held("Momentum over all iterates", proof.iterates_momentum, "", proof.momentum_allowed(),
-           "Largest total momentum of any point that the solver went through, as it measured it, relative to that "
-           "point's largest momentum: the search cannot live on momentum that leaks."),
+      stored(
+          held("Momentum over all iterates", proof.iterates_momentum, "", proof.momentum_allowed(),
+               "Largest total momentum of any point that the solver went through, as it measured it, relative to that "
+               "point's largest momentum: the search cannot live on momentum that leaks.")),
       held("Rotation drift", proof.rotation_drift, "", evidence::rotation_mark,
            "Largest entry of RᵀR − I, or of det R − 1: how far stored rotations are from rotations."),
       {"Clearance",
@@ -118,7 +126,7 @@ Rows rows_of_file(const certificate::Certificate& proof) {
            "Largest distance of the first node from where the problem begins, in rad or m."),
       held("Times of the nodes", proof.time_error, "", time_mark,
            "Largest difference of a node’s time from equal steps over the duration, relative to the duration."),
-      held("Moments beside the actuation", proof.control_error, "", control_mark,
+      held("Unactuated moment", proof.control_error, "", control_mark,
            "Largest part of a moment that joints, control_axes or the control’s kind do not have, relative to the "
            "largest moment."),
       held("Stored velocities", proof.velocity_error, "", velocity_mark,
@@ -171,11 +179,12 @@ Rows rows_of_replay(const certificate::Replay& replay) {
            "The same replay, never restarted, with the stored gains: moments answer how far it is off the answer, as a "
            "vehicle’s would."),
       shown("Replay with feedback, position", replay.feedback_position_error, "m", "The same for the root’s position."),
-      shown("Led by servos, rotation", replay.servo_rotation_error, "rad",
+      shown("Position-controlled joints: attitude error", replay.servo_rotation_error, "rad",
             "Where the root ends if servos lead the joints along the answer’s angles, whatever moments that takes, "
             "beside "
             "where it should. Not where freedoms of the joints move that nothing drives."),
-      shown("Led by servos, position", replay.servo_position_error, "m", "The same for the root’s position."),
+      shown("Position-controlled joints: position error", replay.servo_position_error, "m",
+            "The same for the root’s position."),
       shown(
           "Work by the replay", replay.work, "J",
           "What the joints do between the nodes, too, where costs beside effort are asked for: next to the work of the "
@@ -187,13 +196,16 @@ Rows rows_of_replay(const certificate::Replay& replay) {
 
 // What other steps make of the cost.
 Rows rows_of_refinement(const certificate::Refinement& refinement) {
-  return {
+  Rows rows = {
       shown("Cost at half the step", refinement.cost_half_step, "(N m)² s",
             "Cost of the same problem solved with twice the steps."),
       shown("Observed order", refinement.observed_order, "", "Order at which the cost settles as the step is halved."),
       shown("Cost in the limit", refinement.cost_limit, "(N m)² s", "Cost extrapolated to steps of no length."),
-      shown("Error of the cost", refinement.cost_error, "(N m)² s", "Distance of the answer’s cost from that."),
+      shown("Discretisation error of the cost", refinement.cost_error, "(N m)² s",
+            "Distance of the answer’s cost from that."),
   };
+  for (CertificateRow& row : rows) row.stored = true;
+  return rows;
 }
 
 }  // namespace

@@ -56,11 +56,11 @@ double share_of_total(const result::Results& results) {
 std::string zero_line(double share, const std::optional<certificate::Certificate>& proof) {
   const bool drifts = proof && proof->momentum_drift > proof->momentum_allowed();
   const double allowed = std::max(no_momentum, proof ? proof->momentum_allowed() : 0.0);
-  return fmt::format("{} total momentum is zero throughout: at most {:.1e} of the bodies' own",
-                     share < allowed && !drifts ? "✓" : "✗", share);
+  return fmt::format("{} total momentum is zero throughout: at most {} of the bodies' own",
+                     share < allowed && !drifts ? "✓" : "✗", number(share, 2));
 }
 
-std::string sign_words(double mean, double asked) { return mean * asked > 0.0 ? "the sign" : "against the sign"; }
+std::string sense_words(double mean, double asked) { return mean * asked > 0.0 ? "with" : "against"; }
 
 // Of a mean that is none beside the largest.
 std::string no_mean_line(const char* kind, const char* along) {
@@ -69,16 +69,16 @@ std::string no_mean_line(const char* kind, const char* along) {
 
 // Bodies that end turned as they began have all moved as the root has: the mean of their momentum has the sign of the move. Of others
 // no law asks it.
-std::string linear_line(double mean, double asked, bool by_law) {
+std::string linear_line(double mean, double of_fluid, double asked, bool by_law) {
   const char* mark = mean * asked > 0.0 ? "✓" : by_law ? "✗" : "·";
-  return fmt::format("{} mean linear momentum of the bodies along e₁ is {} kg m/s, {} of the move", mark,
-                     with_sign(mean), sign_words(mean, asked));
+  return fmt::format("{} mean linear momentum along e₁: bodies {} kg m/s, {} the move; fluid {} kg m/s", mark,
+                     with_sign(mean), sense_words(mean, asked), with_sign(of_fluid));
 }
 
 // Turns have the sign of the bodies' momentum in the paper's maneuver; no law asks it of all.
-std::string angular_line(double mean, double asked) {
-  return fmt::format("{} mean angular momentum of the bodies about e₁ is {} kg m²/s, {} of the turn",
-                     mean * asked > 0.0 ? "✓" : "·", with_sign(mean), sign_words(mean, asked));
+std::string angular_line(double mean, double of_fluid, double asked) {
+  return fmt::format("{} mean angular momentum about e₁: bodies {} kg m²/s, {} the turn; fluid {} kg m²/s",
+                     mean * asked > 0.0 ? "✓" : "·", with_sign(mean), sense_words(mean, asked), with_sign(of_fluid));
 }
 
 bool ends_turned_as_it_began(const maneuver::Solution& solution) {
@@ -116,12 +116,14 @@ std::vector<std::string> momentum_lines(const result::Results& results) {
     const double mean = mean_along_e1(solution.linear_momentum.bodies);
     lines.push_back(none(mean, solution.linear_momentum.bodies)
                         ? no_mean_line("linear", "along")
-                        : linear_line(mean, *goal.move[0], ends_turned_as_it_began(solution)));
+                        : linear_line(mean, mean_along_e1(solution.linear_momentum.fluid), *goal.move[0],
+                                      ends_turned_as_it_began(solution)));
   }
   if (goal.turn && (*goal.turn)[0] != 0.0 && !drifts(results)) {  // momentum turns a swimmer either way
     const double mean = mean_along_e1(solution.angular_momentum.bodies);
-    lines.push_back(none(mean, solution.angular_momentum.bodies) ? no_mean_line("angular", "about")
-                                                                 : angular_line(mean, (*goal.turn)[0]));
+    lines.push_back(none(mean, solution.angular_momentum.bodies)
+                        ? no_mean_line("angular", "about")
+                        : angular_line(mean, mean_along_e1(solution.angular_momentum.fluid), (*goal.turn)[0]));
   }
   return lines;
 }

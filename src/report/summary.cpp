@@ -7,9 +7,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 
+#include "evidence/clearance.hpp"
+#include "evidence/goal_check.hpp"
+#include "evidence/limit_check.hpp"
 #include "certificate/limit_words.hpp"
 #include "evidence/clearance.hpp"
 #include "evidence/limit_check.hpp"
@@ -81,33 +85,41 @@ const char* status_words(Status status) {
   return "Unknown status";
 }
 
-const char* goal_unit(const result::ResolvedProblem& problem) {
-  if (!problem.goal) return "(rad, m)";
-  bool moves = false;
-  for (const auto& component : problem.goal->move) moves = moves || component.has_value();
-  const bool turns = problem.goal->turn.has_value() || !problem.goal->rotation.empty() || problem.goal->of_joints();
-  if (moves && turns) return "(rad, m)";
-  return moves ? "m" : "rad";
-}
+// The row of the goal whose end is farthest from what it asks, and its unit. Files do not tell which one that is.
+struct FarthestRow {
+  std::string words;
+  const char* unit;
+};
 
-std::string grouped(double cost) {
-  if (!(std::abs(cost) >= 1e5 && std::abs(cost) < 1e12)) return number(cost, 8);
-  std::string text = fmt::format("{:.1f}", cost);
-  const std::size_t first = cost < 0.0 ? 1 : 0;
-  for (std::size_t place = text.find('.'); place > first + 3; place -= 3) text.insert(place - 3, "\u202f");
-  if (first > 0) text.replace(0, 1, "−");
-  return text;
+FarthestRow farthest_row(const result::Results& results) {
+  const auto unit = [](bool turn) { return turn ? "rad" : "m"; };
+  const Certificate& proof = *results.certificate;
+  if (!proof.goal_missed.empty()) return {study::with_world_axes(proof.goal_missed), unit(proof.goal_missed_by_turn)};
+  const maneuver::Solution& solution = results.solution;
+  if (results.problem.goal && !solution.time.empty() && solution.rotation.size() == solution.time.size()) {
+    const maneuver::Problem problem = result::problem_of(results);
+    const model::System system(problem.swimmer);
+    const evidence::GoalMiss miss = evidence::largest_miss(evidence::StoredMotion(system, problem, solution));
+    if (!miss.condition.empty()) return {study::with_world_axes(miss.condition), unit(miss.is_turn)};
+  }
+  const auto& goal = results.problem.goal;  // met to the last digit
+  const bool moves =
+      goal && std::any_of(goal->move.begin(), goal->move.end(), [](const auto& along) { return along.has_value(); });
+  return {"goal", unit(!moves)};
 }
 
 std::string goal_words(const maneuver::Goal& goal) {
   std::vector<std::string> parts;
-  const char* names[] = {"e₁", "e₂", "e₃"};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (goal.move[axis]) parts.push_back(fmt::format("move {} m along {}", number(*goal.move[axis]), names[axis]));
+  for (std::size_t axis = 0; axis < task::world_axes.size(); ++axis) {
+    if (goal.move[axis])
+      parts.push_back(fmt::format("move {} m along {}", number(*goal.move[axis]), task::world_axes[axis]));
   }
   if (goal.turn)
-    parts.push_back(fmt::format("turn every body{} by {} rad",
-                                goal.angle.empty() ? "" : " not below the joints that follow", vector(*goal.turn)));
+    parts.push_back(fmt::format("turn {} by {} rad",
+                                goal.periodic        ? "the root"
+                                : goal.angle.empty() ? "every body"
+                                                     : "every body not below the joints that follow",
+                                vector(*goal.turn)));
   for (const auto& [body, rotation] : goal.rotation) {
     parts.push_back(rotation ? fmt::format("{} ends at {} rad", body, vector(*rotation)) : body + " turns freely");
   }
@@ -173,16 +185,17 @@ std::optional<double> work_by_replay(const std::optional<Certificate>& proof, do
 }
 
 std::string work_words(double at_nodes, std::optional<double> by_replay) {
-  const std::string words = number(at_nodes, 5) + " J";
-  if (!by_replay) return words + ", nothing won back";
-  return fmt::format("{} by the nodes, {} J by the replay, which sees between them, nothing won back", words,
-                     number(*by_replay, 5));
+  const std::string words = cost_number(at_nodes, 5) + " J";
+  if (!by_replay) return words + " (no regeneration)";
+  return fmt::format("{} by the nodes, {} J by the replay, which sees between them (no regeneration)", words,
+                     cost_number(*by_replay, 5));
 }
 
 std::string transport_words(const Transport& moved, std::optional<double> by_replay) {
-  const std::string at_nodes = number(moved.work / moved.distance, 5) + " J/m";
+  const std::string at_nodes = cost_number(moved.work / moved.distance, 5) + " J/m";
   if (!by_replay) return at_nodes;
-  return fmt::format("{} J/m by the replay's work, {} by the nodes'", number(*by_replay / moved.distance, 5), at_nodes);
+  return fmt::format("{} J/m by the replay's work, {} by the nodes'", cost_number(*by_replay / moved.distance, 5),
+                     at_nodes);
 }
 
 // With the work as the cost counts it, where it does.
@@ -276,7 +289,7 @@ std::string verdict(const result::Results& results) {
   if (results.solution.status == Status::optimal && proof.refinement && proof.refinement->grows())
     words += ", at a cost that grows on finer steps";
   if (const auto& aside = results.solution.search.set_aside; aside && results.solution.status == Status::optimal)
-    words += fmt::format(", dearer than a motion of cost {} that takes {} steps", grouped(aside->cost),
+    words += fmt::format(", dearer than a motion of cost {} that takes {} steps", cost_number(aside->cost),
                          aside->steps ? std::to_string(*aside->steps) : "more");
   const auto& parts_of_cost = results.solution.cost_parts;
   if (results.solution.status == Status::optimal && works_otherwise(results))
@@ -290,8 +303,9 @@ std::string verdict(const result::Results& results) {
   std::vector<std::string> parts;
   const bool missed = proof.goal_error > evidence::goal_mark;
   if (!std::isnan(proof.goal_error)) {
-    parts.push_back(fmt::format("goal {} {} {}", missed ? "missed by" : "reached within", number(proof.goal_error, 2),
-                                goal_unit(results.problem)));
+    const FarthestRow row = farthest_row(results);
+    parts.push_back(fmt::format("{} {} {}", missed ? row.words + " missed by" : "goal reached within",
+                                number(proof.goal_error, 2), row.unit));
   }
   if (results.solution.status == Status::infeasible) {  // what else holds of it helps nobody
     if (proof.limits && proof.limits->violation > evidence::limit_mark)
@@ -313,19 +327,68 @@ std::string verdict(const result::Results& results) {
   return parts.empty() ? words : fmt::format("{}: {}", words, fmt::join(parts, ", "));
 }
 
-std::string remarks(const result::Results& results) {
-  return results.certificate ? study::beyond_numbers(results.solution, *results.certificate) : results.solution.message;
+namespace {
+
+// Whether the verdict has said it: that this row of the goal is missed, and nothing more.
+bool in_headline(const std::string& missed, const result::Results& results) {
+  if (!results.certificate || !(results.certificate->goal_error > evidence::goal_mark) || without_motion(results))
+    return false;
+  return missed.starts_with(fmt::format("Not solved: {} is missed by", farthest_row(results).words)) &&
+         missed.find(',') == std::string::npos;
 }
+
+}  // namespace
+
+Remarks remarks(const result::Results& results) {
+  const maneuver::Failure& failure = results.failure;
+  const std::string& message = results.solution.message;
+  const std::string begin = failure.text();
+  Remarks remarks;
+  const auto add = [&](std::string words) {
+    words.erase(0, words.find_first_not_of(' '));
+    if (!words.empty()) remarks.paragraphs.push_back(std::move(words));
+  };
+  if (!failure.any() || !message.starts_with(begin)) {
+    add(results.certificate ? study::beyond_numbers(results.solution, *results.certificate) : message);
+    return remarks;
+  }
+  if (!in_headline(failure.missed, results)) add(failure.missed);
+  for (const std::string& words : {failure.cause, message.substr(begin.size())}) add(words);
+  remarks.remedies = failure.remedies;
+  return remarks;
+}
+
+namespace {
+
+// How many of all searches arrived, and where.
+std::string arrivals_words(const maneuver::SearchRecord& search) {
+  std::string kinds;
+  if (search.strokes > 0) kinds += fmt::format(", {} of many strokes", search.strokes);
+  if (search.hops > 0) kinds += fmt::format(", {} hops", search.hops);
+  if (!kinds.empty()) kinds = fmt::format(" ({} random{})", search.starts - search.strokes, kinds);
+  const std::string arrived = fmt::format("{} of {}{} arrived", search.solved, search.starts + search.hops, kinds);
+  if (search.minima.empty()) return arrived;
+  return fmt::format("{}, at {}{}", arrived, minima_in_words(search.minima.size()), by_solvers(search));
+}
+
+// As --solver names it.
+std::string solver_words(const std::string& name) {
+  constexpr std::string_view own = "lamprey ";
+  return name.starts_with(own) ? name.substr(own.size()) : name;
+}
+
+}  // namespace
 
 std::vector<std::pair<std::string, std::string>> facts(const result::Results& results) {
   const result::ResolvedProblem& problem = results.problem;
   const maneuver::Solution& solution = results.solution;
   const bool sought = solution.status != Status::simulated, moves = !without_motion(results);
   std::vector<std::pair<std::string, std::string>> rows;
-  if (sought && moves && !std::isnan(solution.cost)) rows.emplace_back("Cost", grouped(solution.cost) + " (N m)² s");
+  if (sought && moves && !std::isnan(solution.cost))
+    rows.emplace_back("Cost", cost_number(solution.cost) + " (N m)² s");
   if (const auto shares = cost_shares(results); sought && moves && !std::isnan(solution.cost) && !shares.empty()) {
     std::vector<std::string> words;
-    for (const auto& [term, share] : shares) words.push_back(term + " " + grouped(share));
+    for (const auto& [term, share] : shares) words.push_back(term + " " + cost_number(share));
     rows.emplace_back("Shares of the cost", fmt::format("{} (N m)² s", fmt::join(words, ", ")));
   }
   if (moves && results.certificate && results.certificate->clearance)
@@ -335,8 +398,7 @@ std::vector<std::pair<std::string, std::string>> facts(const result::Results& re
   if (const std::optional<Transport> moved = transport_as_weighed(results); sought && moves && moved) {
     const std::optional<double> by_replay = work_by_replay(results.certificate, moved->work);
     rows.emplace_back("Work of the joints", work_words(moved->work, by_replay));
-    if (problem.goal && (problem.goal->periodic || !problem.goal->distance()))
-      rows.emplace_back("Displacement", way_words(solution, problem));
+    if (problem.goal) rows.emplace_back("Displacement", way_words(solution, problem));
     if (problem.goal && turns_freely(problem) && solution.rotation.size() > 1)
       rows.emplace_back("Turn of " + problem.bodies.front().name, turn_words(solution));
     if (problem.goal && goes_a_way(results) && (problem.goal->periodic || distance_asked(problem)) && !drifts(results))
@@ -349,13 +411,9 @@ std::vector<std::pair<std::string, std::string>> facts(const result::Results& re
   rows.emplace_back("Steps", fmt::format("{} of {} s", problem.steps, number(problem.time_step)));
   rows.emplace_back("Scheme", solution.marched_by.empty() ? scheme_name(problem.scheme) : solution.marched_by);
   if (solution.tracking) append_tracking(*solution.tracking, rows);
-  if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solution.solver.name);
+  if (sought && !solution.solver.name.empty()) rows.emplace_back("Solver", solver_words(solution.solver.name));
   if (const maneuver::SearchRecord& search = solution.search; sought && search.starts > 1)
-    rows.emplace_back("First guesses",
-                      fmt::format("{}{}{}, {} arrived, at {}{}", search.starts - search.strokes,
-                                  search.strokes > 0 ? fmt::format(", and {} of many strokes", search.strokes) : "",
-                                  search.hops > 0 ? fmt::format(" and {} hops", search.hops) : "", search.solved,
-                                  minima_in_words(search.minima.size()), by_solvers(search)));
+    rows.emplace_back("First guesses", arrivals_words(search));
   if (sought && solution.solver.iterations > 0) {
     rows.emplace_back("Iterations",
                       fmt::format("{}, {} evaluations", solution.solver.iterations, solution.solver.evaluations));

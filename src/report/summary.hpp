@@ -20,8 +20,12 @@ bool without_motion(const result::Results& results);
 /// One line, as "Proved local minimum: goal reached within 3.1×10⁻¹² rad, at rest within …".
 std::string verdict(const result::Results& results);
 
-/// What the message says beyond the verdict; empty where that is all.
-std::string remarks(const result::Results& results);
+/// What the message says beyond the verdict.
+struct Remarks {
+  std::vector<std::string> paragraphs;  // of what is not optimal: what is missed, its cause, what else there is to say
+  std::vector<std::string> remedies;    // what to try, a clause each
+};
+Remarks remarks(const result::Results& results);
 
 /// Name and value with its unit, in the order to be read; entries without meaning for the status are left out.
 std::vector<std::pair<std::string, std::string>> facts(const result::Results& results);
@@ -36,6 +40,7 @@ struct CertificateRow {
   std::string mark;           // what it is held to; empty: for information
   std::optional<bool> holds;  // nothing: no mark, or not computed
   std::string meaning;
+  bool stored = false;  // the solver's own record, which no file allows to compute again
 };
 
 /// Every number of the certificate; always the same rows in the same order. Goal and rest are held to marks only where the

@@ -38,6 +38,15 @@ std::string number(double value, int digits) {
   return sign + (front == "1" ? "" : front + "×") + power;
 }
 
+std::string cost_number(double cost, int digits) {
+  const double size = std::abs(cost);
+  if (!(size >= 1e4 && size < 1e12)) return number(cost, digits);
+  std::string text = size < 1e7 ? number(size, digits) : fmt::format("{:.0f}", size);
+  for (std::size_t place = std::min(text.find('.'), text.size()); place > 3; place -= 3)
+    text.insert(place - 3, "\u202f");
+  return (cost < 0.0 ? "−" : "") + text;
+}
+
 std::string vector(const Eigen::Vector3d& value, int digits) {
   constexpr double round_off = 1e-12;  // of the largest entry: below it an entry is nothing
   const double least = round_off * value.cwiseAbs().maxCoeff();

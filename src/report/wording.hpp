@@ -11,6 +11,9 @@ namespace lamprey::report {
 /// `digits` significant digits, as 243152.7 or 3.1×10⁻¹²; "not computed" for NaN.
 std::string number(double value, int digits = 6);
 
+/// Of a cost or a work: in groups of three from ten thousand on, as 243 152.7.
+std::string cost_number(double cost, int digits = 8);
+
 /// "(1, 2.5, 0)"; what is round-off of the largest entry is 0.
 std::string vector(const Eigen::Vector3d& value, int digits = 6);
 

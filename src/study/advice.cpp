@@ -77,7 +77,7 @@ std::string words_on_calming(const Problem& problem, const Solution& solution) {
 // What to try where a motion meets all that is asked but is not optimal.
 Remedies advice_where_met(const Problem& problem, const Certificate& proof, const Solution& solution) {
   Remedies words;
-  const bool rounded = problem.cost_weights.smoothness > 0.0 && proof.kkt_round_off >= certificate::proof_mark;
+  const bool rounded = problem.cost_weights.smoothness > 0.0 && proof.kkt_round_off >= optimality::proof_mark;
   if (rounded)
     words.emplace_back(
         "fewer time.steps (where smoothness costs, what digits leave of the moments grows with their fourth power)");
@@ -265,7 +265,7 @@ Remedies advice_out_of_time(const Problem& problem, const Certificate& proof, co
   if (problem.duration.free && !solution.time.empty() &&
       solution.time.back() > problem.duration.max * (1.0 + limit_mark))
     words.emplace_back("a larger time.max");
-  if (problem.goal && !(proof.goal_error <= certificate::goal_mark) && asks_beside_place(problem))
+  if (problem.goal && !(proof.goal_error <= evidence::goal_mark) && asks_beside_place(problem))
     words.emplace_back("first the same with goal.move \"free\", which shows where such motions go by themselves");
   return words;
 }

@@ -58,6 +58,23 @@ TEST(CertificateRows, hold_within_their_marks_and_not_beyond) {
   }
 }
 
+TEST(CertificateRows, mark_what_is_the_solvers_own_record) {
+  const result::Results results = tests::sample_results(5);
+  for (const char* name : {"Momentum over all iterates", "Cost at half the step", "Observed order", "Cost in the limit",
+                           "Discretisation error of the cost"})
+    EXPECT_TRUE(row(results, name).stored) << name;
+  for (const char* name : {"Goal error", "Momentum drift", "Replay, rotation", "Unactuated moment"})
+    EXPECT_FALSE(row(results, name).stored) << name;
+}
+
+TEST(CertificateRows, ask_no_rest_of_gaits) {
+  result::Results results = tests::sample_results(5);
+  results.problem.goal->periodic = true;
+  EXPECT_NE(row(results, "Rest error").value, "not required") << "it is asked for";
+  results.problem.goal->rest = false;
+  EXPECT_EQ(row(results, "Rest error").value, "not required");
+}
+
 TEST(CertificateRows, hold_kkt_to_the_tolerance_of_the_problem) {
   result::Results results = tests::sample_results(5);
   results.certificate->kkt = 5e-7;
@@ -142,7 +159,7 @@ TEST(CertificateRows, tell_directions_of_descent_and_whether_axes_are_confined) 
   result::Results results = tests::sample_results(5);
   EXPECT_EQ(row(results, "Curvature, all axes free").value, "no axes are confined");
   results.certificate->all_axes = optimality::AllAxes{1e-12, {-246.0, false, 14}};
-  EXPECT_EQ(row(results, "Curvature, all axes free").value, "−246, 14 of descent");
+  EXPECT_EQ(row(results, "Curvature, all axes free").value, "−246 (14 descent directions)");
   EXPECT_FALSE(row(results, "Curvature, all axes free").holds.has_value());
 }
 
@@ -153,9 +170,63 @@ TEST(Verdict, says_missed_when_the_goal_is_missed_and_in_which_unit) {
       << report::verdict(results);
   results.problem.goal->turn.reset();
   results.problem.goal->move[0] = 2.0;
+  EXPECT_NE(report::verdict(results).find("goal reached within 3.1×10⁻¹² m"), std::string::npos)
+      << report::verdict(results);
   results.solution.status = maneuver::Status::infeasible;
   results.certificate->goal_error = 0.25;
-  EXPECT_NE(report::verdict(results).find("goal missed by 0.25 m"), std::string::npos) << report::verdict(results);
+  results.solution.position.back().x() += 0.25;
+  EXPECT_NE(report::verdict(results).find("goal.move along e₁ missed by 0.25 m"), std::string::npos)
+      << report::verdict(results);
+}
+
+// Of a goal that asks for places and attitudes the row that is off most has the word, as the certificate found it.
+TEST(Verdict, names_the_row_of_the_goal_that_is_missed_most_and_its_unit_alone) {
+  result::Results results = tests::sample_results(5);
+  results.problem.goal->move[0] = 2.0;
+  results.certificate->goal_error = 0.25;
+  results.certificate->goal_missed = "the end attitude of front";
+  EXPECT_NE(report::verdict(results).find("the end attitude of front missed by 0.25 rad,"), std::string::npos)
+      << report::verdict(results);
+  results.certificate->goal_missed = "goal.move along e_2";
+  results.certificate->goal_missed_by_turn = false;
+  EXPECT_NE(report::verdict(results).find("goal.move along e₂ missed by 0.25 m,"), std::string::npos)
+      << report::verdict(results);
+  results.certificate->goal_error = 3e-12;
+  EXPECT_NE(report::verdict(results).find("goal reached within 3×10⁻¹² m,"), std::string::npos)
+      << report::verdict(results);
+  results.certificate->goal_missed.clear();  // as files do not tell it: seen from the motion
+  results.solution.position.back() = results.solution.position.front();
+  results.certificate->goal_error = 2.0;
+  EXPECT_NE(report::verdict(results).find(" m,"), std::string::npos) << report::verdict(results);
+  EXPECT_EQ(report::verdict(results).find("(rad, m)"), std::string::npos) << report::verdict(results);
+}
+
+// The message of a failure is one text; people read it in its parts.
+TEST(Remarks, tell_failures_in_blocks_and_what_to_try_as_a_list) {
+  result::Results results = tests::sample_results(5);
+  const maneuver::Failure failure{"Not solved: it is missed.", "The optimiser stopped: no step.", {"more", "less"}};
+  results.solution.status = maneuver::Status::stalled;
+  results.solution.message = failure.text() + " Since the time limit was reached, no gains were computed.";
+  EXPECT_EQ(failure.text(),
+            "Not solved: it is missed. The optimiser stopped: no step. What may help: try more, or less.");
+  const std::vector<std::string> whole = report::remarks(results).paragraphs;
+  ASSERT_EQ(whole.size(), 1U) << "as files of early versions tell it";
+  results.failure = failure;
+  const report::Remarks told = report::remarks(results);
+  ASSERT_EQ(told.paragraphs.size(), 3U);
+  EXPECT_EQ(told.paragraphs[0], failure.missed);
+  EXPECT_EQ(told.paragraphs[1], failure.cause);
+  EXPECT_EQ(told.paragraphs[2], "Since the time limit was reached, no gains were computed.");
+  EXPECT_EQ(told.remedies, failure.remedies);
+  results.certificate->goal_error = 0.25;
+  results.certificate->goal_missed = "goal.move along e_1";
+  results.failure.missed = "Not solved: goal.move along e₁ is missed by 0.25 m.";
+  results.solution.message = results.failure.text();
+  EXPECT_EQ(report::remarks(results).paragraphs, std::vector<std::string>{failure.cause})
+      << "the verdict says the rest";
+  results.solution.message = "Another one.";
+  EXPECT_TRUE(report::remarks(results).remedies.empty());
+  EXPECT_EQ(report::remarks(results).paragraphs, std::vector<std::string>{"Another one."});
 }
 
 TEST(Verdict, says_that_there_is_no_motion_and_nothing_of_its_cost) {
@@ -195,6 +266,22 @@ TEST(Facts, give_the_cost_of_transport_by_the_work_that_the_replay_sees_between_
   EXPECT_NE(both.find("by the replay's work, " + at_nodes + " by the nodes'"), std::string::npos) << both;
 }
 
+TEST(Facts, tell_how_many_searches_arrived_and_name_the_solver_as_its_option_does) {
+  result::Results results = tests::sample_results(5);
+  const auto said = [&](const std::string& name) -> std::string {
+    for (const auto& [key, value] : report::facts(results))
+      if (key == name) return value;
+    return "";
+  };
+  results.solution.solver.name = "lamprey newton";
+  EXPECT_EQ(said("Solver"), "newton");
+  EXPECT_EQ(said("First guesses"), "59 of 60 arrived, at 5 different minima");
+  results.solution.search.hops = 4;
+  EXPECT_EQ(said("First guesses"), "59 of 64 (60 random, 4 hops) arrived, at 5 different minima");
+  EXPECT_NE(said("Work of the joints").find(" J (no regeneration)"), std::string::npos);
+  EXPECT_NE(said("Displacement"), "");
+}
+
 TEST(Facts, tell_how_the_root_has_turned_where_the_goal_leaves_that_open) {
   result::Results results = tests::sample_results(5);
   const std::string root = results.problem.bodies.front().name;
@@ -220,6 +307,13 @@ TEST(MomentumLines, tell_signs_of_motions_that_arrive_alone) {
   EXPECT_EQ(report::momentum_lines(results).size(), 3U);
   results.certificate->goal_error = 0.1;
   EXPECT_EQ(report::momentum_lines(results).size(), 1U);
+}
+
+TEST(MomentumLines, tell_what_the_fluid_carries_beside_the_bodies) {
+  const std::vector<std::string> lines = report::momentum_lines(tests::sample_results(5));
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[1], "✓ mean linear momentum along e₁: bodies +3 kg m/s, with the move; fluid −3 kg m/s");
+  EXPECT_EQ(lines[0].find("e-"), std::string::npos) << lines[0];
 }
 
 TEST(MomentumLines, take_no_sign_from_round_off) {
@@ -276,6 +370,16 @@ TEST(MomentumLines, hold_the_total_to_the_bodies_own) {
 TEST(Wording, leaves_round_off_out_of_vectors) {
   EXPECT_EQ(report::vector({0.25, -6e-14, 1e-12}), "(0.25, 0, 10⁻¹²)");
   EXPECT_EQ(report::vector({0.0, 0.0, -2e-20}), "(0, 0, −2×10⁻²⁰)");
+}
+
+TEST(Wording, writes_all_costs_alike) {
+  EXPECT_EQ(report::cost_number(243152.7), "243\u202f152.7");
+  EXPECT_EQ(report::cost_number(13241.503), "13\u202f241.503");
+  EXPECT_EQ(report::cost_number(-1234567.25), "−1\u202f234\u202f567.2");
+  EXPECT_EQ(report::cost_number(230691.3, 5), "230\u202f691.3");
+  EXPECT_EQ(report::cost_number(123456789012.0), "123\u202f456\u202f789\u202f012");
+  EXPECT_EQ(report::cost_number(0.093349862), "0.093349862");
+  EXPECT_EQ(report::cost_number(std::nan("")), "not computed");
 }
 
 TEST(Wording, writes_numbers_for_people) {
