@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <iterator>
 
@@ -11,6 +12,7 @@
 #include "lie/so3.hpp"
 #include "report/joint_demands.hpp"
 #include "report/limit_curves.hpp"
+#include "report/limit_facts.hpp"
 #include "report/obstacles.hpp"
 #include "report/poses.hpp"
 #include "report/shape_loop.hpp"
@@ -230,20 +232,58 @@ json demands_of(const result::Results& results) {
   return rows;
 }
 
+std::optional<evidence::Clearance> clearance_of(const result::Results& results) {
+  return results.certificate && results.certificate->clearance ? results.certificate->clearance
+                                                               : march_clearance(results);
+}
+
+/// Where bodies pass through each other: which, by how much and when, and what keeps them apart; else empty.
+std::string overlap_warning(const result::Results& results) {
+  if (without_motion(results)) return "";
+  const std::optional<evidence::Clearance> gap = clearance_of(results);
+  if (!gap || !(gap->gap < 0.0)) return "";
+  std::string words = clearance_words(*gap, results.problem);
+  words[0] = static_cast<char>(std::toupper(words[0]));
+  return words + (results.problem.limits.clearance ? "." : ". Nothing keeps them apart: set limits.clearance.");
+}
+
+using Facts = std::vector<std::pair<std::string, std::string>>;
+
+/// The facts that come first, in this order, and all others.
+std::pair<Facts, Facts> parted_facts(const result::Results& results) {
+  Facts first, others = facts(results);
+  for (const char* name :
+       {"Cost", "Displacement", "Duration", "Work of the joints", "Cost of transport", "Clearance"}) {
+    const auto row = std::find_if(others.begin(), others.end(), [&](const auto& each) { return each.first == name; });
+    if (row == others.end()) continue;
+    first.push_back(std::move(*row));
+    others.erase(row);
+  }
+  const std::optional<evidence::Clearance> gap = clearance_of(results);
+  if (gap && gap->gap < 0.0 && !first.empty() && first.back().first == "Clearance")  // the warning tells whose
+    first.back().second = fmt::format("{} m at {} s", number(gap->gap, 3), number(gap->time, 6));
+  return {std::move(first), std::move(others)};
+}
+
 json words_of(const result::Results& results) {
   const maneuver::Solution& solution = results.solution;
+  const auto [figures, details] = parted_facts(results);
   const bool sought = solution.status != maneuver::Status::simulated;
   json run = {{"name", results.name},
               {"source", results.source},
               {"good", succeeded(results)},
               {"verdict", verdict(results)},
-              {"message", remarks(results)},
-              {"facts", pairs(facts(results))},
+              {"paragraphs", remarks(results).paragraphs},
+              {"remedies", remarks(results).remedies},
+              {"warning", overlap_warning(results)},
+              {"figures", pairs(figures)},
+              {"details", pairs(details)},
               {"obstacles", obstacles_of(results)},
               {"problem", problem_of(results.problem)},
               {"provenance", pairs(provenance_rows(results.provenance))},
               {"joint_order", joint_order(results.problem)},
               {"periodic", results.problem.goal && results.problem.goal->periodic},
+              {"planar", planar(results)},
               {"flat", !results.problem.bodies.empty() && results.problem.bodies.front().ellipse}};
   if (results.certificate) {
     for (const CertificateRow& row : certificate_rows(*results.certificate, results.problem)) {
@@ -251,6 +291,7 @@ json words_of(const result::Results& results) {
                                     {"value", row.value},
                                     {"mark", row.mark},
                                     {"meaning", row.meaning},
+                                    {"stored", row.stored},
                                     {"holds", row.holds ? json(*row.holds) : json(nullptr)}});
     }
   }

@@ -1,5 +1,7 @@
 #include "report/poses.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -52,6 +54,22 @@ std::vector<Eigen::Vector3d> body_centres(const result::ResolvedProblem& problem
     centres[child] = centres[parent] + rotation[parent] * joint.parent_offset - rotation[child] * joint.child_offset;
   }
   return centres;
+}
+
+bool planar(const result::Results& results) {
+  constexpr double round_off = 1e-9;  // of turns and of the largest semi-axis
+  const maneuver::Solution& solution = results.solution;
+  if (solution.rotation.size() != solution.position.size()) return false;
+  double size = 0.0;
+  for (const result::ResolvedBody& body : results.problem.bodies) size = std::max(size, body.semi_axes.maxCoeff());
+  for (std::size_t k = 1; k < solution.position.size(); ++k) {
+    if (std::abs(solution.position[k].z() - solution.position[0].z()) > round_off * size) return false;
+    for (std::size_t i = 0; i < solution.rotation[k].size(); ++i) {
+      const Eigen::Matrix3d turn = solution.rotation[k][i] * solution.rotation[0][i].transpose();
+      if ((turn.col(2) - Eigen::Vector3d::UnitZ()).norm() > round_off) return false;
+    }
+  }
+  return true;
 }
 
 void ensure_shapes(const result::Results& results) {

@@ -17,6 +17,9 @@ std::vector<int> joint_order(const result::ResolvedProblem& problem);
 std::vector<Eigen::Vector3d> body_centres(const result::ResolvedProblem& problem, const std::vector<int>& order,
                                           const Eigen::Vector3d& root, const std::vector<Eigen::Matrix3d>& rotation);
 
+/// Whether all bodies stay in one plane normal to e₃, where they turn about e₃ alone.
+bool planar(const result::Results& results);
+
 /// Throws std::invalid_argument, naming the array, where a shape is not that of solution.json.
 void ensure_shapes(const result::Results& results);
 

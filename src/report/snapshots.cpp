@@ -282,8 +282,7 @@ std::string figure(const result::Results& results, const View& view, const char*
 std::string snapshot_figures(const result::Results& results) {
   ensure_shapes(results);
   const std::string above = figure(results, top_view(), "From above", "e₁ to the right, e₂ up");
-  const auto& bodies = results.problem.bodies;
-  if (!bodies.empty() && bodies.front().ellipse) return above;  // which have no height
+  if (planar(results)) return above;  // all the same from behind
   return above + figure(results, back_view(), "From behind", "looking along e₁: e₂ to the left, e₃ up");
 }
 

@@ -90,7 +90,7 @@ TEST(Page, keeps_hostile_names_as_text) {
   EXPECT_EQ(page["title"], hostile);
   const json& run = page["data"]["runs"][0];
   EXPECT_EQ(run["name"], hostile);
-  EXPECT_EQ(run["message"], hostile);
+  EXPECT_EQ(run["paragraphs"], json::array({hostile}));
   EXPECT_EQ(run["bodies"][1]["name"], hostile);
   EXPECT_EQ(run["joints"][0]["name"], hostile);
   EXPECT_EQ(report::snapshot_svg(results).find("<script"), std::string::npos);
@@ -99,7 +99,7 @@ TEST(Page, keeps_hostile_names_as_text) {
 TEST(Page, replaces_bytes_that_are_not_utf8_instead_of_failing) {
   result::Results results = tests::sample_results(20);
   results.solution.message = "broken \xC3( byte";
-  EXPECT_EQ(read_page(report::report_html(results))["data"]["runs"][0]["message"], "broken \uFFFD( byte");
+  EXPECT_EQ(read_page(report::report_html(results))["data"]["runs"][0]["paragraphs"][0], "broken \uFFFD( byte");
 }
 
 TEST(Page, of_a_simulation_leaves_out_what_has_no_meaning) {
@@ -110,9 +110,53 @@ TEST(Page, of_a_simulation_leaves_out_what_has_no_meaning) {
     EXPECT_FALSE(simulated.contains(key)) << key;
   }
   for (const char* fact : {"Cost", "Solver", "Time taken"}) {
-    EXPECT_TRUE(names(solved["facts"]).contains(fact)) << fact;
-    EXPECT_FALSE(names(simulated["facts"]).contains(fact)) << fact;
+    EXPECT_TRUE(names(solved["figures"]).contains(fact) || names(solved["details"]).contains(fact)) << fact;
+    EXPECT_FALSE(names(simulated["figures"]).contains(fact) || names(simulated["details"]).contains(fact)) << fact;
   }
+}
+
+// What people came for first, the proof before the pictures, the rest behind a closed heading.
+TEST(Page, shows_six_figures_the_motion_and_the_certificate_before_all_else) {
+  result::Results results = tests::sample_results(20);
+  results.problem.goal->periodic = true;
+  const std::string html = report::report_html(results);
+  const json run = read_page(html)["data"]["runs"][0];
+  EXPECT_EQ(names(run["figures"]), (std::set<std::string>{"Cost", "Displacement", "Duration", "Work of the joints",
+                                                          "Cost of transport", "Clearance"}));
+  EXPECT_TRUE(names(run["details"]).contains("Machine"));
+  std::size_t at = 0;
+  for (const char* id : {"verdict", "motion", "certificate", "shapes", "snapshots", "curves"}) {
+    const std::size_t next = html.find("id=\"" + std::string(id) + "\"", at);
+    ASSERT_NE(next, std::string::npos) << id;
+    at = next;
+  }
+}
+
+TEST(Page, warns_where_bodies_pass_through_each_other_alone) {
+  result::Results results = tests::sample_results(20);
+  const auto run = [&] { return json::parse(report::page_data({&results}))["runs"][0]; };
+  EXPECT_EQ(run()["warning"], "");
+  results.certificate->clearance = evidence::Clearance{-0.31, 0.42, 1, 2};
+  EXPECT_EQ(run()["warning"],
+            "Bodies pass through each other: front and rear by 0.31 m at 0.42 s. Nothing keeps them apart: set "
+            "limits.clearance.");
+  const json figures = run()["figures"];
+  EXPECT_NE(std::find(figures.begin(), figures.end(), json::array({"Clearance", "−0.31 m at 0.42 s"})), figures.end());
+}
+
+TEST(Page, leaves_out_the_view_from_behind_of_planar_motions) {
+  result::Results results = tests::sample_results(20);
+  EXPECT_NE(report::report_html(results).find("From behind"), std::string::npos);
+  for (std::size_t k = 0; k < results.solution.time.size(); ++k) {
+    results.solution.position[k].z() = 0.0;
+    for (std::size_t i = 0; i < 3; ++i)
+      results.solution.rotation[k][i] = lie::exp({0.0, 0.0, 0.1 * static_cast<double>(k * i)});
+  }
+  const std::string html = report::report_html(results);
+  EXPECT_EQ(html.find("From behind"), std::string::npos);
+  EXPECT_EQ(read_page(html)["data"]["runs"][0]["planar"], true);
+  results.solution.rotation[7][1] = lie::exp({1e-3, 0.0, 0.0}) * results.solution.rotation[7][1];
+  EXPECT_NE(report::report_html(results).find("From behind"), std::string::npos);
 }
 
 TEST(Page, is_the_same_bytes_on_a_second_run) {

@@ -19,6 +19,14 @@ export function number_text(value, digits = 4) {
   return `${front === "1" ? "" : front === "−1" ? "−" : `${front}×`}10${superscript(Number(power))}`;
 }
 
+// As the summary writes costs: eight digits, in groups of three from ten thousand on.
+export function cost_text(value) {
+  const size = Math.abs(value);
+  if (!(size >= 1e4 && size < 1e12)) return number_text(value, 8);
+  const [whole, part] = String(Number(size.toPrecision(8))).split(".");
+  return `${value < 0 ? "−" : ""}${whole.replace(/\B(?=(\d{3})+$)/g, "\u202f")}${part ? `.${part}` : ""}`;
+}
+
 function axis(scale, label, options = {}) {
   return { scale, label, labelSize: 20, labelGap: 2, labelFont: "12px system-ui, sans-serif", font: "11px system-ui, sans-serif",
     stroke: color("muted"), grid: { stroke: color("rule"), width: 1 }, ticks: { stroke: color("rule"), width: 1, size: 5 },

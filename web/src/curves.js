@@ -25,11 +25,26 @@ function largest(runs, pick) {
   return most;
 }
 
+const ROUND_OFF = 1e-9;  // of the largest of its kind: less is none
+
+// Of a motion in the plane the curves that are not zero throughout; the others are so by what the plane is.
+const is_shown = (runs, curves, floor, k) => !runs.every((run) => run.planar) ||
+  curves.some(({ columns }) => columns[k].some((value) => Math.abs(value) > ROUND_OFF * floor));
+
+// The chart of those lines that show, each with its place; none where they all are zero while others of their kind are not.
+function chart_of(title, unit, floor, lines, curves, runs, clock, bounds = [], always = () => false) {
+  const chosen = lines.map((unused, k) => k).filter((k) => always(k) || is_shown(runs, curves, floor, k));
+  if (!chosen.length && floor > 0) return null;
+  const kept = chosen.length ? chosen : lines.map((unused, k) => k);
+  return time_chart(title, unit, floor, kept.map((k) => lines[k]),
+    curves.map(({ time, columns }) => ({ time, columns: kept.map((k) => columns[k]) })), clock, bounds);
+}
+
 // Three components of one vector among those that each frame stores in `pick(frames)`.
 function vector_chart(title, unit, runs, pick, count, index, clock) {
   const curves = runs.map(({ frames }) => ({ time: frames.time,
     columns: [0, 1, 2].map((k) => column(pick(frames), 3 * count, 3 * index + k)) }));
-  return time_chart(title, unit, largest(runs, pick), components, curves, clock);
+  return chart_of(title, unit, largest(runs, pick), components, curves, runs, clock);
 }
 
 // Bounds of a chart: each in its curve's colour, or, where several curves share it, in none.
@@ -51,7 +66,8 @@ function joint_chart({ title, unit, kind, labels, pick, floor }, index, runs, cl
     ...lines.map((line, k) => column(pick(run.frames), 3 * count, 3 * index + k)),
     ...own.map((wanted) => in_run(run, wanted)?.values ?? run.frames.time.map(() => null))] }));
   const colours = limits.map((limit) => (limit.line === undefined ? own_lines[own.indexOf(limit)].color : components[limit.line].color));
-  return time_chart(title, unit, floor, [...lines, ...own_lines], curves, clock, bounds_of(limits, colours));
+  const limited = (k) => k >= lines.length || limits.some((limit) => limit.line === k);
+  return chart_of(title, unit, floor, [...lines, ...own_lines], curves, runs, clock, bounds_of(limits, colours), limited);
 }
 
 // How far a joint has turned from its zero angle.
@@ -81,7 +97,7 @@ function momentum_chart(kind, unit, preposition, runs, axis, clock) {
     largest(runs, (frames) => [...of(frames, "bodies"), ...of(frames, "fluid")]), shares, curves, clock);
 }
 
-const grid = (...figures) => element("div", { class: "figures" }, ...figures);
+const grid = (...figures) => element("div", { class: "figures" }, ...figures.filter((one) => one));
 
 // The first few at once, the others on request.
 function many(figure, count, what) {
@@ -105,7 +121,9 @@ function momentum_by_axis(kind, unit, preposition, runs, clock) {
     ["bodies", "fluid"].flatMap((share) => column(f[`${kind}_momentum`][share], 3, axis))));
   const first = most.indexOf(Math.max(...most));
   fill(first);
-  return element("div", {}, choice(`Axis of the ${kind} momentum`, AXES, first, fill), home);
+  const axes = [0, 1, 2].filter((axis) => !runs.every((run) => run.planar) || most[axis] > ROUND_OFF * most[first]);
+  if (axes.length < 2) return element("div", {}, home);
+  return element("div", {}, choice(`Axis of the ${kind} momentum`, axes.map((axis) => AXES[axis]), axes.indexOf(first), (index) => fill(axes[index])), home);
 }
 
 function momentum(runs, clock) {

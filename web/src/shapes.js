@@ -233,10 +233,9 @@ function modes(run) {
 export function show_shapes(runs, clock) {
   const known = runs.filter((run) => run.heights);
   if (!known.length) return;
-  show("shapes", element("p", {}, "Height functions: the curvature of the local connection over two shape variables, told in the frame that the shapes disturb least " +
-    "(orange positive, blue negative, lines at zero, heavy, and at quarters of the largest). A loop of shapes moves the swimmer by nearly the volume over what it goes round counter-clockwise, " +
-    "whatever its speed. Moved: the twist that takes that frame once round, on the average over where in the loop one begins; the root’s displacement, from where this motion began, stands above. " +
-    "The loop shown is this motion’s, the dot its shape at the time of the animation."));
+  show("shapes", element("p", {}, "Each map shows how much a small loop of shapes moves the swimmer (orange forward, blue backward; contours at quarters of the maximum, heavy at zero). " +
+    "The swimmer moves by roughly the volume its loop encloses, measured in the frame that changes of shape disturb least, so it differs slightly from the root’s displacement. " +
+    "The loop is this motion’s, the dot its shape at the time of the animation."));
   for (const run of known) {
     if (runs.length > 1) show("shapes", element("h3", {}, `${"AB"[runs.indexOf(run)]}: ${run.name}`));
     const lacking = run.heights.lacking ? element("p", { class: "sums" }, `No volume is compared with a displacement: ${run.heights.lacking}.`) : "";

@@ -1,11 +1,17 @@
 // The sections made of words and numbers.
-import { history_chart, number_text } from "./charts.js";
+import { cost_text, history_chart } from "./charts.js";
 import { element, section, show, table } from "./dom.js";
 
 const MARKS = { true: "✓", false: "✗", null: "" };
 const READINGS = { true: "holds", false: "does not hold", null: "" };
+const LONG_NUMBER = 28;  // letters of a certificate's value, which are words then
 const LONG_FACT = 90;  // letters, beyond which it has a line of its own
 const label = (runs, index) => (runs.length > 1 ? `${"AB"[index]}: ` : "");
+
+function facts(rows, look) {
+  return element("dl", { class: look }, ...rows.map(([name, value]) => element("div", { class: value.length > LONG_FACT ? "long" : "" },
+    element("dt", {}, name), element("dd", { class: name === "Cost" ? "cost" : "" }, value))));
+}
 
 function verdict_card(run, prefix) {
   return element("div", { class: "card" },
@@ -13,9 +19,12 @@ function verdict_card(run, prefix) {
     run.source ? element("p", { class: "source" }, run.source) : null,
     element("p", { class: `status ${run.good ? "good" : "poor"}` },
       element("span", { class: "badge", "aria-hidden": "true" }, run.good ? "✓" : "!"), run.verdict),
-    run.message ? element("p", { class: "message" }, run.message) : null,
-    element("dl", { class: "facts" }, ...run.facts.map(([name, value]) => element("div", { class: value.length > LONG_FACT ? "long" : "" },
-      element("dt", {}, name), element("dd", { class: name === "Cost" ? "cost" : "" }, value)))));
+    run.warning ? element("p", { class: "status warning" }, element("span", { class: "badge", "aria-hidden": "true" }, "⚠"), run.warning) : null,
+    ...run.paragraphs.map((words) => element("p", { class: "message" }, words)),
+    run.remedies.length ? element("p", { class: "try" }, "Try:") : null,
+    run.remedies.length ? element("ul", { class: "remedies" }, ...run.remedies.map((words) => element("li", {}, words))) : null,
+    facts(run.figures, "facts figures-first"),
+    run.details.length ? element("details", {}, element("summary", {}, "Details"), facts(run.details, "facts")) : null);
 }
 
 export function show_verdict(runs) {
@@ -24,7 +33,7 @@ export function show_verdict(runs) {
 }
 
 function certificate_cells({ value, mark, holds }) {
-  return element("span", { class: value === "not computed" ? "lacks" : "cell" }, value, holds === null ? null
+  return element("span", { class: value === "not computed" ? "lacks" : value.length > LONG_NUMBER ? "words" : "cell" }, value, holds === null ? null
     : element("span", { class: holds ? "holds" : "fails", "aria-label": READINGS[holds] }, ` ${MARKS[holds]}`));
 }
 
@@ -33,16 +42,17 @@ export function show_certificate(runs) {
   if (!certified.length) return;
   const names = runs.length > 1 ? certified.map((run) => "AB"[runs.indexOf(run)]) : ["Value"];
   const rows = certified[0].certificate.map((row, index) => [
-    element("span", {}, row.name, element("span", { class: "meaning" }, row.meaning)),
+    element("span", {}, row.name, row.stored ? element("span", { class: "stored" }, " (stored by the solver)") : null,
+      element("span", { class: "meaning" }, row.meaning)),
     ...certified.map((run) => certificate_cells(run.certificate[index])), row.mark]);
-  show("certificate", element("p", {}, "Computed from the stored numbers alone, by other code than the solver’s."),
-    table(["Number", ...names, "Held to"], rows, "certificate"));
+  show("certificate", element("p", {}, "Computed from the stored numbers alone, by other code than the solver’s, but for rows that are the solver’s own records."),
+    table(["Number", ...names, "Required"], rows, "certificate"));
 }
 
 function minima(run) {
-  const rows = run.minima.slice(0, 50).map(([cost, count], index) => [String(index + 1), number_text(cost, 10), String(count)]);
+  const rows = run.minima.slice(0, 50).map(([cost, count], index) => [String(index + 1), cost_text(cost), String(count)]);
   const rest = run.minima.length - rows.length;
-  return [element("p", {}, `${run.search.solved} of ${run.search.starts} starts${run.search.hops ? ` and ${run.search.hops} hops` : ""} reached a solution; distinct minima found, by rising cost:`),
+  return [element("p", {}, `${run.search.solved} of ${run.search.starts} first guesses${run.search.hops ? ` and ${run.search.hops} hops` : ""} arrived; the minima that they found, by rising cost (stored by the solver):`),
     table(["", "Cost [(N m)² s]", "Times found"], rows, "numbers"),
     rest > 0 ? element("p", {}, `and ${rest} more`) : ""];
 }
