@@ -90,7 +90,7 @@ void tell_remarks(const file::ProblemFile& problem_file) {
 void print_certificate(const certificate::Certificate& proof, const result::ResolvedProblem& problem) {
   for (const report::CertificateRow& row : report::certificate_rows(proof, problem)) {
     if (!problem.goal && row.value == report::number(evidence::unset)) continue;  // a march is asked for less
-    fmt::print("  {} {:<41} {:<22} {}{}\n", !row.holds ? " " : (*row.holds ? "✓" : "✗"), row.name, row.value, row.mark,
+    fmt::print("  {} {:<43} {:<22} {}{}\n", !row.holds ? " " : (*row.holds ? "✓" : "✗"), row.name, row.value, row.mark,
                !row.stored        ? ""
                : row.mark.empty() ? "(stored by the solver)"
                                   : " (stored by the solver)");

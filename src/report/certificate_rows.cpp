@@ -36,6 +36,10 @@ CertificateRow held(const char* name, double value, const char* unit, double mar
   return {name, with_unit(value, unit), fmt::format("≤ {}", with_unit(mark, unit)), holds, meaning};
 }
 
+CertificateRow cost_row(const char* name, double value, const char* meaning) {
+  return {name, std::isnan(value) ? number(value) : cost_number(value) + " (N m)² s", "", std::nullopt, meaning};
+}
+
 // Of the search itself, which the files do not hold: nothing can recompute it.
 CertificateRow stored(CertificateRow row) {
   row.stored = true;
@@ -197,10 +201,10 @@ Rows rows_of_replay(const certificate::Replay& replay) {
 // What other steps make of the cost.
 Rows rows_of_refinement(const certificate::Refinement& refinement) {
   Rows rows = {
-      shown("Cost at half the step", refinement.cost_half_step, "(N m)² s",
-            "Cost of the same problem solved with twice the steps."),
+      cost_row("Cost at half the step", refinement.cost_half_step,
+               "Cost of the same problem solved with twice the steps."),
       shown("Observed order", refinement.observed_order, "", "Order at which the cost settles as the step is halved."),
-      shown("Cost in the limit", refinement.cost_limit, "(N m)² s", "Cost extrapolated to steps of no length."),
+      cost_row("Cost in the limit", refinement.cost_limit, "Cost extrapolated to steps of no length."),
       shown("Discretisation error of the cost", refinement.cost_error, "(N m)² s",
             "Distance of the answer’s cost from that."),
   };

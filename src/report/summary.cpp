@@ -11,11 +11,9 @@
 
 #include <fmt/format.h>
 
-#include "evidence/clearance.hpp"
-#include "evidence/goal_check.hpp"
-#include "evidence/limit_check.hpp"
 #include "certificate/limit_words.hpp"
 #include "evidence/clearance.hpp"
+#include "evidence/goal_check.hpp"
 #include "evidence/limit_check.hpp"
 #include "file/words.hpp"
 #include "lie/so3.hpp"

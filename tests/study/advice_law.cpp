@@ -111,7 +111,7 @@ TEST_F(Advice, says_once_what_is_missed_and_blames_long_steps_for_limits_they_br
 }
 
 TEST_F(Advice, speaks_of_neither_where_nothing_points_there) {
-  EXPECT_TRUE(tells("try more starts, another seed")) << message();
+  EXPECT_TRUE(tells("try more starts, or another seed.")) << message();
   for (const char* other : {"[time] steps", "looser", "nearer goal", "control_axes", "tolerance ="})
     EXPECT_FALSE(tells(other)) << message();
 }

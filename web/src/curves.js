@@ -121,8 +121,7 @@ function momentum_by_axis(kind, unit, preposition, runs, clock) {
     ["bodies", "fluid"].flatMap((share) => column(f[`${kind}_momentum`][share], 3, axis))));
   const first = most.indexOf(Math.max(...most));
   fill(first);
-  const axes = [0, 1, 2].filter((axis) => !runs.every((run) => run.planar) || most[axis] > ROUND_OFF * most[first]);
-  if (axes.length < 2) return element("div", {}, home);
+  const axes = [0, 1, 2].filter((axis) => !runs.every((run) => run.planar) || most[axis] > ROUND_OFF * most[first] || axis === first);
   return element("div", {}, choice(`Axis of the ${kind} momentum`, axes.map((axis) => AXES[axis]), axes.indexOf(first), (index) => fill(axes[index])), home);
 }
 

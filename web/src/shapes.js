@@ -233,7 +233,7 @@ function modes(run) {
 export function show_shapes(runs, clock) {
   const known = runs.filter((run) => run.heights);
   if (!known.length) return;
-  show("shapes", element("p", {}, "Each map shows how much a small loop of shapes moves the swimmer (orange forward, blue backward; contours at quarters of the maximum, heavy at zero). " +
+  show("shapes", element("p", {}, "Each map shows how much a small loop of shapes, run counter-clockwise, moves the swimmer (orange forward, blue backward; contours at quarters of the maximum, heavy at zero). " +
     "The swimmer moves by roughly the volume its loop encloses, measured in the frame that changes of shape disturb least, so it differs slightly from the root’s displacement. " +
     "The loop is this motion’s, the dot its shape at the time of the animation."));
   for (const run of known) {
