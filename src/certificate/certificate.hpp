@@ -16,6 +16,7 @@ using evidence::unset;
 
 /// Marks of replays.
 inline constexpr double replay_mark = 1e-3;    // rad, at a window's end: what steps that resolve a motion miss by
+inline constexpr double asked_share = 0.1;     // of the turn or displacement asked for, that it may miss by as well
 inline constexpr double work_mark = 0.02;      // of the work by the replay, that the nodes' may be beside it
 inline constexpr double feedback_mark = 1e-2;  // rad, at the end of the whole replay with feedback
 
@@ -42,9 +43,21 @@ struct Replay {
   double work =
       unset;  // J, ∫ Σ_j |u_j·ω_j| dt, each step from its stored state; where costs beside effort are asked for
 
+  double rotation_mark =
+      replay_mark;  // rad, what a window may miss by: a tenth of the turn asked for, where that is less
+  double position_mark =
+      std::numeric_limits<double>::infinity();  // m: a tenth of the displacement asked for, if any is
+
   bool cut_short = false;  // its time was over before it was done: what is unset is not known
   /// Whether it says that the steps do not resolve the motion: it misses, or broke off by itself.
-  bool misses() const { return !cut_short && !(rotation_error <= replay_mark); }
+  bool misses() const { return !cut_short && !(excess() <= 1.0); }
+  /// What it misses by, of what it may; NaN where it broke off.
+  double excess() const {
+    const double turned = rotation_error / rotation_mark, moved = position_error / position_mark;
+    return turned > moved ? turned : std::isnan(turned) ? turned : moved;
+  }
+  /// Whether displacement is what it misses.
+  bool misses_by_place() const { return position_error / position_mark > rotation_error / rotation_mark; }
 
   /// Whether the joints do other work than that at the nodes, J.
   bool works_otherwise(double at_nodes) const { return std::abs(work - at_nodes) > work_mark * work; }

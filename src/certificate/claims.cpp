@@ -9,6 +9,7 @@ namespace {
 
 constexpr double larger = 10.0;           // an error found, over the one told
 constexpr double scarcely_larger = 1.05;  // of what comes out the same everywhere
+constexpr double same_mark = 1.0 + 1e-9;  // what digits leave of a mark
 constexpr double unmarked_floor = 1e-9;   // of errors without a mark: what replays on another machine differ by
 constexpr double of_the_mark = 0.1;       // below this share of its mark an error is as good as any
 constexpr double kkt_scale = 1e-8;        // the usual tolerance
@@ -102,6 +103,8 @@ void compare(const Replay& stored, const Replay& found, double duration, Claims&
   claims.value("replay.window", stored.window, found.window, duration);
   claims.value("replay.growth_rate", stored.growth_rate, found.growth_rate, 1.0 / duration);
   claims.value("replay.work", stored.work, found.work, 0.0);
+  claims.at_most("replay.rotation_mark", stored.rotation_mark, same_mark * found.rotation_mark);
+  claims.at_most("replay.position_mark", stored.position_mark, same_mark * found.position_mark);
 }
 
 // Of costs on other grids what they say of the answer's.

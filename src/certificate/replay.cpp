@@ -173,11 +173,22 @@ int window_steps(const StoredMotion& motion, double growth) {
   return static_cast<int>(std::clamp(std::round(steps), 1.0, double(motion.steps)));
 }
 
+// A small goal is not met by steps whose error is as large.
+void set_marks(const maneuver::Problem& problem, Replay& result) {
+  if (!problem.goal) return;
+  double way = 0.0;
+  for (const auto& along : problem.goal->move) way = std::hypot(way, along.value_or(0.0));
+  if (way > 0.0) result.position_mark = asked_share * way;
+  const double turn = problem.goal->turn ? problem.goal->turn->norm() : 0.0;
+  if (turn > 0.0) result.rotation_mark = std::min(replay_mark, asked_share * turn);
+}
+
 Replay replayed(Course course, double growth, const ReplayOptions& options) {
   course.stopped = options.stopped;
   const StoredMotion& motion = course.motion;
   const int length = window_steps(motion, growth);
   Replay result;
+  set_marks(motion.problem, result);
   result.growth_rate = growth;
   result.scheme = integrator::reference_scheme(options.tolerance);
   result.window = length * motion.time_step;

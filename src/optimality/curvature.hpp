@@ -11,6 +11,7 @@ using evidence::unset;
 
 inline constexpr double proof_mark = 1e-6;      // of kkt: beyond, a proof would rest on a loose tolerance
 inline constexpr double curvature_mark = 1e-6;  // of the effort's own
+inline constexpr double no_curvature = 1e8;     // likewise: more is a limit's doing
 
 /// Eigenvalues of the Lagrangian's Hessian among changes of the moments that keep the goal, against the effort metric.
 struct SecondOrder {
@@ -21,6 +22,8 @@ struct SecondOrder {
       false;  // and nothing less can be, so that other directions, of a duration or a first shape, may be flat; not stored
   std::optional<double> along_phase =
       {};  // set aside of the numbers above: that of beginning elsewhere along a gait, within ±1e-6
+  /// Whether limits leave next to nothing of the directions: what they hold is no curvature, but as stiff as digits can tell.
+  bool held() const { return smallest_eigenvalue > no_curvature; }
   /// Whether round-off hides how many directions lower the cost, and how steeply.
   bool lost() const { return !positive && !negative_eigenvalues && smallest_eigenvalue < -curvature_mark; }
 };

@@ -52,6 +52,7 @@ CertificateRow shown(const char* name, double value, const char* unit, const cha
 
 std::string curvature_value(const optimality::SecondOrder& second_order) {
   std::string text = number(second_order.smallest_eigenvalue, 3);
+  if (second_order.held()) return "limits leave no direction";
   if (second_order.lost()) return text + ", lost in round-off";
   if (second_order.along_phase)
     text += fmt::format(", and {} by beginning elsewhere", number(*second_order.along_phase, 1));
@@ -169,11 +170,13 @@ Rows rows_of_optimality(const certificate::Certificate& proof, const result::Res
 // What another integrator makes of the moments.
 Rows rows_of_replay(const certificate::Replay& replay) {
   return {
-      held("Replay, rotation", replay.rotation_error, "rad", certificate::replay_mark,
+      held("Replay, rotation", replay.rotation_error, "rad", replay.rotation_mark,
            "The stored controls through another integrator of the continuous equations, restarted from the stored "
            "state at "
            "each window’s start: largest rotation error at a window’s end."),
-      shown("Replay, position", replay.position_error, "m", "The same for the root’s position."),
+      held("Replay, position", replay.position_error, "m",
+           std::isfinite(replay.position_mark) ? replay.position_mark : unset,
+           "The same for the root’s position, beside a tenth of the displacement that is asked for."),
       shown("Replay window", replay.window, "s", "Time between two restarts of the replay."),
       shown("Whole replay, rotation", replay.whole_rotation_error, "rad",
             "The same replay, never restarted. Unstable motions amplify any difference, so this is no fault of the "

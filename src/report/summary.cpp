@@ -282,6 +282,9 @@ std::string verdict(const result::Results& results) {
   if (results.solution.status == Status::optimal && proof.replay && proof.replay->misses())
     words += std::isnan(proof.replay->rotation_error)
                  ? std::string(", on steps too coarse to resolve it (its replay breaks off)")
+             : proof.replay->misses_by_place()
+                 ? fmt::format(", on steps too coarse to resolve it (replay off by {} m)",
+                               number(proof.replay->position_error, 2))
                  : fmt::format(", on steps too coarse to resolve it (replay off by {} rad)",
                                number(proof.replay->rotation_error, 2));
   if (results.solution.status == Status::optimal && proof.refinement && proof.refinement->grows())
@@ -320,6 +323,8 @@ std::string verdict(const result::Results& results) {
   if (!std::isnan(proof.kkt)) parts.push_back(fmt::format("optimality conditions within {}", number(proof.kkt, 2)));
   if (proof.second_order && proof.second_order->lost())
     parts.emplace_back("curvature lost in round-off");
+  else if (proof.second_order && proof.second_order->held())
+    parts.emplace_back("limits leave no direction open");
   else if (proof.second_order)
     parts.push_back(fmt::format("smallest curvature {}", number(proof.second_order->smallest_eigenvalue, 2)));
   return parts.empty() ? words : fmt::format("{}: {}", words, fmt::join(parts, ", "));

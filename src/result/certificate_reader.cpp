@@ -60,6 +60,8 @@ certificate::Replay read_replay(const document::JsonReader& reader) {
                                 reader.at("whole_position_error").number_or_nan(),
                                 reader.at("growth_rate").number_or_nan()};
   read_if_there(reader, "work", replay.work);
+  read_if_there(reader, "rotation_mark", replay.rotation_mark);
+  read_if_there(reader, "position_mark", replay.position_mark);
   for (const auto& [key, value] :
        {std::pair("feedback", std::pair(&replay.feedback_rotation_error, &replay.feedback_position_error)),
         std::pair("servo", std::pair(&replay.servo_rotation_error, &replay.servo_position_error))}) {
@@ -114,7 +116,7 @@ Certificate read_certificate(const document::JsonReader& reader, int bodies) {
   if (const document::JsonReader replay = reader.at("replay"); !replay.is_null()) result.replay = read_replay(replay);
   if (result.replay) result.replay->cut_short = std::isnan(result.replay->rotation_error) && !told(reader, "resolved");
   if (told(reader, "resolved") && result.replay && reader.at("resolved").boolean() == result.replay->misses())
-    reader.at("resolved").refuse("true where replay.rotation_error is at most 1e-3 rad, else false");
+    reader.at("resolved").refuse("true where replay's errors are at most their marks, else false");
   if (reader.has("costs"))
     result.costs = {reader.at("costs").at("error").number_or_nan(), reader.at("costs").at("signs").number_or_nan()};
   if (reader.has("limits")) result.limits = read_limits_kept(reader.at("limits"));

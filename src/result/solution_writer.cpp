@@ -223,6 +223,8 @@ std::string replay_text(const certificate::Replay& replay) {
   text.add("whole_position_error", document::json(replay.whole_position_error));
   text.add("growth_rate", document::json(replay.growth_rate));
   if (!std::isnan(replay.work)) text.add("work", document::json(replay.work));
+  if (replay.rotation_mark < certificate::replay_mark) text.add("rotation_mark", document::json(replay.rotation_mark));
+  if (std::isfinite(replay.position_mark)) text.add("position_mark", document::json(replay.position_mark));
   text.add("feedback_rotation_error", document::json(replay.feedback_rotation_error));
   text.add("feedback_position_error", document::json(replay.feedback_position_error));
   text.add("servo_rotation_error", document::json(replay.servo_rotation_error));

@@ -35,6 +35,7 @@ constexpr double loosest_tolerance = 1e-4;   // of stationarity, that is worth p
 constexpr double nearly_there = 1e-3;        // rad or swimmer's sizes, of a goal
 constexpr double roughly_there = 1.0;        // the same, of a motion like one that is asked for
 constexpr double far_away = 1e3;             // swimmer's sizes
+constexpr double some_more = 1.05;           // times what a motion like the one found takes, rounded down as it may be
 constexpr double other_units = 1e3;  // times a bound on moments, by which motions of these sizes hardly break it
 
 // A power of ten, or twice or five times one, that is not below the value.
@@ -93,6 +94,7 @@ Remedies advice_where_met(const Problem& problem, const Certificate& proof, cons
     words.push_back(solution.status == Status::time_limit ? "a longer search.time_limit" : finer);
     return words;
   }
+  if (solution.status == Status::time_limit) words.emplace_back("a longer search.time_limit");
   if (!far_turn(problem, solution).empty()) words.push_back(finer);
   if (whirls(problem, solution))
     words.push_back(words_on_calming(problem, solution) + ", which calms bodies that whirl");
@@ -196,7 +198,7 @@ std::string time_for_motion(const Problem& problem, const Certificate& proof, co
   const std::optional<double> seconds = enough_time(system, problem, solution, !nearly);
   if (!seconds) return "";
   return nearly ? " (in " + number(*seconds * enough_digits, 4) + " s the motors are up to this motion)"
-                : " (a motion like this one takes these motors some " + number(*seconds, 2) + " s)";
+                : " (a motion like this one takes these motors some " + number(some_more * *seconds, 2) + " s)";
 }
 
 // Whether the time that may be is nearly all used.
@@ -215,9 +217,8 @@ std::string more_time(const Problem& problem, const Certificate& proof, const So
 int more_steps(const Problem& problem, const Certificate& proof) {
   constexpr int least = 2, most = 16;  // beyond, errors say little of how they fall
   const auto& replay = proof.replay;
-  if (!replay || !(replay->rotation_error > certificate::replay_mark)) return least;
-  const double times =
-      std::pow(replay->rotation_error / certificate::replay_mark, 1.0 / integrator::order(problem.scheme));
+  if (!replay || !(replay->excess() > 1.0)) return least;
+  const double times = std::pow(replay->excess(), 1.0 / integrator::order(problem.scheme));
   return std::clamp(static_cast<int>(std::ceil(std::min<double>(times, most))), least, most);
 }
 

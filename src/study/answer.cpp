@@ -25,8 +25,9 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
-constexpr int few_arrived = 3;    // first guesses for each that arrived, from which on minima may be missing
-constexpr int hops_for_each = 4;  // first guess
+constexpr int few_arrived = 3;      // first guesses for each that arrived, from which on minima may be missing
+constexpr double grown_dear = 1.5;  // times what it cost on the coarse grid, from which on that is said
+constexpr int hops_for_each = 4;    // first guess
 
 // Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then by how near they come,
 // then resolved, then cheap.
@@ -133,7 +134,8 @@ bool costs_nothing(const Problem& problem, const Solution& solution) {
   return solution.cost <= problem.effort * moments * moments * (solution.time.back() - solution.time.front());
 }
 
-// Where few first guesses arrived, or half of them ended where no other did, as a sentence.
+}  // namespace
+
 std::string few_arrivals(const Solution& solution) {
   const auto& search = solution.search;
   const int tried = search.starts + search.hops;
@@ -146,8 +148,14 @@ std::string few_arrivals(const Solution& solution) {
            " minima" + (once < minima ? ", " + std::to_string(once) + " of them met once" : "") + ": " +
            (search.hops > 0 ? "more hops" : "[search] hops = " + std::to_string(hops_for_each * search.starts)) +
            ", more starts or another seed may find a cheaper one.";
+  if (!search.minima.empty() && grown_dear * std::abs(search.minima.front().cost) < solution.cost)
+    return " On the coarse grid where searches begin it cost " + number(search.minima.front().cost, 3) +
+           ": what all steps make of that is dearer, and more starts, another seed or other time.steps may find a "
+           "cheaper one.";
   return "";
 }
+
+namespace {
 
 // Adds what was found out to the answer and its message.
 void add_to(Answer& best, const Problem& problem, const Completion& found_out) {
@@ -231,6 +239,10 @@ Answer best_of(const model::System& system, const Problem& problem, const search
         return candidates.cost_on_grid(chosen->candidate, steps);
       };
     add_to(best, problem, complete(system, problem, best, cost_on_grid, options.workers, parts));
+  }
+  if (best.solution.status == Status::infeasible) {  // searches ended somewhere, but none where the goal is
+    best.solution.search.solved = 0;
+    best.solution.search.minima.clear();
   }
   const std::vector<const Answer*> cheaper = cheaper_ones(system, problem, order, best.solution);
   best.solution.search.set_aside = cheapest_set_aside(problem, cheaper);

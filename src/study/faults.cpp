@@ -182,6 +182,9 @@ std::string unresolved(const Problem& problem, const Solution& solution, const C
   const auto& replay = proof.replay;
   if (!replay || !replay->misses()) return "";
   if (std::isnan(replay->rotation_error)) return "its replay breaks off";
+  if (replay->misses_by_place())
+    return "its replay misses by " + number(replay->position_error, 3) + " m, where " +
+           number(replay->position_mark / certificate::asked_share, 3) + " m are asked for";
   return "its replay misses by " + number(replay->rotation_error, 3) + " rad";
 }
 

@@ -14,6 +14,7 @@ std::string words_of_goal(const certificate::Certificate& proof) {
 
 std::string words_of_minimum(const certificate::Certificate& proof) {
   if (proof.second_order->costs_nothing) return " It costs nothing, and nothing less can be.";
+  if (proof.second_order->held()) return " A strict local minimum: limits leave no direction open.";
   if (proof.second_order->along_phase)
     return " A local minimum, strict but for where along itself the gait begins, which costs the same: smallest "
            "curvature " +
