@@ -47,17 +47,14 @@ TEST(TurningGaits, are_proved_but_for_their_phase_with_an_error_bar) {
 
 // What angles of a third of a milliradian win is little, and more than what staying wins.
 TEST(SmallGaits, that_win_are_not_told_to_stay) {
-  for (const std::uint64_t seed : {1U, 2U}) {
-    Problem problem = three_links();
-    problem.goal->turn = Eigen::Vector3d::Zero();
-    problem.cost_weights.displacement = Eigen::Vector3d(1e3, 0.0, 0.0);
-    for (const model::JointDescription& joint : problem.swimmer.joints)
-      problem.limits.angle[joint.name] = {{-3e-4, 3e-4}};
-    problem.search.seed = seed;
-    const study::Answer answer = small_answer(problem);
-    EXPECT_EQ(answer.solution.message.find("It stays where it is"), std::string::npos) << answer.solution.message;
-    EXPECT_LT(answer.solution.cost, 0.0) << "seed " << seed;
-  }
+  Problem problem = three_links();
+  problem.goal->turn = Eigen::Vector3d::Zero();
+  problem.cost_weights.displacement = Eigen::Vector3d(1e3, 0.0, 0.0);
+  for (const model::JointDescription& joint : problem.swimmer.joints)
+    problem.limits.angle[joint.name] = {{-3e-4, 3e-4}};
+  const study::Answer answer = small_answer(problem);
+  EXPECT_EQ(answer.solution.message.find("It stays where it is"), std::string::npos) << answer.solution.message;
+  EXPECT_LT(answer.solution.cost, -1e-6);
 }
 
 TEST(SmallGaits, are_not_called_infeasible_where_rest_keeps_all_limits) {
