@@ -417,13 +417,15 @@ std::optional<CostParts> Transcription::cost_parts(const VectorXd& x) {
   parts.power *= std::pow(s, -other_slows);
   parts.smoothness *= std::pow(s, -other_slows);
   parts.time = duration(x);
-  parts.transport = parts.work / (x.segment<3>(position_variable(steps_)) - position(0)).norm();
+  parts.transport = maneuver::work_per_distance(
+      parts.work, (x.segment<3>(position_variable(steps_)) - position(0)).norm(), system_.length_unit());
   return parts;
 }
 
 // Where e vanishes S is anything: the slopes are what the rows e S = p and e ± d ≥ 0 are worth, of what the work is. Where the
 // power is at the edge of a change of sign, as at an end at rest, an interior point's are rough but for what they sum to: those
-// that belong to the power are taken.
+// that belong to the power are taken. Where work is worth nothing yet, in a search that ended before its multipliers were found, those
+// of the power are all that there is.
 WorkMultipliers Transcription::work_multipliers(const VectorXd& x, const VectorXd& multiplier) const {
   WorkMultipliers result;
   if (!worked_) return result;
@@ -439,6 +441,7 @@ WorkMultipliers Transcription::work_multipliers(const VectorXd& x, const VectorX
       if (power_time(k) == 0.0) continue;
       const double own = power_time(k) * worth;
       WorkSlopes slopes(-multiplier[row + 2] / own, (multiplier[row + 4] - multiplier[row + 3]) / own);
+      if (!(own > 0.0 && slopes.allFinite())) slopes.setZero();
       const NodePower power(x[power_variable(k, j)], x[change_variable(k, j)]);
       for (int n = 0; n < settlings; ++n) slopes = work_term(power / largest, slopes, 1.0).slope;
       result.set(powered_[j], k, slopes);

@@ -189,6 +189,57 @@ TEST(StoppedSearch, ends_guesses_that_run_sooner_once_one_has_arrived) {
   EXPECT_TRUE(running.late(0.0));
 }
 
+// What a search has when it ends may be no motion, and have no multipliers: its numbers are some all the same.
+TEST(StoppedSearch, by_either_solver_and_for_any_cost_has_numbers_alone) {
+  constexpr double seconds = 0.25;
+  const auto is_number = [](const std::vector<double>& all) {
+    return std::all_of(all.begin(), all.end(), [](double one) { return std::isfinite(one); });
+  };
+  const std::vector<std::pair<const char*, maneuver::CostWeights>> costs = {
+      {"effort", {}},
+      {"work", {.work = 1.0}},
+      {"power", {.power = 1.0}},
+      {"smoothness", {.smoothness = 1e-3}},
+      {"angular velocity", {.angular_velocity = 1e-3}},
+      {"transport", {.transport = 1.0}},
+      {"displacement", {.displacement = {0.1, 0.0, 0.0}}}};
+  int stopped = 0;
+  for (const search::Backend solver : {search::Backend::newton, search::Backend::ipopt})
+    for (const bool interrupted : {false, true})
+      for (const auto& [cost, weights] : costs) {
+        Problem problem =
+            file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/gait_at_least_transport_50.toml");
+        problem.search.starts = 1;
+        problem.cost_weights = weights;
+        if (weights.of_displacement()) problem.goal->move[0].reset();
+        if (!interrupted) problem.search.time_limit = seconds;
+        search::SolveOptions options;
+        options.solver = solver;
+        options.refinement = false;
+        options.interrupted = [&, begin = std::chrono::steady_clock::now()] {
+          return interrupted && std::chrono::steady_clock::now() - begin > std::chrono::duration<double>(seconds);
+        };
+        std::string told;
+        options.progress = [&](const std::string& line) { told += line; };
+        const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+        const std::string which = std::string(cost) +
+                                  (solver == search::Backend::ipopt ? " by Ipopt " : " by Newton ") +
+                                  answer.solution.message;
+        EXPECT_TRUE(std::isfinite(answer.solution.cost)) << which;
+        EXPECT_EQ(answer.solution.message.find("nan"), std::string::npos) << which;
+        EXPECT_EQ(told.find("nan"), std::string::npos) << told;
+        for (const auto& own : answer.solution.limit_multipliers) EXPECT_TRUE(is_number(own.multiplier)) << which;
+        for (const auto& own : answer.solution.work_multipliers) EXPECT_TRUE(is_number(own)) << which;
+        for (const auto& own : answer.solution.work_change_multipliers) EXPECT_TRUE(is_number(own)) << which;
+        if (solver == search::Backend::newton) continue;  // which may have come to its end
+        if (answer.certificate.goal_error <= certificate::goal_mark && answer.certificate.kkt <= 1e-8) continue;
+        ++stopped;
+        EXPECT_EQ(answer.solution.status, interrupted ? maneuver::Status::interrupted : maneuver::Status::time_limit)
+            << which;
+      }
+  EXPECT_GT(stopped, 0) << "all were solved in time";
+}
+
 TEST(StoppedSearch, leaves_time_for_hops) {
   Problem problem = translation(200);
   problem.search.starts = 100'000;
