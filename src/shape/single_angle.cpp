@@ -27,7 +27,7 @@ constexpr double jump = 1.0;          // rad: no row changes by so much in a pie
 constexpr double settled = 1e-5;      // units of the end rows, beside what other pieces of the curve make of it
 constexpr double alike = 1e-3;        // of what is missed
 constexpr double least_asked = 1e-6;  // units of the end rows: less is met by staying
-constexpr int steps_of_turn = 4;      // that a whole turn takes at least
+constexpr int steps_of_turn = 2;      // at least: two bodies may turn by a quarter each, against each other
 constexpr int first_shapes = 100;     // of a gait, in a whole turn
 constexpr int most_steps_of_gait = 10'000;  // beyond, so many turns from so many shapes take too long
 
@@ -182,9 +182,9 @@ std::string beyond_whole_turns(const System& system, const CurveOfHinge& curve, 
   Eigen::Index worst = 0;
   const double missed = nearest.cwiseAbs().maxCoeff(&worst);
   return "where a single joint angle ends in its first shape it has made whole turns, each of which moves the swimmer "
-         "alike, and by none of up to " +
-         std::to_string(turns.most()) + " either way, the most that " + std::to_string(steps) +
-         " steps show, is the goal met. It comes nearest " +
+         "alike; " +
+         std::to_string(steps) + " steps show no more than " + std::to_string(turns.most()) +
+         " either way (more steps show more), and by none of these is the goal met. It comes nearest " +
          (nearest_by == 0 ? "without any, where " : "by " + std::to_string(nearest_by) + ", after which ") +
          end_row_in_words(system, curve.rows()[static_cast<std::size_t>(worst)], missed) + to_change_that;
 }
@@ -231,8 +231,8 @@ void refuse_price_of_no_whole_turn(const System& system, const Maneuver& maneuve
                           std::string("found a price of ") + (by_metre ? "each metre" : "displacement") +
                               ", but a single joint angle that ends in its first shape has made whole turns, and none "
                               "of up to " +
-                              std::to_string(turns.most()) +
-                              " either way meets the goal and moves the swimmer so; leave it out, or add a second "
+                              std::to_string(turns.most()) + " either way, all that " + std::to_string(steps) +
+                              " steps show, meets the goal and moves the swimmer so; leave it out, or add a second "
                               "joint or axis");
 }
 

@@ -232,7 +232,7 @@ TEST(StoppedSearch, by_either_solver_and_for_any_cost_has_numbers_alone) {
         for (const auto& own : answer.solution.work_multipliers) EXPECT_TRUE(is_number(own)) << which;
         for (const auto& own : answer.solution.work_change_multipliers) EXPECT_TRUE(is_number(own)) << which;
         if (solver == search::Backend::newton) continue;  // which may have come to its end
-        if (answer.certificate.goal_error <= certificate::goal_mark && answer.certificate.kkt <= 1e-8) continue;
+        if (answer.certificate.goal_error <= evidence::goal_mark && answer.certificate.kkt <= 1e-8) continue;
         ++stopped;
         EXPECT_EQ(answer.solution.status, interrupted ? maneuver::Status::interrupted : maneuver::Status::time_limit)
             << which;
