@@ -459,7 +459,7 @@ class Solver:
     @property
     def answered(self) -> bool:
         """
-        Whether the last answer belongs to the goal, start and duration that were set last: false from then on until a solve arrives, and after one that does not. Ends that moments do not reach by less than 1e-6 (rad, m), as of a
+        Whether the last answer belongs to the goal, start and duration that were set last: false from then on until a solve arrives, and after one that does not. Ends that moments do not reach by less than 1e-6 (rad, units of length), as of a
         planar swimmer measured a little out of its plane, count as they are reached.
         """
 

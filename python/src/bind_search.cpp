@@ -373,7 +373,7 @@ void bind_search(nb::module_& module) {
           "answered", &Solver::answered,
           "Whether the last answer belongs to the goal, start and duration that were set last: false from then "
           "on until a solve arrives, and after one that does not. Ends that moments do not reach by less than 1e-6 "
-          "(rad, m), "
+          "(rad, units of length), "
           "as of a\nplanar swimmer measured a little out of its plane, count as they are reached.")
       .def_prop_ro(
           "passed", &Solver::passed,

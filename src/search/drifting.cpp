@@ -16,7 +16,7 @@ using maneuver::Problem;
 
 constexpr double calm_share = 0.5;  // of a guess's swings, beside a momentum that may do the most
 constexpr int calm_guesses = 4;     // in all but one of so many
-constexpr double met = 1e-10;       // rad, m, units of limits
+constexpr double met = 1e-10;       // units of the end rows and of limits
 constexpr double round_off = 1e-9;  // of the momentum, in a step
 
 // Whether only moments cost, and a motion may be without.
@@ -35,7 +35,7 @@ class Coasts {
 
   struct Coast {
     Found found;
-    double missed;  // rad, m, by the goal and, over limits, by those
+    double missed;  // in units of the rows, by the goal and, over limits, by those
   };
 
   std::optional<Coast> in(double duration) const { return in(duration, steps_); }

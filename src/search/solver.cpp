@@ -22,8 +22,8 @@ using model::InputError;
 using model::System;
 using optimizer::Termination;
 
-constexpr double asked_twice = 1e-6;     // rad or m, of conditions that follow from others
-constexpr double exactly_asked = 1e-10;  // rad or m, of the same
+constexpr double asked_twice = 1e-6;     // units of the end rows, of conditions that follow from others
+constexpr double exactly_asked = 1e-10;  // of the same
 constexpr double same_place = 1e-7;      // rad or swimmer's sizes
 constexpr double goal_met = 1e-8;        // units of the end rows
 constexpr double limits_met = 1e-7;      // units of the limits
@@ -207,10 +207,9 @@ const optimizer::Outcome& Solver::solve(const optimizer::Options& options) {
     outcome_.reason.insert(0, from_here);
   }
   if (outcome_.termination != Termination::converged) return outcome_;
-  if (const double error = program_.stated_goal_error(); error > asked_twice) {
+  if (program_.stated_goal_error() > asked_twice) {
     outcome_.termination = Termination::infeasible;
-    outcome_.reason =
-        "the goal asks for what moments cannot reach: it stays " + maneuver::in_words(error, 4) + " (rad, m) away";
+    outcome_.reason = "the goal asks for what moments cannot reach: " + program_.stated_goal_miss();
     return outcome_;
   }
   moved_ = false;

@@ -64,8 +64,8 @@ class Solver {
   /// Whether the last answer is one to what is asked: a solution of another problem is none, and after a request none is until a
   /// solve arrives.
   bool answers() const { return answers_; }
-  /// What the last answer answers, ends that moments do not reach by less than 1e-6 (rad, m) as they are reached: other than what
-  /// is asked for until a solve arrives there.
+  /// What the last answer answers, ends that moments do not reach by less than 1e-6 (rad, units of length) as they are reached: other
+  /// than what is asked for until a solve arrives there.
   const maneuver::Maneuver& answered() const { return answered_; }
 
   /// Nodes, moments, velocities, momenta and multipliers of the last answer, as solution.json has them.

@@ -20,7 +20,7 @@ using model::at;
 
 namespace {
 
-constexpr double worth_telling = 1e-7;  // rad, m, N m
+constexpr double worth_telling = 1e-7;  // units of the rows
 
 }  // namespace
 
@@ -48,10 +48,16 @@ double ShapeProgram::value_of(const EndRow& row, const Motion& motion) {
   return end_row(system_, maneuver_, row, motion.rotation.back(), motion.position.back(), by_last_);
 }
 
-double ShapeProgram::stated_goal_error() {
-  double error = 0.0;
-  for (const EndRow& row : stated_rows_) error = std::max(error, row.unit * std::abs(value_of(row, now_)));
-  return error;
+ShapeProgram::Miss ShapeProgram::worst_stated() {
+  Miss worst;
+  for (std::size_t r = 0; r < stated_rows_.size(); ++r)
+    if (const double value = std::abs(value_of(stated_rows_[r], now_)); value > worst.value) worst = {value, r};
+  return worst;
+}
+
+std::string ShapeProgram::stated_goal_miss() {
+  const Miss worst = worst_stated();
+  return worst.value > 0.0 ? end_row_in_words(system_, stated_rows_[worst.row], worst.value) : "";
 }
 
 double ShapeProgram::goal_error() const {

@@ -76,8 +76,10 @@ class ShapeProgram : public optimizer::StageProgram {
     foresee_limits(step);
     return limits_.changes();
   }
-  /// Largest miss of all conditions that the goal states, those that follow from others included; rad, m.
-  double stated_goal_error();
+  /// Largest miss of all conditions that the goal states, those that follow from others included; units of the end rows.
+  double stated_goal_error() { return worst_stated().value; }
+  /// And which it is, in words.
+  std::string stated_goal_miss();
   /// The end row that is missed most, in words; empty where the goal is met.
   std::string largest_miss() const;
   /// The limit that is broken most, in words; empty where all are kept. `cut_short`: the search could not go on to keep it.
@@ -193,6 +195,11 @@ class ShapeProgram : public optimizer::StageProgram {
   void model_leads(optimizer::StageModel& model) const;
   void find_end_moments_by_state();
   double value_of(const EndRow& row, const Motion& motion);
+  struct Miss {
+    double value = 0.0;   // units of the row
+    std::size_t row = 0;  // of stated_rows_
+  };
+  Miss worst_stated();
   void model_end(const NodeModel& node, optimizer::StageModel& model);
   void add_displacement(VectorXd& gradient) const;
   void model_goal(MatrixXd& C, VectorXd& c);

@@ -24,7 +24,7 @@ using maneuver::Problem;
 // lies and how it is headed is no difference.
 std::string other_start(const result::ControlSamples& samples, const model::System& system,
                         const maneuver::Start& start) {
-  constexpr double same = 1e-6;  // rad, rad/s: of what people see
+  constexpr double same = 1e-6;  // rad, rad/s, units of length a second: of what people see
   if (!samples.first || samples.first->rotation.size() != start.rotation.size()) return "";
   const integrator::State was = maneuver::start_state(system, *samples.first),
                           is = maneuver::start_state(system, start);
@@ -36,7 +36,9 @@ std::string other_start(const result::ControlSamples& samples, const model::Syst
   faster.tail<3>() = heading * Eigen::Vector3d(faster.tail<3>());
   faster -= integrator::velocity_of_state(system, is);
   const double most = faster.lpNorm<Eigen::Infinity>();
-  if (!(turned > same || most > same)) return "";
+  Eigen::VectorXd seen = faster;
+  seen.tail<3>() /= system.length_unit();
+  if (!(turned > same || seen.lpNorm<Eigen::Infinity>() > same)) return "";
   return fmt::format(
       " The moments are those of a motion that began otherwise: bodies turned by up to {:.3g} rad, and velocities "
       "by up to {:.3g} (rad/s, m/s), beside this march's start.",

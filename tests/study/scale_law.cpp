@@ -4,7 +4,9 @@
 
 #include "certificate/certify.hpp"
 #include "file/problem_file.hpp"
+#include "maneuver/simulate.hpp"
 #include "search/solve.hpp"
+#include "search/solver.hpp"
 #include "study/answer.hpp"
 #include "tolerance.hpp"
 
@@ -209,6 +211,56 @@ TEST(Scale, of_length_changes_nothing_but_units_for_ipopt) {
           << kind << " at " << scale;
     }
     EXPECT_EQ(found.front().status, maneuver::Status::optimal) << kind << ": " << found.front().message;
+  }
+}
+
+// Where it gets by itself is where its momentum takes it, and what is beside that is as far beside it for its size.
+TEST(Scale, of_length_changes_nothing_of_where_a_drifting_swimmer_gets_by_itself) {
+  maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/bench/problems/drifting_turn.toml");
+  problem.search.starts = 1;
+  problem.start.rotation[1] = Vector3d(0.0, 0.0, 0.5);
+  problem.goal->turn.reset();
+  const model::System own(problem.swimmer);
+  const double by_itself =
+      maneuver::simulate(own, problem, maneuver::no_control(own), maneuver::SimulateOptions()).position.back()[0] -
+      problem.start.position[0];
+  for (const double beside : {0.0, 1e-5}) {
+    problem.goal->move[0] = by_itself + beside;
+    const auto solved = [&](double scale) {
+      maneuver::Problem asked = scaled(problem, scale);
+      asked.start.linear_velocity *= scale;
+      return search::solve(model::System(asked.swimmer), asked, search::SolveOptions()).front();
+    };
+    const maneuver::Solution one = solved(1.0);
+    EXPECT_EQ(one.status, maneuver::Status::optimal) << one.message;
+    EXPECT_EQ(one.solver.name, beside > 0.0 ? "lamprey newton" : "without moments");
+    for (const double scale : {0x1p-20, 0x1p-10, 0x1p10}) {
+      const maneuver::Solution other = solved(scale);
+      EXPECT_EQ(other.status, one.status) << scale << ": " << other.message;
+      EXPECT_EQ(other.message, one.message) << scale;
+      EXPECT_EQ(other.solver.name, one.solver.name) << scale;
+      EXPECT_NEAR(other.cost / std::pow(scale, 10), one.cost, tolerance(1e-6) * one.cost) << scale;
+    }
+  }
+}
+
+// A goal that asks for what follows from the rest of it, and for something else: out of the plane by so much of the swimmer.
+TEST(Scale, of_length_changes_nothing_of_what_a_solver_calls_out_of_reach) {
+  maneuver::Problem problem = file::read_problem(LAMPREY_SOURCE_DIR "/examples/translation.toml");
+  problem.search.starts = 1;
+  problem.steps = 40;
+  problem.goal->move[2] = 0.0;
+  for (const double scale : {0x1p-20, 0x1p-10, 1.0, 0x1p10}) {
+    const maneuver::Problem asked = scaled(problem, scale);
+    const model::System system(asked.swimmer);
+    search::Solver solver(system, asked, search::solve(system, asked, search::SolveOptions()).front());
+    maneuver::Goal goal = *asked.goal;
+    goal.move[2] = 1e-3 * scale;
+    solver.set_goal(goal);
+    const optimizer::Outcome outcome = solver.solve();
+    EXPECT_EQ(outcome.termination, optimizer::Termination::infeasible) << scale;
+    EXPECT_NE(outcome.reason.find("cannot reach: goal.move along e_3 is missed by"), std::string::npos)
+        << scale << ": " << outcome.reason;
   }
 }
 
