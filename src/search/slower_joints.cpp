@@ -44,18 +44,6 @@ std::string at_rate(const Found& held) {
   return words.str();
 }
 
-// Why the motion shown is one with joints held.
-std::string reason_of(const Found& held, const optimizer::Outcome& freer) {
-  const bool cut_short = freer.termination == Termination::time_limit || freer.termination == Termination::interrupted;
-  std::ostringstream reason;
-  reason << at_rate(held) << " it is a minimum, and without that ";
-  if (cut_short)
-    reason << "there was no time to solve it";
-  else
-    reason << "searches lead to turns that no step shows";
-  return reason.str();
-}
-
 // From an answer with joints held on by faster and faster ones.
 Found let_go(const Grids& grids, Found held) {
   while (held.joint_rate) {
@@ -68,7 +56,7 @@ Found let_go(const Grids& grids, Found held) {
     if (!freer.converged()) {
       take_effort(freer, held);
       held.outcome.termination = Termination::feasible;
-      held.outcome.reason = reason_of(held, freer.outcome);
+      held.outcome.reason = why_held(held, freer);
       return held;
     }
     held = std::move(freer);
@@ -77,6 +65,16 @@ Found let_go(const Grids& grids, Found held) {
 }
 
 }  // namespace
+
+std::string why_held(const Found& held, const Found& freer) {
+  const Termination end = freer.outcome.termination;
+  const std::string reason = at_rate(held) + " it is a minimum, and without that ";
+  if (end == Termination::time_limit || end == Termination::interrupted)
+    return reason + "there was no time to solve it";
+  if (largest_turn(freer.path.rotation).angle > nearly_quarter_turn)
+    return reason + "searches lead to turns that no step shows";
+  return reason + "a search from there found none: " + freer.outcome.reason;
+}
 
 bool whirls(const Grids& grids, const Found& found) {
   if (found.converged() || found.path.rotation.empty() || grids.budget().closing()) return false;

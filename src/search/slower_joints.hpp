@@ -3,12 +3,17 @@
 // that, too, if not on so few steps.
 #pragma once
 
+#include <string>
+
 #include "search/grids.hpp"
 
 namespace lamprey::search {
 
 /// Whether a search that has not arrived has run to such turns, and slower joints may help.
 bool whirls(const Grids& grids, const Found& found);
+
+/// Why an answer with joints held stays one, where a search from it that leaves them freer found no minimum.
+std::string why_held(const Found& held, const Found& freer);
 
 /// From a motion on so many steps: with joints held to half a radian a step, then to more and more, until they are free. Where that
 /// leads to none, the last answer with joints held, feasible, its `joint_rate` and a reason that names the limit; what was there
