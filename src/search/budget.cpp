@@ -36,6 +36,10 @@ double processor_time() {
 Budget::Budget(const Problem& problem, const SolveOptions& options)
     : problem_(problem), options_(options), process_(getpid()), processor_begin_(processor_time()) {}
 
+Budget::Budget(const Problem& problem, const SolveOptions& options, const Budget& whole) : Budget(problem, options) {
+  whole_ = &whole;
+}
+
 double Budget::seconds() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
 }
@@ -78,10 +82,13 @@ bool Budget::past(double share) const {
 bool Budget::goes_on_late() const { return stage_ == Stage::refining_the_best && any_arrived_; }
 
 bool Budget::closing() const {
-  return interrupted() || seconds() > end_of_time() || (strokes_wait() && past(last_before_strokes));
+  return (whole_ && whole_->closing()) || interrupted() || seconds() > end_of_time() ||
+         (strokes_wait() && past(last_before_strokes));
 }
 
-bool Budget::stopped() const {
+bool Budget::stopped() const { return (whole_ && whole_->stopped()) || own_time_is_over(); }
+
+bool Budget::own_time_is_over() const {
   if (!interrupted() && seconds() <= end_of_time()) return false;
   if (!goes_on_late() || hurried()) return true;
   return seconds() > late_share * end_of_time() || (interrupted() && seconds() > interrupted_at_ + grace);

@@ -18,6 +18,8 @@ class Budget {
  public:
   enum class Stage { guessing_before_strokes, guessing, hopping, refining_the_best, finishing };
   Budget(const maneuver::Problem& problem, const SolveOptions& options);
+  /// Of a search that is a part of another, on the way to whose motions its own are: it ends when that one's stage does, if not sooner.
+  Budget(const maneuver::Problem& problem, const SolveOptions& options, const Budget& whole);
   void enter(Stage stage) { stage_ = stage; }
   /// A first guess became a maneuver.
   void arrived() const { any_arrived_ = true; }
@@ -41,12 +43,14 @@ class Budget {
 
  private:
   double end_of_time() const;  // s, of the stage
+  bool own_time_is_over() const;
   bool goes_on_late() const;
   void tell_of_interruption() const;
   bool strokes_wait() const;
 
   const maneuver::Problem& problem_;
   const SolveOptions& options_;
+  const Budget* whole_ = nullptr;
   Stage stage_ = Stage::finishing;
   mutable std::atomic<bool> any_arrived_ = false;
   mutable std::atomic<double> interrupted_at_ = -1.0;  // s, when that was first seen; negative: not yet

@@ -39,7 +39,7 @@ class IpoptMethod : public Method {
         options_(options),
         quiet_(without_progress(options)),
         budget_(budget),
-        newton_budget_(by_steps_, quiet_),
+        newton_budget_(by_steps_, quiet_, budget),
         coarse_(maneuver::make_maneuver(system, problem, std::min(problem.steps, coarse_steps))),
         full_(maneuver::make_maneuver(system, problem, problem.steps)),
         limits_(maneuver::limit_rows(system, problem)) {
@@ -225,7 +225,7 @@ class IpoptMethod : public Method {
   const SolveOptions& options_;
   const SolveOptions quiet_;
   const Budget& budget_;
-  const Budget newton_budget_;  // by_steps_ arrives nowhere yet
+  const Budget newton_budget_;  // who arrives by it has not arrived yet
   Maneuver coarse_, full_;
   std::vector<GoalRow> rows_;
   std::vector<maneuver::LimitRow> limits_;

@@ -87,10 +87,10 @@ Found solve_smaller(const Grids& grids, Problem smaller) {
   SolveOptions options;
   options.interrupted = grids.options().interrupted;
   options.hurried = grids.options().hurried;
-  const Budget budget(smaller, options);
+  const Budget budget(smaller, options, grids.budget());
   const std::unique_ptr<Method> method = newton_method(grids.system(), smaller, options, budget);
   Found found = method->solve_starts(0, 1).front();
-  for (int guess = 1; guess < first_guesses && !found.converged() && !grids.budget().closing(); ++guess) {
+  for (int guess = 1; guess < first_guesses && !found.converged() && !budget.closing(); ++guess) {
     Found again = method->solve_starts(guess, 1).front();
     count_effort(found.outcome, again.outcome);
     found = std::move(again);

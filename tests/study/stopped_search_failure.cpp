@@ -5,6 +5,7 @@
 
 #include "file/problem_file.hpp"
 #include "search/budget.hpp"
+#include "search/method.hpp"
 #include "study/answer.hpp"
 
 namespace lamprey::tests {
@@ -187,6 +188,25 @@ TEST(StoppedSearch, ends_guesses_that_run_sooner_once_one_has_arrived) {
   EXPECT_FALSE(running.late(0.0));
   budget.arrived();
   EXPECT_TRUE(running.late(0.0));
+}
+
+// Moments on splines begin with moments free at each node: what looks for these is on the way to a first guess, too.
+TEST(StoppedSearch, ends_what_a_guess_begins_with_when_the_guess_ends) {
+  Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/chain_of_seven_turns.toml");
+  problem.control = maneuver::ControlKind::spline;
+  problem.points = 11;
+  problem.search.hops = 1;
+  problem.search.time_limit = 3.0;  // of which guesses have a third once one has arrived
+  const model::System system(problem.swimmer);
+  search::SolveOptions options;
+  options.workers = 1;
+  search::Budget budget(problem, options);
+  const std::unique_ptr<search::Method> method = search::ipopt_method(system, problem, options, budget);
+  budget.enter(search::Budget::Stage::guessing);
+  budget.arrived();
+  const search::Found found = method->solve_starts(0, 1).front();
+  ASSERT_FALSE(found.converged()) << "another problem is needed for this test";
+  EXPECT_LT(budget.seconds(), 2.0);
 }
 
 // What a search has when it ends may be no motion, and have no multipliers: its numbers are some all the same.
