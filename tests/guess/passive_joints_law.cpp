@@ -98,7 +98,7 @@ TEST(StiffFluke, on_a_spring_too_stiff_for_the_steps_is_exact_or_not_found) {
     ++found;
     shape::ShapeProgram program(system, maneuver, coordinates, {}, {}, shape::Steps::rough);
     ASSERT_TRUE(program.go_to(*followed));
-    EXPECT_LE(program.merit().violation, tolerance(1e-4)) << spring;
+    EXPECT_LE(program.merit().violation, tolerance(1e-12)) << spring;
   }
   EXPECT_GT(found, 0);
   EXPECT_LT(found, 6) << "no spring was too stiff";

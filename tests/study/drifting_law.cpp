@@ -47,11 +47,12 @@ void expect_drift_proved(const study::Answer& answer) {
   EXPECT_LE(answer.certificate.iterates_momentum, 1e-11);
 }
 
-// In a plane with one joint, with two of them within limits, in space within limits.
+// In a plane with one joint, with two of them within limits, in space within limits and without.
 TEST(DriftingSwimmer, has_one_answer_by_both_solvers) {
   Problem free_in_space = drifting_in_space();
   free_in_space.limits = {};
-  for (const Problem& problem : {drifting_turn(), free_in_space}) {
+  for (const Problem& problem : {drifting_turn(), drifting("/bench/problems/drifting_within_limits.toml", 80),
+                                 drifting_in_space(), free_in_space}) {
     const study::Answer own = answer_to_drift(problem, search::Backend::newton);
     expect_drift_proved(own);
     const model::System system(problem.swimmer);
