@@ -140,94 +140,154 @@ bool go_back(StageNewton& newton, StageProgram& program, const Options& round, d
 }
 
 // Rounds of searches, between which limits' multipliers and weights are renewed.
-void search_in_rounds(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
-                      Outcome& outcome) {
-  const auto begin = std::chrono::steady_clock::now();
-  Options round = options;
-  Landing landing{options.exact_limits ? most_landings : 0};
-  landing.old = program.landed();
-  if (landing.old) program.land();  // the limits that hold an old answer may hold the new one
-  double finest = options.tolerance, best = std::numeric_limits<double>::infinity();
-  int idle = 0, rounds_astray = 0;
-  bool eased = false, answered = false, tried_in_vain = false;
-  const auto late = [&] {
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
-    round.time_limit = options.time_limit - taken.count();  // of all rounds together
-    return stopped(options, taken.count(), outcome);
-  };
-  for (int n = 0; n < most_rounds && idle < most_idle_rounds && rounds_astray < most_rounds_astray; ++n) {
-    if (!eased && !program.landed()) {
-      ease(newton, program);
-      eased = true;
-    }
-    const double error = program.limit_error();
-    if (idle > 1) finest = std::max(least_tolerance, 0.1 * finest);
-    round.tolerance = std::clamp(tolerance_share * error, finest, std::max(first_tolerance, finest));
-    if (error <= limit_tolerance || program.landed()) round.tolerance = finest;
-    round.max_iterations =
-        std::min(options.max_iterations, program.landed() ? landing_iterations : most_round_iterations);
-    round.patience = program.landed() ? 1 : options.patience;
-    newton.solve(program, round, outcome);
-    if (gave_up(outcome.termination)) return;
-    const bool converged = outcome.termination == Termination::converged;
-    rounds_astray = !converged && outcome.infeasibility > astray ? rounds_astray + 1 : 0;
-    const double found = program.limit_error();
-    const bool kept = program.limit_violation() <= limit_tolerance, met = found <= limit_tolerance;
-    const bool tries_sets = program.landed() && !kept;  // so many of them as `landing` has
-    idle = found < idle_share * best || tries_sets ? 0 : idle + 1;
-    best = std::min(best, found);
-    const bool done = met && converged && round.tolerance == finest;
-    if (done && program.landed()) settle_landed(newton, program, settling_weight / landing.grown, outcome);
-    if (done && !program.landed() && !answered && landing.worth_trying(found)) {
-      program.keep_worth();
-      answered = true;
-    }
-    if (tried_in_vain && !done) {
-      round.tolerance = finest;
-      if (go_back(newton, program, round, limit_tolerance, outcome)) return;
-    }
-    tried_in_vain = false;
-    if (ease_where_stuck(program, outcome)) {
+class Rounds {
+ public:
+  Rounds(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance, Outcome& outcome)
+      : newton_(newton),
+        program_(program),
+        options_(options),
+        limit_tolerance_(limit_tolerance),
+        outcome_(outcome),
+        round_(options),
+        finest_(options.tolerance) {
+    landing_.left = options.exact_limits ? most_landings : 0;
+    landing_.old = program.landed();
+    if (landing_.old) program.land();  // the limits that hold an old answer may hold the new one
+  }
+
+  void search() {
+    for (int n = 0; n < most_rounds && idle_ < most_idle_rounds && astray_ < most_rounds_astray; ++n) {
+      begin_round();
+      newton_.solve(program_, round_, outcome_);
+      if (gave_up(outcome_.termination)) return;
+      observe();
+      take_answer();
+      if (goes_back()) return;
+      if (ease_where_stuck(program_, outcome_)) {
+        if (late()) return;
+        astray_ = 0;
+        continue;
+      }
+      program_.renew_limits(!met_);  // at the answer too: its multipliers make it stationary
+      if (done_ && (program_.landed() || !landing_.worth_trying(error_))) return;
+      if (out_of_iterations()) return;
+      land_or_take_off();
       if (late()) return;
-      rounds_astray = 0;
-      continue;
     }
-    program.renew_limits(!met);  // at the answer too: its multipliers make it stationary
-    if (done && (program.landed() || !landing.worth_trying(found))) return;
-    if (outcome.iterations >= options.most_iterations) {
-      outcome.termination = Termination::stalled;
-      outcome.reason = "no convergence within " + std::to_string(options.most_iterations) + " iterations";
-      return;
-    }
-    const bool tried = program.landed();
-    if (landing.changes(program, kept, converged, found)) {
-      tried_in_vain = tried && answered;
-      idle = 0;
-      best = std::numeric_limits<double>::infinity();
-    }
-    if (late()) return;
+    say_why_it_ended();
   }
-  const bool broken = program.limit_violation() > out_of_reach;
-  if (broken && outcome.termination == Termination::converged && idle >= most_idle_rounds) {
-    outcome.termination = Termination::infeasible;
-    outcome.reason = "near every motion that was tried limits stay violated however much they weigh";
-  } else if (broken) {
-    outcome.termination = Termination::stalled;
-    outcome.reason = "limits are still broken where no step makes progress any more";
-  } else if (outcome.termination == Termination::converged) {
-    outcome.termination = Termination::stalled;
-    outcome.reason = program.limit_violation() > limit_tolerance
-                         ? "limits are met slowly"
-                         : "kinks of the cost, powers that change sign, settle slowly";
+
+ private:
+  bool converged() const { return outcome_.termination == Termination::converged; }
+
+  // Eases the barrier before the first round without sets of limits that hold, and chooses how far a round goes.
+  void begin_round() {
+    if (!eased_ && !program_.landed()) {
+      ease(newton_, program_);
+      eased_ = true;
+    }
+    const double error = program_.limit_error();
+    if (idle_ > 1) finest_ = std::max(least_tolerance, 0.1 * finest_);
+    round_.tolerance = std::clamp(tolerance_share * error, finest_, std::max(first_tolerance, finest_));
+    if (error <= limit_tolerance_ || program_.landed()) round_.tolerance = finest_;
+    round_.max_iterations =
+        std::min(options_.max_iterations, program_.landed() ? landing_iterations : most_round_iterations);
+    round_.patience = program_.landed() ? 1 : options_.patience;
   }
-}
+
+  // What a round has come to.
+  void observe() {
+    arrived_ = converged();
+    astray_ = !arrived_ && outcome_.infeasibility > astray ? astray_ + 1 : 0;
+    error_ = program_.limit_error();
+    kept_ = program_.limit_violation() <= limit_tolerance_;
+    met_ = error_ <= limit_tolerance_;
+    const bool tries_sets = program_.landed() && !kept_;  // so many of them as `landing_` has
+    idle_ = error_ < idle_share * best_ || tries_sets ? 0 : idle_ + 1;
+    best_ = std::min(best_, error_);
+    done_ = met_ && arrived_ && round_.tolerance == finest_;
+  }
+
+  // An answer by limits that hold is settled, one by a barrier kept to go back to.
+  void take_answer() {
+    if (done_ && program_.landed()) settle_landed(newton_, program_, settling_weight / landing_.grown, outcome_);
+    if (done_ && !program_.landed() && !answered_ && landing_.worth_trying(error_)) {
+      program_.keep_worth();
+      answered_ = true;
+    }
+  }
+
+  // Where the sets of limits that were tried hold nothing. Returns whether that is an answer.
+  bool goes_back() {
+    if (!std::exchange(tried_in_vain_, false) || done_) return false;
+    round_.tolerance = finest_;
+    return go_back(newton_, program_, round_, limit_tolerance_, outcome_);
+  }
+
+  bool out_of_iterations() {
+    if (outcome_.iterations < options_.most_iterations) return false;
+    outcome_.termination = Termination::stalled;
+    outcome_.reason = "no convergence within " + std::to_string(options_.most_iterations) + " iterations";
+    return true;
+  }
+
+  void land_or_take_off() {
+    const bool tried = program_.landed();
+    if (!landing_.changes(program_, kept_, arrived_, error_)) return;
+    tried_in_vain_ = tried && answered_;
+    idle_ = 0;
+    best_ = std::numeric_limits<double>::infinity();
+  }
+
+  bool late() {
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin_;
+    round_.time_limit = options_.time_limit - taken.count();  // of all rounds together
+    return stopped(options_, taken.count(), outcome_);
+  }
+
+  // That limits cannot be kept is known only where searches arrive and more weight changes nothing.
+  void say_why_it_ended() {
+    const bool broken = program_.limit_violation() > out_of_reach;
+    if (broken && converged() && idle_ >= most_idle_rounds) {
+      outcome_.termination = Termination::infeasible;
+      outcome_.reason = "near every motion that was tried limits stay violated however much they weigh";
+    } else if (broken) {
+      outcome_.termination = Termination::stalled;
+      outcome_.reason = "limits are still broken where no step makes progress any more";
+    } else if (converged()) {
+      outcome_.termination = Termination::stalled;
+      outcome_.reason = program_.limit_violation() > limit_tolerance_
+                            ? "limits are met slowly"
+                            : "kinks of the cost, powers that change sign, settle slowly";
+    }
+  }
+
+  StageNewton& newton_;
+  StageProgram& program_;
+  const Options& options_;
+  double limit_tolerance_;
+  Outcome& outcome_;
+  Options round_;  // of the next round
+  Landing landing_{0};
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  double finest_;                                          // tolerance of a round
+  double error_ = 0.0;                                     // of limits after the last round
+  double best_ = std::numeric_limits<double>::infinity();  // the least of these
+  int idle_ = 0;                                           // rounds since it was much less
+  int astray_ = 0;                                         // rounds in a row that arrived nowhere
+  bool arrived_ = false;                                   // whether it converged
+  bool kept_ = false, met_ = false, done_ = false;         // limits kept, their conditions met, all of an answer
+  bool eased_ = false;                                     // whether the barrier was
+  bool answered_ = false;                                  // whether an answer by a barrier is kept
+  bool tried_in_vain_ = false;                             // whether a set of limits has just failed beside it
+};
 
 }  // namespace
 
 void solve_within_limits(StageNewton& newton, StageProgram& program, const Options& options, double limit_tolerance,
                          Outcome& outcome) {
   if (!program.limited()) return newton.solve(program, options, outcome);
-  search_in_rounds(newton, program, options, limit_tolerance, outcome);
+  Rounds(newton, program, options, limit_tolerance, outcome).search();
   if (outcome.termination == Termination::converged) return;
   const double broken = program.limit_violation();
   outcome.infeasibility = std::max(outcome.infeasibility, broken);

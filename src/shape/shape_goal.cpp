@@ -83,7 +83,7 @@ std::string ShapeProgram::largest_violation(bool cut_short) const {
   if (worst.value < worth_telling || worst.row < 0) return "";
   const LimitRow& row = limits_.rows()[at(worst.row)];
   return row.key + row.bearer(system_) +
-         (cut_short ? " is not kept yet: broken by " : " was kept by no motion that was tried: broken by ") +
+         (cut_short ? " is not kept yet: broken by " : " is not kept where it ended: broken by ") +
          in_words(row.excess(worst.value, h_ * now_.stretch)) + " " + row.unit_name() + " at " +
          in_words(worst.node * h_ * now_.stretch) + " s";
 }
