@@ -54,6 +54,27 @@ def test_joints_that_end_at_rest_on_a_whole_that_drifts_are_stationary(tmp_path)
         assert f"✓ {name}" in report.stdout, name
 
 
+def smooth_gait():
+    return lp.load(ROOT / "examples" / "gait.toml").changed(
+        time={"steps": 60}, cost={"smoothness": 1e-3}, search={"starts": 1})
+
+
+def smooth_turn():
+    return lp.load(ROOT / "examples" / "translation.toml").changed(time={"steps": 60}, cost={"smoothness": 1e-3})
+
+
+# Second differences of moments leave more of kkt than moments do, and the script has to know it as the certificate does.
+@pytest.mark.parametrize("problem, told", [(smooth_gait, ("kkt_round_off", "cost")),
+                                           (smooth_turn, ("kkt_round_off", "cost", "kkt"))])
+def test_smoothness_leaves_more_round_off_of_kkt(tmp_path, problem, told):
+    solution = lp.solve(problem())
+    solution.save(tmp_path)
+    report = run(tmp_path)
+    assert report.returncode == 0, report.stdout + report.stderr
+    for name in told:
+        assert f"✓ {name} " in report.stdout, name
+
+
 def control(solution):
     solution["control"][30][0][2] += 1e-3
 
