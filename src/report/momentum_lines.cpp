@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "certificate/certificate.hpp"
-#include "lie/so3.hpp"
+#include "report/poses.hpp"
 #include "report/summary.hpp"
 #include "report/wording.hpp"
 
@@ -19,11 +19,31 @@ using maneuver::Vectors;
 
 constexpr double no_momentum = 1e-9;  // of the bodies' momentum, total momentum that is none
 
-// Mean over time of a component, by the trapezoid rule.
-double mean_along_e1(const Vectors& values) {
+// Mean along e₁ by the trapezoid rule, over every node or every second one.
+double mean_at_nodes(const Vectors& values, std::size_t stride) {
   double sum = 0.0;
-  for (std::size_t k = 1; k < values.size(); ++k) sum += 0.5 * (values[k - 1][0] + values[k][0]);
-  return sum / static_cast<double>(values.size() - 1);
+  const std::size_t steps = values.size() - 1;
+  for (std::size_t k = 0; k < steps; k += stride) {
+    const std::size_t next = std::min(k + stride, steps);
+    sum += 0.5 * static_cast<double>(next - k) * (values[k][0] + values[next][0]);
+  }
+  return sum / static_cast<double>(steps);
+}
+
+// Σ m_i x_i along e₁, kg m.
+double first_moment(const result::Results& results, std::size_t k) {
+  const std::vector<Eigen::Vector3d> centres = body_centres(results.problem, joint_order(results.problem),
+                                                            results.solution.position[k], results.solution.rotation[k]);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < centres.size(); ++i) sum += results.problem.bodies[i].mass * centres[i][0];
+  return sum;
+}
+
+// Of the bodies' linear momentum along e₁, from where they went: momenta at nodes leave more of an error than tiny moves are worth.
+double mean_linear(const result::Results& results) {
+  const maneuver::Solution& solution = results.solution;
+  return (first_moment(results, solution.position.size() - 1) - first_moment(results, 0)) /
+         (solution.time.back() - solution.time.front());
 }
 
 double largest(const Vectors& values) {
@@ -62,17 +82,27 @@ std::string zero_line(double share, const std::optional<certificate::Certificate
 
 std::string sense_words(double mean, double asked) { return mean * asked > 0.0 ? "with" : "against"; }
 
-// Of a mean that is none beside the largest.
-std::string no_mean_line(const char* kind, const char* along) {
-  return fmt::format("· mean {} momentum of the bodies {} e₁ is zero to round-off", kind, along);
+// Of a mean that is none beside what it is taken of.
+std::string no_mean_line(const char* kind, const char* along, const char* to = "round-off") {
+  return fmt::format("· mean {} momentum of the bodies {} e₁ is zero to {}", kind, along, to);
 }
 
 // Bodies that end turned as they began have all moved as the root has: the mean of their momentum has the sign of the move. Of others
 // no law asks it.
-std::string linear_line(double mean, double of_fluid, double asked, bool by_law) {
-  const char* mark = mean * asked > 0.0 ? "✓" : by_law ? "✗" : "·";
-  return fmt::format("{} mean linear momentum along e₁: bodies {} kg m/s, {} the move; fluid {} kg m/s", mark,
-                     with_sign(mean), sense_words(mean, asked), with_sign(of_fluid));
+std::string linear_line(double mean, double of_fluid, double asked) {
+  return fmt::format("{} mean linear momentum along e₁: bodies {} kg m/s, {} the move; fluid {} kg m/s",
+                     mean * asked > 0.0 ? "✓" : "·", with_sign(mean), sense_words(mean, asked), with_sign(of_fluid));
+}
+
+std::string linear_line_of(const result::Results& results) {
+  constexpr double round_off = 1e-13;  // of all mass carried through the swimmer's reach
+  double mass = 0.0;
+  for (const result::ResolvedBody& body : results.problem.bodies) mass += body.mass;
+  const double mean = mean_linear(results), time = results.solution.time.back() - results.solution.time.front();
+  const double total = results.solution.linear_momentum.total.front()[0];
+  return std::abs(mean) <= round_off * mass * reach_of(results) / time
+             ? no_mean_line("linear", "along")
+             : linear_line(mean, total - mean, *results.problem.goal->move[0]);
 }
 
 // Turns have the sign of the bodies' momentum in the paper's maneuver; no law asks it of all.
@@ -81,12 +111,12 @@ std::string angular_line(double mean, double of_fluid, double asked) {
                      mean * asked > 0.0 ? "✓" : "·", with_sign(mean), sense_words(mean, asked), with_sign(of_fluid));
 }
 
-bool ends_turned_as_it_began(const maneuver::Solution& solution) {
-  constexpr double same = 1e-6;  // rad
-  const auto &first = solution.rotation.front(), &last = solution.rotation.back();
-  for (std::size_t i = 0; i < first.size(); ++i)
-    if (lie::rotation_angle(first[i].transpose() * last[i]) > same) return false;
-  return true;
+std::string angular_line_of(const MomentumHistory& momenta, double asked) {
+  const double mean = mean_at_nodes(momenta.bodies, 1);
+  const double error = std::abs(mean_at_nodes(momenta.bodies, 2) - mean) / 3.0;
+  if (std::abs(mean) < no_momentum * largest(momenta.bodies)) return no_mean_line("angular", "about");
+  return std::abs(mean) <= error ? no_mean_line("angular", "about", "what the steps leave of it")
+                                 : angular_line(mean, mean_at_nodes(momenta.fluid, 1), asked);
 }
 
 // There the bodies' momentum is the total, and nothing is left to compare it with.
@@ -111,20 +141,9 @@ std::vector<std::string> momentum_lines(const result::Results& results) {
   // signs of motions that go elsewhere say nothing
   if (!results.certificate || !(results.certificate->goal_error <= evidence::goal_mark)) return lines;
   const maneuver::Goal& goal = *results.problem.goal;
-  const auto none = [](double mean, const Vectors& momenta) { return std::abs(mean) < no_momentum * largest(momenta); };
-  if (goal.move[0] && *goal.move[0] != 0.0) {
-    const double mean = mean_along_e1(solution.linear_momentum.bodies);
-    lines.push_back(none(mean, solution.linear_momentum.bodies)
-                        ? no_mean_line("linear", "along")
-                        : linear_line(mean, mean_along_e1(solution.linear_momentum.fluid), *goal.move[0],
-                                      ends_turned_as_it_began(solution)));
-  }
-  if (goal.turn && (*goal.turn)[0] != 0.0 && !drifts(results)) {  // momentum turns a swimmer either way
-    const double mean = mean_along_e1(solution.angular_momentum.bodies);
-    lines.push_back(none(mean, solution.angular_momentum.bodies)
-                        ? no_mean_line("angular", "about")
-                        : angular_line(mean, mean_along_e1(solution.angular_momentum.fluid), (*goal.turn)[0]));
-  }
+  if (goal.move[0] && *goal.move[0] != 0.0) lines.push_back(linear_line_of(results));
+  if (goal.turn && (*goal.turn)[0] != 0.0 && !drifts(results))  // momentum turns a swimmer either way
+    lines.push_back(angular_line_of(solution.angular_momentum, (*goal.turn)[0]));
   return lines;
 }
 

@@ -8,8 +8,8 @@
 
 namespace lamprey::report {
 
-/// Lines with ✓ or ✗: total momentum zero throughout (for a start at rest); the bodies' mean linear momentum along e₁ against
-/// the asked displacement; their mean angular momentum about e₁ against the asked turn.
+/// Lines with ✓, ✗ or ·: total momentum zero throughout (for a start at rest); the bodies' mean linear momentum along e₁, by where
+/// their mass centres went, against the asked displacement; their mean angular momentum about e₁ against the asked turn.
 std::vector<std::string> momentum_lines(const result::Results& results);
 
 /// Whether the swimmer carries total momentum, which moves and turns it without its joints.
