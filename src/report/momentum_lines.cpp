@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "certificate/certificate.hpp"
+#include "lie/so3.hpp"
 #include "report/poses.hpp"
 #include "report/summary.hpp"
 #include "report/wording.hpp"
@@ -127,6 +129,24 @@ bool in_a_vacuum(const result::ResolvedProblem& problem) {
 }
 
 }  // namespace
+
+std::string asked_turn(const result::Results& results) {
+  constexpr double round_off = 1e-12, half_a_turn = 1e-6;  // rad
+  const auto& goal = results.problem.goal;
+  const auto& rotation = results.solution.rotation;
+  if (!goal || rotation.size() < 2) return "";
+  Eigen::Matrix3d start = Eigen::Matrix3d::Identity();
+  if (const auto& begin = results.problem.start; begin && !begin->rotation.empty()) start = begin->rotation.front();
+  Eigen::Vector3d asked = goal->turn.value_or(Eigen::Vector3d(Eigen::Vector3d::Zero()));
+  if (const auto own = goal->rotation.find(results.problem.bodies.front().name); own != goal->rotation.end())
+    asked = own->second ? lie::log(lie::exp(*own->second) * start.transpose()) : Eigen::Vector3d::Zero();
+  Eigen::Vector3d turn = lie::log(rotation.back().front() * rotation.front().front().transpose());
+  if (!(asked.norm() > round_off && turn.norm() > round_off)) return "";
+  if (turn.norm() > std::numbers::pi - half_a_turn && turn.dot(asked) < 0.0) turn = -turn;  // which is as far
+  const double angle = turn.norm();
+  turn = (turn.array().abs() < round_off).select(0.0, turn);
+  return fmt::format("{} rad, {}°", vector(turn), number(angle * 180.0 / std::numbers::pi, 5));
+}
 
 bool drifts(const result::Results& results) { return share_of_total(results) > no_momentum; }
 

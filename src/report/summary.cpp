@@ -404,6 +404,8 @@ std::vector<std::pair<std::string, std::string>> facts(const result::Results& re
     if (problem.goal) rows.emplace_back("Displacement", way_words(solution, problem));
     if (problem.goal && turns_freely(problem) && solution.rotation.size() > 1)
       rows.emplace_back("Turn of " + problem.bodies.front().name, turn_words(solution));
+    if (const auto turn = asked_turn(results); !turn.empty())
+      rows.emplace_back("Turn of " + problem.bodies[0].name, turn);
     if (problem.goal && goes_a_way(results) && (problem.goal->periodic || distance_asked(problem)) && !drifts(results))
       rows.emplace_back("Cost of transport", transport_words(*moved, by_replay));
   }

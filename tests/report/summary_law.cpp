@@ -276,6 +276,42 @@ TEST(Facts, tell_how_the_root_has_turned_where_the_goal_leaves_that_open) {
   EXPECT_TRUE(told());
 }
 
+// Of gaits and maneuvers alike, from the first attitude to the last; a half turn by the way round that was asked.
+TEST(Facts, tell_the_turn_that_was_asked) {
+  result::Results results = tests::sample_results(5);
+  const std::string root = results.problem.bodies.front().name;
+  const auto told = [&] {
+    std::vector<std::string> turns;
+    for (const auto& [key, value] : report::facts(results))
+      if (key == "Turn of " + root) turns.push_back(value);
+    EXPECT_LE(turns.size(), 1U);
+    return turns.empty() ? "" : turns.front();
+  };
+  const Eigen::Matrix3d first = lie::exp({0.3, -0.2, 0.5});
+  results.solution.rotation.front()[0] = first;
+  for (const double angle : {0.25, -2.0, std::numbers::pi, -std::numbers::pi}) {
+    const Eigen::Vector3d turn(0.0, 0.0, angle);
+    results.solution.rotation.back()[0] = lie::exp(turn) * first;
+    results.problem.goal->rotation = {};
+    results.problem.goal->turn = turn;
+    const std::string words = fmt::format("(0, 0, {}) rad, {}°", report::number(angle, 6),
+                                          report::number(std::abs(angle) * 180.0 / std::numbers::pi, 5));
+    for (const bool periodic : {false, true}) {
+      results.problem.goal->periodic = periodic;
+      EXPECT_EQ(told(), words);
+    }
+    results.problem.goal->turn = Eigen::Vector3d::Zero();
+    EXPECT_EQ(told(), "") << "none was asked";
+    results.problem.start = result::ResolvedStart{{first}, {}, {}, {}};
+    results.problem.goal->rotation = {{root, lie::log(lie::exp(turn) * first)}};
+    if (std::abs(angle) < 3.0) {
+      EXPECT_EQ(told(), words);
+    }
+    results.problem.goal->rotation = {{root, lie::log(first)}};
+    EXPECT_EQ(told(), "") << "its attitude was to stay";
+  }
+}
+
 TEST(MomentumLines, tell_signs_of_motions_that_arrive_alone) {
   result::Results results = tests::sample_results(5);
   EXPECT_EQ(report::momentum_lines(results).size(), 3U);
