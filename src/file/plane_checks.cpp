@@ -11,6 +11,7 @@
 #include "file/problem_checks.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
+#include "lie/so3.hpp"
 
 namespace lamprey::file {
 
@@ -121,6 +122,65 @@ void require_plane(const Problem& problem) {
   for (std::size_t n = 0; n < problem.waypoints.size(); ++n) require_plane_waypoint(problem.waypoints[n], n);
   require_plane_obstacles(problem.limits, problem.start.position[2]);
   require_within("cost.displacement", problem.cost_weights.displacement);
+}
+
+namespace {
+
+bool along(const Vector3d& v, const Vector3d& normal) { return v.cross(normal).norm() <= in_plane * v.norm(); }
+bool across(const Vector3d& v, const Vector3d& normal) { return std::abs(v.dot(normal)) <= in_plane * v.norm(); }
+
+// In the energy velocities V are mirrored and turn rates Ω are so with the opposite sign.
+bool mirrored_body(const model::Body& body, const Vector3d& normal) {
+  const Eigen::Matrix3d mirror = Eigen::Matrix3d::Identity() - 2.0 * normal * normal.transpose();
+  const auto unlike = [&](const Eigen::Matrix3d& m, double sign) {
+    return (mirror * m * mirror - sign * m).norm() > in_plane * m.norm();
+  };
+  return !unlike(body.mass_matrix, 1.0) && !unlike(body.inertia_matrix, 1.0) && !unlike(body.coupling_matrix, -1.0);
+}
+
+bool mirrored_joint(const model::Joint& joint, const Vector3d& of_parent, const Vector3d& of_child, bool free_shape) {
+  if (!across(joint.parent_offset, of_parent) || !across(joint.child_offset, of_child)) return false;
+  switch (joint.kind) {
+    case model::JointKind::fixed:
+      return true;
+    case model::JointKind::hinge:
+      return along(joint.child_axis, of_child);
+    case model::JointKind::universal:
+      return false;
+    case model::JointKind::ball:
+      break;
+  }
+  for (Eigen::Index c = 0; c < joint.actuation.cols(); ++c)
+    if (!along(joint.actuation.col(c), of_parent)) return false;
+  return !free_shape && (joint.stiffness == 0.0 || along(joint.reference_rotation * of_child, of_parent));
+}
+
+}  // namespace
+
+bool stays_in_plane(const model::System& system, const maneuver::Start& start, int axis) {
+  const Vector3d normal = Vector3d::Unit(axis);
+  std::vector<Vector3d> seen;  // from the bodies
+  for (int i = 0; i < system.body_count(); ++i) {
+    const std::size_t body = model::at(i);
+    seen.emplace_back(lie::exp(start.rotation[body]).transpose() * normal);
+    if (!mirrored_body(system.body(i), seen[body]) || !along(start.angular_velocity[body], seen[body])) return false;
+  }
+  return across(start.linear_velocity, normal) &&
+         std::all_of(system.joints().begin(), system.joints().end(), [&](const model::Joint& joint) {
+           return mirrored_joint(joint, seen[model::at(joint.parent)], seen[model::at(joint.child)], start.free_shape);
+         });
+}
+
+Problem with_plane_told(const model::System& system, Problem problem) {
+  const auto tell = [](std::optional<double>& move) {
+    if (!move) move = 0.0;
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!stays_in_plane(system, problem.start, axis)) continue;
+    if (problem.goal) tell(problem.goal->move[model::at(axis)]);
+    for (maneuver::Waypoint& waypoint : problem.waypoints) tell(waypoint.move[model::at(axis)]);
+  }
+  return problem;
 }
 
 }  // namespace lamprey::file

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "file/keep_out_checks.hpp"
+#include "file/plane_checks.hpp"
 #include "file/problem_file.hpp"
 #include "file/toml_reader.hpp"
 #include "file/words.hpp"
@@ -176,11 +177,12 @@ void require_ends_within_limits(const ProblemFile& file) {
   if (!problem.goal) return;
   try {
     const model::System system(problem.swimmer);
-    const maneuver::Maneuver maneuver =
-        maneuver::make_maneuver(system, problem, problem.steps);  // refuses contradictions
+    maneuver::make_maneuver(system, problem, problem.steps);  // refuses contradictions
+    const maneuver::Problem told = with_plane_told(system, problem);
+    const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, told, problem.steps);
     const std::vector<maneuver::LimitRow> rows = maneuver::limit_rows(system, problem);
     require_clearance_of_joined(file);
-    if (problem.start.free_shape) return require_room_for_root(system, problem);
+    if (problem.start.free_shape) return require_room_for_root(system, told);
     if (const auto broken = maneuver::broken_by_start(system, maneuver, rows)) {
       const int joint = broken->row->joint;
       const std::string own =
@@ -190,10 +192,10 @@ void require_ends_within_limits(const ProblemFile& file) {
       refuse_end(system, "start", *broken, bent_at_start(system, maneuver, joint),
                  fmt::format("change {}, let start.free_shape be true, or widen the limit", own));
     }
-    if (problem.goal->periodic) return require_room_for_root(system, problem);
+    if (problem.goal->periodic) return require_room_for_root(system, told);
     if (const auto broken = maneuver::broken_by_goal(system, maneuver, rows))
       refuse_end(system, "goal", *broken, "", "change [goal], or widen the limit");
-    require_room_for_root(system, problem);
+    require_room_for_root(system, told);
   } catch (const model::InputError& error) {
     throw located(error, file);
   }

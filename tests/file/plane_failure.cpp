@@ -1,5 +1,8 @@
 // Swimmers of ellipses keep to their plane; what leads out of it is refused where it stands.
+#include <algorithm>
 #include <functional>
+#include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -129,6 +132,101 @@ TEST(Plane, motions_do_not_feel_what_lies_out_of_it) {
   const Eigen::VectorXd two = mechanics::acceleration(heavier, R, velocity, u);
   EXPECT_LE((one - two).norm(), tolerance(1e-12) * one.norm());
   EXPECT_GT(one.norm(), 1.0);
+}
+
+// The same of ellipsoids, which keep to a plane by their mirror alone.
+maneuver::Problem ellipsoids() {
+  maneuver::Problem problem = ellipses();
+  for (model::BodyDescription& body : problem.swimmer.bodies) body.ellipse = false, body.semi_axes[2] = 0.05;
+  const model::System system(problem.swimmer);
+  for (std::size_t i = 0; i < 3; ++i) {
+    problem.swimmer.bodies[i].mass_matrix = system.bodies()[i].mass_matrix;
+    problem.swimmer.bodies[i].inertia_matrix = system.bodies()[i].inertia_matrix;
+  }
+  problem.start.rotation = {Vector3d(0, 0, 0.3), Vector3d(0, 0, -0.4), Vector3d(0, 0, 1.1)};
+  problem.start.linear_velocity = Vector3d(0.4, -0.2, 0);
+  for (Vector3d& rate : problem.start.angular_velocity) rate = Vector3d(0, 0, 0.7);
+  return problem;
+}
+
+// How fast it leaves the plane across e_3, of how fast it moves.
+double leaving(const maneuver::Problem& problem) {
+  const model::System system(problem.swimmer);
+  mechanics::Rotations R;
+  for (const Vector3d& turn : problem.start.rotation) R.push_back(lie::exp(turn));
+  Eigen::VectorXd velocity = Eigen::VectorXd::Zero(system.velocity_count());
+  velocity.head<3>() = problem.start.angular_velocity[0];
+  velocity[3] = 1.3;
+  velocity[4] = -0.6;
+  velocity.tail<3>() = problem.start.linear_velocity;
+  const Eigen::VectorXd rate =
+      mechanics::acceleration(system, R, velocity, {Vector3d(0.8, 0, 0), Vector3d(-0.5, 0, 0)});
+  const auto out = [](const Eigen::VectorXd& v, const Eigen::Matrix3d& root) {
+    const Vector3d turn = root * v.head<3>();
+    return std::max({std::abs(turn[0]), std::abs(turn[1]), std::abs(v[v.size() - 1])});
+  };
+  return std::max(out(rate, R[0]) / rate.norm(), out(velocity, R[0]) / velocity.norm());
+}
+
+TEST(Plane, of_ellipsoids_is_left_by_whatever_breaks_its_mirror) {
+  const auto stays = [](const maneuver::Problem& problem, int axis = 2) {
+    return file::stays_in_plane(model::System(problem.swimmer), problem.start, axis);
+  };
+  EXPECT_TRUE(stays(ellipsoids()));
+  EXPECT_LE(leaving(ellipsoids()), tolerance(1e-12));
+  const std::vector<std::function<void(maneuver::Problem&)>> breaks = {
+      [](auto& p) { p.swimmer.joints[0].axis = Vector3d(0.1, 0, 1); },
+      [](auto& p) { p.swimmer.joints[0].parent_offset[2] = 0.02; },
+      [](auto& p) { p.swimmer.joints[1].child_offset[2] = 0.02; },
+      [](auto& p) { (*p.swimmer.bodies[0].mass_matrix)(0, 2) = (*p.swimmer.bodies[0].mass_matrix)(2, 0) = 0.01; },
+      [](auto& p) {
+        Eigen::Matrix3d& J = *p.swimmer.bodies[2].inertia_matrix;
+        J(0, 2) = J(2, 0) = 0.1 * J(0, 0);
+      },
+      [](auto& p) { p.swimmer.bodies[1].coupling_matrix = 1e-3 * Eigen::Matrix3d::Identity(); },
+      [](auto& p) { p.start.linear_velocity[2] = 0.1; },
+      [](auto& p) { p.start.angular_velocity[0] = Vector3d(0.3, 0, 0.7); },
+      [](auto& p) { p.start.rotation[0] = Vector3d(0.3, 0, 0); }};
+  for (std::size_t n = 0; n < breaks.size(); ++n) {
+    maneuver::Problem problem = ellipsoids();
+    breaks[n](problem);
+    EXPECT_FALSE(stays(problem)) << n;
+    EXPECT_GT(leaving(problem), 1e-6) << n;
+  }
+}
+
+TEST(Plane, of_ellipsoids_lies_as_the_start_is_turned) {
+  maneuver::Problem problem = ellipsoids();
+  const Eigen::Matrix3d turned = lie::exp(Vector3d(0, std::numbers::pi / 2, 0));  // e_3 to e_1
+  for (Vector3d& rotation : problem.start.rotation) rotation = lie::log(turned * lie::exp(rotation));
+  problem.start.linear_velocity = turned * problem.start.linear_velocity;
+  const model::System system(problem.swimmer);
+  EXPECT_TRUE(file::stays_in_plane(system, problem.start, 0));
+  EXPECT_FALSE(file::stays_in_plane(system, problem.start, 2));
+  problem.goal->move = {};
+  problem.waypoints.push_back({0.5, {}, {}, {}});
+  const maneuver::Problem told = file::with_plane_told(system, problem);
+  for (const auto& move : {told.goal->move, told.waypoints[0].move}) {
+    EXPECT_EQ(move[0], 0.0);
+    EXPECT_FALSE(move[1] || move[2]);
+  }
+}
+
+TEST(Plane, of_ball_joints_is_that_of_their_moments) {
+  maneuver::Problem problem = ellipsoids();
+  for (model::JointDescription& joint : problem.swimmer.joints) {
+    joint.kind = model::JointKind::ball;
+    joint.axis.reset();
+    joint.control_axes = std::vector<Vector3d>{Vector3d(0, 0, -2)};
+  }
+  problem.start.free_shape = false;
+  const auto stays = [&] { return file::stays_in_plane(model::System(problem.swimmer), problem.start, 2); };
+  EXPECT_TRUE(stays());
+  problem.start.free_shape = true;
+  EXPECT_FALSE(stays()) << "the first shape may be out of it";
+  problem.start.free_shape = false;
+  problem.swimmer.joints[1].control_axes.reset();
+  EXPECT_FALSE(stays());
 }
 
 }  // namespace

@@ -341,6 +341,8 @@ TEST(KeepOut, of_ends_and_waypoints_that_no_attitude_keeps_is_told_before_any_se
   EXPECT_EQ(refused(wall + by("0.165"), anywhere), "");
   EXPECT_EQ(refused(ball, "[0.0, 0.48, 0.0]"), "goal.move");
   EXPECT_EQ(refused(ball, "[\"free\", 0.48, 0.0]"), "") << "it may pass beside the ball";
+  EXPECT_EQ(refused(ball, "[0.0, 0.48, \"free\"]"), "goal.move") << "nothing takes it out of its plane";
+  EXPECT_EQ(refused(ball + "[[waypoint]]\ntime = 1.0\nmove = [0.0, 0.48, \"free\"]\n", anywhere), "waypoint[0].move");
 }
 
 TEST(UnsupportedProblem, momentum_goes_into_no_gait) {
