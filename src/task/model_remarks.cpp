@@ -31,6 +31,7 @@ constexpr double gravity = 9.81;             // m/s²
 constexpr double lightest_liquid = 50.0;     // kg/m³
 constexpr double rounded_digits = 0.02;      // of a mass or inertia, by which given matrices may fall short of the body
 constexpr double far_off = 2.0;              // times the way to the body's surface
+constexpr double far_within = 5e-3;          // likewise: a length in another unit is 10⁻³ of that
 constexpr double inertia_range = 1e10;       // of the bodies' J: round-off of the largest covers the smallest
 constexpr double far_goal = 5.0;             // lengths of the swimmer
 constexpr double half_turn_slack = 1e-3;     // rad, of a half turn that was rounded
@@ -83,6 +84,12 @@ std::string total_remark(const Body& body, bool given, const char* key, const Ma
 
 std::string offset_remark(const Joint& joint, const char* key, const Vector3d& offset, const Body& body) {
   const double surfaces = offset.cwiseQuotient(body.semi_axes).norm();
+  if (surfaces > 0.0 && surfaces < far_within)
+    return fmt::format(
+        "{}.{}: the joint sits {} m off the centre of {}, {:.1g} of the way to its surface; are semi_axes and offsets "
+        "both in m?",
+        document::printable(joint.name), key, document::short_number(offset.norm()), document::printable(body.name),
+        surfaces);
   if (surfaces < far_off) return "";
   return fmt::format("{}.{}: the joint sits {} m off the centre of {}, {} times as far as its surface",
                      document::printable(joint.name), key, document::short_number(offset.norm()),
@@ -200,6 +207,40 @@ std::string angle_remark(const std::string& key, double angle) {
                      document::short_number(angle), document::short_number(nearest));
 }
 
+// Whether a point that lies so far from a body's mass centre is inside of it.
+bool inside(const Body& body, const Eigen::Matrix3d& rotation, const Vector3d& from_centre) {
+  return (rotation.transpose() * from_centre).cwiseQuotient(body.semi_axes).norm() < 1.0;
+}
+
+// Rotors within a hull turn about their own mass centre, or hang at the hull's: these are meant to be inside.
+bool is_rotor(const System& system, const Body& body) {
+  return body.joint >= 0 &&
+         (system.joint(body.joint).child_offset.isZero(0.0) || system.joint(body.joint).parent_offset.isZero(0.0));
+}
+
+// Bodies that begin so deep within each other that the mass centre of each is inside of the other; the first two, and how many more.
+std::string overlap_remark(const Problem& problem, const System& system) {
+  mechanics::Rotations R;
+  for (int i = 0; i < system.body_count(); ++i) R.push_back(lie::exp(problem.start.rotation[at(i)]));
+  const std::vector<Vector3d> centres = system.mass_centres(R, problem.start.position);
+  std::string first;
+  int pairs = 0;
+  for (int i = 0; i < system.body_count(); ++i)
+    for (int k = i + 1; k < system.body_count(); ++k) {
+      const Body &one = system.body(i), &other = system.body(k);
+      const Vector3d way = centres[at(k)] - centres[at(i)];
+      if (!inside(one, R[at(i)], way) || !inside(other, R[at(k)], -way)) continue;
+      if (system.move_as_one(i, k) || is_rotor(system, one) || is_rotor(system, other)) continue;
+      if (++pairs == 1)
+        first = fmt::format("{} and {}", document::printable(one.name), document::printable(other.name));
+    }
+  if (pairs == 0) return "";
+  return fmt::format(
+      "{}{} begin within each other, the mass centre of each inside of the other; do parent_offset and child_offset "
+      "point from the mass centres to the joint, each in its own body's frame and in m?",
+      first, pairs > 1 ? fmt::format(" and {} more {}", pairs - 1, pairs == 2 ? "pair" : "pairs") : "");
+}
+
 // Two hinges whose axes, as the swimmer begins, are parallel but for digits that were left out.
 std::string axes_remark(const Problem& problem, const System& system) {
   constexpr double round_off = 1e-12, rounded = 1e-4;  // rad
@@ -240,6 +281,7 @@ std::vector<std::string> model_remarks(const Problem& problem, const System& sys
     add(offset_remark(joint, "parent_offset", joint.parent_offset, system.body(joint.parent)));
     add(offset_remark(joint, "child_offset", joint.child_offset, system.body(joint.child)));
   }
+  add(overlap_remark(problem, system));
   add(weight_remark(problem, system));
   add(density_remark(problem));
   add(range_remark(system));

@@ -10,7 +10,7 @@
 namespace lamprey::task {
 
 /// One sentence for each number that looks like a slip: a mass far from that of the water displaced, weight or buoyancy that is left, a fluid as light as a gas, given M or J that are less
-/// than the body alone, a joint far off its body, inertias that double precision cannot hold side by side, a goal many
+/// than the body alone, a joint far off its body or in its very middle, bodies that begin within each other, inertias that double precision cannot hold side by side, a goal many
 /// lengths away, one of more than half a turn. None of it is refused. The system must be that of the problem.
 std::vector<std::string> model_remarks(const maneuver::Problem& problem, const model::System& system);
 
