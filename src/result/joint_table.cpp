@@ -105,6 +105,29 @@ class TableParser {
                : "add or remove columns");
   }
 
+  // A few names in quotes.
+  static std::string shown(const std::vector<std::string>& names) {
+    constexpr std::size_t enough = 4;
+    std::string text;
+    for (std::size_t n = 0; n < std::min(names.size(), enough); ++n)
+      text += (n == 0 ? "" : ", ") + document::in_quotes(names[n]);
+    return text + (names.size() > enough ? ", ..." : "");
+  }
+
+  // Of a table that names others than the problem's joints: of another swimmer, it seems.
+  void require_own_columns(const std::vector<Cell>& cells, const std::vector<std::string_view>& header) const {
+    const std::vector<std::string> names = names_in_header(header);
+    if (cells.size() == 1 + columns_.size() || names.empty()) return require_columns(cells, "header");
+    std::vector<std::string> own;
+    for (const model::JointDescription& joint : joints_) own.push_back(joint.name);
+    refuse(1, "header", fmt::format("{} columns", cells.size()),
+           fmt::format("{}: t, then those of each joint", 1 + columns_.size()),
+           own.empty() ? std::string("the problem has no joints")
+                       : fmt::format("the header names {}, and no joint of this problem: {}; is it the table of "
+                                     "another swimmer? else name these",
+                                     shown(names), shown(own)));
+  }
+
   void read_header(const std::vector<Cell>& cells) {
     std::vector<std::string_view> names;
     for (const Cell& cell : cells) names.push_back(cell.text);
@@ -115,7 +138,10 @@ class TableParser {
     named_ = header.named;
     table_.left_out.assign(joints_.size(), named_);
     for (const TableColumn& column : columns_) table_.left_out[column.joint] = false;
-    require_columns(cells, "header");
+    if (named_)
+      require_columns(cells, "header");
+    else
+      require_own_columns(cells, names);
     if (!named_)
       table_.remark = fmt::format("the header of {} names no joints of this problem: its columns are taken as {}",
                                   path_, header_in_order(kind_, joints_));

@@ -310,6 +310,19 @@ TableHeader read_table_header(TableKind kind, const std::vector<std::string_view
   return header;
 }
 
+std::vector<std::string> names_in_header(const std::vector<std::string_view>& cells) {
+  std::vector<std::string> names;
+  for (std::size_t n = 1; n < cells.size(); ++n) {
+    std::string_view name = label_of(cells[n]).name;
+    const std::size_t blank = name.find_last_of(separators);
+    const std::string_view last = blank == std::string_view::npos ? "" : name.substr(blank + 1);
+    if (last.size() == 1 && std::string_view("xyz12").find(last) != std::string_view::npos)
+      name = name.substr(0, name.find_last_not_of(separators, blank) + 1);
+    if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
+  }
+  return names;
+}
+
 std::vector<TableColumn> columns_in_order(TableKind kind, const Joints& joints) {
   const Columns known(kind, joints);
   std::vector<TableColumn> columns;

@@ -55,6 +55,9 @@ std::vector<TableColumn> columns_in_order(TableKind kind, const std::vector<mode
 TableHeader read_table_header(TableKind kind, const std::vector<std::string_view>& cells,
                               const std::vector<model::JointDescription>& joints);
 
+/// What a header without names of these joints seems to call its own: its cells without units, x, y, z, 1 and 2; each once.
+std::vector<std::string> names_in_header(const std::vector<std::string_view>& cells);
+
 /// Names of the columns in the joints' order, without units.
 std::vector<std::string> column_names(TableKind kind, const std::vector<model::JointDescription>& joints);
 

@@ -132,6 +132,11 @@ TEST(ControlsTable, a_header_that_cannot_be_meant_is_refused_at_its_column) {
       0U);
   EXPECT_EQ(refused("t,fin x,fin y,fin z,tail x,tail y").rfind("u.csv:1:1: header: found no column \"tail z\"", 0), 0U);
   EXPECT_EQ(refused("t,a,b").rfind("u.csv:1:1: header: found 3 columns; allowed: 7", 0), 0U);
+  const std::string of_another = refused("t (s),head x (N m),head y (N m),head z (N m),head (N m),left fin_1");
+  EXPECT_TRUE(
+      of_another.ends_with("the header names \"head\", \"left fin\", and no joint of this problem: \"fin\", "
+                           "\"tail\"; is it the table of another swimmer? else name these"))
+      << of_another;
   EXPECT_EQ(
       refused("t (ms),fin x,fin y,fin z,tail x,tail y,tail z").rfind("u.csv:1:1: header: found times in \"ms\"", 0),
       0U);
