@@ -233,7 +233,9 @@ double TableReader::number_in(const document::TomlValue& value, std::string_view
                               const document::TomlValue& whole, const std::string& allowed) const {
   if (!is_number(value))
     refuse(key(name), shown(whole), allowed,
-           std::string(value.kind == Kind::array ? "write one number, without brackets" : kind_cure(Kind::number)));
+           std::string(value.kind != Kind::array ? kind_cure(Kind::number)
+                       : &value == &whole        ? "write one number, without brackets"
+                                                 : "write a plain number for each, in one pair of brackets"));
   if (!range.contains(as_double(value))) {
     const bool degrees = range.unit == "rad" && std::abs(as_double(value)) > range.high;
     refuse(key(name), shown(whole), allowed,

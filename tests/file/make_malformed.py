@@ -42,6 +42,7 @@ CASES = {
     "ellipse_negative": ("[5.0, 0.8, 1.5]", "[5.0, -0.8]", "[5.0, -0.8]", "body[1].semi_axes", ["found [5, -0.8]", "two numbers > 0 (m)", "choose a finite value"]),
     "ellipses_on_a_ball_joint": (ELLIPSES, None, "kind = \"ball\"", "joint[0].kind", ["a ball joint", "hinge or fixed between ellipses", "kind = \"hinge\""]),
     "semi_axes_not_a_number": ("[5.0, 0.8, 1.5]", "[5.0, nan, 1.5]", "[5.0, nan", "body[1].semi_axes", ["found [5, nan, 1.5]", "three numbers > 0 (m)", "finite"]),
+    "semi_axes_in_brackets": ("[5.0, 0.8, 1.5]", "[[5.0, 0.8, 1.5], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]", "[[5.0, 0.8, 1.5]", "body[1].semi_axes", ["found [[5, 0.8, 1.5]", "three numbers > 0 (m)", "write a plain number for each, in one pair of brackets"]),
     "semi_axes_astronomic": ("[5.0, 0.8, 1.5]", "[5e200, 5e200, 1.5]", "[5e200", "body[1].semi_axes", ["found [5e+200", "between 1e-60 and 1e+60", "check the units"]),
     "semi_axes_whose_inertia_overflows": ([("density = 0.01", "density = 1e60"), ("[5.0, 0.8, 1.5]", "[1e60, 1e60, 1e60]")], None, "[1e60", "body[1].semi_axes", ["kg", "ordinary numbers", "check the units"]),
     "duration_next_to_nothing": ("min = 0.5", "min = 1e-308", "min = 1e-308", "time.min", ["found 1e-308", "between 1e-60 and 1e+60", "check the units"]),
