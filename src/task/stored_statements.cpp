@@ -11,6 +11,8 @@
 #include "certificate/certificate.hpp"
 #include "evidence/clearance.hpp"
 #include "evidence/limit_check.hpp"
+#include "fluid/ellipse.hpp"
+#include "fluid/ellipsoid.hpp"
 #include "lie/so3.hpp"
 #include "maneuver/feedback.hpp"
 #include "result/resolve.hpp"
@@ -121,6 +123,41 @@ void add_false_restatements(const Results& stored, const model::System& system, 
   }
 }
 
+fluid::EllipsoidInertia in_unit_density(const result::ResolvedBody& body) {
+  return body.ellipse ? fluid::ellipse_inertia(body.semi_axes.head<2>(), 1.0)
+                      : fluid::ellipsoid_inertia(body.semi_axes, 1.0);
+}
+
+// Whether what a body's matrices add to the body alone is what its semi-axes add in fluid of a density.
+bool follows_from(double density, const result::ResolvedBody& body) {
+  constexpr double same = 1e-9;  // of the matrix
+  const fluid::EllipsoidInertia added = in_unit_density(body);
+  const auto is = [](const Eigen::Matrix3d& told, const Eigen::Matrix3d& found) {
+    return (told - found).norm() <= same * told.norm();
+  };
+  return body.coupling_matrix.isZero(0.0) &&
+         is(body.mass_matrix,
+            body.mass * Eigen::Matrix3d::Identity() + Eigen::Matrix3d((density * added.added_mass).asDiagonal())) &&
+         is(body.inertia_matrix, body.body_inertia + Eigen::Matrix3d((density * added.added_inertia).asDiagonal()));
+}
+
+// Files do not tell which matrices were given. But where those of all bodies are what their semi-axes make of them in fluid of one
+// density, to the last digits, nobody gave them, and that is the fluid's.
+void add_false_density(const result::ResolvedProblem& problem, Claims& claims) {
+  if (!(problem.density.value_or(0.0) > 0.0) || problem.bodies.empty()) return;
+  const auto fits = [&](double density) {
+    return std::all_of(problem.bodies.begin(), problem.bodies.end(),
+                       [&](const result::ResolvedBody& body) { return follows_from(density, body); });
+  };
+  if (fits(*problem.density)) return;
+  const result::ResolvedBody& body = problem.bodies.front();
+  Eigen::Index axis = 0;
+  const double added = in_unit_density(body).added_mass.maxCoeff(&axis);
+  const double density = (body.mass_matrix(axis, axis) - body.mass) / added;
+  if (density > 0.0 && fits(density))
+    claims.push_back({"problem.density", *problem.density, density, "while the matrices of all bodies are of another"});
+}
+
 // Multipliers tell what a limit is worth: where it asks for nothing that is nothing.
 void add_idle_pulls(const evidence::StoredMotion& motion, Claims& claims) {
   if (const std::optional<evidence::IdlePull> idle = evidence::idle_pull(motion))
@@ -197,6 +234,7 @@ std::vector<certificate::FalseClaim> false_statements(const Results& stored, con
   const model::System system(problem.swimmer);
   Claims claims;
   add_false_restatements(stored, system, problem, claims);
+  add_false_density(stored.problem, claims);
   add_false_times(stored, claims);
   add_contradictions(stored, claims);
   if (stored.solution.time.size() < 2) return claims;

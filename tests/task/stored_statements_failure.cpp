@@ -68,6 +68,31 @@ TEST(StoredStatements, that_follow_from_the_problem_are_told_where_they_do_not) 
   EXPECT_EQ(false_field([](Results& r) { r.problem.time_step *= 1.5; }), "problem.time_step");
 }
 
+// Ellipsoids and ellipses; of matrices that somebody may have given nothing is known.
+TEST(StoredStatements, of_the_density_are_told_where_the_matrices_of_all_bodies_have_another) {
+  for (const char* name : {"/examples/ellipses.toml", "/bench/problems/three_hinges.toml"}) {
+    task::MarchOptions options;
+    options.steps = 4;
+    const Results marched =
+        task::march_task(file::read_problem_file(LAMPREY_SOURCE_DIR + std::string(name)), options, "");
+    const auto claims = [&](double times, const std::function<void(Results&)>& change) {
+      Results stored = marched;
+      *stored.problem.density *= times;
+      change(stored);
+      return task::false_statements(stored, marched, false);
+    };
+    EXPECT_TRUE(claims(1.0, [](Results&) {}).empty()) << name;
+    for (const double times : {0.9, 1.0 + 1e-6, 20.0}) {
+      const auto told = claims(times, [](Results&) {});
+      ASSERT_EQ(told.size(), 1U) << name;
+      EXPECT_EQ(told[0].field, "problem.density");
+      EXPECT_NEAR(told[0].found, *marched.problem.density, 1e-9 * *marched.problem.density);
+    }
+    const auto given = [](Results& r) { r.problem.bodies[1].mass_matrix *= 1.001; };
+    EXPECT_TRUE(claims(0.9, given).empty()) << "the matrices may all be given";
+  }
+}
+
 TEST(StoredStatements, of_feedback_are_told_where_its_times_or_gains_are_others) {
   EXPECT_EQ(false_field([](Results& r) { r.solution.feedback.time.back() *= 2.0; }), "feedback.time[40]");
   EXPECT_EQ(false_field([](Results& r) { r.solution.feedback.gain[3] *= 1.01; }).substr(0, 16), "feedback.gain[3]");
