@@ -8,6 +8,7 @@
 #include "document/io_error.hpp"
 #include "model/input_error.hpp"
 #include "module.hpp"
+#include "python_words.hpp"
 
 namespace lamprey::python {
 
@@ -17,10 +18,13 @@ namespace {
 
 nb::object* input_error = nullptr;  // lives as long as the module
 
-// Text that a problem made in Python was written to has lines that nobody saw.
+// Text that a problem made in Python was written to has lines that nobody saw; options of the command line are arguments here.
 model::InputError for_people(const model::InputError& error) {
-  if (error.file != made_in_python) return error;
-  return {error.key, error.message};
+  const std::string key = error.key.starts_with("--") ? error.key.substr(2) : error.key;
+  const std::string message = in_python_words(error.message);
+  if (error.file.empty() || error.file == made_in_python) return {key, message};
+  if (error.line == 0) return {error.file, key, message};
+  return {error.file, error.line, error.column, key, message};
 }
 
 void raise_input_error(const model::InputError& thrown) {

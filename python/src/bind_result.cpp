@@ -9,6 +9,7 @@
 #include "bound.hpp"
 #include "file/words.hpp"
 #include "module.hpp"
+#include "python_words.hpp"
 #include "report/joint_demands.hpp"
 #include "report/report.hpp"
 #include "report/shape_loop.hpp"
@@ -203,8 +204,9 @@ void bind_result(nb::module_& module) {
           "status", [](const Trajectory& self) { return std::string(file::word(self.results().solution.status)); },
           "optimal, simulated, feasible, infeasible, stalled, time_limit or interrupted.")
       .def_prop_ro(
-          "message", [](const Trajectory& self) { return self.results().solution.message; },
-          "One sentence for a person: what happened and, if not optimal, why and what to try.")
+          "message", [](const Trajectory& self) { return in_python_words(self.results().solution.message); },
+          "One sentence for a person: what happened and, if not optimal, why and what to try; arguments of solve and "
+          "simulate\nin the place of the command line's options, which solution.json has.")
       .def_prop_ro("problem", said("problem"), nb::sig("def problem(self) -> dict[str, typing.Any]"),
                    "The problem as resolved: bodies, joints (indices), scheme, time_step, duration, steps, cost_rule, "
                    "goal, ...")
