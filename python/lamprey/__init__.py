@@ -57,7 +57,7 @@ __all__ = [
 def verify(directory, *, problem=None):
     """Recomputes the certificate of a stored solution from its files alone: what `lamprey verify` does.
 
-    problem: a Problem, or the path of a problem file, whose question the solution has to be one to.
+    problem: a Problem, its settings as a dict, or the path of a problem file, whose question the solution has to be one to.
     Returns {holds, status, message, certificate, claims, trajectory, problem}. holds: whether the files promise nothing that is not
     so. status, message, certificate: what the numbers say now. claims: fields of the stored certificate, and others that follow
     from the rest, that are not so, {field, stored, found, contradiction} each: found is None where nothing is found; contradiction

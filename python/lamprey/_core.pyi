@@ -86,6 +86,11 @@ class Problem:
 
     def __repr__(self) -> str: ...
 
+    def __eq__(self, other: object, /) -> bool:
+        """Whether both have the same settings, wherever they were read."""
+
+    def __hash__(self) -> int: ...
+
     def __getstate__(self) -> tuple[str, str]: ...
 
     def __setstate__(self, arg: tuple[str, str], /) -> None: ...
@@ -144,7 +149,8 @@ class Trajectory:
     @property
     def message(self) -> str:
         """
-        One sentence for a person: what happened and, if not optimal, why and what to try.
+        One sentence for a person: what happened and, if not optimal, why and what to try; arguments of solve and simulate
+        in the place of the command line's options, which solution.json has.
         """
 
     @property
@@ -325,11 +331,11 @@ def load_solution(directory: str | os.PathLike) -> Trajectory:
     Reads solution.json of a directory: a Solution, or a Trajectory where it was simulated. FileNotFoundError where there is none, another OSError where it is not what Lamprey writes.
     """
 
-def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: float | None = None, first: Trajectory | str | os.PathLike | None = None, progress: Callable[[str], object] | None = None, resolve: bool = False) -> Solution:
+def solve(problem: Problem | dict[str, Any] | str | os.PathLike, *, workers: int | None = None, solver: Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: float | None = None, first: Trajectory | str | os.PathLike | None = None, progress: Callable[[str], object] | None = None, resolve: bool = False) -> Solution:
     """
     Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.
 
-    problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); without a time limit the answer does not depend on it.
+    problem: a Problem, its settings as a dict, or the path of a problem file. workers: threads of the search (default: one for each core); without a time limit the answer does not depend on it.
     solver: "newton", "ipopt" or "both" from the same first guesses (default: newton where it takes the problem).
     refinement: solve on half and twice the steps too, for the certificate (default: where that is cheap).
     time_limit: s, wall clock, instead of the problem's. first: a motion of the same bodies and joints, or its directory: the first
@@ -342,11 +348,11 @@ def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, s
     "interrupted": `except KeyboardInterrupt as stop: stop.solution`.
     """
 
-def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1, angles: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, feedback_from: float = 0.0, perturb_inertia: float = 0.0) -> Trajectory:
+def simulate(problem: Problem | dict[str, Any] | str | os.PathLike, controls: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: Solution | str | os.PathLike | None = None, perturb: float = 0.0, seed: int = 1, angles: Trajectory | str | os.PathLike | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | Callable[[float], numpy.typing.ArrayLike] | None = None, feedback_from: float = 0.0, perturb_inertia: float = 0.0) -> Trajectory:
     """
     Marches from the problem's start, after a stored gait from where that begins: what `lamprey simulate` does. Releases the GIL.
 
-    problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its moments), a path (solution.json or CSV), a pair (time (rows,) s,
+    problem: a Problem, its settings as a dict, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its moments), a path (solution.json or CSV), a pair (time (rows,) s,
     control (rows, joints, 3) N m; not-a-knot cubic between rows), or a function of time in s that returns (joints, 3) N m:
     moments on the parents, parents' frames with the joints at zero angle; of hinges alone, fixed joints left out, (rows, joints) and (joints,) will do, about the parents' axes.
     scheme, steps, duration: instead of the problem's. cycles: how often the gait of controls or feedback, or the period of a table, is repeated; steps and duration are of all
@@ -407,7 +413,7 @@ class Solver:
     Raises InputError where the problem is not one that it takes or the solution has other nodes or bodies.
     """
 
-    def __init__(self, problem: Problem, solution: Solution) -> None: ...
+    def __init__(self, problem: Problem | dict[str, Any] | str | os.PathLike, solution: Solution) -> None: ...
 
     def set_goal(self, *, move: Sequence[float | Literal['free']] | None = None, turn: numpy.typing.ArrayLike | None = None, rotation: dict[str, numpy.typing.ArrayLike] = {}, angle: dict[str, numpy.typing.ArrayLike] = {}) -> None:
         """

@@ -44,6 +44,13 @@ def merged(old, new):
     return result
 
 
+def frozen(value):
+    """Nested dicts and lists as what has a hash: equal where they are."""
+    if isinstance(value, Mapping):
+        return frozenset((key, frozen(entry)) for key, entry in value.items())
+    return tuple(frozen(entry) for entry in value) if isinstance(value, list) else value
+
+
 def members(table):
     return [f"{quoted(key)} = {written(value)}" for key, value in table.items()]
 

@@ -29,6 +29,10 @@ nb::list names_of(const auto& described) {
   return names;
 }
 
+nb::object settings_of(const Problem& problem) {
+  return nb::module_::import_("lamprey._toml").attr("settings_of")(problem.text);
+}
+
 std::string shown(const Problem& problem) {
   const maneuver::Problem& p = problem.file.problem;
   return "<lamprey.Problem '" + p.name + "': " + std::to_string(p.swimmer.bodies.size()) + " bodies, " +
@@ -47,13 +51,21 @@ Problem load(const std::filesystem::path& path) {
   return problem_from(document::read_bytes(path.string(), problem_bytes), path.string());
 }
 
+Problem problem_of_settings(const nb::dict& settings) {
+  const nb::object text = nb::module_::import_("lamprey._toml").attr("text_of")(settings);
+  return problem_from(nb::cast<std::string>(text), made_in_python);
+}
+
 Problem problem_or_loaded(nb::handle object) {
   if (nb::isinstance<Problem>(object)) return nb::cast<const Problem&>(object);
+  if (nb::isinstance<nb::dict>(object)) return problem_of_settings(nb::cast<nb::dict>(object));
   std::filesystem::path path;
   if (!nb::try_cast(object, path))
-    throw nb::type_error(fmt::format("problem: found {}; allowed: a Problem or the path of a problem file; give one",
-                                     nb::cast<std::string>(nb::type_name(object.type())))
-                             .c_str());
+    throw nb::type_error(
+        fmt::format(
+            "problem: found {}; allowed: a Problem, its settings as a dict, or the path of a problem file; give one",
+            nb::cast<std::string>(nb::type_name(object.type())))
+            .c_str());
   return load(path);
 }
 
@@ -67,10 +79,7 @@ void bind_file(nb::module_& module) {
                       "rotation vectors.\nRaises InputError naming the key.")
       .def(
           "__init__",
-          [](Problem* self, const nb::dict& settings) {
-            const nb::object text = nb::module_::import_("lamprey._toml").attr("text_of")(settings);
-            new (self) Problem(problem_from(nb::cast<std::string>(text), made_in_python));
-          },
+          [](Problem* self, const nb::dict& settings) { new (self) Problem(problem_of_settings(settings)); },
           "settings"_a)
       .def_static(
           "from_toml", [](const std::string& text, const std::string& path) { return problem_from(text, path); },
@@ -88,8 +97,7 @@ void bind_file(nb::module_& module) {
       .def_prop_ro(
           "text", [](const Problem& self) { return self.text; }, "The problem as TOML.")
       .def_prop_ro(
-          "settings",
-          [](const Problem& self) { return nb::module_::import_("lamprey._toml").attr("settings_of")(self.text); },
+          "settings", [](const Problem& self) { return settings_of(self); },
           nb::sig("def settings(self) -> dict[str, object]"), "The problem as nested dicts, as Problem takes them.")
       .def_prop_ro(
           "name", [](const Problem& self) { return self.file.problem.name; }, "Its name.")
@@ -113,6 +121,15 @@ void bind_file(nb::module_& module) {
           "What `lamprey check` prints: the resolved model as a table for people, and where solve does not take the "
           "problem why.\n\nRaises InputError where the start or the goal breaks a limit.")
       .def("__repr__", &shown)
+      .def(
+          "__eq__",
+          [](const Problem& self, const Problem& other) { return settings_of(self).equal(settings_of(other)); },
+          nb::is_operator(), nb::sig("def __eq__(self, other: object, /) -> bool"),
+          "Whether both have the same settings, wherever they were read.")
+      .def("__hash__",
+           [](const Problem& self) {
+             return nb::hash(nb::module_::import_("lamprey._toml").attr("frozen")(settings_of(self)));
+           })
       .def("__getstate__", [](const Problem& self) { return std::pair(self.text, self.file.path); })
       .def("__setstate__", [](Problem& self, const std::pair<std::string, std::string>& state) {
         new (&self) Problem(problem_from(state.first, state.second));

@@ -314,7 +314,15 @@ void bind_search(nb::module_& module) {
       "problem, or of one like it: then `answered` is False.\nRaises InputError where the problem is not one that it "
       "takes "
       "or the solution has other nodes or bodies.")
-      .def(nb::init<const Problem&, const Solution&>(), "problem"_a, "solution"_a)
+      .def(
+          "__init__",
+          [](Solver* self, nb::handle problem, const Solution& solution) {
+            new (self) Solver(problem_or_loaded(problem), solution);
+          },
+          "problem"_a, "solution"_a,
+          nb::sig(
+              "def __init__(self, problem: Problem | dict[str, typing.Any] | str | os.PathLike, solution: Solution) "
+              "-> None"))
       .def("set_goal", &Solver::set_goal, nb::kw_only(), "move"_a = nb::none(), "turn"_a = nb::none(),
            "rotation"_a = std::map<std::string, nb::object>(), "angle"_a = std::map<std::string, nb::object>(),
            nb::sig("def set_goal(self, *, move: typing.Sequence[float | typing.Literal['free']] | None = None, turn: "

@@ -251,13 +251,15 @@ void bind_task(nb::module_& module) {
       "solve", &solve, "problem"_a, nb::kw_only(), "workers"_a = nb::none(), "solver"_a = nb::none(),
       "refinement"_a = nb::none(), "time_limit"_a = nb::none(), "first"_a = nb::none(), "progress"_a = nb::none(),
       "resolve"_a = false,
-      nb::sig("def solve(problem: Problem | str | os.PathLike, *, workers: int | None = None, solver: "
+      nb::sig("def solve(problem: Problem | dict[str, typing.Any] | str | os.PathLike, *, workers: int | None = None, "
+              "solver: "
               "typing.Literal['newton', 'ipopt', 'both'] | None = None, refinement: bool | None = None, time_limit: "
               "float | "
               "None = None, first: Trajectory | str | os.PathLike | None = None, progress: typing.Callable[[str], "
               "object] | None = None, resolve: bool = False) -> Solution"),
       "Finds the maneuver and proves it: what `lamprey solve` does. Releases the GIL.\n\n"
-      "problem: a Problem, or the path of a problem file. workers: threads of the search (default: one for each core); "
+      "problem: a Problem, its settings as a dict, or the path of a problem file. workers: threads of the search "
+      "(default: one for each core); "
       "without a time limit the answer does not depend on it.\n"
       "solver: \"newton\", \"ipopt\" or \"both\" from the same first guesses (default: newton where it takes the "
       "problem).\n"
@@ -279,7 +281,8 @@ void bind_task(nb::module_& module) {
       "feedback"_a = nb::none(), "perturb"_a = 0.0, "seed"_a = 1, "angles"_a = nb::none(), "feedback_from"_a = 0.0,
       "perturb_inertia"_a = 0.0,
       nb::sig(
-          "def simulate(problem: Problem | str | os.PathLike, controls: Trajectory | str | os.PathLike | "
+          "def simulate(problem: Problem | dict[str, typing.Any] | str | os.PathLike, controls: Trajectory | str | "
+          "os.PathLike | "
           "tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | typing.Callable[[float], "
           "numpy.typing.ArrayLike] | None = None, *, scheme: str | None = None, steps: int | None = None, "
           "duration: float | None = None, cycles: int = 1, adaptive: bool = False, reference: bool = False, feedback: "
@@ -289,7 +292,8 @@ void bind_task(nb::module_& module) {
           "perturb_inertia: float = 0.0) -> Trajectory"),
       "Marches from the problem's start, after a stored gait from where that begins: what `lamprey simulate` does. "
       "Releases the GIL.\n\n"
-      "problem: a Problem, or the path of a problem file. controls: None (no moments), a Solution or Trajectory (its "
+      "problem: a Problem, its settings as a dict, or the path of a problem file. controls: None (no moments), a "
+      "Solution or Trajectory (its "
       "moments), a path (solution.json or CSV), a pair "
       "(time "
       "(rows,) s,\ncontrol (rows, joints, 3) N m; not-a-knot cubic between rows), or a function of time in s that "
@@ -328,7 +332,8 @@ void bind_task(nb::module_& module) {
   module.def("certify", &certify<Trajectory>, "trajectory"_a, about);
   module.def(
       "_verify", &verify, "directory"_a, "problem"_a.none(),
-      nb::sig("def _verify(directory: str | os.PathLike, problem: Problem | str | os.PathLike | None) -> "
+      nb::sig("def _verify(directory: str | os.PathLike, problem: Problem | dict[str, typing.Any] | str | os.PathLike "
+              "| None) -> "
               "tuple[Trajectory, bool, list[dict], str, list[str]]"),
       "The motion as certify gives it, whether all holds, claims that do not, and how trajectory.h5 and the problem "
       "differ.");

@@ -26,7 +26,7 @@ struct Problem {
 Problem problem_from(const std::string& text, const std::string& path);
 Problem load(const std::filesystem::path& path);
 
-/// A Problem as it is, anything else as the path of a problem file.
+/// A Problem as it is, a dict as its settings, anything else as the path of a problem file.
 Problem problem_or_loaded(nanobind::handle object);
 
 /// What Problem.height_functions returns.

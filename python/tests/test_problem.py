@@ -212,3 +212,51 @@ def test_passive_joints_move_as_they_do_where_their_angles_are_left_out(root):
     assert np.abs(marched.joint_angle[:, 0, 0] - trunk).max() < 1e-9
     with pytest.raises(lp.InputError, match="not finite"):
         lp.simulate(problem, angles=(time, np.stack([np.full_like(time, np.nan), trunk], axis=1)))
+
+
+def test_problems_are_equal_where_their_settings_are():
+    paths = [ROOT / "examples" / name for name in ("gait.toml", "hinge_fins.toml", "tumble.toml", "translation.toml")]
+    problems = [lp.load(path) for path in paths]
+    for problem in problems:
+        again = lp.Problem(problem.settings)
+        assert again == problem and not again != problem and hash(again) == hash(problem)
+        other = problem.changed(time={"steps": problem.steps + 1})
+        assert other != problem and other.changed(time={"steps": problem.steps}) == problem
+        assert problem != problem.settings and problem != 1
+    assert len(set(problems + [lp.load(path) for path in paths])) == len(paths)
+    assert problems[0].changed(fluid={"density": 1}) == problems[0].changed(fluid={"density": 1.0})
+
+
+def test_settings_will_do_wherever_a_problem_is_taken(translation):
+    few = translation.changed(time={"steps": 20}, search={"starts": 1})
+    march = lp.simulate(few.settings, steps=4)
+    assert np.array_equal(march.position, lp.simulate(few, steps=4).position)
+    solution = lp.solve(few.settings)
+    assert solution.cost == lp.solve(few).cost
+    assert lp.Solver(few.settings, solution).cost == solution.cost
+    with pytest.raises(TypeError, match="allowed: a Problem, its settings as a dict, or the path"):
+        lp.solve([few])
+    with pytest.raises(lp.InputError, match="stepz"):
+        lp.solve({**few.settings, "time": {"duration": 1.0, "stepz": 3}})
+
+
+def test_a_matrix_in_the_place_of_numbers_is_told_to_be_one(translation):
+    body = {**translation.settings["body"][0], "semi_axes": np.eye(3)}
+    with pytest.raises(lp.InputError, match="write a plain number for each, in one pair of brackets") as raised:
+        translation.changed(body=[body, *translation.settings["body"][1:]])
+    assert raised.value.key == "body[0].semi_axes"
+
+
+def test_messages_name_arguments_not_options_of_the_command_line(translation):
+    few = translation.changed(time={"duration": 1.0, "steps": 20}, search={"starts": 1})
+    still = np.zeros((5, 2, 3))
+    with pytest.raises(lp.InputError, match=r"set a shorter duration=$"):
+        lp.simulate(few, (np.linspace(0, 0.5, 5), still))
+    march = lp.simulate(few, (np.linspace(0, 2.0, 5), still))
+    assert "; duration=2 marches the whole." in march.message
+    solution = lp.solve(few)
+    assert "--" not in solution.message
+    assert "(lamprey.solve(resolve=True) goes on to them by itself)" in solution.message
+    with pytest.raises(lp.InputError, match='use solver="ipopt" for this problem') as raised:
+        lp.solve(few.changed(control={"kind": "spline", "points": 5}), solver="newton")
+    assert raised.value.key == "solver"

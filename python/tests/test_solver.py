@@ -42,7 +42,7 @@ def test_wrong_goals_and_problems_are_named(solver):
     for wrong, named in ((0.05, r"move: found 0\.05; "), (["a", 1, 2], r"move: found 'a' as entry 0; ")):
         with pytest.raises(lp.InputError, match=named):
             solver.set_goal(move=wrong)
-    with pytest.raises(TypeError, match="problem: found int; allowed: a Problem or the path"):
+    with pytest.raises(TypeError, match="problem: found int; allowed: a Problem, its settings as a dict, or the path"):
         lp.solve(42)
 
 
