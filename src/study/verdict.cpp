@@ -184,8 +184,7 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
   if (flat && problem.goal->periodic && problem.start.free_shape)
     words += " Where nothing ties a gait to its start it may begin anywhere along itself, which costs the same.";
   if (proof.all_axes && saddle(proof.all_axes->second_order))
-    words += " With moments about all joint axes, " + directions(proof.all_axes->second_order) +
-             ": a saddle; control_axes confine it.";
+    words += " With moments about all joint axes it is a saddle: " + directions(proof.all_axes->second_order) + ".";
   return words;
 }
 

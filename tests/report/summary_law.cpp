@@ -371,8 +371,9 @@ TEST(MomentumLines, take_the_mean_linear_momentum_from_where_bodies_went) {
     for (std::size_t k = 1; k < bodies.size(); ++k) bodies[k][0] = -move * 1e5;
     ASSERT_EQ(report::momentum_lines(results).size(), 3U);
     EXPECT_EQ(report::momentum_lines(results)[1],
-              fmt::format("✓ mean linear momentum of the bodies along e₁ is {}{} kg m/s, the sign of the move",
-                          move > 0.0 ? "+" : "", report::number(1.5 * move, 3)));
+              fmt::format("✓ mean linear momentum along e₁: bodies {}{} kg m/s, with the move; fluid {}{} kg m/s",
+                          move > 0.0 ? "+" : "", report::number(1.5 * move, 3), move < 0.0 ? "+" : "",
+                          report::number(-1.5 * move, 3)));
   }
 }
 
@@ -385,7 +386,7 @@ TEST(MomentumLines, find_no_fault_with_signs_that_no_law_gives) {
   first[2] = folded;  // the arms go from in front of the root to behind: −11 m of a quarter kilogram each
   last[1] = folded;
   EXPECT_EQ(report::momentum_lines(results)[1],
-            "· mean linear momentum of the bodies along e₁ is −2.5 kg m/s, against the sign of the move");
+            "· mean linear momentum along e₁: bodies −2.5 kg m/s, against the move; fluid +2.5 kg m/s");
 }
 
 // Joints at mass centres, a swimmer far from the origin: what is compared has a size all the same.

@@ -123,6 +123,21 @@ TEST_F(Advice, is_a_looser_tolerance_where_that_is_all_that_is_missed) {
   EXPECT_FALSE(tells("tolerance")) << message();
 }
 
+TEST_F(Advice, is_more_time_first_where_the_goal_is_met_and_the_time_was_over) {
+  EXPECT_FALSE(tells("time_limit")) << message();
+  solution_.status = maneuver::Status::time_limit;
+  EXPECT_TRUE(tells("a longer search.time_limit, more starts")) << message();
+}
+
+TEST_F(Advice, does_not_call_it_curvature_where_limits_leave_no_direction) {
+  proof_.kkt = 0.0;
+  proof_.second_order = optimality::SecondOrder{0.4, true, 0};
+  EXPECT_NE(study::curvature_words(problem_, proof_).find("smallest curvature 0.4"), std::string::npos);
+  proof_.second_order->smallest_eigenvalue = 4.4e14;
+  EXPECT_EQ(study::curvature_words(problem_, proof_).find("smallest curvature"), std::string::npos);
+  EXPECT_NE(study::curvature_words(problem_, proof_).find("limits leave no direction open"), std::string::npos);
+}
+
 // Where the goal is missed while limits hold, these are named: one of them may be why.
 TEST_F(Advice, comes_with_the_limits_that_a_motion_is_at) {
   proof_.goal_error = 1.5;

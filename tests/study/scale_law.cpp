@@ -259,7 +259,7 @@ TEST(Scale, of_length_changes_nothing_of_what_a_solver_calls_out_of_reach) {
     solver.set_goal(goal);
     const optimizer::Outcome outcome = solver.solve();
     EXPECT_EQ(outcome.termination, optimizer::Termination::infeasible) << scale;
-    EXPECT_NE(outcome.reason.find("cannot reach: goal.move along e_3 is missed by"), std::string::npos)
+    EXPECT_NE(outcome.reason.find("cannot reach: goal.move along e₃ is missed by"), std::string::npos)
         << scale << ": " << outcome.reason;
   }
 }
