@@ -4,6 +4,7 @@
 
 #include "evidence/joints_at_rest.hpp"
 #include "integrator/step_derivatives.hpp"
+#include "model/world_axes.hpp"
 
 namespace lamprey::evidence {
 
@@ -75,7 +76,7 @@ GoalMiss largest_miss(const StoredMotion& motion) {
   for (int c = 0; c < 3; ++c)
     if (const auto& move = motion.problem.goal->move[at(c)])
       add(std::abs(motion.solution.position.back()[c] - motion.problem.start.position[c] - *move),
-          "goal.move along e_" + std::to_string(c + 1), false);
+          std::string("goal.move along ") + model::world_axes[at(c)], false);
   const auto& begin = motion.solution.rotation.front();
   for (std::size_t i = 1; i < end.size() && motion.problem.goal->periodic; ++i)
     add(lie::rotation_angle((begin[0].transpose() * begin[i]).transpose() * (end[0].transpose() * end[i])),

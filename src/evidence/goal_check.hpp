@@ -24,7 +24,7 @@ std::vector<AskedJoint> asked_joints(const model::System& system, const maneuver
 /// Largest miss over all goal rows: full rotation angle, rad, or displacement along an axis, m. Not of rest.
 struct GoalMiss {
   double error = unset;
-  std::string condition;  // the one that is missed so: "the end attitude of tail", "goal.move along e_1"
+  std::string condition;  // the one that is missed so: "the end attitude of tail", "goal.move along e₁"
   bool is_turn = true;    // rad, not m
 };
 GoalMiss largest_miss(const StoredMotion& motion);

@@ -1,7 +1,6 @@
 #include "maneuver/maneuver.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -10,6 +9,7 @@
 #include "maneuver/asked_attitudes.hpp"
 #include "mechanics/connection.hpp"
 #include "model/input_error.hpp"
+#include "model/world_axes.hpp"
 
 namespace lamprey::maneuver {
 
@@ -18,6 +18,7 @@ namespace {
 using model::at;
 using model::InputError;
 using model::System;
+using model::world_axes;
 
 constexpr double no_rate = 1e-12;    // of what bodies turn at, that joints turn at
 constexpr double most_misfit = 0.1;  // rad, of a measured rotation beside its joint
@@ -135,8 +136,6 @@ double farthest_centre(const System& system) {
   }
   return sum / whole;
 }
-
-constexpr std::array world_axes{"e₁", "e₂", "e₃"};
 
 // Where attitudes are free the root comes as far from the centre, which is there `before` unless the first shape is free, as joints are
 // long.

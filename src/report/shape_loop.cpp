@@ -9,6 +9,7 @@
 
 #include "lie/so3.hpp"
 #include "model/system.hpp"
+#include "model/world_axes.hpp"
 #include "result/resolve.hpp"
 
 namespace lamprey::report {
@@ -78,7 +79,7 @@ Shapes shapes_of(const result::Results& results) {
 std::string name_of(const result::Results& results, const Angle& angle) {
   const result::ResolvedJoint& joint = results.problem.joints[angle.joint];
   if (joint.kind == model::JointKind::ball)
-    return joint.name + " about " + std::array{"e₁", "e₂", "e₃"}[static_cast<std::size_t>(angle.axis)];
+    return joint.name + " about " + model::world_axes[static_cast<std::size_t>(angle.axis)];
   if (joint.kind == model::JointKind::universal)
     return joint.name + " " + std::array{"θ₁", "θ₂", ""}[static_cast<std::size_t>(angle.axis)];
   return joint.name;

@@ -19,6 +19,7 @@
 #include "lie/so3.hpp"
 #include "maneuver/energy_balance.hpp"
 #include "maneuver/maneuver.hpp"
+#include "model/world_axes.hpp"
 #include "report/wording.hpp"
 #include "result/resolve.hpp"
 #include "study/plain_words.hpp"
@@ -92,13 +93,13 @@ struct FarthestRow {
 FarthestRow farthest_row(const result::Results& results) {
   const auto unit = [](bool turn) { return turn ? "rad" : "m"; };
   const Certificate& proof = *results.certificate;
-  if (!proof.goal_missed.empty()) return {study::with_world_axes(proof.goal_missed), unit(proof.goal_missed_by_turn)};
+  if (!proof.goal_missed.empty()) return {proof.goal_missed, unit(proof.goal_missed_by_turn)};
   const maneuver::Solution& solution = results.solution;
   if (results.problem.goal && !solution.time.empty() && solution.rotation.size() == solution.time.size()) {
     const maneuver::Problem problem = result::problem_of(results);
     const model::System system(problem.swimmer);
     const evidence::GoalMiss miss = evidence::largest_miss(evidence::StoredMotion(system, problem, solution));
-    if (!miss.condition.empty()) return {study::with_world_axes(miss.condition), unit(miss.is_turn)};
+    if (!miss.condition.empty()) return {miss.condition, unit(miss.is_turn)};
   }
   const auto& goal = results.problem.goal;  // met to the last digit
   const bool moves =
@@ -108,9 +109,9 @@ FarthestRow farthest_row(const result::Results& results) {
 
 std::string goal_words(const maneuver::Goal& goal) {
   std::vector<std::string> parts;
-  for (std::size_t axis = 0; axis < task::world_axes.size(); ++axis) {
+  for (std::size_t axis = 0; axis < model::world_axes.size(); ++axis) {
     if (goal.move[axis])
-      parts.push_back(fmt::format("move {} m along {}", number(*goal.move[axis]), task::world_axes[axis]));
+      parts.push_back(fmt::format("move {} m along {}", number(*goal.move[axis]), model::world_axes[axis]));
   }
   if (goal.turn)
     parts.push_back(fmt::format("turn {} by {} rad",

@@ -395,7 +395,7 @@ class Search {
       return;  // otherwise no motion was found: what happens without moments, so that there is something to look at
     Outcome outcome = starts_.front().outcome;
     if (ended_early_) budget_.tell_what_ended(outcome);
-    outcome.reason += "; no motion was found, and what is shown has no moments";
+    outcome.reason += "; what is shown has no moments";
     add_rest(outcome);
     if (options_.accept) options_.accept(solutions_.back());
   }
@@ -438,7 +438,7 @@ class Search {
     if (shown.outcome.termination == optimizer::Termination::infeasible &&
         guess::rest_meets_goal(system_, problem_, full_)) {
       shown.outcome.termination = optimizer::Termination::stalled;
-      shown.outcome.reason = "limits are still broken where it ended, though a motion that stays at rest keeps them";
+      shown.outcome.reason = "limits are still broken where it ended, which does not show that no motion keeps them";
     }
     Solution solution =
         search::describe(system_, full_, problem_.scheme, maneuver::limit_rows(system_, problem_), shown);

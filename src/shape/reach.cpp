@@ -7,6 +7,7 @@
 #include "algebra/row_space.hpp"
 #include "lie/so3.hpp"
 #include "model/input_error.hpp"
+#include "model/world_axes.hpp"
 #include "shape/shape_program.hpp"
 
 namespace lamprey::shape {
@@ -49,9 +50,8 @@ Maneuver without_costs(Maneuver maneuver) {
 
 // As people name it: one of the axes or three numbers.
 std::string axis_in_words(const Vector3d& axis) {
-  constexpr std::array axes{"e₁", "e₂", "e₃"};
   for (int c = 0; c < 3; ++c)
-    if (std::abs(axis[c]) > 1.0 - reach_threshold) return axes[static_cast<std::size_t>(c)];
+    if (std::abs(axis[c]) > 1.0 - reach_threshold) return model::world_axes[static_cast<std::size_t>(c)];
   return "(" + in_words(axis[0]) + ", " + in_words(axis[1]) + ", " + in_words(axis[2]) + ")";
 }
 

@@ -285,7 +285,8 @@ Answer answer(const model::System& system, const Problem& problem, const search:
     const Certificate& proof = judged.certificate;
     judged.failure = judge(problem, proof, solution);
     if (solution.status != Status::optimal)
-      parts.progress("candidate of cost " + number(solution.cost, 8) + ": " + solution.message);
+      parts.progress("candidate" + (std::isfinite(solution.cost) ? " of cost " + number(solution.cost, 8) : "") + ": " +
+                     solution.message);
     proven = proven || solution.status == Status::optimal;
     if (solution.status == Status::optimal || solution.status == Status::feasible)
       met_at = std::min(met_at, solution.cost);

@@ -73,7 +73,7 @@ std::string unmet(const Problem& problem, const Certificate& proof) {
   if (!(proof.goal_error <= goal_mark) && proof.goal_missed.empty())
     return "the goal is missed by " + number(proof.goal_error) + " (rad or m)";
   if (!(proof.goal_error <= goal_mark))
-    return with_world_axes(proof.goal_missed) + " is missed by " + number(proof.goal_error) +
+    return proof.goal_missed + " is missed by " + number(proof.goal_error) +
            (proof.goal_missed_by_turn ? " rad" : " m");
   if (proof.limits && !(proof.limits->violation <= limit_mark))
     return violation_in_words(proof.limits->key, proof.limits->violation, proof.limits->time);

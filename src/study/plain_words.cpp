@@ -34,11 +34,4 @@ std::string beyond_numbers(const maneuver::Solution& solution, const certificate
   return message;
 }
 
-std::string with_world_axes(std::string words) {
-  for (const auto& [plain, axis] : {std::pair("e_1", "e₁"), std::pair("e_2", "e₂"), std::pair("e_3", "e₃")})
-    for (std::size_t at = words.find(plain); at != std::string::npos; at = words.find(plain, at))
-      words.replace(at, 3, axis);
-  return words;
-}
-
 }  // namespace lamprey::study

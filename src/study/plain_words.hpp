@@ -18,7 +18,4 @@ std::string words_of_minimum(const certificate::Certificate& certificate);
 /// An answer's message without what a verdict with the certificate's numbers says already; empty where that is all.
 std::string beyond_numbers(const maneuver::Solution& solution, const certificate::Certificate& certificate);
 
-/// With e₁, e₂ and e₃ for the world's axes, which the certificate's words name in letters that all terminals have.
-std::string with_world_axes(std::string words);
-
 }  // namespace lamprey::study

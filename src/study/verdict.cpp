@@ -59,7 +59,7 @@ std::string reached_words(const Certificate& proof) {
 std::string without_what_is_missed(const std::string& reason, const Certificate& proof) {
   const std::size_t clause = reason.rfind("; ");
   const bool again = clause != std::string::npos && !proof.goal_missed.empty() &&
-                     reason.substr(clause + 2).starts_with(with_world_axes(proof.goal_missed) + " is missed by");
+                     reason.substr(clause + 2).starts_with(proof.goal_missed + " is missed by");
   return again ? reason.substr(0, clause) : reason;
 }
 

@@ -15,6 +15,7 @@
 #include "lie/so3.hpp"
 #include "maneuver/maneuver.hpp"
 #include "model/input_error.hpp"
+#include "model/world_axes.hpp"
 #include "task/model_remarks.hpp"
 #include "task/task_words.hpp"
 
@@ -220,8 +221,8 @@ std::string move_text(const maneuver::Goal& goal) {
   std::vector<std::string> parts;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto& move = goal.move[k];
-    parts.push_back(move ? fmt::format("{} m along {}", document::short_number(*move), world_axes[k])
-                         : fmt::format("free along {}", world_axes[k]));
+    parts.push_back(move ? fmt::format("{} m along {}", document::short_number(*move), model::world_axes[k])
+                         : fmt::format("free along {}", model::world_axes[k]));
   }
   return fmt::format("root's mass centre moves {}", fmt::join(parts, ", "));
 }
@@ -357,7 +358,7 @@ std::string cost_words(double effort, double time_weight, const maneuver::CostWe
   for (int c = 0; c < 3; ++c)
     if (const double won = weights.displacement[c]; won != 0.0)
       text += fmt::format(" {} {} × displacement along {}", won > 0.0 ? "−" : "+",
-                          document::short_number(std::abs(won)), world_axes[static_cast<std::size_t>(c)]);
+                          document::short_number(std::abs(won)), model::world_axes[static_cast<std::size_t>(c)]);
   return text;
 }
 

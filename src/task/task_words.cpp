@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "document/text_table.hpp"
+#include "model/world_axes.hpp"
 
 namespace lamprey::task {
 
@@ -79,7 +80,8 @@ Lines waypoint_lines(const std::vector<maneuver::Waypoint>& waypoints, bool free
     Lines parts;
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (waypoint.move[axis])
-        parts.push_back(fmt::format("{} m along {} from the start", number(*waypoint.move[axis]), world_axes[axis]));
+        parts.push_back(
+            fmt::format("{} m along {} from the start", number(*waypoint.move[axis]), model::world_axes[axis]));
     if (waypoint.turn)
       parts.push_back(fmt::format("{} turned by {} rad", free_shape ? "the root" : "every body",
                                   vector_words(*waypoint.turn, number)));

@@ -1,16 +1,12 @@
 // Limits, waypoints and ends of joints of a problem in words, wherever people read of them.
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
 #include "maneuver/problem.hpp"
 
 namespace lamprey::task {
-
-/// What people read for the world's x, y and z.
-inline constexpr std::array world_axes{"e₁", "e₂", "e₃"};
 
 /// How numbers are written, such as short_number.
 using NumberText = std::string (*)(double);

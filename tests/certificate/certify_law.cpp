@@ -100,7 +100,7 @@ TEST(Certificate, goal_error_is_the_full_angle_and_the_displacement) {
   EXPECT_LE(certified(answer).goal_error, tolerance(1e-14));
   goal.move[0] = *goal.move[0] + 0.25;
   EXPECT_NEAR(certified(answer).goal_error, 0.25, tolerance(1e-14));
-  EXPECT_EQ(certified(answer).goal_missed, "goal.move along e_1");
+  EXPECT_EQ(certified(answer).goal_missed, "goal.move along e₁");
   EXPECT_FALSE(certified(answer).goal_missed_by_turn);
   goal.rotation["front"] = lie::log(end[1] * lie::exp(Vector3d(0, M_PI, 0)));
   EXPECT_NEAR(certified(answer).goal_error, M_PI, tolerance(1e-7)) << "a half turn away is not at the goal";

@@ -27,7 +27,7 @@ TEST(Remarks, tell_failures_in_blocks_and_what_to_try_as_a_list) {
   EXPECT_EQ(told.paragraphs[2], "Since the time limit was reached, no gains were computed.");
   EXPECT_EQ(told.remedies, failure.remedies);
   results.certificate->goal_error = 0.25;
-  results.certificate->goal_missed = "goal.move along e_1";
+  results.certificate->goal_missed = "goal.move along e₁";
   results.failure.missed = "Not solved: goal.move along e₁ is missed by 0.25 m.";
   results.solution.message = results.failure.text();
   EXPECT_EQ(report::remarks(results).paragraphs, std::vector<std::string>{failure.cause})

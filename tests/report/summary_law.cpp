@@ -189,7 +189,7 @@ TEST(Verdict, names_the_row_of_the_goal_that_is_missed_most_and_its_unit_alone) 
   results.certificate->goal_missed = "the end attitude of front";
   EXPECT_NE(report::verdict(results).find("the end attitude of front missed by 0.25 rad,"), std::string::npos)
       << report::verdict(results);
-  results.certificate->goal_missed = "goal.move along e_2";
+  results.certificate->goal_missed = "goal.move along e₂";
   results.certificate->goal_missed_by_turn = false;
   EXPECT_NE(report::verdict(results).find("goal.move along e₂ missed by 0.25 m,"), std::string::npos)
       << report::verdict(results);

@@ -51,7 +51,7 @@ class Advice : public testing::Test {
 TEST_F(Advice, calls_nothing_out_of_reach_that_only_the_optimiser_left) {
   for (model::BodyDescription& body : problem_.swimmer.bodies) body.semi_axes = Eigen::Vector3d(1e3, 6e2, 4e2);
   solution_.status = maneuver::Status::optimal;
-  proof_.goal_missed = "goal.move along e_1";
+  proof_.goal_missed = "goal.move along e₁";
   proof_.goal_missed_by_turn = false;
   proof_.goal_error = 1e-7;
   EXPECT_FALSE(tells("Out of reach"));
@@ -93,7 +93,7 @@ TEST_F(Advice, says_where_round_off_hides_the_curvature) {
 
 // What the certificate says is not said again with an optimiser's other digits; what steps cannot show is not infeasible for that.
 TEST_F(Advice, says_once_what_is_missed_and_blames_long_steps_for_limits_they_break) {
-  proof_.goal_missed = "goal.move along e_1";
+  proof_.goal_missed = "goal.move along e₁";
   proof_.goal_missed_by_turn = false;
   proof_.goal_error = 0.16;
   maneuver::Solution stuck = solution_;

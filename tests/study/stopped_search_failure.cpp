@@ -49,6 +49,23 @@ TEST(StoppedSearch, without_a_motion_says_what_ended_it) {
   }
 }
 
+// Few steps found something that all steps do not carry: that is no motion, nor is a first guess.
+TEST(StoppedSearch, without_a_motion_shows_one_without_moments) {
+  Problem problem = file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/u_turn_within_limits.toml");
+  problem.search.time_limit.reset();
+  int shown = 0;
+  for (const int asked_before : {1000, 2000}) {
+    int asked = 0;
+    search::SolveOptions options;
+    options.interrupted = [&] { return ++asked > asked_before; };
+    const study::Answer answer = study::answer(model::System(problem.swimmer), problem, options);
+    EXPECT_EQ(answer.solution.status, maneuver::Status::interrupted);
+    EXPECT_LE(answer.certificate.equation_residual, answer.certificate.equation_allowed()) << answer.solution.message;
+    shown += answer.solution.message.find("what is shown has no moments") != std::string::npos;
+  }
+  EXPECT_GE(shown, 1);
+}
+
 // An answer whose search shall stop once it tells of a line, by interruption or because that takes all its time.
 struct StoppedAt {
   std::vector<std::string> told;
