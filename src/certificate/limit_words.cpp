@@ -1,6 +1,7 @@
 #include "certificate/limit_words.hpp"
 
 #include <array>
+#include <cmath>
 #include <iomanip>
 #include <sstream>
 #include <string_view>
@@ -32,8 +33,12 @@ std::string_view unit_of(std::string_view key) {
 
 std::string violation_in_words(const std::string& key, double violation, double time) {
   std::ostringstream text;
-  text << key << " is broken by " << std::setprecision(2) << violation << " " << unit_of(key) << " at "
-       << std::setprecision(3) << time << " s";
+  text << key << " is broken by " << std::setprecision(2);
+  if (violation >= 100.0 && violation < 1e6)  // in digits, not as 2.7e+02
+    text << std::lround(violation / 10.0) * 10;
+  else
+    text << violation;
+  text << " " << unit_of(key) << " at " << std::setprecision(3) << time << " s";
   return text.str();
 }
 

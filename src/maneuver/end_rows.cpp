@@ -1,11 +1,11 @@
 #include "maneuver/end_rows.hpp"
 
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <sstream>
 
 #include "lie/so3.hpp"
+#include "model/world_axes.hpp"
 
 namespace lamprey::maneuver {
 
@@ -96,10 +96,10 @@ std::vector<EndRow> stated_end_rows(const System& system, const Maneuver& maneuv
 
 std::string end_row_in_words(const System& system, const EndRow& row, double missed) {
   const std::string size = in_words(row.unit * missed);
-  constexpr std::array axes{" e₁", " e₂", " e₃"};
+  const char* axis = model::world_axes[at(row.component)];
   switch (row.kind) {
     case EndRow::Kind::position:
-      return std::string("goal.move along") + axes[at(row.component)] + " is missed by " + size + " m";
+      return std::string("goal.move along ") + axis + " is missed by " + size + " m";
     case EndRow::Kind::moment:
       return "joints that nothing drives do not end as asked by themselves: it would take a moment of " + size + " N m";
     case EndRow::Kind::closure:

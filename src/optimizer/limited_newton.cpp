@@ -245,15 +245,12 @@ class Rounds {
     return stopped(options_, taken.count(), outcome_);
   }
 
-  // That limits cannot be kept is known only where searches arrive and more weight changes nothing.
+  // Limits that stay broken are out of reach of where the search ended.
   void say_why_it_ended() {
-    const bool broken = program_.limit_violation() > out_of_reach;
-    if (broken && converged() && idle_ >= most_idle_rounds) {
+    if (program_.limit_violation() > out_of_reach) {
       outcome_.termination = Termination::infeasible;
-      outcome_.reason = "near every motion that was tried limits stay violated however much they weigh";
-    } else if (broken) {
-      outcome_.termination = Termination::stalled;
-      outcome_.reason = "limits are still broken where no step makes progress any more";
+      outcome_.reason = arrived_ ? "near every motion that was tried limits stay violated however much they weigh"
+                                 : "limits stay violated near where the search ended";
     } else if (converged()) {
       outcome_.termination = Termination::stalled;
       outcome_.reason = program_.limit_violation() > limit_tolerance_

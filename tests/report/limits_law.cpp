@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "certificate/limit_words.hpp"
 #include "document/text_table.hpp"
 #include "evidence/limit_check.hpp"
 #include "report/limit_facts.hpp"
@@ -132,6 +133,8 @@ TEST(LimitReaches, count_the_time_at_a_limit_and_tell_what_is_broken) {
   ASSERT_TRUE(broken);
   EXPECT_NEAR(broken->violation, 1.0, tests::tolerance(1e-9));
   EXPECT_EQ(fact(results, "Limits").rfind("limits.torque.front is broken by 1 times its bound", 0), 0U);
+  EXPECT_EQ(certificate::violation_in_words("limits.torque", 272.0, 1.0),
+            "limits.torque is broken by 270 times its bound at 1 s");
   results.problem.limits = {};
   EXPECT_EQ(fact(results, "Limits"), "");
 }
