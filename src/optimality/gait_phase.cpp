@@ -1,6 +1,7 @@
 #include "optimality/gait_phase.hpp"
 
 #include "algebra/row_space.hpp"
+#include "evidence/goal_check.hpp"
 #include "lie/so3.hpp"
 #include "mechanics/tree_motion.hpp"
 #include "optimality/gait_ends.hpp"
@@ -33,10 +34,34 @@ VectorXd change_of_shape(const model::System& system, const mechanics::Rotations
   return change;
 }
 
+// Whether the same gait, begun a step later where the problem begins, does all that is asked for, and goes as far where that counts in
+// the cost: then it is another answer at the same cost.
+bool begins_anywhere(const StoredMotion& motion) {
+  constexpr double same = 1e-7;  // rad, units of length
+  const maneuver::Problem& problem = motion.problem;
+  if (!problem.waypoints.empty() || !problem.limits.spheres.empty() || !problem.limits.half_spaces.empty())
+    return false;
+  const auto root = [&](int k) -> const Matrix3d& { return motion.solution.rotation[at(k)][0]; };
+  const auto place = [&](int k) -> const Vector3d& { return motion.solution.position[at(k)]; };
+  const Matrix3d cycle = root(motion.steps) * root(0).transpose(), back = root(0) * root(1).transpose();
+  const Vector3d way = place(motion.steps) - place(0);
+  const Vector3d later = back * (place(motion.steps) + cycle * (place(1) - place(0)) - place(1));
+  const double length = motion.system.length_unit();
+  for (int c = 0; c < 3; ++c) {
+    const bool told = problem.goal->move[at(c)] || problem.cost_weights.displacement[c] != 0.0;
+    if (told && std::abs(later[c] - way[c]) > same * length) return false;
+  }
+  const bool by_distance = problem.cost_weights.transport > 0.0;
+  if (by_distance && std::abs(later.norm() - way.norm()) > same * length) return false;
+  const bool turns = evidence::asked_rotations(motion.system, problem).front().has_value();
+  return !turns || lie::rotation_angle((cycle * root(0)).transpose() * (back * cycle * root(1))) <= same;
+}
+
 }  // namespace
 
 std::optional<Inputs> phase_direction(const StoredMotion& motion, const EffortChain& effort) {
   if (!periodic(motion) || !motion.problem.start.free_shape || motion.steps < 2) return std::nullopt;
+  if (!begins_anywhere(motion)) return std::nullopt;
   const std::vector<integrator::State> states = node_states(motion);
   const integrator::State &before = states[at(motion.steps - 1)], &after = states[1];
   const Eigen::Index freedoms = shape_freedoms(motion);

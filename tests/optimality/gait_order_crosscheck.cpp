@@ -435,6 +435,38 @@ TEST(GaitPhase, leads_back_to_its_beginning_to_second_order_in_the_step) {
   EXPECT_NEAR(0.5 * std::log2(left[0] / left[1]), 2.0, 0.5) << left[0] << ", as searches begin their gaits anywhere";
 }
 
+TEST(GaitPhase, is_told_only_where_the_gait_begun_a_step_later_is_an_answer_too) {
+  const maneuver::Problem turning = turning_gait(20, 0.02);
+  const maneuver::Solution turn = solved_gait(turning);
+  const auto told = [](const maneuver::Problem& problem, const maneuver::Solution& solution) {
+    const model::System system(problem.swimmer);
+    const StoredMotion motion(system, problem, solution);
+    const auto effort = optimality::effort_chain(motion, evidence::check_balance(motion).scale);
+    EXPECT_TRUE(effort);
+    return effort && optimality::phase_direction(motion, *effort).has_value();
+  };
+  EXPECT_TRUE(told(turning, turn));
+  maneuver::Problem other = turning;
+  other.goal->move[1] = turn.position.back()[1] - turn.position.front()[1];
+  EXPECT_FALSE(told(other, turn)) << "a way is seen from where the root points at the start";
+  other = turning;
+  other.cost_weights.displacement[0] = 1.0;
+  EXPECT_FALSE(told(other, turn));
+  other = turning;
+  other.cost_weights.transport = 1.0;
+  EXPECT_FALSE(told(other, turn)) << "the way of a cycle that turns is as long as its beginning has it";
+  other = turning;
+  other.limits.spheres.push_back({Vector3d(1e3, 0, 0), 1.0});
+  EXPECT_FALSE(told(other, turn));
+  const maneuver::Problem moving = gait_in_the_plane(16);
+  EXPECT_FALSE(told(moving, solved_gait(moving)));
+  maneuver::Problem in_shape = turning;
+  in_shape.start.free_shape = false;
+  in_shape.start.rotation.clear();
+  for (const Matrix3d& R : turn.rotation.front()) in_shape.start.rotation.push_back(lie::log(R));
+  EXPECT_FALSE(told(in_shape, turn));
+}
+
 // That the first angle of a wheel is nobody's business is another direction, and not set aside.
 TEST(GaitOrder, sets_no_other_flat_direction_aside) {
   maneuver::Problem problem = gait_in_the_plane(16);
