@@ -11,6 +11,7 @@
 #include "optimality/compliance_in_time.hpp"
 #include "optimality/cost_gradient.hpp"
 #include "optimality/cost_order.hpp"
+#include "optimality/eigenvalues.hpp"
 #include "optimality/first_order.hpp"
 #include "optimality/gait_ends.hpp"
 #include "optimality/gait_phase.hpp"
@@ -23,12 +24,8 @@ namespace {
 
 using model::at;
 
-constexpr double penalty_per_cost = 1e4;                  // of the end rows
-constexpr double row_weight = 1e6, heavier_rows = 100.0;  // of the metric, and times that
-constexpr double agreed_value = 0.01;
 constexpr double least_row = 1e-9;  // of a bound's gradient, that changes of the moments make of it: less is round-off
-constexpr double same_direction = 0.99;  // cosine: of the flat direction with that in which the phase changes
-constexpr double needed_pull = 10.0;     // over what the conditions of first order are missed by
+constexpr double needed_pull = 10.0;  // over what the conditions of first order are missed by
 
 // Curvature of the goal's rotations of led bodies, and of ball joints on them, along constant freedoms, [turns][turns]; at the goal
 // that of a body that turns on its own vanishes.
@@ -234,61 +231,6 @@ void begin_with_duration(double cost, const VectorXd& start_by_duration, Eigen::
   chain.stage.insert(chain.stage.begin(), stage);
 }
 
-// Nothing where they cannot be told.
-std::optional<SecondOrder> eigenvalues_by_one_sweep(const Chain& chain, double cost) {
-  ChainSolver solver(chain, penalty_per_cost * cost);
-  SecondOrder result;
-  const SmallestEigenvalue smallest = smallest_eigenvalue(chain, solver);
-  result.smallest_eigenvalue = smallest.value;
-  if (std::isnan(result.smallest_eigenvalue)) return std::nullopt;
-  result.positive = smallest.bound >= curvature_mark || solver.factor(curvature_mark) == 0;
-  result.negative_eigenvalues = result.positive ? 0 : solver.factor(-curvature_mark);  // a flat direction is no descent
-  // round-off may count fewer than rows take
-  if (result.negative_eigenvalues.value_or(0) < 0) result.negative_eigenvalues = std::nullopt;
-  return result;
-}
-
-// Of a gait, one direction of whose form is flat: where that is the one in which its phase changes, the numbers without it.
-SecondOrder beside_phase(const Chain& chain, double cost, const Inputs& phase, const SecondOrder& whole) {
-  ChainSolver solver(chain, penalty_per_cost * cost);
-  const std::optional<Eigenvector> flat = eigenvector_near(chain, solver, -2.0 * curvature_mark, phase);
-  if (!flat || std::abs(flat->cosine) < same_direction) return whole;
-  const SmallestEigenvalue next = smallest_eigenvalue(chain, solver, &flat->inputs);
-  const std::optional<int> below = solver.factor(curvature_mark);
-  if (std::isnan(next.value) || below != 1 || !(next.value > curvature_mark)) return whole;
-  SecondOrder result = whole;
-  result.smallest_eigenvalue = next.value;
-  result.positive = true;
-  result.along_phase = whole.smallest_eigenvalue;
-  return result;
-}
-
-// A flat direction is neither one of descent nor one of a proof.
-bool is_flat(const SecondOrder& found) {
-  return !found.positive && found.negative_eigenvalues == 0 && std::abs(found.smallest_eigenvalue) <= curvature_mark;
-}
-
-// Whether two weights of rows say the same.
-bool agree(const std::optional<SecondOrder>& one, const std::optional<SecondOrder>& two) {
-  return one && two && one->negative_eigenvalues == two->negative_eigenvalues &&
-         std::abs(one->smallest_eigenvalue - two->smallest_eigenvalue) <=
-             agreed_value * std::abs(two->smallest_eigenvalue);
-}
-
-// Rows that are weighed in the form prove a minimum wherever they leave it definite. Where they do not, the weight may be too small,
-// which rows that are kept do not know; but inputs that keep one row after the other may swing beyond what a sweep can follow.
-std::optional<SecondOrder> eigenvalues_of(const Chain& chain, double cost) {
-  if (!keeps_rows(chain)) return eigenvalues_by_one_sweep(chain, cost);
-  const auto positive = [](const std::optional<SecondOrder>& found) { return found && found->positive; };
-  const std::optional<SecondOrder> weighed = eigenvalues_by_one_sweep(with_rows_weighed(chain, row_weight), cost);
-  if (positive(weighed)) return weighed;
-  const std::optional<SecondOrder> kept = eigenvalues_by_one_sweep(chain, cost);
-  if (positive(kept)) return kept;
-  const std::optional<SecondOrder> heavier =
-      eigenvalues_by_one_sweep(with_rows_weighed(chain, heavier_rows * row_weight), cost);
-  return positive(heavier) || agree(weighed, heavier) ? heavier : kept;
-}
-
 }  // namespace
 
 void spread_costates(const EffortChain& effort, const std::vector<VectorXd>& reached,
@@ -484,11 +426,9 @@ std::optional<SecondOrder> second_order(const StoredMotion& motion, double momen
   effort->tangents.A.clear();
   const double cost = effort->cost;
   const Chain chain = lagrangian_chain(motion, std::move(*effort), costates, bounds);
-  std::optional<SecondOrder> result = eigenvalues_of(chain, cost);
-  if (result && phase && is_flat(*result)) {
-    if (chain.stage.size() > phase->size()) phase->insert(phase->begin(), VectorXd::Zero(1));  // no other duration
-    result = beside_phase(chain, cost, *phase, *result);
-  }
+  if (phase && chain.stage.size() > phase->size())
+    phase->insert(phase->begin(), VectorXd::Zero(1));  // no other duration
+  const std::optional<SecondOrder> result = eigenvalues_of(chain, cost, phase);
   // a multiplier at its bound where the power vanishes too: what costs less on the smooth branch need not cost less
   if (result && kinks.weak && !result->positive) return std::nullopt;
   return result;
@@ -500,7 +440,7 @@ std::optional<SecondOrder> second_order(const StoredMotion& motion, const StageM
   const Costates costates = costates_by_least_squares(motion, *effort, {});
   if (!(costates.residual <= costates_hold)) return std::nullopt;
   const double cost = effort->cost;
-  return eigenvalues_of(lagrangian_chain(motion, stages, std::move(*effort), costates), cost);
+  return eigenvalues_of(lagrangian_chain(motion, stages, std::move(*effort), costates), cost, std::nullopt);
 }
 
 }  // namespace lamprey::optimality

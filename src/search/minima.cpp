@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "lie/so3.hpp"
 
@@ -42,6 +43,15 @@ bool same_minimum(const Minimum& one, const Minimum& other) {
   for (Eigen::Index j = 0; j < one.turning.size(); ++j)
     if (!near_by(one.turning[j], other.turning[j], same_turning)) return false;
   return true;
+}
+
+void DistinctMinima::add(Minimum minimum) {
+  if (std::none_of(all_.begin(), all_.end(), [&](const Minimum& own) { return same_minimum(own, minimum); }))
+    all_.push_back(std::move(minimum));
+}
+
+int DistinctMinima::below(double cost) const {
+  return static_cast<int>(std::count_if(all_.begin(), all_.end(), [&](const Minimum& own) { return own.cost < cost; }));
 }
 
 }  // namespace lamprey::search

@@ -23,4 +23,14 @@ Minimum minimum_of(const model::System& system, const maneuver::Problem& problem
 /// Whether they are one: as dear as each other, or gaits whose costs are near and whose joints turn alike.
 bool same_minimum(const Minimum& one, const Minimum& other);
 
+/// Each minimum once.
+class DistinctMinima {
+ public:
+  void add(Minimum minimum);
+  int below(double cost) const;
+
+ private:
+  std::vector<Minimum> all_;
+};
+
 }  // namespace lamprey::search

@@ -333,22 +333,6 @@ class Search {
     }
   }
 
-  // Accepted candidates, each minimum once.
-  class AcceptedMinima {
-   public:
-    void add(Minimum minimum) {
-      if (std::none_of(all_.begin(), all_.end(), [&](const Minimum& own) { return same_minimum(own, minimum); }))
-        all_.push_back(std::move(minimum));
-    }
-    int below(double cost) const {
-      return static_cast<int>(
-          std::count_if(all_.begin(), all_.end(), [&](const Minimum& own) { return own.cost < cost; }));
-    }
-
-   private:
-    std::vector<Minimum> all_;
-  };
-
   // Adds a candidate; where it arrived, but less near to stationary than is asked, once more from there on. Returns whether it is
   // accepted.
   bool take_candidate(const Found& fine) {
@@ -366,7 +350,7 @@ class Search {
   // Candidates at full resolution, where costs can be compared, two at a time by rising coarse cost, until as many accepted ones as
   // are to be kept cost less than those still waiting; then spare ones, until one is accepted.
   void refine_candidates() {
-    AcceptedMinima accepted;
+    DistinctMinima accepted;
     double arrived_cost = std::numeric_limits<double>::infinity();
     for (std::size_t first = 0, end = 0; first < candidates_.size(); first = end) {
       const bool spare = first >= firsts_;
