@@ -85,26 +85,25 @@ double StageNewton::penalty_of(double worth) const {
 
 double StageNewton::end_penalty() const { return penalty_of(highest_cost_); }
 
-// Rows that bend against multipliers far above the cost take more.
-double StageNewton::firm_penalty() const {
+// Rows that bend against multipliers far above the cost take more. More than it takes drowns small curvatures in round-off: half the
+// way, in powers, comes first.
+bool StageNewton::factor_firmly(double shift) {
   const double multiplier = end_multiplier_.size() > 0 ? end_multiplier_.lpNorm<Eigen::Infinity>() : 0.0;
-  return firmer * penalty_of(std::max(highest_cost_, multiplier));
+  const double firmest = firmer * penalty_of(std::max(highest_cost_, multiplier));
+  return riccati_.factor(model_, shift, std::sqrt(end_penalty() * firmest)) || riccati_.factor(model_, shift, firmest);
 }
 
 // Whether the Hessian is positive definite where the end rows are kept. What penalty shows it depends on their units: next
 // to a solution a firmer one is tried before a shift makes Newton's method linear.
 bool StageNewton::factor_unshifted() {
-  const double penalty = end_penalty();
-  if (riccati_.factor(model_, 0.0, penalty)) return true;
-  firm_ = (near() || small_miss_) && riccati_.factor(model_, 0.0, firm_penalty());
+  if (riccati_.factor(model_, 0.0, end_penalty())) return true;
+  firm_ = (near() || small_miss_) && factor_firmly(0.0);
   return firm_;
 }
 
 // What needed a firmer penalty without a shift may need it with one, too.
 bool StageNewton::factor_shifted() {
-  const double penalty = end_penalty();
-  return riccati_.factor(model_, shift_, penalty) ||
-         ((firm_ || small_miss_) && riccati_.factor(model_, shift_, firm_penalty()));
+  return riccati_.factor(model_, shift_, end_penalty()) || ((firm_ || small_miss_) && factor_firmly(shift_));
 }
 
 // The least shift that makes the Hessian positive definite, found by trial. Next to a solution small shifts come first:

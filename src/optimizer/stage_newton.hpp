@@ -39,7 +39,7 @@ class StageNewton {
   double smallest_shift() const;
   double penalty_of(double worth) const;
   double end_penalty() const;
-  double firm_penalty() const;
+  bool factor_firmly(double shift);
   bool factor_unshifted();
   bool factor_shifted();
   bool factor(double least_shift);

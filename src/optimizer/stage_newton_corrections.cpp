@@ -34,7 +34,7 @@ bool StageNewton::begin_corrections(StageProgram& program) {
 bool StageNewton::find_gap_response() {
   own_factors_ = false;
   const double shift = std::max(shift_, correcting_shift);
-  if (!riccati_.factor(model_, shift, end_penalty()) && !riccati_.factor(model_, shift, firm_penalty())) return false;
+  if (!riccati_.factor(model_, shift, end_penalty()) && !factor_firmly(shift)) return false;
   riccati_.solve(model_, share_, response_);
   return true;
 }

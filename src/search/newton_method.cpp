@@ -337,10 +337,9 @@ class NewtonMethod : public Method {
     if (begins_as_asked(start)) return guess::refined(grids_.system(), first().path, grid.maneuver.steps);
     NodePath guess = guess::random_guess(grids_.system(), grid.maneuver, seed_of_start(grids_.problem(), start));
     if (drifts_) return carried_by_momentum(grids_.system(), in_time(duration), std::move(guess), start);
-    if (grids_.passive() && !grids_.problem().goal->periodic)
-      guess = guess::with_passive_joints(grids_.system(), grid.maneuver, grids_.reached().coordinates, guess)
-                  .value_or(guess);
-    return guess;
+    if (!grids_.passive() || (grid.maneuver.periodic && !grid.maneuver.free_shape)) return guess;
+    const auto follow = grid.maneuver.periodic ? guess::cycle_of_passive_joints : guess::with_passive_joints;
+    return follow(grids_.system(), grid.maneuver, grids_.reached().coordinates, guess).value_or(guess);
   }
 
   Grids grids_;

@@ -77,6 +77,40 @@ TEST_P(Fluke, feels_no_moment_while_the_other_joint_goes_as_planned) {
   EXPECT_GT(swung, 0.05) << "the fluke stood still";
 }
 
+TEST_P(Fluke, goes_round_with_a_stroke_that_closes) {
+  const auto& [kind, spring, damper] = GetParam();
+  maneuver::Problem problem = with_fluke(kind, spring, damper);
+  problem.goal->periodic = problem.start.free_shape = true;
+  const model::System system(problem.swimmer);
+  const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, 80);
+  const maneuver::ShapeCoordinates coordinates(system);
+  const maneuver::NodePath guess = guess::random_guess(system, maneuver, 3);
+  const auto cycle = guess::cycle_of_passive_joints(system, maneuver, coordinates, guess);
+  ASSERT_TRUE(cycle);
+  shape::ShapeProgram program(system, maneuver, coordinates, {}, {}, shape::Steps::rough);
+  ASSERT_TRUE(program.go_to(guess));
+  EXPECT_GT(program.merit().violation, 1e-3) << "a fluke held as it was needs moments";
+  ASSERT_TRUE(program.go_to(*cycle));
+  EXPECT_LE(program.merit().violation, tolerance(1e-8)) << "idle moments as a share of the largest moment";
+  const auto joint_of = [&](const maneuver::NodePath& path, std::size_t k, int joint) {
+    return mechanics::child_to_parent(path.rotation[k], system.joint(joint));
+  };
+  const auto apart = [&](const maneuver::NodePath& one, std::size_t k, const maneuver::NodePath& other, std::size_t n,
+                         int joint) {
+    return lie::rotation_angle(joint_of(one, k, joint).transpose() * joint_of(other, n, joint));
+  };
+  double driven = 0.0, calmer = 0.0, swung = 0.0;
+  for (std::size_t k = 0; k <= 80; ++k) {
+    driven = std::max(driven, apart(guess, k, guess, 0, 0));
+    calmer = std::max(calmer, apart(*cycle, k, *cycle, 0, 0));
+    swung = std::max(swung, apart(*cycle, k, *cycle, 0, 1));
+  }
+  EXPECT_LE(apart(*cycle, 80, *cycle, 0, 0) + apart(*cycle, 80, *cycle, 0, 1), tolerance(1e-10)) << "it closes";
+  EXPECT_NEAR(std::log2(driven / calmer), std::round(std::log2(driven / calmer)), 1e-6) << "half, or half of that";
+  EXPECT_GT(std::log2(driven / calmer), 0.5);
+  EXPECT_GT(swung, 0.02) << "the fluke stood still";
+}
+
 INSTANTIATE_TEST_SUITE_P(PassiveJoints, Fluke,
                          ::testing::Values(std::tuple(model::JointKind::hinge, 0.0, 0.0),
                                            std::tuple(model::JointKind::hinge, 2.0, 0.0),
@@ -102,6 +136,23 @@ TEST(StiffFluke, on_a_spring_too_stiff_for_the_steps_is_exact_or_not_found) {
   }
   EXPECT_GT(found, 0);
   EXPECT_LT(found, 6) << "no spring was too stiff";
+}
+
+// A cycle is no march: what oscillates faster than steps show is held by its spring.
+TEST(StiffFluke, goes_round_on_any_spring) {
+  for (const double spring : {1.0, 1e2, 1e4, 1e8}) {
+    maneuver::Problem problem = with_fluke(model::JointKind::hinge, spring, 0.0);
+    problem.goal->periodic = problem.start.free_shape = true;
+    const model::System system(problem.swimmer);
+    const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, 80);
+    const maneuver::ShapeCoordinates coordinates(system);
+    const auto cycle =
+        guess::cycle_of_passive_joints(system, maneuver, coordinates, guess::random_guess(system, maneuver, 3));
+    ASSERT_TRUE(cycle) << spring;
+    shape::ShapeProgram program(system, maneuver, coordinates, {}, {}, shape::Steps::rough);
+    ASSERT_TRUE(program.go_to(*cycle));
+    EXPECT_LE(program.merit().violation, tolerance(1e-8)) << spring;
+  }
 }
 
 }  // namespace
