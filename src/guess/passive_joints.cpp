@@ -32,8 +32,8 @@ constexpr double longest_way_off = 3.0;         // rad, off the path
 constexpr int cycle_rounds = 40;
 constexpr double shortest_share = 1e-3;  // of Newton's step
 constexpr double rough_change = 1e-6;    // rad, below which round-off keeps it from going on
-constexpr double calm_swings = 0.5;      // of those of a path: what goes along with whole ones may whirl
-constexpr int tried_cycles = 4;          // each calmer than the last one
+constexpr int tried_cycles = 4;
+constexpr double calmer = 0.5;  // of the swings before
 
 Rotations from_root(const Rotations& R) {
   Rotations shape = R;
@@ -287,9 +287,9 @@ std::optional<NodePath> with_passive_joints(const System& system, const Maneuver
 }
 
 std::optional<NodePath> cycle_of_passive_joints(const System& system, const Maneuver& maneuver,
-                                                const ShapeCoordinates& coordinates, const NodePath& path) {
-  double share = calm_swings;
-  for (int tried = 0; tried < tried_cycles; ++tried, share *= calm_swings) {
+                                                const ShapeCoordinates& coordinates, const NodePath& path,
+                                                double share) {
+  for (int tried = 0; tried < tried_cycles; ++tried, share *= calmer) {
     const NodePath swings = calmed(system, path, share);
     PassiveCycle cycle(system, maneuver, coordinates, swings);
     if (cycle.settle()) return cycle.motion(maneuver.start.rotation[0], swings);

@@ -15,22 +15,13 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double most_end_change = 0.5;  // that one step takes off an end row
-constexpr double first_shift = 0.03;     // in units of the states' metric
-constexpr double least_shift = 1e-7;
-constexpr double largest_shift = 1e8;
-constexpr double valley_shift = 1e-4;   // next to a flat valley, so that steps do not run along it
-constexpr double gradient_shift = 1.0;  // by which a step is nearly the gradient
+constexpr double valley_shift = 1e-4;    // next to a flat valley, so that steps do not run along it
+constexpr double gradient_shift = 1.0;   // by which a step is nearly the gradient
 constexpr double ran_along =
     0.5;  // of the change before, what a step next to a solution leaves where it runs along a valley
-constexpr double flat = 1e-5;               // curvature of a valley, of the effort's own
-constexpr double leapt_over = 1e-3;         // shift up to which it grows by the square
-constexpr double shift_growth = 3.0;        // where a step fails; where one succeeds the shift falls by its square
-constexpr double most_multiplier = 1.0;     // that the end rows' removal may add, relative to what they have
-constexpr double penalty_per_cost = 100.0;  // of the end rows in the Hessian
-constexpr double small_violation = 0.1;     // by which rows are missed that count by more
-constexpr double sufficient = 1e-2;         // share of what the model promises
-constexpr double poor_ratio = 0.3;
-constexpr double good_ratio = 0.75;
+constexpr double flat = 1e-5;            // curvature of a valley, of the effort's own
+constexpr double most_multiplier = 1.0;  // that the end rows' removal may add, relative to what they have
+constexpr double sufficient = 1e-2;      // share of what the model promises
 constexpr double widest_funnel = 0.3;
 constexpr double least_funnel = 0.02;
 constexpr double funnel_shrink = 0.3;
@@ -40,7 +31,6 @@ constexpr double widest_idle_share = 0.5,
 constexpr double violation_worth = 0.3;   // of the multipliers: promises beyond it must come true in the cost
 constexpr double met = 1e-9;              // violation
 constexpr double nearly_met = 1e-5;
-constexpr double nearly_stationary = 1e-2;
 constexpr double saddle = 2e-3;             // stationarity at which an indefinite Hessian means a saddle
 constexpr double drowned = 1e-6;            // stationarity below which a step's gain is lost in round-off
 constexpr double moved_by_weights = 1e-4;   // stationarity that other weights of its rows may leave of a solution
@@ -56,6 +46,33 @@ constexpr double nearer_by = 0.1;        // and violations, while there are any
 
 double round_off(const Merit& merit) { return 1e-13 * std::abs(merit.cost) + merit.round_off; }
 
+// Iterations come in parts: another one is granted where the last one was worth it.
+class Patience {
+ public:
+  Patience(const Merit& begun, const Options& options, int iterations)
+      : options_(options), begun_(begun), end_of_part_(iterations + options.max_iterations) {}
+
+  int granted() const { return part_ * options_.max_iterations; }
+
+  bool goes_on(const Merit& here, int iterations) {
+    if (iterations < end_of_part_) return true;
+    const bool nearer = here.violation < (1.0 - nearer_by) * begun_.violation;
+    const bool falls = here.cost < begun_.cost - worth_going_on * std::abs(begun_.cost);
+    const bool worth = part_ == 1 || (here.violation > nearly_met ? nearer : falls);
+    if (part_ == options_.patience || !worth) return false;
+    ++part_;
+    end_of_part_ += options_.max_iterations;
+    begun_ = here;
+    return true;
+  }
+
+ private:
+  const Options& options_;
+  Merit begun_;  // where the part began
+  int part_ = 1;
+  int end_of_part_;
+};
+
 }  // namespace
 
 StageNewton::StageNewton(const StageSizes& sizes)
@@ -70,56 +87,6 @@ StageNewton::StageNewton(const StageSizes& sizes)
       input_(sizes.inputs),
       missed_(sizes.end_rows),
       corrected_rows_(sizes.end_rows) {}
-
-// Where the latest step began next to a solution, one that is too long for its model does not say that this is far.
-bool StageNewton::near() const { return near_ || change_ < nearly_stationary; }
-
-double StageNewton::smallest_shift() const { return near() ? least_shift : first_shift; }
-
-// Of the end rows in the Hessian, where a unit of them is worth so much. Where a point that does nothing misses them by little,
-// little is much.
-double StageNewton::penalty_of(double worth) const {
-  const double unit = std::min(1.0, idle_violation_ / small_violation);
-  return penalty_per_cost * worth / (unit * unit);
-}
-
-double StageNewton::end_penalty() const { return penalty_of(highest_cost_); }
-
-// Rows that bend against multipliers far above the cost take more. More than it takes drowns small curvatures in round-off: half the
-// way, in powers, comes first.
-bool StageNewton::factor_firmly(double shift) {
-  const double multiplier = end_multiplier_.size() > 0 ? end_multiplier_.lpNorm<Eigen::Infinity>() : 0.0;
-  const double firmest = firmer * penalty_of(std::max(highest_cost_, multiplier));
-  return riccati_.factor(model_, shift, std::sqrt(end_penalty() * firmest)) || riccati_.factor(model_, shift, firmest);
-}
-
-// Whether the Hessian is positive definite where the end rows are kept. What penalty shows it depends on their units: next
-// to a solution a firmer one is tried before a shift makes Newton's method linear.
-bool StageNewton::factor_unshifted() {
-  if (riccati_.factor(model_, 0.0, end_penalty())) return true;
-  firm_ = (near() || small_miss_) && factor_firmly(0.0);
-  return firm_;
-}
-
-// What needed a firmer penalty without a shift may need it with one, too.
-bool StageNewton::factor_shifted() {
-  return riccati_.factor(model_, shift_, end_penalty()) || ((firm_ || small_miss_) && factor_firmly(shift_));
-}
-
-// The least shift that makes the Hessian positive definite, found by trial. Next to a solution small shifts come first:
-// along a flat valley of solutions the Hessian is singular. After a good step there, none comes first.
-bool StageNewton::factor(double least) {
-  bypassed_ = 0.0;
-  if (least > 0.0 && std::exchange(unshifted_first_, false) && factor_unshifted()) {
-    bypassed_ = least;
-    shift_ = 0.0;
-    return true;
-  }
-  const double growth = near() && least == 0.0 ? shift_growth * shift_growth : shift_growth;
-  for (shift_ = least; shift_ < largest_shift; shift_ = std::max(smallest_shift(), growth * shift_))
-    if (shift_ == 0.0 ? factor_unshifted() : factor_shifted()) return true;
-  return false;
-}
 
 void StageNewton::solve_model(double share) {
   riccati_.solve(model_, share, step_);
@@ -193,20 +160,6 @@ double StageNewton::try_corrected(StageProgram& program, const Merit& here, doub
     found = corrected;
   }
   return found;
-}
-
-double StageNewton::raised_shift() const {
-  if (bypassed_ > 0.0) return bypassed_;
-  const double growth = shift_ < leapt_over ? shift_growth * shift_growth : shift_growth;
-  return std::max(smallest_shift(), growth * shift_);
-}
-
-void StageNewton::ease_or_damp(double ratio) {
-  damping_ = shift_;
-  if (ratio > good_ratio) damping_ = shift_ / (shift_growth * shift_growth);
-  if (ratio < poor_ratio) damping_ = raised_shift();
-  if (damping_ < 0.1 * smallest_shift()) damping_ = 0.0;
-  unshifted_first_ = ratio > good_ratio && change_ < nearly_stationary;
 }
 
 // At a solution what a step gains drowns in round-off: it is taken wherever it keeps what is met, or meets it better by far.
@@ -380,70 +333,71 @@ Outcome StageNewton::solve(StageProgram& program, const Options& options) {
   return outcome;
 }
 
+// Multipliers of a first step, for a program that has none: without the curvature that they bring.
+bool StageNewton::take_first_multipliers(StageProgram& program) {
+  program.linearize(model_);
+  if (!factor(0.0)) return false;
+  find_step();
+  step_.end_multiplier = end_multiplier_;
+  program.take_multipliers(step_, 1.0);
+  return true;
+}
+
+void StageNewton::begin_iteration(StageProgram& program) {
+  program.linearize(model_);
+  highest_cost_ = std::max(highest_cost_, std::abs(program.merit().cost));
+  may_be_saddle_ = true;
+  small_miss_ = program.merit().violation <= nearly_met;
+}
+
+// After the last trial point of an iteration: what more its factors are good for.
+StageNewton::Verdict StageNewton::end_iteration(StageProgram& program, const Options& options, Verdict verdict,
+                                                Outcome& outcome) {
+  if (verdict == Verdict::accepted) {
+    record(program, outcome);
+    if (follow(program, options, outcome)) verdict = Verdict::converged;
+  }
+  if (verdict == Verdict::stuck && settle(program, drowned, outcome)) verdict = Verdict::converged;
+  factored_ = verdict == Verdict::converged && shift_ == 0.0;
+  if (verdict == Verdict::converged) multiplier_ = step_.end_multiplier;
+  return verdict;
+}
+
 void StageNewton::solve(StageProgram& program, const Options& options, Outcome& outcome) {
   const auto began = Clock::now();
-  int part = 1, end_of_part = outcome.iterations + options.max_iterations;
-  Merit before = program.merit();  // where the part began
   const auto finish = [&](Termination termination, const char* reason) {
     outcome.termination = termination;
     outcome.reason = reason;
     outcome.objective = program.cost();
     outcome.infeasibility = program.merit().violation;
   };
+  const auto give_up_after = [&](int iterations) {
+    finish(Termination::stalled, "no convergence within ");
+    outcome.reason.append(std::to_string(iterations)).append(" iterations");
+  };
   bool interrupted = false;
   const auto stopped = [&] {
     interrupted = options.interrupted && options.interrupted();
     return interrupted || options.late(std::chrono::duration<double>(Clock::now() - began).count());
   };
+  Patience patience(program.merit(), options, outcome.iterations);
   begin(program);
-  if (!program.has_multipliers()) {  // a step's without the curvature that they bring
-    program.linearize(model_);
-    if (!factor(0.0)) return finish(Termination::stalled, "the first motion leads nowhere");
-    find_step();
-    step_.end_multiplier = end_multiplier_;
-    program.take_multipliers(step_, 1.0);
-  }
+  if (!program.has_multipliers() && !take_first_multipliers(program))
+    return finish(Termination::stalled, "the first motion leads nowhere");
   while (true) {
-    program.linearize(model_);
-    highest_cost_ = std::max(highest_cost_, std::abs(program.merit().cost));
-    may_be_saddle_ = true;
-    small_miss_ = program.merit().violation <= nearly_met;
+    begin_iteration(program);
     Verdict verdict = improve(program, options, outcome);
     while (verdict == Verdict::rejected && !stopped()) verdict = improve(program, options, outcome);
-    if (verdict == Verdict::accepted) {
-      record(program, outcome);
-      if (follow(program, options, outcome)) verdict = Verdict::converged;
-    }
-    if (verdict == Verdict::stuck && settle(program, drowned, outcome)) verdict = Verdict::converged;
-    factored_ = verdict == Verdict::converged && shift_ == 0.0;
-    if (verdict == Verdict::converged) {
-      multiplier_ = step_.end_multiplier;
-      return finish(Termination::converged, "converged");
-    }
+    verdict = end_iteration(program, options, verdict, outcome);
+    if (verdict == Verdict::converged) return finish(Termination::converged, "converged");
     if (verdict == Verdict::stuck)
       return finish(program.merit().violation <= met ? Termination::feasible : Termination::stalled,
                     "no step makes progress any more");
     if (stopped())
       return interrupted ? finish(Termination::interrupted, "interrupted")
                          : finish(Termination::time_limit, "the time limit was reached");
-    if (outcome.iterations >= options.most_iterations) {
-      finish(Termination::stalled, "no convergence within ");
-      outcome.reason.append(std::to_string(options.most_iterations)).append(" iterations");
-      return;
-    }
-    if (outcome.iterations < end_of_part) continue;
-    const Merit here = program.merit();
-    const bool nearer = here.violation < (1.0 - nearer_by) * before.violation;
-    const bool falls = here.cost < before.cost - worth_going_on * std::abs(before.cost);
-    const bool worth = part == 1 || (here.violation > nearly_met ? nearer : falls);
-    if (part == options.patience || !worth) {
-      finish(Termination::stalled, "no convergence within ");
-      outcome.reason.append(std::to_string(part * options.max_iterations)).append(" iterations");
-      return;
-    }
-    ++part;
-    end_of_part += options.max_iterations;
-    before = here;
+    if (outcome.iterations >= options.most_iterations) return give_up_after(options.most_iterations);
+    if (!patience.goes_on(program.merit(), outcome.iterations)) return give_up_after(patience.granted());
   }
 }
 

@@ -31,7 +31,10 @@ class StageNewton {
 
  private:
   static constexpr int most_corrections = 2;  // of second order, for one step
-  static constexpr double firmer = 1e5;       // penalty next to a solution, where rows in m or rad are small units
+  static constexpr double largest_shift = 1e8;
+  static constexpr double nearly_stationary = 1e-2;
+  static constexpr double small_violation = 0.1;  // by which rows are missed that count by more
+  static constexpr double good_ratio = 0.75;
   enum class Verdict { accepted, rejected, converged, stuck };
 
   void begin(const StageProgram& program);
@@ -45,6 +48,9 @@ class StageNewton {
   bool factor(double least_shift);
   void solve_model(double share);
   void find_step();
+  bool take_first_multipliers(StageProgram& program);
+  void begin_iteration(StageProgram& program);
+  Verdict end_iteration(StageProgram& program, const Options& options, Verdict verdict, Outcome& outcome);
   Verdict improve(StageProgram& program, const Options& options, Outcome& outcome);
   double try_out(StageProgram& program, Outcome& outcome);
   double try_corrected(StageProgram& program, const Merit& here, double cheaper, double found, Outcome& outcome);

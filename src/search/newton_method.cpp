@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "guess/guess.hpp"
@@ -24,7 +25,8 @@ constexpr int first_steps = 25;                       // of the grid on which a 
 constexpr int finest_first_steps = 4 * coarse_steps;  // where those show too little
 constexpr int carried_iterations = 100;  // to another grid, where the same solution is near or is not found
 constexpr double rough_tolerance = 1e-4;
-constexpr double more_worth = 10.0;  // times what a displacement is
+constexpr std::array strokes_of_gaits = {0.5, 1.0, 0.0};  // of a guess, that passive joints go along with; 0: none
+constexpr double more_worth = 10.0;                       // times what a displacement is
 
 // Van der Corput's sequence: ½, ¼, ¾, ⅛, …
 double radical_inverse(int n) {
@@ -337,9 +339,18 @@ class NewtonMethod : public Method {
     if (begins_as_asked(start)) return guess::refined(grids_.system(), first().path, grid.maneuver.steps);
     NodePath guess = guess::random_guess(grids_.system(), grid.maneuver, seed_of_start(grids_.problem(), start));
     if (drifts_) return carried_by_momentum(grids_.system(), in_time(duration), std::move(guess), start);
-    if (!grids_.passive() || (grid.maneuver.periodic && !grid.maneuver.free_shape)) return guess;
-    const auto follow = grid.maneuver.periodic ? guess::cycle_of_passive_joints : guess::with_passive_joints;
-    return follow(grids_.system(), grid.maneuver, grids_.reached().coordinates, guess).value_or(guess);
+    return grids_.passive() ? with_passive_joints(grid.maneuver, guess, start) : guess;
+  }
+
+  // In what passive joints do beside the others. Around gaits by turns with calmer strokes, with whole ones, and as they were
+  // guessed: each leads to minima that the others do not.
+  NodePath with_passive_joints(const maneuver::Maneuver& maneuver, const NodePath& guess, int start) const {
+    const auto& coordinates = grids_.reached().coordinates;
+    if (!maneuver.periodic)
+      return guess::with_passive_joints(grids_.system(), maneuver, coordinates, guess).value_or(guess);
+    const double share = strokes_of_gaits[static_cast<std::size_t>(start) % strokes_of_gaits.size()];
+    if (!maneuver.free_shape || share == 0.0) return guess;
+    return guess::cycle_of_passive_joints(grids_.system(), maneuver, coordinates, guess, share).value_or(guess);
   }
 
   Grids grids_;

@@ -85,7 +85,7 @@ TEST_P(Fluke, goes_round_with_a_stroke_that_closes) {
   const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, 80);
   const maneuver::ShapeCoordinates coordinates(system);
   const maneuver::NodePath guess = guess::random_guess(system, maneuver, 3);
-  const auto cycle = guess::cycle_of_passive_joints(system, maneuver, coordinates, guess);
+  const auto cycle = guess::cycle_of_passive_joints(system, maneuver, coordinates, guess, 0.5);
   ASSERT_TRUE(cycle);
   shape::ShapeProgram program(system, maneuver, coordinates, {}, {}, shape::Steps::rough);
   ASSERT_TRUE(program.go_to(guess));
@@ -147,7 +147,7 @@ TEST(StiffFluke, goes_round_on_any_spring) {
     const maneuver::Maneuver maneuver = maneuver::make_maneuver(system, problem, 80);
     const maneuver::ShapeCoordinates coordinates(system);
     const auto cycle =
-        guess::cycle_of_passive_joints(system, maneuver, coordinates, guess::random_guess(system, maneuver, 3));
+        guess::cycle_of_passive_joints(system, maneuver, coordinates, guess::random_guess(system, maneuver, 3), 1.0);
     ASSERT_TRUE(cycle) << spring;
     shape::ShapeProgram program(system, maneuver, coordinates, {}, {}, shape::Steps::rough);
     ASSERT_TRUE(program.go_to(*cycle));
