@@ -9,6 +9,7 @@
 #include "integrator/march.hpp"
 #include "maneuver/simulate.hpp"
 #include "maneuver/step_polynomial.hpp"
+#include "mechanics/connection.hpp"
 
 namespace lamprey::tests {
 
@@ -166,6 +167,15 @@ inline MarchedAnswer march_stages(const maneuver::Problem& problem, const Vector
     EXPECT_TRUE(report.converged) << "step " << k;
   }
   return answer;
+}
+
+/// Joints that turn at the start, rad/s, and no total momentum.
+inline void bend_at_start(maneuver::Problem& problem, const mechanics::Vectors& rates) {
+  const model::System system(problem.swimmer);
+  const integrator::State start = evidence::start_of(system, problem.start);
+  const Eigen::VectorXd velocity = mechanics::velocity_of_rates(system, start.rotation, start.position, rates, {});
+  problem.start.angular_velocity = mechanics::angular_velocities(system, start.rotation, velocity);
+  problem.start.linear_velocity = velocity.tail<3>();
 }
 
 }  // namespace lamprey::tests

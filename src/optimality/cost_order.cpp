@@ -151,6 +151,12 @@ struct WorkRows {
   MatrixXd by_moment, by_rate;
 };
 
+// A part of a power, and what it changes by, [1][all].
+struct PowerPart {
+  double power;
+  MatrixXd rows;
+};
+
 // Takes the costs node by node into a chain that has been widened by their states.
 class CostStages {
  public:
@@ -260,7 +266,6 @@ class CostStages {
       const WorkRows half_change = worked_at(powers_.swing[at(k)][at(j)], swing);
       const MatrixXd by_value = mean.by_moment + mean.by_rate, by_change = half_change.by_moment + half_change.by_rate;
       const MatrixXd size = slopes.by_value * by_value + slopes.by_change * by_change;
-      const MatrixXd square = 2.0 * (value * by_value + change / 3.0 * by_change);
       form -=
           t * both_ways(acting, (weight * slopes.by_value + 2.0 * weights.power * value) * rate.middleRows(first, own) +
                                     (weight * slopes.by_change + 2.0 / 3.0 * weights.power * change) *
@@ -268,19 +273,43 @@ class CostStages {
       form +=
           2.0 * t * weights.power * (by_value.transpose() * by_value + 1.0 / 3.0 * by_change.transpose() * by_change);
       work_ += t * evidence::mean_size(value, change);
-      worked += t * (size - 2.0 * evidence::mean_size(value, change) * time_);
+      const PowerPart given = given_power(k, value, change, by_value, by_change);
+      const double given_work = (slopes.by_value - slopes.by_change) * given.power;
+      worked += t * (size - (2.0 * evidence::mean_size(value, change) - given_work) * time_);
       if (timed_) {
-        add_time_change(2.0, t * weight * evidence::mean_size(value, change), t * weight * size, time_, form);
-        add_time_change(5.0, t * weights.power * (value * value + change * change / 3.0), t * weights.power * square,
-                        time_, form);
+        const MatrixXd given_size = (slopes.by_value - slopes.by_change) * given.rows;
+        add_time_change(1.0, t * weight * given_work, t * weight * given_size, time_, form);
+        add_time_change(2.0, t * weight * (evidence::mean_size(value, change) - given_work),
+                        t * weight * (size - given_size), time_, form);
+        add_time_of_squares(t * weights.power, given, {value - given.power, by_value - given.rows},
+                            {change + given.power, by_change + given.rows}, form);
       }
       if (kinks_.held(d, k) != Held::no) {
         hold(k, moving(kinks_.held(d, k), mean), moving(kinks_.held(d, k), half_change), form);
       } else if (kinks_.turns(d, k)) {
-        const MatrixXd across = by_value - value / change * by_change;
+        const MatrixXd across =
+            by_value - value / change * by_change + (timed_ ? given.power * (1.0 + value / change) : 0.0) * time_;
         form += t * weight / std::abs(change) * across.transpose() * across;
       }
     }
+  }
+
+  // Of the first node's powers: u·ω/2 at the rates of the start, which are given, so that with impulses held it falls as
+  // exp(−2τ) and not, as powers at rates of steps do, as exp(−3τ). It is part of the mean, and of the change with the other sign.
+  PowerPart given_power(int k, double value, double change, const MatrixXd& by_value, const MatrixXd& by_change) const {
+    if (k > 0) return {0.0, MatrixXd::Zero(1, all_)};
+    return {0.5 * (value - change), 0.5 * (by_value - by_change)};
+  }
+
+  // Of the squares of mean and change, given in these parts.
+  void add_time_of_squares(double factor, const PowerPart& given, const PowerPart& mean, const PowerPart& change,
+                           MatrixXd& form) const {
+    const double a = given.power, both = mean.power - change.power / 3.0;
+    const MatrixXd by_both = mean.rows - change.rows / 3.0;
+    add_time_change(3.0, factor * 4.0 / 3.0 * a * a, factor * 8.0 / 3.0 * a * given.rows, time_, form);
+    add_time_change(4.0, factor * 2.0 * a * both, factor * 2.0 * (both * given.rows + a * by_both), time_, form);
+    add_time_change(5.0, factor * (mean.power * mean.power + change.power * change.power / 3.0),
+                    factor * 2.0 * (mean.power * mean.rows + change.power / 3.0 * change.rows), time_, form);
   }
 
   // What a power that is held changes by: what it does by a moment or a rate that vanishes is round-off.
@@ -418,11 +447,9 @@ Kinks kinks_of(const StoredMotion& motion, const evidence::Powers& powers) {
 
 bool ends_fit_costs(const StoredMotion& motion) {
   if (!motion.problem.cost_weights.any()) return true;
+  if (!evidence::periodic(motion)) return true;
   const VectorXd first = evidence::moments_at(motion, 0), last = evidence::moments_at(motion, motion.steps);
-  if (evidence::periodic(motion)) return (first - last).norm() <= same_moments * (first + last).norm();
-  if (!motion.problem.duration.free) return true;
-  const evidence::Powers powers = evidence::powers_of(motion);
-  return std::all_of(powers.start.begin(), powers.start.end(), [](const Vector3d& rate) { return rate.isZero(0.0); });
+  return (first - last).norm() <= same_moments * (first + last).norm();
 }
 
 void add_costs(const StoredMotion& motion, const EffortChain& effort, const Kinks& kinks,

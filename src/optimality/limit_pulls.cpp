@@ -110,6 +110,7 @@ namespace {
 constexpr double second_difference_step = 5e-3;  // rad, of a length or relative; differences of order four
 constexpr double second_share_of_turn = 2e-2;    // the same of a joint's turn over a step, for its rate
 constexpr double least_pull = 1e-9;              // of the largest; times its unit, of the cost over the duration
+constexpr double little_room = 1e-3;             // in the bound's unit
 
 // Margin where the place is moved by z along exponentials.
 double margin_beside(const StoredMotion& motion, const Bound& bound, const Place& here, bool of_moments,
@@ -210,12 +211,14 @@ PullingBound pulling_bound(const StoredMotion& motion, const Bound& bound, int n
   return result;
 }
 
-// Whether a bound leaves no room at a node: strictly, so that what hardly pulls counts as free.
+// Whether a bound leaves no room at a node: strictly, so that what hardly pulls counts as free. What a barrier has left of room does
+// not tell where it is less than the pull, both without units.
 bool holds(const StoredMotion& motion, const Bound& bound, int k, double multiplier, double cost_rate) {
   if (bound.equality()) return true;
   const double unit = evidence::scale_of(motion, bound);
-  return multiplier * unit > least_pull * cost_rate &&
-         std::abs(evidence::margin(motion, bound, evidence::place_of(motion, k))) <= evidence::at_the_bound * unit;
+  const double room = evidence::margin(motion, bound, evidence::place_of(motion, k)) / unit;
+  const double pull = multiplier * unit / cost_rate;
+  return pull > least_pull && (std::abs(room) <= evidence::at_the_bound || (room <= little_room && room < pull));
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ constexpr int least_window = 12;  // steps: brackets of shapes take their time
 // goes with it, to 1e-9. Spaces that hold such a direction do not lead into each other, and are looked for without it.
 constexpr std::array beyond_reach = {1e-10, 1e-8, 1e-6};
 // Slow motions of many steps show little of what brackets of moments reach in a short while, where nothing grows fast.
-constexpr std::array parts_of_motion = {windows, 8, 4};
+constexpr std::array parts_of_motion = {windows, 8, 4, 2, 1};
 constexpr double misfit = 1e-6;
 constexpr double beside_reach = 1e-7;  // of the longest direction of a start
 

@@ -2,6 +2,7 @@
 // nothing but marches from perturbed starts under perturbed moments.
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
+#include <functional>
 
 #include "certificate/certify.hpp"
 #include "evidence/balance.hpp"
@@ -34,6 +35,7 @@ class DenseMotion {
         motion_(system_, problem_, solution),
         scale_(evidence::check_balance(motion_).scale),
         states_(evidence::node_states(motion_)),
+        start_rate_(evidence::powers_of(motion_).start),
         value_(evidence::control_space(motion_).value),
         freedoms_(system_.velocity_count() - 6),
         inertia_(mechanics::generalized_inertia(system_, states_.front().rotation).inverse().diagonal().cwiseInverse()),
@@ -162,7 +164,7 @@ class DenseMotion {
         const model::Joint& joint = system_.joint(drive.joint);
         Vector3d u = control[at(k)][at(drive.joint)];
         if (joint.kind == model::JointKind::universal) u = axis_of(drive).dot(u) * axis_of(drive);
-        const Vector3d before = k > 0 ? turn(k - 1, joint) : Vector3d::Zero();
+        const Vector3d before = k > 0 ? turn(k - 1, joint) : Vector3d(h * start_rate_[at(drive.joint)]);
         const Vector3d after = k < N ? turn(k, joint) : gait() ? turn(0, joint) : Vector3d::Zero();
         const double mean = -u.dot(after + before) / (2.0 * h);
         const double change = -u.dot(after - before) / (2.0 * h);
@@ -222,7 +224,7 @@ class DenseMotion {
       if (system_.body(i).freedoms == 3)
         root -= state.rotation[0].transpose() * state.rotation[at(i)] * state.momentum.segment<3>(layout.freedom(i));
     state.momentum.segment<3>(layout.freedom(0)) = root;
-    state.momentum *= std::exp(-tau);
+    if (gait()) state.momentum *= std::exp(-tau);  // that of a start is given
     const integrator::State start = state;
 
     const VectorXd moments = std::exp(-2.0 * tau) * (value_ + moment_.cwiseProduct(x.tail(value_.size())));
@@ -327,6 +329,7 @@ class DenseMotion {
   StoredMotion motion_;
   double scale_;
   std::vector<integrator::State> states_;
+  mechanics::Vectors start_rate_;  // [joints] rad/s
   VectorXd value_;
   Eigen::Index freedoms_;
   VectorXd inertia_;  // of each freedom when all others are free to follow
@@ -680,6 +683,42 @@ TEST(CostOrder, of_free_durations_with_all_costs_is_that_of_second_differences) 
   problem.duration.max = 5.0;
   problem.time_weight = 3.0 * cost;
   expect_eigenvalues_of_gait(problem, solved_gait(problem), true, 1e-3);
+}
+
+// Joints that turn at the start do so at given rates, whatever the duration.
+void expect_eigenvalues_from_a_start_in_motion(const std::function<void(double cost, maneuver::CostWeights&)>& weigh,
+                                               double accuracy) {
+  maneuver::Problem problem = rest_to_rest(16);
+  problem.goal->turn = Vector3d(0, 0, 0.05);
+  problem.goal->move = {};
+  bend_at_start(problem, {Vector3d(0.0, 0.0, 0.4), Vector3d(0.0, 0.0, -0.7)});
+  const double cost = solved_gait(problem).cost;
+  weigh(cost, problem.cost_weights);
+  problem.duration.free = true;
+  problem.duration.min = 0.2;
+  problem.duration.max = 5.0;
+  problem.time_weight = 3.0 * cost;
+  expect_eigenvalues_of_gait(problem, solved_gait(problem), true, accuracy);
+}
+
+TEST(CostOrder, of_free_durations_from_a_start_in_motion_with_smooth_costs_is_that_of_second_differences) {
+  expect_eigenvalues_from_a_start_in_motion(
+      [](double cost, maneuver::CostWeights& weights) {
+        weights.power = 5.0 / cost;
+        weights.smoothness = 1e-3;
+        weights.angular_velocity = 0.1 * cost;
+      },
+      1e-4);
+}
+
+TEST(CostOrder, of_free_durations_from_a_start_in_motion_with_work_is_that_of_second_differences) {
+  expect_eigenvalues_from_a_start_in_motion(
+      [](double cost, maneuver::CostWeights& weights) { weights.work = 0.3 * std::sqrt(cost); }, 1e-3);
+}
+
+TEST(CostOrder, of_free_durations_from_a_start_in_motion_with_work_per_distance_is_that_of_second_differences) {
+  expect_eigenvalues_from_a_start_in_motion(
+      [](double cost, maneuver::CostWeights& weights) { weights.transport = 1e-3 * cost; }, 1e-3);
 }
 
 TEST(CostOrder, of_free_durations_with_springs_dampers_limits_and_costs_is_that_of_second_differences) {

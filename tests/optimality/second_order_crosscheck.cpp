@@ -14,7 +14,6 @@
 #include "file/problem_file.hpp"
 #include "integrator/step_derivatives.hpp"
 #include "marched_answers.hpp"
-#include "mechanics/connection.hpp"
 #include "optimality/cost_gradient.hpp"
 #include "optimality/first_order.hpp"
 #include "optimality/limit_pulls.hpp"
@@ -361,7 +360,8 @@ TEST(SecondOrder, of_a_free_duration_without_limits_is_that_of_the_best_duration
 
 // The least cost as a function of the logarithm of the duration: its second derivative by differences of solved problems,
 // and by the form, where the other inputs make the best of a unit of τ.
-void expect_curvature_of_least_cost(const maneuver::Problem& free, const maneuver::Solution& solution) {
+void expect_curvature_of_least_cost(const maneuver::Problem& free, const maneuver::Solution& solution,
+                                    double accuracy = 0.01) {
   const model::System system(free.swimmer);
   const StoredMotion motion(system, free, solution);
   ASSERT_FALSE(evidence::duration_holds(motion));
@@ -377,29 +377,24 @@ void expect_curvature_of_least_cost(const maneuver::Problem& free, const maneuve
   EXPECT_NEAR(here, solution.cost, 1e-7 * here);
   const double expected = (least_cost(step) + least_cost(-step) - 2.0 * here) / (step * step);
 
-  const double scale = evidence::check_balance(motion).scale;
-  auto effort = optimality::effort_chain(motion, scale);
-  ASSERT_TRUE(effort);
-  const auto bounds = optimality::pulling_bounds(motion);
-  const auto costates = optimality::costates_by_least_squares(motion, *effort, bounds);
-  const optimality::Chain chain = optimality::lagrangian_chain(motion, *effort, costates, bounds);
+  const auto chain_of = [&](const StoredMotion& stored) {
+    auto effort = optimality::effort_chain(stored, evidence::check_balance(stored).scale);
+    const auto bounds = optimality::pulling_bounds(stored);
+    return optimality::lagrangian_chain(stored, *effort, optimality::costates_by_least_squares(stored, *effort, bounds),
+                                        bounds);
+  };
+  const optimality::Chain chain = chain_of(motion);
+  maneuver::Problem without_costs = free;
+  without_costs.cost_weights = {};  // whose states follow the duration's
+  const Eigen::Index duration = chain_of(StoredMotion(system, without_costs, solution)).end_form.rows() - 1;
   optimality::ChainSolver solver(chain, 1e4 * solution.cost);
   EXPECT_EQ(solver.factor(0.0), 0);
   optimality::ChainGradient pull;
   for (const optimality::ChainStage& stage : chain.stage) pull.by_input.emplace_back(VectorXd::Zero(stage.B.cols()));
   pull.by_input[0][0] = 1.0;
-  const double unit = chain.stage[0].B.col(0).tail<1>()[0];  // τ by the first input
+  const double unit = chain.stage[0].B(duration, 0);  // τ by the first input
   const double found = -1.0 / (solver.solve(pull)[0][0] * unit * unit);
-  EXPECT_NEAR(found / expected, 1.0, 0.01);
-}
-
-// Joints that turn at the start, rad/s, and no total momentum.
-void bend_at_start(maneuver::Problem& problem, const mechanics::Vectors& rates) {
-  const model::System system(problem.swimmer);
-  const integrator::State start = evidence::start_of(system, problem.start);
-  const VectorXd velocity = mechanics::velocity_of_rates(system, start.rotation, start.position, rates, {});
-  problem.start.angular_velocity = mechanics::angular_velocities(system, start.rotation, velocity);
-  problem.start.linear_velocity = velocity.tail<3>();
+  EXPECT_NEAR(found / expected, 1.0, tolerance(accuracy));
 }
 
 // A start in motion has more momentum by impulses in longer steps: of the whole, or of joints alone; what joints at rest leave, too.
@@ -420,6 +415,24 @@ TEST(SecondOrder, of_a_free_duration_from_a_start_in_motion_is_that_of_the_least
     const maneuver::Solution given = solved_in_free_time(problem);
     const maneuver::Problem free = of_free_duration(problem, 0.7 * given.cost / problem.duration.value);
     expect_curvature_of_least_cost(free, solved_in_free_time(free));
+  }
+  // Joints' rates at the start are given: powers there fall otherwise with the duration than those of steps.
+  const auto with = [](double maneuver::CostWeights::*weight, double value) {
+    maneuver::CostWeights weights;
+    weights.*weight = value;
+    return weights;
+  };
+  for (const maneuver::CostWeights& weights :
+       {with(&maneuver::CostWeights::angular_velocity, 1.0), with(&maneuver::CostWeights::smoothness, 0.1),
+        with(&maneuver::CostWeights::power, 1.0), with(&maneuver::CostWeights::work, 1.0),
+        with(&maneuver::CostWeights::transport, 0.3)}) {
+    maneuver::Problem problem = in_the_plane(8);
+    bend_at_start(problem, {Vector3d(0.0, 0.0, 3.0), Vector3d(0.0, 0.0, -2.0)});
+    problem.goal->move = {};
+    const maneuver::Solution given = solved_in_free_time(problem);
+    problem.cost_weights = weights;
+    const maneuver::Problem free = of_free_duration(problem, 0.7 * given.cost / problem.duration.value);
+    expect_curvature_of_least_cost(free, solved_in_free_time(free), 1e-4);
   }
 }
 
