@@ -21,7 +21,7 @@ std::optional<NodePath> with_passive_joints(const model::System& system, const M
 
 /// The cycle of a path whose shapes close, with a first shape that is free: the moved joints swing by this share of what they do
 /// there, by less where the others cannot go along, and these go round with them so that nothing asks for a moment where no motor is: all
-/// nodes at once, by Newton's method (equation 9.40). Nothing where that is not found.
+/// nodes at once, by Newton's method (chapter 9). Nothing where that is not found.
 std::optional<NodePath> cycle_of_passive_joints(const model::System& system, const Maneuver& maneuver,
                                                 const ShapeCoordinates& coordinates, const NodePath& path,
                                                 double share);

@@ -160,7 +160,7 @@ std::string curvature_words(const Problem& problem, const Certificate& proof) {
            (*second.negative_eigenvalues == 1 ? " direction lowers" : " directions lower") + " the cost";
   };
   const maneuver::CostWeights& weights = problem.cost_weights;
-  const bool worked = weights.work > 0.0 || weights.power > 0.0 || weights.transport > 0.0;
+  const bool worked = weights.work > 0.0 || weights.transport > 0.0;  // squared power has no kinks
   std::string words;
   if (!proof.second_order)
     words = " Whether it is a minimum cannot be told: " + why_curvature_is_not_told(problem, worked) + ".";

@@ -50,6 +50,21 @@ TEST_P(ShortestTimes, by_weak_motors_are_proved) {
   }
 }
 
+// Where moments cost next to nothing a barrier leaves their limits a little room: what pulls by more than that holds all the same, and
+// curvature is that of the limits being reached.
+TEST(ShortestTime, with_little_effort_is_proved_as_with_more) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/least_time_with_little_effort.toml");
+  const study::Answer little = answered_alone(problem);
+  problem.effort *= 10.0;
+  const study::Answer more = answered_alone(problem);
+  for (const study::Answer* answer : {&little, &more})
+    ASSERT_EQ(answer->certificate.verdict, certificate::Verdict::proved) << answer->solution.message;
+  EXPECT_NEAR(little.solution.time.back() / more.solution.time.back(), 1.0, 1e-4);
+  EXPECT_NEAR(little.certificate.second_order->smallest_eigenvalue / more.certificate.second_order->smallest_eigenvalue,
+              1.0, 0.01);
+}
+
 // Which limits hold is told by the last fall of the barrier. While a shorter duration still made the cost fall, so did the barrier
 // by a little, which told nothing: limits were held that nothing pulls at, and a saddle was the answer.
 TEST(ShortestTime, of_a_vehicle_holds_the_limits_that_hold_it) {
