@@ -26,9 +26,9 @@ class Method {
   virtual bool has_strokes() const { return false; }
   /// Solves from them; nothing where there are none.
   virtual std::vector<Found> solve_strokes() { return {}; }
-  /// Where a gait is known, the cheapest at this cost, that wins what a displacement is worth: solves from gaits of several cycles, more
-  /// and more of them while that pays.
-  virtual std::vector<Found> solve_more_cycles(double /*cost*/) { return {}; }
+  /// Where a gait is known that wins what a displacement is worth: solves from gaits of several cycles, more and more of them as long
+  /// as more cost less than fewer.
+  virtual std::vector<Found> solve_more_cycles() { return {}; }
   /// Solves again from perturbed copies of a motion on the coarse grid, hops first … first + count − 1.
   /// Nothing of methods without hops.
   virtual std::vector<Found> hop(const Found& /*from*/, int /*first*/, int /*count*/) { return {}; }

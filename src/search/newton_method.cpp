@@ -64,9 +64,9 @@ class NewtonMethod : public Method {
     return found;
   }
 
-  std::vector<Found> solve_more_cycles(double cost) override {
+  std::vector<Found> solve_more_cycles() override {
     const bool wins = grids_.problem().cost_weights.of_displacement() && grids_.problem().goal->periodic;
-    return wins && has_strokes() ? search::solve_more_cycles(grids_, cost) : std::vector<Found>();
+    return wins && has_strokes() ? search::solve_more_cycles(grids_) : std::vector<Found>();
   }
 
   std::vector<Found> hop(const Found& from, int first, int count) override {

@@ -13,7 +13,7 @@ namespace {
 using maneuver::Goal;
 using maneuver::Problem;
 
-constexpr int first_guesses = 2;
+constexpr int first_guesses = 4;
 constexpr double share_of_time = 0.1;  // of what is left
 
 // The n-th part of a displacement, m: the first of n that follow each other, each turned by `turn` (rad) from the one before. Where
@@ -89,13 +89,14 @@ Found solve_smaller(const Grids& grids, Problem smaller) {
   options.hurried = grids.options().hurried;
   const Budget budget(smaller, options, grids.budget());
   const std::unique_ptr<Method> method = newton_method(grids.system(), smaller, options, budget);
-  Found found = method->solve_starts(0, 1).front();
-  for (int guess = 1; guess < first_guesses && !found.converged() && !budget.closing(); ++guess) {
-    Found again = method->solve_starts(guess, 1).front();
-    count_effort(found.outcome, again.outcome);
-    found = std::move(again);
+  const bool wins = smaller.cost_weights.of_displacement();  // then most arrive, and it is the cheapest that counts
+  Found best = method->solve_starts(0, 1).front();
+  for (int guess = 1; guess < first_guesses && (wins || !best.converged()) && !budget.closing(); ++guess) {
+    Found other = method->solve_starts(guess, 1).front();
+    if (!best.converged() || (other.converged() && other.cost < best.cost)) std::swap(best, other);
+    count_effort(other.outcome, best.outcome);
   }
-  return found;
+  return best;
 }
 
 }  // namespace lamprey::search

@@ -15,7 +15,8 @@ bool has_parts(const maneuver::Problem& whole);
 /// in as much of its time. Where the goal asks for no turn a part does not turn.
 maneuver::Problem part_of(const maneuver::Problem& whole, int parts);
 
-/// Solved by itself, in what a few such tries may take of the time.
+/// Solved by itself, from a few first guesses until one arrives, or by the cheapest of them where a displacement is won; in what a few
+/// such tries may take of the time.
 Found solve_smaller(const Grids& grids, maneuver::Problem smaller);
 
 }  // namespace lamprey::search

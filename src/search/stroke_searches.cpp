@@ -238,21 +238,20 @@ std::vector<Found> solve_cycles(const Grids& grids) {
                           [&](int n) { return solve_several_cycles(grids, counts[static_cast<std::size_t>(n)]); });
 }
 
-std::vector<Found> solve_more_cycles(const Grids& grids, double cost) {
+std::vector<Found> solve_more_cycles(const Grids& grids) {
   constexpr int at_once = 2;  // odd and even numbers of them may differ
   const int most = most_cycles(grids.problem());
+  double before = std::numeric_limits<double>::infinity();  // cost of the cheapest of as many less two
   std::vector<Found> all;
   for (int first = 2; first <= most && !grids.budget().closing(); first += at_once) {
     const std::vector<Found> found = grids.in_threads(std::min(at_once, most - first + 1), "several cycles",
                                                       [&](int n) { return solve_several_cycles(grids, first + n); });
-    bool pays = false;
+    double cheapest = std::numeric_limits<double>::infinity();
     for (const Found& one : found)
-      if (one.converged() && one.cost < cost) {
-        cost = one.cost;
-        pays = true;
-      }
+      if (one.converged()) cheapest = std::min(cheapest, one.cost);
     all.insert(all.end(), found.begin(), found.end());
-    if (!pays) break;
+    if (!(cheapest < before)) break;
+    before = cheapest;
   }
   return all;
 }

@@ -23,8 +23,8 @@ std::vector<Found> solve_gaits_from_rest(const Grids& grids);
 /// Of a gait with a free shape: from a smaller one, done several times over.
 std::vector<Found> solve_cycles(const Grids& grids);
 
-/// The same where gaits of one cycle are known, the cheapest at this cost: more and more cycles while that pays. No smooth way leads
-/// from one cycle in a period to two.
-std::vector<Found> solve_more_cycles(const Grids& grids, double cost);
+/// The same where gaits are known: more and more cycles as long as more of them cost less than fewer. No smooth way leads from one
+/// cycle in a period to two.
+std::vector<Found> solve_more_cycles(const Grids& grids);
 
 }  // namespace lamprey::search

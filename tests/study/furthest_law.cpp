@@ -40,6 +40,23 @@ TEST(FurthestGaits, go_round_more_than_once_where_that_wins_more) {
   EXPECT_LT(several.solution.cost, 1.3 * once.solution.cost) << "both below zero";
 }
 
+// Of more and more cycles the best number is not passed over, whatever the first guesses came to: here five, one of which by itself
+// costs a fifth.
+TEST(FurthestGaits, go_round_as_often_as_wins_most) {
+  maneuver::Problem problem =
+      file::read_problem(std::string(LAMPREY_SOURCE_DIR) + "/bench/problems/furthest_of_three_links.toml");
+  search::SolveOptions options;
+  options.refinement = false;
+  const model::System system(problem.swimmer);
+  const study::Answer all = study::answer(system, problem, options);
+  problem.steps /= 5;
+  problem.duration.value /= 5.0;
+  problem.search.starts = 4;
+  const study::Answer one = study::answer(system, problem, options);
+  EXPECT_EQ(all.certificate.verdict, certificate::Verdict::proved) << all.solution.message;
+  EXPECT_LT(all.solution.cost, 4.97 * one.solution.cost) << "both below zero";
+}
+
 // From a straight shape no moment moves the swimmer to first order: to stay is stationary there, and an answer where the price is low.
 TEST(FurthestGaits, stay_where_no_stroke_is_worth_its_cost) {
   maneuver::Problem problem =
