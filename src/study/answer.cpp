@@ -25,9 +25,9 @@ using maneuver::Problem;
 using maneuver::Solution;
 using maneuver::Status;
 
-constexpr int few_arrived = 3;      // first guesses for each that arrived, from which on minima may be missing
-constexpr double grown_dear = 1.5;  // times what it cost on the coarse grid, from which on that is said
-constexpr int hops_for_each = 4;    // first guess
+constexpr int few_arrived = 3;    // first guesses for each that arrived, from which on minima may be missing
+constexpr double dearer = 1.5;    // times what it cost on the coarse grid, from which on that is said
+constexpr int hops_for_each = 4;  // first guess
 
 // Answers in order of worth: proven first, then those that meet what is asked, then motions at all, then by how near they come,
 // then resolved, then cheap.
@@ -86,6 +86,19 @@ std::optional<maneuver::SetAside> cheapest_set_aside(const Problem& problem,
   return std::nullopt;
 }
 
+// Where a motion is no answer for the digits that its places and attitudes have: what it would keep otherwise.
+std::optional<std::string> lost_in_round_off(const Answer& other) {
+  constexpr double round_off =
+      1e-6;  // of the momentum's scale, that steps which do not follow from each other are far beyond
+  const Certificate& proof = other.certificate;
+  const bool obeys = proof.equation_residual <= proof.equation_allowed(), nearly = proof.equation_residual <= round_off;
+  if (obeys || !nearly || !(proof.goal_error <= evidence::goal_mark)) return std::nullopt;
+  std::string words =
+      "its discrete equations are off by " + number(proof.equation_residual) + " of the momentum's scale";
+  if (!other.failure.remedies.empty()) words += "; " + other.failure.remedies.front() + " may help";
+  return words;
+}
+
 std::string in_brackets(const std::string& words) { return words.empty() ? "" : " (" + words + ")"; }
 
 // Why they are not the answer: the cheapest of those that more steps may resolve, and each that is not stationary.
@@ -102,6 +115,8 @@ std::string words_of_cheaper_ones(const Problem& problem, const std::vector<cons
         unmet(problem, other->certificate).empty())
       words += opening(*other) + "meets all that is asked, too, but " + unsettled(problem, other->certificate) +
                in_brackets(words_on_tolerance(problem, other->certificate)) + ".";
+    const std::optional<std::string> lost = lost_in_round_off(*other);
+    if (lost && best.status == Status::optimal) words += opening(*other) + "was set aside: " + *lost + ".";
   }
   if (coarse.empty()) return words;
   const Answer& other = *coarse.front();
@@ -134,8 +149,6 @@ bool costs_nothing(const Problem& problem, const Solution& solution) {
   return solution.cost <= problem.effort * moments * moments * (solution.time.back() - solution.time.front());
 }
 
-}  // namespace
-
 std::string few_arrivals(const Solution& solution) {
   const auto& search = solution.search;
   const int tried = search.starts + search.hops;
@@ -148,11 +161,22 @@ std::string few_arrivals(const Solution& solution) {
            " minima" + (once < minima ? ", " + std::to_string(once) + " of them met once" : "") + ": " +
            (search.hops > 0 ? "more hops" : "[search] hops = " + std::to_string(hops_for_each * search.starts)) +
            ", more starts or another seed may find a cheaper one.";
-  if (!search.minima.empty() && grown_dear * std::abs(search.minima.front().cost) < solution.cost)
-    return " On the coarse grid where searches begin it cost " + number(search.minima.front().cost, 3) +
-           ": what all steps make of that is dearer, and more starts, another seed or other time.steps may find a "
-           "cheaper one.";
   return "";
+}
+
+std::string grown_dear(const Solution& solution) {
+  const auto& minima = solution.search.minima;
+  if (minima.empty() || !(dearer * std::abs(minima.front().cost) < solution.cost)) return "";
+  return " On the coarse grid where searches begin it cost " + number(minima.front().cost, 3) +
+         ": what all steps make of that is dearer, and more starts, another seed or other time.steps may find a "
+         "cheaper one.";
+}
+
+}  // namespace
+
+std::string on_cheaper_ones(const Solution& solution, bool cheaper_known) {
+  const std::string words = few_arrivals(solution);
+  return words.empty() && !cheaper_known ? grown_dear(solution) : words;
 }
 
 namespace {
@@ -253,8 +277,8 @@ Answer best_of(const model::System& system, const Problem& problem, const search
   if (by_itself && best.solution.solver.iterations > 0)
     best.solution.message += " It goes on by itself: its moments, and what they cost, are round-off.";
   if (optimal && !by_itself)
-    best.solution.message +=
-        few_arrivals(best.solution) + (options.solver == search::Backend::ipopt ? "" : untried_turns(system, problem));
+    best.solution.message += on_cheaper_ones(best.solution, !cheaper.empty()) +
+                             (options.solver == search::Backend::ipopt ? "" : untried_turns(system, problem));
   parts.tell(candidates.unsearched, best);
   if (optimal) best.others = others(system, problem, order, options, parts);
   const bool cut = std::any_of(best.others.begin(), best.others.end(),

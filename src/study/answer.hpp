@@ -22,8 +22,8 @@ struct Answer {
 /// that was interrupted before it had all of them has status interrupted. One candidate at least is always certified.
 Answer answer(const model::System& system, const maneuver::Problem& problem, const search::SolveOptions& options);
 
-/// Where few first guesses arrived, where half of them ended where no other did, or what they found became dear on all steps: a
-/// sentence after a blank that a cheaper answer may be found; else empty.
-std::string few_arrivals(const maneuver::Solution& solution);
+/// That a cheaper answer may be found, as a sentence after a blank: where few first guesses arrived, where half of them ended where no
+/// other did, or where the cheapest on the coarse grid became dear on all steps, unless a cheaper motion is known on these; else empty.
+std::string on_cheaper_ones(const maneuver::Solution& solution, bool cheaper_known = false);
 
 }  // namespace lamprey::study

@@ -176,7 +176,7 @@ class Resolving {
   void take_record(const maneuver::Solution& before, maneuver::Solution& after) const {
     after.search = before.search;
     after.search.set_aside.reset();  // what these steps do not resolve has its own search on more
-    if (after.status == maneuver::Status::optimal) after.message += study::few_arrivals(after);
+    if (after.status == maneuver::Status::optimal) after.message += study::on_cheaper_ones(after);
     after.solver.iterations += before.solver.iterations;
     after.solver.evaluations += before.solver.evaluations;
     after.solver.wall_seconds += before.solver.wall_seconds;
