@@ -137,6 +137,7 @@ def read_swimmer(problem):
     s.parent, s.joint, s.kind, s.joint_names = [-1] * n, [-1] * n, ["free"] * n, [None] * n
     s.d_pi, s.d_ip, s.Q0, s.a, s.b = np.zeros((n, 3)), np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1)), [0] * n, [0] * n
     s.stiffness, s.damping, bases = np.zeros(n), np.zeros(n), [np.zeros((0, 0))] * n
+    s.control_axes = [np.zeros((0, 0))] * n
     for j, joint in enumerate(joints):
         i, axes = joint["child"], np.reshape(np.array(joint["control_axes"], float), (-1, 3))
         s.parent[i], s.joint[i], s.kind[i], s.joint_names[i] = joint["parent"], j, joint["kind"], joint["name"]
@@ -155,6 +156,7 @@ def read_swimmer(problem):
         if axes.size and frame.size:
             u, size, _ = np.linalg.svd(frame @ axes.T, full_matrices=False)
             bases[i] = u[:, size > 1e-6]  # orthonormal: the moments that the joint can exert
+            s.control_axes[i] = axes @ frame.T  # one row for each, along the joint's own axes
     s.led = [kind in ("universal", "hinge", "fixed") for kind in s.kind]
     counts = [{"universal": 2, "hinge": 1, "fixed": 0}.get(kind, 3) for kind in s.kind]
     ends = np.cumsum([0] + counts)
@@ -460,11 +462,13 @@ def gradient_of_cost(s, m, S):
         if not value.any():
             continue
         if word[0] == "limits" and word[1].startswith("torque"):  # of one component or of the whole moment
-            part = s.moment[s.joint.index(entry["joint"])]
+            i = s.joint.index(entry["joint"])
+            moment = m.a[:, s.moment[i]]
             if word[1] == "torque_component":
-                part = slice(part.start + entry["component"], part.start + entry["component"] + 1)
-            length = np.linalg.norm(m.a[:, part], axis=1)
-            gradient[:, part] += (m.tau * value / np.where(length > 0, length, 1))[:, None] * m.a[:, part]
+                axis = s.control_axes[i][entry["component"]]
+                moment = np.outer(moment @ axis, axis)
+            length = np.linalg.norm(moment, axis=1)
+            gradient[:, s.moment[i]] += (m.tau * value / np.where(length > 0, length, 1))[:, None] * moment
             continue
         g = margin(s, S["problem"], entry)
         if g is None:

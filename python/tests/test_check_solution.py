@@ -54,6 +54,49 @@ def test_joints_that_end_at_rest_on_a_whole_that_drifts_are_stationary(tmp_path)
         assert f"✓ {name}" in report.stdout, name
 
 
+# A tail that its ball joint drives about two axes alone, y and z; one moment is at its limit at times.
+TWO_AXES = """
+schema = 1
+name = "two_axes"
+[fluid]
+density = 1000.0
+[[body]]
+name = "head"
+semi_axes = [0.3, 0.06, 0.1]
+[[body]]
+name = "tail"
+semi_axes = [0.2, 0.05, 0.1]
+[[joint]]
+parent = "head"
+child = "tail"
+parent_offset = [-0.32, 0.0, 0.0]
+child_offset = [0.22, 0.0, 0.0]
+control_axes = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+[start]
+[goal]
+angle.tail = [0.0, 0.4, 0.3]
+[time]
+duration = 2.0
+steps = 40
+[cost]
+effort = 1.0
+[search]
+starts = 1
+[limits]
+torque_component.tail = 0.1
+"""
+
+
+def test_components_of_moments_are_along_the_control_axes_in_their_order(tmp_path):
+    (tmp_path / "problem.toml").write_text(TWO_AXES, encoding="utf-8")
+    lp.solve(lp.load(tmp_path / "problem.toml")).save(tmp_path / "answer")
+    solution = json.loads((tmp_path / "answer" / "solution.json").read_text(encoding="utf-8"))
+    assert any(max(entry["multiplier"]) > 0.0 for entry in solution["limit_multipliers"])
+    report = run(tmp_path / "answer")
+    assert report.returncode == 0, report.stdout + report.stderr
+    assert "✓ kkt " in report.stdout
+
+
 def smooth_gait():
     return lp.load(ROOT / "examples" / "gait.toml").changed(
         time={"steps": 60}, cost={"smoothness": 1e-3}, search={"starts": 1})
