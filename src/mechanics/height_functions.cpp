@@ -62,9 +62,13 @@ Planar in_the_plane(const Twist& moved, int normal) {
 struct Edge {
   Eigen::Index from, to;
   double length;  // of the variable
+  double weight;  // its share of the rectangle's area, over that of edges inside: ½ along the boundary
   Twist moved;
   Planar rate;  // the same in the plane
 };
+
+// Of a sum over the nodes of one variable that stands for an integral: the trapezoidal rule's.
+double share_beside(Eigen::Index node, Eigen::Index nodes) { return node == 0 || node + 1 == nodes ? 0.5 : 1.0; }
 
 std::vector<Edge> edges_of(const Shapes& shapes, const std::array<std::vector<double>, 2>& nodes) {
   const auto n = static_cast<Eigen::Index>(nodes[0].size());
@@ -77,9 +81,10 @@ std::vector<Edge> edges_of(const Shapes& shapes, const std::array<std::vector<do
         const auto half_way = [](const std::vector<double>& values, Eigen::Index from, Eigen::Index to) {
           return 0.5 * (values[static_cast<std::size_t>(from)] + values[static_cast<std::size_t>(to)]);
         };
-        edges.push_back({i * n + j, next_i * n + next_j, nodes[variable][1] - nodes[variable][0],
-                         shapes.moved(half_way(nodes[0], i, next_i), half_way(nodes[1], j, next_j), variable),
-                         Planar::Zero()});
+        const Eigen::Index beside = variable == 0 ? j : i;
+        edges.push_back(
+            {i * n + j, next_i * n + next_j, nodes[variable][1] - nodes[variable][0], share_beside(beside, n),
+             shapes.moved(half_way(nodes[0], i, next_i), half_way(nodes[1], j, next_j), variable), Planar::Zero()});
       }
   return edges;
 }
@@ -115,27 +120,32 @@ VectorXd solved(const Sparse& matrix, const VectorXd& right) {
   return factors.solve(right);
 }
 
-// The frame's heading: least squares of (β_to − β_from)/length + ω over all edges, zero on the average, which no rate depends on.
-VectorXd least_turn(Eigen::Index nodes, const std::vector<Edge>& edges) {
+// The frame's heading: weighted least squares of (β_to − β_from)/length + ω over all edges, zero on the average, which no rate depends
+// on. There are n nodes along each variable.
+VectorXd least_turn(Eigen::Index n, const std::vector<Edge>& edges) {
+  const Eigen::Index nodes = n * n;
   std::vector<Eigen::Triplet<double>> entries;
   VectorXd right = VectorXd::Zero(nodes);
   for (const Edge& edge : edges) {
     const double w = 1.0 / edge.length;
     for (const auto& [row, sign] : {std::pair(edge.from, -1.0), std::pair(edge.to, 1.0)}) {
-      entries.emplace_back(row, edge.from, -sign * w * w);
-      entries.emplace_back(row, edge.to, sign * w * w);
-      right[row] -= sign * w * edge.rate[2];
+      entries.emplace_back(row, edge.from, -sign * edge.weight * w * w);
+      entries.emplace_back(row, edge.to, sign * edge.weight * w * w);
+      right[row] -= sign * edge.weight * w * edge.rate[2];
     }
   }
   entries.emplace_back(nodes / 2, nodes / 2, std::pow(1.0 / edges.front().length, 2));  // held there, then shifted
   Sparse normal(nodes, nodes);
   normal.setFromTriplets(entries.begin(), entries.end());
   VectorXd turn = solved(normal, right);
-  turn.array() -= turn.mean();
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) sum += share_beside(i, n) * share_beside(j, n) * turn[i * n + j];
+  turn.array() -= sum / static_cast<double>((n - 1) * (n - 1));
   return turn;
 }
 
-// Its place: least squares of (β_to − β_from)/length + v + ω ẑ × (β_from + β_to)/2, [2 nodes]. What fixes the whole of it is the
+// Its place: weighted least squares of (β_to − β_from)/length + v + ω ẑ × (β_from + β_to)/2, [2 nodes]. What fixes the whole of it is the
 // turn that the heading leaves; where that is none it lies anywhere, and is held at the middle.
 VectorXd least_shift(Eigen::Index nodes, const std::vector<Edge>& edges, const VectorXd& turn) {
   constexpr double held = 1e-9, least_held = 1e-14;  // of what fixes it, of what makes it smooth
@@ -143,12 +153,12 @@ VectorXd least_shift(Eigen::Index nodes, const std::vector<Edge>& edges, const V
   VectorXd right = VectorXd::Zero(2 * nodes);
   double left = 0.0;
   for (const Edge& edge : edges) {
-    left += std::pow(edge.rate[2] + (turn[edge.to] - turn[edge.from]) / edge.length, 2);
+    left += edge.weight * std::pow(edge.rate[2] + (turn[edge.to] - turn[edge.from]) / edge.length, 2);
     Eigen::Matrix<double, 2, 4> by;
     by.leftCols<2>() << -1.0 / edge.length, -0.5 * edge.rate[2], 0.5 * edge.rate[2], -1.0 / edge.length;
     by.rightCols<2>() << 1.0 / edge.length, -0.5 * edge.rate[2], 0.5 * edge.rate[2], 1.0 / edge.length;
-    const Eigen::Matrix4d square = by.transpose() * by;
-    const Eigen::Vector4d pull = by.transpose() * edge.rate.head<2>();
+    const Eigen::Matrix4d square = edge.weight * by.transpose() * by;
+    const Eigen::Vector4d pull = edge.weight * by.transpose() * edge.rate.head<2>();
     const std::array<Eigen::Index, 4> place{2 * edge.from, 2 * edge.from + 1, 2 * edge.to, 2 * edge.to + 1};
     for (Eigen::Index r = 0; r < 4; ++r) {
       right[place[static_cast<std::size_t>(r)]] -= pull[r];
@@ -237,7 +247,7 @@ std::optional<HeightFunctions> height_functions(const System& system, const Shap
   for (Edge& edge : edges) edge.rate = in_the_plane(edge.moved, heights.normal);
 
   const Eigen::Index n = plane.points;
-  const VectorXd turn = least_turn(n * n, edges), shift = least_shift(n * n, edges, turn);
+  const VectorXd turn = least_turn(n, edges), shift = least_shift(n * n, edges, turn);
   heights.height.fill(MatrixXd(n, n));
   heights.frame.fill(MatrixXd(n, n));
   for (Eigen::Index i = 0; i < n; ++i)

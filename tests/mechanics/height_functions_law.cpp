@@ -257,7 +257,8 @@ TEST_P(Heights, are_summed_over_what_a_loop_goes_round) {
   }
 }
 
-// The squares of the rates that are left, halfway between the nodes.
+// The squares of the rates that are left, halfway between the nodes; along the rectangle's boundary half of them, as an integral over it
+// has them.
 double disturbance(const HeightFunctions& heights,
                    const std::function<Eigen::Matrix<double, 3, 2>(double, double)>& rates, bool turn) {
   double sum = 0.0;
@@ -278,7 +279,9 @@ double disturbance(const HeightFunctions& heights,
         const Planar change = (at_node(to_i, to_j) - at_node(i, j)) / (changed[1] - changed[0]);
         const Planar mean = 0.5 * (at_node(i, j) + at_node(to_i, to_j));
         const Eigen::Vector2d shift = rate.head<2>() + rate[2] * Eigen::Vector2d(-mean[1], mean[0]) + change.head<2>();
-        sum += turn ? std::pow(rate[2] + change[2], 2) : shift.squaredNorm();
+        const Eigen::Index beside = angle == 0 ? j : i;
+        const double share = beside == 0 || beside + 1 == n ? 0.5 : 1.0;
+        sum += share * (turn ? std::pow(rate[2] + change[2], 2) : shift.squaredNorm());
       }
   return sum;
 }
@@ -306,6 +309,61 @@ TEST_P(Heights, are_told_in_the_frame_that_shapes_disturb_least) {
       EXPECT_LE(std::abs(up - down), 1e-6 * up);  // stationary, not merely lower
     }
   }
+}
+
+// What the frame moves by across the first side of the rectangle, at a node of the other variable, told from the two half steps next to it.
+Planar across_the_side(const HeightFunctions& heights,
+                       const std::function<Eigen::Matrix<double, 3, 2>(double, double)>& rates, Eigen::Index j) {
+  const auto at_node = [&](Eigen::Index i) {
+    return Planar(heights.frame[0](i, j), heights.frame[1](i, j), heights.frame[2](i, j));
+  };
+  const auto half_way = [&](Eigen::Index i) {
+    const double first = heights.at[0][static_cast<std::size_t>(i)],
+                 next = heights.at[0][static_cast<std::size_t>(i + 1)];
+    const Planar rate = rates(0.5 * (first + next), heights.at[1][static_cast<std::size_t>(j)]).col(0);
+    const Planar change = (at_node(i + 1) - at_node(i)) / (next - first), mean = 0.5 * (at_node(i) + at_node(i + 1));
+    return Planar(Planar(rate[0] - rate[2] * mean[1], rate[1] + rate[2] * mean[0], rate[2]) + change);
+  };
+  return 1.5 * half_way(0) - 0.5 * half_way(1);
+}
+
+// Of the least squares over the rectangle: on finer grids heights and frames come near to those of an integral at second order, and
+// nothing moves the frame across the rectangle's sides.
+TEST_P(Heights, come_near_to_those_of_an_integral_at_second_order) {
+  const std::array<int, 3> points{31, 61, 121};
+  std::array<HeightFunctions, 3> told;
+  for (std::size_t n = 0; n < 3; ++n) {
+    ShapePlane rectangle = plane(0.8, points[n]);
+    rectangle.high = {1.1, 0.6};  // unlike sides
+    const std::optional<HeightFunctions> heights = mechanics::height_functions(system_, rectangle);
+    ASSERT_TRUE(heights);
+    told[n] = *heights;
+  }
+  const auto apart = [&](std::size_t n, std::array<Eigen::MatrixXd, 3> HeightFunctions::*part, std::size_t k) {
+    double square = 0.0;  // on the average, for next to the corners there is a logarithm, too
+    for (Eigen::Index i = 0; i < points[n]; ++i)
+      for (Eigen::Index j = 0; j < points[n]; ++j)
+        square += std::pow((told[n].*part)[k](i, j) - (told[n + 1].*part)[k](2 * i, 2 * j), 2);
+    return std::sqrt(square) / points[n];
+  };
+  for (const auto part : {&HeightFunctions::height, &HeightFunctions::frame})
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (part == &HeightFunctions::height && k == 2) continue;  // the same in all frames
+      const double coarse = apart(0, part, k), fine = apart(1, part, k);
+      EXPECT_GT(fine, 1e-9);
+      EXPECT_GT(std::log2(coarse / fine), 1.8) << k << ": " << coarse << ' ' << fine;
+    }
+  const auto by = [&](double first, double second) { return rates(first, second); };
+  std::array<double, 3> across{}, along{};
+  for (std::size_t n = 0; n < 3; ++n) {
+    const Eigen::Index from = (points[n] - 1) / 6;
+    for (Eigen::Index j = from; j < points[n] - from; j += from) {
+      across[n] = std::max(across[n], across_the_side(told[n], by, j).norm());
+      along[n] = std::max(along[n], rates(-0.8, told[n].at[1][static_cast<std::size_t>(j)]).col(0).norm());
+    }
+  }
+  EXPECT_LE(across[2], 1e-3 * along[2]);
+  EXPECT_GT(std::log2(across[1] / across[2]), 1.7) << across[0] << ' ' << across[1] << ' ' << across[2];
 }
 
 TEST(HeightsOf, swimmers_that_leave_the_plane_are_none) {
